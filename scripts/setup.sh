@@ -38,8 +38,15 @@ wants_python() { [ "$need_lammps" = no ] && ! has_python; }
 has_browser() { has chromium || has chromium-browser || has google-chrome; }
 wants_browser() { [ "$need_lammps" = no ] && ! has_browser; }
 
+# Accessibility rules for the report in the browser (tests/report/browser.rs); under target/ like the Python environment.
+axe=target/axe
+axe_version=4.14.1
+has_axe() { [ -f "$axe/node_modules/axe-core/axe.min.js" ]; }
+wants_axe() { [ "$need_lammps" = no ] && ! has_axe; }
+
 packages=""
 wants_browser && packages="$packages chromium"
+wants_axe && ! has npm && packages="$packages npm"
 wants_python && ! has_venv && packages="$packages python3-venv"
 has_compiler || packages="$packages build-essential"
 has_lammps || packages="$packages lammps"
@@ -81,6 +88,12 @@ if wants_python && has_venv; then
         echo "setup: $python could not be created" >&2
 fi
 
+if wants_axe && has npm; then
+    echo "setup: installing axe-core $axe_version into $axe" >&2
+    npm install --silent --no-audit --no-fund --prefix "$axe" "axe-core@$axe_version" ||
+        echo "setup: axe-core could not be installed" >&2
+fi
+
 if ! has_compiler; then
     echo "setup: no C compiler (cc, ar); on Debian: apt-get install build-essential" >&2
     exit 1
@@ -107,8 +120,18 @@ if wants_browser; then
 
 WORDS
 fi
+if wants_axe; then
+    cat >&2 <<'WORDS'
+
+*********************************************************************************
+***  axe-core is missing and could not be installed: THE ACCESSIBILITY OF THE ***
+***  REPORT IS NOT TESTED. On Debian: apt-get install npm, and access to npm  ***
+*********************************************************************************
+
+WORDS
+fi
 if has_lammps; then
-    if wants_python || wants_browser; then :; else echo "setup: everything is installed" >&2; fi
+    if wants_python || wants_browser || wants_axe; then :; else echo "setup: everything is installed" >&2; fi
 elif [ "$need_lammps" = no ]; then
     cat >&2 <<'WORDS'
 

@@ -14,6 +14,7 @@ pub mod output;
 mod potential;
 mod programs;
 pub mod progress;
+mod report;
 mod run;
 mod solve;
 mod surface;
@@ -68,7 +69,7 @@ enum Command {
     /// Repeat the comparison of atoms and continuum in a run folder, and its report.
     Compare(RunFolder),
     /// Write the report of a run folder from its results.json.
-    Report(RunFolder),
+    Report(report::Report),
     /// List the methods and their outputs.
     Methods(methods::Methods),
     /// Print the JSON Schema of scene files.
@@ -153,14 +154,7 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
                 output::print(&format!("report: {}", page.display()));
             }
         }
-        Command::Report(c) => {
-            let page = crate::pipeline::redraw(&c.folder)?;
-            if c.json {
-                output::json_line(&serde_json::json!({ "report": output::path(&page) }))?;
-            } else {
-                output::print(&page.display().to_string());
-            }
-        }
+        Command::Report(c) => c.execute()?,
         Command::Methods(c) => c.execute()?,
         Command::Schema { keys } => {
             let schema = crate::scene::Scene::schema();

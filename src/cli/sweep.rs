@@ -98,7 +98,7 @@ impl SweepFlags {
         let (worst, threads) = (AtomicU8::new(0), (cores / at_once).max(1));
         let runner = |point: &PointFolder| self.run_point(&program, point, threads, &worst);
         let ensemble = sweep::run(sweep, &out, (at_once, self.overwrite), &runner, &Lines(Mutex::new(())))?;
-        let page = crate::report::write_ensemble(&out)?;
+        let page = crate::report::write(&out)?;
         self.print(&ensemble, &out, &page)?;
         Ok(ExitCode::from(worst.load(Ordering::Relaxed)))
     }

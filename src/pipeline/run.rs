@@ -268,12 +268,12 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
 ///
 /// # Errors
 /// `Format` for a file that is not as the run wrote it; `Io`.
-pub fn redraw(out: &Path) -> Result<PathBuf> {
+pub fn redraw(out: &Path, options: &report::ReportOptions) -> Result<PathBuf> {
     if out.join(crate::record::ensemble::FILE).exists() {
-        return report::write_ensemble(out);
+        return report::write_with(out, options);
     }
     let _locked = checked(out)?;
-    let page = report::write(out)?;
+    let page = report::write_with(out, options)?;
     list_files(out)?;
     Ok(page)
 }

@@ -2,13 +2,18 @@
 
 use crate::Result;
 use crate::record::advice::AccuracyChoice;
+use crate::record::atomic_file::write_atomic;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::npy;
 use crate::record::results::{Results, StageCost};
 use crate::scene::{Case, Scene};
+use std::io::Write;
 use std::path::Path;
 
 pub(super) const RECORDING_FILE: &str = "run.mcap";
+/// Layout of Foxglove for the recording, and script of OVITO that draws the frames of the atoms.
+const LAYOUT: (&str, &str) = ("run.foxglove.json", include_str!("../record/foxglove_layout.json"));
+const OVITO: (&str, &str) = ("ovito_frames.py", include_str!("../record/ovito_frames.py"));
 
 /// Contents of `manifest.json`: program, scene, engine, threads, memory, and time of each stage.
 #[derive(serde::Serialize)]
@@ -92,8 +97,14 @@ pub(super) fn sources(case: &Case) -> Vec<String> {
     list
 }
 
-/// Writes the MCAP recording of a run: gap map and scalars per load, and the block atoms as a point cloud.
+/// Writes the MCAP recording of a run (gap map and scalars per load, and the block atoms as a point cloud), its layout,
+/// and the script for the frames.
 pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
+    let store = |(name, text): (&str, &str)| write_atomic(&out.join(name), |w| w.write_all(text.as_bytes()));
+    store(LAYOUT)?;
+    if results.atoms.iter().flat_map(|a| &a.states).any(|s| s.frame.is_some()) {
+        store(OVITO)?;
+    }
     let length = results.atoms.as_ref().map_or(case.scales.length_m * 1e6, |a| a.length_angstrom);
     let unit = if results.atoms.is_some() { "Å" } else { "µm" };
     let scene = Recorded {

@@ -6,45 +6,53 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::number::{si_scale, trimmed};
-use super::picture::{self, BLACK, Range, Rgb};
+use super::picture::{self, BLACK, Range};
+use super::svg::{Format, css, escaped, text};
 
-/// Text height in drawing units. It is the same in all frames, so a narrow frame, which is displayed small, has
-/// larger text relative to its map.
-const TEXT: f64 = 24.0;
-const LINE: f64 = 30.0;
-/// Widths of a single frame, and of one of several in a row.
-pub(super) const ALONE: f64 = 900.0;
-pub(super) const IN_A_ROW: f64 = 480.0;
+/// Widths on the page of a frame alone, and of one of several in a row, px.
+pub(super) const ALONE: f64 = 560.0;
+pub(super) const IN_A_ROW: f64 = 256.0;
 
 const STOPS: u32 = 24;
+
+/// Quantity and unit of a colour bar.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Bar {
+    pub quantity: &'static str,
+    /// Range in `unit`, values of the map per `unit`, and whether some values exceed the end of the range.
+    pub range: Range,
+    pub unit: String,
+    pub factor: f64,
+    pub clipped: bool,
+}
+
+impl Bar {
+    /// With the SI prefix that suits the upper end; values in `unit` without prefix.
+    pub(super) fn prefixed(quantity: &'static str, range: Range, unit: &str, clipped: bool) -> Self {
+        let (factor, prefix) = si_scale(range.low.abs().max(range.high.abs()));
+        let range = Range { low: range.low / factor, high: range.high / factor };
+        Bar { quantity, range, unit: format!("{prefix}{unit}"), factor, clipped }
+    }
+
+    /// In the given unit.
+    pub(super) fn plain(quantity: &'static str, range: Range, unit: &str, clipped: bool) -> Self {
+        Bar { quantity, range, unit: unit.into(), factor: 1.0, clipped }
+    }
+
+    /// `gap (µm)`.
+    pub(super) fn label(&self) -> String {
+        if self.unit.is_empty() { self.quantity.into() } else { format!("{} ({})", self.quantity, self.unit) }
+    }
+}
 
 /// Meaning of the colours.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Legend {
-    /// Colour ramp over a range of values in `unit`; `clipped`: some values exceed the end of the range.
-    Ramp { range: Range, unit: String, clipped: bool },
+    Ramp(Bar),
     /// The same, with contact in black.
-    OverContact { range: Range, unit: String, clipped: bool },
+    OverContact(Bar),
     /// No colour bar; the caption explains the colours.
     None,
-}
-
-impl Legend {
-    /// A ramp with the SI prefix that suits the upper end; values in `unit` without prefix.
-    pub(super) fn ramp(range: Range, unit: &str, clipped: bool) -> Self {
-        let (range, unit) = prefixed(range, unit);
-        Legend::Ramp { range, unit, clipped }
-    }
-
-    pub(super) fn over_contact(range: Range, unit: &str, clipped: bool) -> Self {
-        let (range, unit) = prefixed(range, unit);
-        Legend::OverContact { range, unit, clipped }
-    }
-}
-
-fn prefixed(range: Range, unit: &str) -> (Range, String) {
-    let (scale, prefix) = si_scale(range.low.abs().max(range.high.abs()));
-    (Range { low: range.low / scale, high: range.high / scale }, format!("{prefix}{unit}"))
 }
 
 /// A map with the data of its frame.
@@ -56,116 +64,98 @@ pub(super) struct Framed<'a> {
     /// Extents of the cell along x and y, m.
     pub cell_m: [f64; 2],
     pub legend: Legend,
-    pub width: f64,
+    pub format: Format,
 }
 
 impl Framed<'_> {
     pub(super) fn svg(&self) -> String {
-        let (left, right, top) = (3.2 * TEXT, 1.2 * TEXT, 0.5 * TEXT);
-        let across = self.width - left - right;
+        let (t, width) = (self.format.text, self.format.width);
+        let (left, right, top) = (3.4 * t, 0.9 * t, 0.5 * t);
+        let across = width - left - right;
         let down = across * self.cell_m[1] / self.cell_m[0];
         let below = top + down;
         let rows = match self.legend {
-            Legend::Ramp { .. } => 2.0,
-            Legend::OverContact { .. } => 3.2,
+            Legend::Ramp(_) => 3.6,
+            Legend::OverContact(_) => 5.0,
             Legend::None => 0.0,
         };
-        let height = below + 2.4 * LINE + rows * LINE;
-        let mut svg = String::new();
         let alt = escaped(self.alt);
+        let mut svg = self.format.open(below + (2.9 + rows) * t, &alt);
         // Writing into a string does not fail.
         let _ = write!(
             svg,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {height:.0}\" role=\"img\" aria-label=\"{alt}\" \
-             font-family=\"system-ui, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif\" font-size=\"{TEXT}\">\
-             <title>{alt}</title>\
-             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\
-             <image x=\"{left}\" y=\"{top}\" width=\"{across}\" height=\"{down:.2}\" preserveAspectRatio=\"none\" \
+            "<image x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{down:.2}\" preserveAspectRatio=\"none\" \
              style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\
-             <rect x=\"{left}\" y=\"{top}\" width=\"{across}\" height=\"{down:.2}\" fill=\"none\" stroke=\"#000\" \
-             stroke-width=\"1.5\"/>",
-            self.width,
-            STANDARD.encode(self.png)
+             <path fill=\"none\" stroke=\"currentColor\" stroke-width=\"{:.2}\" d=\"M{left:.2} {top:.2}h{across:.2}v{down:.2}h{:.2}z",
+            STANDARD.encode(self.png),
+            0.08 * t,
+            -across
         );
         let (scale, prefix) = si_scale(self.cell_m[0]);
-        let mut text = |x: f64, y: f64, anchor: &str, words: &str| {
-            let words = escaped(words);
-            let _ = write!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{words}</text>");
-        };
         let [x_ticks, y_ticks] = self.cell_m.map(|l| ticks(l / scale));
-        let along = |v: f64, extent: f64| v * scale / extent;
+        let at_x = |v: f64| left + across * v * scale / self.cell_m[0];
+        let at_y = |v: f64| below - down * v * scale / self.cell_m[1];
         for v in &x_ticks {
-            text(left + across * along(*v, self.cell_m[0]), below + 1.1 * LINE, "middle", &trimmed(*v, 4));
+            let _ = write!(svg, "M{:.2} {below:.2}v{:.2}", at_x(*v), 0.35 * t);
         }
         for v in &y_ticks {
-            let y = below - down * along(*v, self.cell_m[1]);
-            text(left - 0.5 * TEXT, y + 0.35 * TEXT, "end", &trimmed(*v, 4));
+            let _ = write!(svg, "M{left:.2} {:.2}h{:.2}", at_y(*v), -0.35 * t);
         }
-        text(left + 0.5 * across, below + 2.1 * LINE, "middle", &format!("x ({prefix}m)"));
+        svg.push_str("\"/>");
         for v in &x_ticks {
-            let x = left + across * along(*v, self.cell_m[0]);
-            let _ = write!(svg, "<path d=\"M{x:.1} {below:.1}v8\" stroke=\"#000\"/>");
+            text(&mut svg, (at_x(*v), below + 1.3 * t), "middle", &trimmed(*v, 4));
         }
         for v in &y_ticks {
-            let y = below - down * along(*v, self.cell_m[1]);
-            let _ = write!(svg, "<path d=\"M{left:.1} {y:.1}h-8\" stroke=\"#000\"/>");
+            text(&mut svg, (left - 0.5 * t, at_y(*v) + 0.35 * t), "end", &trimmed(*v, 4));
         }
-        let (x, y) = (0.95 * TEXT, top + 0.5 * down);
+        text(&mut svg, (left + 0.5 * across, below + 2.5 * t), "middle", &format!("x ({prefix}m)"));
         let _ = write!(
             svg,
-            "<text transform=\"translate({x:.1} {y:.1}) rotate(-90)\" text-anchor=\"middle\">y ({prefix}m)</text>"
+            "<text transform=\"translate({t:.2} {:.2}) rotate(-90)\" text-anchor=\"middle\" fill=\"currentColor\">y ({prefix}m)</text>",
+            top + 0.5 * down
         );
-        self.bar(&mut svg, (left, below + 2.6 * LINE, across));
+        match &self.legend {
+            Legend::Ramp(bar) => self.bar(&mut svg, bar, false, (left, below + 3.3 * t, across)),
+            Legend::OverContact(bar) => self.bar(&mut svg, bar, true, (left, below + 3.3 * t, across)),
+            Legend::None => (),
+        }
         svg.push_str("</svg>");
         svg
     }
 
-    fn bar(&self, svg: &mut String, (left, top, across): (f64, f64, f64)) {
-        let (range, unit, clipped, over) = match &self.legend {
-            Legend::Ramp { range, unit, clipped } => (range, unit, *clipped, false),
-            Legend::OverContact { range, unit, clipped } => (range, unit, *clipped, true),
-            Legend::None => return,
-        };
+    fn bar(&self, svg: &mut String, bar: &Bar, over: bool, (left, top, across): (f64, f64, f64)) {
+        let t = self.format.text;
         let colour = if over { picture::over_contact } else { picture::colour };
         let _ = write!(svg, "<defs><linearGradient id=\"ramp-{}\">", escaped(self.name));
         for i in 0..=STOPS {
             let share = f64::from(i) / f64::from(STOPS);
             let _ = write!(svg, "<stop offset=\"{share:.4}\" stop-color=\"{}\"/>", css(colour(share)));
         }
-        let end = format!("{}{} {unit}", if clipped { "≥ " } else { "" }, trimmed(range.high, 3));
-        let labels = top + 0.7 * TEXT + LINE;
         let _ = write!(
             svg,
-            "</linearGradient></defs><rect x=\"{left}\" y=\"{top:.1}\" width=\"{across}\" height=\"{:.1}\" \
-             fill=\"url(#ramp-{})\" stroke=\"#000\"/><text x=\"{left}\" y=\"{labels:.1}\">{}</text>\
-             <text x=\"{:.1}\" y=\"{labels:.1}\" text-anchor=\"end\">{}</text>",
-            0.7 * TEXT,
+            "</linearGradient></defs><rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{:.2}\" \
+             fill=\"url(#ramp-{})\" stroke=\"currentColor\" stroke-width=\"{:.2}\"/>",
+            0.8 * t,
             escaped(self.name),
-            trimmed(range.low, 3),
-            left + across,
-            escaped(&end)
+            0.06 * t
         );
+        let labels = top + 2.0 * t;
+        text(svg, (left, labels), "start", &trimmed(bar.range.low, 3));
+        let high = format!("{}{}", if bar.clipped { "≥ " } else { "" }, trimmed(bar.range.high, 3));
+        text(svg, (left + across, labels), "end", &high);
+        text(svg, (left + 0.5 * across, labels + 1.2 * t), "middle", &bar.label());
         if over {
-            let y = labels + 0.4 * LINE;
+            let y = labels + 1.8 * t;
             let _ = write!(
                 svg,
-                "<rect x=\"{left}\" y=\"{y:.1}\" width=\"{0:.1}\" height=\"{0:.1}\" fill=\"{1}\"/>\
-                 <text x=\"{2:.1}\" y=\"{3:.1}\">contact</text>",
-                0.8 * TEXT,
+                "<rect x=\"{left:.2}\" y=\"{y:.2}\" width=\"{0:.2}\" height=\"{0:.2}\" fill=\"{1}\" stroke=\"#888\" stroke-width=\"{2:.2}\"/>",
+                0.8 * t,
                 css(BLACK),
-                left + 1.2 * TEXT,
-                y + 0.75 * TEXT
+                0.06 * t
             );
+            text(svg, (left + 1.2 * t, y + 0.75 * t), "start", "contact");
         }
     }
-}
-
-fn css([r, g, b]: Rgb) -> String {
-    format!("rgb({r},{g},{b})")
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// At most six round numbers from zero to an extent.
@@ -196,12 +186,21 @@ mod tests {
             png: b"not looked at",
             cell_m: [1e-4, 5e-5],
             legend,
-            width: IN_A_ROW,
+            format: Format::page(IN_A_ROW),
         };
         let range = Range { low: 0.0, high: 2.5e-6 };
-        let svg = framed(Legend::over_contact(range, "m", true)).svg();
-        for piece in ["x (µm)", "y (µm)", ">100<", ">40<", "≥ 2.5 µm", ">contact<", "p* &lt; 1", "id=\"ramp-gap-1\""]
-        {
+        let svg = framed(Legend::OverContact(Bar::prefixed("gap", range, "m", true))).svg();
+        for piece in [
+            "x (µm)",
+            "y (µm)",
+            ">100<",
+            ">40<",
+            ">≥ 2.5<",
+            ">gap (µm)<",
+            ">contact<",
+            "p* &lt; 1",
+            "id=\"ramp-gap-1\"",
+        ] {
             assert!(svg.contains(piece), "{piece}: {svg}");
         }
         assert!(!framed(Legend::None).svg().contains("linearGradient"));

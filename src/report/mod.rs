@@ -9,5 +9,7 @@ pub mod number;
 pub mod page;
 pub mod picture;
 pub mod plot;
+mod scale;
+mod svg;
 
-pub use page::{PAGE, write, write_ensemble, write_tradeoff};
+pub use page::{PAGE, PrintedFigures, ReportOptions, write, write_with};

@@ -36,6 +36,12 @@ pub struct Picture {
     pub width: usize,
     pub height: usize,
     pixels: Vec<Rgb>,
+    /// Cells along x, and the values shown, row-major from the lowest row. Contact: 0 or 1; superposed: 0 none,
+    /// 1 only the continuum, 2 only the atoms, 3 both; gap: NaN in contact.
+    pub nx: usize,
+    pub values: Vec<f64>,
+    /// Colour of contact in a contact map of one source.
+    pub contact: Option<Rgb>,
 }
 
 /// Values at the ends of a colour bar; values outside are clamped.
@@ -107,12 +113,13 @@ pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Down
 
 /// A continuous map in CIVIDIS; low values are dark.
 pub fn map(small: &DownsampledMap, range: Range) -> Picture {
-    Picture::from_cells(small.nx, small.ny, |i| colour(range.share(small.values[i])))
+    Picture::from_cells(small.nx, small.values.clone(), |i| colour(range.share(small.values[i])))
 }
 
 /// A gap map with contact (from the contact fraction of each cell) in black; small gaps are dark.
 pub fn gap(small: &DownsampledMap, range: Range, contact: &DownsampledMap) -> Picture {
-    Picture::from_cells(small.nx, small.ny, |i| {
+    let values = small.values.iter().enumerate().map(|(i, v)| if touches(contact, i) { f64::NAN } else { *v });
+    Picture::from_cells(small.nx, values.collect(), |i| {
         if touches(contact, i) { BLACK } else { over_contact(range.share(small.values[i])) }
     })
 }
@@ -124,22 +131,28 @@ pub fn touches(small: &DownsampledMap, i: usize) -> bool {
 
 /// A contact map from the contact fraction of each cell: contact in `colour`, on white.
 pub fn contact(small: &DownsampledMap, colour: Rgb) -> Picture {
-    Picture::from_cells(small.nx, small.ny, |i| if touches(small, i) { colour } else { WHITE })
+    let flags = (0..small.values.len()).map(|i| f64::from(u8::from(touches(small, i)))).collect();
+    let picture = Picture::from_cells(small.nx, flags, |i| if touches(small, i) { colour } else { WHITE });
+    Picture { contact: Some(colour), ..picture }
 }
 
 /// Superposition of two contact maps of the same shape: black where both are in contact, orange for the continuum
 /// only, blue for the atoms only.
 pub fn superposed(continuum: &DownsampledMap, atoms: &DownsampledMap) -> Picture {
-    Picture::from_cells(continuum.nx, continuum.ny, |i| match (touches(continuum, i), touches(atoms, i)) {
-        (true, true) => BLACK,
-        (true, false) => ORANGE,
-        (false, true) => BLUE,
-        (false, false) => WHITE,
+    let code = |i| f64::from(u8::from(touches(continuum, i)) + 2 * u8::from(touches(atoms, i)));
+    Picture::from_cells(continuum.nx, (0..continuum.values.len()).map(code).collect(), |i| {
+        match (touches(continuum, i), touches(atoms, i)) {
+            (true, true) => BLACK,
+            (true, false) => ORANGE,
+            (false, true) => BLUE,
+            (false, false) => WHITE,
+        }
     })
 }
 
 impl Picture {
-    fn from_cells(nx: usize, ny: usize, colour: impl Fn(usize) -> Rgb) -> Self {
+    fn from_cells(nx: usize, values: Vec<f64>, colour: impl Fn(usize) -> Rgb) -> Self {
+        let ny = values.len() / nx;
         let factor = SMALLEST_SIDE.div_ceil(nx.max(ny)).min(LONGEST_SIDE / nx.max(ny).max(1)).max(1);
         let (width, height) = (nx * factor, ny * factor);
         let mut pixels = Vec::with_capacity(width * height);
@@ -152,7 +165,7 @@ impl Picture {
                 pixels.extend_from_within(start..start + width);
             }
         }
-        Picture { width, height, pixels }
+        Picture { width, height, pixels, nx, values, contact: None }
     }
 
     /// PNG file contents, 8-bit RGB.

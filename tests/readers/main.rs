@@ -1,6 +1,5 @@
-//! Results in other programs: Python readers and a browser.
+//! Results in other programs: Python readers.
 
-mod browser;
 #[path = "../common/lammps.rs"]
 mod lammps;
 #[path = "../common/program.rs"]

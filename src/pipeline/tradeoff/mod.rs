@@ -63,7 +63,7 @@ pub fn tradeoff<'a>(
     warnings.extend(notes(&case, &outcome));
     let table = results::table((&case, request), &bench, &method_runs, &references, outcome, warnings);
     table.write(out)?;
-    let page = report::write_tradeoff(out)?;
+    let page = report::write(out)?;
     run::list_files(out)?;
     Ok((table, page))
 }

@@ -2,16 +2,18 @@
 
 use maud::{Markup, html};
 
+use super::bands;
 use super::compare::key;
-use super::curves::branches;
+use super::curves::{branches, formula, theory};
 use super::figures::{FigureWriter, figure, panel, panels, table, text};
 use super::methods::column;
+use super::surface::{DENSITY_LABELS, density_units};
 use crate::challenge::{SIZE_EXPONENT, reference, summary};
 use crate::error::Result;
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, FIRST_TOUCH, Observed, Results, StateResults};
-use crate::report::map::Legend;
+use crate::report::map::{Bar, Legend};
 use crate::report::number::significant;
 use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Picture, Range};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
@@ -20,9 +22,6 @@ const WITH: Style = plot::ATOMS;
 const WITHOUT: Style = plot::HARD;
 const THEORY: Style = plot::EXPECTED;
 const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT };
-
-/// Number of points of a curve given by a formula.
-const FINE: usize = 200;
 
 /// Table of the acceptance checks.
 pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
@@ -50,6 +49,10 @@ pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
         .collect();
     html! {
         p { "Statements of the paper compared with this run: " (summary(list)) "." }
+        @if let Some(chart) = bands::chart(list) {
+            (figure(chart, html! { "Value (dot), the paper’s value (line) and accepted range (band) of every assessed statement, each "
+                "on its own axis; open ranges end at the other side of the paper’s value." }))
+        }
         (table(&["", "statement", "found", "reference", "accepted", "status", "reason"], rows))
     }
 }
@@ -59,7 +62,7 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
     let (Some(with), Some(without)) = (&results.continuum, &results.non_adhesive) else { return Ok(html! {}) };
     let mut drawn = Vec::new();
     for (number, plot, caption) in [
-        (1, spectrum(results), "Spectrum of the surface: realised and prescribed."),
+        (1, spectrum(writer, results), "Spectrum of the surface: realised and prescribed."),
         (4, section(writer, with, without, Quantity::Gap)?, "Gap along y at x = L/2, at the reference load."),
         (
             5,
@@ -83,7 +86,7 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
     if let Some(file) = &results.surface.heights {
         let heights = picture::load(&writer.field(file)?, LONGEST_SIDE, |h| h * writer.scales.length_m)?;
         let range = Range::of(&heights.values, 0.0);
-        let legend = Legend::ramp(range, "m", false);
+        let legend = Legend::Ramp(Bar::prefixed("height", range, "m", false));
         let names = ("figure-02", "height map of the challenge’s surface");
         let map = writer.large_map(names, &picture::map(&heights, range), writer.scales.length_m, legend)?;
         drawn.push((2, map, "The surface; dark areas touch first."));
@@ -96,9 +99,69 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
         p { "The figures of the challenge’s paper, from this run: with and without adhesion, loading and unloading. "
             "Loads are p* = p/(E* ḡ), the reference load is p* = 0.01." }
         @for (number, drawing, caption) in &drawn {
-            (figure(drawing.clone(), html! { (caption) " (The paper’s figure " (number) ".)" }))
+            (figure(drawing.clone(), html! {
+                (caption) " (The paper’s figure " (number) ".)"
+                @for claim in claims(&results.acceptance, *number) { br; (claim) }
+            }))
         }
     })
+}
+
+/// Statements that the figures of the paper support; those with letters are numbered alike.
+const CLAIMS: [(u32, &[&str]); 9] = [
+    (2, &["S04"]),
+    (3, &["S05", "S06"]),
+    (5, &["S14"]),
+    (6, &["S15", "S16"]),
+    (7, &["S17"]),
+    (8, &["S21"]),
+    (9, &["S22", "S23", "S24"]),
+    (11, &["S08", "S09"]),
+    (12, &["S11", "S12", "S13"]),
+];
+/// The figure of the area, which supports most of them.
+const AREA_CLAIMS: (u32, &[&str]) = (10, &["S05", "S06", "S07", "S10"]);
+
+/// Claims of a figure with our values.
+fn claims(list: &[AcceptanceCheck], number: u32) -> Vec<Markup> {
+    let of = CLAIMS.iter().chain([&AREA_CLAIMS]).find(|c| c.0 == number).map_or(&[] as &[&str], |c| c.1);
+    let about = |check: &&AcceptanceCheck| of.iter().any(|id| check.id.starts_with(id));
+    let line = |j: &AcceptanceCheck| {
+        let unit = if j.unit == "1" { "" } else { &j.unit };
+        let value = |v: f64| format!("{} {unit}", significant(v, 4)).trim_end().to_string();
+        html! {
+            (j.id) ", " (j.statement) ": "
+            @match j.value {
+                Some(v) => {
+                    strong { (value(v)) }
+                    @if let Some(r) = j.reference { "; the paper " (value(r)) }
+                    @if let Some(a) = j.accepted(value) { " (accepted " (a) ")" }
+                    ", " (j.status)
+                },
+                None => { (j.status) ", " (j.reason) },
+            } "."
+        }
+    };
+    list.iter().filter(about).map(line).collect()
+}
+
+/// What this grid tests, first.
+pub(super) fn conclusion(results: &Results) -> Markup {
+    let list = &results.acceptance;
+    let ids = |is: &dyn Fn(&AcceptanceCheck) -> bool| {
+        list.iter().filter(|j| is(j)).map(|j| j.id.as_str()).collect::<Vec<_>>()
+    };
+    let setup = ids(&|j| j.scope == CheckScope::Setup && j.status == CheckStatus::Pass);
+    let untested = ids(&|j| j.status == CheckStatus::NotAssessed);
+    let passed = ids(&|j| j.scope != CheckScope::Setup && j.status == CheckStatus::Pass);
+    let failed = ids(&|j| j.status == CheckStatus::Fail);
+    let named = |ids: &[&str]| if ids.is_empty() { String::new() } else { format!(" ({})", ids.join(", ")) };
+    html! {
+        strong { "This grid of " (results.surface.nx) " × " (results.surface.ny) " tests " (passed.len() + failed.len()) " of "
+            (list.len()) " statements" } ": " (passed.len()) " pass, " (failed.len()) " fail" (named(&failed)) ". "
+        (setup.len()) " hold by set-up and test nothing" (named(&setup)) "; " (untested.len()) " cannot be tested here"
+        (named(&untested)) "."
+    }
 }
 
 fn contacts(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Result<Option<Markup>> {
@@ -139,14 +202,15 @@ fn observed(
     ]
 }
 
-fn spectrum(results: &Results) -> Plot {
+fn spectrum(writer: &FigureWriter, results: &Results) -> Plot {
     let points = &results.surface.psd;
+    let (q, c) = density_units(writer);
     Plot::new(
         (Axis::Log, Axis::Log),
-        ("wave number |q| L/2π", "C(q) (L²)"),
+        DENSITY_LABELS,
         vec![
-            curve("realised", plot::REALISED, points.iter().map(|p| (p.mode, p.realised)).collect()),
-            curve("prescribed", THEORY, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
+            curve("realised", plot::REALISED, points.iter().map(|p| (p.mode * q, p.realised * c)).collect()),
+            curve("prescribed", THEORY, points.iter().filter_map(|p| Some((p.mode * q, p.expected? * c))).collect()),
         ],
     )
 }
@@ -217,25 +281,10 @@ fn paths(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&State
     curves
 }
 
-/// A formula evaluated over the load range of the curves.
-fn formula(label: &str, over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> Curve {
-    let loads = || over.iter().flat_map(|c| &c.points).map(|p| p.0);
-    let (low, high) = (loads().fold(f64::INFINITY, f64::min), loads().fold(0.0, f64::max));
-    let at = |i: usize| {
-        let share = i as f64 / FINE as f64;
-        let p = if axis == Axis::Log { low * (high / low).powf(share) } else { low + share * (high - low) };
-        (p, of(p))
-    };
-    curve(label, THEORY, if low < high { (0..=FINE).map(at).collect() } else { Vec::new() })
-}
-
 fn area(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let mut curves = paths(with, without, |s| s.contact_fraction_corrected);
-    let root = std::f64::consts::PI.sqrt();
-    // As in statement S07, p* is based on the rms gradient that the grid resolves.
-    let gradient = without.resolved_gradient.unwrap_or(1.0);
-    let label = if gradient > 0.99 { "erf(√π p*)".into() } else { format!("erf(√π p*/{gradient:.2})") };
-    curves.push(formula(&label, &curves, Axis::Log, |p| libm::erf(root * p / gradient)));
+    let (label, theory) = theory(without);
+    curves.push(formula((&label, THEORY), &curves, Axis::Log, theory));
     Plot::new((Axis::Log, Axis::Log), ("load p*", "relative contact area a_r"), curves)
 }
 
@@ -247,7 +296,7 @@ fn contact_pressure(with: &ContinuumResults, without: &ContinuumResults) -> Plot
 fn mean_gap(writer: &FigureWriter, results: &Results, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let um = writer.scales.length_m * 1e6;
     let mut curves = paths(with, without, |s| s.mean_gap * um);
-    curves.push(formula("0.3 µm exp(−8 p*)", &curves, Axis::Linear, |p| 0.3 * (-8.0 * p).exp()));
+    curves.push(formula(("0.3 µm exp(−8 p*)", THEORY), &curves, Axis::Linear, |p| 0.3 * (-8.0 * p).exp()));
     let touch = results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
     let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..plot::SOFT };
     curves.extend(touch.map(|h| curve("rigid first touch", arrow, vec![(0.0, h)])));

@@ -10,7 +10,7 @@ use crate::record::downsample::DownsampledMap;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Section, StateResults,
 };
-use crate::report::map::Legend;
+use crate::report::map::{Bar, Legend};
 use crate::report::number::{count, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Range, Rgb};
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Style};
@@ -297,7 +297,7 @@ fn gap_maps(
     let range = Range { low: 0.0, ..Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED) };
     let mut panels = Vec::new();
     for (title, name, small, contact) in &maps {
-        let legend = Legend::OverContact { range, unit: "Å".into(), clipped: clipped(small, range) };
+        let legend = Legend::OverContact(Bar::plain("gap", range, "Å", clipped(small, range)));
         let names = (format!("{name}-{number}"), *title);
         let drawn = picture::gap(small, range, contact);
         let image = writer.map((&names.0, names.1), &drawn, length * ANGSTROM_M, legend)?;

@@ -6,7 +6,7 @@ use super::figures::{FigureWriter, capitalised, figure, numbers, panel, panels, 
 use super::loads::PANEL_SIDE;
 use crate::error::Result;
 use crate::record::results::{AtomsResults, ComparisonResults, LoadComparison};
-use crate::report::map::Legend;
+use crate::report::map::{Bar, Legend};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::picture::{self, Range};
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, PANEL, Plot, SOFT, Style, THRESHOLD};
@@ -88,16 +88,18 @@ pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<
     })
 }
 
-/// The smoothed normal stress of every load, in one range of colours each.
+/// The smoothed normal stress of every load.
 fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let mut drawn = Vec::new();
     let (mut width, mut worst) = (0.0, 0.0_f64);
+    let highest = atoms.states.iter().filter_map(|s| s.stress.as_ref()).map(|s| s.highest_gpa).fold(0.0, f64::max);
     for (i, state) in atoms.states.iter().enumerate() {
         let Some(stress) = &state.stress else { continue };
         (width, worst) = (stress.width_angstrom, worst.max(stress.load_error.abs()));
         let small = picture::load(&writer.field(&stress.map)?, PANEL_SIDE, |v| v)?;
-        let range = Range { low: 0.0, ..Range::of(&small.values, 0.0) };
-        let legend = Legend::Ramp { range, unit: "GPa".into(), clipped: false };
+        let own = Range { low: 0.0, ..Range::of(&small.values, 0.0) };
+        let range = if writer.own_ranges() || highest <= 0.0 { own } else { Range { low: 0.0, high: highest } };
+        let legend = Legend::Ramp(Bar::plain("normal stress", range, "GPa", false));
         let title = format!("p* = {}", trimmed(state.p_star, 4));
         let names = (format!("stress-atoms-{}", i + 1), format!("normal stress of the atoms at {title}"));
         let picture = picture::map(&small, range);
@@ -111,7 +113,7 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     Ok(figure(
         panels(drawn.len().min(3), &drawn),
         html! { "Normal stress: the indenter’s force on each atom, spread by a Gaussian with a standard deviation of "
-        (trimmed(width, 4)) " Å. The integral of the field is the load to " (significant(worst, 1)) " (relative)." },
+        (trimmed(width, 4)) " Å. The integral of the field is the load to " (significant(worst, 1)) " (relative). " (writer.range_note()) },
     ))
 }
 

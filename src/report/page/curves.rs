@@ -4,11 +4,15 @@ use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::figures::{FigureWriter, figure};
+use super::tradeoff::method_style;
 use crate::error::Result;
-use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LoadComparison, Results, StateResults};
+use crate::record::results::{
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, LoadComparison, Results, StateResults,
+};
 use crate::report::number::si_scale;
 use crate::report::plot::{
-    ATOMS, Axis, BACK, Curve, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD, UNCONVERGED,
+    ATOMS, Axis, BACK, Curve, Dash, EXPECTED, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD,
+    UNCONVERGED,
     YIELDING,
 };
 
@@ -57,37 +61,25 @@ pub(super) fn branches(
     curves
 }
 
-/// Contact fraction against p*, for all solutions and criteria.
-fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
+/// Contact fraction (%) against p*, for all solutions, methods and criteria, with the theory of the challenge's paper.
+fn area_plot(results: &Results) -> Plot {
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
-        let label = format!("{}, laboratory scale", c.method);
+        let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
+        let label = format!("{}{scale}", c.method);
         curves.extend(branches(c, (&label, LABORATORY), &|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)));
     }
     if let Some(c) = &results.non_adhesive {
         let points = c.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)).collect();
         curves.push(Curve { label: "without adhesion".into(), style: HARD, points });
     }
+    for m in results.methods.iter().filter(|m| !m.states.is_empty()) {
+        let label = format!("{}{}", m.method, if m.adhesive { "" } else { ", without adhesion" });
+        let points = m.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.area())).collect();
+        curves.push(Curve { label, style: method_style(&m.method), points });
+    }
     if let Some(c) = &results.comparison {
-        let mut ids: Vec<&str> = Vec::new();
-        for m in c.loads.iter().flat_map(|l| &l.continuum) {
-            if !ids.contains(&m.id.as_str()) {
-                ids.push(&m.id);
-            }
-        }
-        for id in ids {
-            let of = |l: &LoadComparison| {
-                l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_fraction))
-            };
-            let (style, label): (Style, String) = match id {
-                "hard_wall" => (HARD, "hard wall, gap = 0".into()),
-                "offset_wall" => (THRESHOLD, "offset wall".into()),
-                "compliant_wall" => (SOFT, "compliant wall".into()),
-                "yielding_wall" => (YIELDING, "compliant wall with hardness".into()),
-                other => (THRESHOLD, other.into()),
-            };
-            curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });
-        }
+        curves.extend(criteria(c));
     }
     if let Some(a) = &results.atoms {
         let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
@@ -106,13 +98,86 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     // On linear axes the low loads of a long load path would not be distinguishable.
     let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
     let include = if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] };
-    let plot = Plot { include, ..Plot::new((axis, axis), ("p*", "contact (%)"), curves) };
-    let Some(svg) = writer.curves("area", &plot)? else { return Ok(None) };
+    let matched = results.comparison.as_ref().map(|c| &c.hard_wall);
+    for (c, style) in results.continuum.iter().map(|c| (c, EXPECTED)).chain(matched.map(|c| (c, MATCHED))) {
+        let (label, theory) = theory(c);
+        let theory = formula((&label, style), &curves, axis, |p| 100.0 * theory(p));
+        if !theory.points.is_empty() && !curves.iter().any(|c| c.label == theory.label) {
+            curves.push(theory);
+        }
+    }
+    Plot { include, ..Plot::new((axis, axis), ("reduced load p*", "contact (% of the cell)"), curves) }
+}
+
+/// The theory at the rms gradient that the atoms' scale resolves.
+const MATCHED: Style = Style { dash: Dash::Dotted, ..EXPECTED };
+
+/// Label and formula of the contact fraction by Persson's theory without adhesion. As in statement S07 of the challenge,
+/// p* is based on the rms gradient that the grid resolves.
+pub(super) fn theory(c: &ContinuumResults) -> (String, impl Fn(f64) -> f64) {
+    let root = std::f64::consts::PI.sqrt();
+    let gradient = c.resolved_gradient.unwrap_or(1.0);
+    let label = if gradient > 0.99 { "erf(√π p*)".into() } else { format!("erf(√π p*/{gradient:.2})") };
+    (label, move |p| libm::erf(root * p / gradient))
+}
+
+/// Number of points of a curve given by a formula.
+const FINE: usize = 200;
+
+/// A formula evaluated over the load range of the curves.
+pub(super) fn formula((label, style): (&str, Style), over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> Curve {
+    let loads = || over.iter().flat_map(|c| &c.points).map(|p| p.0);
+    let (low, high) = (loads().fold(f64::INFINITY, f64::min), loads().fold(0.0, f64::max));
+    let low = if axis == Axis::Log { low } else { low.max(0.0) };
+    let at = |i: usize| {
+        let share = i as f64 / FINE as f64;
+        let p = if axis == Axis::Log { low * (high / low).powf(share) } else { low + share * (high - low) };
+        (p, of(p))
+    };
+    let points = if low < high { (0..=FINE).map(at).collect() } else { Vec::new() };
+    Curve { label: label.into(), style, points }
+}
+
+/// Contact fraction (%) of the matched continuum under each criterion.
+fn criteria(c: &ComparisonResults) -> Vec<Curve> {
+    let mut ids: Vec<&str> = Vec::new();
+    for m in c.loads.iter().flat_map(|l| &l.continuum) {
+        if !ids.contains(&m.id.as_str()) {
+            ids.push(&m.id);
+        }
+    }
+    let curve = |id: &str| {
+        let of = |l: &LoadComparison| {
+            l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_fraction))
+        };
+        let (style, label): (Style, String) = match id {
+            "hard_wall" => (HARD, "hard wall, gap = 0".into()),
+            "offset_wall" => (THRESHOLD, "offset wall".into()),
+            "compliant_wall" => (SOFT, "compliant wall".into()),
+            "yielding_wall" => (YIELDING, "compliant wall with hardness".into()),
+            other => (THRESHOLD, other.into()),
+        };
+        Curve { label, style, points: c.loads.iter().filter_map(of).collect() }
+    };
+    ids.into_iter().map(curve).collect()
+}
+
+/// The area–load curve of the first screen.
+pub(super) fn first_screen(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
+    writer.curves("first-area", &Plot { width: FIRST, proportion: 0.72, ..area_plot(results) })
+}
+
+/// Width of the curve of the first screen, px.
+const FIRST: f64 = 430.0;
+
+fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
+    let Some(svg) = writer.curves("area", &area_plot(results))? else { return Ok(None) };
     Ok(Some(figure(
         svg,
         html! { "Contact fraction against reduced load. The curve at the laboratory scale is perimeter-corrected"
         @if results.comparison.is_some() { "; those at the atoms’ scale are fractions of the surface sites, for comparison "
-            "with the atoms" } "." },
+            "with the atoms" } ". erf: Persson’s theory without adhesion, at the rms gradient that the grid"
+        @if results.comparison.is_some() { " or the block of atoms" } " resolves." },
     )))
 }
 

@@ -54,9 +54,13 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
         ("stress (kPa), compression positive", "probability density (1/kPa)"),
         curves(&|o| o.stress.density_in(kpa)),
     );
+    // Counting errors: d/√n of n clusters.
+    let counting = |o: &Observed| o.patch_density.iter().map(|[_, d, n]| d / (um * um) / n.max(1.0).sqrt()).collect();
+    let errors: Vec<Vec<f64>> = shown.iter().take(LOADS).map(|&i| counting(all[i].1)).collect();
     let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect());
     sizes.extend(slope(&sizes));
-    let sizes = Plot::new((Axis::Log, Axis::Log), ("area of a cluster (µm²)", "density of clusters (1/µm²)"), sizes);
+    let labels = ("area of a cluster (µm²)", "density of clusters (1/µm²)");
+    let sizes = Plot { errors, ..Plot::new((Axis::Log, Axis::Log), labels, sizes) };
     let shares = Plot::new(
         (Axis::Log, Axis::Linear),
         ("area of a cluster (µm²)", "fraction of the contact in clusters up to it"),
@@ -71,7 +75,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
             "Distribution of the normal stress. Without adhesion, nodes out of contact have zero stress and are not shown; with \
              adhesion they are under tension.",
         ),
-        ("cluster-sizes", sizes, "Density of contact clusters by area."),
+        ("cluster-sizes", sizes, "Density of contact clusters by area; bars are counting errors, 1/√n of n clusters."),
         (
             "cluster-area",
             shares,

@@ -1,6 +1,10 @@
 //! HTML page: head, sections, footer.
 
+use std::path::Path;
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::error::{Error, Result};
 
 /// A section of the page: anchor, title, contents.
 pub(super) struct Section {
@@ -9,29 +13,52 @@ pub(super) struct Section {
     pub body: Markup,
 }
 
-/// A complete page: title and lead, summary, sections. `from`: name of the source file.
-pub(super) fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], from: &str) -> Markup {
-    html! {
+/// A complete page: title and lead, first screen, sections. `source`: the file with the results.
+///
+/// # Errors
+/// The file cannot be read.
+pub(super) fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], source: &Path) -> Result<Markup> {
+    let hash = blake3::hash(&std::fs::read(source).map_err(Error::io("read", source))?).to_hex();
+    let from = source.file_name().map_or_else(String::new, |f| f.to_string_lossy().into_owned());
+    let version = concat!("asperity ", env!("CARGO_PKG_VERSION"));
+    // Texts in margins of printed pages; the script adds the date of printing.
+    let quoted = |text: &str| text.replace(['\\', '"', '<', '\n'], " ");
+    let margins = format!(
+        "@page {{ @top-left {{ content: \"{}\"; }} @top-right {{ content: \"{version}, {from} {}\"; }} \
+         @bottom-right {{ content: counter(page) \" / \" counter(pages); }} }}",
+        quoted(name),
+        &hash[..12]
+    );
+    Ok(html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="generator" content={ "asperity " (env!("CARGO_PKG_VERSION")) };
+                meta name="generator" content=(version);
+                meta name="color-scheme" content="light dark";
                 title { (name) }
-                style { (PreEscaped(include_str!("style.css"))) }
+                style { (PreEscaped(include_str!("style.css"))) (PreEscaped(margins)) }
             }
             body {
-                h1 { (name) }
-                @if !lead.is_empty() { p.lead { (lead) } }
-                nav { @for s in sections { a href={ "#" (s.anchor) } { (s.title) } } }
-                (top)
-                @for s in sections { section id=(s.anchor) { h2 { (s.title) } (s.body) } }
-                footer { "Drawn by asperity " (env!("CARGO_PKG_VERSION")) " from " (from) " in the same folder; the figures "
-                    "are also files there. Every number on this page comes from the results. Terms are defined in docs/glossary.md." }
+                header {
+                    h1 { (name) }
+                    a.skip href="#contents" { "Contents" }
+                }
+                main {
+                    div.first { (top) }
+                    div.reading {
+                        @if !lead.is_empty() { p.lead { (lead) } }
+                        nav id="contents" aria-label="Contents" { @for s in sections { a href={ "#" (s.anchor) } { (s.title) } } }
+                        @for s in sections { section id=(s.anchor) { h2 { (s.title) } (s.body) } }
+                    }
+                }
+                footer { "Drawn by " (version) " from " (from) " (BLAKE3 " (&hash[..12]) ") in the same folder; the figures "
+                    "are also files there. Every number on this page comes from the results." }
+                script { (PreEscaped(include_str!("maps.js"))) (PreEscaped(include_str!("page.js"))) }
             }
         }
-    }
+    })
 }
 
 /// A citation with its DOI or address as a link.

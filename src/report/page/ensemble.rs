@@ -46,7 +46,7 @@ pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
         Section { anchor: "points", title: "Points", body: points(e) },
     ];
     let lead = "Bars are standard errors of the means; dotted lines are the extreme realisations.";
-    Ok(document((&e.name, lead), summary(e), &sections, FILE))
+    document((&e.name, lead), summary(e), &sections, &writer.folder.join(FILE))
 }
 
 fn summary(e: &Ensemble) -> Markup {
@@ -54,6 +54,10 @@ fn summary(e: &Ensemble) -> Markup {
     let largest =
         e.differences.iter().filter(|d| d.of.quantity == "contact_fraction" && d.of.branch == Branch::Loading);
     html! {
+        @if let Some((d, r)) = largest.clone().filter_map(|d| Some((d, d.relative.as_ref()?))).last() {
+            p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } ", at p* = "
+                (significant(d.p_star, 3)) ", mean ± standard error, and extremes." }
+        }
         p { (count(PointStatus::Done)) " of " (e.points.len()) " points over " (e.keys.join(", ")) " are done, "
             (count(PointStatus::Failed)) " failed." }
         ul {
@@ -84,8 +88,11 @@ fn name(group: &Group) -> String {
     group.iter().map(|(k, v)| format!("{k} = {v}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Curves of means on the loading branch: bars of standard errors, dotted extremes.
-fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sample)>, factor: f64) -> Vec<Curve> {
+/// Curves of means on the loading branch with their standard errors, and dotted extremes.
+fn curves<'a>(
+    samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sample)>,
+    factor: f64,
+) -> (Vec<Curve>, Vec<Vec<f64>>) {
     let mut lists: Vec<(String, Vec<(f64, Sample)>)> = Vec::new();
     for (_, label, p_star, sample) in samples.filter(|(of, ..)| of.branch == Branch::Loading) {
         match lists.iter_mut().find(|(l, _)| *l == label) {
@@ -93,27 +100,19 @@ fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sa
             None => lists.push((label, vec![(p_star, *sample)])),
         }
     }
-    let mut curves = Vec::new();
+    let (mut curves, mut errors) = (Vec::new(), Vec::new());
     for (i, (label, mut list)) in lists.into_iter().enumerate() {
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
         let style = |dash, marker| Style { colour: COLOURS[i % COLOURS.len()], dash, marker };
         let line = |of: &dyn Fn(&Sample) -> f64| list.iter().map(|(p, s)| (*p, factor * of(s))).collect();
-        let bars = list.iter().filter_map(|(p, s)| {
-            let e = s.standard_error?;
-            Some((*p, [s.mean - e, s.mean + e]))
-        });
-        let bar = |(p, [low, high]): (f64, [f64; 2])| Curve {
-            label: String::new(),
-            style: style(Dash::Solid, Marker::None),
-            points: vec![(p, factor * low), (p, factor * high)],
-        };
         let marker = Marker::DISTINCT[i % Marker::DISTINCT.len()];
         curves.push(Curve { label, style: style(Dash::Solid, marker), points: line(&|s| s.mean) });
-        curves.extend(bars.map(bar));
+        errors.push(list.iter().map(|(_, s)| factor * s.standard_error.unwrap_or(0.0)).collect());
+        errors.extend([Vec::new(), Vec::new()]);
         let extreme = |points| Curve { label: String::new(), style: style(Dash::Dotted, Marker::None), points };
         curves.extend([extreme(line(&|s| s.min)), extreme(line(&|s| s.max))]);
     }
-    curves
+    (curves, errors)
 }
 
 fn means(
@@ -133,9 +132,9 @@ fn means(
     // Gaps of the laboratory and of the atoms have their own figures.
     for (i, unit) in units.into_iter().enumerate() {
         let list = e.statistics.iter().filter(of).filter(|s| s.of.unit == unit);
-        let all = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
+        let (all, errors) = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
         let label = if unit == "1" { label.to_string() } else { format!("{label} ({})", shown(unit)) };
-        let plot = Plot::new((Axis::Log, axis), ("p*", &label), all);
+        let plot = Plot { errors, ..Plot::new((Axis::Log, axis), ("p*", &label), all) };
         let found = writer.curves(&format!("ensemble-{k}-{quantity}-{i}"), &plot)?;
         drawn.extend(found.map(|c| figure(c, html! { (capitalised(&label)) " against load" (of_group(group)) "." })));
     }
@@ -149,7 +148,8 @@ fn differences(writer: &FigureWriter, e: &Ensemble, (k, group): (usize, &Group))
             Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.p_star, d.relative.as_ref()?))
         });
     let label = "deviation of the contact area (%)";
-    let plot = Plot::new((Axis::Log, Axis::Linear), ("p*", label), curves(relative, 100.0));
+    let (all, errors) = curves(relative, 100.0);
+    let plot = Plot { errors, ..Plot::new((Axis::Log, Axis::Linear), ("p*", label), all) };
     let caption = html! { "Relative differences of the contact area on the same realisations" (of_group(group)) "." };
     Ok(writer.curves(&format!("ensemble-{k}-differences"), &plot)?.map(|c| figure(c, caption)))
 }

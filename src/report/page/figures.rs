@@ -4,12 +4,14 @@ use std::path::{Component, Path, PathBuf};
 
 use maud::{Markup, PreEscaped, html};
 
+use super::printed::{self, ReportOptions};
 use crate::error::{Error, Result};
 use crate::record::atomic_file::write_atomic;
 use crate::record::results::{FILE, ScalesSi};
 use crate::report::map::{self, Framed, Legend};
 use crate::report::picture::Picture;
 use crate::report::plot::Plot;
+use crate::report::svg::Format;
 
 /// Run folder and common data of its pictures.
 pub(super) struct FigureWriter<'a> {
@@ -17,6 +19,7 @@ pub(super) struct FigureWriter<'a> {
     /// Extent in y over extent in x; pictures have the shape of the cell even if pixels are not square.
     pub aspect: f64,
     pub scales: ScalesSi,
+    pub options: &'a ReportOptions,
 }
 
 impl FigureWriter<'_> {
@@ -43,6 +46,15 @@ impl FigureWriter<'_> {
         self.framed((name, alt), picture, length_m, legend, map::IN_A_ROW)
     }
 
+    /// Whether every map has its own colour range.
+    pub(super) fn own_ranges(&self) -> bool {
+        self.options.own_ranges
+    }
+
+    pub(super) fn range_note(&self) -> &'static str {
+        if self.own_ranges() { "Every map has its own colour range." } else { "One colour range over all loads." }
+    }
+
     /// [`Self::map`] at full width.
     pub(super) fn large_map(
         &self,
@@ -62,10 +74,21 @@ impl FigureWriter<'_> {
         legend: Legend,
         width: f64,
     ) -> Result<Markup> {
+        if let Some(printed) = &self.options.printed {
+            printed::map(self.folder, printed, (name, alt), picture, ([length_m, self.aspect * length_m], &legend))?;
+        }
         let path = |end: &str| self.folder.join("figures").join(format!("{name}.{end}"));
         let png = picture.png().map_err(Error::io("write", path("png")))?;
         write_atomic(&path("png"), |w| std::io::Write::write_all(w, &png))?;
-        let svg = Framed { name, alt, png: &png, cell_m: [length_m, self.aspect * length_m], legend, width }.svg();
+        let svg = Framed {
+            name,
+            alt,
+            png: &png,
+            cell_m: [length_m, self.aspect * length_m],
+            legend,
+            format: Format::page(width),
+        }
+        .svg();
         write_atomic(&path("svg"), |w| std::io::Write::write_all(w, svg.as_bytes()))?;
         Ok(PreEscaped(svg))
     }
@@ -73,6 +96,9 @@ impl FigureWriter<'_> {
     /// Writes `figures/NAME.svg` and returns it; `None` if no curve has points.
     pub(super) fn curves(&self, name: &str, plot: &Plot) -> Result<Option<Markup>> {
         let Some(svg) = plot.svg() else { return Ok(None) };
+        if let Some(printed) = &self.options.printed {
+            printed::plot(self.folder, printed, name, plot)?;
+        }
         let path = self.folder.join("figures").join(format!("{name}.svg"));
         write_atomic(&path, |w| std::io::Write::write_all(w, svg.as_bytes()))?;
         Ok(Some(html! { div.curves { (PreEscaped(svg)) } }))

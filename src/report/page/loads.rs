@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, StateResults};
 use crate::report::hysteresis::hysteresis_sentence;
-use crate::report::map::Legend;
+use crate::report::map::{Bar, Legend};
 use crate::report::number::{count, duration, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, Range};
 
@@ -122,10 +122,37 @@ fn shown(states: &[StateResults]) -> Vec<usize> {
     (0..LOADS_SHOWN).map(|i| with_maps[i * (with_maps.len() - 1) / (LOADS_SHOWN - 1)]).collect()
 }
 
+fn of_gap<'a>(values: impl IntoIterator<Item = &'a f64>) -> Range {
+    Range { low: 0.0, ..Range::of(values, CLIPPED) }
+}
+
+pub(super) fn of_stress<'a>(values: impl IntoIterator<Item = &'a f64>) -> Range {
+    let range = Range::of(values, CLIPPED);
+    if -range.low < NO_TENSION * range.high { Range { low: 0.0, ..range } } else { range }
+}
+
+/// Colour ranges of gap and stress over the loads shown; `None` if every map has its own.
+fn common_ranges(writer: &FigureWriter, c: &ContinuumResults) -> Result<(Option<Range>, Option<Range>)> {
+    if writer.own_ranges() {
+        return Ok((None, None));
+    }
+    let (mut gaps, mut stresses) = (Vec::new(), Vec::new());
+    for state in shown(&c.states).into_iter().map(|i| &c.states[i].numbers) {
+        if let Some(file) = &state.gap_map {
+            gaps.extend(picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * writer.scales.length_m)?.values);
+        }
+        if let Some(file) = &state.stress_map {
+            stresses.extend(picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * writer.scales.modulus_pa)?.values);
+        }
+    }
+    Ok((Some(of_gap(&gaps)), Some(of_stress(&stresses))))
+}
+
 fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let shown = shown(&c.states);
     let (mut contacts, mut gaps, mut stresses) = (Vec::new(), Vec::new(), Vec::new());
     let length_m = writer.scales.length_m;
+    let (gap_range, stress_range) = common_ranges(writer, c)?;
     for (i, state) in c.states.iter().enumerate() {
         let p_star = trimmed(state.numbers.p_star, 4);
         let title = |what: &str| {
@@ -136,8 +163,8 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             let file = writer.field(file)?;
             let small = picture::load(&file, PANEL_SIDE, |v| v * length_m)?;
             let contact = picture::load(&file, PANEL_SIDE, |v| f64::from(u8::from(v <= 0.0)))?;
-            let range = Range { low: 0.0, ..Range::of(&small.values, CLIPPED) };
-            let legend = Legend::over_contact(range, "m", clipped(&small, range));
+            let range = gap_range.unwrap_or_else(|| of_gap(&small.values));
+            let legend = Legend::OverContact(Bar::prefixed("gap", range, "m", clipped(&small, range)));
             let names = (format!("gap-{}", i + 1), title("Gap"));
             let image = writer.map((&names.0, &names.1), &picture::gap(&small, range, &contact), length_m, legend)?;
             gaps.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
@@ -148,9 +175,8 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
         }
         if let Some(file) = &state.numbers.stress_map {
             let small = picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * writer.scales.modulus_pa)?;
-            let range = Range::of(&small.values, CLIPPED);
-            let range = if -range.low < NO_TENSION * range.high { Range { low: 0.0, ..range } } else { range };
-            let legend = Legend::ramp(range, "Pa", clipped(&small, range));
+            let range = stress_range.unwrap_or_else(|| of_stress(&small.values));
+            let legend = Legend::Ramp(Bar::prefixed("normal stress", range, "Pa", clipped(&small, range)));
             let names = (format!("stress-{}", i + 1), title("Stress"));
             let image = writer.map((&names.0, &names.1), &picture::map(&small, range), length_m, legend)?;
             stresses.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
@@ -166,7 +192,9 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             @for list in [&contacts, &gaps, &stresses] { @if !list.is_empty() { (panels(row, list)) } }
         },
         html! {
-            "Contact; gap, black in contact; normal stress, compression positive. Dark is low. Every map has its own colour range. "
+            "Contact; gap, black in contact; normal stress, compression positive. Dark is low. "
+            (writer.range_note()) " "
+            ""
             "Large grids are shown as block means, which smooth single peaks, and as contact where at least half of a block is "
             "in contact."
             @if shown.len() < c.states.iter().filter(|s| s.numbers.gap_map.is_some() || s.numbers.stress_map.is_some()).count() {

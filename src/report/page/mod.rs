@@ -1,21 +1,26 @@
-//! Report pages: single HTML files with embedded styles and figures, without scripts or external resources.
+//! Report pages: single HTML files with embedded styles, figures and script, without external resources. Everything is
+//! visible without JavaScript; with it maps and curves answer to pointer and keyboard.
 //!
 //! [`write()`] reads `results.json` and the field files that it names, and writes `report.html` and `figures/`.
 //! Sections without results are omitted. [`write_tradeoff`] does the same for `tradeoff.json`.
 
 mod atoms;
+mod bands;
 mod challenge;
 mod compare;
 mod criteria;
 mod curves;
+mod definitions;
 mod distributions;
 mod document;
 mod ensemble;
+mod explorer;
 mod figures;
 mod loads;
 mod methods;
 mod model_chain;
 mod nvt;
+mod printed;
 mod ranges;
 mod summary;
 mod surface;
@@ -37,42 +42,42 @@ use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{duration, memory};
 use document::{Section, document, linked};
 use figures::{FigureWriter, table, text};
+pub use printed::{PrintedFigures, ReportOptions};
 
 /// File name of the page in a run folder.
 pub const PAGE: &str = "report.html";
 
-/// Writes the report of a run folder and returns the path of the page.
+/// Writes the report of a run folder with the default options, and returns the path of the page.
 ///
 /// # Errors
-/// `results.json` is missing, damaged or of another schema; a field file is missing or has an unexpected shape.
+/// As [`write_with`].
 pub fn write(run_folder: &Path) -> Result<PathBuf> {
-    if !run_folder.join(FILE).exists() && run_folder.join(crate::record::tradeoff::FILE).exists() {
-        return write_tradeoff(run_folder);
-    }
-    let results = Results::read(run_folder)?;
-    if results.comparison.is_some() && results.atoms.is_none() {
-        return Err(Error::format(run_folder.join(FILE), "a comparison without atoms", "both or neither"));
-    }
-    let writer = FigureWriter { folder: run_folder, aspect: results.surface.aspect, scales: results.scales };
-    place(run_folder, || page(&writer, &results))
+    write_with(run_folder, &ReportOptions::default())
 }
 
-/// Writes the report of a method trade-off from `tradeoff.json`.
-pub fn write_tradeoff(run_folder: &Path) -> Result<PathBuf> {
-    let tradeoff = Tradeoff::read(&run_folder.join(crate::record::tradeoff::FILE))?;
-    let writer =
-        FigureWriter { folder: run_folder, aspect: tradeoff.ny as f64 / tradeoff.nx as f64, scales: tradeoff.scales };
-    place(run_folder, || tradeoff::page(&writer, &tradeoff))
-}
-
-/// Writes the report of a sweep from `ensemble.json`.
+/// Writes the report of a run, a trade-off or a sweep, and returns the path of the page.
 ///
 /// # Errors
-/// As [`write()`].
-pub fn write_ensemble(folder: &Path) -> Result<PathBuf> {
-    let ensemble = Ensemble::read(folder)?;
-    let writer = FigureWriter { folder, aspect: 1.0, scales: ScalesSi { length_m: 1.0, modulus_pa: 1.0 } };
-    place(folder, || ensemble::page(&writer, &ensemble))
+/// `results.json` is missing, damaged or of another schema; a field file is missing or has an unexpected shape; a PDF is
+/// requested on a machine without fonts.
+pub fn write_with(folder: &Path, options: &ReportOptions) -> Result<PathBuf> {
+    let writer = |aspect, scales| FigureWriter { folder, aspect, scales, options };
+    if folder.join(crate::record::ensemble::FILE).exists() {
+        let ensemble = Ensemble::read(folder)?;
+        let writer = writer(1.0, ScalesSi { length_m: 1.0, modulus_pa: 1.0 });
+        return place(folder, || ensemble::page(&writer, &ensemble));
+    }
+    if !folder.join(FILE).exists() && folder.join(crate::record::tradeoff::FILE).exists() {
+        let tradeoff = Tradeoff::read(&folder.join(crate::record::tradeoff::FILE))?;
+        let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales);
+        return place(folder, || tradeoff::page(&writer, &tradeoff));
+    }
+    let results = Results::read(folder)?;
+    if results.comparison.is_some() && results.atoms.is_none() {
+        return Err(Error::format(folder.join(FILE), "a comparison without atoms", "both or neither"));
+    }
+    let writer = writer(results.surface.aspect, results.scales);
+    place(folder, || page(&writer, &results))
 }
 
 /// Creates the figures folder, and writes the page.
@@ -94,7 +99,9 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     }
     add("surface", "The surface", surface::section(writer, results)?);
     if let Some(continuum) = &results.continuum {
-        add("loads", "Contact at the laboratory scale", loads::section(writer, continuum)?);
+        let sentence = results.comparison.as_ref().and_then(|_| summary::continuum_found(results, continuum));
+        let body = html! { @if let Some(s) = sentence { p.found { (s) } } (loads::section(writer, continuum)?) };
+        add("loads", "Contact at the laboratory scale", body);
         if continuum.states.iter().any(|s| s.observed.is_some()) {
             add("distributions", "Gaps, stresses and clusters", distributions::section(writer, continuum)?);
         }
@@ -128,7 +135,14 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     if !results.sources.is_empty() {
         add("sources", "Sources", html! { ol { @for s in &results.sources { li { (linked(s)) } } } });
     }
-    Ok(document((&results.name, &results.description), summary::section(results), &sections, FILE))
+    add_definitions(&mut sections, results);
+    let top = summary::section(writer, results)?;
+    document((&results.name, &results.description), top, &sections, &writer.folder.join(FILE))
+}
+
+fn add_definitions(sections: &mut Vec<Section>, results: &Results) {
+    let body = definitions::section(results);
+    sections.push(Section { anchor: "definitions", title: "Definitions", body });
 }
 
 fn costs(stages: &[StageCost]) -> Markup {

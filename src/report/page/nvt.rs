@@ -6,7 +6,7 @@ use super::figures::{FigureWriter, figure, numbers, panel, panels, text};
 use super::loads::PANEL_SIDE;
 use crate::error::Result;
 use crate::record::results::{AtomsResults, NvtResults, ValueWithError};
-use crate::report::map::Legend;
+use crate::report::map::{Bar, Legend};
 use crate::report::number::{percent, significant, trimmed};
 use crate::report::picture::{self, Range};
 use crate::units::ANGSTROM_M;
@@ -16,7 +16,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResu
     for (i, state) in nvt.states.iter().enumerate() {
         let small = picture::load(&writer.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;
         let range = Range { low: 0.0, high: 1.0 };
-        let legend = Legend::Ramp { range, unit: String::new(), clipped: false };
+        let legend = Legend::Ramp(Bar::plain("contact probability", range, "", false));
         let title = format!("p* = {}", trimmed(state.p_star, 4));
         let names = (format!("probability-{}", i + 1), format!("contact probability of the surface atoms at {title}"));
         let length = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;

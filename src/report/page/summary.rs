@@ -1,36 +1,61 @@
-//! Summary at the top of the page: key numbers, warnings, definitions.
+//! First screen: the answer in one sentence, the maps, the area–load curve, four numbers, warnings.
 
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::compare::{SAME_LOAD, deviation, matched};
+use super::compare::{SAME_LOAD, at_load, deviation, matched};
+use super::definitions::{Term, term};
+use super::figures::FigureWriter;
 use super::uncertainty::parts;
+use super::{challenge, curves, explorer};
+use crate::error::Result;
 use crate::record::advice::AccuracyChoice;
 use crate::record::quantity::Quantity;
-use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults};
-use crate::record::uncertainty::UncertaintySource;
-use crate::report::number::{change, count, duration, error_of, memory, percent, si, si_given, significant, trimmed};
+use crate::record::results::{ComparisonResults, ContinuumResults, LoadComparison, Results, StateResults};
+use crate::report::number::{count, duration, error_of, percent, si, significant, trimmed};
 
+/// One of the four numbers. `exact`: the number of `results.json` that is shown, if it is one.
 struct Tile {
-    name: String,
+    name: Markup,
     value: String,
+    exact: Option<f64>,
+    error: String,
     note: String,
 }
 
-pub(super) fn section(results: &Results) -> Markup {
-    html! {
-        @for sentence in found(results) { p.found { (sentence) } }
+pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
+    let maps = explorer::section(writer, results)?;
+    let curve = curves::first_screen(writer, results)?;
+    let many = |n: usize| format!("{n} warning{}", if n == 1 { "" } else { "s" });
+    Ok(html! {
+        @if !results.acceptance.is_empty() { p.found { (challenge::conclusion(results)) } }
+        @if let Some(answer) = answer(results) { p.found { (answer) } }
         @if let Some(c) = &results.accuracy { p { (chosen(c)) } }
-        div.tiles {
-            @for t in tiles(results) {
-                div.tile { div.name { (t.name) } div.value { (t.value) } div.note { (t.note) } }
+        div.stage {
+            @if let Some(maps) = maps { div.explorer id="explorer" { (maps) } }
+            div.beside {
+                @if let Some(curve) = curve { (curve) }
+                div.tiles {
+                    @for t in tiles(results) {
+                        div.tile {
+                            div.name { (t.name) }
+                            div.value {
+                                @match t.exact { Some(v) => { data value=(v) { (t.value) } }, None => { (t.value) } }
+                                span.error { (t.error) }
+                            }
+                            div.note { (t.note) }
+                        }
+                    }
+                }
             }
         }
         @if !results.warnings.is_empty() {
-            div.warnings { h3 { "Warnings" } ul { @for w in &results.warnings { li { (w) } } } }
+            details.warnings open {
+                summary { (many(results.warnings.len())) }
+                ul { @for w in &results.warnings { li { (w) } } }
+            }
         }
-        (words(results))
-    }
+    })
 }
 
 /// The setting chosen for the accuracy that the scene requests.
@@ -58,11 +83,12 @@ fn chosen(c: &AccuracyChoice) -> String {
     )
 }
 
-/// Main results, one sentence per scale.
-fn found(results: &Results) -> Vec<String> {
-    let continuum = results.continuum.as_ref().and_then(|c| continuum_found(results, c));
-    let comparison = results.comparison.as_ref().and_then(comparison_found);
-    comparison.into_iter().chain(continuum).collect()
+/// The main result in one sentence with its uncertainty.
+fn answer(results: &Results) -> Option<Markup> {
+    match &results.comparison {
+        Some(c) => comparison_found(c),
+        None => results.continuum.as_ref().and_then(|c| continuum_found(results, c)).map(|s| html! { (s) }),
+    }
 }
 
 /// `lowest to highest` of formatted values, or a single value if both are formatted alike.
@@ -72,25 +98,43 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
     if low == high { low } else { format!("{low} to {high}") }
 }
 
-fn comparison_found(c: &ComparisonResults) -> Option<String> {
-    let matches: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
-    let best = matches.first()?.1;
-    let p_star = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
-    let atoms = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
-    let continuum = span(matches.iter().map(|(_, m)| m.contact_fraction), percent);
-    let off = matches.iter().filter_map(|(l, m)| deviation(l, m)).fold(0.0, |a: f64, d| a.max(d.abs()));
-    let kappa = span(matches.iter().map(|(_, m)| m.overlap.kappa), |k| significant(k, 2));
-    let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
-    Some(format!(
-        "At p* = {p_star}, {atoms} of the surface atoms are in contact; the continuum on the same profile has a contact fraction of \
-         {continuum} ({}). The areas differ by at most {}; the maps agree with κ = {kappa} (|κ| ≤ {} for a misaligned map).",
-        best.label(),
-        percent(off),
-        significant(shifted, 2),
-    ))
+/// Relative uncertainty of a quantity at a load: the sum of the known components; `None` if none is known.
+fn relative(s: &StateResults, quantity: Quantity) -> Option<f64> {
+    let known = parts(s, quantity);
+    (!known.is_empty()).then(|| known.iter().map(|p| p.1).sum())
 }
 
-fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
+/// Relative uncertainty of the matched continuum's contact area at a load.
+fn matched_uncertainty(c: &ComparisonResults, load: &LoadComparison) -> Option<f64> {
+    let state = at_load(&c.compliant_wall.states, load.p_star, |s: &StateResults| s.numbers.p_star)?;
+    relative(state, Quantity::ContactArea)
+}
+
+fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
+    let matches: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
+    let best = matches.first()?.1;
+    let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
+    let off = matches.iter().filter_map(|(l, m)| Some((deviation(l, m)?, matched_uncertainty(c, l))));
+    let (off, doubt) = off.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    let lowest = matches.iter().map(|(_, m)| m.overlap.kappa).fold(f64::INFINITY, f64::min);
+    let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
+    let atoms = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
+    let continuum = span(matches.iter().map(|(_, m)| m.contact_fraction), percent);
+    let verdict = match doubt {
+        Some(d) if off.abs() <= d => "Atoms and continuum agree within the uncertainty",
+        Some(_) => "Atoms and continuum differ by more than the uncertainty of the continuum",
+        None => "Atoms and continuum, uncertainty not known",
+    };
+    let doubt = doubt.map_or("not known".into(), |d| format!("± {}", percent(d)));
+    Some(html! {
+        strong { (verdict) } ": at " (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms are in "
+        (term(Term::Contact)) " and " (continuum) " of the continuum (" (best.label()) "); the areas differ by at most "
+        (percent(off.abs())) " (uncertainty of the continuum there " (doubt) "), and the maps agree with " (term(Term::Kappa)) " ≥ "
+        (significant(lowest, 2)) " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) ")."
+    })
+}
+
+pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     let first = c.states.first()?;
     let gap = |gap: f64| si(gap * results.scales.length_m, "m", 3);
     let missed = c.states.iter().filter(|s| s.numbers.stop != "converged").count();
@@ -99,10 +143,12 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
     let path = if c.states.len() == 1 {
         format!(
-            "the contact fraction is {} at p* = {}, the mean gap {}",
+            "the contact fraction is {}{} at p* = {}, the mean gap {}{}",
             percent(first.contact_fraction_corrected),
+            plus_minus(first, Quantity::ContactArea),
             trimmed(first.numbers.p_star, 4),
-            gap(first.mean_gap)
+            gap(first.mean_gap),
+            plus_minus(first, Quantity::MeanGap)
         )
     } else {
         let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
@@ -116,26 +162,25 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
             )
         });
         format!(
-            "at p* = {loads} the mean gap is {} and the contact {contact}{both}",
-            span(of(|s| -s.mean_gap), |g| gap(-g))
+            "at p* = {loads} the mean gap is {}{} and the contact {contact}{}{both}",
+            span(of(|s| -s.mean_gap), |g| gap(-g)),
+            largest(c, Quantity::MeanGap),
+            largest(c, Quantity::ContactArea)
         )
     };
     let sentence = format!("{scale}{path} ({}, {}, perimeter-corrected; {stops}).", c.method, first.criterion);
     Some(super::figures::capitalised(&sentence))
 }
 
-/// Largest known uncertainty of a quantity over the loads, and its main source.
-fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
-    let total = |parts: &[(UncertaintySource, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
-    let loading = c.states.iter().filter(|s| s.numbers.stop != "detached");
-    let worst = loading.map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
-    let (source, _) = worst.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let share = if total(&worst) > 1.0 {
-        change(Some(total(&worst)), false)
-    } else {
-        format!("up to {}", percent(total(&worst)))
-    };
-    Some(format!("{share}, mostly due to the {}", source.name()))
+/// ` (± 3.2 %)`, relative; empty if no component is known.
+fn plus_minus(s: &StateResults, quantity: Quantity) -> String {
+    relative(s, quantity).map_or(String::new(), |r| format!(" (± {})", percent(r)))
+}
+
+/// ` (± 3.2 % or less)`: the largest relative uncertainty over the loads.
+fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
+    let known = c.states.iter().filter(|s| s.numbers.stop != "detached").filter_map(|s| relative(s, quantity));
+    known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} or less)", percent(r)))
 }
 
 /// The last unloading state with a loading state at the same load: (loading, unloading).
@@ -154,141 +199,121 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     (0..c.states.len()).rev().find_map(pair)
 }
 
+/// ` ± 0.2 %`: an absolute error of a value with a relative one.
+fn error(value: f64, relative: Option<f64>, show: impl Fn(f64) -> String) -> String {
+    relative.map_or(" ± not known".into(), |r| format!(" ± {}", show((r * value).abs())))
+}
+
 fn tiles(results: &Results) -> Vec<Tile> {
     let mut tiles = Vec::new();
-    let surface = &results.surface;
-    tiles.push(Tile {
-        name: "surface".into(),
-        value: format!("{} × {}", count(surface.nx), count(surface.ny)),
-        note: format!("nodes, L = {}", si_given(results.scales.length_m, "m")),
-    });
-    tiles.extend(results.continuum.iter().filter(|c| !c.states.is_empty()).flat_map(|c| continuum_tiles(results, c)));
-    tiles.extend(atoms_tiles(results));
-    if !results.stages.is_empty() {
-        let peak = results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0);
-        tiles.push(Tile {
-            name: "cost".into(),
-            value: duration(results.stages.iter().map(|s| s.seconds).sum()),
-            note: format!("wall time; peak memory {}", memory(peak)),
-        });
-    }
-    tiles
-}
-
-fn continuum_tiles(results: &Results, c: &ContinuumResults) -> Vec<Tile> {
-    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
-    let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
-    let branches = |pick: fn(&StateResults) -> f64, show: &dyn Fn(f64) -> String| {
-        turned(c).map_or(String::new(), |(loading, back)| {
-            let load = trimmed(back.numbers.p_star, 4);
-            format!("; at p* = {load} {} on loading, {} on unloading", show(pick(loading)), show(pick(back)))
-        })
-    };
-    let scale = if results.atoms.is_some() { ", laboratory scale" } else { "" };
-    let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
-    let length = |g: f64| si(g * results.scales.length_m, "m", 3);
-    let pressure = span(of(|s| s.numbers.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
-    let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertainty {u}"));
-    let mut tiles = vec![
-        Tile {
-            name: format!("contact at p* = {loads}{scale}"),
-            value: span(of(contact), percent),
-            note: format!(
-                "of the cell, perimeter-corrected{}{}",
-                branches(contact, &percent),
-                doubt(Quantity::ContactArea)
-            ),
-        },
-        Tile {
-            name: format!("mean gap at p* = {loads}{scale}"),
-            value: span(of(gap), length),
-            note: format!("under {pressure}{}{}", branches(gap, &length), doubt(Quantity::MeanGap)),
-        },
-    ];
-    if let Some(p) = &c.pull_off {
-        let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);
-        let error = format!("± {}, ", of(p.pressure_error, 2));
-        tiles.push(Tile {
-            name: "pull-off stress".into(),
-            value: of(-p.pressure, 3),
-            note: format!("{error}at a mean gap of {}", length(p.mean_gap)),
-        });
-    }
-    tiles
-}
-
-/// Contact of the atoms, and its agreement with the continuum at the highest load.
-fn atoms_tiles(results: &Results) -> Vec<Tile> {
-    let mut tiles = Vec::new();
-    if let Some(load) = results.comparison.as_ref().and_then(|c| c.loads.last()) {
-        let plain = load.continuum.first().map(|m| percent(m.contact_fraction));
-        tiles.push(Tile {
-            name: format!("atoms in contact at p* = {}", trimmed(load.p_star, 4)),
-            value: percent(load.atoms.contact_fraction),
-            note: plain.map_or(String::new(), |p| format!("hard wall, zero gap, same profile: {p}")),
-        });
-        if let Some(m) = matched(load) {
-            tiles.push(Tile {
-                name: "agreement of the maps".into(),
-                value: format!("κ = {}", significant(m.overlap.kappa, 2)),
-                note: format!(
-                    "at p* = {}, {}; a misaligned map gives {}",
-                    trimmed(load.p_star, 4),
-                    m.label(),
-                    significant(m.shifted.kappa, 2)
-                ),
-            });
+    if let Some(c) = &results.continuum {
+        let pressed = c.states.iter().filter(|s| s.numbers.stop != "detached" && s.branch == Branch::Loading);
+        if let Some(s) = pressed.max_by(|a, b| a.numbers.p_star.total_cmp(&b.numbers.p_star)) {
+            tiles.extend(continuum_tiles(results, c, s));
         }
+    }
+    if let Some(c) = &results.comparison {
+        // The continuum at laboratory scale keeps contact and gap.
+        tiles.truncate(2);
+        tiles.extend(comparison_tiles(c));
     } else if let Some((atoms, state)) = results.atoms.as_ref().and_then(|a| Some((a, a.states.last()?))) {
+        tiles.truncate(3);
         tiles.push(Tile {
-            name: format!("atoms in contact at p* = {}", trimmed(state.p_star, 4)),
+            name: html! { "atoms in contact at p* = " (trimmed(state.p_star, 4)) },
             value: percent(state.contact_fraction),
+            exact: Some(state.contact_fraction),
+            error: String::new(),
             note: format!("of the surface layer of {} moving atoms", count(atoms.deformable)),
         });
     }
     tiles
 }
 
-/// Definitions of the symbols that the page uses.
-fn words(results: &Results) -> Markup {
-    let modulus = si_given(results.scales.modulus_pa, "Pa");
-    let length = si_given(results.scales.length_m, "m");
-    html! {
-        h3 { "Definitions" }
-        dl {
-            dt { "L, E*" }
-            dd { "Extent of the cell in x, here " (length) ", and contact modulus E/(1 − ν²), here " (modulus)
-                ". They are the units of length and of stress of the dimensionless problem."
-                @if let Some(atoms) = &results.atoms {
-                    " The atoms solve the same problem on a smaller cell of " (si_given(atoms.length_angstrom * 1e-10, "m"))
-                    " with E* = " (trimmed(atoms.modulus_gpa, 4)) " GPa."
-                } }
-            dt { "p*" }
-            dd { "Reduced load: mean pressure over E* times the rms gradient of the surface. Loads are compared in it "
-                "because contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
-                "the whole spectrum: a grid or block that resolves less of it has more contact at the same p*." }
-            dt { "Gap" }
-            dd { "Distance between the two surfaces along z; zero where they touch. The mean gap is over the whole cell."
-                @if results.atoms.is_some() {
-                    " For atoms and the compliant wall the gap is measured from the distance at which the repulsion begins; it is "
-                    "negative where the load presses them closer."
-                } }
-            dt { "Contact" }
-            dd { "Fraction of the cell in contact. It depends on the " em { "criterion" } ": zero gap for a hard wall, a distance "
-                "below a threshold for atoms, which have no sharp surface. Every contact fraction is given with its criterion." }
-            @if let Some(load) = results.comparison.as_ref().and_then(|c| c.loads.first()) {
-                dt { "Criteria" }
-                dd { em { "Atoms" } ": " (load.atoms.criterion) " (that distance is d_c). " em { "Hard wall" } ": zero gap at a hard "
-                    "wall. " em { "Compliant wall" } ": the continuum uses the atoms’ own repulsion law; contact where a surface atom at "
-                    "the continuum’s surface is within d_c of an indenter atom. " em { "Offset wall" } ": the same with "
-                    "a hard wall, the surface shifted by the wall’s compression under the mean contact stress. "
-                    "No parameter is fitted to the atoms." }
-                dt { "κ, Jaccard" }
-                dd { "Agreement of two contact maps site by site. Jaccard: sites in contact in both over sites in contact "
-                    "in either; κ (Cohen): agreement beyond chance, 1 for equal maps, 0 for chance. "
-                    "Each is given with its value for a map misaligned by a third and a fifth of the cell: the same clusters "
-                    "in the wrong places." }
-            }
-        }
+/// Two digits of an error in per cent.
+fn two_digits(share: f64) -> String {
+    format!("{}\u{a0}%", significant(100.0 * share, 2))
+}
+
+fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) -> Vec<Tile> {
+    let (metres, pascal) = (results.scales.length_m, results.scales.modulus_pa);
+    let at = format!("p* = {}", trimmed(s.numbers.p_star, 4));
+    let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
+    let area = relative(s, Quantity::ContactArea);
+    let mut tiles = vec![
+        Tile {
+            name: html! { (term(Term::Contact)) " at " (at) (scale) },
+            value: percent(s.contact_fraction_corrected),
+            exact: Some(s.contact_fraction_corrected),
+            error: error(s.contact_fraction_corrected, area, two_digits),
+            note: format!("of the cell, perimeter-corrected; {}", c.method),
+        },
+        Tile {
+            name: html! { "mean " (term(Term::Gap)) " at " (at) (scale) },
+            value: si(s.mean_gap * metres, "m", 3),
+            exact: Some(s.mean_gap),
+            error: error(s.mean_gap * metres, relative(s, Quantity::MeanGap), |e| si(e, "m", 2)),
+            note: format!("under {}", si(s.numbers.pressure * pascal, "Pa", 3)),
+        },
+    ];
+    if let Some(p) = &c.pull_off {
+        tiles.push(Tile {
+            name: html! { "pull-off stress" },
+            value: si(-p.pressure * pascal, "Pa", 3),
+            exact: Some(p.pressure),
+            error: format!(" ± {}", si(p.pressure_error * pascal, "Pa", 2)),
+            note: format!("at a mean gap of {}", si(p.mean_gap * metres, "m", 3)),
+        });
     }
+    if let Some(p) = s.observed.as_ref().and_then(|o| o.mean_contact_pressure) {
+        tiles.push(Tile {
+            name: html! { "mean contact pressure at " (at) },
+            value: si(p * pascal, "Pa", 3),
+            exact: Some(p),
+            error: error(p * pascal, area, |e| si(e, "Pa", 2)),
+            note: "over the contact; its uncertainty is that of the area".into(),
+        });
+    }
+    if let Some(k) = s.numbers.stiffness {
+        let unit = pascal / metres;
+        tiles.push(Tile {
+            name: html! { "contact stiffness at " (at) },
+            value: si(k * unit, "Pa/m", 3),
+            exact: Some(k),
+            error: s
+                .numbers
+                .stiffness_error
+                .map_or(" ± not known".into(), |e| format!(" ± {}", si(e * unit, "Pa/m", 2))),
+            note: "derivative of the mean pressure by the mean gap".into(),
+        });
+    }
+    tiles.truncate(4);
+    tiles
+}
+
+/// Deviation of the areas and agreement of the maps at the highest load.
+fn comparison_tiles(c: &ComparisonResults) -> Vec<Tile> {
+    let Some((load, m)) = c.loads.last().and_then(|l| Some((l, matched(l)?))) else { return Vec::new() };
+    let at = format!("p* = {}", trimmed(load.p_star, 4));
+    let ratio = deviation(load, m).map(|off| Tile {
+        name: html! { "contact of the atoms over the continuum’s at " (at) },
+        value: significant(1.0 + off, 4),
+        exact: None,
+        error: error(1.0 + off, matched_uncertainty(c, load), |e| significant(e, 2)),
+        note: format!(
+            "{} of the atoms, {} of the continuum",
+            percent(load.atoms.contact_fraction),
+            percent(m.contact_fraction)
+        ),
+    });
+    let kappa = Tile {
+        name: html! { "agreement of the maps, " (term(Term::Kappa)) ", at " (at) },
+        value: significant(m.overlap.kappa, 2),
+        exact: Some(m.overlap.kappa),
+        error: String::new(),
+        note: format!(
+            "1: identical maps; misaligned by a third and a fifth of the cell: {}",
+            significant(m.shifted.kappa, 2)
+        ),
+    };
+    ratio.into_iter().chain([kappa]).collect()
 }

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::figures::{FigureWriter, capitalised, figure, panel, symbol, table, text};
 use crate::error::{Error, Result};
 use crate::record::results::{Results, Statistic};
-use crate::report::map::Legend;
+use crate::report::map::{Bar, Legend};
 use crate::report::number::{count, si_given, significant};
 use crate::report::picture::{self, LONGEST_SIDE, Range};
 use crate::report::plot::{Axis, Curve, EXPECTED, Plot, REALISED};
@@ -23,10 +23,10 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         @if !surface.note.is_empty() { p.quiet { (surface.note) } }
         @if let Some(map) = map { (map) }
         @if let Some(psd) = psd(writer, results)? {
-            (figure(psd, html! { "Radial power spectral density"
-                @if expected { ", realised and prescribed" } ". |n| is the wave number "
-                "over 2π/L, so |n| = 1 is one wave per cell."
-                @if !surface.periodic { " Computed under a Hann window, which affects |n| < 2." } }))
+            (figure(psd, html! { "Two-dimensional power spectral density C(q), mean over directions"
+                @if expected { ", realised and prescribed" } ". Convention: C(q) = A |h̃(q)|² with the area A of the cell; the mean square "
+                "height is the integral of C(q) over d²q/(2π)² (doi:10.1088/2051-672X/aa51f8)."
+                @if !surface.periodic { " Computed under a Hann window, which affects the two lowest modes." } }))
         }
     })
 }
@@ -41,7 +41,7 @@ fn map(writer: &FigureWriter, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup
         return Err(Error::format(path, found, format!("[{ny}, {nx}]")));
     }
     let range = Range::of(&heights.values, 0.0);
-    let legend = Legend::ramp(range, "m", false);
+    let legend = Legend::Ramp(Bar::prefixed("height", range, "m", false));
     let names = ("heights", "height map, dark is low");
     let image = writer.large_map(names, &picture::map(&heights, range), writer.scales.length_m, legend)?;
     let blocks = if heights.factor > 1 {
@@ -114,11 +114,23 @@ fn psd(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     // Modes outside the spectrum have only rounding errors.
     let largest = points.iter().map(|p| p.realised).fold(0.0, f64::max);
     let present = points.iter().filter(|p| p.realised > ROUNDING * largest);
+    let (q, c) = density_units(writer);
     let curve = |label: &str, style, points: Vec<(f64, f64)>| Curve { label: label.into(), style, points };
     let curves = vec![
-        curve("realised", REALISED, present.map(|p| (p.mode, p.realised)).collect()),
-        curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
+        curve("realised", REALISED, present.map(|p| (p.mode * q, p.realised * c)).collect()),
+        curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode * q, p.expected? * c))).collect()),
     ];
-    let plot = Plot::new((Axis::Log, Axis::Log), ("mode number |n|", "power per mode (L²)"), curves);
+    let plot = Plot::new((Axis::Log, Axis::Log), DENSITY_LABELS, curves);
     writer.curves("psd", &plot)
+}
+
+/// Axis labels of the power spectral density.
+pub(super) const DENSITY_LABELS: (&str, &str) = ("wave number q (1/m)", "C(q) (m⁴)");
+
+/// Factors from mode number and power per mode (units of L²) to q in 1/m and C(q) in m⁴. C(q) = A |h̃(q)|² is the
+/// two-dimensional power spectral density, with the mean square height as the integral of C over d²q/(2π)²
+/// (Jacobs, Junge, Pastewka, Surf. Topogr.: Metrol. Prop. 5 (2017) 013001); A is the area of the cell.
+pub(super) fn density_units(writer: &FigureWriter) -> (f64, f64) {
+    let length = writer.scales.length_m;
+    (std::f64::consts::TAU / length, length.powi(4) * writer.aspect)
 }

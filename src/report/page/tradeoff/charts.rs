@@ -24,7 +24,7 @@ const UNCERTAIN: Style = Style { colour: picture::GREY, dash: Dash::Dashed, mark
 const UNCERTAIN_WITHOUT: Style = Style { dash: Dash::Dotted, ..UNCERTAIN };
 
 /// Marker and colour of a method, by its index in the registry; the same on every page.
-pub(super) fn style(method: &str) -> Style {
+pub(in crate::report::page) fn style(method: &str) -> Style {
     let place = REGISTRY.iter().position(|m| m.card().id == method).unwrap_or(REGISTRY.len());
     let marker = Marker::DISTINCT[place % Marker::DISTINCT.len()];
     Style { colour: COLOURS[place % COLOURS.len()], dash: Dash::None, marker }

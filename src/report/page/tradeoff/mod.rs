@@ -10,6 +10,7 @@ use super::figures::FigureWriter;
 use crate::error::Result;
 use crate::record::tradeoff::{FILE, Tradeoff};
 use crate::report::number::{duration, trimmed};
+pub(super) use charts::style as method_style;
 use labels::methods;
 use maud::{Markup, html};
 
@@ -29,7 +30,7 @@ pub(super) fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup>
     }
     add("sources", "Sources", html! { ol { li { (linked(costs::SOURCE)) } } });
     let name = format!("{}: accuracy and its cost", tradeoff.name);
-    Ok(document((&name, &lead(tradeoff)), top(tradeoff), &sections, FILE))
+    document((&name, &lead(tradeoff)), top(tradeoff), &sections, &writer.folder.join(FILE))
 }
 
 fn lead(tradeoff: &Tradeoff) -> String {
@@ -46,8 +47,9 @@ fn lead(tradeoff: &Tradeoff) -> String {
 fn top(tradeoff: &Tradeoff) -> Markup {
     let loads: Vec<String> = tradeoff.p_star.iter().map(|p| trimmed(*p, 4)).collect();
     html! {
+        @if let Some(conclusion) = tables::conclusion(tradeoff) { p.found { (conclusion) } }
         @if !tradeoff.warnings.is_empty() {
-            div.warnings { h3 { "Warnings" } ul { @for w in &tradeoff.warnings { li { (w) } } } }
+            details.warnings open { summary { "Warnings" } ul { @for w in &tradeoff.warnings { li { (w) } } } }
         }
         p { "Surface " (tradeoff.surface) "; " (tradeoff.kernel) "; adhesion " (tradeoff.adhesion)
             @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (tradeoff.threads)

@@ -54,6 +54,29 @@ pub(super) fn cheapest(tradeoff: &Tradeoff) -> Markup {
     }
 }
 
+/// The cheapest setting for the area, and for the mean gap, within the classes that a setting meets.
+pub(super) fn conclusion(tradeoff: &Tradeoff) -> Option<Markup> {
+    let clauses = [Quantity::ContactArea, Quantity::MeanGap].into_iter().filter_map(|quantity| {
+        let known: Vec<(&TradeoffPoint, f64)> =
+            tradeoff.points.iter().filter_map(|p| Some((p, tradeoff.error(p, quantity)?))).collect();
+        let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
+        // The class that most readers want, else the next that a setting meets.
+        let (class, i) = CLASSES[1..].iter().find_map(|c| Some((c.0, least(&points, limit(quantity, c.1))?)))?;
+        let (p, error) = known[i];
+        Some(html! {
+            "for the " (quantity.name()) " within " (class) ": " strong { (words(&p.setting)) } ", "
+            (duration(p.cost.cpu_seconds)) " of processor time, error " (shown(quantity, error))
+        })
+    });
+    let clauses: Vec<Markup> = clauses.collect();
+    (!clauses.is_empty()).then(|| {
+        html! {
+            "Cheapest setting "
+            @for (k, c) in clauses.iter().enumerate() { @if k > 0 { "; " } (c) } "."
+        }
+    })
+}
+
 /// The reference solutions, load by load.
 pub(super) fn references(tradeoff: &Tradeoff) -> Markup {
     let um = tradeoff.scales.length_m * 1e6;

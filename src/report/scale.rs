@@ -1,0 +1,132 @@
+//! Ranges, ticks and labels of axes.
+
+use super::number::{superscript, trimmed};
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Axis {
+    Linear,
+    Log,
+}
+
+/// Number of decades below which multiples of powers of ten are also labelled.
+const FEW_DECADES: f64 = 3.0;
+
+/// Range and ticks of an axis, in axis coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scale {
+    axis: Axis,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) ticks: Vec<f64>,
+    pub(super) minor: Vec<f64>,
+    step: f64,
+    /// Power of ten factored out of the labels of a linear axis.
+    power: i32,
+}
+
+impl Scale {
+    pub(super) fn new(axis: Axis, values: &[f64]) -> Self {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        match axis {
+            Axis::Linear => Self::linear(low, high),
+            Axis::Log => Self::logarithmic(low, high),
+        }
+    }
+
+    fn linear(low: f64, high: f64) -> Self {
+        // A single value gets a margin on both sides.
+        let half = if high > low { 0.0 } else { (0.1 * low.abs()).max(1e-12) };
+        let (low, high) = (low - half, high + half);
+        let rough = (high - low) / 6.0;
+        let decade = 10f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 2.5, 5.0, 10.0]
+            .into_iter()
+            .map(|m| m * decade)
+            .find(|s| *s >= 0.999_999 * rough)
+            .unwrap_or(rough);
+        let room = 0.03 * (high - low);
+        // An axis that would start close to zero starts at zero, without a margin below data that are never negative.
+        let low = if low >= 0.0 && low < 0.3 * high { 0.0 } else { low - room };
+        let high = high + room;
+        let (first, last) = ((low / step).ceil() as i64, (high / step + 1e-9).floor() as i64);
+        let largest = low.abs().max(high.abs());
+        let power = if (1e-2..1e5).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
+        let ticks = (first..=last).map(|i| i as f64 * step).collect();
+        Scale { axis: Axis::Linear, low, high, ticks, minor: Vec::new(), step, power }
+    }
+
+    fn logarithmic(low: f64, high: f64) -> Self {
+        let room = (0.03 * (high - low)).max(0.05);
+        let (low, high) = (low - room, high + room);
+        let (first, last) = (low.ceil() as i32, high.floor() as i32);
+        let every = ((last - first) / 8 + 1).max(1);
+        let within = |v: &f64| *v >= low && *v <= high;
+        let multiples = |of: &[f64]| -> Vec<f64> {
+            (first - 1..=last).flat_map(|d| of.iter().map(move |m| f64::from(d) + m.log10())).filter(within).collect()
+        };
+        let decades = (first..=last).filter(|d| (d - first) % every == 0).map(f64::from).collect::<Vec<f64>>();
+        // Over fewer than three decades, powers of ten alone are too few labels.
+        let ticks = if high - low < FEW_DECADES { multiples(&[1.0, 2.0, 5.0]) } else { decades };
+        let minor = if every == 1 { multiples(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { Vec::new() };
+        Scale { axis: Axis::Log, low, high, ticks, minor, step: 1.0, power: 0 }
+    }
+
+    fn label(&self, v: f64) -> String {
+        match self.axis {
+            // If multiples are labelled, powers of ten have the same format.
+            Axis::Log if self.high - self.low >= FEW_DECADES && v.fract() == 0.0 && !(-2.0..=4.0).contains(&v) => {
+                format!("10{}", superscript(v as i32))
+            }
+            Axis::Log => trimmed(10f64.powf(v), 2),
+            Axis::Linear => {
+                let factor = 10f64.powi(self.power);
+                let step = self.step / factor;
+                // A step of 2.5 needs one more decimal than its decade.
+                let mantissa = step / 10f64.powf(step.log10().floor());
+                let whole = (mantissa - mantissa.round()).abs() < 1e-6;
+                let decimals = (-(step.log10().floor()) + if whole { 0.0 } else { 1.0 }).max(0.0) as usize;
+                let text = format!("{:.decimals$}", v / factor);
+                // A negative rounding error must not be printed as "−0.0".
+                if text.trim_matches(['-', '0', '.']).is_empty() { "0".into() } else { text.replace('-', "−") }
+            }
+        }
+    }
+
+    pub(super) fn labels(&self) -> impl Iterator<Item = String> {
+        self.ticks.iter().map(|t| self.label(*t))
+    }
+
+    pub(super) fn factor_note(&self) -> String {
+        if self.power == 0 { String::new() } else { format!(" × 10{}", superscript(-self.power)) }
+    }
+
+    /// Position of a value in axis coordinates, as a fraction of the axis.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: Axis, low: f64, high: f64) -> Vec<String> {
+        Scale::new(axis, &[low, high]).labels().collect()
+    }
+
+    #[test]
+    fn ticks_people_would_choose() {
+        assert_eq!(labels(Axis::Linear, 0.01, 0.1), ["0", "0.02", "0.04", "0.06", "0.08", "0.10"]);
+        assert_eq!(labels(Axis::Linear, -1.0, 1.0), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
+        assert_eq!(labels(Axis::Log, -1.0, 2.0), ["0.1", "1", "10", "100"]);
+        assert_eq!(labels(Axis::Log, -8.0, -5.0), ["10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵"]);
+        let path = ["0.001", "0.002", "0.005", "0.01", "0.02", "0.05", "0.1", "0.2"];
+        assert_eq!(labels(Axis::Log, -3.0, 0.3_f64.log10()), path);
+        assert_eq!(labels(Axis::Log, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);
+        let small = Scale::new(Axis::Linear, &[0.0, 3e-5]);
+        assert_eq!(small.factor_note(), " × 10⁵");
+        assert!(small.labels().any(|l| l == "1.0"), "{:?}", small.labels().collect::<Vec<_>>());
+        assert_eq!(labels(Axis::Linear, 5.0, 5.0).len(), 5);
+    }
+}
