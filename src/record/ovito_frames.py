@@ -1,20 +1,18 @@
-"""Draws the frames of the atoms with OVITO (pip install ovito): contact atoms orange, the block grey, the indenter transparent.
+"""Draws the frames of the atoms with OVITO (pip install ovito), in the colours of the files: contact orange, the block grey,
+the indenter blue and transparent.
 
 python ovito_frames.py        writes one PNG beside each frame atoms/load-N-frame.xyz
 """
 from pathlib import Path
 
 from ovito.io import import_file
-from ovito.modifiers import AssignColorModifier, ExpressionSelectionModifier, ComputePropertyModifier
+from ovito.modifiers import ComputePropertyModifier
 from ovito.vis import TachyonRenderer, Viewport
 
 here = Path(__file__).resolve().parent
 frames = sorted((here / "atoms").glob("load-*-frame.xyz"))
 for frame in frames:
     pipeline = import_file(str(frame))
-    for expression, colour in [("1", (0.62, 0.62, 0.62)), ("contact == 1", (0.90, 0.62, 0.0)), ("indenter == 1", (0.0, 0.45, 0.70))]:
-        pipeline.modifiers.append(ExpressionSelectionModifier(expression=expression))
-        pipeline.modifiers.append(AssignColorModifier(color=colour))
     pipeline.modifiers.append(ComputePropertyModifier(output_property="Transparency", expressions=["indenter ? 0.8 : 0"]))
     pipeline.compute().particles.vis.radius = 1.9
     pipeline.add_to_scene()

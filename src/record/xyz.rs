@@ -38,7 +38,7 @@ pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom
         writeln!(w, "{}", frame.atoms)?;
         writeln!(
             w,
-            "Lattice=\"{a} 0 0 0 {b} 0 0 0 {c}\" Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1 p_star={} pbc=\"T T F\"",
+            "Lattice=\"{a} 0 0 0 {b} 0 0 0 {c}\" Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1:color:R:3 p_star={} pbc=\"T T F\"",
             frame.p_star
         )?;
         let mut count = 0;
@@ -54,10 +54,20 @@ pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom
             let [x, y, z] = atom.position_angstrom;
             // Six decimals (1e-6 Å): 1 % of the smallest difference from the contact distance in the scaled-down challenge.
             let [contact, indenter] = [atom.contact, atom.indenter].map(u8::from);
-            writeln!(w, "{} {x:.6} {y:.6} {z:.6} {contact} {} {indenter}", atom.species, atom.id)?;
+            let colour = colour(&atom);
+            writeln!(w, "{} {x:.6} {y:.6} {z:.6} {contact} {} {indenter} {colour}", atom.species, atom.id)?;
         }
         if count < frame.atoms { Err(miscount("atoms", count, frame.atoms)) } else { Ok(()) }
     })
+}
+
+/// Red, green and blue of an atom, from 0 to 1: contact orange, the block grey, the indenter blue (Okabe and Ito).
+fn colour(atom: &Atom) -> &'static str {
+    match (atom.indenter, atom.contact) {
+        (true, _) => "0 0.45 0.7",
+        (false, true) => "0.9 0.62 0",
+        (false, false) => "0.62 0.62 0.62",
+    }
 }
 
 /// An atom read from a file.
@@ -79,7 +89,7 @@ pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
         Error::format(
             path,
             format!("line {}: {found}", line + 1),
-            "species x y z contact id indenter, as asperity writes frames",
+            "species x y z contact id indenter, and a colour, as asperity writes frames",
         )
     };
     let parse = |line: &str| -> Option<ReadAtom> {
@@ -119,8 +129,8 @@ mod tests {
         ];
         write(&path, frame, atoms).unwrap();
         let wanted = "2\nLattice=\"10 0 0 0 20.5 0 0 0 30\" \
-                      Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1 p_star=0.01 pbc=\"T T F\"\n\
-                      Ca 0.000000 1.250000 -2.000000 1 7 0\nX 9.000000 0.000000 3.000000 0 9 1\n";
+                      Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1:color:R:3 p_star=0.01 pbc=\"T T F\"\n\
+                      Ca 0.000000 1.250000 -2.000000 1 7 0 0.9 0.62 0\nX 9.000000 0.000000 3.000000 0 9 1 0 0.45 0.7\n";
         assert_eq!(std::fs::read_to_string(&path).unwrap(), wanted);
         let flags: Vec<[bool; 2]> = read(&path).unwrap().iter().map(|a| [a.contact, a.indenter]).collect();
         assert_eq!(flags, [[true, false], [false, true]]);

@@ -10,8 +10,8 @@ use super::picture::{self, BLACK, Range};
 use super::svg::{Format, css, escaped, text};
 
 /// Widths on the page of a frame alone, and of one of several in a row, px.
-pub(super) const ALONE: f64 = 560.0;
-pub(super) const IN_A_ROW: f64 = 256.0;
+pub(super) const ALONE: f64 = 500.0;
+pub(super) const IN_A_ROW: f64 = 235.0;
 
 const STOPS: u32 = 24;
 

@@ -102,8 +102,8 @@ pub struct Curve {
 }
 
 /// Widths of a figure on the page, px: alone, and one of several in a row.
-pub const WHOLE: f64 = 720.0;
-pub const PANEL: f64 = 330.0;
+pub const WHOLE: f64 = 500.0;
+pub const PANEL: f64 = 270.0;
 
 /// A frame with its curves.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,7 +147,7 @@ impl Plot {
     pub fn new((x, y): (Axis, Axis), (x_label, y_label): (&str, &str), curves: Vec<Curve>) -> Self {
         let (x_label, y_label) = (x_label.into(), y_label.into());
         let (errors, include) = (Vec::new(), Vec::new());
-        Plot { x, y, x_label, y_label, curves, errors, include, proportion: 0.55, width: WHOLE }
+        Plot { x, y, x_label, y_label, curves, errors, include, proportion: 0.6, width: WHOLE }
     }
 
     /// The drawing for the page.

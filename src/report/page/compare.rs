@@ -50,12 +50,15 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
         (model_chain::section(writer, c)?)
         (criteria::sensitivity(writer, c)?)
         (sections(writer, &c.sections)?)
-        @if let Some(full) = &c.full_heights { h3 { "Continuum solution: full heights" } (setting(full)) (states(full, &units)) }
-        h3 { "Continuum solution: hard wall" }
-        (setting(&c.hard_wall)) (states(&c.hard_wall, &units))
-        h3 { "Continuum solution: compliant wall" }
-        p.quiet { "Mean gaps are measured from the dilated profile; those above from the heights." }
-        (setting(&c.compliant_wall)) (states(&c.compliant_wall, &units))
+        details {
+            summary { "Continuum solutions: settings, solver and states" }
+            @if let Some(full) = &c.full_heights { h3 { "Full heights" } (setting(full)) (states(full, &units)) }
+            h3 { "Hard wall" }
+            (setting(&c.hard_wall)) (states(&c.hard_wall, &units))
+            h3 { "Compliant wall" }
+            p.quiet { "Mean gaps are measured from the dilated profile; those above from the heights." }
+            (setting(&c.compliant_wall)) (states(&c.compliant_wall, &units))
+        }
     })
 }
 

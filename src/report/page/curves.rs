@@ -113,10 +113,12 @@ fn area_plot(results: &Results) -> Plot {
 const MATCHED: Style = Style { dash: Dash::Dotted, ..EXPECTED };
 
 /// Label and formula of the contact fraction by Persson's theory without adhesion. As in statement S07 of the challenge,
-/// p* is based on the rms gradient that the grid resolves.
+/// p* is divided by the fraction of the rms gradient that the grid resolves.
 pub(super) fn theory(c: &ContinuumResults) -> (String, impl Fn(f64) -> f64) {
     let root = std::f64::consts::PI.sqrt();
-    let gradient = c.resolved_gradient.unwrap_or(1.0);
+    // The gradient on which p* is based.
+    let whole = c.states.iter().map(|s| s.numbers.pressure / s.numbers.p_star).find(|g| g.is_finite() && *g > 0.0);
+    let gradient = c.resolved_gradient.unwrap_or(1.0) / whole.unwrap_or(1.0);
     let label = if gradient > 0.99 { "erf(√π p*)".into() } else { format!("erf(√π p*/{gradient:.2})") };
     (label, move |p| libm::erf(root * p / gradient))
 }

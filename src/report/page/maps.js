@@ -68,7 +68,7 @@ function explore(root, data) {
   for (const [text, label, act] of [
     ["+", "zoom in", () => zoom(0.5)],
     ["−", "zoom out", () => zoom(2)],
-    ["1:1", "whole cell", () => zoom(1e9)],
+    ["whole cell", "whole cell", () => zoom(1e9)],
   ]) {
     const button = node("button", { type: "button", "aria-label": label, title: label }, text);
     button.addEventListener("click", act);
