@@ -112,7 +112,7 @@ function explore(root, data) {
     return { map: shownMap, pick: i => (dark ? (contact.values[i] ? [0, 0, 0] : ramp(DARKEST + (1 - DARKEST) * share(i))) : ramp(share(i))) };
   }
 
-  const LEFT = 34, BOTTOM = 30, BAR = 26, TOP = 6;
+  const LEFT = 46, BOTTOM = 30, BAR = 26, TOP = 6;
   function paint(view) {
     const { canvas, title } = view;
     const width = canvas.parentElement.clientWidth;
@@ -184,6 +184,11 @@ function explore(root, data) {
       c.fillText(digits(t), clamp(x, LEFT + 6, LEFT + inner[0] - 10), TOP + inner[1] + 15);
     }
     c.fillText(`x (${data.unit})`, LEFT + inner[0] / 2, TOP + inner[1] + 28);
+    c.save();
+    c.translate(11, TOP + inner[1] / 2);
+    c.rotate(-Math.PI / 2);
+    c.fillText(`y (${data.unit})`, 0, 0);
+    c.restore();
     c.textAlign = "right";
     for (const t of ticks(y0, y0 + span * height, 4)) {
       const y = TOP + inner[1] * (1 - (t - y0) / (span * height));
