@@ -1,4 +1,4 @@
-//! The report in a real browser: it is whole, answers to pointer and keyboard, has no serious accessibility fault, prints,
+//! The report in a real browser: it loads completely, answers to pointer and keyboard, has no serious accessibility fault, prints,
 //! and needs neither network nor JavaScript.
 //!
 //! `scripts/setup.sh --tests` installs Chromium and axe-core. A script of the test is appended to the page and writes what
@@ -163,7 +163,7 @@ fn colours(chromium: &Path, page: &Path, scratch: &Path) -> usize {
 }
 
 #[test]
-fn a_report_is_whole_in_a_browser() {
+fn a_report_loads_completely_in_a_browser() {
     let Some(chromium) = chromium() else { return };
     let scratch = tempfile::tempdir().expect("scratch");
     let run = scratch.path().join("run");
