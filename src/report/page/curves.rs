@@ -12,8 +12,7 @@ use crate::record::results::{
 use crate::report::number::si_scale;
 use crate::report::plot::{
     ATOMS, Axis, BACK, Curve, Dash, EXPECTED, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD,
-    UNCONVERGED,
-    YIELDING,
+    UNCONVERGED, YIELDING,
 };
 
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
