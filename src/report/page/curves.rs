@@ -4,7 +4,7 @@ use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::figures::{FigureWriter, figure};
-use super::tradeoff::method_style;
+use super::method_style::method_style;
 use crate::error::Result;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, LoadComparison, Results, StateResults,

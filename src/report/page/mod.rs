@@ -17,6 +17,7 @@ mod ensemble;
 mod explorer;
 mod figures;
 mod loads;
+mod method_style;
 mod methods;
 mod model_chain;
 mod nvt;

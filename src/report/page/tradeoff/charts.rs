@@ -3,11 +3,11 @@
 use super::labels::methods;
 use crate::compare::pareto::front;
 use crate::error::Result;
-use crate::method::REGISTRY;
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
 use crate::report::page::figures::{FigureWriter, capitalised, figure};
-use crate::report::picture::{self, Rgb};
+use crate::report::page::method_style::method_style;
+use crate::report::picture;
 use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
 use maud::{Markup, html};
 
@@ -17,18 +17,9 @@ const LEAST_SECONDS: f64 = 1e-4;
 /// Factor by which the error axis extends beyond the data on both sides, so that similar errors appear similar.
 const ROOM: f64 = 1.6;
 
-const COLOURS: [Rgb; 6] =
-    [picture::BLUE, picture::VERMILION, picture::GREEN, picture::PURPLE, picture::ORANGE, picture::BLACK];
 const FRONT: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: Marker::None };
 const UNCERTAIN: Style = Style { colour: picture::GREY, dash: Dash::Dashed, marker: Marker::None };
 const UNCERTAIN_WITHOUT: Style = Style { dash: Dash::Dotted, ..UNCERTAIN };
-
-/// Marker and colour of a method, by its index in the registry; the same on every page.
-pub(in crate::report::page) fn style(method: &str) -> Style {
-    let place = REGISTRY.iter().position(|m| m.card().id == method).unwrap_or(REGISTRY.len());
-    let marker = Marker::DISTINCT[place % Marker::DISTINCT.len()];
-    Style { colour: COLOURS[place % COLOURS.len()], dash: Dash::None, marker }
-}
 
 pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut figures = Vec::new();
@@ -73,7 +64,7 @@ fn chart(writer: &FigureWriter, tradeoff: &Tradeoff, quantity: Quantity) -> Resu
         let of = |p: &&TradeoffPoint| p.setting.method == method && p.setting.adhesive == adhesive;
         let points: Vec<(f64, f64)> = tradeoff.points.iter().filter(of).filter_map(place).collect();
         if !points.is_empty() {
-            curves.push(Curve { label: method.into(), style: style(method), points });
+            curves.push(Curve { label: method.into(), style: method_style(method), points });
         }
     }
     let label = format!("error: {}{}", quantity.name(), if quantity.in_decades() { " (decades)" } else { "" });

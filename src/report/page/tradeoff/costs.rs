@@ -1,12 +1,12 @@
 //! Growth of the cost of a method with its grid, and costs stated in the paper.
 
-use super::charts;
 use super::labels::{dash, grows, methods};
 use crate::compare::pareto::Growth;
 use crate::error::Result;
 use crate::record::tradeoff::{FORECAST_TOLERANCE, Forecast, Tradeoff, TradeoffPoint};
 use crate::report::number::{duration, memory, significant};
 use crate::report::page::figures::{FigureWriter, figure, numbers, text};
+use crate::report::page::method_style::method_style;
 use crate::report::plot::{Axis, Curve, Dash, Plot, Style};
 use maud::{Markup, html};
 
@@ -46,7 +46,7 @@ pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Mark
         if points.is_empty() {
             continue;
         }
-        let style = Style { dash: Dash::Solid, ..charts::style(method) };
+        let style = Style { dash: Dash::Solid, ..method_style(method) };
         let places = points.iter().map(|p| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds)).collect();
         curves.push(Curve { label: method.into(), style, points: places });
         let predicted = points.iter().find_map(|p| tradeoff.forecast(p));

@@ -10,7 +10,6 @@ use super::figures::FigureWriter;
 use crate::error::Result;
 use crate::record::tradeoff::{FILE, Tradeoff};
 use crate::report::number::{duration, trimmed};
-pub(super) use charts::style as method_style;
 use labels::methods;
 use maud::{Markup, html};
 
