@@ -54,7 +54,7 @@ fn summary(e: &Ensemble) -> Markup {
     let largest =
         e.differences.iter().filter(|d| d.of.quantity == "contact_fraction" && d.of.branch == Branch::Loading);
     html! {
-        @if let Some((d, r)) = largest.clone().filter_map(|d| Some((d, d.relative.as_ref()?))).last() {
+        @if let Some((d, r)) = largest.clone().filter_map(|d| Some((d, d.relative.as_ref()?))).next_back() {
             p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } ", at p* = "
                 (significant(d.p_star, 3)) ", mean ± standard error, and extremes." }
         }
