@@ -387,9 +387,9 @@ fn results(path: &Path) -> Result<usize> {
 
 fn tradeoff(path: &Path) -> Result<usize> {
     Tables::read(path)?;
-    report::write_tradeoff(path.parent().unwrap_or(path)).map(|_| 0)
+    report::write(path.parent().unwrap_or(path)).map(|_| 0)
 }
 
 fn ensemble(path: &Path) -> Result<usize> {
-    report::write_ensemble(path.parent().unwrap_or(path)).map(|_| 0)
+    report::write(path.parent().unwrap_or(path)).map(|_| 0)
 }
