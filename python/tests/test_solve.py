@@ -360,3 +360,22 @@ def test_an_initial_gap_selects_the_branch() -> None:
     loaded = solve(surface, 1.0, pressure=[0.01, 0.2, 0.01], adhesion=adhesion)
     again = solve(surface, 1.0, pressure=0.01, adhesion=adhesion, initial_gap=loaded[2].gap)[0]
     assert np.isclose(again.contact_fraction, loaded[2].contact_fraction, rtol=1e-6)
+
+
+def test_a_hardness_bounds_the_pressure(surface: Surface) -> None:
+    elastic = solve(surface, 1.0, pressure=0.05)[0]
+    hardness = 0.5 * float(elastic.pressure.max())
+    path = solve(surface, 1.0, pressure=[0.02, 0.05, 0.02], hardness=hardness)
+    low, high, back = path
+    assert np.isclose(high.pressure.max(), hardness, rtol=1e-6)
+    assert high.plastic_displacement is not None and (high.plastic_displacement >= 0).all()
+    assert high.flowing_fraction > 0 and back.flowing_fraction == 0
+    assert np.isclose(high.plastic_displacement.mean(), high.mean_plastic_displacement, rtol=1e-12)
+    assert back.contact_fraction > low.contact_fraction
+    assert path.hysteresis_work() > 0
+    assert elastic.plastic_displacement is None and elastic.plastic_work == 0
+    for value, words in ((0.01, "every node flows"), (-1.0, "hardness")):
+        with pytest.raises(InputError, match=words):
+            solve(surface, 1.0, pressure=0.02, hardness=value)
+    with pytest.raises(InputError, match="models plastic flow"):
+        solve(surface, 1.0, pressure=0.02, hardness=1.0, method="gfmd-fire")

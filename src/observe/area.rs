@@ -97,7 +97,7 @@ mod tests {
     /// A strip that ends at the periodic boundary has an edge there, in either direction; a gap at the threshold is contact.
     #[test]
     fn edges_at_the_seam_and_gaps_at_the_threshold_count() {
-        let grid = Grid::unit(4, 3);
+        let grid = Grid { nx: 4, ny: 3, lx: 1.0, ly: 1.0 };
         for touches in [|i: usize| i % 4 >= 2, |i: usize| i / 4 >= 1] {
             let gap: Vec<f64> = (0..12).map(|i| f64::from(u8::from(!touches(i)))).collect();
             // Two edges in each of three rows of height 1/3, or in each of four columns of width 1/4.

@@ -246,3 +246,36 @@ fn other_bodies_and_walls_flow_too() {
     assert!((most(&states[1]) / hardness - 1.0).abs() < 1e-5 && states[1].plasticity.unwrap().flowing > 0.01);
     assert!(states[2].mean_gap < states[0].mean_gap && states[2].separation < states[0].separation);
 }
+
+/// A sphere in a periodic cell. Flow begins where Hertz's peak pressure is the hardness; at a tenth of it the mean pressure over the
+/// contact is the hardness. Plastic displacement and contact converge with the grid.
+#[test]
+fn a_sphere_flows() {
+    /// Contact of few elastic nodes around the flow.
+    const FULL: f64 = 0.03;
+    let sphere = |n: usize| -> Vec<f64> {
+        let at = |i: usize| (i as f64 / n as f64 - 0.5).powi(2);
+        (0..n * n).map(|i| 0.5 * (at(i % n) + at(i / n))).collect()
+    };
+    let force = 4e-4f64;
+    // Hertz in a sphere of radius 1: a³ = 3F/4, p0 = 3F/(2πa²).
+    let peak = 1.5 * force / (std::f64::consts::PI * (0.75 * force).cbrt().powi(2));
+    let solved = |n: usize, hardness: f64| {
+        let heights = sphere(n);
+        let p = Problem { tolerance: 1e-8, ..problem(Grid::unit(n, n), &heights, hardness) };
+        path(&p, "fast", &[Load::Pressure(force), Load::Pressure(0.05 * force)])
+    };
+    let flow = |hardness: f64| solved(64, hardness)[0].plasticity.unwrap().flowing;
+    assert!(flow(1.05 * peak) == 0.0 && flow(0.95 * peak) > 0.0);
+    let found = [32, 64, 128].map(|n| solved(n, 0.5 * peak)[0].plasticity.unwrap().displacement);
+    assert!((found[2] - found[1]).abs() < 0.5 * (found[1] - found[0]).abs(), "{found:?}");
+    let soft = solved(128, 0.1 * peak);
+    let fraction = soft[0].contact().iter().filter(|c| **c).count() as f64 / soft[0].gap.len() as f64;
+    assert!((force / fraction / (0.1 * peak) - 1.0).abs() < FULL, "{}", force / fraction / (0.1 * peak));
+    // Unloaded, the indent conforms to the sphere less its elastic recovery: contact is larger than on the virgin surface.
+    let heights = sphere(128);
+    let virgin = Problem { tolerance: 1e-8, ..problem(Grid::unit(128, 128), &heights, 1e30) };
+    let elastic = path(&virgin, "fast", &[Load::Pressure(0.05 * force)]);
+    let count = |f: &Found| f.contact().iter().filter(|c| **c).count();
+    assert!(count(&soft[1]) > count(&elastic[0]));
+}
