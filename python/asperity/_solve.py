@@ -99,7 +99,7 @@ class State:
     plastic_displacement : ndarray, shape (ny, nx), or None
         Plastic displacement of the surface since the first load; None before the first flow.
     flowing_fraction, displaced_fraction : float
-        Fractions of nodes at the hardness, and with a plastic displacement.
+        Fractions of nodes whose plastic displacement grows in this load, and of nodes that have one.
     mean_plastic_displacement, plastic_work : float
         Mean of the displacement, and plastic work per area.
     load_error, residual : float

@@ -320,6 +320,14 @@ impl Problem {
     /// The initial gap in reduced units.
     fn begin(&self) -> Result<Option<Begin>> {
         let Some(gap) = &self.initial_gap else { return Ok(None) };
+        if self.hardness.is_some() {
+            return Err(Error::input(
+                PLACE,
+                "initial_gap",
+                "given with a hardness",
+                "none: a gap has no history of flow",
+            ));
+        }
         let shape = self.surface.shape();
         if gap.dim() != shape || gap.iter().any(|g| !g.is_finite()) {
             let found = format!("an array of {:?}, finite: {}", gap.dim(), gap.iter().all(|g| g.is_finite()));

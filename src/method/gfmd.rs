@@ -64,7 +64,9 @@ impl ContactMethod for Gfmd {
             super::Precision::F64 => Transform::<f64>::spectrum_bytes(problem.grid),
         };
         Plan {
-            bytes: 3 * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
+            bytes: 3 * problem.grid.points() as u64 * problem.precision.bytes()
+                + spectrum
+                + PlasticFlow::<f64>::bytes(problem),
             iterations: (40.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize
                 * problem.adhesion_effort(),
             pairs_per_iteration: 1.0,
@@ -200,6 +202,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let pairs_before = self.operator.pairs;
+        // A load that is refused must not lose the flow.
+        self.operator.control(load, self.observer, CARD.id)?;
         let mut flow = std::mem::take(&mut self.flow);
         let observer = WithPlastic { observer: self.observer, plastic: flow.lend() };
         let mut control = self.operator.control(load, &observer, CARD.id)?;
@@ -246,7 +250,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         };
         let pairs = self.operator.pairs - pairs_before;
         let outcome = control.finish(ending, residuals, pairs);
-        let plasticity = self.operator.yielded(&mut flow, &mut self.gap, &mut residuals);
+        let plasticity = self.operator.yielded(&mut flow, (&mut self.gap, ending == Ending::Met), &mut residuals);
         self.flow = flow;
         let outcome = Outcome { residuals, ..outcome };
         Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(&self.gap, &self.velocity) })

@@ -122,13 +122,13 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     pub(super) fn yielded(
         &mut self,
         flow: &mut PlasticFlow<T>,
-        gap: &mut [T],
+        (gap, converged): (&mut [T], bool),
         residuals: &mut Residuals,
     ) -> Option<Plasticity> {
         residuals.mean_separation -= flow.mean();
-        let plasticity =
-            flow.take(&self.law, gap, [self.problem.grid.nx, self.problem.grid.nx, gap.len()], residuals)?;
-        if residuals.flow > 0.0 {
+        let layout = [self.problem.grid.nx, self.problem.grid.nx, gap.len()];
+        let plasticity = flow.take(&self.law, gap, (layout, converged), residuals)?;
+        if residuals.flow > 0.0 && converged {
             self.displace(flow);
         }
         Some(plasticity)

@@ -21,6 +21,13 @@ impl<T: Real> PlasticFlow<T> {
         (!self.displacement.is_empty()).then(|| T::lend(&self.displacement))
     }
 
+    /// Bytes of the displacement, of the displaced heights, and of the nodes in f64 from which they are made; 0 without a
+    /// hardness.
+    pub(super) fn bytes(problem: &Problem) -> u64 {
+        let each = 2 * problem.precision.bytes() + size_of::<f64>() as u64;
+        if problem.hardness.is_some() { each * problem.grid.points() as u64 } else { 0 }
+    }
+
     pub(super) fn set(&mut self, displacement: &[f64]) {
         self.displacement = displacement.iter().map(|&d| T::of(d)).collect();
     }
@@ -41,12 +48,13 @@ impl<T: Real> PlasticFlow<T> {
     }
 
     /// Moves the flow of a load from its gap, of which the first `width` of `nx` nodes per row face the surface, to the
-    /// plastic displacement, and its energy from the interaction. `None` without a hardness.
+    /// plastic displacement, and its energy from the interaction. The flow of a state that has not `converged` is dropped:
+    /// it is part of no history. `None` without a hardness.
     pub(super) fn take<L: Law>(
         &mut self,
         law: &L,
         gap: &mut [T],
-        [width, nx, points]: [usize; 3],
+        ([width, nx, points], converged): ([usize; 3], bool),
         residuals: &mut Residuals,
     ) -> Option<Plasticity> {
         let (stress, first) = (law.max_pressure(), T::of(law.yield_gap()));
@@ -54,15 +62,17 @@ impl<T: Real> PlasticFlow<T> {
             return None;
         }
         let mut flowing = 0_usize;
-        if residuals.flow > 0.0 {
+        residuals.interaction -= stress * residuals.flow;
+        if residuals.flow > 0.0 && converged {
             self.displacement.resize(points, T::zero());
-            residuals.interaction -= stress * residuals.flow;
         }
         for (y, gap) in gap.chunks_mut(nx).take(points / width).enumerate() {
             for (x, g) in gap[..width].iter_mut().enumerate() {
                 if *g < first {
-                    self.displacement[y * width + x] += first - *g;
                     flowing += 1;
+                    if converged {
+                        self.displacement[y * width + x] += first - *g;
+                    }
                 }
                 // A zero with a negative sign, too.
                 *g = if *g <= first { first } else { *g };

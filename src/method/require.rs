@@ -39,9 +39,12 @@ pub(super) fn hardness(problem: &Problem, card: &Card) -> Result<()> {
     refuse(card.id, "hardness", format!("{hardness:e} E*"), accepted)
 }
 
-/// A pressure that the contact can carry: at most `largest`, the hardness less the attraction.
+/// A pressure that the contact can carry: below `largest`, the hardness less the attraction.
 pub(super) fn below_hardness(load: Load, largest: f64, id: &str) -> Result<()> {
     match load {
+        Load::MeanGap(g) if largest < f64::INFINITY => {
+            refuse(id, "mean gap", format!("{g:e} L"), "a pressure: with a hardness no other load is imposed")
+        }
         Load::Pressure(p) if p >= largest => {
             let accepted = format!("less than {largest:e} E*, which the contact carries where every node flows");
             refuse(id, "pressure", format!("{p:e} E*"), accepted)

@@ -80,7 +80,8 @@ pub(super) fn moved<L: Law, T: Real>(g: T, scale: T, step: T) -> T {
     let to = g + scale * step;
     match () {
         () if !L::HARD => to,
-        () if L::YIELDS && g.is_sign_negative() => -(-to).max(T::zero()),
+        // The sum makes any zero positive: the maximum of two zeros may be either.
+        () if L::YIELDS && g.is_sign_negative() => -((-to).max(T::zero()) + T::zero()),
         () => to.max(T::zero()),
     }
 }

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 /// Plastic flow of a load history up to a state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Plasticity {
-    /// Fraction of the nodes that flow in this load: their contact stress is the hardness.
+    /// Fraction of the nodes whose plastic displacement grows in this load; their contact stress is the hardness.
     pub flowing: f64,
     /// Fraction of the nodes with a plastic displacement.
     pub displaced: f64,

@@ -178,8 +178,8 @@ impl CheckpointWriter {
     pub fn write_interrupted(&self, grid: Grid, state: &State) {
         let kept = self.inner().kept;
         if !kept {
-            let (gap, progress) = (state.gap, Value::Null);
-            self.write(&SnapshotRef { grid, gap, auxiliary: None, plastic: None, progress });
+            let (gap, plastic, progress) = (state.gap, state.plastic, Value::Null);
+            self.write(&SnapshotRef { grid, gap, auxiliary: None, plastic, progress });
         }
     }
 

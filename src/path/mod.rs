@@ -280,7 +280,10 @@ impl<'p> LoadPath<'p> {
     /// The result of the next coarser grid: of the nested method's own grids, or of a solve that follows the path. With plastic
     /// flow the former start from the flow on this grid.
     fn next_coarser(&self, nested: Option<GridResult>, followed: Option<GridResult>) -> Option<GridResult> {
-        if self.problem.hardness.is_some() { followed.or(nested) } else { nested.or(followed) }
+        match self.problem.hardness {
+            Some(_) if self.loads.len() > 1 => followed,
+            _ => nested.or(followed),
+        }
     }
 
     /// Discretisation error of `fine` from the `next` coarser grid, and the extrapolation over all `coarse` grids.

@@ -188,7 +188,7 @@ fn on_dilated_heights(
     (tag, hardness): (&'static str, Option<f64>),
     at: &StageContext,
 ) -> Result<ContinuumResults> {
-    let (kernel, wall, criterion) = (atoms.kernel(), Wall::Tabulated(atoms.compliant_law()), "the wall pushes");
+    let (kernel, wall, criterion) = (atoms.kernel(), Wall::Tabulated(atoms.compliant_law()), "the wall repels");
     let matching = Matching { kernel, wall, hardness, is_compliant: true, tag, criterion };
     // The wall law acts vertically. The dilated heights account for contact on slopes, where the nearest indenter atom
     // is not directly above.

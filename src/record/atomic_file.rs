@@ -63,12 +63,12 @@ pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut AtomicFile) -> io::Resul
 /// # Errors
 /// `Format` for folders, pipes, sockets and devices; `Io`.
 pub fn open_regular(path: &Path) -> Result<(File, u64)> {
-    let found = std::fs::metadata(path).map_err(Error::io("open", path))?;
+    let found = std::fs::metadata(path).map_err(Error::io("read", path))?;
     if !found.is_file() {
         let kind = if found.is_dir() { "a folder" } else { "a pipe, socket or device" };
         return Err(Error::format(path, kind, "a regular file (the output of a pipe can be written into one)"));
     }
-    Ok((File::open(path).map_err(Error::io("open", path))?, found.len()))
+    Ok((File::open(path).map_err(Error::io("read", path))?, found.len()))
 }
 
 /// Reads a text file; errors name the file, also if it is not UTF-8.

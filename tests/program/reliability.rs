@@ -113,14 +113,17 @@ fn each_alone(files: Vec<PathBuf>) -> Vec<Vec<PathBuf>> {
     files.into_iter().map(|f| vec![f]).collect()
 }
 
-/// One file of each folder at a time: stages are damaged, and computed again, independently.
+/// One file of each stage at a time: stages are damaged, and computed again, independently. Files of the folder itself alone:
+/// without its marker and all records of stages it is no run folder.
 fn one_of_each_stage(files: Vec<PathBuf>) -> Vec<Vec<PathBuf>> {
     let mut stages: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
-    for file in files {
+    let (own, of_stages): (Vec<_>, Vec<_>) = files.into_iter().partition(|f| f.components().count() == 1);
+    for file in of_stages {
         stages.entry(file.parent().expect("has one").to_path_buf()).or_default().push(file);
     }
     let most = stages.values().map(Vec::len).max().unwrap_or(0);
-    (0..most).map(|k| stages.values().filter_map(|s| s.get(k).cloned()).collect()).collect()
+    let groups = (0..most).map(|k| stages.values().filter_map(|s| s.get(k).cloned()).collect());
+    each_alone(own).into_iter().chain(groups).collect()
 }
 
 /// Whether a damage of this file of a stage leads to a warning that names it. Files of attempts are not read back.

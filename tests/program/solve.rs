@@ -387,6 +387,8 @@ fn a_hardness_bounds_the_contact_stress() {
         (&["--hardness", "200MPa", "--pressure", "250MPa"][..], "where every node flows"),
         (&["--hardness", "200MPa", "--pressure", "20MPa", "--method", "winkler"], "models plastic flow"),
         (&["--hardness", "-1", "--pressure", "20MPa"], "--hardness"),
+        (&["--hardness", "200MPa", "--contact", "0.1"], "pressure, force or p*"),
+        (&["--hardness", "200MPa", "--mean-gap", "0.01"], "pressure, force or p*"),
         (&["--hardness", "2um", "--pressure", "20MPa"], "a unit of stress"),
     ] {
         let refused = solve(more);

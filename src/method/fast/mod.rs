@@ -102,7 +102,9 @@ impl ContactMethod for Fast {
             Heights::Series(s) if grid == problem.grid => s.bytes() / size_of::<f64>() as u64 * real as u64,
             _ => (real * grid.points()) as u64,
         };
-        Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
+        // With a hardness a sorted copy of the gap takes the place of second heights (`Level::balance_flow`).
+        let yielding = PlasticFlow::<f64>::bytes(&Problem { grid, ..problem.clone() });
+        Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
@@ -414,14 +416,14 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
     }
 
     /// Moves the flow of a load from its gap to the heights of the next.
-    fn yielded(&mut self, residuals: &mut Residuals) -> Option<Plasticity> {
+    fn yielded(&mut self, residuals: &mut Residuals, converged: bool) -> Option<Plasticity> {
         let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
         // The heights of a padded cell keep the origin of the approach.
         let before = if self.cell.is_padded() { 0.0 } else { self.flow.mean() };
         residuals.mean_separation -= before;
         let layout = [window.nx, nx, window.points()];
-        let plasticity = self.flow.take(&self.law, &mut self.gap, layout, residuals)?;
-        if residuals.flow > 0.0 {
+        let plasticity = self.flow.take(&self.law, &mut self.gap, (layout, converged), residuals)?;
+        if residuals.flow > 0.0 && converged {
             (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
         }
         Some(plasticity)
@@ -515,7 +517,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         drop(level);
         let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
-        let plasticity = self.yielded(&mut residuals);
+        let plasticity = self.yielded(&mut residuals, ended.ending == Ending::Met);
         let (gap, stress) = if self.cell.is_padded() {
             let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
             self.patch = (window.cut(&self.gap, nx), window.cut(&self.stress, nx));
@@ -525,7 +527,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         };
         let Ended { ending, error_estimates } = ended;
         let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
-        let judge = judge(&judged, L::HARD, self.rms_height, scale);
+        let hardness = self.law.hardness();
+        let judge = Judge { hardness, ..judge(&judged, L::HARD, self.rms_height, scale) };
         let outcome = Outcome { load, pressure, judge, ending, iterations, pairs, clock, residuals, error_estimates };
         Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(gap, stress) })
     }

@@ -25,6 +25,7 @@ pub(super) fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Re
     Ok(html! {
         (setting(continuum))
         (states(continuum, &|s| laboratory(writer, s)))
+        (plasticity(writer, continuum))
         @if let Some(said) = hysteresis_sentence(continuum, |w| si(w * work, "J/m²", 3)) { p { (said) } }
         (uncertainty::section(writer, continuum)?)
         (gallery(writer, continuum)?)
@@ -36,6 +37,28 @@ pub(super) fn setting(c: &ContinuumResults) -> Markup {
     html! {
         p { "Method " strong { (c.method) } " on " (count(c.nx)) " × " (count(c.ny)) " nodes; elastic body: " (c.kernel)
             "; adhesion: " (c.adhesion) "; wall: " (c.wall) "." }
+    }
+}
+
+/// Table of the plastic flow; empty for an elastic body.
+fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
+    let Some(hardness) = c.hardness else { return html! {} };
+    let (length, stress) = (writer.scales.length_m, writer.scales.modulus_pa);
+    let row = |s: &StateResults| {
+        let p = s.plasticity?;
+        Some(vec![
+            html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
+            text(percent(p.flowing)),
+            text(percent(p.displaced)),
+            text(si(p.displacement * length, "m", 3)),
+            text(si(p.work * stress * length, "J/m²", 3)),
+        ])
+    };
+    html! {
+        h3 { "Plastic flow" }
+        (numbers(&["p*", "flowing", "displaced", "mean plastic displacement", "plastic work"], c.states.iter().filter_map(row).collect()))
+        p.quiet { "The contact stress is at most the hardness of " (si(hardness * stress, "Pa", 3)) ". Flowing: nodes whose plastic displacement grows in this load; displaced: "
+            "nodes that have one. Unloading is elastic." }
     }
 }
 

@@ -102,6 +102,23 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
     c.unless(!extrapolates, KEY, "given with adhesion.range = \"extrapolate\"", "another range");
     c.unless(m.initial_gap.is_none(), KEY, "given with continuum.initial_gap", "none: a gap has no history of flow");
+    c.unless(
+        !m.stiffness_steps,
+        KEY,
+        "given with continuum.stiffness_steps",
+        "none: the steps would start from another surface",
+    );
+    c.unless(scene.accuracy.is_none(), KEY, "given with [accuracy]", "none: the measured errors are of elastic bodies");
+    let l = &scene.load;
+    let needs_pressures =
+        !l.mean_gap_um.is_empty() || !l.displacement_um.is_empty() || !l.contact.is_empty() || l.pull_off;
+    let accepted = "loads as pressure, force or p*: searches for other loads would leave flow behind";
+    c.unless(
+        !needs_pressures,
+        KEY,
+        "given with a mean gap, a displacement, a contact fraction or a pull-off",
+        accepted,
+    );
 }
 
 /// Layer or crystal.

@@ -39,10 +39,10 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     branches_of_atoms(c, scene);
     maps(c, scene);
     c.unless(
-        !scene.load.unload || attracts || atoms,
+        !scene.load.unload || attracts || atoms || scene.continuum.hardness_mpa.is_some(),
         "load.unload",
         "true",
-        "an [adhesion] or [atoms]: without both, unloading repeats the loading branch",
+        "an [adhesion], [atoms] or continuum.hardness_mpa: without them, unloading repeats the loading branch",
     );
     c.unless(!scene.load.pull_off || attracts, "load.pull_off", "true", "an adhesive interface, [adhesion]");
     let controls = !load.mean_gap_um.is_empty() || !load.displacement_um.is_empty() || load.pull_off;
