@@ -45,7 +45,7 @@ fn states(out: &Path, continuum: &ContinuumResults, um: f64, mpa: f64) -> Result
         ("seconds", &|s| s.numbers.seconds),
         ("flowing_fraction", &|s| s.plasticity.map_or(f64::NAN, |p| p.flowing)),
         ("displaced_fraction", &|s| s.plasticity.map_or(f64::NAN, |p| p.displaced)),
-        ("plastic_displacement_um", &|s| s.plasticity.map_or(f64::NAN, |p| p.displacement * um)),
+        ("mean_plastic_displacement_um", &|s| s.plasticity.map_or(f64::NAN, |p| p.displacement * um)),
         ("plastic_work_j_per_m2", &|s| s.plasticity.map_or(f64::NAN, |p| p.work * work)),
     ];
     // The last four are of bodies with a hardness.

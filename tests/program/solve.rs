@@ -373,16 +373,19 @@ fn a_hardness_bounds_the_contact_stress() {
         String::from_utf8_lossy(&found.stdout).lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
     let of = |k: usize, key: &str| number(&lines[k], key);
     assert!(of(1, "flowing_fraction") > 0.01 && of(2, "flowing_fraction") == 0.0);
-    assert_eq!(of(2, "plastic_displacement"), of(1, "plastic_displacement"));
+    assert_eq!(of(2, "mean_plastic_displacement"), of(1, "mean_plastic_displacement"));
     assert!(of(2, "contact_fraction") > of(0, "contact_fraction"));
     let field = |name: &str| asperity::record::npy::read(&out.join(name)).expect("a field").values;
     let (stress, plastic) = (field("load-2-stress.npy"), field("load-2-plastic.npy"));
     let most = stress.iter().copied().fold(0.0, f64::max);
     assert!((most / of(1, "hardness") - 1.0).abs() < ROUNDING, "{most}");
     let mean = plastic.iter().sum::<f64>() / plastic.len() as f64;
-    assert!((mean / of(1, "plastic_displacement") - 1.0).abs() < 1e-12);
+    assert!((mean / of(1, "mean_plastic_displacement") - 1.0).abs() < 1e-12);
     let curve = std::fs::read_to_string(out.join("curve.csv")).expect("a table");
-    assert!(curve.lines().next().expect("a header").contains(",displaced_fraction,plastic_displacement"), "{curve}");
+    assert!(
+        curve.lines().next().expect("a header").contains(",displaced_fraction,mean_plastic_displacement"),
+        "{curve}"
+    );
     for (more, words) in [
         (&["--hardness", "200MPa", "--pressure", "250MPa"][..], "where every node flows"),
         (&["--hardness", "200MPa", "--pressure", "20MPa", "--method", "winkler"], "models plastic flow"),

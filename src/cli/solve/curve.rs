@@ -42,7 +42,7 @@ const COLUMNS: [(&str, Dimension); 22] = [
     ("adhesion_energy", Dimension::Work),
     ("flowing_fraction", Dimension::None),
     ("displaced_fraction", Dimension::None),
-    ("plastic_displacement", Dimension::Length),
+    ("mean_plastic_displacement", Dimension::Length),
     ("plastic_work", Dimension::Work),
     ("load_error", Dimension::None),
     ("residual", Dimension::None),

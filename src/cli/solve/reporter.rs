@@ -210,7 +210,7 @@ impl<'a> SolveReporter<'a> {
             line["hardness"] = json!(problem.hardness.map(|h| h * modulus));
             line["flowing_fraction"] = json!(found.flowing);
             line["displaced_fraction"] = json!(found.displaced);
-            line["plastic_displacement"] = json!(found.displacement * length);
+            line["mean_plastic_displacement"] = json!(found.displacement * length);
             line["plastic_work"] = json!(found.work * energy);
         }
         line
@@ -318,7 +318,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     }
     if line["hardness"].is_number() {
         rows.push(("flowing at the hardness", of_contact(percent(number(&line["flowing_fraction"])))));
-        rows.push(("mean plastic displacement", of_contact(units.length(number(&line["plastic_displacement"])))));
+        rows.push(("mean plastic displacement", of_contact(units.length(number(&line["mean_plastic_displacement"])))));
         rows.push(("plastic work per area", of_contact(units.work(number(&line["plastic_work"])))));
     }
     rows.push(("energy per area", of_contact(units.work(number(&line["energy"])))));
