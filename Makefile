@@ -50,13 +50,13 @@ demo:
 test:
 	@scripts/setup.sh --tests
 	@rm -f target/tmp/skipped
-	@cargo test --locked; status=$$?; \
+	@cargo test --locked -p asperity -p asperity-python; status=$$?; \
 	scripts/test-python.sh || status=1; \
 	if [ -s target/tmp/skipped ]; then echo "$$(wc -l < target/tmp/skipped) tests were SKIPPED:"; cat target/tmp/skipped; fi; \
 	exit $$status
 
 bench:
-	cargo bench --locked --bench solve
+	cargo bench --locked -p asperity-benches
 	cargo bench --locked --bench measure -- times
 
 bench-peers:

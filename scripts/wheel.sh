@@ -7,14 +7,14 @@ set -eu
 
 profile=$1 out=$2 python=${3:-python3}
 case $profile in
-release) folder=release ;;
-dev) folder=debug ;;
+release) folder=release && cargo build --quiet --locked --release ;;
+# With the features of `make test`: library and program are compiled once for both.
+dev) folder=debug && cargo build --quiet --locked -p asperity -p asperity-python --bins --tests ;;
 *)
     echo "wheel: profile $profile; accepted: release, dev" >&2
     exit 2
     ;;
 esac
-cargo build --quiet --locked --profile "$profile"
 mkdir -p python/asperity.data/scripts "$out"
 rm -f "$out"/asperity-*.whl
 cp "${CARGO_TARGET_DIR:-target}/$folder/asperity" python/asperity.data/scripts/asperity

@@ -7,7 +7,9 @@ use super::Real;
 use rayon::prelude::*;
 
 /// `K` sums at once over rows `0..rows`, each row giving its own partial sums.
-pub fn sum_rows<const K: usize>(rows: usize, row: impl Fn(usize) -> [f64; K] + Sync + Send) -> [f64; K] {
+pub fn sum_rows<const K: usize>(rows: usize, row: impl Fn(usize) -> [f64; K] + Sync) -> [f64; K] {
+    // Through a pointer: rayon's part is compiled once for each number of sums.
+    let row: &(dyn Fn(usize) -> [f64; K] + Sync) = &row;
     let partial: Vec<[f64; K]> = (0..rows).into_par_iter().map(row).collect();
     block_sums(&partial)
 }

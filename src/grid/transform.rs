@@ -113,7 +113,8 @@ impl<T: Real> Transform<T> {
     }
 
     /// As [`Transform::forward`], for a field whose rows `fill` writes.
-    pub fn forward_of(&self, fill: impl Fn(usize, &mut [T]) + Sync + Send, spectrum: &mut [Complex<T>]) {
+    pub fn forward_of(&self, fill: impl Fn(usize, &mut [T]) + Sync, spectrum: &mut [Complex<T>]) {
+        let fill: &(dyn Fn(usize, &mut [T]) + Sync) = &fill;
         spectrum.par_chunks_mut(self.grid.pitch()).enumerate().for_each_init(
             || self.worker(),
             |worker, (y, spec)| {
@@ -155,7 +156,8 @@ impl<T: Real> Transform<T> {
         );
     }
 
-    fn columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>, direction: Direction) -> f64 {
+    /// Compiled once for all filters.
+    fn columns(&self, spectrum: &mut [Complex<T>], filter: &dyn Filter<T>, direction: Direction) -> f64 {
         let times = if direction == Direction::Both { 2 } else { 1 };
         TRANSFORMED.fetch_add(times * self.grid.points() as u64, Ordering::Relaxed);
         let (ny, half) = (self.grid.ny, self.grid.half());

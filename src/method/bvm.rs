@@ -7,7 +7,7 @@
 
 use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
 use super::judge::Ending;
-use super::operator::{Build, Operator, dispatch_yielding};
+use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, curvature_of, kkt, moved};
 use super::{
@@ -73,7 +73,7 @@ impl ContactMethod for Bvm {
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch_yielding(problem, Start(problem, observer))))
+        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
     }
 }
 
@@ -205,7 +205,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     fn advance_downhill(&mut self, step: f64, highest: f64) -> Step {
         if L::ACTIVE {
             self.previous.resize(self.gap.len(), T::zero());
-            self.previous.par_iter_mut().zip(&self.gap).for_each(|(p, &g)| *p = g);
+            self.previous.copy_from_slice(&self.gap);
         }
         let (mut retreated, mut exhausted) = (false, false);
         let (mut residuals, mut rr, mut rr_old) = self.advance(step);

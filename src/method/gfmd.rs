@@ -9,7 +9,7 @@
 
 use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
 use super::judge::Ending;
-use super::operator::{Build, Operator, dispatch_yielding};
+use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, kkt_row};
 use super::sweep::{sweep, sweep_sums};
@@ -76,7 +76,7 @@ impl ContactMethod for Gfmd {
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch_yielding(problem, Start(problem, observer))))
+        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
     }
 }
 
@@ -130,7 +130,7 @@ fn stepped<L: Law, T: Real>(law: &L, g: T, inertia: T, step: T, t: T) -> T {
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     /// Sets the velocity to zero and starts the transform pair of the next step.
     fn rest(&mut self) {
-        self.velocity.par_iter_mut().for_each(|v| *v = T::zero());
+        self.velocity.fill(T::zero());
         self.transform_displacement();
     }
 

@@ -16,7 +16,7 @@ use super::sweep::{sweep, sweep_sums};
 use super::{Heights, Load, Observer, Precision, Problem, require};
 use crate::Result;
 use crate::grid::{Filter, Grid, HalfSpectrum, Real, Transform, block_sums, lowest, rms};
-use crate::interface::{Adhesion, HardWall, Kernel, Law, Wall, WithAdhesion, Yielding, YieldingWall};
+use crate::interface::{Adhesion, HardWall, Kernel, Law, WithAdhesion, Yielding, YieldingWall};
 use crate::observe::Plasticity;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -246,32 +246,22 @@ pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -
     }
 }
 
-/// [`dispatch`] for solvers that model plastic flow.
-pub(super) fn dispatch_yielding<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
-    match (problem.hardness, problem.wall, problem.precision) {
-        (Some(hardness), Wall::Hard, Precision::F32) => with_hardness::<f32, B>(problem, hardness, builder),
-        (Some(hardness), Wall::Hard, Precision::F64) => with_hardness::<f64, B>(problem, hardness, builder),
-        _ => dispatch(problem, builder),
-    }
-}
-
-fn with_hardness<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, hardness: f64, builder: B) -> B::Built {
-    match problem.adhesion {
-        Adhesion::None => builder.build::<T, _, _>(problem.kernel, Yielding { law: HardWall, hardness }),
-        law => builder.build::<T, _, _>(problem.kernel, Yielding { law, hardness }),
-    }
-}
-
 fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     let kernel = problem.kernel;
     // The most frequent laws have their own solver instances. The others share two instances, in which the law is
-    // selected node by node, since every instance increases the build time.
-    match (problem.wall.soft(), problem.adhesion) {
-        (None, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
-        (None, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),
-        (None, law) => builder.build::<T, _, _>(kernel, law),
-        (Some(wall), adhesion) => {
-            let wall = YieldingWall::new(wall, problem.hardness);
+    // selected node by node and the hardness may be infinite, since every instance increases the build time.
+    match (problem.wall.soft(), problem.adhesion, problem.hardness) {
+        (None, Adhesion::None, None) => builder.build::<T, _, _>(kernel, HardWall),
+        (None, Adhesion::None, Some(hardness)) => {
+            builder.build::<T, _, _>(kernel, Yielding { law: HardWall, hardness })
+        }
+        (None, Adhesion::Exponential(law), None) => builder.build::<T, _, _>(kernel, law),
+        (None, law, hardness) => {
+            let hardness = hardness.unwrap_or(f64::INFINITY);
+            builder.build::<T, _, _>(kernel, Yielding { law, hardness })
+        }
+        (Some(wall), adhesion, hardness) => {
+            let wall = YieldingWall::new(wall, hardness);
             builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
         }
     }

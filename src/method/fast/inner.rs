@@ -12,7 +12,7 @@ use super::window::Window;
 use crate::grid::{Filter, Grid, Real, Transform};
 use crate::interface::{Kernel, Law};
 use crate::method::residuals::curvature_of;
-use crate::method::sweep::sweep_sums;
+use crate::method::sweep::{each_row, sweep_sums};
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -95,8 +95,10 @@ impl Inner {
         let scale = T::of(std::mem::take(&mut self.pending));
         let (nx, window) = (self.transform.grid().nx, self.window);
         if scale != T::zero() {
-            let rows = gap.par_chunks_mut(nx).zip(self.step.par_chunks(nx)).enumerate();
-            rows.for_each(|(y, (gap, step))| rows::apply_step::<L, T>(window.inside(y, nx), gap, scale, step));
+            let step = &self.step;
+            each_row(gap, nx, |y, gap| {
+                rows::apply_step::<L, T>(window.inside(y, nx), gap, scale, &step[y * nx..][..nx]);
+            });
         }
     }
 
@@ -162,7 +164,7 @@ impl Inner {
             if curvature <= 0.0 || rz <= 0.0 || curvature.is_nan() || rz.is_nan() {
                 if iteration == 1 {
                     // The preconditioned gradient is a descent direction; the line search finds the length.
-                    self.step.par_iter_mut().zip(&self.direction).for_each(|(x, d)| *x = rows::wide(*d));
+                    self.step.iter_mut().zip(&self.direction).for_each(|(x, d)| *x = rows::wide(*d));
                 }
                 break;
             }

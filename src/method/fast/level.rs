@@ -6,7 +6,7 @@ use crate::grid::{Filter, Grid, HalfSpectrum, Real, Series, Transform, lowest};
 use crate::interface::{Kernel, Law};
 use crate::method::Precision;
 use crate::method::residuals::{KKT, Residuals};
-use crate::method::sweep::{sweep, sweep_sums};
+use crate::method::sweep::{count_below, each_row, shift, sweep, sweep_sums};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -90,9 +90,9 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         let mut level = Self::empty(grid, body, heights, cell, transform.spectrum());
         level.gap = heights.on_nodes(&transform, &mut level.spectrum);
         let nx = grid.nx;
-        let rows = level.gap.par_chunks(nx).enumerate();
-        let least = rows.map(|(y, gap)| lowest(&gap[..level.window.inside(y, nx)])).reduce(T::infinity, T::min);
-        level.gap.par_iter_mut().for_each(|g| *g -= least);
+        let rows = level.gap.chunks(nx).enumerate();
+        let least = rows.map(|(y, gap)| lowest(&gap[..level.window.inside(y, nx)])).fold(T::infinity(), T::min);
+        shift(&mut level.gap, -least);
         level
     }
 
@@ -134,8 +134,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         drop(known);
         if L::HARD {
             let window = level.window;
-            let rows = level.gap.par_chunks_mut(grid.nx).enumerate();
-            rows.for_each(|(y, gap)| {
+            each_row(&mut level.gap, grid.nx, |y, gap| {
                 let facing = &mut gap[..window.inside(y, grid.nx)];
                 if flows.is_empty() {
                     return facing.iter_mut().for_each(|g| *g = g.max(T::zero()));
@@ -175,7 +174,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         let last = nodes.clamp(1, facing.len()) - 1;
         let (_, &mut by, _) = facing.select_nth_unstable_by(last, |a, b| a.wide().total_cmp(&b.wide()));
         let window = self.window;
-        self.gap.par_chunks_mut(nx).enumerate().for_each(|(y, gap)| {
+        each_row(&mut self.gap, nx, |y, gap| {
             let (facing, padding) = gap.split_at_mut(window.inside(y, nx));
             facing.iter_mut().for_each(|g| *g = (*g - by).max(T::zero()));
             padding.iter_mut().for_each(|g| *g -= by);
@@ -190,14 +189,14 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         }
         self.apply_pending();
         let carrying = self.pressure / self.body.law.hardness() * self.gap.len() as f64;
-        let count = |closed: fn(&T) -> bool| self.gap.par_iter().filter(|g| closed(g)).count() as f64;
-        if carrying < 1.0 || count(|g| *g < T::zero()) <= carrying && carrying <= count(|g| *g <= T::zero()) {
+        let [flowing, closed] = count_below(&self.gap, T::zero()).map(|n| n as f64);
+        if carrying < 1.0 || flowing <= carrying && carrying <= closed {
             return false;
         }
         let last = (carrying as usize).min(self.gap.len() - 1);
         let mut sorted = self.gap.clone();
         let (_, &mut by, _) = sorted.select_nth_unstable_by(last, |a, b| a.wide().total_cmp(&b.wide()));
-        self.gap.par_iter_mut().for_each(|g| *g -= by);
+        shift(&mut self.gap, -by);
         by != T::zero()
     }
 

@@ -16,10 +16,11 @@ mod window;
 
 use super::iteration::Outcome;
 use super::judge::{Ending, Judge, judge};
-use super::operator::{Build, dispatch_yielding};
+use super::operator::{Build, dispatch};
 use super::plastic::PlasticFlow;
 use super::require::{self, refused};
 use super::residuals::Residuals;
+use super::sweep;
 use super::{
     Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
     Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
@@ -30,7 +31,6 @@ use crate::observe::Plasticity;
 use crate::{Error, Result};
 use descent::{Ended, GapSearch, Pause, Task, iterate};
 use level::{Level, Spring};
-use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::time::Instant;
 use window::Cell;
@@ -108,7 +108,7 @@ impl ContactMethod for Fast {
     }
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        Ok(Started::Solver(dispatch_yielding(problem, Start { problem, observer })))
+        Ok(Started::Solver(dispatch(problem, Start { problem, observer })))
     }
 }
 
@@ -398,10 +398,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         let found = mean(&level.gap);
         if !L::HARD {
             let shift = T::of(target - found);
-            level.gap.par_iter_mut().for_each(|g| *g += shift);
+            sweep::shift(&mut level.gap, shift);
         } else if found > 0.0 {
             let factor = T::of(target / found);
-            level.gap.par_iter_mut().for_each(|g| *g *= factor);
+            level.gap.iter_mut().for_each(|g| *g *= factor);
         } else {
             let spring = std::mem::take(&mut level.spring);
             let (_, stress) = level.stress();
@@ -491,7 +491,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
                 (target >= touch).then(|| {
                     let mut level = untouched();
                     let extra = T::of(target - touch);
-                    level.gap.par_iter_mut().for_each(|g| *g += extra);
+                    sweep::shift(&mut level.gap, extra);
                     (level, Ending::Met)
                 })
             }

@@ -79,7 +79,7 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
         (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
         (10, area(with, without), "Relative contact area (perimeter-corrected) against load."),
         (11, contact_pressure(with, without), "Mean contact pressure against load, loading and unloading."),
-        (12, mean_gap(writer, results, with, without), "Mean gap against load; the triangle is the rigid first touch."),
+        (12, mean_gap(writer, results, with, without), "Mean gap against load; the triangle marks first contact, without deformation."),
     ] {
         drawn.extend(writer.curves(&format!("figure-{number:02}"), &plot)?.map(|curve| (number, curve, caption)));
     }
@@ -299,6 +299,6 @@ fn mean_gap(writer: &FigureWriter, results: &Results, with: &ContinuumResults, w
     curves.push(formula(("0.3 µm exp(−8 p*)", THEORY), &curves, Axis::Linear, |p| 0.3 * (-8.0 * p).exp()));
     let touch = results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
     let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..plot::SOFT };
-    curves.extend(touch.map(|h| curve("rigid first touch", arrow, vec![(0.0, h)])));
+    curves.extend(touch.map(|h| curve("first contact, undeformed", arrow, vec![(0.0, h)])));
     Plot::new((Axis::Linear, Axis::Log), ("load p*", "mean gap ū (µm)"), curves)
 }
