@@ -53,6 +53,8 @@ fn every_format_gives_the_same_heights() {
         ("big-endian.h5", None, DOUBLE, "HDF5 data set deep/any-name [ny, nx]"),
         ("usual-name.h5", None, DOUBLE, "HDF5 data set surface [ny, nx]"),
         ("several.h5", Some("first"), DOUBLE, "HDF5 data set first [ny, nx]"),
+        ("matlab.mat", None, DOUBLE, "MATLAB matrix h, one row per y"),
+        ("matlab-two.mat", Some("a"), DOUBLE, "MATLAB matrix a, one row per y"),
         ("surfacetopography.nc", None, DOUBLE, "NetCDF variable heights [nx, ny], the first index is x"),
         ("netcdf4-xy.nc", None, DOUBLE, "HDF5 data set heights [nx, ny], the first index is x"),
         ("netcdf4-yx.nc", None, DOUBLE, "HDF5 data set heights [ny, nx]"),
@@ -80,6 +82,18 @@ fn integers_are_the_numbers_of_their_file() {
     let Content::Map(map) = found.content else { panic!("a map") };
     let off = |(i, h): (usize, &f64)| (h / 1000.0 - height(i % NX, i / NX)).abs();
     assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS);
+}
+
+/// MATLAB's vectors x and y give the extent; without them it is asked for. Two matrices, and files that end early, are refused.
+#[test]
+fn matlab_files_are_read_or_refused() {
+    let read = |name: &str| import::read(&fixture(name), ImportOptions::default());
+    let extent = read("matlab.mat").expect("read").declared.extent.expect("coordinates");
+    assert_eq!((extent.x, extent.y), (12.0, 8.0));
+    let two = read("matlab-two.mat").expect_err("two matrices").to_string();
+    assert!(two.contains("2 two-dimensional arrays (a, b)") && two.contains("--dataset"), "{two}");
+    let cut = read("truncated.mat").expect_err("cut").to_string();
+    assert!(cut.contains("bytes, damaged: its header states"), "{cut}");
 }
 
 /// Heights stored as two-byte integers with scale and offset are restored.

@@ -5,10 +5,10 @@ pub(super) const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im),
                                 (File, Save as .gwy) and SurfaceTopography (to_netcdf) convert files of instruments";
 
 const IMAGE: &str = "heights in a table or in a file of the instrument: the grey levels of an image are no heights";
-const MATLAB: &str = "writematrix(h, 'map.txt'), or save in Python with numpy.save";
+const MATLAB: &str = "save('map.mat', 'h', '-v7.3'), or writematrix(h, 'map.txt')";
 
 /// First bytes, kind of file, and what is accepted instead.
-const KNOWN: [(&[u8], &str, &str); 16] = [
+const KNOWN: [(&[u8], &str, &str); 15] = [
     (b"Wyko ASCII", "Wyko ASCII", KINDS),
     (b"\x01\x00Directory", "Wyko OPD", KINDS),
     (b"\\*File list", "Nanoscope", KINDS),
@@ -22,8 +22,7 @@ const KNOWN: [(&[u8], &str, &str); 16] = [
     (b"\xff\xd8\xff", "a JPEG image", IMAGE),
     (b"%PDF-", "a PDF document", KINDS),
     (b"\xd0\xcf\x11\xe0", "a workbook or document of Office", "its table, saved as CSV"),
-    (b"MATLAB 5.0 MAT", "a MATLAB file", MATLAB),
-    (b"MATLAB 7.3 MAT", "a MATLAB file", MATLAB),
+    (b"MATLAB 5.0 MAT", "a MATLAB file before version 7.3", MATLAB),
     (b"GIF8", "a GIF image", IMAGE),
 ];
 

@@ -16,8 +16,26 @@ const MOST_GROUPS: usize = 10_000;
 /// Suggested chunk size along each side: 1024² doubles are 8 MiB.
 const ADVISED_CHUNK: u64 = 1024;
 
-/// Reads a two-dimensional data set of an HDF5 or NetCDF-4 file: `[ny, nx]` unless its dimensions are named x and y. `length`: bytes of
-/// the file.
+const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+
+/// Attribute of the variables of a MATLAB file, which has its class.
+const MATLAB_CLASS: &str = "MATLAB_class";
+
+/// MATLAB's classes of numbers; other arrays are text, flags or references.
+const MATLAB_NUMBERS: [&str; 10] =
+    ["double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"];
+
+/// Groups of MATLAB with the contents of cells and objects.
+const MATLAB_HIDDEN: [&str; 2] = ["#refs#/", "#subsystem#/"];
+
+/// Whether a file starts as HDF5, or as a MATLAB file from version 7.3 on, which is HDF5 after 512 bytes of text.
+pub(super) fn starts(start: &[u8]) -> bool {
+    let after = |user_block: usize| start.get(user_block..).is_some_and(|rest| rest.starts_with(SIGNATURE));
+    start.starts_with(b"MATLAB 7.3 MAT") || [0, 512, 1024, 2048].into_iter().any(after)
+}
+
+/// Reads a two-dimensional data set of an HDF5, NetCDF-4 or MATLAB file: `[ny, nx]` unless its dimensions are named x and y. MATLAB
+/// stores matrices by columns, so a matrix with one row per y is an array `[nx, ny]`. `length`: bytes of the file.
 pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
     let damaged = |e: hdf5_reader::error::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
@@ -66,8 +84,11 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         }
         values.iter_mut().zip(flags).filter(|(_, m)| *m != 0.0).for_each(|(v, _)| *v = f64::NAN);
     }
+    let is_matlab = matlab_class(&dataset).is_some();
     let (order, axes) = if is_netcdf {
         scales(path, &file, name, folder)?
+    } else if is_matlab {
+        (Order::RowsOfY, ["x", "y"].map(|axis| sibling(&file, folder, axis)))
     } else {
         let labels = dataset.attribute("DIMENSION_LABELS").and_then(|a| a.read_strings()).unwrap_or_default();
         let order = if labels == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX };
@@ -85,7 +106,10 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         shared: &shared,
         axes,
     })?;
-    let layout = format!("HDF5 data set {name} {}{reversed}", order.words());
+    let layout = match is_matlab {
+        true => format!("MATLAB matrix {name}, one row per y{reversed}"),
+        false => format!("HDF5 data set {name} {}{reversed}", order.words()),
+    };
     Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
 }
 
@@ -131,12 +155,22 @@ fn scales(path: &Path, hdf5: &Hdf5File, name: &str, folder: &str) -> Result<(Ord
     Ok((netcdf::order(variable), netcdf::axes(path, &file, variable)?))
 }
 
-/// Coordinates in a data set of the same group.
+/// MATLAB's class of a variable.
+fn matlab_class(dataset: &Dataset) -> Option<String> {
+    dataset.attribute(MATLAB_CLASS).ok()?.read_string().ok()
+}
+
+/// Coordinates in a data set of the same group. MATLAB's vectors have a second dimension of 1.
 fn sibling(file: &Hdf5File, folder: &str, axis: &str) -> Option<Coordinate> {
     /// Points along one side of the largest maps.
     const MOST: u64 = 1 << 20;
     let dataset = file.dataset(&format!("{folder}{axis}")).ok()?;
-    let stored = stored(dataset.dtype()).filter(|_| dataset.ndim() == 1 && dataset.shape()[0] <= MOST)?;
+    let is_vector = match dataset.shape() {
+        [n] => *n <= MOST,
+        [n, 1] | [1, n] => *n <= MOST && matlab_class(&dataset).is_some(),
+        _ => false,
+    };
+    let stored = stored(dataset.dtype()).filter(|_| is_vector)?;
     let bytes = dataset.read_raw_bytes().ok()?;
     let values = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
     Some(Coordinate { name: axis.to_string(), attributes: attributes(dataset.attributes()), values })
@@ -155,7 +189,12 @@ fn groups_above(file: &Hdf5File, folder: &str) -> std::result::Result<Vec<Attrib
 }
 
 fn map_like(d: &Dataset) -> bool {
-    d.ndim() == 2 && d.shape().iter().all(|n| *n > 0) && stored(d.dtype()).is_some()
+    // MATLAB's text, numbers and vectors are matrices, too.
+    let (least, is_number) = match matlab_class(d) {
+        Some(class) => (2, MATLAB_NUMBERS.contains(&class.as_str())),
+        None => (1, true),
+    };
+    is_number && d.ndim() == 2 && d.shape().iter().all(|n| *n >= least) && stored(d.dtype()).is_some()
 }
 
 /// Names of the candidate data sets, those of the root group first.
@@ -180,6 +219,9 @@ fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
                 return Err(Error::format(path, format!("more than {MOST_GROUPS} groups"), accepted));
             }
             let below = format!("{above}{}/", g.name());
+            if MATLAB_HIDDEN.contains(&below.as_str()) {
+                continue;
+            }
             waiting.push_back((g, below));
         }
     }

@@ -203,7 +203,7 @@ fn kind(path: &Path, start: &[u8]) -> Kind {
         Kind::Npy
     } else if start.starts_with(b"PK\x03\x04") {
         Kind::Npz
-    } else if start.starts_with(b"\x89HDF\r\n\x1a\n") {
+    } else if hdf5::starts(start) {
         Kind::Hdf5
     } else if matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..]) {
         Kind::Netcdf
