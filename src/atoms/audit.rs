@@ -5,13 +5,15 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use super::indenter::{MAX_SPACING_ANGSTROM, gcd};
-use crate::atoms::wall::{CONTACT_DISTANCE_ANGSTROM, Wall};
+use super::indenter::{gcd, max_spacing};
+use super::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
+use super::repulsion::Repulsion;
+use super::wall::Wall;
 use crate::error::Result;
 use crate::interface;
 use crate::interface::{Base, Layer};
 use crate::record::results::AuditLine;
-use crate::units::{ANGSTROM_M, Scales};
+use crate::units::{ANGSTROM_M, GPA_PER_EV_A3, Scales};
 
 /// Relative tolerance of equal values: below the resolution of atoms, above the rounding of quoted inputs such as
 /// 3.4878e-3 eV/Å².
@@ -72,6 +74,7 @@ pub struct Actual {
     pub lambda_min_angstrom: f64,
     /// R_c after the low-pass, Å.
     pub curvature_radius_angstrom: f64,
+    pub repulsion: Repulsion,
     /// Indenter atoms along x; crystal cells along x.
     pub net_points: usize,
     pub crystal_cells: usize,
@@ -94,7 +97,7 @@ impl Actual {
 /// `Error::Input` if the lattice's spacing or the lattice constant is not positive.
 pub fn audit(input: &AuditInput) -> Result<Vec<AuditLine>> {
     let AuditInput { target, actual } = input;
-    let wall = Wall::new(actual.spacing_angstrom(), actual.a0_angstrom)?;
+    let wall = Wall::new(actual.repulsion, actual.spacing_angstrom(), actual.a0_angstrom)?;
     let mut lines = vec![load(target, actual)];
     if target.gamma > 0.0 || actual.gamma_ev_a2 > 0.0 {
         adhesion(target, actual, &wall, &mut lines)?;
@@ -103,6 +106,7 @@ pub fn audit(input: &AuditInput) -> Result<Vec<AuditLine>> {
     lines.push(depth(actual));
     lines.push(spacing(actual));
     lines.push(registries(actual));
+    lines.extend(repulsion(actual));
     Ok(lines)
 }
 
@@ -118,7 +122,7 @@ fn line(group: &str, symbol: &str, target: f64, actual: f64, reachable: bool, re
 
 fn load(target: &Target, actual: &Actual) -> AuditLine {
     let gpa = actual.p_star * actual.rms_gradient * actual.modulus_gpa;
-    let newton_per_ev = 1e-9 / crate::units::GPA_PER_EV_A3;
+    let newton_per_ev = 1e-9 / GPA_PER_EV_A3;
     let force = gpa * 1e9 * newton_per_ev * actual.length_angstrom * actual.length_angstrom;
     let reason = format!("mean pressure {gpa:.4} GPa, {force:.1} eV/Å on the indenter");
     line("load", "p* = p/(E* ḡ)", target.p_star, actual.p_star, true, reason)
@@ -219,19 +223,39 @@ fn depth(actual: &Actual) -> AuditLine {
 
 fn spacing(actual: &Actual) -> AuditLine {
     let s = actual.spacing_angstrom();
-    let within = s <= MAX_SPACING_ANGSTROM;
+    let max = max_spacing(actual.a0_angstrom, actual.repulsion.minimum_angstrom());
+    let within = s <= max;
+    let digits = (max * 1e4).round() / 1e4;
     let reason = if within {
-        format!(
-            "s = {s:.4} Å, at most {MAX_SPACING_ANGSTROM} Å: no crystal atom passes between indenter atoms at slope 1"
-        )
+        format!("s = {s:.4} Å, at most {digits} Å: no crystal atom passes between indenter atoms at slope 1")
     } else {
-        format!(
-            "s = {s:.4} Å is above {MAX_SPACING_ANGSTROM} Å: on slopes near 1 the distance of indenter atoms exceeds 6.5 Å and crystal atoms \
-             pass it"
-        )
+        format!("s = {s:.4} Å is above {digits} Å: on slopes near 1 crystal atoms pass between indenter atoms")
     };
-    let target = if within { s } else { MAX_SPACING_ANGSTROM };
-    line("indenter spacing", "s/d_c", target / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
+    let (target, d_c) = (if within { s } else { max }, actual.repulsion.contact_distance_angstrom);
+    line("indenter spacing", "s/d_c", target / d_c, s / d_c, true, reason)
+}
+
+/// Constants of the repulsion in units of the crystal, against the challenge's on calcium.
+fn repulsion(actual: &Actual) -> [AuditLine; 3] {
+    let groups = |r: &Repulsion, a0: f64, modulus_gpa: f64| {
+        let stiffness = r.epsilon_ev / (modulus_gpa / GPA_PER_EV_A3 * a0.powi(3));
+        [stiffness, r.sigma_angstrom / a0, r.contact_distance_angstrom / r.minimum_angstrom()]
+    };
+    let [stiffness, range, contact] = groups(&Repulsion::CHALLENGE, CALCIUM.a0, CALCIUM_MODULUS_GPA);
+    let r = &actual.repulsion;
+    let [own_stiffness, own_range, own_contact] = groups(r, actual.a0_angstrom, actual.modulus_gpa);
+    let epsilon = format!("ε = {:.4} eV between atoms of indenter and block", r.epsilon_ev);
+    let sigma = format!("σ = {:.4} Å, a0 = {:.4} Å", r.sigma_angstrom, actual.a0_angstrom);
+    let distance = format!(
+        "an atom within d_c = {:.4} Å of an indenter atom is in contact; the repulsion begins at r_m = {:.4} Å",
+        r.contact_distance_angstrom,
+        r.minimum_angstrom()
+    );
+    [
+        line("repulsion energy", "ε/(E* a0³)", stiffness, own_stiffness, true, epsilon),
+        line("repulsion range", "σ/a0", range, own_range, true, sigma),
+        line("contact distance", "d_c/r_m", contact, own_contact, true, distance),
+    ]
 }
 
 /// Number of distinct positions of the atoms of an fcc (100) surface in the cell of a square lattice with `points` per
@@ -302,6 +326,7 @@ mod tests {
                 resolved_gradient: 0.564,
                 lambda_min_angstrom: 10.16,
                 curvature_radius_angstrom: 6.1,
+                repulsion: Repulsion::CHALLENGE,
                 net_points: 385,
                 crystal_cells: 175,
             },
@@ -331,6 +356,9 @@ mod tests {
                 ("depth", "changed"),
                 ("indenter spacing", "kept"),
                 ("lattice mismatch", "kept"),
+                ("repulsion energy", "kept"),
+                ("repulsion range", "kept"),
+                ("contact distance", "kept"),
             ]
         );
         // 0.2857 GPa on (97.797 nm)² is 1705.5 eV/Å; ρ would be 0.0203 Å; γ/(ρE*) = 0.9657; μ_T = 3.0007.
@@ -366,6 +394,8 @@ mod tests {
         input.actual.p_star = 0.02;
         input.actual.rms_gradient = 0.5;
         input.actual.net_points = 350;
+        input.actual.repulsion.epsilon_ev *= 1.1;
+        input.actual.repulsion.sigma_angstrom *= 1.1;
         let lines = audit(&input).unwrap();
         for (group, status) in [
             ("load", "changed"),
@@ -376,6 +406,9 @@ mod tests {
             ("shortest wave in bonds", "kept"),
             ("indenter spacing", "changed"),
             ("lattice mismatch", "changed"),
+            ("repulsion energy", "changed"),
+            ("repulsion range", "changed"),
+            ("contact distance", "changed"),
         ] {
             assert_eq!(find(&lines, group).status, status, "{group}");
         }

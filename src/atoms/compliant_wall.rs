@@ -105,7 +105,7 @@ fn mean_force(wall: &Wall, compliance: f64, z: f64) -> (f64, f64) {
 /// Force f = F(z + c f) on an atom in equilibrium at the distance z + c f, and df/dz.
 fn pressed(wall: &Wall, place: (f64, f64), c: f64, z: f64) -> (f64, f64) {
     // The indenter's force increases and the restoring force decreases towards the indenter: there is one intersection.
-    let (mut low, mut high) = (z.max(NEAREST * wall.sigma_angstrom), wall.minimum_angstrom());
+    let (mut low, mut high) = (z.max(NEAREST * wall.repulsion.sigma_angstrom), wall.minimum_angstrom());
     if low >= high {
         return (0.0, 0.0);
     }
@@ -139,10 +139,11 @@ fn indenter_force(wall: &Wall, (x, y): (f64, f64), z: f64) -> (f64, f64) {
         for i in -reach..=reach + 1 {
             let square = (x - i as f64 * s).powi(2) + (y - j as f64 * s).powi(2) + z * z;
             if square < touch * touch {
-                let s6 = (wall.sigma_angstrom * wall.sigma_angstrom / square).powi(3);
-                let over_distance = 24.0 * wall.epsilon_ev * (2.0 * s6 - 1.0) * s6 / square;
+                let s6 = (wall.repulsion.sigma_angstrom * wall.repulsion.sigma_angstrom / square).powi(3);
+                let over_distance = 24.0 * wall.repulsion.epsilon_ev * (2.0 * s6 - 1.0) * s6 / square;
                 force += over_distance * z;
-                slope += over_distance - 24.0 * wall.epsilon_ev * (28.0 * s6 - 8.0) * s6 / square * z * z / square;
+                slope +=
+                    over_distance - 24.0 * wall.repulsion.epsilon_ev * (28.0 * s6 - 8.0) * s6 / square * z * z / square;
             }
         }
     }
@@ -152,12 +153,13 @@ fn indenter_force(wall: &Wall, (x, y): (f64, f64), z: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atoms::repulsion::Repulsion;
 
     const A0: f64 = 5.5884;
     const MODULUS: f64 = 0.178_32;
 
     fn wall() -> Wall {
-        Wall::new(A0 * 5.0 / 11.0, A0).expect("valid")
+        Wall::new(Repulsion::CHALLENGE, A0 * 5.0 / 11.0, A0).expect("valid")
     }
 
     /// For rigid atoms the mean over positions is the integral. At small depths few positions are within range.

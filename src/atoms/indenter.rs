@@ -4,12 +4,14 @@
 //! use the same grid. Low points come into contact first.
 
 use super::block::Block;
+use super::potential::CALCIUM;
+use super::repulsion::Repulsion;
 use crate::{Error, Result};
 
-/// Maximum spacing of the indenter atoms: block atoms pass between atoms of a wider spacing. At rms gradient 1 and four times the
-/// reference load, 78 of 980 contact atoms had passed a spacing of 5.1 Å, four one of 4.0 Å, none one of 2.54 Å
+/// Maximum spacing of the indenter atoms on calcium: block atoms pass between atoms of a wider spacing. At rms gradient 1 and four times
+/// the reference load, 78 of 980 contact atoms had passed a spacing of 5.1 Å, four one of 4.0 Å, none one of 2.54 Å
 /// (lattice constant 5.5884 Å).
-pub const MAX_SPACING_ANGSTROM: f64 = 2.6;
+const MAX_SPACING_ANGSTROM: f64 = 2.6;
 
 /// Minimum number of different registries along an edge. In a grid commensurate with the lattice every point has the
 /// same registry, and adhesion then differs by a factor of 17 between atop and hollow sites. With this many
@@ -20,15 +22,21 @@ pub const MIN_REGISTRIES: usize = 7;
 /// less than a load step.
 pub const CLEARANCE_ANGSTROM: f64 = 0.05;
 
-/// Points along an edge of the indenter over a block of `cells` cells. If 5 divides `cells`: 11 per 5 cells (s = 5/11
-/// a0 = 2.5402 Å for a0 = 5.5884 Å). Otherwise: the coarsest grid within `MAX_SPACING_ANGSTROM` with at least
+/// Maximum spacing of the indenter atoms, Å, on a crystal of lattice constant `a0` whose atoms they repel from the distance
+/// `touch_angstrom` on: calcium's in proportion to the smaller of the two lengths.
+pub fn max_spacing(a0: f64, touch_angstrom: f64) -> f64 {
+    MAX_SPACING_ANGSTROM * (a0 / CALCIUM.a0).min(touch_angstrom / Repulsion::CHALLENGE.minimum_angstrom())
+}
+
+/// Points along an edge of the indenter over a block of `cells` cells. If 5 divides `cells` and the spacing is within
+/// [`max_spacing`]: 11 per 5 cells (s = 5/11 a0 = 2.5402 Å for a0 = 5.5884 Å). Otherwise: the coarsest grid within it with at least
 /// `MIN_REGISTRIES` registries.
-pub fn grid_points(cells: usize, a0: f64) -> usize {
-    let preferred = cells / 5 * 11;
-    if cells.is_multiple_of(5) && 5.0 / 11.0 * a0 <= MAX_SPACING_ANGSTROM {
+pub fn grid_points(cells: usize, a0: f64, touch_angstrom: f64) -> usize {
+    let (preferred, max) = (cells / 5 * 11, max_spacing(a0, touch_angstrom));
+    if cells.is_multiple_of(5) && 5.0 / 11.0 * a0 <= max {
         return preferred;
     }
-    let mut points = (cells as f64 * a0 / MAX_SPACING_ANGSTROM).ceil() as usize;
+    let mut points = (cells as f64 * a0 / max).ceil() as usize;
     while points / gcd(points, cells) < MIN_REGISTRIES {
         points += 1;
     }
@@ -67,8 +75,9 @@ impl Indenter {
             return Err(Error::Height { place: place.into(), row: k / points, column: k % points, value });
         }
         let spacing = block.length() / points as f64;
-        if spacing > MAX_SPACING_ANGSTROM {
-            let accepted = format!("a spacing of at most {MAX_SPACING_ANGSTROM} angstrom, or atoms pass between");
+        let max = max_spacing(block.a0, touch_angstrom);
+        if spacing > max {
+            let accepted = format!("a spacing of at most {max} angstrom, or atoms pass between");
             return Err(Error::input(place, "spacing", spacing, accepted));
         }
         let start_z = first_touch(block, points, &heights, touch_angstrom) + CLEARANCE_ANGSTROM;
@@ -149,11 +158,11 @@ mod tests {
 
     #[test]
     fn grids_are_fine_and_incommensurate() {
-        assert_eq!(grid_points(175, A0), 385);
-        assert_eq!(grid_points(45, A0), 99);
-        assert_eq!(grid_points(10, A0), 22);
+        assert_eq!(grid_points(175, A0, R_M), 385);
+        assert_eq!(grid_points(45, A0, R_M), 99);
+        assert_eq!(grid_points(10, A0, R_M), 22);
         for cells in 4..200 {
-            let points = grid_points(cells, A0);
+            let points = grid_points(cells, A0, R_M);
             assert!(cells as f64 * A0 / points as f64 <= MAX_SPACING_ANGSTROM, "{cells}");
             assert!(points / gcd(points, cells) >= MIN_REGISTRIES, "{cells}: {points}");
         }
@@ -177,7 +186,7 @@ mod tests {
     fn the_first_contact_distance_is_exact() {
         for (cells, seed) in [(4usize, 1u64), (5, 2), (6, 3)] {
             let block = Block::new(cells, 2, A0, 7.015853).expect("valid");
-            let points = grid_points(cells, A0);
+            let points = grid_points(cells, A0, R_M);
             // Steep and irregular heights: a multiplicative sequence over 6 Å.
             let heights: Vec<f64> =
                 (1..=points * points).map(|k| ((k as u64 * 7919 * seed) % 1009) as f64 / 168.0).collect();

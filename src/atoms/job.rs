@@ -28,6 +28,9 @@ pub const DATA_FILE: &str = "block.data";
 pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
 pub const SPEC_FILE: &str = "job.json";
 
+/// Skin of LAMMPS's lists of neighbours in the scripts, Å.
+const SKIN_ANGSTROM: f64 = 0.8;
+
 /// The crystal of the block: file of the EAM table, its element, and the mass of an atom.
 #[derive(Debug, Clone, Copy)]
 pub struct Crystal<'a> {
@@ -244,6 +247,11 @@ impl Job {
             ("frame_depth", self.spec.frame_depth_angstrom.to_string()),
             ("start", done.last().map_or("-1".to_string(), |r| r.step.to_string())),
         ];
+        // Lists of neighbours end a skin beyond the cut-off of the repulsion.
+        let skin = settings.contact_angstrom - interaction.touch_angstrom() + 0.5 * SKIN_ANGSTROM;
+        if skin > SKIN_ANGSTROM {
+            list.push(("skin", skin.to_string()));
+        }
         if let Some(yukawa) = interaction.adhesion {
             list.push(("adhesion", "1".into()));
             list.push(("amplitude", yukawa.amplitude_ev_angstrom.to_string()));

@@ -163,6 +163,10 @@ pub(super) fn check(
             return Err(Error::input(place, key, value, "a positive number"));
         }
     }
+    if settings.contact_angstrom < interaction.touch_angstrom() {
+        let accepted = format!("at least {}, where the repulsion begins", interaction.touch_angstrom());
+        return Err(Error::input(place, "contact distance", settings.contact_angstrom, accepted));
+    }
     if element.is_empty() || !element.chars().all(|c| c.is_ascii_alphanumeric()) {
         return Err(Error::input(place, "element", element, "a chemical symbol"));
     }

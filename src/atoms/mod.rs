@@ -23,6 +23,7 @@ pub mod minimizer_checkpoint;
 pub mod nvt;
 pub mod potential;
 pub mod properties;
+pub mod repulsion;
 pub mod scripts;
 pub mod search_path;
 pub mod speed;

@@ -9,16 +9,11 @@
 
 use std::f64::consts::PI;
 
+use super::repulsion::Repulsion;
 use crate::error::{Complaint, Error, Result};
 use crate::interface::{Law, LennardJonesWall};
 use crate::units::GPA_PER_EV_A3;
 
-/// Lennard-Jones energy (eV) and length (Å) of the challenge's indenter.
-pub const EPSILON_EV: f64 = 0.2145;
-pub const SIGMA_ANGSTROM: f64 = 3.5927;
-/// Contact criterion of the challenge: an atom within this distance of an indenter atom is in contact. It is the
-/// Lennard-Jones minimum plus 0.0027 Å, so every atom under repulsion is in contact.
-pub const CONTACT_DISTANCE_ANGSTROM: f64 = 4.0354;
 /// Cut-off of the adhesive pair term, in decay lengths beyond the Lennard-Jones minimum. Truncation and shift reduce
 /// the energy at the minimum by about 0.6 %, which the calibration compensates.
 pub const CUTOFF_DECAY_LENGTHS: f64 = 7.0;
@@ -30,8 +25,7 @@ const SCAN_END: f64 = 0.5;
 /// Lattice of Lennard-Jones atoms, cut off and shifted at the minimum, on an fcc (100) surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wall {
-    pub epsilon_ev: f64,
-    pub sigma_angstrom: f64,
+    pub repulsion: Repulsion,
     /// Spacing s of the square lattice, Å.
     pub spacing_angstrom: f64,
     /// Lattice constant of the crystal, Å.
@@ -39,11 +33,11 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// A wall with ε and σ of the challenge.
+    /// A wall of atoms with this repulsion.
     ///
     /// # Errors
     /// `Error::Input` unless both lengths are positive.
-    pub fn new(spacing_angstrom: f64, a0_angstrom: f64) -> Result<Self> {
+    pub fn new(repulsion: Repulsion, spacing_angstrom: f64, a0_angstrom: f64) -> Result<Self> {
         let lengths = [("spacing of the indenter's atoms", spacing_angstrom), ("lattice constant", a0_angstrom)];
         let list: Vec<Complaint> = lengths
             .iter()
@@ -53,12 +47,12 @@ impl Wall {
         if !list.is_empty() {
             return Err(Error::Input { place: "indenter".into(), list });
         }
-        Ok(Wall { epsilon_ev: EPSILON_EV, sigma_angstrom: SIGMA_ANGSTROM, spacing_angstrom, a0_angstrom })
+        Ok(Wall { repulsion, spacing_angstrom, a0_angstrom })
     }
 
     /// Lennard-Jones minimum r_m = 2^(1/6) σ, which is also the cut-off, Å.
     pub fn minimum_angstrom(&self) -> f64 {
-        self.sigma_angstrom * 2f64.powf(1.0 / 6.0)
+        self.repulsion.minimum_angstrom()
     }
 
     /// 2π n_s n₁, Å⁻⁴: prefactor from ∫ V r dr to energy per area.
@@ -75,7 +69,7 @@ impl Wall {
 
     /// Areal law of one crystal plane, in Å and eV, as in the compliant wall of the continuum.
     pub fn areal_law(&self) -> LennardJonesWall {
-        LennardJonesWall { strength: self.pairs() * self.epsilon_ev, sigma: self.sigma_angstrom }
+        LennardJonesWall { strength: self.pairs() * self.repulsion.epsilon_ev, sigma: self.repulsion.sigma_angstrom }
     }
 
     /// Sum of a function of the law over the gaps of all crystal planes within the cut-off, where the first plane is
@@ -250,7 +244,7 @@ impl Adhesion {
         let work = |d: f64| -wall.repulsion_energy(d) - factor(d) * plain.energy(d);
         let (mut outer, mut d) = (z0, z0 - SCAN_STEP);
         while work(d) < gamma {
-            if factor(d) <= factor(outer) || d < SCAN_END * wall.sigma_angstrom {
+            if factor(d) <= factor(outer) || d < SCAN_END * wall.repulsion.sigma_angstrom {
                 return Err(Refusal::Weak { rho, reached: work(outer) / gamma });
             }
             outer = d;
@@ -274,7 +268,7 @@ impl Adhesion {
         };
         let mut pressure = 0.0;
         let mut d = middle - SCAN_STEP;
-        while d > SCAN_END * wall.sigma_angstrom {
+        while d > SCAN_END * wall.repulsion.sigma_angstrom {
             let next = wall.repulsion_pressure(d) + found.pressure(d);
             if next <= pressure {
                 return Err(Refusal::PullsThrough { rho, pressure });
@@ -315,7 +309,7 @@ mod tests {
 
     /// The recommended spacing: 11 points per 5 cells of calcium.
     fn wall() -> Wall {
-        Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap()
+        Wall::new(Repulsion::CHALLENGE, 5.5884 * 5.0 / 11.0, 5.5884).unwrap()
     }
 
     fn gpa(pressure: f64) -> f64 {
@@ -425,7 +419,7 @@ mod tests {
 
     #[test]
     fn bad_numbers_are_refused_by_name() {
-        let message = Wall::new(0.0, f64::NAN).unwrap_err().to_string();
+        let message = Wall::new(Repulsion::CHALLENGE, 0.0, f64::NAN).unwrap_err().to_string();
         assert!(message.contains("spacing") && message.contains("lattice constant"), "{message}");
         for (gamma, rho, key) in [(-1.0, 0.5, "gamma"), (0.0, 0.5, "gamma"), (GAMMA, f64::NAN, "rho")] {
             let message = Adhesion::new(&wall(), gamma, rho).unwrap_err().to_string();

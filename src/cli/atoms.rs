@@ -62,6 +62,7 @@ pub(super) enum Atoms {
 
 fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
     let case = Case::read(scene)?;
+    case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {w}")));
     let atoms = case.atoms.clone();
     match atoms {
         Some(atoms) => Ok((case, atoms)),

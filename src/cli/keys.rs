@@ -12,10 +12,11 @@ so, and otherwise absent. Units are those in the names of the keys.
 ";
 
 /// Units that end the name of a key.
-const UNITS: [(&str, &str); 15] = [
+const UNITS: [(&str, &str); 16] = [
     ("_ev_per_angstrom", "eV/Å"),
     ("_mj_m2", "mJ/m²"),
     ("_angstrom", "Å"),
+    ("_ev", "eV"),
     ("_mpa", "MPa"),
     ("_gpa", "GPa"),
     ("_um", "µm"),

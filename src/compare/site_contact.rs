@@ -130,11 +130,12 @@ pub fn wall_offset(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atoms::repulsion::Repulsion;
 
     /// For a contact area independent of the shift, the shift is the compression of the wall at that stress.
     #[test]
     fn rise_of_a_flat_punch() {
-        let wall = Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap();
+        let wall = Wall::new(Repulsion::CHALLENGE, 5.5884 * 5.0 / 11.0, 5.5884).unwrap();
         let (pressure, fraction) = (3e-3, 0.1);
         let found = wall_offset(&wall, pressure, |_| fraction);
         assert!((found - (wall.minimum_angstrom() - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);

@@ -4,7 +4,7 @@
 //! a scene with `[atoms]`. The card lets tables and reports list it with the other methods.
 
 use super::{Card, ContactMethod, Criterion, Kind, Needs, Observer, Plan, Problem, Quantity, Started, Support};
-use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
+use crate::atoms::repulsion::Repulsion;
 use crate::{Error, Result};
 
 pub struct AllAtom;
@@ -18,7 +18,7 @@ static CARD: Card = Card {
     family: "molecular simulation",
     kind: Kind::Estimate,
     needs: Needs::Heights,
-    criterion: Criterion::AtomDistance { d_c_angstrom: CONTACT_DISTANCE_ANGSTROM },
+    criterion: Criterion::AtomDistance { d_c_angstrom: Repulsion::CHALLENGE.contact_distance_angstrom },
     calibrated_on: None,
     summary: "LAMMPS on a scaled-down block, for scenes with [atoms]",
     supports: |quantity| match quantity {

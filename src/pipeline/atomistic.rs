@@ -17,13 +17,12 @@ use crate::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, Re
 use crate::atoms::load_history::StepRecord;
 use crate::atoms::potential::Potential;
 use crate::atoms::properties::LmpCommand;
-use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::atoms::{centro_symmetry, damage, load_history, speed as measured};
 use crate::grid::Grid;
 use crate::record::atomic_file::write_atomic;
 use crate::record::csv;
 use crate::record::results::{
-    AtomState, AtomsResults, ContinuumResults, DefectAtoms, LoadStepResults, PlasticityResults,
+    AtomState, AtomsResults, ContinuumResults, DefectAtoms, LoadStepResults, PlasticityResults, RepulsionResults,
 };
 use crate::scene::{AtomsCase, Case, Start};
 use crate::{Error, Result};
@@ -71,7 +70,7 @@ pub(super) fn write_job(
     let settings = RelaxationSettings {
         force_tolerance: scene.force_tolerance_ev_per_angstrom,
         load_unit: atoms.load_unit,
-        contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
+        contact_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
         // Slip can start at any depth below the contact.
         frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
         keep_restarts: atoms.nvt.is_some(),
@@ -325,6 +324,11 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
         deformable: atoms.block.deformable() as usize,
         fixed: atoms.block.fixed() as usize,
         indenter: reader.indenter.atoms() as usize,
+        repulsion: Some(RepulsionResults {
+            epsilon_ev: atoms.wall.repulsion.epsilon_ev,
+            sigma_angstrom: atoms.wall.repulsion.sigma_angstrom,
+            contact_distance_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
+        }),
         audit: atoms.audit.clone(),
         from_continuum: atoms.start == Start::Continuum,
         load_steps: outcome.steps.clone(),

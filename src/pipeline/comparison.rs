@@ -6,7 +6,6 @@ use super::matched::{Matched, reduced};
 use super::probe_atoms::{ProbeAtoms, Profile, map_name, share, within};
 use super::versions::{Side, Solved, Units, versions};
 use crate::atoms::contact::onto_grid;
-use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{SiteCriterion, Sites, registration};
 use crate::grid::{Field, Grid, bilinear, mean};
 use crate::observe::{Connectivity, along_y, cluster_sizes, column_at};
@@ -186,7 +185,7 @@ impl Comparison<'_> {
         let compliant_wall_gap = format!("{}/{}", self.stage, map_name(i + 1, "compliant wall gap"));
         npy::write(&self.root.join(&compliant_wall_gap), grid.nx, grid.ny, gaps.compliant.0.values.iter().copied())?;
         let touching = atoms_contact(self.root, state)?;
-        let contacts = self.contacts(i, gaps, CONTACT_DISTANCE_ANGSTROM);
+        let contacts = self.contacts(i, gaps, self.atoms.wall.repulsion.contact_distance_angstrom);
         let atoms_map = npy::read_flags(&self.root.join(&state.contact_map))?.values;
         // At the resolution of the surface sites: a finer map would have more and smaller clusters.
         let compliant_map: Vec<u8> = self.owners.iter().map(|&site| u8::from(contacts.compliant[site])).collect();
@@ -208,7 +207,10 @@ impl Comparison<'_> {
         Ok(LoadComparison {
             p_star: state.p_star,
             registration: registration(grid, &atoms_map, &compliant_map),
-            atoms: CriterionArea { criterion: atoms_criterion(), contact_fraction: state.contact_fraction },
+            atoms: CriterionArea {
+                criterion: self.atoms.contact_criterion(),
+                contact_fraction: state.contact_fraction,
+            },
             continuum: self.criteria(i, gaps, &contacts, &touching)?,
             atoms_mean_gap_angstrom: state.mean_gap_angstrom,
             hard_wall_mean_gap_angstrom: hard.mean_gap * length,
@@ -325,7 +327,7 @@ impl Comparison<'_> {
         if let Some(stress) = &state.stress {
             list.push(Side {
                 id: "atoms",
-                criterion: atoms_criterion(),
+                criterion: self.atoms.contact_criterion(),
                 touching: atoms_contact(self.root, state)?,
                 gap: npy::read(&per_site(self.root, state, "site-gap.npy"))?.values,
                 mean_gap_angstrom: state.mean_gap_angstrom,
@@ -344,10 +346,6 @@ fn per_site(root: &Path, state: &AtomState, what: &str) -> PathBuf {
 /// Contact flag of the atoms per surface site.
 fn atoms_contact(root: &Path, state: &AtomState) -> Result<Vec<bool>> {
     Ok(npy::read_flags(&per_site(root, state, "site-contact.npy"))?.values.iter().map(|v| *v != 0).collect())
-}
-
-fn atoms_criterion() -> String {
-    format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å")
 }
 
 /// Height of the atoms' profile above the profile dilated by a ball, units of L, on the comparison grid.

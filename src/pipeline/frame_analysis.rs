@@ -8,7 +8,6 @@ use crate::atoms::indenter::Indenter;
 use crate::atoms::interaction::Interaction;
 use crate::atoms::load_history::Between;
 use crate::atoms::voronoi;
-use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::grid::{Grid, bilinear, spread};
 use crate::load::LoadStep;
 use crate::record::results::{AtomState, AtomStress, ContactByCriterion};
@@ -24,8 +23,8 @@ const DISTANCES: (f64, f64, usize) = (0.95, 1.1, 15);
 /// Interaction of indenter atoms with block atoms.
 pub(super) fn interaction(atoms: &AtomsCase) -> Interaction {
     Interaction {
-        epsilon_ev: atoms.wall.epsilon_ev,
-        sigma_angstrom: atoms.wall.sigma_angstrom,
+        epsilon_ev: atoms.wall.repulsion.epsilon_ev,
+        sigma_angstrom: atoms.wall.repulsion.sigma_angstrom,
         adhesion: atoms.adhesion.map(|a| a.pair),
     }
 }
@@ -93,9 +92,10 @@ impl<'a> FrameAnalyzer<'a> {
         let (sites, touch) = (atoms.block.surface(), atoms.wall.minimum_angstrom());
         let (p_star, force) = (step.imposed_p_star(), atoms.load(step));
         let down = lowered_to(frame, &self.indenter, between.displacement_angstrom, &self.interaction, force)?;
-        let forces = indenter_forces(frame, &self.indenter, down, &self.interaction, DISTANCES.1 * touch);
+        let d_c = atoms.wall.repulsion.contact_distance_angstrom;
+        let forces = indenter_forces(frame, &self.indenter, down, &self.interaction, d_c.max(DISTANCES.1 * touch));
         let near = |distance: f64| contact_by(frame, &sites, |k| forces.nearest[k] < distance);
-        let touching = near(CONTACT_DISTANCE_ANGSTROM);
+        let touching = near(d_c);
         // Each grid has its zero at its own lowest node; `offset` is the difference. The height of the indenter is that
         // of its atoms. Between nodes its profile is interpolated on a grid with 16 nodes per shortest wavelength; the
         // error is a hundredth of that wave's amplitude.
@@ -182,7 +182,7 @@ impl<'a> FrameAnalyzer<'a> {
         let area: f64 =
             ids.iter().zip(shares).filter(|(id, _)| touching.ids.binary_search(id).is_ok()).map(|p| p.1).sum();
         vec![
-            by("distance", format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"), touching),
+            by("distance", self.atoms.contact_criterion(), touching),
             by("compressed", "the indenter's normal force presses".into(), &pressed),
             by("force_threshold", format!("the indenter presses with more than {least} eV/Å"), &loaded),
             ContactByCriterion {

@@ -19,7 +19,7 @@ use crate::record::methods::{MethodResults, MethodState, Missing, loading_states
 use crate::record::npy;
 use crate::record::results::AtomsResults;
 use crate::record::state_numbers::StateNumbers;
-use crate::scene::Case;
+use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -110,6 +110,8 @@ pub(super) fn of_atoms(
     let adhesive = case.adhesion != Adhesion::None;
     let mut results = nothing(&all_atom::AllAtom, &case.scene.methods, adhesive);
     results.cpu_seconds = seconds;
+    // The card has the challenge's d_c.
+    results.criterion = case.atoms.as_ref().map_or(results.criterion, AtomsCase::contact_criterion);
     for s in &atoms.states {
         let map = npy::read(&root.join(&s.contact_map))?;
         let contact: Vec<u8> = map.values.iter().map(|v| *v as u8).collect();

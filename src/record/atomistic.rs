@@ -194,6 +194,14 @@ pub struct NvtState {
     pub site_error: String,
 }
 
+/// Lennard-Jones repulsion between indenter and block, cut off at its minimum, and contact distance d_c.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RepulsionResults {
+    pub epsilon_ev: f64,
+    pub sigma_angstrom: f64,
+    pub contact_distance_angstrom: f64,
+}
+
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AtomsResults {
     pub potential: String,
@@ -211,6 +219,9 @@ pub struct AtomsResults {
     pub deformable: usize,
     pub fixed: usize,
     pub indenter: usize,
+    /// Absent in results of earlier versions, which had the challenge's values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repulsion: Option<RepulsionResults>,
     pub audit: Vec<AuditLine>,
     /// True for prescribed loads started from the continuum's displacement field; false for a displacement ramp.
     #[serde(default, skip_serializing_if = "crate::record::json::is_default")]

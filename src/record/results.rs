@@ -7,7 +7,7 @@
 
 pub use super::atomistic::{
     AtomPullOff, AtomState, AtomStress, AtomsResults, AuditLine, BranchChange, ContactByCriterion, DefectAtoms,
-    LoadStepResults, NvtResults, NvtState, PlasticityResults, Unloading,
+    LoadStepResults, NvtResults, NvtState, PlasticityResults, RepulsionResults, Unloading,
 };
 pub use super::comparison::{
     ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, ModelChainStep, Overlap, Section,

@@ -1,6 +1,7 @@
 //! The block of atoms of a scene, resolved: crystal, indenter, wall, and the audit of scaling down.
 
 use super::model::relative_to;
+use super::repulsion::BlockCrystal;
 use super::{AtomsScene, Scene, Slope, Start, Surface};
 use crate::atoms::audit::{Actual, AuditInput, Target, audit};
 use crate::atoms::block::Block;
@@ -37,10 +38,6 @@ const LOW_PASS_SPACINGS: f64 = 4.0;
 /// Resolved rms gradient beyond which a profile that was scaled up is warned of. On a block of 25 nm no atom leaves the crystal's order
 /// at 0.2 up to p* = 0.03; at 0.37 4 in 1000 do, and areas still follow elasticity to 7 % (docs/validation.md).
 const YIELDING: f64 = 0.5;
-
-/// Relative deviation of the lattice constant from calcium's above which the wall and d_c, which are made for calcium, are warned of.
-/// Other potentials of calcium deviate by less.
-const OTHER_CRYSTAL: f64 = 0.01;
 
 /// Mean pressure over E* up to which a block is pressed: by that elasticity would have it shortened by half.
 const MAX_PRESSURE_OVER_MODULUS: f64 = 0.5;
@@ -99,6 +96,8 @@ pub struct AtomsCase {
     /// Normal force from which an atom counts as loaded, eV/Å, and width of the Gaussian of the stress field, Å.
     pub contact_force: f64,
     pub stress_width_angstrom: f64,
+    /// Warnings about constants of the indenter that are not made for the crystal.
+    repulsion_warnings: Vec<String>,
     /// Mean gap of the profile at first contact, Å: the largest descent of the indenter.
     pub first_touch_gap_angstrom: f64,
 }
@@ -129,33 +128,24 @@ fn refuse_crushing(problem: &LaboratoryProblem, place: &str) -> Result<()> {
     Err(Error::input(place, "load.p_star", p_star, accepted))
 }
 
-/// Constants of the block's crystal.
-struct Crystal {
-    /// Lattice constant, Å.
-    a0: f64,
-    modulus_gpa: f64,
-    cutoff_angstrom: f64,
-    mass_u: f64,
-}
-
-impl Crystal {
-    fn resolve(problem: &LaboratoryProblem, a: &AtomsScene, place: &str) -> Result<Self> {
-        let Some(path) = &a.potential else {
-            let (symbol, _, mass_u) = CALCIUM_ELEMENT;
-            if a.element != symbol {
-                let accepted = format!("{symbol:?}, the element of the shipped potential, or another atoms.potential");
-                return Err(Error::input(place, "atoms.element", format!("{:?}", a.element), accepted));
-            }
-            let (a0, cutoff_angstrom) = (CALCIUM.a0, CALCIUM.rc);
-            return Ok(Crystal { a0, modulus_gpa: CALCIUM_MODULUS_GPA, cutoff_angstrom, mass_u });
-        };
-        let path = relative_to(problem.file, path);
-        let header = SetflHeader::read(&path)?;
-        let mass_u = header.element(&path, &a.element)?.mass_u;
-        let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
-        let (a0, modulus_gpa) = known.expect("checked: both are given with another potential");
-        Ok(Crystal { a0, modulus_gpa, cutoff_angstrom: header.cutoff_angstrom, mass_u })
-    }
+/// The block's crystal, and the mass of an atom, u.
+fn crystal<'a>(problem: &LaboratoryProblem, a: &'a AtomsScene, place: &str) -> Result<(BlockCrystal<'a>, f64)> {
+    let element = a.element.as_str();
+    let Some(path) = &a.potential else {
+        let (symbol, _, mass_u) = CALCIUM_ELEMENT;
+        if element != symbol {
+            let accepted = format!("{symbol:?}, the element of the shipped potential, or another atoms.potential");
+            return Err(Error::input(place, "atoms.element", format!("{element:?}"), accepted));
+        }
+        let (a0, cutoff_angstrom) = (CALCIUM.a0, CALCIUM.rc);
+        return Ok((BlockCrystal { element, a0, modulus_gpa: CALCIUM_MODULUS_GPA, cutoff_angstrom }, mass_u));
+    };
+    let path = relative_to(problem.file, path);
+    let header = SetflHeader::read(&path)?;
+    let mass_u = header.element(&path, element)?.mass_u;
+    let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
+    let (a0, modulus_gpa) = known.expect("checked: both are given with another potential");
+    Ok((BlockCrystal { element, a0, modulus_gpa, cutoff_angstrom: header.cutoff_angstrom }, mass_u))
 }
 
 /// The low-passed profile of the indenter, in units of the block's length.
@@ -241,7 +231,8 @@ impl AtomsCase {
         let place = problem.file.display().to_string();
         let a = problem.scene.atoms.as_ref().expect("called for scenes with atoms");
         refuse_crushing(problem, &place)?;
-        let crystal = Crystal::resolve(problem, a, &place)?;
+        let (crystal, mass_u) = crystal(problem, a, &place)?;
+        let repulsion = crystal.repulsion(a, &place)?;
         let block = Block::new(a.cells, a.depth_cells, crystal.a0, crystal.cutoff_angstrom)
             .and_then(|b| b.on_foundation(a.foundation_cells))
             .map_err(|e| e.with_context(&place, None))?;
@@ -249,9 +240,9 @@ impl AtomsCase {
             let found = format!("{} x {} points", problem.grid.nx, problem.grid.ny);
             return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
         }
-        let points = grid_points(a.cells, crystal.a0);
+        let points = grid_points(a.cells, crystal.a0, repulsion.minimum_angstrom());
         let length = block.length();
-        let wall = AtomWall::new(length / points as f64, crystal.a0)?;
+        let wall = AtomWall::new(repulsion, length / points as f64, crystal.a0)?;
         let profile = Profile::resolve(problem, a, &wall, points, length)?;
         let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: crystal.modulus_gpa * 1e9 };
         let adhesion = pair_adhesion(problem, a.adhesion_range_angstrom, &wall, scales)
@@ -272,6 +263,7 @@ impl AtomsCase {
                 resolved_gradient: profile.resolved_gradient,
                 lambda_min_angstrom: profile.low_pass_angstrom,
                 curvature_radius_angstrom: profile.curvature_radius / profile.stretch * length,
+                repulsion,
                 net_points: points,
                 crystal_cells: a.cells,
             },
@@ -282,7 +274,7 @@ impl AtomsCase {
             wall,
             potential: a.potential.as_ref().map(|p| relative_to(problem.file, p)),
             element: a.element.clone(),
-            mass_u: crystal.mass_u,
+            mass_u,
             scales,
             modulus_gpa: crystal.modulus_gpa,
             low_pass: profile.low_pass_angstrom / length,
@@ -299,6 +291,7 @@ impl AtomsCase {
                 .contact_force_ev_per_angstrom
                 .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom.min(FORCE_TOLERANCE)),
             stress_width_angstrom: a.stress_width_angstrom.unwrap_or(crystal.a0),
+            repulsion_warnings: crystal.warnings(a, &repulsion),
             first_touch_gap_angstrom: profile.first_touch_gap * profile.stretch * length,
         })
     }
@@ -335,6 +328,11 @@ impl AtomsCase {
         }
     }
 
+    /// The distance criterion of contact, in words.
+    pub fn contact_criterion(&self) -> String {
+        format!("an indenter atom within {} Å", self.wall.repulsion.contact_distance_angstrom)
+    }
+
     /// Number of atoms of block and indenter.
     pub fn atoms(&self) -> u64 {
         self.block.atoms() + (self.points * self.points) as u64
@@ -359,19 +357,7 @@ impl AtomsCase {
 
     pub(super) fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {
         let mut list: Vec<String> = ranks_warning(ranks, self.atoms()).into_iter().collect();
-        let (d_c, a0) = (wall::CONTACT_DISTANCE_ANGSTROM, self.block.a0);
-        if (a0 / CALCIUM.a0 - 1.0).abs() > OTHER_CRYSTAL {
-            list.push(format!(
-                "the indenter is the one for calcium with any atoms.potential: epsilon = {} eV, sigma = {} Å, contact within \
-                 d_c = {d_c} Å, which is {:.2} lattice constants of this {} and {:.2} of calcium. Continuum and atoms have the \
-                 same wall and d_c; for areas that do not depend on d_c take the criteria compressed or force_threshold",
-                self.wall.epsilon_ev,
-                self.wall.sigma_angstrom,
-                d_c / a0,
-                self.element,
-                d_c / CALCIUM.a0
-            ));
-        }
+        list.extend(self.repulsion_warnings.iter().cloned());
         if self.stretch != 1.0 && self.resolved_gradient > YIELDING {
             list.push(format!(
                 "the resolved slope of the indenter is scaled up by {:.2} to the whole spectrum's: contact stresses will \

@@ -13,6 +13,7 @@ mod load;
 mod model;
 mod nvt;
 mod outputs;
+mod repulsion;
 mod source;
 mod surface_file;
 mod syntax;

@@ -440,6 +440,18 @@ pub struct AtomsScene {
     /// Contact modulus of the (100) face in GPa; must be given with another potential.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_modulus_gpa: Option<f64>,
+    /// Lennard-Jones energy of an indenter atom and an atom of the block, eV. Default: the challenge's 0.2145, with another potential in
+    /// proportion to E* a0³.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub indenter_epsilon_ev: Option<f64>,
+    /// Lennard-Jones length of an indenter atom and an atom of the block, Å. Default: the challenge's 3.5927, with another potential in
+    /// proportion to the lattice constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub indenter_sigma_angstrom: Option<f64>,
+    /// Distance from an indenter atom within which an atom is in contact, Å; not below the start of the repulsion, 2^(1/6) σ. Default: the
+    /// challenge's 4.0354, in proportion to σ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_distance_angstrom: Option<f64>,
     /// Shortest wavelength of the indenter, Å. Default: four spacings of its atoms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub low_pass_angstrom: Option<f64>,
@@ -496,6 +508,9 @@ impl Default for AtomsScene {
             element: "Ca".into(),
             lattice_constant_angstrom: None,
             contact_modulus_gpa: None,
+            indenter_epsilon_ev: None,
+            indenter_sigma_angstrom: None,
+            contact_distance_angstrom: None,
             low_pass_angstrom: None,
             slope: Slope::Literal,
             start: None,

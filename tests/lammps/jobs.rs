@@ -71,9 +71,9 @@ pub(crate) fn written(
     ramp: DisplacementRamp,
     settings: RelaxationSettings,
 ) -> Setting {
-    let points = grid_points(block.cells, block.a0);
-    let heights = (0..points * points).map(|k| height(k % points, k / points, points)).collect();
     let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion };
+    let points = grid_points(block.cells, block.a0, interaction.touch_angstrom());
+    let heights = (0..points * points).map(|k| height(k % points, k / points, points)).collect();
     let indenter = Indenter::above(&block, points, heights, interaction.touch_angstrom()).expect("valid");
     let potential = potential();
     let crystal = Crystal { potential: &potential, element: "Ca", mass_u: 40.078 };

@@ -11,6 +11,9 @@ mod load_steps;
 mod modulus;
 mod nvt;
 mod potential;
+mod repulsion;
+#[path = "../common/similar_crystal.rs"]
+mod similar_crystal;
 mod table;
 #[path = "../common/tools.rs"]
 mod tools;

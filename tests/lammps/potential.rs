@@ -8,7 +8,8 @@ use crate::table::Table;
 use std::path::{Path, PathBuf};
 
 use asperity::atoms::properties::{Card, LmpCommand, RunScript, measure, results};
-use asperity::atoms::wall::{Adhesion, EPSILON_EV, SIGMA_ANGSTROM, Wall};
+use asperity::atoms::repulsion::Repulsion;
+use asperity::atoms::wall::{Adhesion, Wall};
 use asperity::error::{Error, LammpsFailure};
 
 /// Work of adhesion of the challenge, 2e-5 E* L, eV/Å².
@@ -25,7 +26,7 @@ fn input(name: &str) -> PathBuf {
 }
 
 fn wall() -> Wall {
-    Wall::new(A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
+    Wall::new(Repulsion::CHALLENGE, A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
 }
 
 /// Energies and pressure between two flat surfaces in LAMMPS, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the
@@ -47,8 +48,8 @@ fn flats(command: &LmpCommand, pair: Option<&Adhesion>, distances: &[f64]) -> Ve
         ("cells", CELLS.to_string()),
         ("points", POINTS.to_string()),
         ("depth", DEPTH.to_string()),
-        ("epsilon", EPSILON_EV.to_string()),
-        ("sigma", SIGMA_ANGSTROM.to_string()),
+        ("epsilon", Repulsion::CHALLENGE.epsilon_ev.to_string()),
+        ("sigma", Repulsion::CHALLENGE.sigma_angstrom.to_string()),
         ("kappa", kappa.to_string()),
         ("coefficient", coefficient.to_string()),
         ("cutoff", cutoff.to_string()),

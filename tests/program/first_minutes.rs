@@ -1,7 +1,6 @@
 //! What a new user does first: a scene by `init`, completions and manual pages by `make install`, keys in the documents.
 
 use crate::program::{asperity, json_line, stderr};
-use asperity::scene::{Case, Scene};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -236,23 +235,4 @@ fn shipped_scenes_name_the_schema() {
         let named = path.parent().expect("a folder").join(schema).canonicalize().expect("a file");
         assert_eq!(named, repository().join("docs/scene.schema.json").canonicalize().expect("the schema"));
     }
-}
-
-/// The indenter and d_c do not follow the lattice constant.
-#[test]
-fn another_crystal_is_warned_of_with_calciums_wall() {
-    let warnings = |lattice_constant: f64| {
-        let text = format!(
-            "name = \"a\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n[load]\np_star = [0.01]\n\
-             [atoms]\ncells = 10\ndepth_cells = 6\npotential = \"potentials/Ca.eam.alloy\"\ncontact_modulus_gpa = 28.57\n\
-             lattice_constant_angstrom = {lattice_constant}\n"
-        );
-        let file = repository().join("scene.toml");
-        let case = Case::resolve(Scene::parse(&text, &file).expect("a scene"), &file).expect("a case");
-        case.warnings.into_iter().filter(|w| w.contains("d_c")).collect::<Vec<_>>()
-    };
-    assert_eq!(warnings(5.5884), Vec::<String>::new());
-    let [warning] = &warnings(4.0354)[..] else { panic!("one warning") };
-    assert!(warning.contains("1.00 lattice constants of this Ca and 0.72 of calcium"), "{warning}");
-    assert!(warning.contains("compressed or force_threshold"), "{warning}");
 }

@@ -25,7 +25,10 @@ mod pipeline;
 mod program;
 mod quickstart;
 mod reliability;
+mod repulsion;
 mod scenes;
+#[path = "../common/similar_crystal.rs"]
+mod similar_crystal;
 mod solve;
 mod sweep;
 #[path = "../common/tools.rs"]

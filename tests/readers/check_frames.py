@@ -8,7 +8,8 @@ import ase.io
 import numpy as np
 
 folder = pathlib.Path(sys.argv[1])
-states = json.loads((folder / "results.json").read_text())["atoms"]["states"]
+results = json.loads((folder / "results.json").read_text())["atoms"]
+states, contact_distance = results["states"], results["repulsion"]["contact_distance_angstrom"]
 assert states
 for state in states:
     atoms = ase.io.read(folder / state["frame"])
@@ -25,7 +26,7 @@ for state in states:
     for axis in (0, 1):
         length = atoms.cell[axis, axis]
         difference[:, :, axis] -= length * np.round(difference[:, :, axis] / length)
-    near = np.sqrt((difference**2).sum(axis=2).min(axis=1)) < 4.0354
+    near = np.sqrt((difference**2).sum(axis=2).min(axis=1)) < contact_distance
     # Coordinates have six decimals, so that an atom at d_c may change sides.
     assert (near != contact[~indenter]).sum() <= 1
     assert len(set(atoms.arrays["id"])) == len(atoms)
