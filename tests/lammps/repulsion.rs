@@ -65,7 +65,7 @@ fn a_similar_crystal_under_the_scaled_indenter_is_the_same_problem() {
 fn given_constants_reach_lammps_and_the_count() {
     let Some(lammps) = lammps(1) else { return };
     let scratch = tempfile::tempdir().expect("scratch");
-    let mut earlier: Option<(f64, usize)> = None;
+    let mut earlier: Option<(f64, usize, usize)> = None;
     for d_c in [3.9, 4.4, 5.3] {
         let keys = format!(
             "indenter_epsilon_ev = 0.3\nindenter_sigma_angstrom = 3.4\ncontact_distance_angstrom = {d_c}\nstep_angstrom = 0.8\n"
@@ -86,10 +86,11 @@ fn given_constants_reach_lammps_and_the_count() {
         let [state] = &states[..] else { panic!("one load") };
         let by = &state.criteria[0];
         assert_eq!((by.criterion.as_str(), by.atoms), (&*format!("an indenter atom within {d_c} Å"), state.contacts));
-        if let Some((load, contacts)) = earlier {
+        if let Some((load, contacts, read)) = earlier {
             assert!(last.contacts > contacts + 3 && (last.load / load - 1.0).abs() < 1e-6, "d_c = {d_c}: {last:?}");
+            assert!(state.contacts > read + 3, "d_c = {d_c}: {} {read}", state.contacts);
         }
-        earlier = Some((last.load, last.contacts));
+        earlier = Some((last.load, last.contacts, state.contacts));
     }
 }
 
