@@ -330,7 +330,7 @@ impl AtomsCase {
 
     /// The distance criterion of contact, in words.
     pub fn contact_criterion(&self) -> String {
-        format!("an indenter atom within {} Å", self.wall.repulsion.contact_distance_angstrom)
+        format!("an indenter atom within {} Å", (1e4 * self.wall.repulsion.contact_distance_angstrom).round() / 1e4)
     }
 
     /// Number of atoms of block and indenter.
