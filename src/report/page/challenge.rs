@@ -79,7 +79,11 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
         (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
         (10, area(with, without), "Relative contact area (perimeter-corrected) against load."),
         (11, contact_pressure(with, without), "Mean contact pressure against load, loading and unloading."),
-        (12, mean_gap(writer, results, with, without), "Mean gap against load; the triangle marks first contact, without deformation."),
+        (
+            12,
+            mean_gap(writer, results, with, without),
+            "Mean gap against load; the triangle marks first contact, without deformation.",
+        ),
     ] {
         drawn.extend(writer.curves(&format!("figure-{number:02}"), &plot)?.map(|curve| (number, curve, caption)));
     }
