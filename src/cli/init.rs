@@ -2,10 +2,13 @@
 
 use super::file::{COMMAND_LINE, FileFlags};
 use super::output;
+use crate::grid::Grid;
 use crate::record::declared::Declared;
+use crate::record::height_map::HeightMap;
 use crate::record::heights::Sign;
 use crate::record::import::{self, Content, ImportOptions, ImportedFile};
 use crate::scene::Touching;
+use crate::surface::seam_warning;
 use crate::units::metres_per;
 use crate::{Error, Result};
 use serde_json::json;
@@ -206,7 +209,7 @@ impl Init {
                 if let Some(kind) = self.of.fourier {
                     draft.line(format!("fourier = {}", quoted(word(kind))));
                 }
-                preparation(draft, map.missing());
+                preparation(draft, map.missing(), declared.periodic != Some(true) && has_seam(map));
             }
         }
         draft.line("");
@@ -234,11 +237,18 @@ impl Init {
     }
 }
 
-/// Steps of preparation of a map.
-fn preparation(draft: &mut Draft, missing: usize) {
-    draft.line(
-        "# Preparation, in this order. Form to subtract: \"mean\", \"plane\" or \"quadratic\".\n# detrend = \"plane\"",
-    );
+/// Whether a map does not repeat. Holes are those of a measurement, which does not, either.
+fn has_seam(map: &HeightMap) -> bool {
+    map.missing() > 0 || seam_warning(Grid::unit(map.nx, map.ny), &map.heights).is_some()
+}
+
+/// Steps of preparation of a map. Of one with a `seam` the plane is subtracted and the edges are mirrored: periodic as it is, its
+/// largest slope would be at its edges.
+fn preparation(draft: &mut Draft, missing: usize, seam: bool) {
+    let optional = if seam { "" } else { "# " };
+    draft.line(format!(
+        "# Preparation, in this order. Form to subtract: \"mean\", \"plane\" or \"quadratic\".\n{optional}detrend = \"plane\""
+    ));
     let fillings = "\"harmonic\" continues the heights smoothly, \"nearest\" takes the nearest one";
     match missing {
         0 => draft.line(format!(
@@ -250,10 +260,11 @@ fn preparation(draft: &mut Draft, missing: usize) {
             format!("filling of the {n} points that were not measured: {fillings}"),
         ),
     }
-    draft.line(
+    let why = if seam { ", as this one" } else { "" };
+    draft.line(format!(
         "# Shortest and longest wavelength that are kept, µm.\n# low_pass_um = 0.5\n# high_pass_um = 10\n\
-         # Makes a map periodic that is not: \"taper\" or \"mirror\".\n# edges = \"taper\"",
-    );
+         # Makes a map periodic that is not{why}: \"mirror\" (four times the points) or \"taper\".\n{optional}edges = \"mirror\""
+    ));
 }
 
 /// A scene and the keys that it does not have yet.

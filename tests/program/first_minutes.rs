@@ -70,6 +70,32 @@ fn a_declared_sign_and_unit_are_filled_in() {
     assert!(text.contains("\ntouching = \"low-points\"\n") && text.contains("\nunit = \"um\"\n"), "{text}");
 }
 
+/// A tilted map is levelled and mirrored, in lines that can be changed; it has no seam any more.
+#[test]
+fn a_map_that_does_not_repeat_is_prepared() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let folder = scratch.path();
+    let row =
+        |y: usize| (0..40).map(|x| format!("{} ", 0.1 * x as f64 + ((3 * x + 5 * y) % 7) as f64 * 0.01)).collect();
+    let text: Vec<String> = (0..40).map(row).collect();
+    std::fs::write(folder.join("map.txt"), format!("# unit: um\n{}\n", text.join("\n"))).expect("written");
+    let output = init(folder, &["map.txt", "--modulus", "2", "--touching", "high-points"]);
+    assert_eq!(fill_in(&output), ["laboratory.length_um"]);
+    let text = std::fs::read_to_string(folder.join("scene.toml"))
+        .expect("a scene")
+        .replace("# length_um = 20", "length_um = 20");
+    assert!(text.contains("\ndetrend = \"plane\"\n") && text.contains("\nedges = \"mirror\"\n"), "{text}");
+    for (seam, text) in
+        [(false, text.clone()), (true, text.replace("\nedges", "\n# edges").replace("\ndetrend", "\n# detrend"))]
+    {
+        std::fs::write(folder.join("scene.toml"), text).expect("written");
+        let plan = dry_run(folder, "scene.toml");
+        assert!(plan.status.success(), "{}", stderr(&plan));
+        let said = String::from_utf8_lossy(&plan.stdout).into_owned() + &stderr(&plan);
+        assert_eq!(said.contains("does not repeat"), seam, "{said}");
+    }
+}
+
 /// The keys that a message complains about.
 fn complaints(output: &Output) -> Vec<String> {
     let said = stderr(output);
