@@ -42,7 +42,7 @@ pub(crate) struct Solve {
     #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge")]
     pub(super) cut_off: f64,
     /// Contact modulus E* = E/(1-ν²), with or without a unit (2MPa); required for a file.
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub(super) modulus: Option<Measure>,
     #[command(flatten)]
     pub(super) loads: LoadFlags,
@@ -78,7 +78,7 @@ pub(crate) struct Solve {
     pub(super) penalty_length: Option<f64>,
     /// Hardness, with or without a unit of stress: the largest contact stress. Where it is reached, the surface flows; unloading
     /// is elastic. With the methods fast, bvm and gfmd.
-    #[arg(long, value_name = "H")]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
     pub(super) hardness: Option<Measure>,
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto", value_name = "ID")]

@@ -37,22 +37,22 @@ impl FromStr for LoadItem {
 pub(super) struct LoadFlags {
     /// Mean pressures, comma-separated or as log:FROM:TO:COUNT, in the unit of the modulus or with their own (20kPa). Negative with
     /// adhesion only.
-    #[arg(long, value_name = "P", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "P", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     pressure: Vec<LoadItem>,
     /// Normal forces on the cell instead: 5mN, or in the unit of modulus times length squared.
-    #[arg(long, value_name = "F", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "F", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     force: Vec<LoadItem>,
     /// Mean pressures over E* times the rms gradient instead.
-    #[arg(long, value_name = "P*", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "P*", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     p_star: Vec<LoadItem>,
     /// Mean gaps instead. They reach states that are unstable under a prescribed pressure.
-    #[arg(long, value_name = "G", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "G", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     mean_gap: Vec<LoadItem>,
     /// Displacements from first contact instead: mean gap at first contact minus mean gap.
-    #[arg(long, value_name = "D", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "D", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     displacement: Vec<LoadItem>,
     /// Contact fractions instead, such as 0.05. The pressures that give them are found first.
-    #[arg(long, value_name = "A", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "A", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     contact: Vec<LoadItem>,
 }
 
