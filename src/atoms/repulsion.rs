@@ -16,7 +16,9 @@ use super::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
 /// Constants of the repulsion by an atom of the indenter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repulsion {
+    /// Lennard-Jones energy ε of an indenter atom and an atom of the block, eV.
     pub epsilon_ev: f64,
+    /// Lennard-Jones length σ, Å.
     pub sigma_angstrom: f64,
     /// An atom within this distance of an indenter atom is in contact, Å. Not below the Lennard-Jones minimum.
     pub contact_distance_angstrom: f64,

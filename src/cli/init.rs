@@ -209,7 +209,8 @@ impl Init {
                 if let Some(kind) = self.of.fourier {
                     draft.line(format!("fourier = {}", quoted(word(kind))));
                 }
-                preparation(draft, map.missing(), declared.periodic != Some(true) && has_seam(map));
+                let seam = declared.periodic.is_none() && has_seam(map);
+                preparation(draft, map.missing(), seam);
             }
         }
         draft.line("");
@@ -237,7 +238,7 @@ impl Init {
     }
 }
 
-/// Whether a map does not repeat. Holes are those of a measurement, which does not, either.
+/// Whether a map of undeclared periodicity does not repeat. One with missing points is measured, and does not, either.
 fn has_seam(map: &HeightMap) -> bool {
     map.missing() > 0 || seam_warning(Grid::unit(map.nx, map.ny), &map.heights).is_some()
 }

@@ -324,11 +324,11 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
         deformable: atoms.block.deformable() as usize,
         fixed: atoms.block.fixed() as usize,
         indenter: reader.indenter.atoms() as usize,
-        repulsion: Some(RepulsionResults {
+        repulsion: RepulsionResults {
             epsilon_ev: atoms.wall.repulsion.epsilon_ev,
             sigma_angstrom: atoms.wall.repulsion.sigma_angstrom,
             contact_distance_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
-        }),
+        },
         audit: atoms.audit.clone(),
         from_continuum: atoms.start == Start::Continuum,
         load_steps: outcome.steps.clone(),

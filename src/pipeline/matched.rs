@@ -4,7 +4,6 @@ use super::continuum::{Keep, PathRequest, load_path};
 use super::folder::Key;
 use super::laboratory::solve_cost;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
-use crate::atoms::repulsion::Repulsion;
 use crate::grid::Grid;
 use crate::interface::{Elastic, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
@@ -150,13 +149,11 @@ pub(super) fn profile_key(scene: &AtomsScene) -> impl Serialize + use<> {
     (scene.cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom)
 }
 
-/// Resolved parameters of the crystal, and of the indenter if it does not have the challenge's.
-pub(super) fn crystal_key(scene: &AtomsScene, atoms: &AtomsCase) -> Vec<serde_json::Value> {
+/// Resolved parameters of the crystal and of the indenter's repulsion.
+pub(super) fn crystal_key<'a>(scene: &'a AtomsScene, atoms: &AtomsCase) -> impl Serialize + use<'a> {
     let r = atoms.wall.repulsion;
-    let numbers = [atoms.block.a0, atoms.modulus_gpa];
-    let own = [r.epsilon_ev, r.sigma_angstrom, r.contact_distance_angstrom];
-    let own = own.into_iter().filter(|_| r != Repulsion::CHALLENGE);
-    std::iter::once(scene.element.as_str().into()).chain(numbers.into_iter().chain(own).map(Into::into)).collect()
+    let repulsion = [r.epsilon_ev, r.sigma_angstrom, r.contact_distance_angstrom];
+    (&scene.element, atoms.block.a0, atoms.modulus_gpa, repulsion)
 }
 
 /// Adhesion parameters of the scene. The atoms have its work of adhesion, and its range enters the scaling audit. The

@@ -219,9 +219,7 @@ pub struct AtomsResults {
     pub deformable: usize,
     pub fixed: usize,
     pub indenter: usize,
-    /// Absent in results of earlier versions, which had the challenge's values.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub repulsion: Option<RepulsionResults>,
+    pub repulsion: RepulsionResults,
     pub audit: Vec<AuditLine>,
     /// True for prescribed loads started from the continuum's displacement field; false for a displacement ramp.
     #[serde(default, skip_serializing_if = "crate::record::json::is_default")]

@@ -77,13 +77,18 @@ fn a_map_that_does_not_repeat_is_prepared() {
     let folder = scratch.path();
     let row =
         |y: usize| (0..40).map(|x| format!("{} ", 0.1 * x as f64 + ((3 * x + 5 * y) % 7) as f64 * 0.01)).collect();
-    let text: Vec<String> = (0..40).map(row).collect();
-    std::fs::write(folder.join("map.txt"), format!("# unit: um\n{}\n", text.join("\n"))).expect("written");
-    let output = init(folder, &["map.txt", "--modulus", "2", "--touching", "high-points"]);
-    assert_eq!(fill_in(&output), ["laboratory.length_um"]);
-    let text = std::fs::read_to_string(folder.join("scene.toml"))
-        .expect("a scene")
-        .replace("# length_um = 20", "length_um = 20");
+    let rows: Vec<String> = (0..40).map(row).collect();
+    let scene_of = |head: &str| {
+        std::fs::write(folder.join("map.txt"), format!("# unit: um\n{head}{}\n", rows.join("\n"))).expect("written");
+        let output = init(folder, &["map.txt", "--modulus", "2", "--touching", "high-points", "--overwrite"]);
+        assert_eq!(fill_in(&output), ["laboratory.length_um"]);
+        std::fs::read_to_string(folder.join("scene.toml")).expect("a scene")
+    };
+    // The periodicity that a file declares needs no edges.
+    for declared in ["# periodic: 0\n", "# periodic: 1\n"] {
+        assert!(scene_of(declared).contains("\n# edges = \"mirror\"\n"), "{declared}");
+    }
+    let text = scene_of("").replace("# length_um = 20", "length_um = 20");
     assert!(text.contains("\ndetrend = \"plane\"\n") && text.contains("\nedges = \"mirror\"\n"), "{text}");
     for (seam, text) in
         [(false, text.clone()), (true, text.replace("\nedges", "\n# edges").replace("\ndetrend", "\n# detrend"))]

@@ -84,7 +84,7 @@ fn integers_are_the_numbers_of_their_file() {
     assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS);
 }
 
-/// MATLAB's vectors x and y give the extent; without them it is asked for. Two matrices, and files that end early, are refused.
+/// MATLAB's vectors x and y give the extent; without them it is required. Two matrices, and files that end early, are refused.
 #[test]
 fn matlab_files_are_read_or_refused() {
     let read = |name: &str| import::read(&fixture(name), ImportOptions::default());

@@ -4,6 +4,7 @@ use super::*;
 use crate::atoms::interaction::Yukawa;
 use crate::atoms::job_spec::FRAME_LAYERS;
 use crate::atoms::load_history::HEADER;
+use crate::atoms::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
 use crate::atoms::unloading::pull_off;
 
 fn written(folder: &Path, step: f64) -> Result<Job> {
@@ -112,6 +113,23 @@ fn steps_of_common_prescribed_loads_are_kept_and_others_removed() {
     assert!(steps() == 3 && !path("checkpoint.3.a").exists());
     place(&[0.5]);
     assert_eq!(steps(), 1);
+}
+
+/// Lists of neighbours reach d_c: by the skin of the scripts, or by a larger one in the variables.
+#[test]
+fn a_contact_distance_beyond_the_skin_enlarges_it() {
+    for script in [DISPLACEMENT_RAMP, PRESCRIBED_LOAD, NVT] {
+        assert!(script.text.contains(&format!("variable skin index {SKIN_ANGSTROM}\n")), "{}", script.file);
+    }
+    let folder = tempfile::tempdir().expect("scratch");
+    let mut job = written(folder.path(), 0.3).expect("written");
+    let reach = job.spec.interaction.touch_angstrom();
+    for (beyond, enlarged) in [(0.0, false), (0.3, false), (0.5, true), (2.0, true)] {
+        job.spec.settings.contact_angstrom = reach + beyond;
+        let skin = job.variables(&[], false).into_iter().find(|(k, _)| k == "skin").map(|(_, v)| v.parse::<f64>());
+        assert_eq!(skin.is_some(), enlarged, "{beyond}");
+        assert!(skin.is_none_or(|skin| skin.expect("a number") > beyond), "{beyond}");
+    }
 }
 
 #[test]

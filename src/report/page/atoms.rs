@@ -34,13 +34,10 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
                 " that an elastic foundation of " (atoms.foundation_cells) " lattice constants moves"
             } @else { " that do not" }
             ", under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "
-            (atoms.potential) ". "
-            @if let Some(r) = &atoms.repulsion {
-                "Repulsion between indenter and block: Lennard-Jones, ε = " (trimmed(r.epsilon_ev, 5)) " eV, σ = "
-                (trimmed(r.sigma_angstrom, 5)) " Å, cut off at its minimum; an atom is in contact within d_c = "
-                (trimmed(r.contact_distance_angstrom, 5)) " Å. "
-            }
-            "Engine: " (atoms.engine) "." }
+            (atoms.potential) ". Repulsion between indenter and block: Lennard-Jones, ε = "
+            (trimmed(atoms.repulsion.epsilon_ev, 5)) " eV, σ = " (trimmed(atoms.repulsion.sigma_angstrom, 5))
+            " Å, cut off at its minimum; an atom is in contact within d_c = "
+            (trimmed(atoms.repulsion.contact_distance_angstrom, 5)) " Å. Engine: " (atoms.engine) "." }
         @if !atoms.audit.is_empty() { h3 { "Scaling audit" } (audit(&atoms.audit)) }
         h3 { @if atoms.from_continuum { "Loads" } @else { "Load steps" } }
         @if let Some(steps) = load_steps(writer, atoms)? { (steps) }
