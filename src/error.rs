@@ -109,6 +109,13 @@ fn lines(file: &Path, list: &[(Option<usize>, String)]) -> String {
     lines.join("\n")
 }
 
+/// At most 1000 characters, control characters escaped.
+fn one_line(text: &str) -> String {
+    let cut = text.char_indices().nth(1000).map_or(text, |(end, _)| &text[..end]);
+    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+    cut.chars().map(escape).collect()
+}
+
 fn kept(partial: &Option<PathBuf>) -> String {
     partial.as_ref().map_or(String::new(), |p| format!("; the partial result is kept in {}", p.display()))
 }
@@ -135,8 +142,10 @@ impl Error {
         }
     }
 
+    /// A file that cannot be used. What was found there may be any text; the message shows it in one line.
     pub fn format(file: impl AsRef<Path>, found: impl ToString, accepted: impl ToString) -> Self {
-        Error::Format { file: file.as_ref().to_path_buf(), found: found.to_string(), accepted: accepted.to_string() }
+        let found = one_line(&found.to_string());
+        Error::Format { file: file.as_ref().to_path_buf(), found, accepted: accepted.to_string() }
     }
 
     /// For `map_err`: `File::open(p).map_err(Error::io("open", p))`.

@@ -106,7 +106,7 @@ impl<'p> IterationControl<'p> {
             problem,
             observer,
             case,
-            scale: problem.stress_scale(case.pressure),
+            scale: problem.stress_scale(case.rms_height, case.pressure),
             floor,
             stall_floor: floor,
             clock: Instant::now(),

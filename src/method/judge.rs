@@ -251,7 +251,8 @@ mod tests {
         let (mut gap, mut stress) = (state.gap.to_vec(), state.stress.to_vec());
         let mut state = State { gap: Field::F64(&[]), stress: Field::F64(&[]), ..state };
         damage(&mut state, &mut gap, &mut stress);
-        let judge = judge(&problem, true, problem.heights.rms(), problem.stress_scale(PRESSURE));
+        let rms = problem.heights.rms();
+        let judge = judge(&problem, true, rms, problem.stress_scale(rms, PRESSURE));
         judge.decide(Ending::Met, &state, &gap, &stress)
     }
 

@@ -137,6 +137,13 @@ pub struct Problem<'a> {
     pub settings: Settings,
 }
 
+/// A pressure counts as zero beside adhesion if its residual cannot be reduced to this many times its rounding.
+const ROUNDING_STEPS: f64 = 10.0;
+
+/// Largest residual due to rounding, over the pressure, with which a solve is begun. On 256² points (h_rms = 1e-3 L) `fast`
+/// ends after 2 s at 1.9e-7, after 12 s at 3.8e-7 and at its limit of iterations at 1.9e-6.
+const MOST_ROUNDING: f64 = 2e-7;
+
 impl<'a> Problem<'a> {
     /// Heights `[ny, nx]` (units of L) or a Fourier series on a half-space with a hard wall and without adhesion, in
     /// f64, to a residual of 1e-8 of the pressure.
@@ -255,16 +262,21 @@ impl<'a> Problem<'a> {
     }
 
     /// Stress (E*) by which residuals are divided: the mean pressure. Where it is zero but for rounding, as on a load
-    /// path that passes through zero, adhesion sets the scale: the stress γ/ρ, at most 0.01 E*. Without adhesion no
+    /// path that passes through zero, adhesion sets the scale: the stress γ/ρ, at most 0.01 E*. Smaller pressures than
+    /// rounding permits at the tolerance count as such a pressure if the adhesive stress exceeds it. Without adhesion no
     /// stress acts under zero pressure, and any scale will do.
-    pub fn stress_scale(&self, pressure: f64) -> f64 {
+    pub fn stress_scale(&self, rms_height: f64, pressure: f64) -> f64 {
         const NONE: f64 = 1e-12;
         const SMALL: f64 = 0.01;
+        let pressure = pressure.abs();
         match self.adhesion {
-            Adhesion::None if pressure != 0.0 => pressure.abs(),
+            Adhesion::None if pressure != 0.0 => pressure,
             Adhesion::None => SMALL,
-            law if pressure.abs() < NONE => pressure.abs().max((law.work_of_adhesion() / law.range()).min(SMALL)),
-            _ => pressure.abs(),
+            law => {
+                let attraction = (law.work_of_adhesion() / law.range()).min(SMALL);
+                let negligible = ROUNDING_STEPS * self.rounding(Precision::F64, rms_height) / self.tolerance;
+                pressure.max(if pressure < NONE { attraction } else { attraction.min(negligible) })
+            }
         }
     }
 
@@ -294,11 +306,25 @@ impl<'a> Problem<'a> {
         self.stiffness_range().1
     }
 
-    /// Lower bound of the rms residual over the pressure due to rounding of the fields: the round-off of the
-    /// displacement of the stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls
-    /// between 1.5e-4 and 3e-4, which is 1.4 to 2.7 times the bare product.
+    /// Lower bound of the rms residual (E*) due to rounding of the fields: the round-off of the displacement of the
+    /// stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls between 1.5e-4 and
+    /// 3e-4 of the pressure, which is 1.4 to 2.7 times the bare product.
+    fn rounding(&self, precision: Precision, rms_height: f64) -> f64 {
+        3.0 * precision.epsilon() * self.stiffest_mode() * rms_height
+    }
+
+    /// The rounding of the residual over its scale under a pressure.
     pub fn rounding_floor(&self, rms_height: f64, pressure: f64) -> f64 {
-        3.0 * self.precision.epsilon() * self.stiffest_mode() * rms_height / self.stress_scale(pressure)
+        self.rounding(self.precision, rms_height) / self.stress_scale(rms_height, pressure)
+    }
+
+    /// Lowest pressure (E*) above zero that presses a hard wall without adhesion with more stress than the rounding of
+    /// the heights is worth. Below, a single node carries the load; zero if there is no such limit.
+    pub fn least_pressure(&self) -> f64 {
+        if self.adhesion != Adhesion::None || self.wall != Wall::Hard {
+            return 0.0;
+        }
+        self.rounding(Precision::F64, self.heights.rms()) / MOST_ROUNDING
     }
 }
 
@@ -405,7 +431,11 @@ impl State<'_> {
         tolerance: f64,
         partial: Option<PathBuf>,
     ) -> Error {
-        let (why, State { iterations, residual, .. }) = (why.to_string(), *self);
+        let (mut why, State { iterations, residual, .. }) = (why.to_string(), *self);
+        if self.stop == Stop::RoundingFloor {
+            why.push_str("; accepted: a larger tolerance or load");
+            why.push_str(if let Field::F32(_) = self.gap { ", or double precision" } else { "" });
+        }
         Error::NotConverged { method, why, iterations, residual, tolerance, partial }
     }
 }

@@ -182,7 +182,7 @@ impl Path<'_> {
     /// direction of the search, so the pressure is continuous at the limit. With adhesion several approaches within
     /// the jump of one summit may have the target pressure; one of them is found.
     fn search(&self, (mut low, mut high): (f64, f64), target: f64) -> (f64, Stop, usize) {
-        let scale = self.problem.stress_scale(target);
+        let scale = self.problem.stress_scale(self.problem.heights.rms(), target);
         for iteration in 0..HALVINGS {
             let depth = 0.5 * (low + high);
             let found = self.asperities.pressure(depth);
@@ -228,13 +228,14 @@ impl Estimator for Path<'_> {
         paint(grid, spots.iter().copied(), &mut self.stress);
         let patches: Vec<f64> = spots.iter().map(|s| PI * s.radius.powi(2)).collect();
         let mean_gap = require::undeformed_gap(&self.heights, depth, &mut self.gap);
+        let scale = self.problem.stress_scale(self.problem.heights.rms(), pressure);
         Ok(Estimate {
             contact_fraction: (patches.iter().sum::<f64>() / (grid.lx * grid.ly)).min(1.0),
             mean_gap: Some(mean_gap),
             gap: Some(&self.gap),
             stress: Some(&self.stress),
             patches: Some(patches),
-            load_error: (mean(&self.stress) - pressure).abs() / self.problem.stress_scale(pressure),
+            load_error: (mean(&self.stress) - pressure).abs() / scale,
             stop,
             iterations,
             seconds: clock.elapsed().as_secs_f64(),

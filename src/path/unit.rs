@@ -1,10 +1,10 @@
 //! Load paths in the unit of the surface's heights ([`Scale`]).
 
 use super::{Begin, LoadPath, Reached};
-use crate::Result;
 use crate::grid::Field;
-use crate::method::{CoarseState, Iteration, Observer, Scale, SnapshotRef};
+use crate::method::{CoarseState, Iteration, Load, Observer, Scale, SnapshotRef};
 use crate::record::results::{Extrapolated, PullOff, ValueWithError};
+use crate::{Error, Result};
 use std::ops::ControlFlow;
 
 impl LoadPath<'_> {
@@ -15,8 +15,8 @@ impl LoadPath<'_> {
     /// gradient alone.
     ///
     /// # Errors
-    /// Loads that the method does not support or that are not representable over the heights, and the errors of
-    /// `visit`.
+    /// Loads that the method does not support, that are not representable over the heights or below
+    /// [`least_pressure`](crate::method::Problem::least_pressure), and the errors of `visit`.
     pub fn walk(
         &self,
         begin: Option<Begin>,
@@ -26,6 +26,7 @@ impl LoadPath<'_> {
     ) -> Result<Option<PullOff>> {
         let scale = Scale::of(&self.problem.heights);
         let loads = scale.loads(&self.problem, self.loads)?;
+        self.check_rounding()?;
         if scale.is_one() {
             return self.walk_in_unit(scale, begin, pulls_off, observer, visit);
         }
@@ -59,6 +60,20 @@ impl LoadPath<'_> {
             )
         })?;
         Ok(pulled.map(|found| pull_off(scale, found)))
+    }
+}
+
+impl LoadPath<'_> {
+    /// # Errors
+    /// `Input` for a pressure above zero that rounding of the heights exceeds.
+    fn check_rounding(&self) -> Result<()> {
+        let least = self.problem.least_pressure();
+        let below = |load: &&Load| matches!(load, Load::Pressure(p) if *p > 0.0 && *p < least);
+        let Some(Load::Pressure(found)) = self.loads.iter().find(below) else { return Ok(()) };
+        let accepted = format!(
+            "at least {least:.1e} E*: rounding of the heights hides smaller stresses; check the units of load and modulus"
+        );
+        Err(Error::input("problem", "pressure", format!("{found:e} E*"), accepted))
     }
 }
 

@@ -218,15 +218,27 @@ pub struct Reader<R = BufReader<File>> {
 /// Larger shapes are treated as a damaged header (64 times the largest grid of the challenge).
 const MOST_ENTRIES: usize = 1 << 34;
 
-/// Reader that counts the bytes read.
-struct Counted<'a, R>(&'a mut R, u64);
+/// Longest header that is read, bytes. NumPy writes 118 for a field; a header of version 2 or 3 may claim 4 GB.
+const LONGEST_HEADER: u32 = 1 << 16;
 
-impl<R: Read> Read for Counted<'_, R> {
-    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
-        let n = self.0.read(bytes)?;
-        self.1 += n as u64;
-        Ok(n)
+/// The header at the start of a source, and its length in bytes. Its memory is allocated before it is read, so its length is
+/// checked.
+///
+/// # Errors
+/// A description of what is damaged.
+pub(super) fn read_header(source: &mut impl Read) -> std::result::Result<(Header, u64), String> {
+    let mut start = [0; 12];
+    source.read_exact(&mut start).map_err(|e| e.to_string())?;
+    let [.., version, _, a, b, c, d] = start;
+    let (prefix, length) = match version {
+        1 => (10, u16::from_le_bytes([a, b]).into()),
+        _ => (12, u32::from_le_bytes([a, b, c, d])),
+    };
+    if length > LONGEST_HEADER {
+        return Err(format!("its length is {length} bytes, above {LONGEST_HEADER}"));
     }
+    let header = Header::from_reader(&mut (&start[..]).chain(source)).map_err(|e| e.to_string())?;
+    Ok((header, prefix + u64::from(length)))
 }
 
 impl Reader {
@@ -239,8 +251,7 @@ impl Reader {
 }
 
 /// The parser of headers explains syntax errors in several lines; the last one names what was expected.
-fn damaged(path: &Path, e: &impl std::fmt::Display) -> Error {
-    let text = e.to_string();
+fn damaged(path: &Path, text: &str) -> Error {
     let what = text.lines().last().unwrap_or_default().trim_start_matches([' ', '=']);
     Error::format(path, format!("a damaged header ({what})"), "a .npy file")
 }
@@ -248,9 +259,7 @@ fn damaged(path: &Path, e: &impl std::fmt::Display) -> Error {
 impl<R: Read> Reader<R> {
     /// Reads `length` bytes of a source; errors name `path`.
     pub(super) fn of(mut source: R, length: u64, path: &Path) -> Result<Self> {
-        let mut counted = Counted(&mut source, 0);
-        let header = Header::from_reader(&mut counted).map_err(|e| damaged(path, &e))?;
-        let start = counted.1;
+        let (header, start) = read_header(&mut source).map_err(|e| damaged(path, &e))?;
         let descriptor = header.type_descriptor.to_string();
         let name = descriptor.trim_matches(['\'', '"']);
         let stored = DType::named(name).ok_or_else(|| {

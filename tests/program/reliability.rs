@@ -240,10 +240,13 @@ fn hostile_headers_are_refused() {
         fs::write(&file, &bytes).expect("written");
         refused_quickly(&arguments, "h.npy");
     }
-    let mut bytes = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
-    bytes.extend(header("(2, 2)").as_bytes());
-    fs::write(&file, &bytes).expect("written");
-    refused_quickly(&arguments, "h.npy");
+    for version in [2, 3] {
+        let mut bytes = b"\x93NUMPY".to_vec();
+        bytes.extend([version, 0, 0xff, 0xff, 0xff, 0xff]);
+        bytes.extend(header("(2, 2)").as_bytes());
+        fs::write(&file, &bytes).expect("written");
+        refused_quickly(&arguments, "a damaged header (its length is 4294967295 bytes");
+    }
 }
 
 /// Files that have no end, or whose opening may not.

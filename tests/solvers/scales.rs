@@ -20,6 +20,10 @@ const DECIMAL: f64 = 1e-8;
 /// its search elsewhere in another unit.
 const ESTIMATE: f64 = 1e-6;
 
+/// Mean gaps under pressures of zero and below 1e-9 E* of the same adhesive contact: the residual under zero pressure is 1e-8
+/// of the adhesive stress.
+const SMALL_LOADS: f64 = 1e-6;
+
 /// Contact fraction, mean gap, largest pressure, all in multiples of the factor.
 #[derive(Debug, Clone, PartialEq)]
 struct Contact {
@@ -191,13 +195,55 @@ fn small_loads_are_solved_or_reported() {
     }
 }
 
+/// A pressure whose stress the rounding of the heights exceeds is refused before the solve; above the limit it is solved
+/// to a tolerance that rounding permits.
+#[test]
+fn pressures_below_rounding_are_refused() {
+    let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
+    let body = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
+    for kernel in [Elastic::HalfSpace, body] {
+        let problem = Problem { kernel, tolerance: 1e-5, ..Problem::new(grid, &heights) };
+        let least = problem.least_pressure();
+        let walk = |pressure: f64| {
+            let loads = [Load::Pressure(pressure)];
+            let path = LoadPath::new(problem.clone(), method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+            path.walk(None, false, &NoObserver, |_, reached| {
+                assert_eq!(reached.state.stop, Stop::Converged, "{kernel}: {}", reached.state.residual);
+                Ok(())
+            })
+        };
+        walk(1.01 * least).unwrap_or_else(|e| panic!("{kernel}: {e}"));
+        walk(0.0).unwrap_or_else(|e| panic!("{kernel}: {e}"));
+        let error = walk(0.5 * least).expect_err("refused").to_string();
+        assert!(error.starts_with("problem: pressure = ") && error.contains("at least"), "{kernel}: {error}");
+    }
+}
+
+/// With adhesion the contact under small pressures of either sign is that of no pressure.
+#[test]
+fn small_loads_on_adhesive_contact_are_solved() {
+    let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
+    let problem = Problem { adhesion: Adhesion::exponential(2e-3, 2e-2), ..Problem::new(grid, &heights) };
+    for id in ["fast", "bvm"] {
+        let mean_gaps = [0.0, 1e-14, 1e-12, -1e-11, 1e-10, 1e-9, -1e-9].map(|pressure| {
+            let started = method::find(id).unwrap().start(&problem, &NoObserver).expect("started");
+            let mut run = started.solver().expect("a solver");
+            let state = run.equilibrate(Load::Pressure(pressure)).expect("solved");
+            assert_eq!(state.stop, Stop::Converged, "{id} {pressure:e}: {}", state.residual);
+            state.mean_gap
+        });
+        assert!(mean_gaps.iter().all(|g| near(*g, mean_gaps[0], SMALL_LOADS)), "{id}: {mean_gaps:?}");
+    }
+}
+
 /// Values that over- or underflow in reduced units: one line that names the flag.
 #[test]
 fn values_out_of_range_are_refused() {
     let scratch = tempfile::tempdir().expect("scratch");
     let map = scratch.path().join("map.txt");
     std::fs::write(&map, "0 1 0\n1 2 1\n0 1 3\n").expect("written");
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
+        (&["--pressure", "1e-18", "--modulus", "1"], "pressure = 1e-18 E*"),
         (&["--pressure", "1e308", "--modulus", "1e-10"], "--pressure = 1e308"),
         (&["--pressure", "1e-308", "--modulus", "1e10"], "--pressure = 1e-308"),
         (&["--pressure", "1", "--modulus", "5e-324"], "--modulus = 5e-324"),

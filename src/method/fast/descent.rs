@@ -115,7 +115,7 @@ impl Task<'_> {
     pub(super) fn scale(&self, pressure: f64, residuals: &Residuals) -> f64 {
         let pull = if self.range > 0.0 { residuals.interaction.abs() / self.range } else { 0.0 };
         match self.load {
-            Load::Pressure(p) => self.problem.stress_scale(p),
+            Load::Pressure(p) => self.problem.stress_scale(self.rms_height, p),
             Load::MeanGap(target) => {
                 // Stresses for which rounding exceeds the tolerance count as zero.
                 let height = self.rms_height.max(target);

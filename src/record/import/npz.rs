@@ -7,7 +7,6 @@ use super::source::check_ratio;
 use crate::error::{Error, Result};
 use crate::record::atomic_file::open_regular;
 use crate::record::npy::{self, DType};
-use ndarray_npy::npy::header::Header;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -88,7 +87,7 @@ fn reader<'a>(path: &Path, archive: &'a mut Archive, name: &str) -> Result<npy::
 
 /// Takes in an array of numbers, flags or words with at most one dimension; others are ignored.
 fn take_small(stated: &mut Attributes, name: String, mut entry: impl Read) {
-    let Ok(header) = Header::from_reader(&mut entry) else { return };
+    let Ok((header, _)) = npy::read_header(&mut entry) else { return };
     let mut bytes = Vec::new();
     if header.shape.len() > 1 || entry.take(SMALL).read_to_end(&mut bytes).is_err() {
         return;
