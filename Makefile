@@ -81,7 +81,7 @@ damage:
 	cargo bench --locked --bench measure -- damage --inputs $(INPUTS)
 
 kills:
-	cargo bench --locked --bench measure -- kills
+	cargo bench --locked --bench measure -- kills $(SMALL)
 
 lint:
 	cargo fmt --all --check

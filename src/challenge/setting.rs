@@ -134,8 +134,14 @@ fn heights(data: &ChallengeData, of: &Statistic) -> AcceptanceCheck {
         return item.not_assessed("the grid does not resolve the whole spectrum: 2002 points per side do");
     }
     let ([printed, digit], [alike, width]) = (of.printed, of.alike);
+    let extreme = if of.symbol.contains('-') { sampling(data) } else { 0.0 };
+    if extreme > width {
+        let points = (data.length_um / (4.0 * SUMMIT_RADIUS_UM * width).sqrt()).ceil();
+        return item.not_assessed(format!(
+            "the extrema of the surface lie between the nodes; {points} points per side find them"
+        ));
+    }
     if data.is_imported() {
-        let extreme = if of.symbol.contains('-') { sampling(data) } else { 0.0 };
         return data.of_roughness(item, |item| {
             let reason = "the paper's own surface, to the last printed digit and what lies between nodes";
             item.near(Some(found.realised), printed, digit + extreme, reason)

@@ -320,6 +320,12 @@ fn statements_below_the_grid_spacing_are_not_assessed() {
     for id in of_roughness {
         assert_eq!(status(&smooth, id), CheckStatus::NotAssessed, "{id}");
     }
+    // Extrema between the nodes.
+    let mut few = agreeing();
+    with(&mut few).nx = 128;
+    for id in ["S04b", "S04c"] {
+        assert_eq!(status(&few, id), CheckStatus::NotAssessed, "{id}");
+    }
     let mut one = agreeing();
     one.cross_check = None;
     assert_eq!(status(&one, "S24"), CheckStatus::NotAssessed);

@@ -22,7 +22,7 @@ mod sweep;
 mod tradeoff;
 
 use crate::{Error, Result};
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -114,13 +114,15 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
             if let Some(complaint) = no_number(&e) {
                 return Err(complaint);
             }
-            // Help and version are answers; everything else is bad input, with clap's message.
-            if e.use_stderr() {
-                output::eprint(e.render().to_string().trim_end());
-                return Ok(ExitCode::from(2));
+            // Help and version are answers; everything else is bad input.
+            if !e.use_stderr() {
+                output::note_failure(e.print());
+                return Ok(ExitCode::SUCCESS);
             }
-            output::note_failure(e.print());
-            return Ok(ExitCode::SUCCESS);
+            let text = e.render().to_string();
+            let help_only = e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+            output::eprint(&if help_only { text } else { format!("asperity: error: {}", one_line(&text)) });
+            return Ok(ExitCode::from(2));
         }
     };
     let accepted = || format!("0 for all cores, or up to {MOST_THREADS}");
@@ -167,6 +169,14 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The message of clap without its usage, in one line.
+fn one_line(text: &str) -> String {
+    let said =
+        text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
+    let said: Vec<&str> = said.filter(|line| !line.is_empty()).collect();
+    format!("command line: {}; see --help", said.join("; ").trim_start_matches("error: ").replace(":; ", ": "))
+}
+
 /// The complaint about an argument that should be a number: clap's own does not say what is accepted.
 fn no_number(e: &clap::Error) -> Option<Error> {
     use std::error::Error as _;
@@ -203,8 +213,16 @@ mod tests {
             assert!(text.contains("--") && text.contains(accepted), "{text}");
             assert_eq!(complaint.exit_code(), 2);
         }
-        let unknown = Arguments::try_parse_from(["asperity", "solve", "--never"]).expect_err("refused");
-        assert!(no_number(&unknown).is_none());
+        let said = |arguments: &[&str]| {
+            let e = Arguments::try_parse_from(arguments).expect_err("refused");
+            assert!(no_number(&e).is_none());
+            one_line(&e.render().to_string())
+        };
+        let unknown = said(&["asperity", "solve", "map.npy", "--pressre", "1"]);
+        assert!(unknown.starts_with("command line: unexpected argument '--pressre' found; tip: "), "{unknown}");
+        let missing = said(&["asperity", "solve"]);
+        assert!(missing.contains("not provided: <") && missing.contains("--p-star"), "{missing}");
+        assert!(!(missing + &unknown).contains('\n'));
     }
 
     /// Arguments without help, as `command argument`, of a command and its subcommands.

@@ -46,7 +46,10 @@ pub(super) fn below_hardness(load: Load, largest: f64, id: &str) -> Result<()> {
             refuse(id, "mean gap", format!("{g:e} L"), "a pressure: with a hardness no other load is imposed")
         }
         Load::Pressure(p) if p >= largest => {
-            let accepted = format!("less than {largest:e} E*, which the contact carries where every node flows");
+            let accepted = format!(
+                "less than {largest:e} E*, at which every node flows: a smaller load (--pressure, [load]) or a larger hardness \
+                 (--hardness, continuum.hardness_gpa)"
+            );
             refuse(id, "pressure", format!("{p:e} E*"), accepted)
         }
         _ => Ok(()),

@@ -51,7 +51,6 @@ impl fmt::Display for Provenance {
         if let Some(channel) = &self.channel {
             write!(f, ", channel {channel:?}")?;
         }
-        write!(f, ", {} x {} points on {}", self.nx, self.ny, self.extent)?;
         match &self.unit {
             Some(unit) => write!(f, ", heights in {unit}")?,
             None => write!(f, ", unit not declared")?,
@@ -62,8 +61,13 @@ impl fmt::Display for Provenance {
             (false, _) => "not periodic",
         };
         let touching = self.touching.replace('-', " ");
-        write!(f, ", {touching} touch first, {repeats}, {:.3} % filled", 100.0 * self.filled_share)?;
-        self.preparation.iter().try_for_each(|step| write!(f, "; {step}"))
+        write!(f, ", {touching} touch first, {repeats}")?;
+        if !self.preparation.iter().any(|step| step.starts_with("fill")) {
+            write!(f, ", no points filled")?;
+        }
+        self.preparation.iter().try_for_each(|step| write!(f, "; {step}"))?;
+        let prepared = if self.preparation.is_empty() { ", " } else { "; prepared: " };
+        write!(f, "{prepared}{} x {} points on {}", self.nx, self.ny, self.extent)
     }
 }
 

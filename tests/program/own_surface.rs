@@ -245,6 +245,8 @@ fn loads_are_pressures_forces_gaps_or_contact_fractions() {
     let contact = number(reference, "contact_fraction");
     let found = number(&solve(&["--modulus", "2GPa", "--contact", &contact.to_string()])[0], "contact_fraction");
     assert!((found - contact).abs() <= (CONTACT * contact).max(1.0 / (NX * NY) as f64) + ROUNDING, "{found} {contact}");
+    let percent = format!("{}%", 100.0 * contact);
+    assert_eq!(number(&solve(&["--modulus", "2GPa", "--contact", &percent])[0], "contact_fraction"), found);
     // Ranges, and the unloading branch.
     let range = solve(&["--modulus", "2GPa", "--pressure", "log:1MPa:100MPa:3", "--work-of-adhesion", "0"]);
     let pressures: Vec<f64> = range.iter().map(|s| number(s, "pressure")).collect();

@@ -51,7 +51,7 @@ pub(super) struct LoadFlags {
     /// Displacements from first contact instead: mean gap at first contact minus mean gap.
     #[arg(long, value_name = "D", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     displacement: Vec<LoadItem>,
-    /// Contact fractions instead, such as 0.05. The pressures that give them are found first.
+    /// Contact fractions instead, such as 0.05 or 5%. The pressures that give them are found first.
     #[arg(long, value_name = "A", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     contact: Vec<LoadItem>,
 }
@@ -89,7 +89,10 @@ impl LoadFlags {
             displacement_um: expanded("--displacement", &self.displacement, &|m| {
                 units.lengths.of("--displacement", m)
             })?,
-            contact: expanded("--contact", &self.contact, &plain("--contact"))?,
+            contact: expanded("--contact", &self.contact, &|m| match m.unit.as_deref() {
+                Some("%") => Ok(m.value / 100.0),
+                _ => plain("--contact")(m),
+            })?,
             ..LoadScene::default()
         })
     }
