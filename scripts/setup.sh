@@ -35,6 +35,13 @@ has_python() { "$python/bin/python" -c "import $python_modules" >/dev/null 2>&1;
 has_venv() { has python3 && python3 -c "import venv, ensurepip" >/dev/null 2>&1; }
 wants_python() { [ "$need_lammps" = no ] && ! has_python; }
 
+# OVITO reads the frames in the same tests; in an environment of its own, because it needs Qt.
+ovito=target/ovito
+ovito_packages="ovito PySide6_Essentials shiboken6 traits numpy"
+qt_libraries="libdbus-1-3 libegl1 libfontconfig1 libgl1 libglib2.0-0 libgssapi-krb5-2 libxkbcommon0"
+has_ovito() { "$ovito/bin/python" -c "import ovito.io" >/dev/null 2>&1; }
+wants_ovito() { [ "$need_lammps" = no ] && ! has_ovito; }
+
 has_browser() { has chromium || has chromium-browser || has google-chrome; }
 wants_browser() { [ "$need_lammps" = no ] && ! has_browser; }
 
@@ -48,6 +55,7 @@ packages=""
 wants_browser && packages="$packages chromium"
 wants_axe && ! has npm && packages="$packages npm"
 wants_python && ! has_venv && packages="$packages python3-venv"
+wants_ovito && packages="$packages $qt_libraries"
 has_compiler || packages="$packages build-essential"
 has_lammps || packages="$packages lammps"
 
@@ -88,6 +96,14 @@ if wants_python && has_venv; then
         echo "setup: $python could not be created" >&2
 fi
 
+if wants_ovito && has_venv; then
+    echo "setup: creating $ovito with $ovito_packages" >&2
+    # Without the dependencies of the package, most of which draw.
+    # shellcheck disable=SC2086 # a list of words
+    python3 -m venv "$ovito" && "$ovito/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps $ovito_packages ||
+        echo "setup: $ovito could not be created" >&2
+fi
+
 if wants_axe && has npm; then
     echo "setup: installing axe-core $axe_version into $axe" >&2
     npm install --silent --no-audit --no-fund --prefix "$axe" "axe-core@$axe_version" ||
@@ -106,6 +122,18 @@ if wants_python; then
 ***  PACKAGE AND READING results.nc AND FRAMES ARE NOT TESTED, or fail if the ***
 ***  environment exists without one of the packages.                          ***
 ***  On Debian: apt-get install python3-venv, and access to PyPI              ***
+*********************************************************************************
+
+WORDS
+fi
+if wants_ovito; then
+    # Half an environment would be a failure of the tests.
+    rm -rf "$ovito"
+    cat >&2 <<'WORDS'
+
+*********************************************************************************
+***  OVITO could not be installed: READING FRAMES IN OVITO IS NOT TESTED.     ***
+***  On Debian: apt-get install libegl1 libgl1, and access to PyPI            ***
 *********************************************************************************
 
 WORDS
@@ -131,7 +159,7 @@ if wants_axe; then
 WORDS
 fi
 if has_lammps; then
-    if wants_python || wants_browser || wants_axe; then :; else echo "setup: everything is installed" >&2; fi
+    if wants_python || wants_ovito || wants_browser || wants_axe; then :; else echo "setup: everything is installed" >&2; fi
 elif [ "$need_lammps" = no ]; then
     cat >&2 <<'WORDS'
 

@@ -1,7 +1,7 @@
-//! A run's `results.nc` in h5py, xarray and netCDF4, and its frames in ASE: the files open, and their contents agree with
+//! A run's `results.nc` in h5py, xarray and netCDF4, and its frames in ASE and OVITO: the files open, and their contents agree with
 //! the other files of the run.
 //!
-//! `scripts/setup.sh --tests` creates the environment `target/python`. A module that it lacks is a failure.
+//! `scripts/setup.sh --tests` creates the environments `target/python` and `target/ovito`. A module that it lacks is a failure.
 
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
@@ -9,20 +9,22 @@ use crate::tools;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-fn python() -> Option<PathBuf> {
+/// The Python of `target/NAME`, which has these modules.
+fn python_of(name: &str, modules: &str) -> Option<PathBuf> {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent()?;
-    let path = target.join("python/bin/python");
+    let path = target.join(name).join("bin/python");
     if !path.exists() {
-        tools::skip(
-            "python",
-            "target/python does not exist; scripts/setup.sh --tests creates it where PyPI can be reached",
-        );
+        let reason = "does not exist; scripts/setup.sh --tests creates it where PyPI can be reached";
+        tools::skip(name, &format!("target/{name} {reason}"));
         return None;
     }
-    let imports =
-        Command::new(&path).args(["-c", "import ase, h5py, xarray, h5netcdf, netCDF4"]).output().expect("started");
+    let imports = Command::new(&path).args(["-c", &format!("import {modules}")]).output().expect("started");
     assert!(imports.status.success(), "run scripts/setup.sh --tests: {}", stderr(&imports));
     Some(path)
+}
+
+fn python() -> Option<PathBuf> {
+    python_of("python", "ase, h5py, xarray, h5netcdf, netCDF4")
 }
 
 fn check(python: &Path, script: &str, run: &Path) -> String {
@@ -55,7 +57,7 @@ fn a_run_opens_in_h5py_xarray_and_netcdf4() {
 }
 
 #[test]
-fn frames_open_in_ase() {
+fn frames_open_in_ase_and_ovito() {
     let Some(python) = python() else { return };
     let Some(_lammps) = lammps(1) else { return };
     let scratch = tempfile::tempdir().expect("scratch");
@@ -64,4 +66,6 @@ fn frames_open_in_ase() {
     let output = asperity().arg("run").arg(scene).arg("--out").arg(&out).output().expect("started");
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(check(&python, "check_frames.py", &out), "checked: ASE");
+    let Some(ovito) = python_of("ovito", "ovito.io") else { return };
+    assert_eq!(check(&ovito, "check_frames_ovito.py", &out), "checked: OVITO");
 }
