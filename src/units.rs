@@ -59,6 +59,16 @@ pub fn newtons_per(unit: &str) -> Option<f64> {
     })
 }
 
+/// Newtons per metre of one unit of energy per area, if it is known.
+pub fn newtons_per_metre(unit: &str) -> Option<f64> {
+    Some(match unit.trim() {
+        "J/m2" | "J/m^2" | "J/m²" | "N/m" => 1.0,
+        "mJ/m2" | "mJ/m^2" | "mJ/m²" | "mN/m" => 1e-3,
+        "uJ/m2" | "uJ/m^2" | "\u{b5}J/m²" | "\u{3bc}J/m²" => 1e-6,
+        _ => return None,
+    })
+}
+
 /// A number with or without a unit, as a person writes it: `20`, `20um`, `20 µm`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measure {

@@ -77,16 +77,19 @@ pub fn slope_warnings(rms_gradient: f64) -> Option<String> {
 /// far larger than those inside.
 pub fn seam_warning(grid: Grid, heights: &[f64]) -> Option<String> {
     let [x, y] = seams(grid, heights);
-    let (axis, worse) = if y.ratio() > x.ratio() { ("y", y) } else { ("x", x) };
     // Without differences inside, any step is a seam.
-    (worse.ratio() > SEAM).then(|| {
+    let found: Vec<_> = [("x", x), ("y", y)].into_iter().filter(|(_, seam)| seam.ratio() > SEAM).collect();
+    (!found.is_empty()).then(|| {
+        let list = |of: &dyn Fn(&(&str, Seam)) -> String| found.iter().map(of).collect::<Vec<_>>().join(" and ");
+        let axes = list(&|(axis, _)| axis.to_string());
+        let times = list(&|(_, seam)| format!("{:.1}", seam.ratio().sqrt()));
         let total = x.inside + x.across + y.inside + y.across;
         let share = 100.0 * (x.across + y.across) / total;
+        let digits = if share < 1.0 { 2 } else { 0 };
         format!(
-            "the map does not repeat along {axis}: heights differ across its edges by {:.1} times as much as neighbours inside (rms), which is \
-             {share:.0} % of the squared gradient; `--edges taper|mirror` makes it repeat and `--non-periodic` solves it as a patch, with \
-             `--detrend plane` first if it is tilted",
-            worse.ratio().sqrt()
+            "the map does not repeat along {axes}: heights differ across its edges by {times} times as much as neighbours inside (rms), which is \
+             {share:.digits$} % of the squared gradient; `--edges taper|mirror` makes it repeat and `--non-periodic` solves it as a patch, with \
+             `--detrend plane` first if it is tilted"
         )
     })
 }

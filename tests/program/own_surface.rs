@@ -247,6 +247,16 @@ fn loads_are_pressures_forces_gaps_or_contact_fractions() {
     assert!((found - contact).abs() <= (CONTACT * contact).max(1.0 / (NX * NY) as f64) + ROUNDING, "{found} {contact}");
     let percent = format!("{}%", 100.0 * contact);
     assert_eq!(number(&solve(&["--modulus", "2GPa", "--contact", &percent])[0], "contact_fraction"), found);
+    // The file has heights in m: 50 mJ/m² are 5e-11 GPa m.
+    let adhesive = |[work, range, thickness]: [&str; 3]| {
+        let flags = ["--modulus", "2GPa", "--pressure", "10MPa", "--work-of-adhesion", work, "--adhesion-range", range];
+        solve(&[&flags[..], &["--thickness", thickness]].concat())
+    };
+    let [named, plain] = [["50mJ/m2", "200nm", "5um"], ["5e-11", "2e-7", "5e-6"]].map(adhesive);
+    for key in ["energy", "mean_gap", "contact_fraction"] {
+        let [named, plain] = [&named, &plain].map(|states| number(&states[0], key));
+        assert!((named / plain - 1.0).abs() < ROUNDING, "{key}: {named} {plain}");
+    }
     // Ranges, and the unloading branch.
     let range = solve(&["--modulus", "2GPa", "--pressure", "log:1MPa:100MPa:3", "--work-of-adhesion", "0"]);
     let pressures: Vec<f64> = range.iter().map(|s| number(s, "pressure")).collect();
@@ -259,6 +269,10 @@ fn loads_are_pressures_forces_gaps_or_contact_fractions() {
         (&["--modulus", "2GPa", "--pressure", "log:0:1:3"], "between positive numbers"),
         (&["--modulus", "2GPa", "--contact", "1.5"], "between 0 and 1"),
         (&["--modulus", "2GPa", "--displacement", "1"], "less than"),
+        (&["--modulus", "2GPa", "--pressure", "1", "--work-of-adhesion", "50mJ"], "--work-of-adhesion = 50 mJ"),
+        (&["--modulus", "2", "--pressure", "1", "--work-of-adhesion", "50mJ/m2"], "modulus times length"),
+        (&["--modulus", "2GPa", "--pressure", "1", "--thickness", "5K"], "--thickness = 5 K"),
+        (&["--modulus", "2GPa", "--pressure", "1", "--hardness", "5K"], "--hardness = 5 K"),
     ] {
         refused(&[&["solve", text(&file), "--touching", "high-points"], flags].concat(), &[piece]);
     }

@@ -58,12 +58,12 @@ pub(crate) struct Solve {
     /// Gap to start from (.npy), in the unit of the heights, as written to --out.
     #[arg(long, value_name = "FILE")]
     pub(super) initial_gap: Option<PathBuf>,
-    /// Work of adhesion γ (modulus times length).
-    #[arg(long, alias = "gamma", default_value_t = 0.0, value_name = "GAMMA")]
-    pub(super) work_of_adhesion: f64,
-    /// Range ρ of the adhesion.
-    #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO")]
-    pub(super) adhesion_range: Option<f64>,
+    /// Work of adhesion γ, with a unit (50mJ/m2) or in that of modulus times length.
+    #[arg(long, alias = "gamma", value_name = "GAMMA", allow_hyphen_values = true)]
+    pub(super) work_of_adhesion: Option<Measure>,
+    /// Range ρ of the adhesion, with a unit (2nm) or in that of the heights.
+    #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO", allow_hyphen_values = true)]
+    pub(super) adhesion_range: Option<Measure>,
     /// Treatment of an adhesion range that the grid does not resolve.
     #[arg(long, value_enum, default_value_t = RangeChoice::Mesh)]
     pub(super) range: RangeChoice,
@@ -73,9 +73,9 @@ pub(crate) struct Solve {
     /// Repulsion between the surfaces.
     #[arg(long, value_enum, default_value_t = WallKind::Hard)]
     pub(super) wall: WallKind,
-    /// Compression of the penalty wall under a pressure of E*.
-    #[arg(long, value_name = "LENGTH")]
-    pub(super) penalty_length: Option<f64>,
+    /// Compression of the penalty wall under a pressure of E*, with or without a unit.
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    pub(super) penalty_length: Option<Measure>,
     /// Hardness, with or without a unit of stress: the largest contact stress. Where it is reached, the surface flows; unloading
     /// is elastic. With the methods fast, bvm and gfmd.
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
@@ -104,9 +104,9 @@ pub(crate) struct Solve {
     /// Limit of iterations per load.
     #[arg(long, default_value_t = 50_000, value_name = "N")]
     pub(super) max_iterations: usize,
-    /// Elastic layer of this thickness instead of the half-space.
-    #[arg(long, value_name = "T")]
-    pub(super) thickness: Option<f64>,
+    /// Elastic layer of this thickness instead of the half-space, with or without a unit (50um).
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    pub(super) thickness: Option<Measure>,
     /// Poisson's ratio of the layer.
     #[arg(long, default_value_t = 0.3, value_name = "NU", requires = "thickness")]
     pub(super) poisson: f64,
@@ -146,7 +146,9 @@ impl Solve {
         if let Some(flag) = self.map.of_maps().filter(|_| self.challenge.is_some()) {
             return Err(Error::input(COMMAND_LINE, flag, "given", "only together with a file, not with --challenge"));
         }
-        let needed = self.loads.need_heights_unit();
+        let measures = [&self.work_of_adhesion, &self.adhesion_range, &self.penalty_length, &self.thickness];
+        let has_unit = |measure: &Option<Measure>| measure.as_ref().is_some_and(|m| m.unit.is_some());
+        let needed = self.loads.need_heights_unit() || measures.into_iter().any(has_unit);
         let lengths = Lengths::new(self.surface_file(), &self.file_flags, &self.map, Units::Consistent, needed)?;
         let mut laboratory = Laboratory {
             contact_modulus_mpa: self.modulus.as_ref().map(|m| m.value),
@@ -158,8 +160,10 @@ impl Solve {
             laboratory.length_um = Some(1.0);
             laboratory.contact_modulus_mpa.get_or_insert(1.0);
         }
-        let loads = self.loads.scene(&LoadUnits { lengths: &lengths, modulus_pa: self.modulus_pa()? })?;
-        let mut continuum = self.continuum()?;
+        let units = LoadUnits { lengths: &lengths, modulus_pa: self.modulus_pa()? };
+        let loads = self.loads.scene(&units)?;
+        let adhesion = self.adhesion(&units)?;
+        let mut continuum = self.continuum(&units)?;
         let mut surface = self.surface();
         self.map.set(&mut surface, &mut laboratory, &mut continuum, &lengths)?;
         if self.challenge.is_some() {
@@ -168,14 +172,17 @@ impl Solve {
         Ok(Scene {
             load: LoadScene { unload: self.unload, pull_off: self.pull_off, ..loads },
             laboratory,
-            adhesion: self.adhesion(),
+            adhesion,
             continuum,
             methods: self.settings()?,
             ..Scene::new("solve", surface)
         })
     }
 
-    fn continuum(&self) -> Result<ContinuumScene> {
+    fn continuum(&self, units: &LoadUnits) -> Result<ContinuumScene> {
+        let length =
+            |flag: &str, given: &Option<Measure>| given.as_ref().map(|m| units.lengths.of(flag, m)).transpose();
+        let thickness = length("--thickness", &self.thickness)?;
         Ok(ContinuumScene {
             method: self.method.clone(),
             precision: self.precision,
@@ -188,29 +195,13 @@ impl Solve {
             leakage: self.leakage,
             stiffness_steps: false,
             periodic: None,
-            layer: self.thickness.map(|thickness_um| LayerScene {
-                thickness_um,
-                poisson: self.poisson,
-                base: self.base,
-            }),
+            layer: thickness.map(|thickness_um| LayerScene { thickness_um, poisson: self.poisson, base: self.base }),
             crystal: self.crystal()?,
             wall: self.wall,
-            penalty_length_nm: self.penalty_length,
-            hardness_mpa: self.hardness()?,
+            penalty_length_nm: length("--penalty-length", &self.penalty_length)?,
+            hardness_mpa: self.hardness.as_ref().map(|m| units.stress("--hardness", m)).transpose()?,
             compare_with: Vec::new(),
         })
-    }
-
-    /// The hardness in the unit of the modulus.
-    fn hardness(&self) -> Result<Option<f64>> {
-        let Some(Measure { value, unit }) = &self.hardness else { return Ok(None) };
-        let Some(unit) = unit else { return Ok(Some(*value)) };
-        let refused = |accepted: &str| Error::input(COMMAND_LINE, "--hardness", format!("{value} {unit}"), accepted);
-        let pascals = pascals_per(unit).ok_or_else(|| refused("a unit of stress: Pa, kPa, MPa, GPa"))?;
-        match self.modulus_pa()? {
-            Some(modulus) => Ok(Some(value * pascals / modulus)),
-            None => Err(refused("a number without unit, as --modulus has none")),
-        }
     }
 
     /// Pascals of one unit of the modulus, if it has one.
@@ -245,16 +236,19 @@ impl Solve {
     }
 
     /// Without a range there is no adhesion to check, but for the complaint that the range is missing.
-    fn adhesion(&self) -> Option<AdhesionScene> {
-        let given = self.work_of_adhesion != 0.0 || self.adhesion_range.is_some();
-        given.then(|| AdhesionScene {
+    fn adhesion(&self, units: &LoadUnits) -> Result<Option<AdhesionScene>> {
+        let work =
+            self.work_of_adhesion.as_ref().map(|m| units.energy_per_area("--work-of-adhesion", m)).transpose()?;
+        let range = self.adhesion_range.as_ref().map(|m| units.lengths.of("--adhesion-range", m)).transpose()?;
+        let given = work.is_some_and(|work| work != 0.0) || range.is_some();
+        Ok(given.then(|| AdhesionScene {
             law: self.law,
-            work_of_adhesion_mj_m2: self.work_of_adhesion,
-            range_nm: self.adhesion_range.unwrap_or(f64::NAN),
+            work_of_adhesion_mj_m2: work.unwrap_or(0.0),
+            range_nm: range.unwrap_or(f64::NAN),
             range: self.range,
             also_nonadhesive: false,
             other_ranges_nm: Vec::new(),
-        })
+        }))
     }
 
     fn crystal(&self) -> Result<Option<CrystalScene>> {

@@ -2,7 +2,7 @@
 
 use crate::cli::file::{COMMAND_LINE, Lengths};
 use crate::scene::{CountedRange, LoadScene, Spacing};
-use crate::units::{Measure, newtons_per, pascals_per};
+use crate::units::{Measure, newtons_per, newtons_per_metre, pascals_per};
 use crate::{Error, Result};
 use std::str::FromStr;
 
@@ -56,7 +56,7 @@ pub(super) struct LoadFlags {
     contact: Vec<LoadItem>,
 }
 
-/// Units that convert loads.
+/// Units that convert loads and material constants.
 pub(super) struct LoadUnits<'a> {
     pub lengths: &'a Lengths,
     /// Pascals of one unit of the modulus, if it has one.
@@ -82,7 +82,7 @@ impl LoadFlags {
             }
         };
         Ok(LoadScene {
-            pressure_mpa: expanded("--pressure", &self.pressure, &|m| units.stress(m))?,
+            pressure_mpa: expanded("--pressure", &self.pressure, &|m| units.stress("--pressure", m))?,
             force_mn: expanded("--force", &self.force, &|m| units.force(m))?,
             p_star: expanded("--p-star", &self.p_star, &plain("--p-star"))?,
             mean_gap_um: expanded("--mean-gap", &self.mean_gap, &|m| units.lengths.of("--mean-gap", m))?,
@@ -124,21 +124,34 @@ fn expanded(flag: &str, items: &[LoadItem], convert: &dyn Fn(&Measure) -> Result
 }
 
 impl LoadUnits<'_> {
-    fn stress(&self, m: &Measure) -> Result<f64> {
+    /// A stress in the unit of the modulus.
+    pub(super) fn stress(&self, flag: &str, m: &Measure) -> Result<f64> {
         let Some(unit) = &m.unit else { return Ok(m.value) };
-        let pascals =
-            pascals_per(unit).ok_or_else(|| refused("--pressure", m, "a unit of stress: Pa, kPa, MPa, GPa"))?;
+        let pascals = pascals_per(unit).ok_or_else(|| refused(flag, m, "a unit of stress: Pa, kPa, MPa, GPa"))?;
         let accepted = "a number in the unit of --modulus, or --modulus with a unit, too (--modulus 2MPa)";
-        let modulus = self.modulus_pa.ok_or_else(|| refused("--pressure", m, accepted))?;
+        let modulus = self.modulus_pa.ok_or_else(|| refused(flag, m, accepted))?;
         Ok(m.value * (pascals / modulus))
     }
 
     fn force(&self, m: &Measure) -> Result<f64> {
         let Some(unit) = &m.unit else { return Ok(m.value) };
         let newtons = newtons_per(unit).ok_or_else(|| refused("--force", m, "a unit of force: nN, uN, mN, N"))?;
-        let accepted = "a number in the unit of --modulus times length squared, or --modulus and --unit with units";
-        let both = self.modulus_pa.zip(self.lengths.heights_m);
-        let (modulus, length) = both.ok_or_else(|| refused("--force", m, accepted))?;
+        let (modulus, length) = self.of_modulus_and_length("--force", m, "length squared")?;
         Ok(m.value * newtons / modulus / length / length)
+    }
+
+    /// An energy per area in the unit of modulus times length.
+    pub(super) fn energy_per_area(&self, flag: &str, m: &Measure) -> Result<f64> {
+        let Some(unit) = &m.unit else { return Ok(m.value) };
+        let accepted = "a unit of energy per area: J/m2, mJ/m2, N/m, mN/m";
+        let newtons = newtons_per_metre(unit).ok_or_else(|| refused(flag, m, accepted))?;
+        let (modulus, length) = self.of_modulus_and_length(flag, m, "length")?;
+        Ok(m.value * newtons / modulus / length)
+    }
+
+    /// Pascals of one unit of the modulus, metres of one unit of length.
+    fn of_modulus_and_length(&self, flag: &str, m: &Measure, times: &str) -> Result<(f64, f64)> {
+        let accepted = format!("a number in the unit of --modulus times {times}, or --modulus and --unit with units");
+        self.modulus_pa.zip(self.lengths.heights_m).ok_or_else(|| refused(flag, m, &accepted))
     }
 }
