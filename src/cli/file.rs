@@ -34,6 +34,7 @@ pub(super) const FILE_FLAGS: [KeyName; 20] = [
 
 /// Properties of a surface file that its contents do not contain.
 #[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Surface")]
 pub(super) struct FileFlags {
     /// Name of the array or channel in a file with several.
     #[arg(long, value_name = "NAME")]
@@ -54,6 +55,7 @@ impl FileFlags {
 
 /// What is not declared in a surface file, and the preparation of its map.
 #[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Surface")]
 pub(super) struct MapFlags {
     /// Points of the file that touch first; required unless the file declares it.
     #[arg(long, value_enum)]

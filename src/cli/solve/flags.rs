@@ -14,6 +14,13 @@ use crate::units::{Measure, pascals_per};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
+// Headings of the help.
+const SURFACE: &str = "Surface";
+const MODEL: &str = "Contact model";
+const LOADS: &str = "Loads";
+const SOLVER: &str = "Solver";
+const OUTPUT: &str = "Output";
+
 /// Consistent units: lengths in that of the heights, stresses in that of the modulus.
 // A negative value is refused by its flag's own check, not taken for a flag.
 #[derive(Debug, Clone, clap::Args)]
@@ -23,116 +30,116 @@ pub(crate) struct Solve {
     #[arg(required_unless_present_any = ["challenge", "heights"], conflicts_with_all = ["challenge", "heights"])]
     pub(super) file: Option<PathBuf>,
     /// Height map (.npy, .npz, HDF5, NetCDF, x3p, SDF, .sur, .gwy, ASCII matrix, lines of x y h) or Fourier coefficients qX qY Re Im.
-    #[arg(long, value_name = "FILE", conflicts_with = "challenge")]
+    #[arg(long, value_name = "FILE", conflicts_with = "challenge", help_heading = SURFACE)]
     pub(super) heights: Option<PathBuf>,
     #[command(flatten)]
     pub(super) file_flags: FileFlags,
     #[command(flatten)]
     pub(super) map: MapFlags,
     /// Points per side for Fourier coefficients. A height map keeps its points.
-    #[arg(long, value_name = "N", conflicts_with = "challenge")]
+    #[arg(long, value_name = "N", conflicts_with = "challenge", help_heading = SURFACE)]
     pub(super) grid: Option<usize>,
     /// Instead of a file: the challenge's spectrum on an N x N grid. The heights are never stored.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = SURFACE)]
     pub(super) challenge: Option<usize>,
     /// Seed of the challenge's surface.
-    #[arg(long, value_name = "N", default_value_t = SurfaceScene::default().seed, requires = "challenge")]
+    #[arg(long, value_name = "N", default_value_t = SurfaceScene::default().seed, requires = "challenge", help_heading = SURFACE)]
     pub(super) seed: u64,
     /// Short cut-off wavelength of the challenge's surface, in units of the cell's extent.
-    #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge")]
+    #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge", help_heading = SURFACE)]
     pub(super) cut_off: f64,
     /// Contact modulus E* = E/(1-ν²), with or without a unit (2MPa); required for a file.
-    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) modulus: Option<Measure>,
     #[command(flatten)]
     pub(super) loads: LoadFlags,
     /// Append the unloading branch: the same loads in reverse.
-    #[arg(long)]
+    #[arg(long, help_heading = LOADS)]
     pub(super) unload: bool,
     /// After the last load, separate the surfaces and find the pull-off pressure.
-    #[arg(long)]
+    #[arg(long, help_heading = LOADS)]
     pub(super) pull_off: bool,
     /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub(super) leakage: bool,
     /// Gap to start from (.npy), in the unit of the heights, as written to --out.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = LOADS)]
     pub(super) initial_gap: Option<PathBuf>,
     /// Work of adhesion γ, with a unit (50mJ/m2) or in that of modulus times length.
-    #[arg(long, alias = "gamma", value_name = "GAMMA", allow_hyphen_values = true)]
+    #[arg(long, alias = "gamma", value_name = "GAMMA", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) work_of_adhesion: Option<Measure>,
     /// Range ρ of the adhesion, with a unit (2nm) or in that of the heights.
-    #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO", allow_hyphen_values = true)]
+    #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) adhesion_range: Option<Measure>,
     /// Treatment of an adhesion range that the grid does not resolve.
-    #[arg(long, value_enum, default_value_t = RangeChoice::Mesh)]
+    #[arg(long, value_enum, default_value_t = RangeChoice::Mesh, help_heading = MODEL)]
     pub(super) range: RangeChoice,
     /// Decay of the attraction with the gap.
-    #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential, requires = "work_of_adhesion")]
+    #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential, requires = "work_of_adhesion", help_heading = MODEL)]
     pub(super) law: AdhesionLaw,
     /// Repulsion between the surfaces.
-    #[arg(long, value_enum, default_value_t = WallKind::Hard)]
+    #[arg(long, value_enum, default_value_t = WallKind::Hard, help_heading = MODEL)]
     pub(super) wall: WallKind,
     /// Compression of the penalty wall under a pressure of E*, with or without a unit.
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) penalty_length: Option<Measure>,
     /// Hardness, with or without a unit of stress: the largest contact stress. Where it is reached, the surface flows; unloading
     /// is elastic. With the methods fast, bvm and gfmd.
-    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    #[arg(long, value_name = "H", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) hardness: Option<Measure>,
     /// An id from `asperity methods`, or auto.
-    #[arg(long, default_value = "auto", value_name = "ID")]
+    #[arg(long, default_value = "auto", value_name = "ID", help_heading = SOLVER)]
     pub(super) method: String,
     /// A setting of a method as KEY=VALUE, such as winkler.spring_length=0.0034; `asperity schema` lists them under methods.
-    #[arg(long, value_name = "KEY=VALUE")]
+    #[arg(long, value_name = "KEY=VALUE", help_heading = SOLVER)]
     pub(super) set: Vec<String>,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; 1e-3 in f32, more beyond 1024 x 1024 points.
-    #[arg(long, alias = "tol", value_name = "RESIDUAL")]
+    #[arg(long, alias = "tol", value_name = "RESIDUAL", help_heading = SOLVER)]
     pub(super) tolerance: Option<f64>,
     /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
-    #[arg(long, value_name = "FRACTION")]
+    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
     pub(super) energy_tolerance: Option<f64>,
     /// Largest estimated relative change of the contact area.
-    #[arg(long, value_name = "FRACTION")]
+    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
     pub(super) area_tolerance: Option<f64>,
     /// Largest estimated relative change of the mean gap.
-    #[arg(long, value_name = "FRACTION")]
+    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
     pub(super) mean_gap_tolerance: Option<f64>,
     /// Floating-point type of the fields; sums are always f64.
-    #[arg(long, value_enum, default_value_t = Precision::F64)]
+    #[arg(long, value_enum, default_value_t = Precision::F64, help_heading = SOLVER)]
     pub(super) precision: Precision,
     /// Limit of iterations per load.
-    #[arg(long, default_value_t = 50_000, value_name = "N")]
+    #[arg(long, default_value_t = 50_000, value_name = "N", help_heading = SOLVER)]
     pub(super) max_iterations: usize,
     /// Elastic layer of this thickness instead of the half-space, with or without a unit (50um).
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) thickness: Option<Measure>,
     /// Poisson's ratio of the layer.
-    #[arg(long, default_value_t = 0.3, value_name = "NU", requires = "thickness")]
+    #[arg(long, default_value_t = 0.3, value_name = "NU", requires = "thickness", help_heading = MODEL)]
     pub(super) poisson: f64,
     /// The layer's lower face.
-    #[arg(long, value_enum, default_value_t = Base::Bonded, requires = "thickness")]
+    #[arg(long, value_enum, default_value_t = Base::Bonded, requires = "thickness", help_heading = MODEL)]
     pub(super) base: Base,
     /// Elastic constants of a cubic half-space, (001) face, x along [100]. Only their ratios matter: E* is --modulus.
-    #[arg(long, value_name = "C11,C12,C44", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "C11,C12,C44", value_delimiter = ',', num_args = 1, help_heading = MODEL)]
     pub(super) crystal: Vec<f64>,
     /// Folder for fields, numbers and checkpoints. The same command resumes an interrupted solve.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub(super) out: Option<PathBuf>,
     /// Replace the results of another solve in that folder.
-    #[arg(long, requires = "out")]
+    #[arg(long, requires = "out", help_heading = OUTPUT)]
     pub(super) overwrite: bool,
     /// Reuse finished parts of the folder without comparing their files with the stored hashes.
-    #[arg(long, requires = "out")]
+    #[arg(long, requires = "out", help_heading = OUTPUT)]
     pub(super) no_verify: bool,
     /// Store the stress of the elastic body, too, which has numerical noise outside of contact.
-    #[arg(long, requires = "out")]
+    #[arg(long, requires = "out", help_heading = OUTPUT)]
     pub(super) elastic_stress: bool,
     /// Print the memory needed and stop.
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub(super) dry_run: bool,
     /// One line of JSON per load on stdout.
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub(super) json: bool,
 }
 

@@ -34,6 +34,7 @@ impl FromStr for LoadItem {
 /// Loads, one kind of them. Each flag takes numbers and ranges (lin:FROM:TO:COUNT, log:FROM:TO:COUNT), separated by commas.
 #[derive(Debug, Clone, clap::Args)]
 #[group(required = true, multiple = false)]
+#[command(next_help_heading = "Loads")]
 pub(super) struct LoadFlags {
     /// Mean pressures, comma-separated or as log:FROM:TO:COUNT, in the unit of the modulus or with their own (20kPa). Negative with
     /// adhesion only.
