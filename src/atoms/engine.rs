@@ -384,7 +384,8 @@ impl LammpsEngine {
         };
         let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
         let (log, screen) = (read(&log_name(finished)), read("log.screen"));
-        judge(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen)).map_err(|f| failed(job, f))?;
+        run_status(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen))
+            .map_err(|f| failed(job, f))?;
         check_load_steps(job)?;
         Ok(Finished { peak_bytes, ..Finished::collect(job, finished)? })
     }
@@ -435,7 +436,7 @@ fn check_load_steps(job: &Job) -> Result<()> {
 }
 
 /// Classifies the end of a run by exit status, log and screen output.
-fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
+fn run_status(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
     // Other errors are consequences of the time limit; the interrupted step is not finished.
     if log.contains("Wall time limit reached") {
         let text = "its script's time limit (timer timeout) was reached; the same command resumes at the last step";
@@ -544,21 +545,21 @@ mod tests {
     #[test]
     fn only_a_regular_end_is_accepted() {
         let good = "Loop time\nTotal wall time: 0:00:03\n";
-        assert_eq!(judge(status(0), good, ""), Ok(()));
-        assert_eq!(judge(status(0), "Loop time\n", ""), Err(LammpsFailure::Unfinished));
-        assert_eq!(judge(status(3), good, ""), Err(LammpsFailure::Status(3)));
-        assert_eq!(judge(ExitStatus::from_raw(9), "", ""), Err(LammpsFailure::Signal(9)));
+        assert_eq!(run_status(status(0), good, ""), Ok(()));
+        assert_eq!(run_status(status(0), "Loop time\n", ""), Err(LammpsFailure::Unfinished));
+        assert_eq!(run_status(status(3), good, ""), Err(LammpsFailure::Status(3)));
+        assert_eq!(run_status(ExitStatus::from_raw(9), "", ""), Err(LammpsFailure::Signal(9)));
         let lost = "ERROR: Lost atoms: original 792 current 710 (src/thermo.cpp:439)\nLast command: run 5\n";
-        assert_eq!(judge(status(1), lost, ""), Err(LammpsFailure::AtomCount { before: 792, after: 710 }));
+        assert_eq!(run_status(status(1), lost, ""), Err(LammpsFailure::AtomCount { before: 792, after: 710 }));
         let forms = [
             "ERROR: Unknown command: x (a.cpp:1)\nLast command: x\n",
             "ERROR on proc 0: Unknown command: x (a.cpp:1)\nLast command: x\n",
         ];
         for text in forms {
             let expected = LammpsFailure::Message("Unknown command: x (a.cpp:1); last command: x".into());
-            assert_eq!(judge(status(1), "", text), Err(expected.clone()));
+            assert_eq!(run_status(status(1), "", text), Err(expected.clone()));
             // Even with exit status 0 and the line of a regular end.
-            assert_eq!(judge(status(0), &format!("{text}{good}"), ""), Err(expected));
+            assert_eq!(run_status(status(0), &format!("{text}{good}"), ""), Err(expected));
         }
     }
 

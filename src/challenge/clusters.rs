@@ -17,7 +17,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let um2 = data.length_um * data.length_um;
     let with = data.observed().map(|[with, _]| with);
     let node_um2 = um2 / (data.adhesive.nx * data.adhesive.ny) as f64;
-    let exponent = with.and_then(|o| exponent(o, SMALLEST_NODES * node_um2 / um2));
+    let size_exponent = with.and_then(|o| size_exponent(o, SMALLEST_NODES * node_um2 / um2));
     let median = with.and_then(|o| o.median_cluster_area).map(|a| a * um2);
     let fifth =
         with.map(|o| o.patch_area.iter().take_while(|[a, _]| a * um2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
@@ -25,9 +25,9 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let spacing = node_um2.sqrt();
     let s16 = Statement::new("S16", "most probable cluster", "nm²");
     vec![
-        data.of_both(Statement::new("S15", "exponent of Pr(a), falling", "1"), |item| {
+        data.of_both(Statement::new("S15", "size_exponent of Pr(a), falling", "1"), |item| {
             item.near(
-                exponent,
+                size_exponent,
                 -SIZE_EXPONENT,
                 0.15,
                 "from 16 nodes to the median cluster, with adhesion, at the reference load",
@@ -63,11 +63,11 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     ]
 }
 
-/// Negative exponent of the number density of clusters, fitted from the area `smallest` (units of L²) to the
+/// Negative size_exponent of the number density of clusters, fitted from the area `smallest_area` (units of L²) to the
 /// median one.
-fn exponent(o: &Observed, smallest: f64) -> Option<f64> {
+fn size_exponent(o: &Observed, smallest_area: f64) -> Option<f64> {
     let largest = o.median_cluster_area?;
-    let fits = |[a, density, n]: &&[f64; 3]| (smallest..=largest).contains(a) && *n >= FEWEST && *density > 0.0;
+    let fits = |[a, density, n]: &&[f64; 3]| (smallest_area..=largest).contains(a) && *n >= FEWEST && *density > 0.0;
     let points: Vec<(f64, f64)> = o.patch_density.iter().filter(fits).map(|[a, d, _]| (a.ln(), d.ln())).collect();
     line(&points).map(|l| -l.0)
 }

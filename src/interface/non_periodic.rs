@@ -55,11 +55,11 @@ impl NonPeriodic {
 
     fn table() -> &'static [[f64; 2]] {
         TABLE.get_or_init(|| {
-            let middle = 0.5 * (1.0 + Self::REACH);
+            let mean_cut = 0.5 * (1.0 + Self::REACH);
             let cuts: Vec<(f64, f64)> = (0..Self::CUTS)
                 .map(|j| {
                     let s = (2 * j + 1) as f64 / Self::CUTS as f64 - 1.0;
-                    (middle + (middle - 1.0) * s, (Self::BETA * ((1.0 - s * s).sqrt() - 1.0)).exp())
+                    (mean_cut + (mean_cut - 1.0) * s, (Self::BETA * ((1.0 - s * s).sqrt() - 1.0)).exp())
                 })
                 .collect();
             let total: f64 = cuts.iter().map(|c| c.1).sum();
@@ -145,10 +145,10 @@ mod tests {
                 }
                 0.0
             });
-            let middle = (2.0 * PI).sqrt() * s;
+            let highest = (2.0 * PI).sqrt() * s;
             for (i, j) in (0..n).flat_map(|i| (0..(ly / dx) as usize).map(move |j| (i, j))) {
                 let t = 0.25 * square(i, j) / (s * s);
-                let off = lifted[j * nx + i] / middle - scaled_bessel(t);
+                let off = lifted[j * nx + i] / highest - scaled_bessel(t);
                 assert!(off.abs() < TOLERANCE, "{lx} x {ly}, {i}, {j}: {off}");
             }
         }

@@ -5,8 +5,8 @@
 //! spectrum and needs no inverse transform. Two safeguards for adhesion under load control are added to the published
 //! scheme: after negative curvature or a rise of the energy the method takes gradient steps of safe length.
 
+use super::equilibrium_check::Ending;
 use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
-use super::judge::Ending;
 use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, curvature_of, kkt, moved};

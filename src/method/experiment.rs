@@ -14,7 +14,7 @@
 //! stiffer rubber; a molecular range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the
 //! problem.
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::settings::{self, ExperimentSettings};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,

@@ -7,8 +7,8 @@
 //! would converge in fewer steps but to another fixed point: the clamp is a projection only in the metric of uniform
 //! masses (1-D Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
+use super::equilibrium_check::Ending;
 use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
-use super::judge::Ending;
 use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, kkt_row};

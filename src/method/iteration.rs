@@ -1,7 +1,7 @@
 //! Common parts of the iteration loops of the field solvers: stop criteria and their order, reports to the observer,
 //! snapshots, and the final state.
 
-use super::judge::{Ending, Judge, judge};
+use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
 use super::residuals::Residuals;
 use super::{ErrorEstimates, Iteration, Load, Observer, Problem, SnapshotRef, State, Stop};
 use crate::grid::Real;
@@ -13,7 +13,7 @@ pub(super) struct Outcome {
     pub load: Load,
     /// Mean pressure, E*.
     pub pressure: f64,
-    pub judge: Judge,
+    pub check: EquilibriumCheck,
     pub ending: Ending,
     pub iterations: usize,
     /// Transform pairs of this load.
@@ -24,10 +24,10 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
-    /// State with gap and interfacial stress `[ny, nx]`, and the judge's stop reason.
+    /// State with gap and interfacial stress `[ny, nx]`, and the stop reason of the check.
     pub(super) fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a> {
-        let Outcome { load, pressure, judge, residuals, .. } = self;
-        let Judge { scale, rms_height, .. } = judge;
+        let Outcome { load, pressure, check, residuals, .. } = self;
+        let EquilibriumCheck { scale, rms_height, .. } = check;
         let balance = residuals.imbalance.abs() / scale;
         let mut state = State {
             load,
@@ -44,7 +44,7 @@ impl Outcome {
                 Load::Pressure(_) => balance,
                 // Not `f64::max`, which drops a NaN.
                 Load::MeanGap(target) => {
-                    let miss = (residuals.mean_gap - target).abs() / judge.gap_scale(target);
+                    let miss = (residuals.mean_gap - target).abs() / check.gap_scale(target);
                     if miss > balance || miss.is_nan() { miss } else { balance }
                 }
             },
@@ -58,7 +58,7 @@ impl Outcome {
             fft_pairs: self.pairs,
             seconds: 0.0,
         };
-        state.stop = judge.decide(self.ending, &state, gap, stress);
+        state.stop = check.decide(self.ending, &state, gap, stress);
         state.seconds = self.clock.elapsed().as_secs_f64();
         state
     }
@@ -215,7 +215,7 @@ impl<'p> IterationControl<'p> {
         Outcome {
             load: Load::Pressure(pressure),
             pressure,
-            judge: Judge { hardness, ..judge(self.problem, hard, rms_height, self.scale) },
+            check: EquilibriumCheck { hardness, ..equilibrium_check(self.problem, hard, rms_height, self.scale) },
             ending,
             iterations: self.iterations,
             pairs,

@@ -7,7 +7,7 @@
 //! accordingly. Adhesion adds the traction of the law at the mean gap of the band; the state is the one reached from
 //! first contact.
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::require;
 use super::settings;
 use super::sinusoid;

@@ -137,7 +137,7 @@ pub struct Problem<'a> {
     pub settings: Settings,
 }
 
-/// A pressure counts as zero beside adhesion if its residual cannot be reduced to this many times its rounding.
+/// A pressure with adhesion counts as zero if its residual cannot be reduced to this many times its rounding.
 const ROUNDING_STEPS: f64 = 10.0;
 
 /// Largest residual due to rounding, over the pressure, with which a solve is begun. On 256² points (h_rms = 1e-3 L) `fast`

@@ -5,7 +5,7 @@
 //! The version in the paper solves a one-dimensional equivalent of the long waves; here the two-dimensional problem
 //! is solved.
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::require;
 use super::sinusoid;
 use super::{

@@ -2,7 +2,7 @@
 //! Phys. Solids 57 (2009) 1093). Summits are those of a Gaussian surface with three spectral moments (Nayak, J. Lubr.
 //! Technol. 93 (1971) 398), each an independent Hertz contact.
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::quadrature::{gauss_legendre, integral};
 use super::require;
 use super::{

@@ -6,7 +6,7 @@
 //! 0, since JKR has no force at a distance, and stays in contact down to its pull-off approach: the contacts are a
 //! state of the load path. The gap is that of the undeformed surface.
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::spots::{Jkr, Spot, hertz_load, paint};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,

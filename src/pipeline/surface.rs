@@ -160,7 +160,7 @@ fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
 fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
     let power = match surface {
         Surface::Synthesised { spectrum, .. } => {
-            let scale = spectrum.expected(grid.ly / grid.lx, 0.0).power_scale;
+            let scale = spectrum.expected(grid.ly / grid.lx, 0.0).power_prefactor;
             Some(move |n: f64| spectrum.relative_power(n) * scale)
         }
         Surface::Imported { .. } | Surface::Fourier { .. } => None,

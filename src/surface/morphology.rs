@@ -13,9 +13,9 @@ pub fn dilate_by_ball(grid: Grid, heights: &[f64], radius: f64) -> Vec<f64> {
     let mut cap = Vec::new();
     for j in -reach(grid.dy())..=reach(grid.dy()) {
         for i in -reach(grid.dx())..=reach(grid.dx()) {
-            let square = radius * radius - (i as f64 * grid.dx()).powi(2) - (j as f64 * grid.dy()).powi(2);
-            if square >= 0.0 {
-                cap.push((i, j, radius - square.sqrt()));
+            let height_squared = radius * radius - (i as f64 * grid.dx()).powi(2) - (j as f64 * grid.dy()).powi(2);
+            if height_squared >= 0.0 {
+                cap.push((i, j, radius - height_squared.sqrt()));
             }
         }
     }

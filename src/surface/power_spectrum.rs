@@ -59,7 +59,7 @@ impl PowerSpectrum {
 
     /// Ensemble average for a self-affine spectrum in a cell of aspect `ly/lx`, summed over its modes.
     pub fn expected(spectrum: &Spectrum, aspect: f64) -> Self {
-        let scale = spectrum.expected(aspect, 0.0).power_scale;
+        let scale = spectrum.expected(aspect, 0.0).power_prefactor;
         let (kx_max, ky_max) = spectrum.largest_modes(aspect);
         let mut tally = Tally::default();
         for kx in 0..=kx_max {

@@ -43,8 +43,8 @@ pub struct Expected {
     pub m4: f64,
     /// Elastic energy per area of full contact, units of E*·L.
     pub full_contact_energy: f64,
-    /// C(q) = `power_scale` times the relative power.
-    pub power_scale: f64,
+    /// C(q) = `power_prefactor` times the relative power.
+    pub power_prefactor: f64,
 }
 
 impl Spectrum {
@@ -127,7 +127,7 @@ impl Spectrum {
             m2: gradient * scale / 2.0,
             m4: m4 * scale,
             full_contact_energy: energy * scale / 4.0,
-            power_scale: scale,
+            power_prefactor: scale,
         }
     }
 }

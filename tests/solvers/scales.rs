@@ -147,7 +147,7 @@ fn every_kind_of_problem_is_solved_in_its_own_unit() {
 /// has, and the pressure falls as it grows.
 #[test]
 fn mean_gaps_of_any_size_are_imposed() {
-    /// Relative error of an imposed mean gap at the default tolerance, and the judge's slack.
+    /// Relative error of an imposed mean gap at the default tolerance, and the slack of the check.
     const IMPOSED: f64 = 1.1e-9;
     let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
     let problem = Problem { max_iterations: 20_000, ..Problem::new(grid, &heights) };

@@ -18,9 +18,9 @@
 
 mod newton;
 
+use super::equilibrium_check::Ending;
 use super::fields::{self, Convolution, Symbol, add, each, inner, means};
 use super::iteration::{IterationControl, LoadCase};
-use super::judge::Ending;
 use super::residuals::Residuals;
 use super::settings::BemBsplineSettings;
 use super::{

@@ -14,9 +14,9 @@
 
 mod inner;
 
+use super::equilibrium_check::Ending;
 use super::fields::{Convolution, Symbol, each, inner as product, means};
 use super::iteration::{ConvergenceMonitor, IterationControl, LoadCase};
-use super::judge::Ending;
 use super::residuals::Residuals;
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started, State, Stop,

@@ -3,8 +3,8 @@
 use super::level::{Level, Trial};
 use crate::grid::{Field, Real};
 use crate::interface::{Kernel, Law};
+use crate::method::equilibrium_check::Ending;
 use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
-use crate::method::judge::Ending;
 use crate::method::residuals::Residuals;
 use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, Problem, SnapshotRef, Stop, Targets};
 use serde::{Deserialize, Serialize};

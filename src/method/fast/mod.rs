@@ -14,8 +14,8 @@ mod level;
 mod rows;
 mod window;
 
+use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
 use super::iteration::Outcome;
-use super::judge::{Ending, Judge, judge};
 use super::operator::{Build, dispatch};
 use super::plastic::PlasticFlow;
 use super::require::{self, refused};
@@ -338,7 +338,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         // Where a coarse mesh pins contact lines, no pressure may give this mean gap.
         let coarse = level.grid() != self.cell.grid;
         let mut search = pause.as_ref().map_or_else(GapSearch::default, |pause| pause.search);
-        let rounded = Judge::load_tolerance(tolerance) * self.rms_height.max(target.abs());
+        let rounded = EquilibriumCheck::load_tolerance(tolerance) * self.rms_height.max(target.abs());
         let within = if coarse { rounded } else { self.gap_tolerance(target) };
         loop {
             let (pressure, begun) = (level.pressure, *iterations);
@@ -376,7 +376,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         let (residuals, stress) = level.stress();
         let open = 1.0 - residuals.contact;
         let scale = self.task(load).scale(level.pressure, &residuals);
-        let allowed = MULTIPLIER * Judge::load_tolerance(self.tolerance(load)) * scale;
+        let allowed = MULTIPLIER * EquilibriumCheck::load_tolerance(self.tolerance(load)) * scale;
         if matches!(load, Load::Pressure(_)) || open == 0.0 || residuals.imbalance.abs() <= allowed {
             return (residuals, stress);
         }
@@ -387,8 +387,8 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
 
     /// Largest error of an imposed mean gap, L.
     fn gap_tolerance(&self, target: f64) -> f64 {
-        let judge = judge(self.problem, L::HARD, self.rms_height, 1.0);
-        Judge::load_tolerance(self.problem.tolerance) * judge.gap_scale(target)
+        let check = equilibrium_check(self.problem, L::HARD, self.rms_height, 1.0);
+        EquilibriumCheck::load_tolerance(self.problem.tolerance) * check.gap_scale(target)
     }
 
     /// Gives the gap its imposed mean where the residual does not feel the difference: above a hard wall the gap is
@@ -528,8 +528,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let Ended { ending, error_estimates } = ended;
         let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
         let hardness = self.law.hardness();
-        let judge = Judge { hardness, ..judge(&judged, L::HARD, self.rms_height, scale) };
-        let outcome = Outcome { load, pressure, judge, ending, iterations, pairs, clock, residuals, error_estimates };
+        let check = EquilibriumCheck { hardness, ..equilibrium_check(&judged, L::HARD, self.rms_height, scale) };
+        let outcome = Outcome { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
         Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(gap, stress) })
     }
 }

@@ -12,9 +12,9 @@
 
 mod element;
 
+use super::equilibrium_check::Ending;
 use super::fields::{Convolution, Symbol, add, each, inner, means};
 use super::iteration::{IterationControl, LoadCase};
-use super::judge::Ending;
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
     require,

@@ -13,8 +13,8 @@
 
 mod plane;
 
+use super::equilibrium_check::Ending;
 use super::iteration::{IterationControl, LoadCase};
-use super::judge::Ending;
 use super::residuals::Residuals;
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
@@ -50,8 +50,8 @@ const STEP_SQUARED: f64 = 1.6;
 const STEP_SQUARED_SOFT: f64 = 0.4;
 /// Constants of Bitzek et al.: initial mixing parameter, its factor per downhill step, and the downhill steps before it
 /// decreases.
-const TURN: f64 = 0.1;
-const TURN_KEPT: f64 = 0.99;
+const INITIAL_MIXING: f64 = 0.1;
+const MIXING_DECAY: f64 = 0.99;
 const PATIENCE: usize = 5;
 
 impl ContactMethod for GfmdFire {
@@ -155,10 +155,10 @@ impl<'p, L: Law> Solver<'p, L> {
     }
 
     /// One time step: velocity, position, clamp.
-    fn step(&mut self, time: f64, keep: f64, turn: f64) {
+    fn step(&mut self, time: f64, keep: f64, mixing: f64) {
         self.gap.par_iter_mut().zip(&mut self.velocity).zip(&self.imbalance).for_each(|((g, v), &t)| {
             let force = -Self::residual(*g, t);
-            *v = keep * *v + (turn + time) * force;
+            *v = keep * *v + (mixing + time) * force;
             *g += time * *v;
             if L::HARD && *g <= 0.0 {
                 (*g, *v) = (0.0, 0.0);
@@ -189,7 +189,7 @@ impl<L: Law> Run for Solver<'_, L> {
         let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
         let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: L::HARD, hardness };
         let mut control = IterationControl::new(self.problem, self.observer, case);
-        let (mut downhill, mut turn) = (0, TURN);
+        let (mut downhill, mut mixing) = (0, INITIAL_MIXING);
         self.velocity.fill(0.0);
         let (ending, residuals) = loop {
             let (residuals, motion) = self.evaluate(pressure);
@@ -203,12 +203,12 @@ impl<L: Law> Run for Solver<'_, L> {
             if motion.power > 0.0 {
                 downhill += 1;
                 if downhill > PATIENCE {
-                    turn *= TURN_KEPT;
+                    mixing *= MIXING_DECAY;
                 }
-                self.step(time, 1.0 - turn, turn * motion.speed / motion.force);
+                self.step(time, 1.0 - mixing, mixing * motion.speed / motion.force);
             } else {
                 // Uphill, and in the first step: restart at zero velocity.
-                (downhill, turn) = (0, TURN);
+                (downhill, mixing) = (0, INITIAL_MIXING);
                 self.step(time, 0.0, 0.0);
             }
             control.iterations += 1;
@@ -242,7 +242,7 @@ mod tests {
         let mut convolution = fields::Convolution::new(grid);
         // Each wave with its own stiffness, the mean mode with that of the longest wave.
         let weights = convolution.symbol(|qx, _| 0.3 / (0.5 * qx.abs().max(2.0 * PI)));
-        let mut settle = |weighted: bool| {
+        let mut descend = |weighted: bool| {
             let mut plane = Plane::new(grid, Elastic::HalfSpace);
             let mut gap: Vec<f64> = heights.iter().map(|h| h + amplitude).collect();
             let (mut t, mut step, mut moved) = (vec![0.0; N], vec![0.0; N], f64::INFINITY);
@@ -268,12 +268,12 @@ mod tests {
             let contact = gap.iter().filter(|g| **g == 0.0).count() as f64 / N as f64;
             (contact, gap.iter().sum::<f64>() / (N as f64 * amplitude), open / pressure, moved / amplitude)
         };
-        let (contact, gap, open, _) = settle(false);
+        let (contact, gap, open, _) = descend(false);
         assert!(
             (contact - 0.5).abs() < 0.005 && (gap - 0.153426).abs() < 1e-4 && open < 1e-6,
             "{contact} {gap} {open}"
         );
-        let (contact, gap, open, moved) = settle(true);
+        let (contact, gap, open, moved) = descend(true);
         // Stationary, but not in equilibrium.
         assert!(moved < 1e-9, "{moved:e}");
         assert!(contact > 0.57 && gap > 0.16 && open > 1.0, "{contact} {gap} {open}");

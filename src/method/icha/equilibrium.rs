@@ -74,16 +74,16 @@ impl EquilibriumSolver {
     pub(super) fn step(&mut self, spots: &mut Spots) {
         let asperities: Vec<Asperity> = self.active.iter().map(|&k| spots.all[k]).collect();
         let matrix = Matrix::new(spots, &self.mesh, &asperities);
-        let settle = self.solve(&matrix, &self.excess.iter().map(|e| -e).collect::<Vec<_>>());
+        let correction = self.solve(&matrix, &self.excess.iter().map(|e| -e).collect::<Vec<_>>());
         let sink = self.solve(&matrix, &vec![1.0; self.active.len()]);
         let missing = (self.target - spots.pressure()) * spots.area();
-        let deeper = (missing - dot(&matrix.stiffness, &settle)) / dot(&matrix.stiffness, &sink);
+        let deeper = (missing - dot(&matrix.stiffness, &correction)) / dot(&matrix.stiffness, &sink);
 
         let (depth, before) = (spots.depth, self.residual(spots));
         let mut part = 1.0;
         loop {
             spots.depth = depth + part * deeper;
-            for ((&k, s), change) in self.active.iter().zip(&asperities).zip(settle.iter().zip(&sink)) {
+            for ((&k, s), change) in self.active.iter().zip(&asperities).zip(correction.iter().zip(&sink)) {
                 spots.all[k].approach = s.approach + part * (change.0 + deeper * change.1);
             }
             let lowered = spots.displacements(&mut self.mesh, &self.active);

@@ -12,7 +12,7 @@ mod ewald;
 mod images;
 mod spots;
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::spots::{Spot, paint};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,

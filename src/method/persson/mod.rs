@@ -11,7 +11,7 @@ mod adhesive;
 mod gaps;
 mod roughening;
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::require;
 use super::settings::{self, PerssonForm, PerssonSettings};
 use super::{

@@ -9,7 +9,7 @@
 
 mod growth;
 
-use super::judge::estimating;
+use super::equilibrium_check::estimating;
 use super::settings::WinklerSettings;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,

@@ -17,18 +17,18 @@ impl Attributes {
     /// With `unwritten`, NetCDF's default fill values count as missing, too.
     pub(super) fn unpack(&self, array: &Array, values: &mut [f64], unwritten: bool) -> Result<()> {
         let sign = self.sign(array.stored);
-        let told = |name: &str| -> Vec<f64> {
+        let declared_numbers = |name: &str| -> Vec<f64> {
             let list = self.numbers.get(name).map_or(&[][..], Vec::as_slice);
             list.iter().map(|v| sign.apply(narrowed(*v, array.stored))).collect()
         };
-        let fill = told("_FillValue");
+        let fill = declared_numbers("_FillValue");
         let own = (unwritten && fill.is_empty()).then(|| default_fill(array.stored)).flatten();
-        let missing: Vec<f64> = fill.into_iter().chain(told("missing_value")).chain(own).collect();
-        let (low, high) = match told("valid_range")[..] {
+        let missing: Vec<f64> = fill.into_iter().chain(declared_numbers("missing_value")).chain(own).collect();
+        let (low, high) = match declared_numbers("valid_range")[..] {
             [low, high] => (low, high),
             _ => (
-                told("valid_min").first().copied().unwrap_or(f64::NEG_INFINITY),
-                told("valid_max").first().copied().unwrap_or(f64::INFINITY),
+                declared_numbers("valid_min").first().copied().unwrap_or(f64::NEG_INFINITY),
+                declared_numbers("valid_max").first().copied().unwrap_or(f64::INFINITY),
             ),
         };
         let (scale, offset) = (self.factor(array, "scale_factor", 1.0)?, self.factor(array, "add_offset", 0.0)?);

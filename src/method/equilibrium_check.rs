@@ -17,7 +17,7 @@ pub(super) enum Ending {
 
 /// Conditions of equilibrium of a solve.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Judge {
+pub(super) struct EquilibriumCheck {
     /// Gaps are not negative.
     pub hard: bool,
     /// Tractions act on open nodes, or the wall is compliant.
@@ -98,7 +98,7 @@ impl FieldSums {
     }
 }
 
-impl Judge {
+impl EquilibriumCheck {
     /// Tolerance of the load balance over the stress scale, and of an imposed mean gap over it.
     pub(super) fn load_tolerance(tolerance: f64) -> f64 {
         LOAD_BALANCE.max(LOAD_SHARE * tolerance)
@@ -182,12 +182,12 @@ impl Judge {
 
 /// An estimator, whose estimates are judged.
 pub(super) fn estimating<'p>(run: impl Estimator + 'p) -> Started<'p> {
-    Started::Estimator(Box::new(Judged(run)))
+    Started::Estimator(Box::new(CheckedEstimator(run)))
 }
 
-struct Judged<E>(E);
+struct CheckedEstimator<E>(E);
 
-impl<E: Estimator> Estimator for Judged<E> {
+impl<E: Estimator> Estimator for CheckedEstimator<E> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let found = self.0.estimate(load)?;
         Ok(Estimate { stop: of_estimate(&found), ..found })
@@ -209,7 +209,7 @@ fn of_estimate(found: &Estimate) -> Stop {
     let fields = [found.gap, found.stress].into_iter().flatten();
     let finite = scalars.into_iter().chain(lengths).all(f64::is_finite)
         && fields.into_iter().all(|field| field.par_iter().all(|v| v.is_finite()));
-    // That of a field solver within may be as far above the tolerance as the judge allows.
+    // That of a field solver within may be as far above the tolerance as the check allows.
     let met = found.residual <= (SLACK + 1.0) * found.tolerance;
     match () {
         () if !finite => Stop::Diverged,
@@ -219,8 +219,8 @@ fn of_estimate(found: &Estimate) -> Stop {
 }
 
 /// Conditions of a problem at a stress scale, for a method with a hard wall or without (`hard`).
-pub(super) fn judge(problem: &Problem, hard: bool, rms_height: f64, scale: f64) -> Judge {
-    Judge {
+pub(super) fn equilibrium_check(problem: &Problem, hard: bool, rms_height: f64, scale: f64) -> EquilibriumCheck {
+    EquilibriumCheck {
         hard,
         law: !hard || problem.adhesion != crate::interface::Adhesion::None,
         tolerance: problem.tolerance,
@@ -240,7 +240,7 @@ mod tests {
 
     const PRESSURE: f64 = 0.02;
 
-    /// A state of `fast` on a wave, its fields changed by `damage`, and what the judge says of it.
+    /// A state of `fast` on a wave, its fields changed by `damage`, and the verdict.
     fn verdict(damage: impl Fn(&mut State, &mut Vec<f64>, &mut Vec<f64>)) -> Stop {
         let grid = Grid::unit(32, 32);
         let wave = |i: usize| 0.02 * (TAU * (i % 32) as f64 / 32.0).cos() * (TAU * (i / 32) as f64 / 32.0).cos();
@@ -252,8 +252,8 @@ mod tests {
         let mut state = State { gap: Field::F64(&[]), stress: Field::F64(&[]), ..state };
         damage(&mut state, &mut gap, &mut stress);
         let rms = problem.heights.rms();
-        let judge = judge(&problem, true, rms, problem.stress_scale(rms, PRESSURE));
-        judge.decide(Ending::Met, &state, &gap, &stress)
+        let check = equilibrium_check(&problem, true, rms, problem.stress_scale(rms, PRESSURE));
+        check.decide(Ending::Met, &state, &gap, &stress)
     }
 
     fn open(gap: &[f64]) -> usize {
@@ -306,12 +306,12 @@ mod tests {
     #[test]
     fn a_solver_that_stopped_has_not_converged() {
         let problem = Problem::new(Grid::unit(1, 1), &[0.0][..]);
-        let judge = judge(&problem, true, 0.0, 1.0);
+        let check = equilibrium_check(&problem, true, 0.0, 1.0);
         let mut run = find("fast").expect("registered").start(&problem, &NoObserver).expect("starts").solver().unwrap();
         let state = run.equilibrate(Load::Pressure(1.0)).expect("solved");
-        assert_eq!(judge.decide(Ending::Met, &state, &[0.0], &[1.0]), Stop::Converged);
+        assert_eq!(check.decide(Ending::Met, &state, &[0.0], &[1.0]), Stop::Converged);
         for stop in [Stop::IterationLimit, Stop::Detached, Stop::Interrupted] {
-            assert_eq!(judge.decide(Ending::Stopped(stop), &state, &[0.0], &[1.0]), stop);
+            assert_eq!(check.decide(Ending::Stopped(stop), &state, &[0.0], &[1.0]), stop);
         }
     }
 
