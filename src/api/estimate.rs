@@ -49,14 +49,14 @@ impl Estimate {
     ) -> Self {
         let step = LoadStep::single(found.pressure, 1.0);
         let state = crate::pipeline::state_of(method.card(), reduced, (&step, 1.0), found);
-        let field = |field: &[f64], unit: f64| map(reduced.grid, field.iter().map(|v| v * unit).collect());
+        let scaled_map = |values: &[f64], unit: f64| map(reduced.grid, values.iter().map(|v| v * unit).collect());
         Estimate {
             method: method.card().id,
             criterion: method.criterion(&reduced.settings).to_string(),
             contact_fraction: state.area(),
             mean_gap: found.mean_gap.map(|g| g * length),
-            gap: found.gap.map(|gap| field(gap, length)),
-            pressure: found.stress.map(|stress| field(stress, modulus)),
+            gap: found.gap.map(|gap| scaled_map(gap, length)),
+            pressure: found.stress.map(|stress| scaled_map(stress, modulus)),
             contact: found.contact.map(|c| map(reduced.grid, c.iter().map(|&c| c != 0).collect())),
             seconds: found.seconds,
         }

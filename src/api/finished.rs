@@ -45,8 +45,9 @@ pub struct FinishedState {
     pub mean_gap_m: f64,
     /// Grid-convergence estimate of the contact fraction, a relative change.
     pub area_grid_error: Option<f64>,
-    gap: Option<String>,
-    stress: Option<String>,
+    /// Files of the maps in the run folder; `None` if they were not stored.
+    gap_file: Option<String>,
+    stress_file: Option<String>,
 }
 
 impl FinishedRun {
@@ -65,8 +66,8 @@ impl FinishedRun {
             contact_fraction: s.contact_fraction_corrected,
             mean_gap_m: s.mean_gap * length,
             area_grid_error: s.discretisation.and_then(|d| d.area),
-            gap: s.numbers.gap_map.clone(),
-            stress: s.numbers.stress_map.clone(),
+            gap_file: s.numbers.gap_map.clone(),
+            stress_file: s.numbers.stress_map.clone(),
         };
         let continuum = results.continuum.as_ref();
         Ok(FinishedRun {
@@ -95,7 +96,7 @@ impl FinishedRun {
     /// # Errors
     /// Those of reading the file.
     pub fn gap(&self, state: &FinishedState) -> Result<Option<Array2<f64>>> {
-        self.map(state.gap.as_ref(), self.length_m)
+        self.map(state.gap_file.as_ref(), self.length_m)
     }
 
     /// Interfacial pressure `[ny, nx]` of a state, Pa, compression positive; none if the run did not store it.
@@ -103,7 +104,7 @@ impl FinishedRun {
     /// # Errors
     /// Those of reading the file.
     pub fn pressure(&self, state: &FinishedState) -> Result<Option<Array2<f64>>> {
-        self.map(state.stress.as_ref(), self.modulus_pa)
+        self.map(state.stress_file.as_ref(), self.modulus_pa)
     }
 
     /// All of `results.json`, as docs/formats.md describes it.

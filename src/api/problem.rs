@@ -356,7 +356,7 @@ impl Problem {
             hardness_mpa: self.hardness,
             ..ContinuumScene::default()
         };
-        let (table, mut surface) = self.surface.resolved();
+        let (table, mut surface) = self.surface.scene_parts();
         surface.laboratory.contact_modulus_mpa = Some(self.contact_modulus);
         let scene = Scene {
             laboratory: surface.laboratory.clone(),

@@ -261,8 +261,9 @@ impl Surface {
         self.length
     }
 
-    /// The surface and its cell for a case, with the table `[surface]` of its grid.
-    pub(super) fn resolved(&self) -> (SurfaceScene, ResolvedSurface) {
+    /// The surface as a scene describes it: its table `[surface]`, and the heights with the extents of the cell, in the
+    /// unit of length of this surface.
+    pub(super) fn scene_parts(&self) -> (SurfaceScene, ResolvedSurface) {
         let laboratory = Laboratory {
             length_um: Some(self.length),
             length_y_um: Some(self.grid.ly * self.length),

@@ -138,8 +138,8 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
     let target_rho_angstrom = target.rho * actual.length_angstrom;
     let target_gamma = scales.energy_per_area_ev_a2(target.gamma);
     // Reachability is judged at the target adhesion; without adhesion every range is reachable.
-    let least = if target.gamma > 0.0 { wall.smallest_range(target_gamma)? } else { 0.0 };
-    let reachable = target_rho_angstrom >= least;
+    let smallest_range = if target.gamma > 0.0 { wall.smallest_range(target_gamma)? } else { 0.0 };
+    let reachable = target_rho_angstrom >= smallest_range;
     let rho = actual.rho_angstrom;
     let why = if reachable {
         format!("{target_rho_angstrom:.4} Å would be the scaled range; {rho:.4} Å is used")
@@ -147,7 +147,7 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
         format!(
             "the scaled range is {target_rho_angstrom:.4} Å, below the {:.2} Å at which the uncapped exponential outgrows \
              the Lennard-Jones core and below an atom's thermal vibration of 0.1 to 0.2 Å; {rho:.4} Å is used",
-            (100.0 * least).ceil() / 100.0
+            (100.0 * smallest_range).ceil() / 100.0
         )
     };
     let rho_reduced = rho / actual.length_angstrom;
@@ -162,18 +162,18 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
     let radius_reduced = actual.curvature_radius_angstrom / actual.length_angstrom;
     let (target_tabor, actual_tabor) =
         (tabor(target.curvature_radius, target.gamma, target.rho), tabor(radius_reduced, gamma_reduced, rho_reduced));
-    // The range that would keep the Tabor number with the blunter summits after the low-pass.
-    let keeping = if target_tabor > 0.0 {
+    // The range that would keep the Tabor parameter with the blunter summits after the low-pass.
+    let range_for_target = if target_tabor > 0.0 {
         tabor(radius_reduced, gamma_reduced, 1.0) / target_tabor * actual.length_angstrom
     } else {
         rho
     };
     let reason = format!(
-        "μ_T = R_c^(1/3) (γ/E*)^(2/3)/ρ = {actual_tabor:.3} with R_c = {:.2} Å and ρ = {rho:.4} Å; μ_T = {target_tabor:.3} would need \
-         ρ = {keeping:.4} Å",
+        "μ = R_c^(1/3) (γ/E*)^(2/3)/ρ = {actual_tabor:.3} with R_c = {:.2} Å and ρ = {rho:.4} Å; μ = {target_tabor:.3} would need \
+         ρ = {range_for_target:.4} Å",
         actual.curvature_radius_angstrom
     );
-    lines.push(line("Tabor number", "μ_T", target_tabor, actual_tabor, keeping >= least, reason));
+    lines.push(line("Tabor parameter", "μ", target_tabor, actual_tabor, range_for_target >= smallest_range, reason));
     Ok(())
 }
 
@@ -181,24 +181,32 @@ fn roughness(target: &Target, actual: &Actual) -> [AuditLine; 4] {
     let bond = actual.a0_angstrom / SQRT_2;
     let lambda_s = target.lambda_s * actual.length_angstrom;
     let lambda = actual.lambda_min_angstrom;
-    let full = format!("rms gradient {:.4} over the whole spectrum, before the low-pass", actual.rms_gradient);
+    let full_reason = format!("rms gradient {:.4} over the whole spectrum, before the low-pass", actual.rms_gradient);
     // Indenter atoms on a lattice represent no wave shorter than two spacings, a crystal none shorter than two bonds.
     let reachable = lambda_s >= (2.0 * bond).max(2.0 * actual.spacing_angstrom());
-    let resolved = format!(
+    let resolved_reason = format!(
         "rms gradient {:.4} remains of {:.4} in the waves of {lambda:.2} Å and longer",
         actual.resolved_gradient, actual.rms_gradient
     );
-    let bonds = format!(
+    let bonds_reason = format!(
         "λ_s = {lambda_s:.3} Å is {:.3} bond lengths a0/√2 = {bond:.3} Å; the shortest wave kept is {:.2}",
         lambda_s / bond,
         lambda / bond
     );
-    let cut = format!("waves below {lambda:.2} Å are left out, {:.2} times λ_s = {lambda_s:.3} Å", lambda / lambda_s);
+    let cut_reason =
+        format!("waves below {lambda:.2} Å are left out, {:.2} times λ_s = {lambda_s:.3} Å", lambda / lambda_s);
     [
-        line("slope", "ḡ", target.rms_gradient, actual.rms_gradient, true, full),
-        line("resolved rms gradient", "ḡ(λ_min)", target.rms_gradient, actual.resolved_gradient, reachable, resolved),
-        line("shortest wave in bonds", "λ_s √2/a0", lambda_s / bond, lambda / bond, reachable, bonds),
-        line("shortest wave", "λ_min/λ_s", 1.0, lambda / lambda_s, reachable, cut),
+        line("slope", "ḡ", target.rms_gradient, actual.rms_gradient, true, full_reason),
+        line(
+            "resolved rms gradient",
+            "ḡ(λ_min)",
+            target.rms_gradient,
+            actual.resolved_gradient,
+            reachable,
+            resolved_reason,
+        ),
+        line("shortest wave in bonds", "λ_s √2/a0", lambda_s / bond, lambda / bond, reachable, bonds_reason),
+        line("shortest wave", "λ_min/λ_s", 1.0, lambda / lambda_s, reachable, cut_reason),
     ]
 }
 
@@ -348,7 +356,7 @@ mod tests {
                 ("work of adhesion", "kept"),
                 ("adhesion range", "unreachable"),
                 ("adhesive stress", "unreachable"),
-                ("Tabor number", "unreachable"),
+                ("Tabor parameter", "unreachable"),
                 ("slope", "kept"),
                 ("resolved rms gradient", "unreachable"),
                 ("shortest wave in bonds", "unreachable"),
@@ -361,11 +369,11 @@ mod tests {
                 ("contact distance", "kept"),
             ]
         );
-        // 0.2857 GPa on (97.797 nm)² is 1705.5 eV/Å; ρ would be 0.0203 Å; γ/(ρE*) = 0.9657; μ_T = 3.0007.
+        // 0.2857 GPa on (97.797 nm)² is 1705.5 eV/Å; ρ would be 0.0203 Å; γ/(ρE*) = 0.9657; μ = 3.0007.
         assert!(find(&lines, "load").reason.contains("0.2857 GPa, 1705.5 eV/Å"), "{}", find(&lines, "load").reason);
         assert!(find(&lines, "adhesion range").reason.contains("0.0203 Å"));
         assert!((find(&lines, "adhesive stress").target - 0.9657).abs() < 1e-4);
-        let tabor = find(&lines, "Tabor number");
+        let tabor = find(&lines, "Tabor parameter");
         assert!((tabor.target - 3.0007).abs() < 1e-3, "{}", tabor.target);
         // (6.1 Å)^(1/3) (19.56e-3 Å)^(2/3)/0.5 Å: DMT-like.
         assert!((tabor.actual - 0.2653).abs() < 1e-3, "{}", tabor.actual);

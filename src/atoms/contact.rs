@@ -153,8 +153,8 @@ mod tests {
     #[test]
     fn clearance_is_the_rise_to_the_contact_distance() {
         let block = Block::new(4, 2, 5.5884, 7.0).expect("valid");
-        let heights: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
-        let indenter = Indenter::above(&block, 9, heights, R_M).expect("valid");
+        let heights_angstrom: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
+        let indenter = Indenter::above(&block, 9, heights_angstrom, R_M).expect("valid");
         for position in shaken(&block).positions {
             let [x, y, z] = position;
             let rise = clearance(position, &indenter, D_C);
@@ -166,8 +166,8 @@ mod tests {
     #[test]
     fn contact_agrees_with_a_search_of_all_pairs() {
         let block = Block::new(4, 2, 5.5884, 7.0).expect("valid");
-        let heights: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
-        let indenter = Indenter::above(&block, 9, heights, R_M).expect("valid");
+        let heights_angstrom: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
+        let indenter = Indenter::above(&block, 9, heights_angstrom, R_M).expect("valid");
         let (frame, surface, l) = (shaken(&block), block.surface(), block.length());
         let mut met = 0;
         for lowered in [0.0, 1.0, 2.5, 6.0] {

@@ -43,6 +43,7 @@ pub struct LayerDisplacementField {
     modes: Vec<Mode>,
 }
 
+/// One wave: mode numbers, and the amplitude of its pressure over E*.
 #[derive(Debug, Clone, Copy)]
 struct Mode {
     kx: i64,
@@ -109,7 +110,7 @@ impl LayerDisplacementField {
             },
             &mut spectrum,
         );
-        let most = block.cells as f64 / SHORTEST_WAVE_CELLS;
+        let largest_mode = block.cells as f64 / SHORTEST_WAVE_CELLS;
         let mut modes = Vec::new();
         for j in 0..grid.ny {
             let ky = signed_mode(j, grid.ny);
@@ -117,10 +118,10 @@ impl LayerDisplacementField {
                 let first_of_pair = kx > 0 || ky > 0;
                 let resolved = 2 * kx < grid.nx as i64 && 2 * ky.abs() < grid.ny as i64;
                 let k = ((kx * kx + ky * ky) as f64).sqrt();
-                if first_of_pair && resolved && k <= most {
+                if first_of_pair && resolved && k <= largest_mode {
                     let stiffness = layer.stiffness(TAU * kx as f64, TAU * ky as f64);
-                    let sunk = spectrum[j * grid.pitch() + kx as usize] / grid.points() as f64;
-                    modes.push(Mode { kx, ky, pressure: sunk * stiffness });
+                    let displacement = spectrum[j * grid.pitch() + kx as usize] / grid.points() as f64;
+                    modes.push(Mode { kx, ky, pressure: displacement * stiffness });
                 }
             }
         }
@@ -201,15 +202,15 @@ impl LayerDisplacementField {
         let length = block.length();
         let top = block.top_z();
         let lowest = if block.foundation_cells > 0 { 0 } else { block.base_layers };
-        let still = lowest as u64 * block.atoms_per_layer();
+        let fixed_atoms = lowest as u64 * block.atoms_per_layer();
         write!(
             out,
             "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS pp pp ff\n0 {length}\n0 {length}\n0 {top}\n\
              ITEM: ATOMS id vx vy vz\n",
-            block.atoms() - still
+            block.atoms() - fixed_atoms
         )
         .map_err(failed)?;
-        let mut id = still + 1;
+        let mut id = fixed_atoms + 1;
         for index in lowest..block.layers() {
             for [x, y, z] in self.of_layer(block, index, &transform)? {
                 writeln!(out, "{id} {x:.6} {y:.6} {z:.6}").map_err(failed)?;

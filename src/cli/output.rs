@@ -308,20 +308,20 @@ fn acceptance(list: &[AcceptanceCheck]) -> String {
     let number = |v: f64| significant(v, 4);
     table(
         &["", "statement", "value", "reference", "accepted", "unit", "status", "why"],
-        list.iter().map(|j| {
+        list.iter().map(|check| {
             vec![
-                j.id.clone(),
-                j.statement.clone(),
-                j.value.map_or("-".into(), number),
-                j.reference.map_or("-".into(), number),
-                j.accepted(number).unwrap_or("-".into()),
-                if j.unit == "1" { String::new() } else { j.unit.clone() },
-                match (j.status, j.scope) {
+                check.id.clone(),
+                check.statement.clone(),
+                check.value.map_or("-".into(), number),
+                check.reference.map_or("-".into(), number),
+                check.accepted(number).unwrap_or("-".into()),
+                if check.unit == "1" { String::new() } else { check.unit.clone() },
+                match (check.status, check.scope) {
                     (CheckStatus::Fail, CheckScope::LongerRange) => "fail, longer range".into(),
                     (CheckStatus::Fail, _) => "FAIL".into(),
                     (status, _) => status.to_string(),
                 },
-                j.reason.clone(),
+                check.reason.clone(),
             ]
         }),
     )
@@ -331,15 +331,15 @@ fn acceptance(list: &[AcceptanceCheck]) -> String {
 /// of the report.
 pub fn finished(
     json: bool,
-    (out, page): (&Path, &Path),
+    (folder, report): (&Path, &Path),
     (key, results): (&str, &impl Serialize),
     print_results: impl FnOnce(),
 ) -> Result<()> {
     if json {
-        return json_line(&serde_json::json!({ "out": path(out), "report": path(page), key: results }));
+        return json_line(&serde_json::json!({ "out": path(folder), "report": path(report), key: results }));
     }
     print_results();
-    print(&format!("report: {}", page.display()));
+    print(&format!("report: {}", report.display()));
     Ok(())
 }
 

@@ -112,7 +112,7 @@ impl ContactMethod for Experiment {
         require::hard_wall(problem, CARD.id)?;
         problem.settings.experiment.check()?;
         let grid = problem.grid;
-        let mut printed = require::from_lowest(problem).into_owned();
+        let mut printed = require::heights_above_lowest(problem).into_owned();
         box_average(grid, &mut printed, problem.settings.experiment.print_resolution);
         let (last, contact, gap) = (Vec::new(), Vec::new(), Vec::new());
         Ok(estimating(Laboratory { problem, observer, printed, last, contact, gap }))

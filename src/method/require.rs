@@ -100,8 +100,8 @@ pub(super) fn positive(value: f64, id: &str, key: &str) -> Result<f64> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { refuse(id, key, value, "a positive number") }
 }
 
-/// Heights on the nodes above the lowest one: an offset would cost digits.
-pub(super) fn from_lowest<'p>(problem: &Problem<'p>) -> Cow<'p, [f64]> {
+/// Heights `[ny, nx]` on the nodes above the lowest one, L: an offset would cost digits.
+pub(super) fn heights_above_lowest<'p>(problem: &Problem<'p>) -> Cow<'p, [f64]> {
     let nodes = match problem.heights {
         super::Heights::Nodes(nodes) => Cow::Borrowed(nodes),
         heights => Cow::Owned(heights.on_nodes(problem.grid).into_owned()),

@@ -82,7 +82,7 @@ impl ContactMethod for Srgw {
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
-        let heights = require::from_lowest(problem);
+        let heights = require::heights_above_lowest(problem);
         let settings = problem.settings.srgw;
         let summits = require::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
         let jkr = Jkr { gamma: problem.adhesion.work_of_adhesion() };

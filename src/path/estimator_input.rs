@@ -78,14 +78,15 @@ impl<'a> EstimatorInput<'a> {
     ) -> Result<()> {
         let problem = self.problem();
         let scale = self.scale;
-        let inside = scale.loads(&self.problem, loads)?;
+        // In the unit of the method.
+        let scaled_loads = scale.loads(&self.problem, loads)?;
         let id = self.method.card().id;
         let mut run = self.method.start(&problem, observer)?.estimator()?;
         // The method needs previous loads only if further loads follow.
         if known < loads.len() {
-            inside[..known].iter().try_for_each(|&load| run.replay(load))?;
+            scaled_loads[..known].iter().try_for_each(|&load| run.replay(load))?;
         }
-        for (i, &load) in inside.iter().enumerate().skip(known) {
+        for (i, &load) in scaled_loads.iter().enumerate().skip(known) {
             let found = run.estimate(load)?;
             match found.stop {
                 Stop::Converged if scale.is_one() => visit(i, &problem, &found)?,

@@ -105,7 +105,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
         Err(e) => return Err(e),
     };
     writer.remove_files();
-    stiffen(&mut states, matches!(problem.kernel, Elastic::NonPeriodic(_)));
+    set_contact_stiffness(&mut states, matches!(problem.kernel, Elastic::NonPeriodic(_)));
     let percolation = percolation(&states);
     let hysteresis_work = request.hysteresis.then(|| compare_branches(&mut states, request.steps));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
@@ -234,10 +234,10 @@ pub(super) fn range_results(requested: Adhesion, used: Adhesion, grid: Grid) -> 
 
 /// Sets the contact stiffness along each branch. The state at load reversal belongs to both branches, and is evaluated
 /// with the first.
-fn stiffen(states: &mut [StateResults], patch: bool) {
-    // The gap of a patch that is conjugate to the pressure is the rigid approach.
+fn set_contact_stiffness(states: &mut [StateResults], non_periodic: bool) {
+    // Of a body that is not periodic the rigid approach is conjugate to the pressure.
     let separation =
-        |s: &StateResults| if patch { -s.numbers.displacement.unwrap_or(f64::NAN) } else { s.separation() };
+        |s: &StateResults| if non_periodic { -s.numbers.displacement.unwrap_or(f64::NAN) } else { s.separation() };
     let mut first = 0;
     while first < states.len() {
         let kind = states.get(first + 1).map_or(states[first].branch, |s| s.branch);
@@ -245,15 +245,16 @@ fn stiffen(states: &mut [StateResults], patch: bool) {
         let branch = &mut states[first..first + length];
         // Small steps are at the ends of a branch; that of a reversal is beyond it, on the first branch.
         let rises = length == 1 || branch[1].numbers.pressure > branch[0].numbers.pressure;
-        let mut points: Vec<(f64, f64)> = branch.iter().map(|s| (s.numbers.pressure, separation(s))).collect();
-        let beyond = |state: &StateResults, above: bool| {
+        // Pressure (E*) and separation (L) along the branch.
+        let mut curve: Vec<(f64, f64)> = branch.iter().map(|s| (s.numbers.pressure, separation(s))).collect();
+        let small_step = |state: &StateResults, at_higher_pressure: bool| {
             let step = |&[p, g]: &[f64; 2]| (p, g);
-            state.steps.iter().map(step).find(|(p, _)| (*p > state.numbers.pressure) == above)
+            state.steps.iter().map(step).find(|(p, _)| (*p > state.numbers.pressure) == at_higher_pressure)
         };
-        points.extend(beyond(&branch[length - 1], rises));
-        let before = beyond(&branch[0], !rises).filter(|_| branch[0].numbers.stiffness.is_none());
-        let points: Vec<(f64, f64)> = before.into_iter().chain(points).collect();
-        let slopes = stiffness(&points).into_iter().skip(usize::from(before.is_some()));
+        curve.extend(small_step(&branch[length - 1], rises));
+        let before = small_step(&branch[0], !rises).filter(|_| branch[0].numbers.stiffness.is_none());
+        let curve: Vec<(f64, f64)> = before.into_iter().chain(curve).collect();
+        let slopes = stiffness(&curve).into_iter().skip(usize::from(before.is_some()));
         for (state, k) in branch.iter_mut().zip(slopes).filter(|(s, _)| s.numbers.stiffness.is_none()) {
             state.numbers.stiffness = k.map(|k| k.value);
             state.numbers.stiffness_error = k.and_then(|k| k.error);

@@ -138,7 +138,7 @@ pub(super) fn of_atoms(
         state.contact_map = Some(s.contact_map.clone());
         results.states.push(state);
     }
-    stiffen(&mut results.states);
+    set_contact_stiffness(&mut results.states);
     Ok(results)
 }
 
@@ -165,7 +165,7 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
 }
 
 /// Sets the contact stiffness from neighbouring loads where the method gives none.
-fn stiffen(states: &mut [MethodState]) {
+fn set_contact_stiffness(states: &mut [MethodState]) {
     let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.numbers.pressure, s.mean_gap?))).collect();
     let with_gap = states.iter_mut().filter(|s| s.mean_gap.is_some());
     for (state, k) in with_gap.zip(stiffness(&points)).filter(|(s, _)| s.numbers.stiffness.is_none()) {
@@ -281,7 +281,7 @@ fn estimate(
         watch.next();
         Ok(())
     })?;
-    stiffen(states);
+    set_contact_stiffness(states);
     Ok(())
 }
 

@@ -216,6 +216,7 @@ pub struct AtomsResults {
     pub length_angstrom: f64,
     /// Contact modulus E* of the block, GPa.
     pub modulus_gpa: f64,
+    /// Numbers of atoms: deformable, of the fixed base, of the indenter.
     pub deformable: usize,
     pub fixed: usize,
     pub indenter: usize,

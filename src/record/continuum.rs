@@ -134,8 +134,8 @@ pub struct StateResults {
     /// Distributions, clusters and derived observables.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observed: Option<Observed>,
-    /// Small steps next to this load, for its stiffness: pressure (E*) and mean gap (L), of a non-periodic body minus
-    /// the displacement.
+    /// Small load steps next to this load, for its contact stiffness: pressure (E*) and separation (L), the mean gap
+    /// without its plastic part; of a body that is not periodic minus the displacement.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<[f64; 2]>,
     /// Solved flow through the gap, if requested; conductivities in L³.

@@ -214,7 +214,7 @@ fn pull_off(n: usize, s: f64, adhesion: Adhesion, approaches: impl Iterator<Item
 /// Johnson, Kendall & Roberts (1971): a pull-off of 3/2 πγR, and a contact radius (9π γR²/2E*)^(1/3) without load.
 #[test]
 fn jkr() {
-    /// Measured at a Tabor number of 5.1: 1.1 % for both; at 3.6: 2.4 %.
+    /// Measured at a Tabor parameter of 5.1: 1.1 % for both; at 3.6: 2.4 %.
     const TOLERANCE: f64 = 0.02;
     let (n, s) = (512, 0.1f64);
     let gamma = s.powi(3);
@@ -229,7 +229,7 @@ fn jkr() {
 }
 
 /// Pull-off over πγR after Maugis (J. Colloid Interface Sci. 150 (1992) 243, eqs. 6.26 to 6.28), for his parameter
-/// λ = (9/2π)^(1/3) μ of the Tabor number μ. With contact radius a in units of (πγR²/K)^(1/3), K = 4E*/3, and the
+/// λ = (9/2π)^(1/3) μ of the Tabor parameter μ. With contact radius a in units of (πγR²/K)^(1/3), K = 4E*/3, and the
 /// cohesive zone out to m a.
 fn maugis(tabor: f64) -> f64 {
     let lambda = (4.5 / PI).cbrt() * tabor;
@@ -262,7 +262,7 @@ fn maugis_pull_off() {
         let found = maugis(lambda / (4.5 / PI).cbrt());
         assert!((found - expected).abs() < TABULATED, "{lambda}: {found}");
     }
-    /// 1.3 % at a Tabor number of 5, whose cohesive resolution is 1; 0.4 % and less at the others.
+    /// 1.3 % at a Tabor parameter of 5, whose cohesive resolution is 1; 0.4 % and less at the others.
     const TOLERANCE: f64 = 0.02;
     for (tabor, n, s, from, to) in [
         (0.1, 256, 0.05f64, 1.0, -1.0),

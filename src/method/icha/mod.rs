@@ -98,7 +98,7 @@ impl ContactMethod for Icha {
         if !(1..=1000).contains(&settings.steps_per_decade) {
             return Err(require::refused(CARD.id, "icha.steps_per_decade", settings.steps_per_decade, "1 to 1000"));
         }
-        let heights = require::from_lowest(problem);
+        let heights = require::heights_above_lowest(problem);
         let summits = require::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
         let fresh = Spots::new(problem.grid, &summits);
         Ok(estimating(Path {

@@ -88,7 +88,7 @@ impl ContactMethod for Winkler {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;
-        let heights = require::from_lowest(problem);
+        let heights = require::heights_above_lowest(problem);
         let length = spring_length(problem, &heights)?;
         Ok(estimating(Springs {
             problem,
