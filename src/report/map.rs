@@ -75,8 +75,8 @@ impl Framed<'_> {
         let down = across * self.cell_m[1] / self.cell_m[0];
         let below = top + down;
         let rows = match self.legend {
-            Legend::Ramp(_) => 3.6,
-            Legend::OverContact(_) => 5.0,
+            Legend::Ramp(_) => 4.1,
+            Legend::OverContact(_) => 5.3,
             Legend::None => 0.0,
         };
         let alt = escaped(self.alt);

@@ -325,10 +325,10 @@ fn a_loading_cycle_is_described_by_its_extremes() {
     c.pull_off_failure = Some("fast stopped".into());
     results.write(folder.path()).unwrap();
     let page = page(folder.path()).replace('\u{a0}', " ");
-    let text = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm (± 1.00×10⁻⁵ % or less) and the contact 3.00 % to 22.0 % (± 3.12 % \
+    let text = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm (± 1.00×10⁻⁵ % of it or less) and the contact 3.00 % to 22.0 % (± 3.12 % of it \
                 or less); at p* = 0.01 it is 5.00 % on loading and 8.00 % on unloading";
     assert!(page.contains(text), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
-    let tile = "<data value=\"0.22\">22.0 %</data><span class=\"error\"> ± 0.69 %</span>";
+    let tile = "<data value=\"0.22\">22.0</data><span class=\"error\"> ± 0.69 %</span>";
     assert!(page.contains(tile), "{}", &page[page.find("div class=\"tiles\"").unwrap()..][..900]);
     assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
     let curves = std::fs::read_to_string(folder.path().join("figures/mean-gap.svg")).unwrap();

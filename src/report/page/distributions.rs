@@ -8,7 +8,7 @@ use super::loads::back;
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
 use crate::record::results::{ContinuumResults, Observed, StateResults};
-use crate::report::number::{percent, si, significant, trimmed};
+use crate::report::number::{percent, si, si_scale, significant, trimmed};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 
 /// Number of plotted loads, spread over the load path.
@@ -35,7 +35,10 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     let n = all.len();
     let shown: Vec<usize> =
         if n <= LOADS { (0..n).collect() } else { (0..LOADS).map(|i| i * (n - 1) / (LOADS - 1)).collect() };
-    let (um, kpa) = (writer.scales.length_m * 1e6, writer.scales.modulus_pa * 1e-3);
+    let um = writer.scales.length_m * 1e6;
+    let modulus_pa = writer.scales.modulus_pa;
+    let largest = all.iter().filter_map(|(_, o)| o.stress.edges.last()).fold(0.0, |most: f64, edge| most.max(*edge));
+    let (unit_pa, prefix) = si_scale(largest * modulus_pa);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
         let curve = |(look, &i): (&Style, &usize)| Curve {
             label: format!("p* = {}{}", trimmed(all[i].0.numbers.p_star, 4), back(all[i].0)),
@@ -51,8 +54,8 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     );
     let stresses = Plot::new(
         (Axis::Linear, Axis::Log),
-        ("stress (kPa), compression positive", "probability density (1/kPa)"),
-        curves(&|o| o.stress.density_in(kpa)),
+        (&format!("stress ({prefix}Pa), compression positive"), &format!("probability density (1/{prefix}Pa)")),
+        curves(&|o| o.stress.density_in(modulus_pa / unit_pa)),
     );
     // Counting errors: d/√n of n clusters.
     let counting = |o: &Observed| o.patch_density.iter().map(|[_, d, n]| d / (um * um) / n.max(1.0).sqrt()).collect();
@@ -63,7 +66,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     let sizes = Plot { errors, ..Plot::new((Axis::Log, Axis::Log), labels, sizes) };
     let shares = Plot::new(
         (Axis::Log, Axis::Linear),
-        ("area of a cluster (µm²)", "fraction of the contact in clusters up to it"),
+        ("area of a cluster (µm²)", "cumulative fraction of the contact"),
         curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
     );
     let mut figures = Vec::new();

@@ -120,17 +120,18 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
     let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     let atoms = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
     let continuum = span(matches.iter().map(|(_, m)| m.contact_fraction), percent);
-    let verdict = match doubt {
-        Some(d) if off.abs() <= d => "Atoms and continuum agree within the uncertainty",
-        Some(_) => "Atoms and continuum differ by more than the uncertainty of the continuum",
-        None => "Atoms and continuum, uncertainty not known",
+    let within = match doubt {
+        Some(d) if off.abs() <= d => "within the uncertainty",
+        Some(_) => "more than the uncertainty",
+        None => "not compared with the uncertainty",
     };
     let doubt = doubt.map_or("not known".into(), |d| format!("± {}", percent(d)));
     Some(html! {
-        strong { (verdict) } ": at " (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms are in "
-        (term(Term::Contact)) " and " (continuum) " of the continuum (" (best.label()) "); the areas differ by at most "
-        (percent(off.abs())) " (uncertainty of the continuum there " (doubt) "), and the maps agree with " (term(Term::Kappa)) " ≥ "
-        (significant(lowest, 2)) " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) ")."
+        strong { "The contact areas of atoms and continuum differ by at most " (percent(off.abs())) ", and the maps agree with " (term(Term::Kappa)) " ≥ "
+            (significant(lowest, 2)) }
+        " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum there (" (doubt) "). At "
+        (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms are in " (term(Term::Contact)) " and " (continuum) " of the continuum ("
+        (best.label()) ")."
     })
 }
 
@@ -172,15 +173,15 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
     Some(super::figures::capitalised(&sentence))
 }
 
-/// ` (± 3.2 %)`, relative; empty if no component is known.
+/// ` (± 3.2 % of it)`; empty if no component is known.
 fn plus_minus(s: &StateResults, quantity: Quantity) -> String {
-    relative(s, quantity).map_or(String::new(), |r| format!(" (± {})", percent(r)))
+    relative(s, quantity).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)))
 }
 
-/// ` (± 3.2 % or less)`: the largest relative uncertainty over the loads.
+/// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads.
 fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
     let known = c.states.iter().filter(|s| s.numbers.stop != "detached").filter_map(|s| relative(s, quantity));
-    known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} or less)", percent(r)))
+    known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} of it or less)", percent(r)))
 }
 
 /// The last unloading state with a loading state at the same load: (loading, unloading).
@@ -242,7 +243,11 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     let mut tiles = vec![
         Tile {
             name: html! { (term(Term::Contact)) " at " (at) (scale) },
-            value: percent(s.contact_fraction_corrected),
+            // One unit for value and error: `8.10 ± 0.18 %` is no relative error.
+            value: match area {
+                Some(_) => significant(100.0 * s.contact_fraction_corrected, 3),
+                None => percent(s.contact_fraction_corrected),
+            },
             exact: Some(s.contact_fraction_corrected),
             error: error(s.contact_fraction_corrected, area, two_digits),
             note: format!("of the cell, perimeter-corrected; {}", c.method),
