@@ -58,7 +58,7 @@ pub enum Error {
     #[error("{}", lines(.file, .list))]
     Syntax { file: PathBuf, list: Vec<(Option<usize>, String)> },
     /// A file whose contents are not in the expected format.
-    #[error("{}: {found}; accepted: {accepted}", .file.display())]
+    #[error("{}: {found}; accepted: {accepted}", one_line(&.file.display().to_string()))]
     Format { file: PathBuf, found: String, accepted: String },
     /// A height that is not a finite number, by index from 0 (row = y, column = x); the message counts from 1, as for lines of text.
     #[error("{place}: the height in row {}, column {} (counted from 1) is {value}; accepted: finite numbers", .row + 1, .column + 1)]
@@ -94,7 +94,7 @@ pub enum Error {
     #[error("cannot write on stdout: {source}; files that the command names are complete")]
     Output { source: std::io::Error },
     /// An operation on a file failed.
-    #[error("cannot {doing} {}: {source}", .path.display())]
+    #[error("cannot {doing} {}: {source}", one_line(&.path.display().to_string()))]
     Io { doing: &'static str, path: PathBuf, source: std::io::Error },
 }
 

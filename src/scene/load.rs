@@ -170,11 +170,14 @@ pub struct LoadRange {
 impl LoadRange {
     /// Widest accepted range of loads.
     pub const DECADES: f64 = 20.0;
+    /// Accepted loads per factor of ten.
+    pub const PER_DECADE: std::ops::RangeInclusive<usize> = 1..=100;
 
-    /// The loads; none where the ends are no positive numbers.
+    /// The loads; none where the ends are no positive numbers, or the range is not accepted.
     fn loads(&self) -> Vec<f64> {
         let decades = self.to.log10() - self.from.log10();
-        if !(decades.is_finite() && decades.abs() <= Self::DECADES) {
+        let accepted = decades.abs() <= Self::DECADES && Self::PER_DECADE.contains(&self.per_decade);
+        if !(decades.is_finite() && accepted) {
             return Vec::new();
         }
         let steps = (decades.abs() * self.per_decade as f64 - 1e-9).ceil().max(1.0);

@@ -97,7 +97,7 @@ fn load_range(c: &mut Complaints, r: &LoadRange) {
         &format!("a load within {} decades of .from", LoadRange::DECADES),
     );
     let per_decade = r.per_decade;
-    c.unless((1..=100).contains(&per_decade), "load.p_star_range.per_decade", per_decade, "1 to 100 loads");
+    c.unless(LoadRange::PER_DECADE.contains(&per_decade), "load.p_star_range.per_decade", per_decade, "1 to 100 loads");
 }
 
 /// Atoms are pressed to the highest load and unloaded once, and each load is read on its branch.
