@@ -387,7 +387,7 @@ fn a_hardness_bounds_the_contact_stress() {
         "{curve}"
     );
     for (more, words) in [
-        (&["--hardness", "200MPa", "--pressure", "250MPa"][..], "where every node flows"),
+        (&["--hardness", "200MPa", "--pressure", "250MPa"][..], "at which every node flows"),
         (&["--hardness", "200MPa", "--pressure", "20MPa", "--method", "winkler"], "models plastic flow"),
         (&["--hardness", "-1", "--pressure", "20MPa"], "--hardness"),
         (&["--hardness", "200MPa", "--contact", "0.1"], "pressure, force or p*"),
