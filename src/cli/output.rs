@@ -268,18 +268,13 @@ pub fn comparison(results: &Results) {
             significant(load.atoms_mean_gap_angstrom, 4),
         ];
         let lines = load.continuum.iter().map(|m| {
-            let gap = if m.id == "compliant_wall" {
-                load.compliant_wall_mean_gap_angstrom
-            } else {
-                load.hard_wall_mean_gap_angstrom
-            };
             vec![
                 "".into(),
                 m.criterion.clone(),
                 percent(m.contact_fraction),
                 pair(&m.overlap, &m.shifted, |o| o.jaccard),
                 pair(&m.overlap, &m.shifted, |o| o.kappa),
-                significant(gap, 4),
+                load.mean_gap_angstrom(&m.id).map_or_else(String::new, |gap| significant(gap, 4)),
             ]
         });
         std::iter::once(atoms).chain(lines.collect::<Vec<_>>())

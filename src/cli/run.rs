@@ -77,7 +77,7 @@ impl Run {
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
         if let Some(difference) = pipeline::other_scene(&case, &out).filter(|_| !self.overwrite) {
             let found = format!("{} (contains the results of another scene: {difference})", out.display());
-            let accepted = "another folder, or --overwrite to replace these results";
+            let accepted = "another folder, or --overwrite to replace these results (stages that do not depend on the difference are kept)";
             return Err(Error::input("command line", "--out", found, accepted));
         }
         let progress = TerminalProgress::new();

@@ -86,15 +86,18 @@ pub(super) fn findings(
         ));
         list.extend(yielding.iter().zip(&matched.yielding).map(|(yielding, wall)| {
             format!(
-                "p* = {}: compliant wall with the crystal's hardness of {:.2} GPa: {} (the atoms deviate by {}), κ = {}. \
-                 Without it the deviation is {}, κ = {}.",
+                "p* = {}: compliant wall with the crystal's hardness of {:.2} GPa: {} (the atoms deviate by {}), κ = {}, mean \
+                 gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {}, κ = {}, the mean gap {:.3} Å.",
                 load.p_star,
                 wall.hardness.unwrap_or(f64::NAN) * atoms.modulus_gpa,
                 percent(yielding.contact_fraction),
                 percent(over(yielding)),
                 kappa(&yielding.overlap),
+                load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
+                load.atoms_mean_gap_angstrom,
                 percent(over(compliant)),
                 kappa(&compliant.overlap),
+                load.compliant_wall_mean_gap_angstrom,
             )
         }));
         if load.registration != [0, 0] {

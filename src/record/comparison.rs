@@ -54,6 +54,19 @@ pub struct LoadComparison {
     pub area_vs_gap: Vec<[f64; 3]>,
 }
 
+impl LoadComparison {
+    /// Mean gap of the solution to which the criterion `id` is applied, Å. `None` for a criterion that was not applied.
+    #[must_use]
+    pub fn mean_gap_angstrom(&self, id: &str) -> Option<f64> {
+        match id {
+            "hard_wall" | "offset_wall" => Some(self.hard_wall_mean_gap_angstrom),
+            "compliant_wall" => Some(self.compliant_wall_mean_gap_angstrom),
+            "yielding_wall" => self.yielding_wall_mean_gap_angstrom,
+            _ => None,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CriterionArea {
     pub criterion: String,
@@ -63,7 +76,7 @@ pub struct CriterionArea {
 /// Contact of the continuum under one criterion, compared with the contact of the atoms at the same surface sites.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CriterionMatch {
-    /// "hard_wall", "offset_wall" or "compliant_wall".
+    /// "hard_wall", "offset_wall", "compliant_wall" or "yielding_wall".
     pub id: String,
     pub criterion: String,
     /// Offset of the atoms from the surface of the continuum before the distance criterion is applied, Å.

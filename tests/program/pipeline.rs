@@ -23,6 +23,9 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// A killed LAMMPS ends after its parent: the signal is immediate, but a busy machine may schedule the process late.
 const GONE_WITHIN: Duration = Duration::from_secs(10);
 
+/// Rounding of a number to four digits.
+const FOUR_DIGITS: f64 = 5e-4;
+
 const STAGES: [&str; 6] = ["surface", "continuum", "matched", "lammps", "atoms", "compare"];
 
 struct Bench {
@@ -169,6 +172,42 @@ fn a_finished_run_is_not_run_again() {
     for file in ["report.html", "run.mcap", "manifest.json"] {
         assert!(out.join(file).metadata().expect(file).len() > 0);
     }
+}
+
+#[test]
+fn a_hardness_of_the_crystal_repeats_no_atoms_and_lowers_the_mean_gap() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let numbers = |hardness: &str| {
+        let scene = bench.scene("[0.05]", COARSE, &format!("hardness_gpa = {hardness}\n"));
+        let (results, _) = bench.results(&scene, "run");
+        let load = &results["comparison"]["loads"][0];
+        let wall = load["continuum"].as_array().expect("criteria").iter().find(|m| m["id"] == "yielding_wall");
+        let contact = wall.expect("the wall with hardness")["contact_fraction"].as_f64().expect("a number");
+        let gap = |key: &str| load[key].as_f64().expect("a number");
+        let gaps = ["compliant_wall_mean_gap_angstrom", "yielding_wall_mean_gap_angstrom"].map(gap);
+        let stages = results["stages"].as_array().expect("stages").clone();
+        let repeated: Vec<String> = stages
+            .iter()
+            .filter(|s| s["reused"] == false)
+            .map(|s| s["name"].as_str().expect("a name").into())
+            .collect();
+        (contact, gaps, repeated)
+    };
+    let (hard_contact, [elastic, hard], _) = numbers("20.0");
+    let (soft_contact, [same, soft], repeated) = numbers("3.0");
+    assert_eq!(repeated, ["yielding", "compare"]);
+    assert_eq!(elastic, same);
+    assert!(soft < hard && hard <= elastic, "{soft} < {hard} <= {elastic}");
+    assert!(soft_contact > hard_contact, "{soft_contact} > {hard_contact}");
+
+    // The table of a run has the same numbers.
+    let again = asperity().arg("run").arg(bench.path("tiny.toml")).arg("--out").arg(bench.path("run")).output();
+    let output = again.expect("started");
+    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    let row = table.lines().find(|l| l.contains("compliant wall with hardness")).expect("a row");
+    let printed: f64 = row.split_whitespace().last().expect("a column").replace('−', "-").parse().expect("a number");
+    assert!((printed - soft).abs() < FOUR_DIGITS * soft.abs(), "{row}: {soft}");
 }
 
 #[test]

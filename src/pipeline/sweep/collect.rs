@@ -1,7 +1,7 @@
 //! Numbers of a finished point.
 
 use crate::load::Branch;
-use crate::record::comparison::{ComparisonResults, LoadComparison};
+use crate::record::comparison::ComparisonResults;
 use crate::record::continuum::{ContinuumResults, StateResults};
 use crate::record::ensemble::{Observable, Observation};
 use crate::record::methods::MethodResults;
@@ -90,20 +90,12 @@ fn comparison(list: &mut Vec<Observation>, c: &ComparisonResults) {
         for m in &l.continuum {
             let values = [
                 ("contact_fraction", "1", Some(m.contact_fraction)),
-                ("mean_gap", "angstrom", mean_gap(l, &m.id)),
+                ("mean_gap", "angstrom", l.mean_gap_angstrom(&m.id)),
                 ("kappa", "1", Some(m.overlap.kappa)),
                 ("jaccard", "1", Some(m.overlap.jaccard)),
                 ("kappa_misaligned", "1", Some(m.shifted.kappa)),
             ];
             add(list, (m.label(), load, Branch::Loading, l.p_star), &values);
         }
-    }
-}
-
-fn mean_gap(l: &LoadComparison, id: &str) -> Option<f64> {
-    match id {
-        "hard_wall" => Some(l.hard_wall_mean_gap_angstrom),
-        "compliant_wall" => Some(l.compliant_wall_mean_gap_angstrom),
-        _ => None,
     }
 }

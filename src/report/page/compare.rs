@@ -232,6 +232,7 @@ fn agreement(m: &CriterionMatch) -> Markup {
 }
 
 fn matches(load: &LoadComparison) -> Markup {
+    let angstrom = |v: f64| format!("{}\u{a0}Å", significant(v, 4));
     let with_misaligned = |value: f64, shifted: f64| {
         html! { (significant(value, 3)) " " span.quiet { "(" (significant(shifted, 2)) ")" } }
     };
@@ -242,6 +243,7 @@ fn matches(load: &LoadComparison) -> Markup {
             vec![
                 html! { strong { (m.label()) } ": " (m.criterion) },
                 text(percent(m.contact_fraction)),
+                text(load.mean_gap_angstrom(&m.id).map_or_else(String::new, angstrom)),
                 with_misaligned(m.overlap.kappa, m.shifted.kappa),
                 with_misaligned(m.overlap.jaccard, m.shifted.jaccard),
                 with_misaligned(m.overlap.precision, m.shifted.precision),
@@ -251,6 +253,7 @@ fn matches(load: &LoadComparison) -> Markup {
         .chain([vec![
             html! { strong { "atoms" } ": " (load.atoms.criterion) },
             text(percent(load.atoms.contact_fraction)),
+            text(angstrom(load.atoms_mean_gap_angstrom)),
             html! {},
             html! {},
             html! {},
@@ -258,14 +261,11 @@ fn matches(load: &LoadComparison) -> Markup {
         ]])
         .collect();
     let [sx, sy] = load.registration;
-    let angstrom = |v: f64| format!("{}\u{a0}Å", significant(v, 4));
     html! {
-        (table(&["contact criterion", "contact", "κ", "Jaccard", "precision", "recall"], rows))
+        (table(&["contact criterion", "contact", "mean gap", "κ", "Jaccard", "precision", "recall"], rows))
         p.quiet { "In brackets: the same for the misaligned map. Precision: fraction of the continuum’s contact that is also contact of the "
             "atoms; recall: fraction of the atoms’ contact that is also contact of the continuum." }
-        p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
-            (angstrom(load.hard_wall_mean_gap_angstrom)) ", compliant wall " (angstrom(load.compliant_wall_mean_gap_angstrom))
-            ". Clusters, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.compliant_wall_patches))
+        p { "Clusters, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.compliant_wall_patches))
             " with the compliant wall. Outside both contacts the gaps of these two differ by "
             (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
             @if load.registration == [0, 0] { "Registration: the maps are aligned." }
