@@ -4,8 +4,8 @@
 #
 #   scripts/setup.sh           fails without LAMMPS
 #   scripts/setup.sh --tests   prints a prominent message without LAMMPS and continues: its tests are skipped; also creates a Python
-#                              environment with the readers of results.nc and of frames, and installs Chromium for the tests of the report;
-#                              continues without them, too
+#                              environment with the readers of results.nc and of frames, and installs Chromium for the tests of the report
+#                              and Slurm for those of sweeps on a cluster; continues without them, too
 set -eu
 
 case "${1-}" in
@@ -51,7 +51,16 @@ axe_version=4.14.1
 has_axe() { [ -f "$axe/node_modules/axe-core/axe.min.js" ]; }
 wants_axe() { [ "$need_lammps" = no ] && ! has_axe; }
 
+# A Slurm of two nodes for the tests of sweeps on a cluster (tests/common/slurm.sh).
+slurm_packages="slurmctld slurmd slurm-client munge"
+has_slurm() {
+    for daemon in slurmctld slurmd munged; do has "$daemon" || [ -x "/usr/sbin/$daemon" ] || return 1; done
+    has sbatch
+}
+wants_slurm() { [ "$need_lammps" = no ] && ! has_slurm; }
+
 packages=""
+wants_slurm && packages="$packages $slurm_packages"
 wants_browser && packages="$packages chromium"
 wants_axe && ! has npm && packages="$packages npm"
 wants_python && ! has_venv && packages="$packages python3-venv"
@@ -158,8 +167,18 @@ if wants_axe; then
 
 WORDS
 fi
+if wants_slurm; then
+    cat >&2 <<'WORDS'
+
+*********************************************************************************
+***  Slurm is missing and could not be installed: SWEEPS ON A CLUSTER ARE NOT ***
+***  TESTED. On Debian: apt-get install slurmctld slurmd slurm-client munge   ***
+*********************************************************************************
+
+WORDS
+fi
 if has_lammps; then
-    if wants_python || wants_ovito || wants_browser || wants_axe; then :; else echo "setup: everything is installed" >&2; fi
+    if wants_slurm || wants_python || wants_ovito || wants_browser || wants_axe; then :; else echo "setup: everything is installed" >&2; fi
 elif [ "$need_lammps" = no ]; then
     cat >&2 <<'WORDS'
 

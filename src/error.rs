@@ -88,6 +88,9 @@ pub enum Error {
     /// A program is missing on this machine.
     #[error("{program} was not found; {how}")]
     MissingProgram { program: String, how: String },
+    /// A command of the cluster's scheduler failed.
+    #[error("{program}: {}", one_line(.said))]
+    Cluster { program: String, said: String },
     #[error("interrupted; `run`, `tradeoff`, `atoms run` and `solve --out` resume after what is finished")]
     Interrupted,
     /// Results could not be written on stdout.
@@ -162,7 +165,7 @@ impl Error {
             Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
             Error::NotConverged { .. } | Error::PullOff { .. } | Error::AuxiliarySolve { .. } => 3,
             Error::Lammps { .. } => 4,
-            Error::Memory { .. } | Error::MissingProgram { .. } | Error::Output { .. } => 5,
+            Error::Memory { .. } | Error::MissingProgram { .. } | Error::Output { .. } | Error::Cluster { .. } => 5,
             Error::Io { source, .. } => match source.kind() {
                 StorageFull | QuotaExceeded | OutOfMemory => 5,
                 // A missing or unwritable path is a wrong argument.

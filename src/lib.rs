@@ -56,6 +56,8 @@ pub mod challenge;
 #[doc(hidden)]
 pub mod cli;
 #[doc(hidden)]
+pub mod cluster;
+#[doc(hidden)]
 pub mod compare;
 #[doc(hidden)]
 pub mod error;

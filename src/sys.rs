@@ -86,7 +86,12 @@ fn usage(who: libc::c_int) -> libc::rusage {
 /// that is less; `u64::MAX` where the kernel reports none of them.
 pub fn available_memory_bytes() -> u64 {
     let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|t| kib_after(&t, "MemAvailable:"));
-    machine.map(|kib| kib * 1024).into_iter().chain(memory::limit()).min().unwrap_or(u64::MAX)
+    machine
+        .map(|kib| kib * 1024)
+        .into_iter()
+        .chain(memory::limit(status_kib("self", "VmRSS:")))
+        .min()
+        .unwrap_or(u64::MAX)
 }
 
 /// Whether this process runs as root, which mpirun refuses by default.
@@ -220,6 +225,24 @@ pub fn terminate(process: u32) {
     }
 }
 
+static USER_SIGNAL: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+
+/// From now on SIGUSR1 is noted instead of ending the program.
+pub fn note_user_signal() {
+    extern "C" fn note(_: libc::c_int) {
+        USER_SIGNAL.store(true, std::sync::atomic::Ordering::Relaxed);
+    }
+    // SAFETY: the handler only stores into an atomic, which is async-signal-safe.
+    unsafe {
+        libc::signal(libc::SIGUSR1, note as *const () as libc::sighandler_t);
+    }
+}
+
+/// Whether SIGUSR1 has come since [`note_user_signal`].
+pub fn user_signal() -> bool {
+    USER_SIGNAL.load(std::sync::atomic::Ordering::Relaxed)
+}
+
 /// Makes the kernel kill the child when the thread that starts it ends: a killed program leaves no child that goes on writing
 /// into its folder. Linux only; no effect elsewhere.
 pub fn die_with_parent(command: &mut std::process::Command) {
@@ -253,7 +276,7 @@ pub struct Printed {
     pub stdout: Vec<u8>,
 }
 
-/// Runs a program whose answer is short and quick. It has no stdin, and leads its own process group, which is killed at
+/// Runs a program whose answer is short and quick, with the stderr that `command` has. It has no stdin, and leads its own process group, which is killed at
 /// either limit.
 ///
 /// # Errors
@@ -267,7 +290,7 @@ pub fn probe(
     use std::os::unix::process::CommandExt;
     use std::process::Stdio;
     let begun = std::time::Instant::now();
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).process_group(0);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0);
     die_with_parent(&mut command);
     let mut child = command.spawn()?;
     let pipe = child.stdout.take().expect("a pipe");
@@ -326,7 +349,7 @@ mod tests {
     fn probes_have_a_limit_of_time_and_of_output() {
         let shell = |script: &str, milliseconds| {
             let mut command = Command::new("sh");
-            command.args(["-c", script]);
+            command.args(["-c", script]).stderr(std::process::Stdio::null());
             probe(command, std::time::Duration::from_millis(milliseconds), 1000)
         };
         let answered = shell("echo yes; exit 3", 10_000).expect("answered");

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use super::job::Job;
 use super::job_files::lock;
+use super::lammps_command::LammpsCommand;
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::search_path::{find_lammps, search_path};
@@ -130,7 +131,7 @@ pub struct LammpsEngine {
     program: PathBuf,
     description: String,
     styles: Styles,
-    ranks: usize,
+    start: LammpsCommand,
     time_limit: Option<Duration>,
     checkpoint_interval: Duration,
 }
@@ -157,7 +158,7 @@ impl LammpsEngine {
         // The run has another working folder.
         let program = std::path::absolute(&program).map_err(Error::io("find", &program))?;
         let mut probe = Command::new(&program);
-        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat");
+        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat").stderr(Stdio::null());
         let output = sys::probe(probe, PROBE_LIMIT, MOST_PROBE_BYTES).map_err(|e| match e.kind() {
             ErrorKind::TimedOut => missing(&format!("LAMMPS as {} (-h took more than 10 s)", program.display())),
             ErrorKind::FileTooLarge => missing(&format!("LAMMPS as {} (-h: {e})", program.display())),
@@ -172,7 +173,7 @@ impl LammpsEngine {
             program,
             description,
             styles,
-            ranks: 1,
+            start: LammpsCommand::default(),
             time_limit: None,
             checkpoint_interval: minimizer_checkpoint::INTERVAL,
         })
@@ -183,16 +184,17 @@ impl LammpsEngine {
     ///
     /// # Errors
     /// `Input` for more ranks than cores, `MissingProgram` without mpirun.
-    pub fn with_ranks(mut self, ranks: usize) -> Result<Self> {
-        let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
-        if ranks == 0 || ranks > cores {
-            return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {cores}, the cores of this machine")));
-        }
-        if ranks > 1 && search_path(Path::new("mpirun")).is_none() {
-            let how = "install an MPI (Debian: apt install openmpi-bin) or run one rank".into();
-            return Err(Error::MissingProgram { program: "mpirun".into(), how });
-        }
-        self.ranks = ranks;
+    pub fn with_ranks(self, ranks: usize) -> Result<Self> {
+        self.with_command(LammpsCommand { ranks: Some(ranks), ..LammpsCommand::default() })
+    }
+
+    /// Sets ranks, launcher and arguments. The program is that of [`LammpsEngine::find`].
+    ///
+    /// # Errors
+    /// `Input` for more ranks than cores without a launcher, `MissingProgram` without the launcher.
+    pub fn with_command(mut self, command: LammpsCommand) -> Result<Self> {
+        command.check()?;
+        self.start = command;
         Ok(self)
     }
 
@@ -258,20 +260,10 @@ impl LammpsEngine {
     }
 
     fn command(&self, job: &Job, done: &[StepRecord]) -> Command {
-        let mut command = if self.ranks > 1 {
-            let mut mpirun = Command::new("mpirun");
-            mpirun.args(["-np", &self.ranks.to_string()]);
-            if sys::is_root() {
-                // Open MPI refuses to run as root without these variables; other MPIs ignore them.
-                mpirun.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
-            }
-            mpirun.arg(&self.program);
-            mpirun
-        } else {
-            Command::new(&self.program)
-        };
+        let mut command = self.start.start(&self.program);
         command.args(["-in", job.script().file, "-nocite", "-log", &log_name(done.last().map(|r| r.step))]);
-        if self.styles.has("pair", "eam/alloy/opt") {
+        command.args(&self.start.args);
+        if self.styles.has("pair", "eam/alloy/opt") && !self.start.chooses_styles() {
             // The `opt` variants are 8 to 10 % faster.
             command.args(["-sf", "opt"]);
         }
@@ -279,7 +271,7 @@ impl LammpsEngine {
             command.args(["-var", &name, &value]);
         }
         if job.spec.protocol.prescribed().is_some() {
-            let often = minimizer_checkpoint::iterations(self.checkpoint_interval, job.atoms(), self.ranks);
+            let often = minimizer_checkpoint::iterations(self.checkpoint_interval, job.atoms(), self.start.ranks());
             command.args(["-var", "restart_every", &often.to_string()]);
             if let Some(file) =
                 minimizer_checkpoint::newest(&job.folder, done.len()).as_deref().and_then(Path::file_name)
@@ -325,7 +317,7 @@ impl LammpsEngine {
             let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
             return Finished::collect(job, all);
         }
-        let (need, have) = (job.memory_bytes(self.ranks), sys::available_memory_bytes());
+        let (need, have) = (job.memory_bytes(self.start.ranks()), sys::available_memory_bytes());
         if need > have {
             let advice = "use fewer cells or a thinner block".into();
             return Err(Error::Memory { what: format!("LAMMPS with {} atoms", job.atoms()), need, have, advice });
@@ -342,7 +334,7 @@ impl LammpsEngine {
         let mut vouched = finished.map_or(0, |k| k + 1);
         let mut peak_bytes = 0;
         let status = loop {
-            if self.ranks == 1 {
+            if self.start.ranks() == 1 {
                 peak_bytes = sys::peak_rss_bytes_of(group.child.id()).max(peak_bytes);
             }
             // In this order, so that a step finished just before the end is still reported.

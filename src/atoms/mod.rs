@@ -18,6 +18,7 @@ pub mod interaction;
 pub mod job;
 mod job_files;
 pub mod job_spec;
+pub mod lammps_command;
 pub mod load_history;
 pub mod minimizer_checkpoint;
 pub mod nvt;

@@ -72,7 +72,7 @@ pub(super) struct MapFlags {
     /// Extent in y. Default: what the file declares, or square pixels.
     #[arg(long, value_name = "L")]
     pub length_y: Option<Measure>,
-    /// Solve the map as a single patch on a half-space that is free around it, not as a periodic cell.
+    /// Solve the map as the only rough part of a half-space that is free around it, not as a periodic cell.
     #[arg(long)]
     pub non_periodic: bool,
     /// Keep a part of the map: first column, first row, columns, rows.

@@ -142,7 +142,7 @@ impl Init {
             Some(periodic) => format!("The file declares periodic = {periodic}."),
             None => "The file does not declare whether the map repeats; by default it does.".into(),
         };
-        draft.line(format!("[continuum]\n# {periodic} false: a single patch on a half-space that is free around it.\n# periodic = false\n"));
+        draft.line(format!("[continuum]\n# {periodic} false: the only rough part of a half-space that is free around it.\n# periodic = false\n"));
         draft.line(LOADS.trim_end());
         Ok(draft)
     }

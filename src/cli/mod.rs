@@ -4,6 +4,7 @@ mod advise;
 mod atoms;
 pub mod bug;
 mod challenge;
+mod cluster;
 mod completions;
 mod doctor;
 mod file;
@@ -11,6 +12,7 @@ mod init;
 mod keys;
 mod methods;
 pub mod output;
+mod point;
 mod potential;
 mod programs;
 pub mod progress;
@@ -19,6 +21,7 @@ mod run;
 mod solve;
 mod surface;
 mod sweep;
+mod sweep_table;
 mod tradeoff;
 
 use crate::{Error, Result};
@@ -51,6 +54,15 @@ enum Command {
     Sweep(sweep::Sweep),
     /// Run a scene for many seeds of its surface: means with standard errors.
     Ensemble(sweep::EnsembleArguments),
+    /// Show the state of a sweep on a cluster: done, running, waiting, failed with the reason; core hours.
+    Status(cluster::Status),
+    /// Write tables and report of a sweep that a cluster runs, of the points that are done.
+    Collect(cluster::Collect),
+    /// Cancel the tasks of a sweep that wait or run. Finished points are kept.
+    Cancel(cluster::Cancel),
+    /// One turn of a task. Batch scripts call it.
+    #[command(hide = true)]
+    SlurmTask(cluster::SlurmTask),
     /// Synthesise or read a surface; print its statistics.
     Surface(Box<surface::Surface>),
     /// Solve one surface under one load path, without a scene file.
@@ -138,6 +150,10 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Run(c) => return c.execute(),
         Command::Sweep(c) => return c.execute(),
         Command::Ensemble(c) => return c.execute(),
+        Command::Status(c) => c.execute()?,
+        Command::Collect(c) => return c.execute(),
+        Command::Cancel(c) => c.execute()?,
+        Command::SlurmTask(c) => return c.execute(),
         Command::Surface(c) => c.execute()?,
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),

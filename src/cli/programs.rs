@@ -11,7 +11,9 @@ use std::path::Path;
 /// # Errors
 /// `Input`, which names the key and the flag.
 pub(super) fn check(case: &Case, allowed: bool) -> Result<()> {
-    let named = case.scene.atoms.as_ref().and_then(|a| a.program.as_ref());
+    // A program that the machine names replaces that of the scene.
+    let replaced = case.lammps.program.is_some();
+    let named = case.scene.atoms.as_ref().and_then(|a| a.program.as_ref()).filter(|_| !replaced);
     let Some(program) = named.filter(|_| !allowed) else { return Ok(()) };
     let is_path = program.components().count() > 1;
     let found = if is_path { Some(case.resolve_path(program)) } else { search_path(program) };

@@ -69,6 +69,12 @@ pub fn stopping() -> bool {
     STOPPING.load(Ordering::Relaxed)
 }
 
+/// Says that a computation has begun, and installs the handler of Ctrl-C and SIGTERM.
+pub fn compute() {
+    stopping();
+    COMPUTING.store(true, Ordering::Relaxed);
+}
+
 impl Default for TerminalProgress {
     fn default() -> Self {
         Self::new()

@@ -1,4 +1,5 @@
 use super::{file::refuse_grid, output, programs, progress::TerminalProgress};
+use crate::atoms::lammps_command::LammpsCommand;
 use crate::method::Precision;
 use crate::pipeline::{self, OutFolder};
 use crate::record::import::Fourier;
@@ -19,6 +20,30 @@ pub(super) struct StageFlags {
     pub(super) allow_program: bool,
 }
 
+/// How LAMMPS is started. These belong to the machine, and results do not depend on them.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(super) struct LammpsFlags {
+    /// LAMMPS, instead of atoms.program: a program of the search path, or a path.
+    #[arg(long, value_name = "PROGRAM")]
+    lammps: Option<PathBuf>,
+    /// MPI ranks of LAMMPS, instead of atoms.ranks.
+    #[arg(long, value_name = "N")]
+    ranks: Option<usize>,
+    /// Words before LAMMPS, as "srun --mpi=pmix -n {ranks}". Default: mpirun -np {ranks} for more than one rank.
+    #[arg(long, value_name = "WORDS")]
+    launcher: Option<String>,
+    /// Further arguments of LAMMPS, separated by spaces.
+    #[arg(long, value_name = "ARGS", allow_hyphen_values = true)]
+    lammps_args: Option<String>,
+}
+
+impl LammpsFlags {
+    pub(super) fn command(&self) -> LammpsCommand {
+        let args = self.lammps_args.as_deref().unwrap_or_default().split_whitespace().map(str::to_string).collect();
+        LammpsCommand { program: self.lammps.clone(), ranks: self.ranks, launcher: self.launcher.clone(), args }
+    }
+}
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Run {
     /// Scene file (TOML).
@@ -31,6 +56,8 @@ pub(super) struct Run {
     overwrite: bool,
     #[command(flatten)]
     stages: StageFlags,
+    #[command(flatten)]
+    lammps: LammpsFlags,
     /// Leave out the atoms.
     #[arg(long)]
     no_atoms: bool,
@@ -63,6 +90,7 @@ impl Run {
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         self.overrule(&mut scene)?;
         let mut case = pipeline::resolve_accuracy(scene, &self.scene)?;
+        case.lammps = self.lammps.command();
         if let Some(chosen) = &case.chosen {
             output::eprint(&output::chosen(chosen));
         }

@@ -1,18 +1,19 @@
 //! `asperity sweep` and `asperity ensemble`: one scene with varied keys.
 
-use super::run::StageFlags;
+use super::cluster::Request;
+use super::point::PointCommand;
+use super::run::{LammpsFlags, StageFlags};
+use super::sweep_table::print;
 use super::{output, progress};
-use crate::pipeline::sweep::{self, Outcome, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
-use crate::record::ensemble::{Ensemble, PointStatus};
-use crate::report::number::{duration, memory, significant};
+use crate::cluster::{Engine, Machine, find};
+use crate::pipeline::sweep::{self, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
+use crate::report::number::{duration, memory};
 use crate::scene::Scene;
 use crate::{Error, Result};
-use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU8, Ordering};
-use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Sweep {
@@ -44,8 +45,16 @@ struct SweepFlags {
     /// Replace the tables of another sweep in that folder, and the results of points whose scene has changed.
     #[arg(long)]
     overwrite: bool,
+    /// Run on this machine of machines.toml: here, or as jobs of Slurm (docs/cluster.md).
+    #[arg(long, value_name = "NAME")]
+    machine: Option<String>,
+    /// File of machines. Default: machines.toml here, then in ~/.config/asperity.
+    #[arg(long, value_name = "FILE", requires = "machine")]
+    machines: Option<PathBuf>,
     #[command(flatten)]
     stages: StageFlags,
+    #[command(flatten)]
+    lammps: LammpsFlags,
     /// Leave out the atoms.
     #[arg(long)]
     no_atoms: bool,
@@ -85,71 +94,61 @@ impl SweepFlags {
     }
 
     fn execute(&self, sweep: &Points) -> Result<ExitCode> {
+        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-sweep", sweep.name)));
+        let mut machine = match &self.machine {
+            Some(name) => find(name, self.machines.as_deref())?,
+            None => Machine::default(),
+        };
+        machine.lammps = machine.lammps.overruled_by(&self.lammps.command());
+        if machine.engine == Engine::Slurm {
+            if self.jobs.is_some() {
+                let accepted = format!("at_once of the machine {}", self.machine.as_deref().unwrap_or_default());
+                return Err(Error::input("command line", "--jobs", "given", accepted));
+            }
+            let machine = (self.machine.clone().unwrap_or_default(), machine);
+            let (flags, overwrite) = (self.point_flags(), self.overwrite);
+            let (dry_run, json) = (self.dry_run, self.json);
+            let request = Request { sweep, out: &out, machine, flags, overwrite, dry_run, json };
+            return request.submit().map(|()| ExitCode::SUCCESS);
+        }
+        self.run_here(sweep, &out, &machine)
+    }
+
+    /// Runs the points as processes of this machine.
+    fn run_here(&self, sweep: &Points, out: &Path, machine: &Machine) -> Result<ExitCode> {
         let bytes = sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default().max(1);
         let have = crate::sys::available_memory_bytes();
         let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
         let fit = usize::try_from(have / bytes).unwrap_or(usize::MAX).max(1);
-        let at_once = self.jobs.map_or(cores.min(fit), usize::from).min(sweep.points.len()).max(1);
+        let given = self.jobs.map(usize::from).or(machine.at_once);
+        let at_once = given.unwrap_or(cores.min(fit)).min(sweep.points.len()).max(1);
         if self.dry_run {
             return self.plan(sweep, at_once).map(|()| ExitCode::SUCCESS);
         }
-        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-sweep", sweep.name)));
         let program = std::env::current_exe().map_err(Error::io("find", Path::new("asperity")))?;
-        let (worst, threads) = (AtomicU8::new(0), (cores / at_once).max(1));
-        let runner = |point: &PointFolder| self.run_point(&program, point, threads, &worst);
-        let ensemble = sweep::run(sweep, &out, (at_once, self.overwrite), &runner, &Lines(Mutex::new(())))?;
-        let page = crate::report::write(&out)?;
-        self.print(&ensemble, &out, &page)?;
+        let command = PointCommand::new(program, &self.point_flags(), (cores / at_once).max(1), &machine.lammps);
+        let worst = AtomicU8::new(0);
+        let runner = |point: &PointFolder| {
+            let (outcome, code) = command.run(point, &|| false);
+            if !matches!(outcome, sweep::Outcome::Interrupted) {
+                worst.fetch_max(code, Ordering::Relaxed);
+            }
+            outcome
+        };
+        let ensemble = sweep::run(sweep, out, (at_once, self.overwrite), &runner, &Lines(Mutex::new(())))?;
+        let page = crate::report::write(out)?;
+        print(&ensemble, out, &page, self.json)?;
         Ok(ExitCode::from(worst.load(Ordering::Relaxed)))
     }
 
-    /// `asperity run` of a point in a process of its own, with its output in the point's log.
-    fn run_point(&self, program: &Path, point: &PointFolder, threads: usize, worst: &AtomicU8) -> Outcome {
-        let failed = |why: String, code: u8| {
-            worst.fetch_max(code, Ordering::Relaxed);
-            Outcome::Failed(why)
-        };
-        let log = File::create(&point.log).and_then(|log| Ok((log.try_clone()?, log)));
-        let (stdout, stderr) = match log {
-            Ok(both) => both,
-            Err(e) => return failed(format!("cannot create {}: {e}", point.log.display()), 2),
-        };
-        let mut command = Command::new(program);
-        command.arg("run").arg(&point.scene).arg("--out").arg(&point.out).args(["--threads", &threads.to_string()]);
+    /// Flags of `asperity run` for every point.
+    fn point_flags(&self) -> Vec<String> {
         let flags = [
             ("--overwrite", self.overwrite),
             ("--no-verify", self.stages.no_verify),
             ("--allow-program", self.stages.allow_program),
         ];
-        command.args(flags.iter().filter(|f| f.1).map(|f| f.0));
-        command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
-        crate::sys::die_with_parent(&mut command);
-        let mut child = match command.spawn() {
-            Ok(child) => child,
-            Err(e) => return failed(format!("cannot start {}: {e}", program.display()), 5),
-        };
-        let status = loop {
-            match child.try_wait() {
-                Ok(Some(status)) => break status,
-                Ok(None) if progress::stopping() => {
-                    // Its own checkpoints are complete at any time.
-                    crate::sys::terminate(child.id());
-                    let _ = child.wait();
-                    return Outcome::Interrupted;
-                }
-                Ok(None) => std::thread::sleep(POLL),
-                Err(e) => return failed(format!("cannot wait for the run: {e}"), 5),
-            }
-        };
-        match status.code() {
-            // 1: a statement of the challenge failed; the results are complete.
-            Some(0 | 1) => Outcome::Done,
-            Some(130) if progress::stopping() => Outcome::Interrupted,
-            code => {
-                let code = code.and_then(|c| u8::try_from(c).ok()).unwrap_or(70);
-                failed(reason(&point.log).unwrap_or_else(|| status.to_string()), code)
-            }
-        }
+        flags.iter().filter(|f| f.1).map(|f| f.0.to_string()).collect()
     }
 
     fn plan(&self, sweep: &Points, at_once: usize) -> Result<()> {
@@ -169,47 +168,6 @@ impl SweepFlags {
         ));
         Ok(())
     }
-
-    fn print(&self, ensemble: &Ensemble, out: &Path, page: &Path) -> Result<()> {
-        let count = |status: PointStatus| ensemble.points.iter().filter(|p| p.status == status).count();
-        let (done, failed) = (count(PointStatus::Done), count(PointStatus::Failed));
-        if self.json {
-            return output::json_line(&serde_json::json!({
-                "out": output::path(out),
-                "report": output::path(page),
-                "points": ensemble.points.len(),
-                "done": done,
-                "failed": failed,
-            }));
-        }
-        let shown = ["contact_fraction", "mean_gap", "kappa"];
-        let rows = ensemble.statistics.iter().filter(|s| shown.contains(&s.of.quantity.as_str())).map(|s| {
-            let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
-            let error = s.sample.standard_error.map_or("-".into(), |e| significant(e, 2));
-            let scatter = s.sample.standard_deviation.map_or("-".into(), |e| significant(e, 2));
-            let (p_star, mean) = (significant(s.p_star, 3), significant(s.sample.mean, 4));
-            let n = s.sample.realisations.to_string();
-            let (source, quantity) = (s.of.source.clone(), s.of.quantity.clone());
-            vec![group.join(", "), source, p_star, quantity, mean, error, scatter, n, s.of.unit.clone()]
-        });
-        let head = ["", "source", "p*", "quantity", "mean", "standard error", "standard deviation", "n", "unit"];
-        output::print(&output::table(&head, rows));
-        let failures = ensemble.points.iter().filter_map(|p| Some((&p.label, p.reason.as_ref()?)));
-        failures.for_each(|(label, why)| output::print(&format!("failed: {label}: {why}")));
-        output::print(&format!("{done} of {} points done, {failed} failed", ensemble.points.len()));
-        output::print(&format!("report: {}", page.display()));
-        Ok(())
-    }
-}
-
-/// Interval between looks at a running point.
-const POLL: Duration = Duration::from_millis(20);
-
-/// The last error of a log.
-fn reason(log: &Path) -> Option<String> {
-    let text = String::from_utf8_lossy(&std::fs::read(log).ok()?).into_owned();
-    let last = text.lines().rfind(|l| l.contains("error: "))?;
-    Some(last.split_once("error: ").map_or(last, |(_, why)| why).to_string())
 }
 
 /// One line on stderr for each point.

@@ -21,7 +21,7 @@ use crate::{Error, Result};
 use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
 use pull_off::SeparationStart;
 
-/// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a patch.
+/// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a non-periodic surface.
 pub fn leakage(problem: &Problem, gap: Field, threshold: f64) -> Option<Leakage> {
     let edges = match problem.kernel {
         Elastic::NonPeriodic(_) => FlowEdges::TwoSides,

@@ -127,7 +127,7 @@ impl Stage for LammpsStage<'_> {
     }
 
     fn cost(&self, machine: Machine) -> Cost {
-        let (total, ranks, mode) = (self.0.atoms.atoms(), self.0.scene.ranks, self.0.loading().0);
+        let (total, ranks, mode) = (self.0.atoms.atoms(), self.0.case.ranks(), self.0.loading().0);
         Cost {
             bytes: memory_bytes(total, ranks, self.0.atoms.start == Start::Touch),
             seconds: cost::seconds(total, self.0.force_evaluations(), mode, machine.seconds_per_evaluation, ranks),
@@ -230,7 +230,7 @@ impl Stage for NvtStage<'_> {
     }
 
     fn cost(&self, machine: Machine) -> Cost {
-        let (total, ranks) = (self.of.atoms.atoms(), self.of.scene.ranks);
+        let (total, ranks) = (self.of.atoms.atoms(), self.of.case.ranks());
         let steps = self.settings.steps() * self.of.case.rising_steps().len();
         let each = machine.seconds_per_evaluation;
         Cost {

@@ -101,9 +101,8 @@ fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
 /// LAMMPS with the program, ranks and time limit of the scene.
 pub fn engine(case: &Case) -> Result<LammpsEngine> {
     let scene = case.scene.atoms.as_ref().expect("a scene with atoms");
-    let program =
-        scene.program.as_ref().map(|p| if p.components().count() > 1 { case.resolve_path(p) } else { p.clone() });
-    let engine = LammpsEngine::find(program.as_deref()).map_err(|e| match e {
+    let command = case.lammps_command();
+    let engine = LammpsEngine::find(command.program.as_deref()).map_err(|e| match e {
         Error::MissingProgram { program, .. } => Error::MissingProgram {
             program,
             how: format!(
@@ -113,8 +112,7 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
         },
         other => other.with_context(case.file.display(), Some("atoms.program")),
     })?;
-    let engine =
-        engine.with_ranks(scene.ranks).map_err(|e| e.with_context(case.file.display(), Some("atoms.ranks")))?;
+    let engine = engine.with_command(command).map_err(|e| e.with_context(case.file.display(), Some("atoms.ranks")))?;
     Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
 }
 

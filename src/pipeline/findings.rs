@@ -46,6 +46,23 @@ fn explanation(hard: f64, matched: f64) -> &'static str {
 /// Fraction of contact atoms from below the surface layer above which plastic flow is reported.
 const FLOWED: f64 = 0.02;
 
+/// Compares the compliant wall with hardness (GPa) and without, each with the deviation of the atoms' contact.
+fn of_hardness(load: &LoadComparison, hardness: f64, walls: [(&CriterionMatch, String); 2]) -> String {
+    let [(with, over), (without, over_without)] = walls;
+    let kappa = |m: &CriterionMatch| format!("{:.2}", m.overlap.kappa).replace('-', "−");
+    format!(
+        "p* = {}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % (the atoms deviate by {over}), κ = {}, \
+         mean gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {over_without}, κ = {}, the mean gap {:.3} Å.",
+        load.p_star,
+        100.0 * with.contact_fraction,
+        kappa(with),
+        load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
+        load.atoms_mean_gap_angstrom,
+        kappa(without),
+        load.compliant_wall_mean_gap_angstrom,
+    )
+}
+
 /// Explains the differences between atoms and continuum, in sentences with numbers.
 pub(super) fn findings(
     case: &Case,
@@ -84,21 +101,9 @@ pub(super) fn findings(
             percent(over(offset)),
             kappa(&offset.overlap),
         ));
-        list.extend(yielding.iter().zip(&matched.yielding).map(|(yielding, wall)| {
-            format!(
-                "p* = {}: compliant wall with the crystal's hardness of {:.2} GPa: {} (the atoms deviate by {}), κ = {}, mean \
-                 gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {}, κ = {}, the mean gap {:.3} Å.",
-                load.p_star,
-                wall.hardness.unwrap_or(f64::NAN) * atoms.modulus_gpa,
-                percent(yielding.contact_fraction),
-                percent(over(yielding)),
-                kappa(&yielding.overlap),
-                load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
-                load.atoms_mean_gap_angstrom,
-                percent(over(compliant)),
-                kappa(&compliant.overlap),
-                load.compliant_wall_mean_gap_angstrom,
-            )
+        list.extend(yielding.iter().zip(&matched.yielding).map(|(with, wall)| {
+            let hardness = wall.hardness.unwrap_or(f64::NAN) * atoms.modulus_gpa;
+            of_hardness(load, hardness, [(with, percent(over(with))), (compliant, percent(over(compliant)))])
         }));
         if load.registration != [0, 0] {
             list.push(format!(

@@ -17,7 +17,7 @@ use crate::record::results::{
     self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
 use crate::record::{hashed, json, netcdf, tradeoff};
-use crate::scene::{Case, Scene};
+use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
 use std::path::{Path, PathBuf};
 
@@ -213,8 +213,18 @@ pub fn other_scene(case: &Case, out: &Path) -> Option<String> {
         return None;
     }
     let earlier = Scene::read(&out.join(SCENE_FILE)).ok()?;
-    let values = [&earlier, &case.portable_scene()].map(|scene| serde_json::to_value(scene).unwrap_or_default());
+    let values = [&earlier, &case.portable_scene()].map(of_results);
     Some(json::differences(&values[0], &values[1])).filter(|text| !text.is_empty())
+}
+
+/// The keys of a scene on which its results depend: all but those of the machine.
+fn of_results(scene: &Scene) -> serde_json::Value {
+    let mut scene = scene.clone();
+    let usual = AtomsScene::default();
+    if let Some(atoms) = &mut scene.atoms {
+        (atoms.program, atoms.ranks, atoms.time_limit_s) = (usual.program, usual.ranks, usual.time_limit_s);
+    }
+    serde_json::to_value(scene).unwrap_or_default()
 }
 
 /// Writes the scene into the run folder. Removes the results of a different scene, which `report` and `compare` would

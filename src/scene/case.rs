@@ -5,6 +5,7 @@ use super::model::relative_to;
 use super::source::ResolvedSurface;
 use super::surface_file::{SurfaceFile, preparation_keys};
 use super::{ALL_METHODS, AdhesionScene, AtomsCase, Laboratory, RequestedOutputs, Scene, Surface, Units};
+use crate::atoms::lammps_command::LammpsCommand;
 use crate::error::Complaint;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
@@ -43,6 +44,8 @@ pub struct Case {
     /// Largest contact stress, units of E*; `None` for an elastic body.
     pub hardness: Option<f64>,
     pub atoms: Option<AtomsCase>,
+    /// How LAMMPS is started here; it overrules `atoms.program` and `atoms.ranks` of the scene.
+    pub lammps: LammpsCommand,
     /// The setting chosen for the scene's `[accuracy]`, if it has one.
     pub chosen: Option<AccuracyChoice>,
     pub warnings: Vec<String>,
@@ -120,6 +123,7 @@ impl Case {
             wall,
             hardness,
             atoms: None,
+            lammps: LammpsCommand::default(),
             chosen: None,
             warnings,
         };
@@ -355,6 +359,19 @@ impl Case {
                 atoms.program.as_ref().map(|p| if p.components().count() > 1 { whole(p) } else { p.clone() });
         }
         scene
+    }
+
+    /// How LAMMPS is started: as the scene says, unless `self.lammps` says otherwise.
+    pub fn lammps_command(&self) -> LammpsCommand {
+        let Some(atoms) = &self.scene.atoms else { return self.lammps.clone() };
+        let path = |p: &PathBuf| if p.components().count() > 1 { self.resolve_path(p) } else { p.clone() };
+        let program = atoms.program.as_ref().map(path);
+        LammpsCommand { program, ranks: Some(atoms.ranks), ..LammpsCommand::default() }.overruled_by(&self.lammps)
+    }
+
+    /// MPI ranks of LAMMPS.
+    pub fn ranks(&self) -> usize {
+        self.lammps_command().ranks.unwrap_or(1)
     }
 
     /// Path as the scene file means it.

@@ -317,7 +317,7 @@ pub struct ContinuumScene {
     /// file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub initial_gap: Option<PathBuf>,
-    /// Whether the surface is periodic. If not, it is a single patch on a half-space that is free around it. Default: what the
+    /// Whether the surface is periodic. If not, it is the only rough part of a half-space that is free around it. Default: what the
     /// surface's file declares, or true.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub periodic: Option<bool>,

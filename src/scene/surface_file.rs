@@ -179,7 +179,7 @@ impl SurfaceFile {
         }
     }
 
-    /// A map that does not repeat is made to by its edges, or it is solved as a single patch.
+    /// A map that does not repeat is made to by its edges, or it is solved as a non-periodic surface.
     fn periodicity(&self, scene: &mut Scene, list: &mut Vec<Complaint>) {
         let given = &mut scene.continuum.periodic;
         let made = scene.surface.edges.is_some();

@@ -6,11 +6,20 @@ use std::path::{Path, PathBuf};
 /// Where control groups are mounted.
 const CGROUPS: &str = "/sys/fs/cgroup";
 
-/// Bytes that this process can still take under its control groups and its limit of address space; `None` without such limits.
-pub(super) fn limit() -> Option<u64> {
+/// Bytes that this process, of which `resident_kib` are resident, can still take under its control groups, its limit of address space and the
+/// memory of its job; `None` without such limits.
+pub(super) fn limit(resident_kib: u64) -> Option<u64> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok().and_then(|text| cgroups(Path::new(CGROUPS), &text));
     let text = |file: &str| fs::read_to_string(format!("/proc/self/{file}")).unwrap_or_default();
-    [groups, address_space(&text("limits"), &text("status"))].into_iter().flatten().min()
+    let job = std::env::var("SLURM_MEM_PER_NODE").ok().and_then(|mib| of_job(&mib, resident_kib));
+    [groups, address_space(&text("limits"), &text("status")), job].into_iter().flatten().min()
+}
+
+/// What a job of Slurm leaves where no control group enforces its memory (MiB): that less the resident set of this process.
+fn of_job(mib: &str, resident_kib: u64) -> Option<u64> {
+    // Zero is the whole node.
+    let limit = mib.parse::<u64>().ok().filter(|m| *m > 0)?.checked_mul(1 << 20)?;
+    Some(limit.saturating_sub(1024 * resident_kib))
 }
 
 /// The least of all control groups from that of the process up to the root. `membership`: the text of `/proc/self/cgroup`.
@@ -66,6 +75,12 @@ mod tests {
             fs::create_dir_all(path.parent().expect("a folder")).expect("created");
             fs::write(path, text).expect("written");
         }
+    }
+
+    #[test]
+    fn the_memory_of_a_job_counts() {
+        assert_eq!(of_job("300", 1024), Some(299 << 20));
+        assert_eq!([of_job("0", 1024), of_job("many", 1024)], [None, None]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod accuracy;
 mod challenge;
 mod cli;
+mod cluster;
 mod declared;
 mod extremes;
 mod first_minutes;

@@ -21,6 +21,28 @@ pub struct PointFolder {
     pub log: PathBuf,
 }
 
+impl PointFolder {
+    /// Those of the point `label` in the folder of a sweep.
+    pub fn of(sweep: &Path, label: &str) -> PointFolder {
+        PointFolder {
+            scene: sweep.join("scenes").join(format!("{label}.toml")),
+            out: sweep.join("points").join(label),
+            log: sweep.join("logs").join(format!("{label}.log")),
+        }
+    }
+
+    /// Writes the scene unless the file has it.
+    ///
+    /// # Errors
+    /// `Io`.
+    pub fn write_scene(&self, text: &str) -> Result<()> {
+        if std::fs::read(&self.scene).is_ok_and(|earlier| earlier == text.as_bytes()) {
+            return Ok(());
+        }
+        write_atomic(&self.scene, |w| w.write_all(text.as_bytes()))
+    }
+}
+
 /// Runs the scene of a point in its folder.
 pub type PointRunner<'a> = dyn Fn(&PointFolder) -> Outcome + Sync + 'a;
 
@@ -40,6 +62,27 @@ pub trait SweepListener: Sync {
     fn stopping(&self) -> bool;
 }
 
+/// Creates the folder of a sweep, and locks it.
+///
+/// # Errors
+/// `Input` for the results of another sweep or other files in the folder; a folder in use; I/O errors.
+pub fn open(sweep: &Sweep, out: &Path, overwrite: bool) -> Result<RunFolder> {
+    if out.join(FILE).exists() && !overwrite {
+        let known = Ensemble::read(out)?;
+        if known.keys != sweep.keys || known.name != sweep.name {
+            let found = format!("{} (contains the sweep {} over {})", out.display(), known.name, known.keys.join(", "));
+            let accepted = "another folder, or --overwrite to replace its tables";
+            return Err(Error::input("command line", "--out", found, accepted));
+        }
+    }
+    let locked = RunFolder::open(out)?;
+    for folder in ["points", "scenes", "logs"] {
+        let path = out.join(folder);
+        std::fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
+    }
+    Ok(locked)
+}
+
 /// Runs all points that are not done, `at_once` at a time, and writes results and tables into `out`. Points that fail do not stop the
 /// others.
 ///
@@ -52,19 +95,7 @@ pub fn run(
     runner: &PointRunner,
     listener: &dyn SweepListener,
 ) -> Result<Ensemble> {
-    if out.join(FILE).exists() && !overwrite {
-        let known = Ensemble::read(out)?;
-        if known.keys != sweep.keys || known.name != sweep.name {
-            let found = format!("{} (contains the sweep {} over {})", out.display(), known.name, known.keys.join(", "));
-            let accepted = "another folder, or --overwrite to replace its tables";
-            return Err(Error::input("command line", "--out", found, accepted));
-        }
-    }
-    let _locked = RunFolder::open(out)?;
-    for folder in ["points", "scenes", "logs"] {
-        let path = out.join(folder);
-        std::fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
-    }
+    let _locked = open(sweep, out, overwrite)?;
     let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let reached: Mutex<Vec<Option<Point>>> = Mutex::new(vec![None; sweep.points.len()]);
     let failure: Mutex<Option<Error>> = Mutex::new(None);
@@ -94,40 +125,57 @@ pub fn run(
     if let Some(e) = failure.into_inner().expect("no panic") {
         return Err(e);
     }
-    let waiting = |p: &SweepPoint| Point {
-        label: p.label.clone(),
-        values: values(p),
-        status: PointStatus::Waiting,
-        reason: None,
-        numbers: Vec::new(),
-    };
     let reached = reached.into_inner().expect("no panic");
-    let points: Vec<Point> =
-        reached.into_iter().zip(&sweep.points).map(|(found, p)| found.unwrap_or_else(|| waiting(p))).collect();
+    let waiting = |p: &SweepPoint| point((&p.label, json_values(p)), PointStatus::Waiting, None, out);
+    let points = reached.into_iter().zip(&sweep.points).map(|(found, p)| found.map_or_else(|| waiting(p), Ok));
+    let points = points.collect::<Result<Vec<Point>>>()?;
     let is_interrupted = points.iter().any(|p| p.status == PointStatus::Waiting);
-    let mut ensemble = Ensemble::new(sweep.name.clone(), sweep.keys.clone(), points);
-    evaluate(&mut ensemble);
-    ensemble.write(out)?;
-    files::write(out, &ensemble)?;
+    let ensemble = write_tables(out, (&sweep.name, &sweep.keys), points)?;
     if is_interrupted { Err(Error::Interrupted) } else { Ok(ensemble) }
 }
 
-/// `None` if it was interrupted.
-fn run_point(point: &SweepPoint, out: &Path, runner: &PointRunner) -> Result<Option<Point>> {
-    let folder = PointFolder {
-        scene: out.join("scenes").join(format!("{}.toml", point.label)),
-        out: out.join("points").join(&point.label),
-        log: out.join("logs").join(format!("{}.log", point.label)),
-    };
-    write_atomic(&folder.scene, |w| w.write_all(point.scene.as_bytes()))?;
-    let (status, reason, numbers) = match runner(&folder) {
-        Outcome::Interrupted => return Ok(None),
-        Outcome::Failed(reason) => (PointStatus::Failed, Some(reason), Vec::new()),
-        Outcome::Done => (PointStatus::Done, None, numbers(&Results::read(&folder.out)?)),
-    };
-    Ok(Some(Point { label: point.label.clone(), values: values(point), status, reason, numbers }))
+/// Evaluates the points, and writes results and tables into the folder of the sweep.
+///
+/// # Errors
+/// `Io`.
+pub fn write_tables(out: &Path, (name, keys): (&str, &[String]), points: Vec<Point>) -> Result<Ensemble> {
+    let mut ensemble = Ensemble::new(name.to_string(), keys.to_vec(), points);
+    evaluate(&mut ensemble);
+    ensemble.write(out)?;
+    files::write(out, &ensemble)?;
+    Ok(ensemble)
 }
 
-fn values(point: &SweepPoint) -> Vec<serde_json::Value> {
+/// A point with its numbers, which are read from its run folder if it is done.
+///
+/// # Errors
+/// `Io` or `Format` for results that cannot be read.
+pub fn point(
+    (label, values): (&str, Vec<serde_json::Value>),
+    status: PointStatus,
+    reason: Option<String>,
+    out: &Path,
+) -> Result<Point> {
+    let numbers = match status {
+        PointStatus::Done => numbers(&Results::read(&PointFolder::of(out, label).out)?),
+        _ => Vec::new(),
+    };
+    Ok(Point { label: label.to_string(), values, status, reason, numbers })
+}
+
+/// `None` if it was interrupted.
+fn run_point(of: &SweepPoint, out: &Path, runner: &PointRunner) -> Result<Option<Point>> {
+    let folder = PointFolder::of(out, &of.label);
+    folder.write_scene(&of.scene)?;
+    let (status, reason) = match runner(&folder) {
+        Outcome::Interrupted => return Ok(None),
+        Outcome::Failed(reason) => (PointStatus::Failed, Some(reason)),
+        Outcome::Done => (PointStatus::Done, None),
+    };
+    point((&of.label, json_values(of)), status, reason, out).map(Some)
+}
+
+/// The varied values of a point, as in its results.
+pub fn json_values(point: &SweepPoint) -> Vec<serde_json::Value> {
     point.values.iter().map(|v| serde_json::to_value(v).unwrap_or_default()).collect()
 }

@@ -1,0 +1,149 @@
+//! How LAMMPS is started on a machine.
+
+use super::search_path::search_path;
+use crate::{Error, Result, sys};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Place of the number of ranks in a launcher.
+const RANKS: &str = "{ranks}";
+
+/// Most MPI ranks of a launcher.
+const MOST_RANKS: usize = 65_536;
+
+/// Program, ranks, launcher and arguments of LAMMPS. They belong to a machine: results do not depend on them.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LammpsCommand {
+    /// Default: that of the scene, or `lmp` or `lammps` of the search path.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program: Option<PathBuf>,
+    /// MPI ranks. Default: those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ranks: Option<usize>,
+    /// Words before the program, separated by spaces; `{ranks}` is replaced by the number of ranks. Default: `mpirun -np {ranks}` for
+    /// more than one rank.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub launcher: Option<String>,
+    /// Further arguments of LAMMPS.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub args: Vec<String>,
+}
+
+impl LammpsCommand {
+    /// What another command sets is replaced by it.
+    #[must_use]
+    pub fn overruled_by(&self, other: &LammpsCommand) -> LammpsCommand {
+        LammpsCommand {
+            program: other.program.clone().or_else(|| self.program.clone()),
+            ranks: other.ranks.or(self.ranks),
+            launcher: other.launcher.clone().or_else(|| self.launcher.clone()),
+            args: if other.args.is_empty() { self.args.clone() } else { other.args.clone() },
+        }
+    }
+
+    pub(super) fn ranks(&self) -> usize {
+        self.ranks.unwrap_or(1)
+    }
+
+    /// Whether the arguments choose the accelerated styles.
+    pub(super) fn chooses_styles(&self) -> bool {
+        self.args.iter().any(|a| a == "-sf" || a == "-suffix")
+    }
+
+    /// Whether this machine can start that many ranks. A launcher may start them on other machines.
+    ///
+    /// # Errors
+    /// `Input` for more ranks than cores without a launcher; `MissingProgram` without the launcher's first word.
+    pub(super) fn check(&self) -> Result<()> {
+        let (ranks, cores) = (self.ranks(), std::thread::available_parallelism().map_or(1, |c| c.get()));
+        let (most, of) = match &self.launcher {
+            Some(launcher) => (MOST_RANKS, format!("started by {launcher:?}")),
+            None => (cores, "the cores of this machine; a launcher may start more".to_string()),
+        };
+        if ranks == 0 || ranks > most {
+            return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {most}, {of}")));
+        }
+        let first = match &self.launcher {
+            Some(launcher) => launcher.split_whitespace().next(),
+            None => (ranks > 1).then_some("mpirun"),
+        };
+        match first.filter(|word| search_path(Path::new(word)).is_none()) {
+            Some("mpirun") => {
+                let how = "install an MPI (Debian: apt install openmpi-bin) or run one rank".into();
+                Err(Error::MissingProgram { program: "mpirun".into(), how })
+            }
+            Some(word) => {
+                let how = "give the launcher of LAMMPS as a program of the search path or with its path".into();
+                Err(Error::MissingProgram { program: word.into(), how })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The command up to and including the program.
+    pub(super) fn start(&self, program: &Path) -> Command {
+        let ranks = self.ranks().to_string();
+        let launcher = match &self.launcher {
+            Some(launcher) => launcher.clone(),
+            None if self.ranks() > 1 => format!("mpirun -np {RANKS}"),
+            None => String::new(),
+        };
+        let mut words = launcher.split_whitespace().map(|word| word.replace(RANKS, &ranks));
+        let Some(first) = words.next() else { return Command::new(program) };
+        let mut command = Command::new(first);
+        if sys::is_root() {
+            // Open MPI refuses to run as root without these variables; other launchers ignore them.
+            command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+        }
+        command.args(words).arg(program);
+        command
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(lammps: &LammpsCommand) -> Vec<String> {
+        let command = lammps.start(Path::new("/opt/lmp"));
+        [command.get_program()]
+            .into_iter()
+            .chain(command.get_args())
+            .map(|w| w.to_string_lossy().into_owned())
+            .collect()
+    }
+
+    #[test]
+    fn the_launcher_receives_the_ranks() {
+        let launcher = Some("srun --mpi=pmix -n {ranks}".to_string());
+        let with = |ranks, launcher| LammpsCommand { ranks: Some(ranks), launcher, ..LammpsCommand::default() };
+        assert_eq!(words(&with(4, launcher)), ["srun", "--mpi=pmix", "-n", "4", "/opt/lmp"]);
+        assert_eq!(words(&with(2, None)), ["mpirun", "-np", "2", "/opt/lmp"]);
+        assert_eq!(words(&with(1, None)), ["/opt/lmp"]);
+    }
+
+    /// Cores of this machine bound the ranks without a launcher only.
+    #[test]
+    fn a_launcher_may_start_more_ranks_than_cores() {
+        let of = |launcher: Option<&str>| LammpsCommand {
+            ranks: Some(4096),
+            launcher: launcher.map(str::to_string),
+            ..LammpsCommand::default()
+        };
+        assert!(of(Some("env")).check().is_ok());
+        assert!(of(None).check().expect_err("too many").to_string().contains("the cores of this machine"));
+        let missing = of(Some("no-such-launcher -n {ranks}")).check().expect_err("missing").to_string();
+        assert!(missing.contains("no-such-launcher"), "{missing}");
+    }
+
+    #[test]
+    fn what_is_set_overrules() {
+        let scene = LammpsCommand { ranks: Some(2), program: Some("lmp".into()), ..LammpsCommand::default() };
+        let machine =
+            LammpsCommand { ranks: Some(8), args: vec!["-sf".into(), "omp".into()], ..LammpsCommand::default() };
+        let both = scene.overruled_by(&machine);
+        assert_eq!((both.ranks, both.program, both.args.len()), (Some(8), Some("lmp".into()), 2));
+    }
+}

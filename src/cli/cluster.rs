@@ -1,0 +1,416 @@
+//! Sweeps on a cluster: submit, one turn of a task, state, collected results, cancel.
+
+use super::output;
+use super::point::PointCommand;
+use super::progress;
+use crate::cluster::{
+    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedPoint, TURNS, Turn, end_of,
+    forget_end, pack, progress_of, record_end,
+};
+use crate::pipeline::sweep::{self, PointFolder, Sweep};
+use crate::record::ensemble::PointStatus;
+use crate::report::number::{memory, significant};
+use crate::{Error, Result, sys};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+/// Exit code of a turn without progress: a longer turn is needed (`EX_TEMPFAIL` of sysexits.h).
+const NO_PROGRESS: u8 = 75;
+
+/// Shortest time between two looks at the queue.
+const WATCH: Duration = Duration::from_secs(10);
+
+/// A sweep that is to be submitted.
+pub(super) struct Request<'a> {
+    pub sweep: &'a Sweep,
+    pub out: &'a Path,
+    pub machine: (String, Machine),
+    pub flags: Vec<String>,
+    pub overwrite: bool,
+    pub dry_run: bool,
+    pub json: bool,
+}
+
+impl Request<'_> {
+    /// Submits the points that are not done, or prints what would be submitted.
+    pub(super) fn submit(self) -> Result<()> {
+        let (sweep, out) = (self.sweep, self.out);
+        let program = match &self.machine.1.program {
+            Some(program) => program.clone(),
+            None => std::env::current_exe().map_err(Error::io("find", Path::new("asperity")))?,
+        };
+        let mut submission = Submission::new(&sweep.name, &sweep.keys, self.machine, self.flags);
+        submission.points = sweep.points.iter().map(submitted).collect();
+        let missing: Vec<(usize, f64)> = (submission.points.iter().enumerate())
+            .filter(|(_, p)| end_of(out, p).is_none_or(|end| end.outcome != Outcome::Done))
+            .map(|(i, p)| (i, p.seconds))
+            .collect();
+        submission.tasks = pack(&missing, &submission.machine);
+        let largest = submission.tasks.iter().map(Vec::len).max().unwrap_or(1);
+        let at_once = Submission::at_once(&submission.machine, largest) as u64;
+        let bytes = at_once * sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default();
+        let scripts = Scripts::new(&submission.machine, &sweep.name, &program, submission.tasks.len(), bytes);
+        if self.dry_run {
+            return plan(&submission, &missing, &scripts, bytes, self.json);
+        }
+        let _locked = sweep::open(sweep, out, self.overwrite)?;
+        refuse_queued(out)?;
+        for folder in ["points", TURNS] {
+            let path = out.join(FOLDER).join(folder);
+            std::fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
+        }
+        for &(i, _) in &missing {
+            let point = &sweep.points[i];
+            forget_end(out, &point.label)?;
+            PointFolder::of(out, &point.label).write_scene(&point.scene)?;
+        }
+        let mut files = Vec::new();
+        for (name, text) in [("points.sh", &scripts.points), ("collect.sh", &scripts.collect)] {
+            let path = out.join(FOLDER).join(name);
+            std::fs::write(&path, text).map_err(Error::io("write", &path))?;
+            files.push(path);
+        }
+        // Tasks read it as soon as they start.
+        submission.write(out)?;
+        if !missing.is_empty() {
+            let folder = std::path::absolute(out).map_err(Error::io("find", out))?;
+            let job = Slurm.submit(&files[0], &folder, None)?;
+            submission.job = Some(job.clone());
+            let collect = Slurm.submit(&files[1], &folder, Some(&job)).inspect_err(|_| {
+                // Without the table nobody waits for the points.
+                let _ = Slurm.cancel(&job);
+            })?;
+            submission.collect_job = Some(collect);
+            submission.write(out)?;
+        }
+        let done = submission.points.len() - missing.len();
+        if self.json {
+            return output::json_line(&json!({
+                "out": output::path(out), "points": submission.points.len(), "done": done, "failed": 0,
+                "submitted": missing.len(), "tasks": submission.tasks.len(), "job": submission.job,
+            }));
+        }
+        match &submission.job {
+            Some(job) => output::print(&format!(
+                "{} points in {} tasks of job {job}, {done} done before; asperity status {} shows their state",
+                missing.len(),
+                submission.tasks.len(),
+                out.display()
+            )),
+            None => output::print(&format!("all {done} points are done; asperity collect {}", out.display())),
+        }
+        Ok(())
+    }
+}
+
+fn submitted(point: &sweep::SweepPoint) -> SubmittedPoint {
+    SubmittedPoint {
+        label: point.label.clone(),
+        values: sweep::json_values(point),
+        scene: blake3::hash(point.scene.as_bytes()).to_hex().to_string(),
+        seconds: point.seconds,
+    }
+}
+
+/// # Errors
+/// `Input` while tasks of an earlier submission wait or run.
+fn refuse_queued(out: &Path) -> Result<()> {
+    let Some(job) = Submission::exists(out).then(|| Submission::read(out)).transpose()?.and_then(|s| s.job) else {
+        return Ok(());
+    };
+    match Slurm.tasks(&job)?.len() {
+        0 => Ok(()),
+        n => {
+            let found = format!("{} (job {job} has {n} tasks in the queue)", out.display());
+            let accepted = "a sweep that is not in the queue: wait, or asperity cancel it";
+            Err(Error::input("command line", "--out", found, accepted))
+        }
+    }
+}
+
+/// Core hours of the planned seconds of points.
+fn core_hours(seconds: f64, machine: &Machine) -> f64 {
+    seconds * machine.cpus as f64 / Submission::at_once(machine, usize::MAX) as f64 / 3600.0
+}
+
+fn plan(submission: &Submission, missing: &[(usize, f64)], scripts: &Scripts, bytes: u64, json: bool) -> Result<()> {
+    let hours = core_hours(missing.iter().map(|m| m.1).sum(), &submission.machine);
+    if json {
+        return output::json_line(&json!({
+            "points": submission.points.len(), "to_submit": missing.len(), "tasks": submission.tasks.len(),
+            "bytes_of_largest": bytes, "core_hours": hours,
+        }));
+    }
+    for (name, text) in [("points.sh", &scripts.points), ("collect.sh", &scripts.collect)] {
+        output::print(&format!("{name}:\n{text}"));
+    }
+    output::print(&format!(
+        "{} of {} points in {} tasks, {} each, about {} core hours (an order of magnitude)",
+        missing.len(),
+        submission.points.len(),
+        submission.tasks.len(),
+        memory(bytes),
+        significant(hours, 2)
+    ));
+    Ok(())
+}
+
+/// One turn of a task. Batch scripts call it.
+#[derive(Debug, clap::Args)]
+pub(super) struct SlurmTask {
+    /// Folder of the sweep.
+    folder: PathBuf,
+    /// Index of the task.
+    task: usize,
+}
+
+impl SlurmTask {
+    pub(super) fn execute(self) -> Result<ExitCode> {
+        sys::note_user_signal();
+        progress::compute();
+        let out = &self.folder;
+        let submission = Submission::read(out)?;
+        let Some(points) = submission.tasks.get(self.task) else {
+            let accepted = format!("less than {}", submission.tasks.len());
+            return Err(Error::input("command line", "TASK", self.task, accepted));
+        };
+        let begun = Instant::now();
+        let node = std::env::var("SLURMD_NODENAME").unwrap_or_else(|_| "unknown".into());
+        let folders: Vec<PathBuf> =
+            points.iter().map(|&i| PointFolder::of(out, &submission.points[i].label).out).collect();
+        let progress = || folders.iter().map(|f| progress_of(f)).fold(0, u64::wrapping_add);
+        let before = progress();
+        output::eprint(&format!("{} points on {node}", points.len()));
+        let (worst, interrupted) = run_points(&submission, points, out)?;
+        let outcome = match interrupted {
+            0 if worst == 0 => "done",
+            0 => "failed",
+            _ => "interrupted",
+        };
+        let turn = Turn { node, seconds: begun.elapsed().as_secs_f64(), outcome };
+        let append = turn.append(out, self.task);
+        append.map_err(Error::io("write the turns in", out))?;
+        if interrupted == 0 {
+            return Ok(ExitCode::from(worst));
+        }
+        if !sys::user_signal() {
+            return Err(Error::Interrupted);
+        }
+        if progress() == before {
+            let why = format!("no progress within a turn of {}: increase time of the machine", submission.machine.time);
+            for &i in points.iter() {
+                let point = &submission.points[i];
+                if end_of(out, point).is_some_and(|end| end.outcome == Outcome::Interrupted) {
+                    record_end(out, &point.label, &ended(point, Outcome::Failed, NO_PROGRESS, Some(why.clone())))?;
+                }
+            }
+            output::eprint(&why);
+            return Ok(ExitCode::from(NO_PROGRESS));
+        }
+        let job = std::env::var("SLURM_ARRAY_JOB_ID").ok().or(submission.job).unwrap_or_default();
+        output::eprint("the time limit is near: the next turn continues");
+        Slurm.requeue(&job, self.task)?;
+        Err(Error::Interrupted)
+    }
+}
+
+fn ended(point: &SubmittedPoint, outcome: Outcome, code: u8, reason: Option<String>) -> EndedPoint {
+    EndedPoint { scene: point.scene.clone(), outcome, code, reason }
+}
+
+/// Runs the points of a task that are not done. Returns the highest exit code, and how many were interrupted.
+fn run_points(submission: &Submission, points: &[usize], out: &Path) -> Result<(u8, usize)> {
+    let machine = &submission.machine;
+    let missing: Vec<&SubmittedPoint> = points
+        .iter()
+        .map(|&i| &submission.points[i])
+        .filter(|p| end_of(out, p).is_none_or(|end| end.outcome != Outcome::Done))
+        .collect();
+    let at_once = Submission::at_once(machine, missing.len());
+    let program = std::env::current_exe().map_err(Error::io("find", Path::new("asperity")))?;
+    let threads = (machine.cpus / at_once).max(1);
+    let command = PointCommand::new(program, &submission.flags, threads, &machine.lammps);
+    let (next, worst, interrupted) = (AtomicUsize::new(0), AtomicU8::new(0), AtomicUsize::new(0));
+    let failure: Mutex<Option<Error>> = Mutex::new(None);
+    let work = || {
+        while let Some(point) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let end = match progress::stopping() || sys::user_signal() {
+                true => (sweep::Outcome::Interrupted, 130),
+                false => command.run(&PointFolder::of(out, &point.label), &sys::user_signal),
+            };
+            let end = match end {
+                (sweep::Outcome::Done, _) => ended(point, Outcome::Done, 0, None),
+                (sweep::Outcome::Interrupted, _) => {
+                    interrupted.fetch_add(1, Ordering::Relaxed);
+                    ended(point, Outcome::Interrupted, 130, None)
+                }
+                (sweep::Outcome::Failed(why), code) => {
+                    worst.fetch_max(code, Ordering::Relaxed);
+                    output::eprint(&format!("{}: {why}", point.label));
+                    ended(point, Outcome::Failed, code, Some(why))
+                }
+            };
+            if let Err(e) = record_end(out, &point.label, &end) {
+                failure.lock().expect("no panic").get_or_insert(e);
+            }
+        }
+    };
+    std::thread::scope(|scope| (0..at_once).for_each(|_| drop(scope.spawn(work))));
+    match failure.into_inner().expect("no panic") {
+        Some(e) => Err(e),
+        None => Ok((worst.into_inner(), interrupted.into_inner())),
+    }
+}
+
+/// Write tables and report of a sweep that a cluster runs, of the points that are done.
+#[derive(Debug, clap::Args)]
+pub(super) struct Collect {
+    /// Folder of the sweep.
+    folder: PathBuf,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Collect {
+    pub(super) fn execute(self) -> Result<ExitCode> {
+        let out = &self.folder;
+        let submission = Submission::read(out)?;
+        let mut worst = 0;
+        let points = submission.points.iter().map(|p| {
+            let end = end_of(out, p);
+            worst = end.as_ref().map_or(0, |e| e.code).max(worst);
+            let status = match end.as_ref().map(|e| e.outcome) {
+                Some(Outcome::Done) => PointStatus::Done,
+                Some(Outcome::Failed) => PointStatus::Failed,
+                Some(Outcome::Interrupted) | None => PointStatus::Waiting,
+            };
+            sweep::point((&p.label, p.values.clone()), status, end.and_then(|e| e.reason), out)
+        });
+        let points = points.collect::<Result<Vec<_>>>()?;
+        let ensemble = sweep::write_tables(out, (&submission.name, &submission.keys), points)?;
+        let page = crate::report::write(out)?;
+        super::sweep_table::print(&ensemble, out, &page, self.json)?;
+        Ok(ExitCode::from(worst))
+    }
+}
+
+/// Show the state of a sweep on a cluster: done, running, waiting, failed with the reason; core hours.
+#[derive(Debug, clap::Args)]
+pub(super) struct Status {
+    /// Folder of the sweep.
+    folder: PathBuf,
+    /// Repeat every 10 s until nothing waits or runs.
+    #[arg(long)]
+    watch: bool,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// State of the points of a sweep.
+struct State {
+    /// Points by state of their task in the queue, as `running` and `pending`.
+    queued: Vec<(String, usize)>,
+    done: usize,
+    /// Label and reason.
+    failed: Vec<(String, String)>,
+    core_hours: [f64; 2],
+}
+
+impl State {
+    fn read(out: &Path) -> Result<State> {
+        let submission = Submission::read(out)?;
+        let queue = submission.job.as_deref().map_or(Ok(Vec::new()), |job| Slurm.tasks(job))?;
+        let of_task = |task: Option<usize>| -> Option<&QueueState> { queue.iter().find(|q| Some(q.task) == task) };
+        let (mut done, mut failed, mut queued, mut left) = (0, Vec::new(), Vec::<(String, usize)>::new(), 0.0);
+        for (point, task) in submission.points.iter().zip(submission.task_of()) {
+            let end = end_of(out, point);
+            match (end.as_ref().map(|e| e.outcome), of_task(task)) {
+                (Some(Outcome::Done), _) => done += 1,
+                (Some(Outcome::Failed), _) => {
+                    failed.push((point.label.clone(), end.and_then(|e| e.reason).unwrap_or_default()));
+                }
+                (_, Some(in_queue)) => {
+                    left += point.seconds;
+                    let state = in_queue.state.to_lowercase();
+                    match queued.iter_mut().find(|q| q.0 == state) {
+                        Some(found) => found.1 += 1,
+                        None => queued.push((state, 1)),
+                    }
+                }
+                (_, None) => {
+                    let log = task.map_or("no task".into(), |t| format!("{FOLDER}/task-{t}.log"));
+                    let why =
+                        format!("its task ended without a result (cancelled, or see {log}); submit the sweep again");
+                    failed.push((point.label.clone(), why));
+                }
+            }
+        }
+        let machine = &submission.machine;
+        let used = Turn::total_seconds(out) * machine.cpus as f64 / 3600.0;
+        Ok(State { queued, done, failed, core_hours: [used, core_hours(left, machine)] })
+    }
+
+    fn print(&self, out: &Path, json: bool) -> Result<()> {
+        let queued: usize = self.queued.iter().map(|q| q.1).sum();
+        let points = queued + self.done + self.failed.len();
+        let [used, left] = self.core_hours;
+        if json {
+            let by_state: serde_json::Map<_, _> = self.queued.iter().map(|(s, n)| (s.clone(), json!(n))).collect();
+            let failures: Vec<_> = self.failed.iter().map(|(l, why)| json!({ "point": l, "reason": why })).collect();
+            return output::json_line(&json!({
+                "out": output::path(out), "points": points, "done": self.done, "failed": self.failed.len(),
+                "queued": queued, "states": by_state, "failures": failures,
+                "core_hours_used": used, "core_hours_left": left,
+            }));
+        }
+        let states: Vec<String> = self.queued.iter().map(|(s, n)| format!("{n} {s}")).collect();
+        let states =
+            [vec![format!("{} done", self.done)], states, vec![format!("{} failed", self.failed.len())]].concat();
+        output::print(&format!("{points} points: {}", states.join(", ")));
+        output::print(&format!("core hours: {} used, about {} left", significant(used, 2), significant(left, 2)));
+        self.failed.iter().for_each(|(label, why)| output::print(&format!("failed: {label}: {why}")));
+        Ok(())
+    }
+}
+
+impl Status {
+    pub(super) fn execute(self) -> Result<()> {
+        loop {
+            let state = State::read(&self.folder)?;
+            state.print(&self.folder, self.json)?;
+            if !self.watch || state.queued.is_empty() {
+                return Ok(());
+            }
+            let begun = Instant::now();
+            while begun.elapsed() < WATCH {
+                if progress::stopping() {
+                    return Err(Error::Interrupted);
+                }
+                std::thread::sleep(Duration::from_millis(100));
+            }
+        }
+    }
+}
+
+/// Cancel the tasks of a sweep that wait or run. Finished points are kept.
+#[derive(Debug, clap::Args)]
+pub(super) struct Cancel {
+    /// Folder of the sweep.
+    folder: PathBuf,
+}
+
+impl Cancel {
+    pub(super) fn execute(self) -> Result<()> {
+        let submission = Submission::read(&self.folder)?;
+        let jobs = [&submission.collect_job, &submission.job];
+        jobs.into_iter().flatten().try_for_each(|job| Slurm.cancel(job))?;
+        output::print(&format!("cancelled job {}", submission.job.as_deref().unwrap_or("of no task")));
+        Ok(())
+    }
+}

@@ -1,0 +1,81 @@
+//! Runs a point of a sweep: `asperity run` in a process of its own, with its output in the point's log.
+
+use super::progress;
+use crate::atoms::lammps_command::LammpsCommand;
+use crate::pipeline::sweep::{Outcome, PointFolder};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// Interval between looks at a running point.
+const POLL: Duration = Duration::from_millis(20);
+
+/// How points are run.
+pub(super) struct PointCommand {
+    program: PathBuf,
+    arguments: Vec<String>,
+}
+
+impl PointCommand {
+    /// `program` is asperity; `flags` are those of `run`.
+    pub(super) fn new(program: PathBuf, flags: &[String], threads: usize, lammps: &LammpsCommand) -> Self {
+        let mut arguments = flags.to_vec();
+        arguments.extend(["--threads".into(), threads.to_string()]);
+        let values = [
+            ("--lammps", lammps.program.as_ref().map(|p| p.display().to_string())),
+            ("--ranks", lammps.ranks.map(|n| n.to_string())),
+            ("--launcher", lammps.launcher.clone()),
+            ("--lammps-args", (!lammps.args.is_empty()).then(|| lammps.args.join(" "))),
+        ];
+        arguments.extend(values.into_iter().filter_map(|(flag, value)| Some(format!("{flag}={}", value?))));
+        PointCommand { program, arguments }
+    }
+
+    /// Runs the point; stops it when `stopping` says so. A failure comes with the exit code.
+    pub(super) fn run(&self, point: &PointFolder, stopping: &dyn Fn() -> bool) -> (Outcome, u8) {
+        let failed = |why: String, code: u8| (Outcome::Failed(why), code);
+        let log = File::create(&point.log).and_then(|log| Ok((log.try_clone()?, log)));
+        let (stdout, stderr) = match log {
+            Ok(both) => both,
+            Err(e) => return failed(format!("cannot create {}: {e}", point.log.display()), 2),
+        };
+        let mut command = Command::new(&self.program);
+        command.arg("run").arg(&point.scene).arg("--out").arg(&point.out).args(&self.arguments);
+        command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
+        crate::sys::die_with_parent(&mut command);
+        let mut child = match command.spawn() {
+            Ok(child) => child,
+            Err(e) => return failed(format!("cannot start {}: {e}", self.program.display()), 5),
+        };
+        let status = loop {
+            match child.try_wait() {
+                Ok(Some(status)) => break status,
+                Ok(None) if stopping() || progress::stopping() => {
+                    // Its own checkpoints are complete at any time.
+                    crate::sys::terminate(child.id());
+                    let _ = child.wait();
+                    return (Outcome::Interrupted, 130);
+                }
+                Ok(None) => std::thread::sleep(POLL),
+                Err(e) => return failed(format!("cannot wait for the run: {e}"), 5),
+            }
+        };
+        match status.code() {
+            // 1: a statement of the challenge failed; the results are complete.
+            Some(0 | 1) => (Outcome::Done, 0),
+            Some(130) if stopping() || progress::stopping() => (Outcome::Interrupted, 130),
+            code => {
+                let code = code.and_then(|c| u8::try_from(c).ok()).unwrap_or(70);
+                failed(reason(&point.log).unwrap_or_else(|| status.to_string()), code)
+            }
+        }
+    }
+}
+
+/// The last error of a log.
+fn reason(log: &Path) -> Option<String> {
+    let text = String::from_utf8_lossy(&std::fs::read(log).ok()?).into_owned();
+    let last = text.lines().rfind(|l| l.contains("error: "))?;
+    Some(last.split_once("error: ").map_or(last, |(_, why)| why).to_string())
+}

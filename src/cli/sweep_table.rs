@@ -1,0 +1,39 @@
+//! Results of a sweep on stdout.
+
+use super::output;
+use crate::Result;
+use crate::record::ensemble::{Ensemble, PointStatus};
+use crate::report::number::significant;
+use std::path::Path;
+
+/// Statistics and failures of a sweep.
+pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) -> Result<()> {
+    let count = |status: PointStatus| ensemble.points.iter().filter(|p| p.status == status).count();
+    let (done, failed) = (count(PointStatus::Done), count(PointStatus::Failed));
+    if json {
+        return output::json_line(&serde_json::json!({
+            "out": output::path(out),
+            "report": output::path(page),
+            "points": ensemble.points.len(),
+            "done": done,
+            "failed": failed,
+        }));
+    }
+    let shown = ["contact_fraction", "mean_gap", "kappa"];
+    let rows = ensemble.statistics.iter().filter(|s| shown.contains(&s.of.quantity.as_str())).map(|s| {
+        let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+        let error = s.sample.standard_error.map_or("-".into(), |e| significant(e, 2));
+        let scatter = s.sample.standard_deviation.map_or("-".into(), |e| significant(e, 2));
+        let (p_star, mean) = (significant(s.p_star, 3), significant(s.sample.mean, 4));
+        let n = s.sample.realisations.to_string();
+        let (source, quantity) = (s.of.source.clone(), s.of.quantity.clone());
+        vec![group.join(", "), source, p_star, quantity, mean, error, scatter, n, s.of.unit.clone()]
+    });
+    let head = ["", "source", "p*", "quantity", "mean", "standard error", "standard deviation", "n", "unit"];
+    output::print(&output::table(&head, rows));
+    let failures = ensemble.points.iter().filter_map(|p| Some((&p.label, p.reason.as_ref()?)));
+    failures.for_each(|(label, why)| output::print(&format!("failed: {label}: {why}")));
+    output::print(&format!("{done} of {} points done, {failed} failed", ensemble.points.len()));
+    output::print(&format!("report: {}", page.display()));
+    Ok(())
+}

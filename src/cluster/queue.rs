@@ -1,0 +1,124 @@
+//! The commands of Slurm.
+
+use crate::error::{Error, Result};
+use crate::sys;
+use std::io::{Read, Seek};
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+/// Limits of a command of Slurm, which answers in milliseconds unless its controller is busy.
+const LIMIT: Duration = Duration::from_secs(60);
+const MOST_BYTES: u64 = 64 << 20;
+
+/// State of a task in the queue, as squeue names it: `RUNNING`, `PENDING` and so on, with the reason of waiting.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct QueueState {
+    pub task: usize,
+    pub state: String,
+    pub reason: String,
+}
+
+/// Slurm of this machine.
+#[derive(Debug, Clone, Copy)]
+pub struct Slurm;
+
+impl Slurm {
+    /// Submits the script in the folder `from`, which becomes the working folder of the job; after the end of the job `after`, however
+    /// it ends. Returns the number of the job.
+    ///
+    /// # Errors
+    /// `MissingProgram` without sbatch; `Cluster` with the words of sbatch.
+    pub fn submit(self, script: &Path, from: &Path, after: Option<&str>) -> Result<String> {
+        let mut command = Command::new("sbatch");
+        command.arg("--parsable").arg("--chdir").arg(from);
+        if let Some(job) = after {
+            command.arg(format!("--dependency=afterany:{job}"));
+        }
+        command.arg(script);
+        let text = call(command)?;
+        // On a federation the name of the cluster follows.
+        Ok(text.trim().split(';').next().unwrap_or_default().to_string())
+    }
+
+    /// The tasks of an array that wait or run.
+    ///
+    /// # Errors
+    /// As [`Slurm::submit`]. A job that Slurm has forgotten has no tasks.
+    pub fn tasks(self, job: &str) -> Result<Vec<QueueState>> {
+        let mut command = Command::new("squeue");
+        command.args(["--noheader", "--array", "--format=%F %K %T %r", "--jobs", job]);
+        match call(command) {
+            Err(Error::Cluster { said, .. }) if said.contains("Invalid job id") => Ok(Vec::new()),
+            text => Ok(text?.lines().filter_map(parse).collect()),
+        }
+    }
+
+    /// Cancels a job; one that has ended is left.
+    ///
+    /// # Errors
+    /// As [`Slurm::submit`].
+    pub fn cancel(self, job: &str) -> Result<()> {
+        let mut command = Command::new("scancel");
+        command.args(["--quiet", job]);
+        match call(command) {
+            Err(Error::Cluster { said, .. }) if said.contains("Invalid job id") => Ok(()),
+            other => other.map(|_| ()),
+        }
+    }
+
+    /// Puts the task in which this process runs back into the queue.
+    ///
+    /// # Errors
+    /// As [`Slurm::submit`].
+    pub fn requeue(self, job: &str, task: usize) -> Result<()> {
+        let mut command = Command::new("scontrol");
+        command.args(["requeue", &format!("{job}_{task}")]);
+        call(command).map(|_| ())
+    }
+}
+
+/// A line `JOB TASK STATE REASON`; a single job has `N/A` for its task.
+fn parse(line: &str) -> Option<QueueState> {
+    let mut words = line.split_whitespace();
+    let (_, task, state) = (words.next()?, words.next()?, words.next()?);
+    let task = if task == "N/A" { 0 } else { task.parse().ok()? };
+    Some(QueueState { task, state: state.into(), reason: words.collect::<Vec<_>>().join(" ") })
+}
+
+fn call(mut command: Command) -> Result<String> {
+    let program = command.get_program().to_string_lossy().into_owned();
+    let failed = |said: String| Error::Cluster { program: program.clone(), said };
+    let mut words = tempfile::tempfile().map_err(|e| failed(e.to_string()))?;
+    command.stderr(words.try_clone().map_err(|e| failed(e.to_string()))?);
+    let printed = sys::probe(command, LIMIT, MOST_BYTES).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => Error::MissingProgram {
+            program: program.clone(),
+            how: "run this on a machine where Slurm's commands are installed".into(),
+        },
+        _ => failed(e.to_string()),
+    })?;
+    if printed.status.success() {
+        return Ok(String::from_utf8_lossy(&printed.stdout).into_owned());
+    }
+    let mut said = String::new();
+    let read = words.rewind().and_then(|()| words.read_to_string(&mut said));
+    let line = said.lines().find(|l| !l.trim().is_empty()).filter(|_| read.is_ok());
+    Err(failed(line.unwrap_or("no reason given").trim().to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_squeue_are_parsed() {
+        let waiting = parse("17 3 PENDING JobArrayTaskLimit").expect("a task");
+        assert_eq!(
+            (waiting.task, waiting.state.as_str(), waiting.reason.as_str()),
+            (3, "PENDING", "JobArrayTaskLimit")
+        );
+        assert_eq!(parse("18 N/A RUNNING None").expect("a job").task, 0);
+        assert_eq!(parse("slurm_load_jobs error"), None);
+    }
+}

@@ -1,0 +1,236 @@
+//! What was submitted, and how its points ended: files in `slurm/` of a sweep's folder.
+
+use super::machine::Machine;
+use crate::error::{Error, Result};
+use crate::pipeline::sweep::PointFolder;
+use crate::record::{json, results};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Folder of the files of the cluster in that of the sweep.
+pub const FOLDER: &str = "slurm";
+
+const FILE: &str = "submission.json";
+const SCHEMA: u32 = 1;
+
+/// A submitted sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Submission {
+    pub schema: u32,
+    pub name: String,
+    /// The varied keys, the slowest first.
+    pub keys: Vec<String>,
+    pub machine_name: String,
+    pub machine: Machine,
+    /// Flags of `asperity run` for every point.
+    pub flags: Vec<String>,
+    pub points: Vec<SubmittedPoint>,
+    /// Points of each task of the array, by index.
+    pub tasks: Vec<Vec<usize>>,
+    /// Number of the array, and of the job that collects the results; `None` if every point was done.
+    pub job: Option<String>,
+    pub collect_job: Option<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubmittedPoint {
+    pub label: String,
+    pub values: Vec<serde_json::Value>,
+    /// BLAKE3 hash of its scene.
+    pub scene: String,
+    /// Planned time, an order of magnitude, s.
+    pub seconds: f64,
+}
+
+/// How a turn left a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    Done,
+    Failed,
+    Interrupted,
+}
+
+/// How the last turn left a point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EndedPoint {
+    /// Hash of the scene that was run.
+    pub scene: String,
+    pub outcome: Outcome,
+    /// Exit code of its run.
+    pub code: u8,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+impl Submission {
+    pub fn new(name: &str, keys: &[String], machine: (String, Machine), flags: Vec<String>) -> Submission {
+        let (machine_name, machine) = machine;
+        Submission {
+            schema: SCHEMA,
+            name: name.into(),
+            keys: keys.to_vec(),
+            machine_name,
+            machine,
+            flags,
+            points: Vec::new(),
+            tasks: Vec::new(),
+            job: None,
+            collect_job: None,
+        }
+    }
+
+    /// # Errors
+    /// `Io` without the file; `Format` for another schema or damage.
+    pub fn read(out: &Path) -> Result<Submission> {
+        json::read_schema(&out.join(FOLDER).join(FILE), SCHEMA)
+    }
+
+    /// Whether the folder has one.
+    pub fn exists(out: &Path) -> bool {
+        out.join(FOLDER).join(FILE).exists()
+    }
+
+    /// # Errors
+    /// `Io`.
+    pub fn write(&self, out: &Path) -> Result<()> {
+        json::write(&out.join(FOLDER).join(FILE), self)
+    }
+
+    /// Task of each point; `None` for points that were done before.
+    pub fn task_of(&self) -> Vec<Option<usize>> {
+        let mut tasks = vec![None; self.points.len()];
+        for (task, points) in self.tasks.iter().enumerate() {
+            points.iter().for_each(|&i| tasks[i] = Some(task));
+        }
+        tasks
+    }
+
+    /// Points of a task that run at once: each has the ranks of LAMMPS.
+    pub fn at_once(machine: &Machine, points: usize) -> usize {
+        (machine.cpus / machine.lammps.ranks.unwrap_or(1).max(1)).clamp(1, points.max(1))
+    }
+}
+
+/// Puts points (their planned seconds) into tasks, in their order.
+pub fn pack(seconds: &[(usize, f64)], machine: &Machine) -> Vec<Vec<usize>> {
+    let limit = 60.0 * machine.pack_minutes * Submission::at_once(machine, usize::MAX) as f64;
+    let total: f64 = seconds.iter().map(|s| s.1).sum();
+    let most = machine.most_tasks.max(1);
+    // A task that exceeds the limit holds one point more than fits, so that twice the mean load suffices.
+    let limit = if seconds.len() > most { limit.max(2.0 * total / most as f64) } else { limit };
+    let at_least = seconds.len().div_ceil(most);
+    let mut tasks: Vec<(f64, Vec<usize>)> = Vec::new();
+    for &(point, s) in seconds {
+        match tasks.last_mut() {
+            Some((sum, points)) if *sum + s <= limit || points.len() < at_least => {
+                *sum += s;
+                points.push(point);
+            }
+            _ => tasks.push((s, vec![point])),
+        }
+    }
+    tasks.into_iter().map(|t| t.1).collect()
+}
+
+fn end_file(out: &Path, label: &str) -> PathBuf {
+    out.join(FOLDER).join("points").join(format!("{label}.json"))
+}
+
+/// How the last turn left a point with this scene; `None` for another scene, or a result that is gone.
+pub fn end_of(out: &Path, point: &SubmittedPoint) -> Option<EndedPoint> {
+    let end: EndedPoint = json::read(&end_file(out, &point.label)).ok()?;
+    let kept = || PointFolder::of(out, &point.label).out.join(results::FILE).exists();
+    (end.scene == point.scene && (end.outcome != Outcome::Done || kept())).then_some(end)
+}
+
+/// Removes how earlier turns left a point, before it is submitted again.
+///
+/// # Errors
+/// `Io`.
+pub fn forget_end(out: &Path, label: &str) -> Result<()> {
+    let path = end_file(out, label);
+    match std::fs::remove_file(&path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", &path)(e)),
+        _ => Ok(()),
+    }
+}
+
+/// # Errors
+/// `Io`.
+pub fn record_end(out: &Path, label: &str, end: &EndedPoint) -> Result<()> {
+    json::write(&end_file(out, label), end)
+}
+
+/// Folder with a table of turns for each task.
+pub const TURNS: &str = "turns";
+
+/// A turn of a task.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turn {
+    pub node: String,
+    pub seconds: f64,
+    pub outcome: &'static str,
+}
+
+impl Turn {
+    /// Appends the turn to the table of its task, which no other process writes.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn append(&self, out: &Path, task: usize) -> std::io::Result<()> {
+        let path = out.join(FOLDER).join(TURNS).join(format!("{task}.csv"));
+        let mut file = std::fs::OpenOptions::new().create(true).append(true).open(path)?;
+        writeln!(file, "{},{:.1},{}", self.node, self.seconds, self.outcome)
+    }
+
+    /// Seconds of all turns of all tasks.
+    pub fn total_seconds(out: &Path) -> f64 {
+        let Ok(folder) = std::fs::read_dir(out.join(FOLDER).join(TURNS)) else { return 0.0 };
+        let tables = folder.flatten().filter_map(|f| std::fs::read_to_string(f.path()).ok());
+        let of = |table: String| {
+            table
+                .lines()
+                .filter_map(|l| l.split(',').nth(1)?.parse::<f64>().ok())
+                .filter(|s| s.is_finite())
+                .sum::<f64>()
+        };
+        tables.map(of).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sizes(points: usize, seconds: f64, machine: &Machine) -> Vec<usize> {
+        let list: Vec<(usize, f64)> = (0..points).map(|i| (i, seconds)).collect();
+        let tasks = pack(&list, machine);
+        assert_eq!(tasks.concat(), (0..points).collect::<Vec<_>>());
+        tasks.iter().map(Vec::len).collect()
+    }
+
+    #[test]
+    fn short_points_share_a_task() {
+        let machine = Machine { pack_minutes: 1.0, ..Machine::default() };
+        assert_eq!(sizes(7, 20.0, &machine), [3, 3, 1]);
+        assert_eq!(sizes(2, 1e6, &machine), [1, 1]);
+        // Four points run at once.
+        assert_eq!(sizes(12, 20.0, &Machine { cpus: 4, ..machine.clone() }), [12]);
+        assert_eq!(sizes(3, 20.0, &Machine { pack_minutes: 0.0, ..machine }), [1, 1, 1]);
+    }
+
+    #[test]
+    fn an_array_has_no_more_tasks_than_slurm_takes() {
+        let machine = Machine { pack_minutes: 0.0, most_tasks: 10, ..Machine::default() };
+        for points in [9, 10, 11, 95, 1000] {
+            for seconds in [0.0, 1.0, 1e5] {
+                assert!(sizes(points, seconds, &machine).len() <= 10, "{points} points of {seconds} s");
+            }
+        }
+        // One long point and many short ones.
+        let list: Vec<(usize, f64)> = (0..100).map(|i| (i, if i == 50 { 1e6 } else { 1.0 })).collect();
+        assert!(pack(&list, &machine).len() <= 10);
+    }
+}

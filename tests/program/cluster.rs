@@ -1,0 +1,310 @@
+//! Sweeps on a Slurm of two nodes that the tests start on this machine.
+
+use crate::program::{asperity, json_line, stderr};
+use crate::tools::{program, skip};
+use serde_json::Value;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A continuum that is solved in a fraction of a second, and the same with a limit that it exceeds.
+const SCENE: &str = "name = \"small\"\n[surface]\ngrid = 32\ncut_off_mode = 8\n[load]\np_star = [0.02, 0.1]\n";
+const SWEEP: &str = "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..2\"\ncontinuum.max_iterations = [50000, 3]\n";
+
+/// Sixteen steps and some seconds of LAMMPS.
+const ATOMS: &str = "name = \"atoms\"\n[surface]\ngrid = 32\n[load]\np_star = [0.01, 0.02]\n\
+                     [atoms]\ncells = 10\ndepth_cells = 6\nstep_angstrom = 0.1\n";
+const SEEDS: &str = "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..2\"\n";
+
+/// Limit of waiting. A lost node is noticed after half a minute, and a requeued job starts after six seconds.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// The daemons, which end when this is dropped, and a folder with the files of a sweep.
+struct Cluster {
+    folder: tempfile::TempDir,
+    ports: u16,
+}
+
+/// First of the ports of a cluster: other ones for each test and for each process.
+fn ports(index: u16) -> u16 {
+    let process = u16::try_from(std::process::id() % 1000).expect("below 1000");
+    20_000 + 40 * process + 10 * index
+}
+
+impl Cluster {
+    /// `index`: a number of its own for each test, because they run at the same time. None without Slurm.
+    fn start(index: u16, scene: &str, sweep: &str) -> Option<Cluster> {
+        let daemons = ["slurmctld", "slurmd", "munged"];
+        // Debian has them where only root's search path looks.
+        let missing = |name: &&str| !Path::new("/usr/sbin").join(name).exists() && program(&[name]).is_none();
+        if let Some(name) = daemons.iter().find(|n| missing(n)).or(program(&["sbatch"]).is_none().then_some(&"sbatch"))
+        {
+            skip(
+                "slurm",
+                &format!("{name} was not found (Debian: apt-get install slurmctld slurmd slurm-client munge)"),
+            );
+            return None;
+        }
+        let cluster = Cluster { folder: tempfile::tempdir().expect("scratch"), ports: ports(index) };
+        for (name, text) in [
+            ("scene.toml", scene),
+            ("sweep.toml", sweep),
+            ("machines.toml", "[cluster]\nengine = \"slurm\"\ntime = \"10\"\npack_minutes = 0.0\n"),
+        ] {
+            fs::write(cluster.path(name), text).expect("written");
+        }
+        cluster.daemons(&["up"]);
+        Some(cluster)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn state(&self) -> PathBuf {
+        self.path("slurm-state")
+    }
+
+    fn daemons(&self, arguments: &[&str]) {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/common/slurm.sh");
+        let mut command = Command::new(script);
+        command.args(arguments).env("SLURM_STATE", self.state()).env("SLURM_PORTS", self.ports.to_string());
+        let output = command.output().expect("started");
+        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    }
+
+    /// asperity in the folder of the sweep.
+    fn call(&self, arguments: &[&str]) -> Output {
+        let mut command = asperity();
+        command.args(arguments).current_dir(self.folder.path()).env("SLURM_CONF", self.state().join("slurm.conf"));
+        command.output().expect("started")
+    }
+
+    fn json(&self, arguments: &[&str]) -> Value {
+        let output = self.call(&[arguments, &["--json"]].concat());
+        assert!(!output.stdout.is_empty(), "{arguments:?}: {}", stderr(&output));
+        json_line(&output)
+    }
+
+    fn submit(&self) -> Value {
+        self.json(&["sweep", "sweep.toml", "--machine", "cluster", "--out", "out"])
+    }
+
+    fn status(&self) -> Value {
+        self.json(&["status", "out"])
+    }
+
+    /// Waits for the table that the last job writes.
+    fn collected(&self) -> Value {
+        let log = self.path("out/slurm/collect.log");
+        self.wait("the collected results", || fs::read_to_string(&log).is_ok_and(|t| t.contains("report: ")));
+        self.ensemble("out")
+    }
+
+    fn ensemble(&self, out: &str) -> Value {
+        let text = fs::read_to_string(self.path(out).join("ensemble.json")).expect("read");
+        serde_json::from_str(&text).expect("JSON")
+    }
+
+    /// The results of the same sweep as processes of this machine.
+    fn local(&self) -> Value {
+        self.call(&["sweep", "sweep.toml", "--out", "local"]);
+        self.ensemble("local")
+    }
+
+    fn slurm(&self, command: &str, arguments: &[&str]) {
+        let mut command = Command::new(command);
+        let output =
+            command.args(arguments).env("SLURM_CONF", self.state().join("slurm.conf")).output().expect("started");
+        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    }
+
+    fn wait(&self, what: &str, good: impl Fn() -> bool) {
+        let begun = Instant::now();
+        while !good() {
+            let status = || String::from_utf8_lossy(&self.call(&["status", "out"]).stdout).into_owned();
+            assert!(begun.elapsed() < PATIENCE, "waited for {what}: {}", status());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Waits until LAMMPS has finished some steps of a point.
+    fn wait_for_steps(&self, label: &str) {
+        let table = self.path(&format!("out/points/{label}/lammps/load_steps.csv"));
+        self.wait("load steps", || fs::read_to_string(&table).is_ok_and(|t| t.lines().count() > 3));
+    }
+
+    /// How the turns of a task ended, with their nodes.
+    fn turns(&self, task: usize) -> Vec<String> {
+        let table = fs::read_to_string(self.path(&format!("out/slurm/turns/{task}.csv"))).unwrap_or_default();
+        table.lines().filter_map(|l| l.rsplit(',').next()).map(str::to_string).collect()
+    }
+}
+
+impl Drop for Cluster {
+    fn drop(&mut self) {
+        self.daemons(&["down"]);
+    }
+}
+
+/// Points without the words of a failure, which hold paths.
+fn points(ensemble: &Value) -> Vec<Value> {
+    let mut list = ensemble["points"].as_array().expect("a list").clone();
+    list.iter_mut().filter_map(Value::as_object_mut).for_each(|p| drop(p.remove("reason")));
+    list
+}
+
+#[test]
+fn a_sweep_on_slurm_gives_the_results_of_a_local_one() {
+    let Some(cluster) = Cluster::start(0, SCENE, SWEEP) else { return };
+    let submitted = cluster.submit();
+    assert_eq!((&submitted["points"], &submitted["submitted"], &submitted["tasks"]), (&4.into(), &4.into(), &4.into()));
+    let found = cluster.collected();
+    let status = cluster.status();
+    assert_eq!((&status["done"], &status["failed"], &status["queued"]), (&2.into(), &2.into(), &0.into()));
+    let why = status["failures"][0]["reason"].as_str().expect("a reason");
+    assert!(why.contains("stopped without converging"), "{why}");
+    assert!(status["core_hours_used"].as_f64().expect("hours") > 0.0);
+    assert_eq!(points(&found), points(&cluster.local()));
+    assert_eq!(found["statistics"], cluster.ensemble("local")["statistics"]);
+
+    // Only what failed is submitted again; another sweep is refused while it is in the queue.
+    let again = cluster.submit();
+    assert_eq!((&again["done"], &again["submitted"]), (&2.into(), &2.into()));
+    let refused = cluster.call(&["sweep", "sweep.toml", "--machine", "cluster", "--out", "out"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("tasks in the queue"), "{}", stderr(&refused));
+    assert!(cluster.call(&["cancel", "out"]).status.success());
+    cluster.wait("an empty queue", || cluster.status()["queued"] == 0);
+    assert_eq!(cluster.status()["done"], 2);
+}
+
+#[test]
+fn a_turn_that_ends_early_is_continued() {
+    let Some(cluster) = Cluster::start(1, ATOMS, SEEDS) else { return };
+    let Some(_lammps) = crate::lammps::lammps(1) else { return };
+    let job = cluster.submit()["job"].as_str().expect("a job").to_string();
+    cluster.wait_for_steps("seed-1");
+    // As Slurm does before the time limit.
+    cluster.slurm("scancel", &["--batch", "--signal=USR1", &format!("{job}_0")]);
+    let found = cluster.collected();
+    assert_eq!(cluster.turns(0), ["interrupted", "done"]);
+    assert_eq!(cluster.turns(1), ["done"]);
+    let log = fs::read_to_string(cluster.path("out/logs/seed-1.log")).expect("a log");
+    assert!(log.contains("resumed at load step"), "{log}");
+    assert_eq!(points(&found), points(&cluster.local()));
+}
+
+#[test]
+fn points_of_a_killed_node_run_again() {
+    let Some(cluster) = Cluster::start(2, ATOMS, SEEDS) else { return };
+    let Some(_lammps) = crate::lammps::lammps(1) else { return };
+    cluster.submit();
+    cluster.wait_for_steps("seed-1");
+    cluster.daemons(&["kill", "n1"]);
+    let found = cluster.collected();
+    assert_eq!(cluster.status()["done"], 2);
+    assert_eq!(points(&found), points(&cluster.local()));
+}
+
+#[test]
+fn a_cancelled_sweep_is_submitted_again() {
+    let Some(cluster) = Cluster::start(3, ATOMS, SEEDS) else { return };
+    let Some(_lammps) = crate::lammps::lammps(1) else { return };
+    cluster.submit();
+    cluster.wait_for_steps("seed-1");
+    assert!(cluster.call(&["cancel", "out"]).status.success());
+    cluster.wait("an empty queue", || cluster.status()["queued"] == 0);
+    let status = cluster.status();
+    let why = status["failures"][0]["reason"].as_str().expect("a reason").to_string();
+    assert!(why.contains("cancelled") && why.contains("submit the sweep again"), "{status}");
+    cluster.submit();
+    let found = cluster.collected();
+    assert_eq!(points(&found), points(&cluster.local()));
+}
+
+/// A turn whose time is up before anything is finished would not get further the next time.
+#[test]
+fn a_turn_without_progress_ends_with_the_reason() {
+    let Some(_lammps) = crate::lammps::lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let path = |name: &str| folder.path().join(name);
+    // LAMMPS takes many seconds for a load of this block, and writes a checkpoint each minute.
+    let scene = format!("{SCENE}[atoms]\ncells = 30\ndepth_cells = 12\n");
+    for (name, text) in [
+        ("scene.toml", scene.as_str()),
+        ("sweep.toml", "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..1\"\n"),
+        ("machines.toml", "[cluster]\nengine = \"slurm\"\n"),
+        ("sbatch", "#!/bin/sh\necho 1\n"),
+        ("scontrol", "#!/bin/sh\n[ \"$1 $2\" = \"requeue 1_0\" ]\n"),
+    ] {
+        fs::write(path(name), text).expect("written");
+    }
+    for name in ["sbatch", "scontrol"] {
+        fs::set_permissions(path(name), fs::Permissions::from_mode(0o755)).expect("executable");
+    }
+    let search_path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
+    let call = |arguments: &[&str]| {
+        let mut command = asperity();
+        command.args(arguments).current_dir(folder.path()).env("PATH", &search_path);
+        command
+    };
+    let submitted = call(&["sweep", "sweep.toml", "--machine", "cluster", "--out", "out"]).output().expect("started");
+    assert!(submitted.status.success(), "{}", stderr(&submitted));
+    // The signal comes when LAMMPS begins: the first turn has finished earlier stages, the second finishes nothing.
+    let turn = || {
+        let _ = fs::remove_file(path("out/logs/seed-1.log"));
+        let task = call(&["slurm-task", "out", "0"]).stderr(Stdio::piped()).spawn().expect("started");
+        let begun = Instant::now();
+        while !fs::read_to_string(path("out/logs/seed-1.log")).unwrap_or_default().contains(" lammps  ") {
+            assert!(begun.elapsed() < PATIENCE, "LAMMPS has not begun");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert!(Command::new("kill").args(["-USR1", &task.id().to_string()]).status().expect("kill").success());
+        task.wait_with_output().expect("ended")
+    };
+    let first = turn();
+    assert_eq!(first.status.code(), Some(130), "{}", stderr(&first));
+    assert!(stderr(&first).contains("the next turn continues"), "{}", stderr(&first));
+    let second = turn();
+    assert_eq!(second.status.code(), Some(75), "{}", stderr(&second));
+    assert!(stderr(&second).contains("no progress within a turn of 60"), "{}", stderr(&second));
+    let ended = fs::read_to_string(path("out/slurm/points/seed-1.json")).expect("how it ended");
+    assert!(ended.contains("\"failed\"") && ended.contains("no progress"), "{ended}");
+}
+
+#[test]
+fn a_dry_run_prints_the_scripts_and_submits_nothing() {
+    let folder = tempfile::tempdir().expect("scratch");
+    for (name, text) in [
+        ("scene.toml", SCENE),
+        ("sweep.toml", SWEEP),
+        (
+            "machines.toml",
+            "[cluster]\nengine = \"slurm\"\nsetup = [\"module load lammps\"]\nsbatch = [\"--partition=short\"]\n",
+        ),
+    ] {
+        fs::write(folder.path().join(name), text).expect("written");
+    }
+    let call = |flags: &[&str]| {
+        let mut command = asperity();
+        command.args(["sweep", "sweep.toml", "--machine", "cluster", "--out", "out", "--dry-run"]).args(flags);
+        command.current_dir(folder.path()).output().expect("started")
+    };
+    let text = String::from_utf8(call(&[]).stdout).expect("text");
+    for part in [
+        "#SBATCH --partition=short\n",
+        "module load lammps\nexec ",
+        "#SBATCH --array=0-0\n",
+        "4 of 4 points in 1 tasks",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert_eq!(json_line(&call(&["--json"]))["to_submit"], 4);
+    assert!(!folder.path().join("out").exists());
+    let jobs = call(&["--jobs", "2"]);
+    assert_eq!(jobs.status.code(), Some(2));
+    assert!(stderr(&jobs).contains("at_once of the machine cluster"), "{}", stderr(&jobs));
+}
