@@ -21,6 +21,9 @@ use std::time::{Duration, Instant};
 /// Exit code of a turn without progress: a longer turn is needed (`EX_TEMPFAIL` of sysexits.h).
 const NO_PROGRESS: u8 = 75;
 
+/// Failed points that `status` prints.
+const MOST_SHOWN: usize = 20;
+
 /// Shortest time between two looks at the queue.
 const WATCH: Duration = Duration::from_secs(10);
 
@@ -96,15 +99,20 @@ impl Request<'_> {
         }
         match &submission.job {
             Some(job) => output::print(&format!(
-                "{} points in {} tasks of job {job}, {done} done before; asperity status {} shows their state",
-                missing.len(),
-                submission.tasks.len(),
+                "{} in {} of job {job}, {done} done before; asperity status {} shows their state",
+                number(missing.len(), "point"),
+                number(submission.tasks.len(), "task"),
                 out.display()
             )),
             None => output::print(&format!("all {done} points are done; asperity collect {}", out.display())),
         }
         Ok(())
     }
+}
+
+/// `1 point`, `2 points`.
+fn number(n: usize, of: &str) -> String {
+    format!("{n} {of}{}", if n == 1 { "" } else { "s" })
 }
 
 fn submitted(point: &sweep::SweepPoint) -> SubmittedPoint {
@@ -149,10 +157,10 @@ fn plan(submission: &Submission, missing: &[(usize, f64)], scripts: &Scripts, by
         output::print(&format!("{name}:\n{text}"));
     }
     output::print(&format!(
-        "{} of {} points in {} tasks, {} each, about {} core hours (an order of magnitude)",
+        "{} of {} in {}, {} each, about {} core hours (an order of magnitude)",
         missing.len(),
-        submission.points.len(),
-        submission.tasks.len(),
+        number(submission.points.len(), "point"),
+        number(submission.tasks.len(), "task"),
         memory(bytes),
         significant(hours, 2)
     ));
@@ -184,7 +192,7 @@ impl SlurmTask {
             points.iter().map(|&i| PointFolder::of(out, &submission.points[i].label).out).collect();
         let progress = || folders.iter().map(|f| progress_of(f)).fold(0, u64::wrapping_add);
         let before = progress();
-        output::eprint(&format!("{} points on {node}", points.len()));
+        output::eprint(&format!("{} on {node}", number(points.len(), "point")));
         let (worst, interrupted) = run_points(&submission, points, out)?;
         let outcome = match interrupted {
             0 if worst == 0 => "done",
@@ -374,7 +382,12 @@ impl State {
             [vec![format!("{} done", self.done)], states, vec![format!("{} failed", self.failed.len())]].concat();
         output::print(&format!("{points} points: {}", states.join(", ")));
         output::print(&format!("core hours: {} used, about {} left", significant(used, 2), significant(left, 2)));
-        self.failed.iter().for_each(|(label, why)| output::print(&format!("failed: {label}: {why}")));
+        for (label, why) in self.failed.iter().take(MOST_SHOWN) {
+            output::print(&format!("failed: {label}: {why}"));
+        }
+        if self.failed.len() > MOST_SHOWN {
+            output::print(&format!("and {} more (--json lists all)", self.failed.len() - MOST_SHOWN));
+        }
         Ok(())
     }
 }

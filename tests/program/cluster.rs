@@ -298,7 +298,7 @@ fn a_dry_run_prints_the_scripts_and_submits_nothing() {
         "#SBATCH --partition=short\n",
         "module load lammps\nexec ",
         "#SBATCH --array=0-0\n",
-        "4 of 4 points in 1 tasks",
+        "4 of 4 points in 1 task,",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
