@@ -12,8 +12,9 @@ pub const SEED: &str = "surface.seed";
 const CONFIDENCE: f64 = 0.95;
 
 /// Pairs of sources whose differences are computed: the first relative to the second.
-const PAIRS: [[&str; 2]; 5] = [
+const PAIRS: [[&str; 2]; 6] = [
     ["atoms", "compliant wall"],
+    ["atoms", "compliant wall with hardness"],
     ["atoms", "offset wall"],
     ["atoms", "hard wall"],
     ["continuum", "without adhesion"],

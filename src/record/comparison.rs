@@ -97,6 +97,7 @@ impl CriterionMatch {
             "hard_wall" => "hard wall",
             "offset_wall" => "offset wall",
             "compliant_wall" => "compliant wall",
+            "yielding_wall" => "compliant wall with hardness",
             other => other,
         }
     }
