@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::error::LammpsFailure;
+use crate::record::file_lock::try_lock;
 use crate::{Error, Result};
 
 /// Command line by hand, and the `-var` arguments of the script in it.
@@ -56,11 +57,10 @@ pub(super) fn lock(folder: &Path) -> Result<File> {
     let path = folder.join("job.lock");
     let file = File::create(&path).map_err(Error::io("create", &path))?;
     for _ in 0..ATTEMPTS {
-        match file.try_lock() {
-            Ok(()) => return Ok(file),
-            Err(std::fs::TryLockError::WouldBlock) => std::thread::sleep(RETRY_AFTER),
-            Err(std::fs::TryLockError::Error(e)) => return Err(Error::io("lock", &path)(e)),
+        if try_lock(&file).map_err(Error::io("lock", &path))? {
+            return Ok(file);
         }
+        std::thread::sleep(RETRY_AFTER);
     }
     let failure = LammpsFailure::Output("another program is writing or running this job".into());
     Err(Error::Lammps { folder: folder.to_path_buf(), failure })

@@ -1,5 +1,6 @@
 use super::Listener;
 use crate::grid::transformed_nodes;
+use crate::record::file_lock::try_lock;
 use crate::record::hashed::{self, Stored};
 use crate::record::json;
 use crate::record::provenance::file_hash;
@@ -135,8 +136,9 @@ impl RunFolder {
     pub fn lock(root: &Path) -> Result<Self> {
         let path = root.join(MARKER);
         let lock = File::create(&path).map_err(Error::io("write in the run folder", &path))?;
-        let taken = |_| Error::format(root, "in use by another run", "a folder that no other run is using");
-        lock.try_lock().map_err(taken)?;
+        if !try_lock(&lock).map_err(Error::io("lock", &path))? {
+            return Err(Error::format(root, "in use by another run", "a folder that no other run is using"));
+        }
         Ok(RunFolder { root: root.to_path_buf(), verify: true, costs: Vec::new(), _lock: lock })
     }
 

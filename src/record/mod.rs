@@ -12,6 +12,7 @@ pub mod csv;
 pub mod declared;
 pub mod downsample;
 pub mod ensemble;
+pub mod file_lock;
 pub mod hashed;
 pub mod height_map;
 pub mod heights;
