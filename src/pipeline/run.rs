@@ -16,7 +16,7 @@ use crate::record::methods::MethodResults;
 use crate::record::results::{
     self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
-use crate::record::{hashed, json, netcdf, tradeoff};
+use crate::record::{hashed, json, load_table, netcdf, tradeoff};
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
 use std::path::{Path, PathBuf};
@@ -28,8 +28,8 @@ const SCENE_FILE: &str = "scene.toml";
 const OUTSIDE_STAGES: [&str; 10] = [
     SCENE_FILE,
     results::FILE,
-    curve::FILE,
-    curve::PULL_OFF_FILE,
+    load_table::FILE,
+    load_table::PULL_OFF_FILE,
     MANIFEST_FILE,
     netcdf::run::FILE,
     RECORDING_FILE,

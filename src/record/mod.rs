@@ -18,6 +18,7 @@ pub mod height_map;
 pub mod heights;
 pub mod import;
 pub mod json;
+pub mod load_table;
 pub mod mcap;
 pub mod methods;
 pub mod netcdf;

@@ -334,4 +334,21 @@ fn a_run_does_not_replace_another_scene() {
     assert!(run(&["--overwrite"]).status.success());
     let curve = std::fs::read_to_string(path("run").join("curve.csv")).expect("a curve");
     assert!(curve.lines().nth(1).is_some_and(|row| row.contains("0.02")), "{curve}");
+    // The columns of a solve, with the same names and order.
+    let solved = path("solved");
+    let solve = ["solve", "--challenge", "32", "--pressure", "0.01"];
+    assert!(call(&[&solve[..], &["--out", text(&solved)]].concat()).status.success());
+    let columns = |folder: &Path| -> Vec<String> {
+        let table = std::fs::read_to_string(folder.join("curve.csv")).expect("a curve");
+        table.lines().next().expect("a header").split(',').map(|c| c.replace("_MPa", "").replace("_um", "")).collect()
+    };
+    let (run, solve) = (columns(&path("run")), columns(&solved));
+    let both = |of: &[String], other: &[String]| of.iter().filter(|c| other.contains(c)).cloned().collect::<Vec<_>>();
+    assert_eq!(both(&run, &solve), both(&solve, &run));
+    for column in ["load", "pressure", "contact_fraction", "mean_gap", "displacement", "energy", "residual"] {
+        assert!(
+            run.contains(&column.to_string()) && solve.contains(&column.to_string()),
+            "{column}: {run:?} {solve:?}"
+        );
+    }
 }

@@ -1,7 +1,7 @@
 //! The folder of a solve, and the results of a finished one, which the same command reports instead of solving again.
 
 use crate::record::hashed::{self, Stored};
-use crate::record::json;
+use crate::record::{json, load_table};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -22,12 +22,12 @@ const OF_STATES: [&str; 8] = [
     "contact.npy",
     "solve.json",
     "pull-off.json",
-    "pull-off.csv",
-    "curve.csv",
+    load_table::PULL_OFF_FILE,
+    load_table::FILE,
 ];
 
 /// The file of these that each report of the results writes again.
-const REWRITTEN: &str = "curve.csv";
+const REWRITTEN: &str = load_table::FILE;
 
 #[derive(Serialize, Deserialize)]
 pub(super) struct SolveCache {

@@ -1,7 +1,7 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
 use super::reporter::load_name;
-use super::{Solve, cache, curve};
+use super::{Solve, cache};
 use crate::Result;
 use crate::cli::{output, progress::TerminalProgress};
 use crate::grid::Field;
@@ -10,7 +10,7 @@ use crate::load::{Load, LoadStep};
 use crate::method::{self, ContactMethod, Estimate, Heights, Problem, Quantity};
 use crate::path::EstimatorInput;
 use crate::pipeline::{Progress, state_of};
-use crate::record::{json, npy};
+use crate::record::{json, load_table, npy};
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::Case;
 use crate::units::Scales;
@@ -83,7 +83,7 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
         Ok(())
     })?;
     let Some(out) = &solve.out else { return Ok(()) };
-    curve::write(out, &lines, &solve.units(case))?;
+    load_table::write(out, &lines, &solve.units(case))?;
     solve.finish(out, key, lines, None)
 }
 

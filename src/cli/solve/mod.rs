@@ -17,12 +17,12 @@ use crate::method::{self, ContactMethod, Heights, Kind, Precision, Problem, Stop
 use crate::observe::leakage_bytes;
 use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
+use crate::record::load_table::ResultUnits;
 use crate::report::number::memory;
 use crate::scene::{Case, Surface};
 use crate::scene::{rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use cache::SolveCache;
-use curve::ResultUnits;
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use std::path::Path;

@@ -1,13 +1,14 @@
 //! Results of `solve`, as tables and as JSON.
 
 use super::Solve;
-use super::curve::{self, ResultUnits};
+use super::curve::{self, in_unit};
 use crate::Result;
 use crate::cli::output;
 use crate::interface::{Adhesion, RangeChoice};
 use crate::method::{Problem, State, Stop};
 use crate::observe::{Leakage, contact_map};
 use crate::path::{self, LoadPath, Reached};
+use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::record::provenance::Provenance;
 use crate::record::results::{Discretisation, PullOff};
 use crate::record::{json, npy};
@@ -108,7 +109,7 @@ impl<'a> SolveReporter<'a> {
         }
         self.lines.push(line);
         match &self.solve.out {
-            Some(out) => curve::write(out, &self.lines, &self.units),
+            Some(out) => load_table::write(out, &self.lines, &self.units),
             None => Ok(()),
         }
     }
@@ -247,7 +248,7 @@ impl<'a> SolveReporter<'a> {
         });
         if let Some(out) = &self.solve.out {
             json::write(&out.join("pull-off.json"), &line)?;
-            curve::write_pull_off(out, &curve, &self.units)?;
+            load_table::write_pull_off(out, &curve, &self.units)?;
         }
         self.pull_off_again(&line)?;
         Ok(line)
@@ -297,17 +298,20 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let of_contact = |text: String| if separated { "–".to_string() } else { text };
     let counted = format!("contact ({})", line["criterion"].as_str().unwrap_or_default());
     let mut rows = vec![
-        ("mean pressure", units.stress(number(&line["pressure"]))),
+        ("mean pressure", in_unit(units, number(&line["pressure"]), Dimension::Stress)),
         (counted.as_str(), of_contact(percent(number(&line["contact_fraction"])))),
         ("contact, perimeter-corrected", of_contact(percent(number(&line["contact_fraction_corrected"])))),
     ];
     if let Some(presses) = line["contact_fraction_compressive"].as_f64() {
         rows.push(("part under compression", of_contact(percent(presses))));
     }
-    rows.push(("mean gap", of_contact(units.length(number(&line["mean_gap"])))));
-    rows.push(("displacement from first contact", of_contact(units.length(number(&line["displacement"])))));
+    rows.push(("mean gap", of_contact(in_unit(units, number(&line["mean_gap"]), Dimension::Length))));
+    rows.push((
+        "displacement from first contact",
+        of_contact(in_unit(units, number(&line["displacement"]), Dimension::Length)),
+    ));
     if line["leakage"].is_object() {
-        let gap = |key: &str| units.length(number(&line[key]));
+        let gap = |key: &str| in_unit(units, number(&line[key]), Dimension::Length);
         rows.push((
             "equivalent hydraulic gap along x, y",
             format!("{}, {}", gap("hydraulic_gap_x"), gap("hydraulic_gap_y")),
@@ -318,10 +322,16 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     }
     if line["hardness"].is_number() {
         rows.push(("flowing at the hardness", of_contact(percent(number(&line["flowing_fraction"])))));
-        rows.push(("mean plastic displacement", of_contact(units.length(number(&line["mean_plastic_displacement"])))));
-        rows.push(("plastic work per area", of_contact(units.work(number(&line["plastic_work"])))));
+        rows.push((
+            "mean plastic displacement",
+            of_contact(in_unit(units, number(&line["mean_plastic_displacement"]), Dimension::Length)),
+        ));
+        rows.push((
+            "plastic work per area",
+            of_contact(in_unit(units, number(&line["plastic_work"]), Dimension::Work)),
+        ));
     }
-    rows.push(("energy per area", of_contact(units.work(number(&line["energy"])))));
+    rows.push(("energy per area", of_contact(in_unit(units, number(&line["energy"]), Dimension::Work))));
     if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {
         let [nx, ny] = d.coarser;
         let gap = change(d.mean_gap, d.mean_gap_is_bound);
