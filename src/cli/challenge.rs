@@ -21,7 +21,7 @@ const FILE_UNIT_UM: f64 = 100.0;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Challenge {
-    /// Points per side for a synthesised surface or Fourier coefficients. Default: 2048.
+    /// Points per side for a synthesised surface or Fourier coefficients, at least 32. Default: 2048.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
     /// Seed of a synthesised surface.

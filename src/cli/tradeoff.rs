@@ -28,7 +28,7 @@ pub(super) struct Tradeoff {
     /// Methods: comma-separated ids from `asperity methods`. Default: all.
     #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
     methods: Vec<String>,
-    /// Points per side of the grids, comma-separated divisors of the reference's. Default: the scene's, a half, a quarter.
+    /// Points per side of the grids, comma-separated divisors of the reference's. At least 16. Default: the scene's, a half, a quarter.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     grids: Vec<usize>,
     /// Points per side of the reference (`fast`, f64). Default: the scene's.

@@ -26,11 +26,9 @@ pub const CONTINUUM: &str = "continuum";
 
 /// Statistics of a sample; `None` without values.
 pub fn sample(values: &[f64]) -> Option<Sample> {
-    let n = values.len();
-    if n == 0 {
-        return None;
-    }
-    let mean = values.iter().sum::<f64>() / n as f64;
+    let (n, first) = (values.len(), *values.first()?);
+    // Relative to the first, so that the mean of equal values is that value.
+    let mean = first + values.iter().map(|v| v - first).sum::<f64>() / n as f64;
     let standard_deviation =
         (n > 1).then(|| (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1) as f64).sqrt());
     let standard_error = standard_deviation.map(|s| s / (n as f64).sqrt());
@@ -122,6 +120,15 @@ fn difference(group: &[(String, Value)], points: &[&Point], of: &Observable, ref
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_mean_of_equal_values_is_that_value() {
+        for n in 1..20 {
+            let sample = sample(&vec![0.003; n]).expect("values");
+            assert_eq!((sample.mean, sample.standard_deviation.unwrap_or(0.0)), (0.003, 0.0));
+        }
+        assert!(sample(&[]).is_none());
+    }
     use crate::load::Branch;
 
     /// Quantiles of Student's t of printed tables, to their last digit.
