@@ -42,14 +42,18 @@ fn planned_and_measured(id: &str, more: &[&str]) -> (f64, f64) {
 #[test]
 fn planned_memory_is_what_is_used() {
     let mut faults = Vec::new();
+    let mut judge = |what: &str, (planned, measured): (f64, f64)| {
+        if measured > FACTOR * planned + FIXED || planned > UNUSED * measured.max(RESOLUTION) {
+            faults.push(format!("{what}: planned {:.1} MB, measured {:.1} MB", planned / 1e6, measured / 1e6));
+        }
+    };
     for id in REGISTRY.iter().map(|m| m.card().id).filter(|id| *id != "all-atom") {
         // Estimates must converge.
         let estimates = find(id).is_some_and(|m| m.card().kind == asperity::method::Kind::Estimate);
         let few = ["--max-iterations", "3"];
-        let (planned, measured) = planned_and_measured(id, if estimates { &[] } else { &few });
-        if measured > FACTOR * planned + FIXED || planned > UNUSED * measured.max(RESOLUTION) {
-            faults.push(format!("{id}: planned {:.1} MB, measured {:.1} MB", planned / 1e6, measured / 1e6));
-        }
+        judge(id, planned_and_measured(id, if estimates { &[] } else { &few }));
     }
+    // Converged, as flow is moved to the heights.
+    judge("fast with a hardness", planned_and_measured("fast", &["--hardness", "0.1"]));
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

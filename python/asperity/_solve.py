@@ -364,7 +364,7 @@ def _settings(
     targets: tuple[float | None, float | None, float | None] = (None, None, None),
     max_iterations: int | None = None,
     penalty_length: float | None = None,
-    hardness: float | None = None,
+    hardness: npt.ArrayLike | None = None,
 ) -> dict[str, Any]:
     settings: dict[str, Any] = {"body": "half-space", "thickness": 0.0, "poisson": 0.0, "base": None, "constants": [0.0] * 3}
     match body:
@@ -383,6 +383,7 @@ def _settings(
     if adhesion is not None and not isinstance(adhesion, Adhesion):
         raise InputError(f"problem: adhesion = {adhesion!r}; accepted: an Adhesion")
     law = adhesion or Adhesion(0.0, 0.0)
+    one = hardness is None or np.ndim(hardness) == 0
     values = None if adhesion is None else (real("work_of_adhesion", law.work_of_adhesion), real("range", law.range))
     return settings | {
         "method": method,
@@ -390,7 +391,8 @@ def _settings(
         "tolerance": tolerance,
         "max_iterations": max_iterations,
         "penalty_length": penalty_length,
-        "hardness": hardness,
+        "hardness": hardness if one else None,
+        "hardness_map": None if one else as_map("hardness", hardness),
         "adhesion": values,
         "law": law.law,
         "resolution": law.resolution,
@@ -427,7 +429,7 @@ def solve(
     mean_gap_target: float | None = None,
     max_iterations: int | None = None,
     penalty_length: float | None = None,
-    hardness: float | None = None,
+    hardness: npt.ArrayLike | None = None,
     initial_gap: npt.ArrayLike | None = None,
     pressure_unit: str = "",
     threads: int | None = None,
@@ -472,8 +474,8 @@ def solve(
         Iterations per load after which the solver stops.
     penalty_length : float, optional
         Penetration under a pressure of E*, for a soft repulsion. Default: a hard wall, without penetration.
-    hardness : float, optional
-        Largest contact pressure, in the unit of `modulus`. Where it is reached, the surface flows; unloading is elastic. Default:
+    hardness : float or array_like, shape (ny, nx), optional
+        Largest contact pressure, in the unit of `modulus`, of the whole surface or of each node. Where it is reached, the surface flows; unloading is elastic. Default:
         an elastic body. Methods fast, bvm and gfmd.
     initial_gap : array_like, shape (ny, nx), optional
         Gap from which the first load starts. Default: first contact.

@@ -4,8 +4,8 @@
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::surface::Surface;
 use asperity::{
-    Adhesion, AdhesionLaw, Body, Branch, Estimate, Loads, Monitor, Plasticity, Precision, Problem, Progress, PullOff,
-    RangeChoice, State, Targets,
+    Adhesion, AdhesionLaw, Body, Branch, Estimate, Hardness, Loads, Monitor, Plasticity, Precision, Problem, Progress,
+    PullOff, RangeChoice, State, Targets,
 };
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -37,6 +37,7 @@ pub(crate) struct Settings<'py> {
     resolution: String,
     penalty_length: Option<f64>,
     hardness: Option<f64>,
+    hardness_map: Option<PyReadonlyArray2<'py, f64>>,
     method: String,
     precision: String,
     tolerance: Option<f64>,
@@ -70,7 +71,10 @@ impl Settings<'_> {
                 resolution,
             }),
             penalty_length: self.penalty_length,
-            hardness: self.hardness,
+            hardness: match &self.hardness_map {
+                Some(map) => Some(Hardness::Map(map.as_array().to_owned())),
+                None => self.hardness.map(Hardness::Uniform),
+            },
             method: self.method.clone(),
             precision,
             tolerance: self.tolerance,

@@ -374,6 +374,16 @@ def test_a_hardness_bounds_the_pressure(surface: Surface) -> None:
     assert back.contact_fraction > low.contact_fraction
     assert path.hysteresis_work() > 0
     assert elastic.plastic_displacement is None and elastic.plastic_work == 0
+    equal = solve(surface, 1.0, pressure=0.05, hardness=np.full(surface.shape, hardness))[0]
+    alone = solve(surface, 1.0, pressure=0.05, hardness=hardness)[0]
+    assert np.array_equal(equal.pressure, alone.pressure) and np.array_equal(equal.gap, alone.gap)
+    values = np.full(surface.shape, 2 * hardness)
+    values[:, ::2] = hardness
+    two = solve(surface, 1.0, pressure=0.05, hardness=values)[0]
+    assert np.all(two.pressure <= values * (1 + 1e-6)) and not np.array_equal(two.pressure, alone.pressure)
+    for shape, word in (((2, 2), "an array of"), (surface.shape, "row 1, column 1")):
+        with pytest.raises(asperity.InputError, match=word):
+            solve(surface, 1.0, pressure=0.02, hardness=np.zeros(shape))
     for value, words in ((0.01, "every node flows"), (-1.0, "hardness")):
         with pytest.raises(InputError, match=words):
             solve(surface, 1.0, pressure=0.02, hardness=value)

@@ -23,6 +23,6 @@ pub use observables::{
     Clusters, Percolation, PressureDistribution, clusters, contact_area, gap_distribution, hydraulic_gap, percolation,
     pressure_distribution,
 };
-pub use problem::{Adhesion, Body, Monitor, Problem, Progress};
+pub use problem::{Adhesion, Body, Hardness, Monitor, Problem, Progress};
 pub use state::{GridError, LoadPath, PullOff, State};
 pub use surface::{FileOptions, MapOptions, Surface, SynthesisOptions};

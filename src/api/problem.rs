@@ -1,6 +1,7 @@
 //! The contact problem and its solution.
 
 use super::Surface;
+use super::arrays::row_major;
 use super::estimate::Estimate;
 use super::loads::Loads;
 use super::state::{LoadPath, PullOff, State};
@@ -34,7 +35,7 @@ pub struct Problem {
     pub penalty_length: Option<f64>,
     /// Hardness, in the unit of the modulus: the largest contact pressure. Where it is reached, the surface flows, and keeps its
     /// shape on unloading (methods fast, bvm and gfmd). None, the default, is an elastic body.
-    pub hardness: Option<f64>,
+    pub hardness: Option<Hardness>,
     /// An id of [`methods`](crate::methods); `"auto"`, the default, is the fastest that solves for the fields.
     pub method: String,
     /// Floating-point type of the fields.
@@ -118,6 +119,27 @@ pub enum Body {
     },
     /// An isotropic half-space under a surface that is not periodic, free outside of the map.
     NonPeriodic,
+}
+
+/// Largest contact pressure, in the unit of the modulus.
+///
+/// ```
+/// use asperity::Hardness;
+///
+/// assert_eq!(Hardness::from(0.3), Hardness::Uniform(0.3));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Hardness {
+    /// The same at all nodes.
+    Uniform(f64),
+    /// Of each node, `[ny, nx]` as the surface has; only with a hard wall.
+    Map(Array2<f64>),
+}
+
+impl From<f64> for Hardness {
+    fn from(value: f64) -> Self {
+        Hardness::Uniform(value)
+    }
 }
 
 /// Attraction between the surfaces.
@@ -341,8 +363,23 @@ impl Problem {
         Ok(Some(Begin::Gap(gap.iter().map(|g| g / self.surface.length()).collect())))
     }
 
+    /// Values of a map of the hardness, row by row.
+    fn nodes(&self, map: &Array2<f64>) -> Result<Vec<f64>> {
+        let shape = self.surface.shape();
+        if map.dim() != shape {
+            let accepted = format!("values {shape:?}, as the surface has");
+            return Err(Error::input(PLACE, "hardness", format!("an array of {:?}", map.dim()), accepted));
+        }
+        Ok(row_major(map.view()).into_owned())
+    }
+
     /// The checked case of this problem, as a scene or the flags of `solve` make it, and its method.
     fn case(&self, loads: &Loads, pull_off: bool) -> Result<(Case, &'static dyn method::ContactMethod)> {
+        let (hardness, map) = match &self.hardness {
+            None => (None, None),
+            Some(Hardness::Uniform(value)) => (Some(*value), None),
+            Some(Hardness::Map(map)) => (None, Some(self.nodes(map)?)),
+        };
         let continuum = ContinuumScene {
             method: self.method.clone(),
             precision: self.precision,
@@ -353,7 +390,8 @@ impl Problem {
             mean_gap_tolerance: self.targets.mean_gap,
             wall: if self.penalty_length.is_some() { WallKind::Penalty } else { WallKind::Hard },
             penalty_length_nm: self.penalty_length,
-            hardness_mpa: self.hardness,
+            hardness_mpa: hardness,
+            hardness_map: map.as_ref().map(|_| PLACE.into()),
             ..ContinuumScene::default()
         };
         let (table, mut surface) = self.surface.scene_parts();
@@ -381,7 +419,7 @@ impl Problem {
             load: LoadScene { pull_off, ..loads.scene() },
             ..Scene::new(PLACE, table)
         };
-        let mut case = Case::of_surface(scene, PLACE, surface).map_err(named)?;
+        let mut case = Case::of_surface(scene, PLACE, surface, map).map_err(named)?;
         if !self.surface.is_periodic() && self.body != Body::NonPeriodic {
             let text = "the map is not periodic and is taken as periodic; `Body::NonPeriodic` or a preparation of the edges avoids that";
             case.warnings.push(text.into());
@@ -394,7 +432,7 @@ impl Problem {
 const PLACE: &str = "problem";
 
 /// Keys of scenes and their names here.
-const NAMES: [KeyName; 25] = [
+const NAMES: [KeyName; 26] = [
     ("laboratory.length_um", "the surface's length"),
     ("laboratory.contact_modulus_mpa", "contact_modulus"),
     ("load.pressure_mpa", "mean pressure"),
@@ -415,6 +453,7 @@ const NAMES: [KeyName; 25] = [
     ("continuum.mean_gap_tolerance", "targets.mean_gap"),
     ("continuum.periodic", "body"),
     ("continuum.hardness_mpa", "hardness"),
+    ("continuum.hardness_map", "hardness"),
     ("continuum.layer.thickness_um", "body.thickness"),
     ("continuum.layer", "body"),
     ("continuum.crystal", "body"),

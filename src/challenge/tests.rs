@@ -69,6 +69,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
         StateResults {
             plasticity: None,
             plastic_map: None,
+            subsurface: None,
             numbers: StateNumbers {
                 index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
                 p_star: p,
@@ -111,6 +112,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
         RangeResults { gamma: 2e-5, requested: rho, used: rho, resolution_requested: 1.4, resolution_used: 1.4 };
     ContinuumResults {
         hardness: None,
+        hardness_map: None,
         method: "fast".into(),
         kernel: "half-space".into(),
         adhesion: String::new(),
@@ -122,6 +124,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
         states: states.into(),
         hysteresis_work: None,
         percolation: None,
+        onset: Default::default(),
         pull_off: None,
         pull_off_failure: None,
     }

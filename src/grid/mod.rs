@@ -19,7 +19,7 @@ pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
 pub use smooth::{smoothed, spread};
-pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, rms, sum_rows, total, vectorised};
+pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, mean_of, rms, sum_rows, total, vectorised};
 pub use transform::{Filter, Transform, Worker, next_fast_len, transformed_nodes};
 pub use union_find::{Merged, Offset, UnionFind};
 

@@ -7,7 +7,7 @@ use rustfft::num_complex::Complex;
 ///
 /// A rough surface whose shortest waves are much longer than a pixel has few modes: the challenge's two million take
 /// 32 MB, its heights on 32768² points 8.6 GB.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Series<T> {
     /// `[kx][ky]`, kx = 0 … and ky in the order of an FFT.
     coefficients: Vec<Complex<T>>,
@@ -36,11 +36,16 @@ impl<T: Real> Series<T> {
 
     /// The series that interpolates a field `[ny, nx]` on a grid.
     pub fn from_nodes(grid: Grid, field: &[f64]) -> Self {
+        Self::through(grid, |i| field[i])
+    }
+
+    /// The series that interpolates the heights of the nodes `i = y nx + x` of a grid.
+    pub fn through(grid: Grid, height: impl Fn(usize) -> f64 + Sync) -> Self {
         let transform = Transform::<f64>::new(grid);
         let mut spectrum = transform.spectrum();
-        let mean = super::mean(field);
+        let mean = super::mean_of(grid.points(), &height);
         transform.forward_of(
-            |y, row| row.iter_mut().zip(&field[y * grid.nx..]).for_each(|(w, &h)| *w = h - mean),
+            |y, row| row.iter_mut().enumerate().for_each(|(x, w)| *w = height(y * grid.nx + x) - mean),
             &mut spectrum,
         );
         let (width, height, per_point) = (grid.half(), grid.ny, 1.0 / grid.points() as f64);
@@ -54,6 +59,15 @@ impl<T: Real> Series<T> {
         });
         coefficients[0] = Complex::default();
         Series { coefficients, width, height, nodes: Some(grid) }
+    }
+
+    /// The sum of a series through the nodes of a grid and another one on that grid.
+    pub fn plus(mut self, other: &Series<f64>) -> Self {
+        let Some(grid) = self.nodes else { return self };
+        self.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(i, column)| {
+            other.add_to(i, grid, column, T::one());
+        });
+        self
     }
 
     /// The series with only the waves (kx, ky) that satisfy `wanted`.
@@ -251,6 +265,9 @@ mod tests {
         let modes = Series::<f64>::from_modes(4, 3, amplitude);
         let base = Grid::unit(12, 10);
         let through = Series::<f64>::from_nodes(base, &direct(base, 4));
+        let transform = Transform::<f64>::new(base);
+        let twice = through.clone().plus(&modes).on_nodes(&transform, &mut transform.spectrum());
+        assert!(twice.iter().zip(direct(base, 4)).all(|(f, d)| (f - 2.0 * d).abs() < 1e-14));
         for (grid, resolved) in [(base, 4), (Grid::unit(9, 7), 4), (Grid::unit(8, 6), 3), (Grid::unit(16, 4), 1)] {
             let transform = Transform::<f64>::new(grid);
             for series in [&modes, &through] {

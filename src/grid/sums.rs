@@ -75,6 +75,12 @@ pub fn mean<T: Real>(field: &[T]) -> f64 {
     s / field.len() as f64
 }
 
+/// Mean of a field of `len` values that is not stored; the same as that of the stored one.
+pub fn mean_of(len: usize, value: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let [s] = sum_rows(len.div_ceil(BLOCK), |b| [(b * BLOCK..((b + 1) * BLOCK).min(len)).map(&value).sum()]);
+    s / len as f64
+}
+
 /// Smallest value of a field; the order of comparisons does not matter.
 pub fn lowest<T: Real>(field: &[T]) -> T {
     field.par_iter().copied().reduce(T::infinity, T::min)

@@ -1,4 +1,4 @@
-//! Displacements inside a bonded layer under a pressure on its surface, mode by mode.
+//! Displacements and stresses inside a layer under a pressure on its surface, mode by mode.
 //!
 //! A pressure `p e^{iqx}` without shear on an isotropic layer bonded to a rigid base causes, at the height `z` above
 //! the base, the displacements of the Papkovich-Neuber potentials `B = a cosh qz + b sinh qz` and
@@ -14,8 +14,39 @@
 //! in units of `p/E*` with `2G = E*(1-ν)`. At the surface `normal` is the compliance of the bonded [`Layer`]
 //! (Carbone, Lorenz, Persson & Wohlers 2009). For a deep layer both converge to those of the half-space,
 //! `(2/q)[1 + qd/2(1-ν)] e^{-qd}` and `i (2/q)[(1-2ν) - qd]/2(1-ν) e^{-qd}` at the depth `d`.
+//!
+//! Stresses are those of the Airy function `f(x)/q²`, `x = qz`: the normal stress is `-f`, the stress along the wave
+//! vector `f''`, and the shear stress `i f'` with the depth as coordinate. At the surface `f = 1` and `f' = 0`; at the base
+//! the displacements vanish (bonded), or `f = f' = 0` (constant stress). With `k = 3-4ν`, `C± = cosh(w ± x)` and
+//! `S± = sinh(w ± x)`,
+//!
+//! ```text
+//! bonded:          f Δ = wx C₋ + ½k (w-x) S₊ + ½ (w+x) S₋ + ½k C₊ + ½(5-12ν+8ν²) C₋
+//! constant stress: f (sinh² w - w²) = ½ (w-x) S₊ - ½ (w+x) S₋ + ½ C₊ - (½ + wx) C₋
+//! ```
+//!
+//! and for a half-space `f = (1 + qd) e^{-qd}` (Westergaard 1939; Johnson, Contact Mechanics (1985), section 13.2).
 
 use super::{Base, Layer};
+
+/// Amplitudes of the stress at a depth under a pressure wave of unit amplitude, tension positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WaveStress {
+    /// Normal stress along the depth, in phase with the pressure.
+    pub normal: f64,
+    /// Normal stress along the wave vector, in phase with the pressure.
+    pub along: f64,
+    /// Shear stress of wave vector and depth, a quarter wave ahead: the stress is `i shear` times the pressure.
+    pub shear: f64,
+}
+
+impl WaveStress {
+    /// In a half-space under a wave of the wave number `q`.
+    pub fn in_half_space(q: f64, depth: f64) -> Self {
+        let (x, fades) = (q * depth, (-q * depth).exp());
+        WaveStress { normal: -(1.0 + x) * fades, along: -(1.0 - x) * fades, shear: x * fades }
+    }
+}
 
 /// Displacement amplitudes inside a layer per unit pressure amplitude, units of L/E*.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +77,37 @@ impl Layer {
         let delta = k * sinh_w * sinh_w + (4.0 * (1.0 - nu).powi(2) + w * w) * e_w;
         let unit = (x - w).exp() / ((1.0 - nu) * q * delta);
         Some(LayerDisplacement { normal: unit * normal, tangential: unit * tangential })
+    }
+
+    /// Stresses at a depth (0 to the thickness) under a pressure wave of wave number `q` > 0.
+    pub fn stress_at(&self, q: f64, depth: f64) -> WaveStress {
+        let (nu, w, apart) = (self.poisson, q * self.thickness, q * depth);
+        let x = (w - apart).max(0.0);
+        // Hyperbolic functions over e^(w+x)/2, so that nothing overflows.
+        let (e_w, e_x, e_both) = ((-2.0 * w).exp(), (-2.0 * x).exp(), (-2.0 * (w + x)).exp());
+        let (cosh, sinh, cosh_apart, sinh_apart) = (1.0 + e_both, 1.0 - e_both, e_x + e_w, e_x - e_w);
+        let both = w + x;
+        let (divisor, [f, slope, bend]) = match self.base {
+            Base::Bonded => {
+                let (k, product) = (3.0 - 4.0 * nu, 2.0 * (1.0 - nu) * (1.0 - 2.0 * nu));
+                let last = 5.0 - 12.0 * nu + 8.0 * nu * nu;
+                let f = (w * x + 0.5 * last) * cosh_apart + 0.5 * (k * (apart * sinh + cosh) + both * sinh_apart);
+                let slope = 0.5 * apart * (k * cosh + cosh_apart) - (w * x + product) * sinh_apart;
+                let bend = 0.5 * (apart * (k * sinh - sinh_apart) - k * cosh - cosh_apart) - w * sinh_apart
+                    + (w * x + product) * cosh_apart;
+                let delta = k * (1.0 - e_w).powi(2) + 4.0 * e_w * (4.0 * (1.0 - nu).powi(2) + w * w);
+                (delta, [f, slope, bend])
+            }
+            Base::ConstantStress => {
+                let f = 0.5 * (apart * sinh - both * sinh_apart + cosh) - (0.5 + w * x) * cosh_apart;
+                let slope = 0.5 * apart * (cosh - cosh_apart) + w * x * sinh_apart;
+                let bend =
+                    0.5 * (apart * (sinh + sinh_apart) - cosh + cosh_apart) + w * sinh_apart - w * x * cosh_apart;
+                ((1.0 - e_w).powi(2) - 4.0 * e_w * w * w, [f, slope, bend])
+            }
+        };
+        let unit = 2.0 * (-apart).exp() / divisor;
+        WaveStress { normal: -unit * f, along: unit * bend, shear: unit * slope }
     }
 }
 
@@ -110,6 +172,76 @@ mod tests {
                 assert!((d(&normal) - q * shear(z)).abs() < 1e-4 * q, "{nu} {q} {z}: {}", d(&normal));
                 assert!((d(&shear) + q * side(z)).abs() < 1e-4 * q, "{nu} {q} {z}");
             }
+        }
+    }
+
+    /// The stresses are those of the displacements, by differences; at a bonded base nothing is strained along it.
+    #[test]
+    fn stresses_are_those_of_the_displacements() {
+        for (nu, q) in [(0.0, 5.0), (0.3, 3.0), (0.3, 20.0), (0.45, 40.0)] {
+            let layer = layer(nu);
+            let (two_g, t) = (1.0 - nu, layer.thickness);
+            let lambda = two_g * nu / (1.0 - 2.0 * nu);
+            let step = 1e-4 / q;
+            let up = |z: f64| -at(&layer, q, z).normal;
+            let along = |z: f64| at(&layer, q, z).tangential;
+            let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
+            for depth in [0.0, 0.2 * t, 0.5 * t, 0.9 * t] {
+                let (z, found) = (t - depth, layer.stress_at(q, depth));
+                let normal = (lambda + two_g) * slope(&up, z) - lambda * q * along(z);
+                let side = -(lambda + two_g) * q * along(z) + lambda * slope(&up, z);
+                // Upwards along z the shear stress has the other sign.
+                let shear = -0.5 * two_g * (slope(&along, z) + q * up(z));
+                for (what, a, b) in
+                    [("normal", found.normal, normal), ("along", found.along, side), ("shear", found.shear, shear)]
+                {
+                    assert!((a - b).abs() < DIFFERENCES, "{nu} {q} {depth} {what}: {a} {b}");
+                }
+            }
+            let base = layer.stress_at(q, t);
+            assert!(((1.0 - nu) * base.along - nu * base.normal).abs() < 1e-14, "{nu} {q}: {base:?}");
+        }
+    }
+
+    /// A free plate: pressure on one face, none on the other, no shear on either; equilibrium inside.
+    #[test]
+    fn plates_are_loaded_on_one_face() {
+        let plate = Layer { base: Base::ConstantStress, ..layer(0.3) };
+        let t = plate.thickness;
+        for q in [1.0, 6.0, 40.0, 300.0] {
+            let (top, base) = (plate.stress_at(q, 0.0), plate.stress_at(q, t));
+            // N has the size of (qt)⁴/3 and is a difference of numbers of the size of (qt)².
+            let allowed = 1e-13 / (q * t).powi(2).min(1.0);
+            for (found, expected) in [(top.normal, -1.0), (top.shear, 0.0), (base.normal, 0.0), (base.shear, 0.0)] {
+                assert!((found - expected).abs() < allowed, "{q}: {top:?} {base:?}");
+            }
+            let step = 1e-4 / q;
+            let slope = |of: fn(&WaveStress) -> f64, d: f64| {
+                (of(&plate.stress_at(q, d + step)) - of(&plate.stress_at(q, d - step))) / (2.0 * step)
+            };
+            for d in [0.2 * t, 0.7 * t] {
+                let here = plate.stress_at(q, d);
+                let size = q * here.along.abs().max(1.0);
+                assert!((slope(|s| s.shear, d) + q * here.along).abs() < DIFFERENCES * size, "{q} {d}");
+                assert!((slope(|s| s.normal, d) - q * here.shear).abs() < DIFFERENCES * size, "{q} {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn stresses_of_deep_layers_are_those_of_half_spaces() {
+        for base in [Base::Bonded, Base::ConstantStress] {
+            let deep = Layer { thickness: 12.0, poisson: 0.3, base };
+            for depth in [0.0, 0.1, 0.4, 1.0] {
+                let (a, b) = (deep.stress_at(5.0, depth), WaveStress::in_half_space(5.0, depth));
+                for (a, b) in [(a.normal, b.normal), (a.along, b.along), (a.shear, b.shear)] {
+                    assert!((a - b).abs() < 1e-14, "{depth}: {a} {b}");
+                }
+            }
+            let deeper = Layer { thickness: 1e6, ..deep };
+            assert!(
+                (deeper.stress_at(5.0, 0.1).normal / WaveStress::in_half_space(5.0, 0.1).normal - 1.0).abs() < 1e-9
+            );
         }
     }
 

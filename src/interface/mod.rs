@@ -2,17 +2,22 @@
 
 mod cubic;
 mod elastic;
+mod hardness;
 mod kernel;
 mod law;
 mod layer_interior;
 mod non_periodic;
+mod rectangle;
+mod subsurface;
 
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use elastic::Elastic;
+pub use hardness::{Hardness, HardnessMap};
 pub use kernel::{Base, HalfSpace, Kernel, Layer};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
     PowerLawWall, RangeChoice, SoftWall, TabulatedWall, Wall, WithAdhesion, Yielding, YieldingWall, tabor,
 };
-pub use layer_interior::LayerDisplacement;
+pub use layer_interior::{LayerDisplacement, WaveStress};
 pub use non_periodic::NonPeriodic;
+pub use subsurface::{StressField, Subsurface, SubsurfaceRequest};

@@ -9,7 +9,7 @@ use super::equilibrium_check::Ending;
 use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
 use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
-use super::residuals::{Residuals, curvature_of, kkt, moved};
+use super::residuals::{Residuals, RowLaw, curvature_of, kkt, moved};
 use super::{
     Card, ContactMethod, Criterion, Heights, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started,
     State, Stop,
@@ -64,7 +64,8 @@ impl ContactMethod for Bvm {
         Plan {
             bytes: fields * problem.grid.points() as u64 * problem.precision.bytes()
                 + spectrum
-                + PlasticFlow::<f64>::bytes(problem),
+                + PlasticFlow::<f64>::bytes(problem)
+                + PlasticFlow::<f64>::nodes_bytes(problem),
             iterations: iterations * problem.adhesion_effort(),
             pairs_per_iteration: 1.5,
             seconds: 0.0,
@@ -139,11 +140,10 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 *g = moved::<L, T>(*g, step, d);
             }
         };
-        let law = self.operator.law;
-        let visit = |gap: &[T], t: &[T], residual: &mut [T]| {
+        let visit = |law: RowLaw<L>, gap: &[T], t: &[T], residual: &mut [T]| {
             let mut sum = [0.0; 2];
-            for ((r, &t), &g) in residual.iter_mut().zip(t).zip(gap) {
-                let new = kkt(&law, g, t);
+            for (i, ((r, &t), &g)) in residual.iter_mut().zip(t).zip(gap).enumerate() {
+                let new = kkt::<L, _>(g, t, law.hardness.at(i));
                 sum[0] += new.wide() * new.wide();
                 sum[1] += new.wide() * r.wide();
                 *r = new;

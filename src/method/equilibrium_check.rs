@@ -5,6 +5,7 @@ use super::residuals::{LOAD_BALANCE, LOAD_SHARE};
 use super::{Estimate, Estimator, Load, Problem, Started, State, Stop};
 use crate::Result;
 use crate::grid::{CHUNK, Real, block_sums, dot, total, vectorised};
+use crate::interface::Hardness;
 use rayon::prelude::*;
 
 /// How an iteration ended.
@@ -17,7 +18,7 @@ pub(super) enum Ending {
 
 /// Conditions of equilibrium of a solve.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct EquilibriumCheck {
+pub(super) struct EquilibriumCheck<'m> {
     /// Gaps are not negative.
     pub hard: bool,
     /// Tractions act on open nodes, or the wall is compliant.
@@ -31,7 +32,7 @@ pub(super) struct EquilibriumCheck {
     /// Stress by which residuals are divided, E*.
     pub scale: f64,
     /// Largest contact stress, E*; infinite without a hardness.
-    pub hardness: f64,
+    pub hardness: Hardness<'m>,
 }
 
 /// Sums over the nodes of the final fields.
@@ -54,14 +55,15 @@ const BLOCK: usize = 4096;
 const SLACK: f64 = 1.01;
 
 impl FieldSums {
-    fn of<T: Real>(gap: &[T], stress: &[T], hardness: f64) -> Self {
+    fn of<T: Real>(gap: &[T], stress: &[T], hardness: Hardness) -> Self {
         let blocks: Vec<([f64; 5], f64)> = gap
             .par_chunks(BLOCK)
             .zip(stress.par_chunks(BLOCK))
-            .map(|(gap, stress)| {
+            .enumerate()
+            .map(|(block, (gap, stress))| {
                 vectorised(
                     #[inline(always)]
-                    || Self::of_block(gap, stress, hardness),
+                    || Self::of_block(gap, stress, hardness.from_node(block * BLOCK)),
                 )
             })
             .collect();
@@ -72,16 +74,16 @@ impl FieldSums {
     }
 
     #[inline(always)]
-    fn of_block<T: Real>(gap: &[T], stress: &[T], hardness: f64) -> ([f64; 5], f64) {
+    fn of_block<T: Real>(gap: &[T], stress: &[T], hardness: Hardness) -> ([f64; 5], f64) {
         let (mut sums, mut lowest) = ([0.0; 5], [f64::INFINITY; CHUNK]);
-        for (gap, stress) in gap.chunks(CHUNK).zip(stress.chunks(CHUNK)) {
-            let n = gap.len();
+        for (k, (gap, stress)) in gap.chunks(CHUNK).zip(stress.chunks(CHUNK)).enumerate() {
+            let (n, hardness) = (gap.len(), hardness.chunk(k * CHUNK));
             let (mut g, mut s, mut r, mut w) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
             g.iter_mut().zip(gap).for_each(|(to, v)| *to = v.wide());
             s.iter_mut().zip(stress).for_each(|(to, v)| *to = v.wide());
             for i in 0..CHUNK {
                 let tension = if s[i] < 0.0 { s[i] } else { 0.0 };
-                let excess = if s[i] > hardness { s[i] - hardness } else { 0.0 };
+                let excess = if s[i] > hardness[i] { s[i] - hardness[i] } else { 0.0 };
                 r[i] = if g[i] > 0.0 { s[i] } else { tension + excess };
                 w[i] = (s[i] * g[i]).abs();
             }
@@ -98,7 +100,7 @@ impl FieldSums {
     }
 }
 
-impl EquilibriumCheck {
+impl EquilibriumCheck<'_> {
     /// Tolerance of the load balance over the stress scale, and of an imposed mean gap over it.
     pub(super) fn load_tolerance(tolerance: f64) -> f64 {
         LOAD_BALANCE.max(LOAD_SHARE * tolerance)
@@ -219,7 +221,12 @@ fn of_estimate(found: &Estimate) -> Stop {
 }
 
 /// Conditions of a problem at a stress scale, for a method with a hard wall or without (`hard`).
-pub(super) fn equilibrium_check(problem: &Problem, hard: bool, rms_height: f64, scale: f64) -> EquilibriumCheck {
+pub(super) fn equilibrium_check<'m>(
+    problem: &Problem<'m>,
+    hard: bool,
+    rms_height: f64,
+    scale: f64,
+) -> EquilibriumCheck<'m> {
     EquilibriumCheck {
         hard,
         law: !hard || problem.adhesion != crate::interface::Adhesion::None,
@@ -227,7 +234,7 @@ pub(super) fn equilibrium_check(problem: &Problem, hard: bool, rms_height: f64, 
         floor: problem.rounding_floor(rms_height, scale),
         rms_height,
         scale,
-        hardness: f64::INFINITY,
+        hardness: problem.hardness.unwrap_or(Hardness::NONE),
     }
 }
 

@@ -11,7 +11,7 @@ use super::equilibrium_check::Ending;
 use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
 use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
-use super::residuals::{Residuals, kkt_row};
+use super::residuals::{Residuals, RowLaw, kkt_row};
 use super::sweep::{sweep, sweep_sums};
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started, State,
@@ -66,7 +66,8 @@ impl ContactMethod for Gfmd {
         Plan {
             bytes: 3 * problem.grid.points() as u64 * problem.precision.bytes()
                 + spectrum
-                + PlasticFlow::<f64>::bytes(problem),
+                + PlasticFlow::<f64>::bytes(problem)
+                + PlasticFlow::<f64>::nodes_bytes(problem),
             iterations: (40.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize
                 * problem.adhesion_effort(),
             pairs_per_iteration: 1.0,
@@ -116,12 +117,12 @@ struct Pause {
 /// Gap after a move by `inertia - step t`. A hard wall stops it at zero; with a hardness it is moved back by at most the
 /// step of that stress (the proximal operator of the contact energy, of which the clamp is the limit).
 #[inline(always)]
-fn stepped<L: Law, T: Real>(law: &L, g: T, inertia: T, step: T, t: T) -> T {
+fn stepped<L: Law, T: Real>(hardness: f64, g: T, inertia: T, step: T, t: T) -> T {
     if !(L::HARD && L::YIELDS) {
         let next = g + inertia - step * t;
         return if L::HARD { next.max(T::zero()) } else { next };
     }
-    let hardness = T::of(law.hardness());
+    let hardness = T::of(hardness);
     let stress = if g.is_sign_negative() { t + hardness } else { t };
     let next = g + inertia - step * stress;
     if next > T::zero() { next } else { (next + step * hardness).min(T::zero()) + T::zero() }
@@ -161,12 +162,13 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let nx = transform.grid().nx;
         let (pressure, inertia, step) = (T::of(*pressure), T::of(inertia), T::of(step));
         let fields = self.gap.par_chunks_mut(nx).zip(self.velocity.par_chunks_mut(nx)).zip(heights.par_chunks(nx));
-        let sums = sweep_sums(transform, spectrum, fields, |worker, _, spectrum, ((gap, velocity), heights)| {
+        let sums = sweep_sums(transform, spectrum, fields, |worker, y, spectrum, ((gap, velocity), heights)| {
             worker.inverse(spectrum);
             worker.row.iter_mut().for_each(|t| *t += pressure);
+            let law = RowLaw::of(law, y, nx);
             let sums = kkt_row(law, gap, &mut worker.row);
-            for (((t, g), v), &h) in worker.row.iter_mut().zip(gap).zip(velocity).zip(heights) {
-                let next = stepped(law, *g, inertia * *v, step, *t);
+            for (i, (((t, g), v), &h)) in worker.row.iter_mut().zip(gap).zip(velocity).zip(heights).enumerate() {
+                let next = stepped::<L, T>(law.hardness.at(i), *g, inertia * *v, step, *t);
                 *v = next - *g;
                 *g = next;
                 *t = next - (h - offset);

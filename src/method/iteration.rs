@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Result of a load, from which the [`State`] is made.
-pub(super) struct Outcome {
+pub(super) struct Outcome<'p> {
     pub load: Load,
     /// Mean pressure, E*.
     pub pressure: f64,
-    pub check: EquilibriumCheck,
+    pub check: EquilibriumCheck<'p>,
     pub ending: Ending,
     pub iterations: usize,
     /// Transform pairs of this load.
@@ -23,7 +23,7 @@ pub(super) struct Outcome {
     pub error_estimates: ErrorEstimates,
 }
 
-impl Outcome {
+impl Outcome<'_> {
     /// State with gap and interfacial stress `[ny, nx]`, and the stop reason of the check.
     pub(super) fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a> {
         let Outcome { load, pressure, check, residuals, .. } = self;
@@ -75,14 +75,12 @@ pub(super) struct LoadCase {
     pub rms_height: f64,
     /// Gaps are not negative.
     pub hard: bool,
-    /// Largest contact stress, E*; infinite without a hardness.
-    pub hardness: f64,
 }
 
 /// Counts the iterations of a solve and decides when it stops.
-pub(super) struct IterationControl<'p> {
+pub(super) struct IterationControl<'o, 'p> {
     problem: &'p Problem<'p>,
-    observer: &'p dyn Observer,
+    observer: &'o dyn Observer,
     case: LoadCase,
     /// Stress by which residuals are divided, E*.
     pub scale: f64,
@@ -98,8 +96,8 @@ pub(super) struct IterationControl<'p> {
     pub error_estimates: ErrorEstimates,
 }
 
-impl<'p> IterationControl<'p> {
-    pub(super) fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, case: LoadCase) -> Self {
+impl<'o, 'p> IterationControl<'o, 'p> {
+    pub(super) fn new(problem: &'p Problem<'p>, observer: &'o dyn Observer, case: LoadCase) -> Self {
         let monitor = ConvergenceMonitor::new();
         let floor = problem.rounding_floor(case.rms_height, case.pressure);
         IterationControl {
@@ -210,12 +208,12 @@ impl<'p> IterationControl<'p> {
     }
 
     /// Result after `pairs` transform pairs.
-    pub(super) fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> Outcome {
-        let LoadCase { pressure, rms_height, hard, hardness, .. } = self.case;
+    pub(super) fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> Outcome<'p> {
+        let LoadCase { pressure, rms_height, hard, .. } = self.case;
         Outcome {
             load: Load::Pressure(pressure),
             pressure,
-            check: EquilibriumCheck { hardness, ..equilibrium_check(self.problem, hard, rms_height, self.scale) },
+            check: equilibrium_check(self.problem, hard, rms_height, self.scale),
             ending,
             iterations: self.iterations,
             pairs,

@@ -11,12 +11,12 @@
 
 use super::iteration::{IterationControl, LoadCase};
 use super::plastic::PlasticFlow;
-use super::residuals::{Residuals, kkt_row};
+use super::residuals::{Residuals, RowLaw, kkt_row};
 use super::sweep::{sweep, sweep_sums};
 use super::{Heights, Load, Observer, Precision, Problem, require};
 use crate::Result;
-use crate::grid::{Filter, Grid, HalfSpectrum, Real, Transform, block_sums, lowest, rms};
-use crate::interface::{Adhesion, HardWall, Kernel, Law, WithAdhesion, Yielding, YieldingWall};
+use crate::grid::{Filter, Grid, HalfSpectrum, Real, Transform, block_sums, lowest, mean_of, rms};
+use crate::interface::{Adhesion, HardWall, Hardness, Kernel, Law, WithAdhesion, Yielding, YieldingWall};
 use crate::observe::Plasticity;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -96,24 +96,23 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         load: Load,
         observer: &'o dyn Observer,
         id: &str,
-    ) -> Result<IterationControl<'o>>
-    where
-        'p: 'o,
-    {
+    ) -> Result<IterationControl<'o, 'p>> {
         let range = self.law.range();
         self.pressure = require::pressure(load, range > 0.0, id)?;
         require::below_hardness(load, self.law.max_pressure(), id)?;
         require::no_energy_target(self.problem, id)?;
-        let (rms_height, hardness) = (self.rms_height, self.law.hardness());
-        let case = LoadCase { pressure: self.pressure, range, rms_height, hard: L::HARD, hardness };
+        let case = LoadCase { pressure: self.pressure, range, rms_height: self.rms_height, hard: L::HARD };
         Ok(IterationControl::new(self.problem, observer, case))
     }
 
     /// The heights of the surface after plastic flow.
     pub(super) fn displace(&mut self, flow: &PlasticFlow<T>) {
-        if let Some(nodes) = flow.heights(self.problem) {
-            let mean = crate::grid::mean(&nodes);
-            self.heights = Cow::Owned(nodes.iter().map(|h| T::of(h - mean)).collect());
+        if flow.has_begun() {
+            self.heights = Cow::default();
+            let nodes = self.problem.heights.on_nodes(self.problem.grid);
+            let height = |i: usize| flow.height(&nodes, i);
+            let mean = mean_of(nodes.len(), height);
+            self.heights = (0..nodes.len()).map(|i| T::of(height(i) - mean)).collect();
             (self.offset, self.lowest) = (T::zero(), lowest(&self.heights));
         }
     }
@@ -147,13 +146,13 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// Gradient `t` at `gap`, one transform pair. For each row `update` may first change the gap; then `visit`
-    /// receives gap and `t`, may write to `store`, and returns sums in addition to [`Residuals`].
+    /// receives law, gap and `t`, may write to `store`, and returns sums in addition to [`Residuals`].
     pub(super) fn evaluate<const M: usize>(
         &mut self,
         gap: &mut [T],
         store: &mut [T],
         update: impl Fn(usize, &mut [T]) + Sync,
-        visit: impl Fn(&[T], &[T], &mut [T]) -> [f64; M] + Sync,
+        visit: impl Fn(RowLaw<L>, &[T], &[T], &mut [T]) -> [f64; M] + Sync,
     ) -> (Residuals, [f64; M]) {
         self.allocate_spectrum();
         let grid = self.transform.grid();
@@ -169,10 +168,11 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         let elastic = 0.5 * self.transform.filter_columns(&mut self.spectrum, &self.stiffness);
         let (law, pressure) = (&self.law, T::of(self.pressure));
         let fields = gap.par_chunks(nx).zip(store.par_chunks_mut(nx));
-        let rows = sweep(&self.transform, &mut self.spectrum, fields, |worker, _, spectrum, (gap, store)| {
+        let rows = sweep(&self.transform, &mut self.spectrum, fields, |worker, y, spectrum, (gap, store)| {
             worker.inverse(spectrum);
             worker.row.iter_mut().for_each(|t| *t += pressure);
-            (kkt_row(law, gap, &mut worker.row), visit(gap, &worker.row, store))
+            let law = RowLaw::of(law, y, nx);
+            (kkt_row(law, gap, &mut worker.row), visit(law, gap, &worker.row, store))
         });
         self.pairs += 1.0;
         let (sums, more): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
@@ -204,11 +204,11 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             gap,
             stress,
             |_, _| {},
-            |gap, t, stress| {
-                for ((s, &t), &g) in stress.iter_mut().zip(t).zip(gap) {
+            |row, gap, t, stress| {
+                for (i, ((s, &t), &g)) in stress.iter_mut().zip(t).zip(gap).enumerate() {
                     *s = if L::ACTIVE { t - T::of(law.traction(g.wide())) } else { t };
                     if L::HARD && L::YIELDS && g.is_sign_negative() {
-                        *s += T::of(law.hardness());
+                        *s += T::of(row.hardness.at(i));
                     }
                 }
                 [0.0; 0]
@@ -257,11 +257,12 @@ fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> 
         }
         (None, Adhesion::Exponential(law), None) => builder.build::<T, _, _>(kernel, law),
         (None, law, hardness) => {
-            let hardness = hardness.unwrap_or(f64::INFINITY);
+            let hardness = hardness.unwrap_or(Hardness::NONE);
             builder.build::<T, _, _>(kernel, Yielding { law, hardness })
         }
         (Some(wall), adhesion, hardness) => {
-            let wall = YieldingWall::new(wall, hardness);
+            // A map is refused with a soft wall.
+            let wall = YieldingWall::new(wall, hardness.map(|h| h.mean()));
             builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
         }
     }

@@ -2,9 +2,9 @@
 //! for good. The next load starts from the displaced surface, so that unloading is elastic and reloading follows it.
 
 use super::residuals::Residuals;
-use super::{CoarseState, Iteration, Observer, Problem, SnapshotRef};
+use super::{CoarseState, Heights, Iteration, Observer, Problem, SnapshotRef};
 use crate::grid::{Field, Real, mean};
-use crate::interface::Law;
+use crate::interface::{HardnessMap, Law};
 use crate::observe::Plasticity;
 use std::ops::ControlFlow;
 
@@ -18,14 +18,29 @@ pub(super) struct PlasticFlow<T> {
 impl<T: Real> PlasticFlow<T> {
     /// `None` before the first flow.
     pub(super) fn lend(&self) -> Option<Field<'_>> {
-        (!self.displacement.is_empty()).then(|| T::lend(&self.displacement))
+        self.has_begun().then(|| T::lend(&self.displacement))
     }
 
-    /// Bytes of the displacement, of the displaced heights, and of the nodes in f64 from which they are made; 0 without a
-    /// hardness.
+    /// Bytes of the displacement and of a map's restrictions; 0 without a hardness.
     pub(super) fn bytes(problem: &Problem) -> u64 {
-        let each = 2 * problem.precision.bytes() + size_of::<f64>() as u64;
-        if problem.hardness.is_some() { each * problem.grid.points() as u64 } else { 0 }
+        let Some(hardness) = problem.hardness else { return 0 };
+        let points = problem.grid.points();
+        let restrictions = hardness.map().map_or(0, |_| HardnessMap::restriction_bytes(points));
+        problem.precision.bytes() * points as u64 + restrictions
+    }
+
+    /// Bytes of the displaced heights on nodes: in working precision, or in f64 while they are made from a series.
+    pub(super) fn nodes_bytes(problem: &Problem) -> u64 {
+        let each = match (problem.hardness, problem.heights) {
+            (None, _) => 0,
+            (Some(_), Heights::Nodes(_)) => problem.precision.bytes(),
+            (Some(_), Heights::Series(_)) => 2 * size_of::<f64>() as u64,
+        };
+        each * problem.grid.points() as u64
+    }
+
+    pub(super) fn displacement(&self) -> &[T] {
+        &self.displacement
     }
 
     pub(super) fn set(&mut self, displacement: &[f64]) {
@@ -34,17 +49,18 @@ impl<T: Real> PlasticFlow<T> {
 
     /// Mean plastic displacement, L.
     pub(super) fn mean(&self) -> f64 {
-        if self.displacement.is_empty() { 0.0 } else { mean(&self.displacement) }
+        if self.has_begun() { mean(&self.displacement) } else { 0.0 }
     }
 
-    /// Heights `[ny, nx]` of the displaced surface, L; `None` before the first flow.
-    pub(super) fn heights(&self, problem: &Problem) -> Option<Vec<f64>> {
-        if self.displacement.is_empty() {
-            return None;
-        }
-        let mut nodes = problem.heights.on_nodes(problem.grid).into_owned();
-        nodes.iter_mut().zip(&self.displacement).for_each(|(h, d)| *h += d.wide());
-        Some(nodes)
+    /// Whether there was any flow.
+    pub(super) fn has_begun(&self) -> bool {
+        !self.displacement.is_empty()
+    }
+
+    /// Height of node `i` of the displaced surface, L, of which `nodes` are the undeformed heights.
+    #[inline]
+    pub(super) fn height(&self, nodes: &[f64], i: usize) -> f64 {
+        nodes[i] + self.displacement[i].wide()
     }
 
     /// Moves the flow of a load from its gap, of which the first `width` of `nx` nodes per row face the surface, to the
@@ -57,34 +73,44 @@ impl<T: Real> PlasticFlow<T> {
         ([width, nx, points], converged): ([usize; 3], bool),
         residuals: &mut Residuals,
     ) -> Option<Plasticity> {
-        let (stress, first) = (law.max_pressure(), T::of(law.yield_gap()));
-        if stress == f64::INFINITY {
+        let (mean, first, hardness) = (law.max_pressure(), T::of(law.yield_gap()), law.hardness());
+        if mean == f64::INFINITY {
             return None;
         }
-        let mut flowing = 0_usize;
-        residuals.interaction -= stress * residuals.flow;
+        // The stress at which a node flows: its hardness less the attraction.
+        let stress = |i: usize| hardness.at(i) - law.traction(law.yield_gap());
+        let (mut flowing, mut energy, is_map) = (0_usize, 0.0, hardness.map().is_some());
         if residuals.flow > 0.0 && converged {
             self.displacement.resize(points, T::zero());
         }
         for (y, gap) in gap.chunks_mut(nx).take(points / width).enumerate() {
             for (x, g) in gap[..width].iter_mut().enumerate() {
                 if *g < first {
+                    let (i, depth) = (y * width + x, first - *g);
                     flowing += 1;
+                    energy += if is_map { stress(i) * depth.wide() } else { 0.0 };
                     if converged {
-                        self.displacement[y * width + x] += first - *g;
+                        self.displacement[i] += depth;
                     }
                 }
                 // A zero with a negative sign, too.
                 *g = if *g <= first { first } else { *g };
             }
         }
+        residuals.interaction -= if is_map { energy / points as f64 } else { mean * residuals.flow };
         let displaced = self.displacement.iter().filter(|d| **d > T::zero()).count();
         let displacement = self.mean();
+        let work = match is_map {
+            true => {
+                self.displacement.iter().enumerate().map(|(i, d)| stress(i) * d.wide()).sum::<f64>() / points as f64
+            }
+            false => mean * displacement,
+        };
         Some(Plasticity {
             flowing: flowing as f64 / points as f64,
             displaced: displaced as f64 / points as f64,
             displacement,
-            work: stress * displacement,
+            work,
         })
     }
 }

@@ -1,6 +1,6 @@
 use super::settings::Settings;
 use crate::grid::{Field, Grid, Series, Transform, rms};
-use crate::interface::{Adhesion, Elastic, Kernel, Wall};
+use crate::interface::{Adhesion, Elastic, Hardness, Kernel, Wall};
 use crate::load::Load;
 use crate::observe::Plasticity;
 use crate::surface::{PowerSpectrum, non_periodic_gradient};
@@ -127,7 +127,7 @@ pub struct Problem<'a> {
     pub adhesion: Adhesion,
     pub wall: Wall,
     /// Largest contact stress, units of E*: beyond it the body flows. `None` for an elastic body.
-    pub hardness: Option<f64>,
+    pub hardness: Option<Hardness<'a>>,
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure at which a state counts as converged.
     pub tolerance: f64,

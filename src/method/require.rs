@@ -31,12 +31,16 @@ pub(super) fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
 /// A hardness that is positive, and only for methods that model plastic flow.
 pub(super) fn hardness(problem: &Problem, card: &Card) -> Result<()> {
     let Some(hardness) = problem.hardness else { return Ok(()) };
-    let accepted = match () {
-        () if !card.hardness => "none: this method models no plastic flow; `fast`, `bvm` and `gfmd` do",
-        () if hardness.is_nan() || hardness <= 0.0 => "a positive stress",
-        () => return Ok(()),
+    let (value, Grid { nx, ny, .. }) = (hardness.mean(), problem.grid);
+    let accepted = match hardness.map() {
+        _ if !card.hardness => "none: this method models no plastic flow; `fast`, `bvm` and `gfmd` do",
+        _ if value.is_nan() || value <= 0.0 => "a positive stress",
+        Some(_) if problem.wall != Wall::Hard => "one value: a map has no gap of first flow behind a soft wall",
+        Some(map) if !map.is_on(nx, ny) => "a map on the grid of the surface",
+        _ => return Ok(()),
     };
-    refuse(card.id, "hardness", format!("{hardness:e} E*"), accepted)
+    let of = if hardness.map().is_some() { "a map, mean " } else { "" };
+    refuse(card.id, "hardness", format!("{of}{value:e} E*"), accepted)
 }
 
 /// A pressure that the contact can carry: below `largest`, the hardness less the attraction.

@@ -6,7 +6,7 @@
 //! sign is the stress minus the hardness.
 
 use crate::grid::{CHUNK, Real, dot, total, vectorised};
-use crate::interface::Law;
+use crate::interface::{Hardness, Law};
 use serde::{Deserialize, Serialize};
 
 /// Tolerance of the load balance over the pressure: the larger of this, for the default tolerance of 1e-8, and
@@ -56,10 +56,31 @@ pub(super) fn curvature_of(elastic: f64, law: f64) -> f64 {
 /// Number of sums of [`Nodes::add_to`].
 pub(super) const KKT: usize = 8;
 
+/// A law and the hardness of the nodes of a row.
+#[derive(Clone, Copy)]
+pub(super) struct RowLaw<'l, L> {
+    pub law: &'l L,
+    pub hardness: Hardness<'l>,
+}
+
+impl<'l, L: Law> RowLaw<'l, L> {
+    /// Of row `y` of fields with `width` facing nodes per row.
+    #[inline(always)]
+    pub(super) fn of(law: &'l L, y: usize, width: usize) -> Self {
+        RowLaw { law, hardness: law.hardness().from_node(y * width) }
+    }
+
+    /// Hardness of the chunk of nodes from `i` on.
+    #[inline(always)]
+    pub(super) fn hardness(&self, i: usize) -> [f64; CHUNK] {
+        if L::YIELDS { self.hardness.chunk(i) } else { [f64::INFINITY; CHUNK] }
+    }
+}
+
 /// Residual of the optimality conditions at one node: the imbalance where the gap may change, else its tensile part
-/// and the excess over the hardness.
+/// and the excess over the `hardness`.
 #[inline(always)]
-pub(super) fn kkt<L: Law, T: Real>(law: &L, gap: T, t: T) -> T {
+pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T, hardness: f64) -> T {
     if !L::HARD || gap > T::zero() {
         return t;
     }
@@ -69,7 +90,7 @@ pub(super) fn kkt<L: Law, T: Real>(law: &L, gap: T, t: T) -> T {
     if gap < T::zero() {
         return t;
     }
-    let hardness = T::of(law.hardness());
+    let hardness = T::of(hardness);
     let stress = if gap.is_sign_negative() { t + hardness } else { t };
     stress.min(T::zero()) + (stress - hardness).max(T::zero())
 }
@@ -88,18 +109,25 @@ pub(super) fn moved<L: Law, T: Real>(g: T, scale: T, step: T) -> T {
 
 /// Sets the side on which a closed node may leave the wall, and `t` accordingly: `-0` above the hardness, else `+0`.
 #[inline(always)]
-pub(super) fn choose_sides<L: Law, T: Real, R: Real>(law: &L, gap: &mut [T], t: &mut [R]) {
+pub(super) fn choose_sides<L: Law, T: Real, R: Real>(row: &RowLaw<L>, gap: &mut [T], t: &mut [R]) {
+    #[inline(always)]
+    fn choose<T: Real, R: Real>(gap: &mut [T], t: &mut [R], hardness: impl Fn(usize) -> f64) {
+        for (i, (g, t)) in gap.iter_mut().zip(t).enumerate() {
+            let hardness = R::of(hardness(i));
+            if *g == T::zero() {
+                let stress = if g.is_sign_negative() { *t + hardness } else { *t };
+                let flows = stress > hardness;
+                *t = if flows { stress - hardness } else { stress };
+                *g = if flows { -T::zero() } else { T::zero() };
+            }
+        }
+    }
     if !(L::HARD && L::YIELDS) {
         return;
     }
-    let hardness = R::of(law.hardness());
-    for (g, t) in gap.iter_mut().zip(t) {
-        if *g == T::zero() {
-            let stress = if g.is_sign_negative() { *t + hardness } else { *t };
-            let flows = stress > hardness;
-            *t = if flows { stress - hardness } else { stress };
-            *g = if flows { -T::zero() } else { T::zero() };
-        }
+    match row.hardness {
+        Hardness::Uniform(value) => choose(gap, t, |_| value),
+        map => choose(gap, t, |i| map.at(i)),
     }
 }
 
@@ -121,12 +149,13 @@ pub(super) struct Nodes<T> {
     pub imbalance: [T; CHUNK],
     /// Residual of an earlier state, for the product of the two.
     pub old: [f64; CHUNK],
+    pub hardness: [f64; CHUNK],
 }
 
 impl<T: Real> Nodes<T> {
     #[inline(always)]
-    pub(super) fn new() -> Self {
-        Nodes { gap: [T::zero(); CHUNK], imbalance: [T::zero(); CHUNK], old: [0.0; CHUNK] }
+    pub(super) fn new(hardness: [f64; CHUNK]) -> Self {
+        Nodes { gap: [T::zero(); CHUNK], imbalance: [T::zero(); CHUNK], old: [0.0; CHUNK], hardness }
     }
 
     /// Adds, for the first `n` nodes, residual², residual, |t g|, g, v(g), closed nodes, depth of flow, residual times
@@ -160,7 +189,7 @@ impl<T: Real> Nodes<T> {
         let (mut residual, mut work, mut closed) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
         for i in 0..CHUNK {
             let t = self.imbalance[i].wide();
-            residual[i] = kkt(law, gap[i], t);
+            residual[i] = kkt::<L, _>(gap[i], t, self.hardness[i]);
             work[i] = (t * gap[i]).abs();
             closed[i] = if gap[i] <= 0.0 { 1.0 } else { 0.0 };
         }
@@ -175,33 +204,36 @@ impl<T: Real> Nodes<T> {
     /// Depth of the flow, and for a hard wall its stress and energy, which the law leaves out.
     #[inline(always)]
     fn yielding<L: Law>(&mut self, n: usize, law: &L, gap: &[f64; CHUNK], sums: &mut [f64; KKT]) {
-        let (first, hardness) = (law.yield_gap(), law.hardness());
+        let first = law.yield_gap();
         let mut depth = [0.0; CHUNK];
         for i in 0..CHUNK {
             depth[i] = (first - gap[i]).max(0.0);
             if L::HARD && gap[i].is_sign_negative() {
-                self.imbalance[i] -= T::of(hardness);
+                self.imbalance[i] -= T::of(self.hardness[i]);
             }
         }
-        let depth = total(&depth[..n]);
-        sums[6] += depth;
-        if L::HARD && depth > 0.0 {
-            sums[4] += hardness * depth;
+        let whole = total(&depth[..n]);
+        sums[6] += whole;
+        if L::HARD && whole > 0.0 {
+            sums[4] += match law.hardness() {
+                Hardness::Uniform(value) => value * whole,
+                Hardness::Map { .. } => dot(&self.hardness[..n], &depth[..n]),
+            };
         }
     }
 }
 
 /// Sums of one row. On return `t`, the elastic stress plus pressure, contains the traction of the law as well.
-pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &mut [T]) -> [f64; KKT] {
+pub(super) fn kkt_row<L: Law, T: Real>(row: RowLaw<L>, gap: &[T], t: &mut [T]) -> [f64; KKT] {
     vectorised(
         #[inline(always)]
         || {
             let mut sums = [0.0; KKT];
-            for (gap, t) in gap.chunks(CHUNK).zip(t.chunks_mut(CHUNK)) {
-                let mut nodes = Nodes::new();
+            for (k, (gap, t)) in gap.chunks(CHUNK).zip(t.chunks_mut(CHUNK)).enumerate() {
+                let mut nodes = Nodes::new(row.hardness(k * CHUNK));
                 nodes.gap[..gap.len()].copy_from_slice(gap);
                 nodes.imbalance[..t.len()].copy_from_slice(t);
-                nodes.add_to(t.len(), law, &mut sums);
+                nodes.add_to(t.len(), row.law, &mut sums);
                 t.copy_from_slice(&nodes.imbalance[..t.len()]);
             }
             sums

@@ -79,7 +79,7 @@ impl Scale {
     }
 
     /// The problem in this unit, with the heights in it.
-    pub fn problem<'a>(self, problem: &Problem, heights: &'a ScaledHeights) -> Problem<'a> {
+    pub fn problem<'a>(self, problem: &Problem<'a>, heights: &'a ScaledHeights) -> Problem<'a> {
         let experiment = problem.settings.experiment;
         let optical_gap = self.divide(experiment.optical_gap);
         Problem {
@@ -89,7 +89,7 @@ impl Scale {
             kernel: problem.kernel,
             adhesion: problem.adhesion.in_units(self.0),
             wall: problem.wall.in_units(self.0),
-            hardness: problem.hardness.map(|h| self.divide(h)),
+            hardness: problem.hardness.map(|h| h.in_units(self.0)),
             precision: problem.precision,
             tolerance: problem.tolerance,
             targets: problem.targets,

@@ -1,6 +1,6 @@
 //! A sweep over the rows of fields and of their half spectrum, between the row and the column passes of a transform.
 
-use crate::grid::{Real, Transform, Worker, block_sums};
+use crate::grid::{Real, Transform, Worker, block_sums, sum_rows};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -48,8 +48,85 @@ pub(super) fn shift<T: Real>(field: &mut [T], by: T) {
     field.par_iter_mut().for_each(|v| *v += by);
 }
 
-/// Number of values `v` of a field with `v < limit` and with `v <= limit`.
-pub(super) fn count_below<T: Real>(field: &[T], limit: T) -> [usize; 2] {
-    let is = |of: fn(&T, &T) -> bool| field.par_iter().filter(|v| of(v, &limit)).count();
-    [is(T::lt), is(T::le)]
+/// Weights of the values `v` of a field of rows of `nx` with `v < limit` and with `v <= limit`.
+pub(super) fn weight_below<T: Real>(
+    (field, nx): (&[T], usize),
+    limit: T,
+    weight: impl Fn(usize) -> f64 + Sync,
+) -> [f64; 2] {
+    sum_rows(field.len() / nx, |y| {
+        let mut sums = [0.0; 2];
+        for (x, v) in field[y * nx..][..nx].iter().enumerate().filter(|(_, v)| **v <= limit) {
+            let weight = weight(y * nx + x);
+            sums[0] += if *v < limit { weight } else { 0.0 };
+            sums[1] += weight;
+        }
+        sums
+    })
+}
+
+/// Smallest value of a field up to which the weights add up to more than `sum`, or the highest value.
+pub(super) fn weighted_quantile<T: Real>(field: &[T], weight: impl Fn(usize) -> f64, sum: f64) -> T {
+    /// Digits of a key: four, from the highest.
+    const BITS: u32 = 16;
+    const SIGN: u64 = 1 << 63;
+    // Unsigned numbers in the order of the values.
+    let key = |v: T| match v.wide().to_bits() {
+        bits if bits & SIGN == 0 => bits | SIGN,
+        bits => !bits,
+    };
+    let (mut found, mut below) = (0_u64, 0.0);
+    let mut weights = vec![0.0; 1 << BITS];
+    for shift in [48, 32, 16, 0] {
+        weights.fill(0.0);
+        // Those with the digits found so far.
+        let same = |k: u64| (k ^ found).checked_shr(shift + BITS).unwrap_or(0) == 0;
+        let mut highest = 0;
+        for (i, &v) in field.iter().enumerate() {
+            let k = key(v);
+            if same(k) {
+                let digit = (k >> shift) as usize & ((1 << BITS) - 1);
+                weights[digit] += weight(i);
+                highest = highest.max(digit);
+            }
+        }
+        let mut digit = 0;
+        while digit < highest && below + weights[digit] <= sum {
+            below += weights[digit];
+            digit += 1;
+        }
+        found |= (digit as u64) << shift;
+    }
+    T::of(f64::from_bits(if found & SIGN == 0 { !found } else { found & !SIGN }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As the sorted field has it, at every rank, with signs, zeros and repeated values; weights count as repetitions.
+    #[test]
+    fn quantiles_are_those_of_the_sorted_field() {
+        let mut field: Vec<f64> = (0..997).map(|i| ((i * 619) % 211) as f64 * 1e-3 - 0.1).collect();
+        field.extend([0.0, -0.0, 1e-300, -1e-300, 3.0]);
+        let mut sorted = field.clone();
+        sorted.sort_by(f64::total_cmp);
+        for (rank, expected) in sorted.iter().enumerate().step_by(7) {
+            for share in [0.0, 0.5] {
+                assert_eq!(weighted_quantile(&field, |_| 1.0, rank as f64 + share), *expected);
+            }
+        }
+        assert_eq!(weighted_quantile(&field, |_| 1.0, 1e9), 3.0);
+        let weight = |i: usize| [1.0, 3.0][i % 2];
+        let mut repeated: Vec<f64> = field.iter().enumerate().flat_map(|(i, v)| vec![*v; weight(i) as usize]).collect();
+        repeated.sort_by(f64::total_cmp);
+        for rank in (0..repeated.len()).step_by(17) {
+            assert_eq!(weighted_quantile(&field, weight, rank as f64 + 0.5), repeated[rank]);
+        }
+        let [under, up_to] = weight_below((&field[..1000], 10), 0.0, |_| 1.0);
+        assert_eq!((under, up_to), {
+            let count = |of: fn(&f64) -> bool| field[..1000].iter().filter(|v| of(v)).count() as f64;
+            (count(|v| *v < 0.0), count(|v| *v <= 0.0))
+        });
+    }
 }

@@ -216,7 +216,7 @@ impl Observer for StopOnly<'_> {
 
 /// The same problem on a coarser grid.
 pub(super) fn coarsened<'s>(
-    problem: &Problem,
+    problem: &Problem<'s>,
     grid: Grid,
     heights: &'s Series<f64>,
     law: crate::interface::Adhesion,
@@ -225,7 +225,7 @@ pub(super) fn coarsened<'s>(
         kernel: problem.kernel,
         adhesion: RangeChoice::Mesh.law(law, grid.dx().max(grid.dy())),
         wall: problem.wall,
-        hardness: problem.hardness,
+        hardness: problem.hardness.map(|h| h.on_nodes(grid.nx, grid.ny)),
         precision: problem.precision,
         tolerance: TOLERANCE.max(problem.tolerance),
         max_iterations: problem.max_iterations,

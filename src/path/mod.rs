@@ -6,11 +6,13 @@ mod coarser_grids;
 mod end_steps;
 mod estimator_input;
 mod pull_off;
+mod subsurface;
 mod unit;
 
 pub use checkpoint::{Checkpoint, CheckpointWriter};
 pub use coarser_grids::CORRECTION;
 pub use estimator_input::EstimatorInput;
+pub use subsurface::{subsurface, subsurface_bytes};
 
 use crate::grid::{Field, Grid, Series, lowest, mean};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
@@ -266,7 +268,8 @@ impl<'p> LoadPath<'p> {
             grid: self.problem.grid,
             gap: Field::F64(&last.gap),
             auxiliary: None,
-            plastic: last.plastic.as_deref().map(Field::F64),
+            // A separation with a hardness is refused.
+            plastic: None,
             progress: serde_json::Value::Null,
         });
         let found = pull_off::search(&mut *run, &self.problem, scale, last)?;

@@ -45,13 +45,11 @@ pub(super) struct SeparationStart {
     pub mean_gap: f64,
     pub pressure: f64,
     pub gap: Vec<f64>,
-    pub plastic: Option<Vec<f64>>,
 }
 
 impl SeparationStart {
     pub(super) fn of(state: &State) -> Self {
-        let (gap, plastic) = (state.gap.to_vec(), state.plastic.map(|field| field.to_vec()));
-        SeparationStart { mean_gap: state.mean_gap, pressure: state.pressure, gap, plastic }
+        SeparationStart { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
     }
 }
 
@@ -63,7 +61,7 @@ impl SeparationStart {
 /// halved until the tension could only have grown by [`RESOLVED`] of the largest. Every maximum that may be the largest
 /// is then bracketed by golden sections.
 pub(super) fn search(run: &mut dyn Run, problem: &Problem, scale: Scale, from: SeparationStart) -> Result<PullOff> {
-    let SeparationStart { mean_gap, pressure, gap, .. } = from;
+    let SeparationStart { mean_gap, pressure, gap } = from;
     let range = problem.adhesion.range();
     if range == 0.0 {
         return Err(Error::input("pull-off", "adhesion", "none", "an adhesion, without which there is no tension"));
@@ -337,7 +335,7 @@ mod tests {
             ] {
                 let mut curve = Curve { maxima, gap: [0.0] };
                 let (pressure, gap) = (-curve.tension(0.02), vec![0.0]);
-                let from = SeparationStart { mean_gap: 0.02, pressure, gap, plastic: None };
+                let from = SeparationStart { mean_gap: 0.02, pressure, gap };
                 let found = search(&mut curve, &problem, Scale::of(&problem.heights), from).expect("a maximum");
                 let miss = [found.pressure + expected.1, found.mean_gap - expected.0].map(f64::abs);
                 assert!(miss[0] <= found.pressure_error + 1e-15, "{k}: {miss:?} {found:?}");

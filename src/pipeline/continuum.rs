@@ -5,13 +5,15 @@ use super::budget::budget;
 use super::observed::observed;
 use super::stage::StageContext;
 use crate::grid::{Field, Grid};
-use crate::interface::{Adhesion, Elastic, RangeChoice};
+use crate::interface::{Adhesion, Elastic, RangeChoice, SubsurfaceRequest};
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{self, Problem, Stop};
 use crate::observe::{Leakage, hysteresis_work, leakage_bytes, stiffness};
 use crate::path::{self, Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
 use crate::record::npy;
-use crate::record::results::{ContinuumResults, Hysteresis, Observed, RangeResults, StateNumbers, StateResults};
+use crate::record::results::{
+    ContinuumResults, HardnessMapResults, Hysteresis, Observed, Onset, RangeResults, StateNumbers, StateResults,
+};
 use crate::scene::RequestedOutputs;
 use crate::{Error, Result};
 use std::path::Path;
@@ -32,6 +34,8 @@ pub(super) struct Keep {
 pub(super) struct PathRequest<'a> {
     /// Its adhesion has the requested range, before adaptation to the grid.
     pub problem: Problem<'a>,
+    /// Of the problem's hardness, if it is a map.
+    pub hardness_map: Option<HardnessMapResults>,
     pub method: &'a str,
     pub range: RangeChoice,
     pub steps: &'a [LoadStep],
@@ -46,6 +50,7 @@ pub(super) struct PathRequest<'a> {
     pub threshold: f64,
     /// Whether the flow through the gap is solved.
     pub leakage: bool,
+    pub subsurface: Option<SubsurfaceRequest>,
     /// Small load steps at the ends of the path.
     pub stiffness_steps: bool,
     pub criterion: String,
@@ -106,7 +111,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     };
     writer.remove_files();
     set_contact_stiffness(&mut states, matches!(problem.kernel, Elastic::NonPeriodic(_)));
-    let percolation = percolation(&states);
+    let (percolation, onset) = (percolation(&states), Onset::of(&states));
     let hysteresis_work = request.hysteresis.then(|| compare_branches(&mut states, request.steps));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
     let rms_height = problem.heights.rms();
@@ -118,7 +123,8 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
         kernel: problem.kernel.to_string(),
         adhesion: path.adhesion().to_string(),
         wall: problem.wall.to_string(),
-        hardness: problem.hardness,
+        hardness: problem.hardness.map(|h| h.mean()),
+        hardness_map: request.hardness_map,
         nx: grid.nx,
         ny: grid.ny,
         range,
@@ -126,6 +132,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
         states,
         hysteresis_work,
         percolation,
+        onset,
         pull_off,
         pull_off_failure,
     })
@@ -137,7 +144,8 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
 /// `Memory` if the path needs more.
 fn check_memory(path: &LoadPath, request: &PathRequest) -> Result<()> {
     let flow = if request.leakage { leakage_bytes(path.problem().grid) } else { 0 };
-    let (need, have) = (path.plan(request.pull_off).bytes + flow, crate::sys::available_memory_bytes());
+    let below = request.subsurface.as_ref().map_or(0, |_| path::subsurface_bytes(path.problem()));
+    let (need, have) = (path.plan(request.pull_off).bytes + flow + below, crate::sys::available_memory_bytes());
     if need <= have {
         return Ok(());
     }
@@ -197,8 +205,17 @@ fn stored_state(
         true => Some(write("stress", state.stress)?),
         false => None,
     };
+    let subsurface = match &request.subsurface {
+        Some(wanted) => Some(path::subsurface(wanted, problem, state.stress, |depth, quantity, values| {
+            if !keep.stress {
+                return Ok(None);
+            }
+            write(&format!("{quantity}-depth-{}", depth + 1), Field::F64(values)).map(Some)
+        })?),
+        None => None,
+    };
     let found = summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]);
-    Ok(StateResults { leakage: flow(request, problem, reached, at, step), plastic_map: plastic, ..found })
+    Ok(StateResults { leakage: flow(request, problem, reached, at, step), plastic_map: plastic, subsurface, ..found })
 }
 
 /// The flow through the gap of a state, if requested. Without convergence of the flow a warning.
@@ -345,6 +362,7 @@ fn summary(
         leakage: None,
         plasticity: state.plasticity,
         plastic_map: None,
+        subsurface: None,
     }
 }
 

@@ -10,10 +10,11 @@ use crate::load::LoadStep;
 use crate::method::{self, ContactMethod, Heights, Problem, Targets};
 use crate::path::LoadPath;
 use crate::record::npy;
+use crate::record::provenance::file_hash;
 use crate::record::results::{ContinuumResults, SurfaceResults};
 use crate::scene::{AdhesionScene, Case, ContinuumScene, REFERENCE_LOAD, Surface};
 use std::cell::OnceCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Time per grid point and pair of Fourier transforms on one thread in f64, s. At 4096² a pair takes 190 ms, and vector
 /// operations half as much again. An order of magnitude for `--dry-run`.
@@ -85,7 +86,10 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&K
     let scene = &case.scene;
     // Other variants do not affect this problem.
     let alone = scene.adhesion.clone().map(|a| AdhesionScene { also_nonadhesive: false, other_ranges_nm: vec![], ..a });
-    let own = ContinuumScene { compare_with: Vec::new(), ..scene.continuum.clone() };
+    // The contents of the map, wherever it is.
+    let map = scene.continuum.hardness_map.as_ref().map(|p| file_hash(&case.resolve_path(p))).transpose()?;
+    let hardness_map = map.map(PathBuf::from);
+    let own = ContinuumScene { compare_with: Vec::new(), hardness_map, ..scene.continuum.clone() };
     let loading = (case.loading_p_star(), &scene.load.mean_gap_um, &scene.load.maps_at);
     // Definition of p* = 1; with [challenge] the nominal gradient of the challenge's surface, not that of the height
     // file.
@@ -256,6 +260,7 @@ pub(super) fn laboratory(
     let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
     let request = PathRequest {
         problem,
+        hardness_map: case.hardness.as_ref().and_then(|h| h.about_map()).cloned(),
         method,
         range,
         steps,
@@ -265,6 +270,7 @@ pub(super) fn laboratory(
         hysteresis: primary && scene.load.is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,
+        subsurface: case.subsurface().filter(|_| primary),
         stiffness_steps: primary && scene.continuum.stiffness_steps,
         criterion,
         keep: &|step| {

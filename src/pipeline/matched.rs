@@ -5,7 +5,7 @@ use super::folder::Key;
 use super::laboratory::solve_cost;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use crate::grid::Grid;
-use crate::interface::{Elastic, RangeChoice, Wall};
+use crate::interface::{Elastic, Hardness, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
 use crate::record::quantity::Quantity;
 use crate::record::results::{ContinuumResults, StateResults};
@@ -227,7 +227,7 @@ fn solve(
         kernel: matching.kernel,
         adhesion: atoms.matched_adhesion(matching.is_compliant),
         wall: matching.wall,
-        hardness: matching.hardness,
+        hardness: matching.hardness.map(Hardness::Uniform),
         precision: Precision::F64,
         tolerance: MATCHED_TOLERANCE,
         max_iterations: case.scene.continuum.max_iterations,
@@ -235,6 +235,7 @@ fn solve(
     };
     let request = PathRequest {
         problem,
+        hardness_map: None,
         method: &case.scene.continuum.method,
         // The range is that of the atoms' pair adhesion on any grid.
         range: RangeChoice::True,
@@ -245,6 +246,7 @@ fn solve(
         hysteresis: false,
         threshold: 0.0,
         leakage: false,
+        subsurface: None,
         stiffness_steps: false,
         criterion: matching.criterion.into(),
         keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },

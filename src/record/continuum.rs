@@ -16,9 +16,12 @@ pub struct ContinuumResults {
     pub adhesion: String,
     /// "hard wall" or the name of the compliant wall.
     pub wall: String,
-    /// Largest contact stress over E*; absent for an elastic body.
+    /// Largest contact stress over E*, of a map the mean; absent for an elastic body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hardness: Option<f64>,
+    /// Absent where the hardness is the same everywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardness_map: Option<HardnessMapResults>,
     pub nx: usize,
     pub ny: usize,
     /// Absent without adhesion.
@@ -35,11 +38,57 @@ pub struct ContinuumResults {
     /// without. Absent if the load path does not bracket the transition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub percolation: Option<[f64; 2]>,
+    /// Onset of plasticity on the loading branch.
+    #[serde(default, skip_serializing_if = "Onset::is_empty")]
+    pub onset: Onset,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<PullOff>,
     /// Reason why a requested pull-off was not found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off_failure: Option<String>,
+}
+
+/// Loads p* between which plasticity begins: the last before it, 0 if it is the first, and the first with it. Absent if no load
+/// reaches it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Onset {
+    /// The contact stress of a node reaches the hardness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardness: Option<[f64; 2]>,
+    /// The largest shear stress below the surface reaches the shear strength.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_strength: Option<[f64; 2]>,
+}
+
+impl Onset {
+    /// Of the states of a load path.
+    pub fn of(states: &[StateResults]) -> Self {
+        let between = |begun: &dyn Fn(&StateResults) -> bool| {
+            let loading: Vec<&StateResults> = states.iter().take_while(|s| s.branch == Branch::Loading).collect();
+            let first = loading.iter().position(|s| begun(s))?;
+            let before = first.checked_sub(1).map_or(0.0, |i| loading[i].numbers.p_star);
+            Some([before, loading[first].numbers.p_star])
+        };
+        Onset {
+            hardness: between(&|s| s.plasticity.is_some_and(|p| p.displaced > 0.0)),
+            shear_strength: between(&|s| {
+                s.subsurface.as_ref().and_then(|b| b.shear_over_strength).is_some_and(|share| share >= 1.0)
+            }),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        *self == Onset::default()
+    }
+}
+
+/// A map of the hardness: its file with the BLAKE3 hash, lowest and highest value over E*. No file if it came from a program.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HardnessMapResults {
+    pub file: String,
+    pub hash: String,
+    pub lowest: f64,
+    pub highest: f64,
 }
 
 /// Range of the adhesion, units of L: as requested and as used on the grid, each with its cohesive resolution (ρ/√(γ
@@ -147,6 +196,76 @@ pub struct StateResults {
     /// File of the `[ny, nx]` map of the plastic displacement (L), if stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plastic_map: Option<String>,
+    /// Stress below the surface, if requested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub subsurface: Option<SubsurfaceResults>,
+}
+
+/// Stresses below the surface under the pressure of a state. Lengths in L, stresses in E*.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubsurfaceResults {
+    pub poisson: f64,
+    /// One for each depth, in the order of the request.
+    pub slices: Vec<SubsurfaceSlice>,
+    /// The largest of all slices.
+    pub von_mises: Peak,
+    pub shear: Peak,
+    /// Largest shear stress over that at which the body yields, if it is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_over_strength: Option<f64>,
+}
+
+/// Largest stresses at a depth: equivalent stress after von Mises and shear stress.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubsurfaceSlice {
+    pub depth: f64,
+    pub von_mises: Peak,
+    pub shear: Peak,
+}
+
+/// A largest value, the node and depth where it is, and the file of the `[ny, nx]` map of that depth, if stored.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Peak {
+    pub value: f64,
+    pub x: f64,
+    pub y: f64,
+    pub depth: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<String>,
+}
+
+impl SubsurfaceResults {
+    /// From at least one slice.
+    pub fn new(poisson: f64, slices: Vec<SubsurfaceSlice>, shear_strength: Option<f64>) -> Self {
+        let highest = |of: fn(&SubsurfaceSlice) -> &Peak| {
+            slices.iter().map(of).max_by(|a, b| a.value.total_cmp(&b.value)).expect("a slice").clone()
+        };
+        let (von_mises, shear) = (highest(|s| &s.von_mises), highest(|s| &s.shear));
+        let shear_over_strength = shear_strength.map(|strength| shear.value / strength);
+        SubsurfaceResults { poisson, von_mises, shear, shear_over_strength, slices }
+    }
+
+    /// With lengths in multiples of `length` and stresses of `stress`.
+    pub fn in_units(&self, length: f64, stress: f64) -> Self {
+        let peak = |p: &Peak| Peak {
+            value: p.value * stress,
+            x: p.x * length,
+            y: p.y * length,
+            depth: p.depth * length,
+            map: p.map.clone(),
+        };
+        let slice = |s: &SubsurfaceSlice| SubsurfaceSlice {
+            depth: s.depth * length,
+            von_mises: peak(&s.von_mises),
+            shear: peak(&s.shear),
+        };
+        SubsurfaceResults {
+            slices: self.slices.iter().map(slice).collect(),
+            von_mises: peak(&self.von_mises),
+            shear: peak(&self.shear),
+            ..self.clone()
+        }
+    }
 }
 
 impl StateResults {

@@ -13,8 +13,8 @@ pub use super::comparison::{
     ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, ModelChainStep, Overlap, Section,
 };
 pub use super::continuum::{
-    Compressive, ContinuumResults, Discretisation, Extrapolated, Hysteresis, Observed, PullOff, RangeResults,
-    StateResults,
+    Compressive, ContinuumResults, Discretisation, Extrapolated, HardnessMapResults, Hysteresis, Observed, Onset, Peak,
+    PullOff, RangeResults, StateResults, SubsurfaceResults, SubsurfaceSlice,
 };
 pub use super::state_numbers::StateNumbers;
 pub use super::surface::{

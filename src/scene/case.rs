@@ -4,11 +4,13 @@ use super::load::estimated_p_star;
 use super::model::relative_to;
 use super::source::ResolvedSurface;
 use super::surface_file::{SurfaceFile, preparation_keys};
-use super::{ALL_METHODS, AdhesionScene, AtomsCase, Laboratory, RequestedOutputs, Scene, Surface, Units};
+use super::{ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, RequestedOutputs, Scene, Surface, Units};
 use crate::atoms::lammps_command::LammpsCommand;
 use crate::error::Complaint;
 use crate::grid::Grid;
-use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
+use crate::interface::{
+    Adhesion, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall,
+};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
@@ -42,7 +44,7 @@ pub struct Case {
     pub adhesion: Adhesion,
     pub wall: Wall,
     /// Largest contact stress, units of E*; `None` for an elastic body.
-    pub hardness: Option<f64>,
+    pub hardness: Option<CaseHardness>,
     pub atoms: Option<AtomsCase>,
     /// How LAMMPS is started here; it overrules `atoms.program` and `atoms.ranks` of the scene.
     pub lammps: LammpsCommand,
@@ -82,19 +84,25 @@ impl Case {
             refuse(complaints(&scene))?;
         }
         let surface = Surface::resolve(&scene, source, &place)?;
-        Self::on_surface(scene, file, surface)
+        Self::on_surface(scene, file, surface, None)
     }
 
     /// The case of a scene without a surface file, on a surface that exists already; `[surface]` has its grid.
-    pub(crate) fn of_surface(scene: Scene, place: &'static str, surface: ResolvedSurface) -> Result<Case> {
+    /// `hardness`: values `[ny, nx]` in place of the file of a hardness map.
+    pub(crate) fn of_surface(
+        scene: Scene,
+        place: &'static str,
+        surface: ResolvedSurface,
+        hardness: Option<Vec<f64>>,
+    ) -> Result<Case> {
         match complaints(&scene) {
-            list if list.is_empty() => Self::on_surface(scene, Path::new(place), surface),
+            list if list.is_empty() => Self::on_surface(scene, Path::new(place), surface, hardness),
             list => Err(Error::Input { place: place.into(), list }),
         }
     }
 
     /// Resolves a checked scene.
-    fn on_surface(scene: Scene, file: &Path, surface: ResolvedSurface) -> Result<Case> {
+    fn on_surface(scene: Scene, file: &Path, surface: ResolvedSurface, hardness: Option<Vec<f64>>) -> Result<Case> {
         let place = file.display().to_string();
         let ResolvedSurface { surface, laboratory: lab, provenance, warnings } = surface;
         let scales = lab.scales();
@@ -106,7 +114,7 @@ impl Case {
             Some(nm) => Wall::Penalty(PenaltyWall { length: lab.reduced_nm(nm) }),
             None => Wall::Hard,
         };
-        let hardness = scene.continuum.hardness_mpa.map(|h| h / lab.contact_modulus());
+        let hardness = CaseHardness::resolve(&scene.continuum, &lab, grid, (file, hardness))?;
         let mut case = Case {
             load_steps: load_steps(&scene, &lab, grid, gradient, first_touch.unwrap_or(f64::NAN)),
             kernel: kernel(&scene, &lab, grid)?,
@@ -209,8 +217,9 @@ impl Case {
         if let (Some(nm), Wall::Penalty(wall)) = (self.scene.continuum.penalty_length_nm, self.wall) {
             values.push(("continuum.penalty_length_nm".into(), nm, wall.length));
         }
-        if let (Some(given), Some(reduced)) = (self.scene.continuum.hardness_mpa, self.hardness) {
-            values.push(("continuum.hardness_mpa".into(), given, reduced));
+        for reduced in self.hardness.iter().flat_map(|h| h.extent()) {
+            let key = if self.scene.continuum.hardness_map.is_some() { "hardness_map" } else { "hardness_mpa" };
+            values.push((format!("continuum.{key}"), reduced * modulus, reduced));
         }
         match values.into_iter().find(|(_, given, reduced)| !method::is_representable(*given, *reduced)) {
             None => Ok(()),
@@ -321,13 +330,13 @@ impl Case {
     }
 
     /// The laboratory-scale problem on the scene's grid, with the scene's own range of adhesion.
-    pub fn problem<'a>(&self, heights: Heights<'a>) -> Problem<'a> {
+    pub fn problem<'a>(&'a self, heights: Heights<'a>) -> Problem<'a> {
         let c = &self.scene.continuum;
         Problem {
             kernel: self.kernel,
             adhesion: self.adhesion,
             wall: self.wall,
-            hardness: self.hardness,
+            hardness: self.hardness.as_ref().map(CaseHardness::lend),
             precision: c.precision,
             tolerance: c.tolerance_or_default(self.grid),
             targets: c.targets(),
@@ -335,6 +344,17 @@ impl Case {
             settings: self.scene.methods,
             ..Problem::new(self.grid, heights)
         }
+    }
+
+    /// What is computed below the surface, if it is requested.
+    pub fn subsurface(&self) -> Option<SubsurfaceRequest> {
+        let (s, lab) = (self.scene.continuum.subsurface.as_ref()?, &self.laboratory);
+        Some(SubsurfaceRequest {
+            depths: s.depths_um.iter().map(|d| lab.reduced_um(*d).min(self.kernel.thickness())).collect(),
+            // Of a layer its own.
+            poisson: s.poisson.unwrap_or_default(),
+            shear_strength: s.shear_strength_mpa.map(|t| t / lab.contact_modulus()),
+        })
     }
 
     /// The surface, for a caller that stores its heights in another form. An empty map is left.
@@ -349,6 +369,7 @@ impl Case {
         let mut scene = self.scene.clone();
         scene.surface.heights = scene.surface.heights.as_ref().map(whole);
         scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(whole);
+        scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(whole);
         if let Some(accuracy) = &mut scene.accuracy {
             accuracy.tables = accuracy.tables.iter().map(whole).collect();
         }

@@ -7,6 +7,7 @@ mod atoms;
 mod case;
 mod check;
 mod contact_target;
+mod hardness;
 mod key_names;
 mod laboratory;
 mod load;
@@ -20,12 +21,14 @@ mod syntax;
 
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
 pub use case::Case;
+pub use hardness::CaseHardness;
 pub use key_names::{KeyName, rename_keys, rename_keys_in};
 pub use laboratory::{Laboratory, Units};
 pub use load::{CountedRange, LoadRange, LoadScene, Spacing};
 pub use model::{
     ALL_METHODS, AdhesionLaw, AdhesionScene, AtomsScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene,
-    MOST_FOUNDATION_CELLS, REFERENCE_LOAD, Scene, Slope, Start, SurfaceScene, Touching, WallKind, default_tolerance,
+    MOST_FOUNDATION_CELLS, REFERENCE_LOAD, Scene, Slope, Start, SubsurfaceScene, SurfaceScene, Touching, WallKind,
+    default_tolerance,
 };
 pub use nvt::NvtScene;
 pub use outputs::{AccuracyScene, RequestedOutputs};

@@ -336,9 +336,19 @@ pub struct ContinuumScene {
     /// the methods fast, bvm and gfmd.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness_mpa: Option<f64>,
+    /// Instead of one hardness a file with that of every point, on the grid of the prepared surface: `.npy` or any other format of
+    /// a height map. Relative to the scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hardness_map: Option<PathBuf>,
+    /// Unit of the values of the hardness map, MPa. Default: 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hardness_map_unit_mpa: Option<f64>,
     /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub leakage: bool,
+    /// Stress below the surface at each load.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub subsurface: Option<SubsurfaceScene>,
     /// Solve a small load step at each end of a load path without adhesion, for the contact stiffness there. Otherwise
     /// that is the slope of the line to the neighbouring load.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -363,8 +373,11 @@ impl Default for ContinuumScene {
             wall: WallKind::Hard,
             penalty_length_nm: None,
             hardness_mpa: None,
+            hardness_map: None,
+            hardness_map_unit_mpa: None,
             leakage: false,
             stiffness_steps: false,
+            subsurface: None,
         }
     }
 }
@@ -390,6 +403,21 @@ pub fn default_tolerance(precision: Precision, grid: Grid) -> f64 {
         Precision::F32 => 1e-3 * (grid.nx.max(grid.ny) as f64 / 1024.0).max(1.0),
         Precision::F64 => 1e-8,
     }
+}
+
+/// Stress below the surface: equivalent stress after von Mises and largest shear stress at the given depths.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SubsurfaceScene {
+    /// Depths, from 0 to the thickness of a layer.
+    pub depths_um: Vec<f64>,
+    /// Poisson's ratio of the half-space; a layer has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poisson: Option<f64>,
+    /// Shear stress at which the body yields, MPa, such as the ideal strength of a crystal: results state the largest shear
+    /// stress over it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_strength_mpa: Option<f64>,
 }
 
 /// A finite elastic layer.

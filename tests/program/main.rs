@@ -22,6 +22,7 @@ mod measure;
 mod methods;
 mod own_surface;
 mod pipeline;
+mod plastic;
 #[path = "../common/program.rs"]
 mod program;
 mod quickstart;

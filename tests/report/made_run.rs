@@ -43,6 +43,7 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
     StateResults {
         plasticity: None,
         plastic_map: None,
+        subsurface: None,
         numbers: StateNumbers {
             index: usize::from(p_star > 0.01),
             p_star,
@@ -155,6 +156,7 @@ pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, sto
     });
     ContinuumResults {
         hardness: None,
+        hardness_map: None,
         method: method.into(),
         kernel: "half-space".into(),
         adhesion: "exponential, γ = 2×10⁻⁵ E*L, ρ = 2.07×10⁻⁵ L".into(),
@@ -181,6 +183,7 @@ pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, sto
         pull_off_failure: None,
         hysteresis_work: None,
         percolation: Some([0.2, 0.3]),
+        onset: Default::default(),
     }
 }
 

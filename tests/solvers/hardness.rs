@@ -8,29 +8,29 @@ use asperity::observe::Plasticity;
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::TAU;
 
-const METHODS: [&str; 3] = ["fast", "bvm", "gfmd"];
+pub(crate) const METHODS: [&str; 3] = ["fast", "bvm", "gfmd"];
 
-fn rough(n: usize, short: f64) -> (Grid, Vec<f64>) {
+pub(crate) fn rough(n: usize, short: f64) -> (Grid, Vec<f64>) {
     let grid = Grid::unit(n, n);
     (grid, Modes::new(Spectrum { lambda_s: short, ..Spectrum::CHALLENGE }, 3, 1.0).heights(grid, 0.0))
 }
 
-fn problem(grid: Grid, heights: &[f64], hardness: f64) -> Problem<'_> {
+pub(crate) fn problem(grid: Grid, heights: &[f64], hardness: f64) -> Problem<'_> {
     let base = Problem::new(grid, heights);
-    Problem { hardness: Some(hardness), tolerance: 1e-9, max_iterations: 200_000, ..base }
+    Problem { hardness: Some(hardness.into()), tolerance: 1e-9, max_iterations: 200_000, ..base }
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Found {
-    gap: Vec<f64>,
-    stress: Vec<f64>,
-    plastic: Vec<f64>,
-    plasticity: Option<Plasticity>,
-    mean_gap: f64,
-    separation: f64,
-    pressure: f64,
-    iterations: usize,
-    pairs: f64,
+pub(crate) struct Found {
+    pub gap: Vec<f64>,
+    pub stress: Vec<f64>,
+    pub plastic: Vec<f64>,
+    pub plasticity: Option<Plasticity>,
+    pub mean_gap: f64,
+    pub separation: f64,
+    pub pressure: f64,
+    pub iterations: usize,
+    pub pairs: f64,
 }
 
 impl Found {
@@ -40,7 +40,7 @@ impl Found {
 }
 
 /// Converged states along a load path.
-fn path(problem: &Problem, id: &str, loads: &[Load]) -> Vec<Found> {
+pub(crate) fn path(problem: &Problem, id: &str, loads: &[Load]) -> Vec<Found> {
     let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = |&load: &Load| {
         let state = run.equilibrate(load).unwrap();
@@ -181,17 +181,9 @@ fn path_of(p: &Problem, plastic: &[f64], id: &str, pressure: f64) -> Found {
         .remove(0)
 }
 
-/// Projected Gauss-Seidel on the stresses between 0 and H with the compliance as a dense matrix, which shares no code with
-/// the solvers but the kernel.
-#[test]
-fn a_direct_solution_has_the_same_stresses() {
-    /// Over the hardness.
-    const TOLERANCE: f64 = 1e-7;
-    let n = 12;
-    let grid = Grid::unit(n, n);
-    let wave = |x: f64, y: f64| 0.02 * (TAU * x).cos() * (TAU * y).cos() + 0.01 * (TAU * (2.0 * x + y)).sin();
-    let heights: Vec<f64> = (0..n * n).map(|i| wave((i % n) as f64 / n as f64, (i / n) as f64 / n as f64)).collect();
-    let (hardness, pressure) = (0.06, 0.02);
+/// Stresses between 0 and the hardness of each of `n` by `n` nodes, by projected Gauss-Seidel with the compliance as a dense
+/// matrix, which shares no code with the solvers but the kernel.
+pub(crate) fn direct(n: usize, heights: &[f64], hardness: &[f64], pressure: f64) -> Vec<f64> {
     // Displacement of node (x, y) under a unit stress at the origin.
     let influence: Vec<f64> = (0..n * n)
         .map(|i| {
@@ -212,7 +204,7 @@ fn a_direct_solution_has_the_same_stresses() {
         for _ in 0..400 {
             for i in 0..n * n {
                 let gap: f64 = heights[i] + lift + (0..n * n).map(|j| between(i, j) * s[j]).sum::<f64>();
-                s[i] = f64::clamp(s[i] - gap / influence[0], 0.0, hardness);
+                s[i] = f64::clamp(s[i] - gap / influence[0], 0.0, hardness[i]);
             }
         }
         s
@@ -222,7 +214,23 @@ fn a_direct_solution_has_the_same_stresses() {
         let middle = 0.5 * (low + high);
         if mean(&solve(middle)) > pressure { low = middle } else { high = middle }
     }
-    let direct = solve(0.5 * (low + high));
+    solve(0.5 * (low + high))
+}
+
+/// A wavy surface of `n` by `n` nodes for [`direct`].
+pub(crate) fn wavy(n: usize) -> (Grid, Vec<f64>) {
+    let wave = |x: f64, y: f64| 0.02 * (TAU * x).cos() * (TAU * y).cos() + 0.01 * (TAU * (2.0 * x + y)).sin();
+    (Grid::unit(n, n), (0..n * n).map(|i| wave((i % n) as f64 / n as f64, (i / n) as f64 / n as f64)).collect())
+}
+
+#[test]
+fn a_direct_solution_has_the_same_stresses() {
+    /// Over the hardness.
+    const TOLERANCE: f64 = 1e-7;
+    let n = 12;
+    let (grid, heights) = wavy(n);
+    let (hardness, pressure) = (0.06, 0.02);
+    let direct = direct(n, &heights, &vec![hardness; n * n], pressure);
     assert!(direct.iter().filter(|s| **s == hardness).count() > 3, "some nodes flow");
     for id in METHODS {
         let found = &path(&problem(grid, &heights, hardness), id, &[Load::Pressure(pressure)])[0];

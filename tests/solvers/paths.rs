@@ -1,7 +1,7 @@
 //! Load paths: branches, discretisation errors, pull-off, and continuation after an interruption.
 
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
+use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, Hardness, HardnessMap, RangeChoice};
 use asperity::method::{
     self, Heights, Iteration, Load, NoObserver, Observer, Precision, Problem, SnapshotRef, SolverSnapshot, Stop,
 };
@@ -228,8 +228,10 @@ fn a_resumed_solve_has_the_same_bits() {
         ("gfmd", Adhesion::None, Precision::F64, vec![Load::Pressure(0.03), Load::Pressure(0.02)]),
         ("gfmd", sticky, Precision::F32, vec![Load::Pressure(0.02)]),
     ];
-    let yielding = ["fast", "bvm", "gfmd"]
-        .map(|id| (Some(0.3), (id, Adhesion::None, Precision::F64, [0.03, 0.04].map(Load::Pressure).to_vec())));
+    let two = (0..grid.points()).map(|i| if i % grid.nx < 100 { 0.25 } else { 0.35 }).collect();
+    let map = HardnessMap::new(grid.nx, grid.ny, two).expect("positive");
+    let yielding = [("fast", 0.3.into()), ("bvm", 0.3.into()), ("gfmd", 0.3.into()), ("fast", Hardness::from(&map))]
+        .map(|(id, h)| (Some(h), (id, Adhesion::None, Precision::F64, [0.03, 0.04].map(Load::Pressure).to_vec())));
     for (hardness, (id, adhesion, precision, path)) in elastic.map(|case| (None, case)).into_iter().chain(yielding) {
         let method = method::find(id).expect("it is there");
         // The paper's own methods take hundreds of iterations; a comparison of bits does not need the last ones.

@@ -15,8 +15,9 @@ const MARKER: &str = ".asperity-solve";
 const FILE: &str = "done.json";
 
 /// Files of a state, and of the pull-off.
-const OF_STATES: [&str; 8] = [
+const OF_STATES: [&str; 9] = [
     "gap.npy",
+    "plastic.npy",
     "stress.npy",
     "elastic-stress.npy",
     "contact.npy",
@@ -65,11 +66,18 @@ pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
         let name = entry.file_name();
         let Some(name) = name.to_str() else { continue };
         let is_start = || start.is_some() && fs::canonicalize(entry.path()).ok() == start;
-        if OF_STATES.contains(&of_state(name.strip_prefix("partial-").unwrap_or(name))) && !is_start() {
+        if is_of_state(of_state(name.strip_prefix("partial-").unwrap_or(name))) && !is_start() {
             fs::remove_file(entry.path()).map_err(Error::io("remove", &entry.path()))?;
         }
     }
     Ok(())
+}
+
+/// Whether a name is that of a state's file, without the numbers of load and depth.
+fn is_of_state(name: &str) -> bool {
+    let of_depth = name.strip_suffix(".npy").and_then(|n| n.rsplit_once("-depth-"));
+    let is_map = |(quantity, n): (&str, &str)| ["von-mises", "shear"].contains(&quantity) && n.parse::<usize>().is_ok();
+    OF_STATES.contains(&name) || of_depth.is_some_and(is_map)
 }
 
 /// Name of a state's file without the number of its load.
@@ -113,7 +121,7 @@ impl SolveCache {
     }
 
     pub(super) fn write(folder: &Path, cache: &SolveCache) -> Result<()> {
-        let own = |name: &str| OF_STATES.contains(&of_state(name)) && name != REWRITTEN;
+        let own = |name: &str| is_of_state(of_state(name)) && name != REWRITTEN;
         hashed::write(&folder.join(FILE), cache, &hashed::hashes(folder, &own)?)
     }
 }

@@ -1,18 +1,19 @@
 //! Flags of `solve`, and the scene that they make.
 
-use super::loads::{LoadFlags, LoadUnits};
+use super::loads::{LoadFlags, LoadItem, LoadUnits, expanded};
 use crate::cli::file::{COMMAND_LINE, FILE_FLAGS, FileFlags, Lengths, MapFlags, refuse_grid};
 use crate::interface::{Base, RangeChoice};
 use crate::method::{Precision, Settings};
 use crate::scene::KeyName;
 use crate::scene::{
-    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, LoadScene, Scene, SurfaceScene,
-    Units, WallKind,
+    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, LoadScene, Scene,
+    SubsurfaceScene, SurfaceScene, Units, WallKind,
 };
 use crate::surface::Spectrum;
 use crate::units::{Measure, pascals_per};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 // Headings of the help.
 const SURFACE: &str = "Surface";
@@ -62,6 +63,13 @@ pub(crate) struct Solve {
     /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
     #[arg(long, help_heading = OUTPUT)]
     pub(super) leakage: bool,
+    /// Stress below the surface at these depths, comma-separated or as lin:FROM:TO:COUNT, with a unit or in that of the heights:
+    /// equivalent stress after von Mises and largest shear stress. Needs --poisson.
+    #[arg(long, value_name = "DEPTHS", value_delimiter = ',', num_args = 1, allow_hyphen_values = true, help_heading = OUTPUT)]
+    pub(super) subsurface: Vec<LoadItem>,
+    /// Shear stress at which the body yields, with or without a unit: the largest shear stress is stated over it.
+    #[arg(long, value_name = "TAU", requires = "subsurface", allow_hyphen_values = true, help_heading = OUTPUT)]
+    pub(super) shear_strength: Option<Measure>,
     /// Gap to start from (.npy), in the unit of the heights, as written to --out.
     #[arg(long, value_name = "FILE", help_heading = LOADS)]
     pub(super) initial_gap: Option<PathBuf>,
@@ -83,10 +91,13 @@ pub(crate) struct Solve {
     /// Compression of the penalty wall under a pressure of E*, with or without a unit.
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) penalty_length: Option<Measure>,
-    /// Hardness, with or without a unit of stress: the largest contact stress. Where it is reached, the surface flows; unloading
-    /// is elastic. With the methods fast, bvm and gfmd.
-    #[arg(long, value_name = "H", allow_hyphen_values = true, help_heading = MODEL)]
-    pub(super) hardness: Option<Measure>,
+    /// Hardness, with or without a unit of stress, or a file with that of every point of the surface: the largest contact stress.
+    /// Where it is reached, the surface flows; unloading is elastic. With the methods fast, bvm and gfmd.
+    #[arg(long, value_name = "H|FILE", allow_hyphen_values = true, help_heading = MODEL)]
+    pub(super) hardness: Option<HardnessFlag>,
+    /// Unit of the values in that file, such as GPa. Default: that of the modulus.
+    #[arg(long, value_name = "UNIT", requires = "hardness", help_heading = MODEL)]
+    pub(super) hardness_unit: Option<String>,
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto", value_name = "ID", help_heading = SOLVER)]
     pub(super) method: String,
@@ -114,9 +125,9 @@ pub(crate) struct Solve {
     /// Elastic layer of this thickness instead of the half-space, with or without a unit (50um).
     #[arg(long, value_name = "T", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) thickness: Option<Measure>,
-    /// Poisson's ratio of the layer.
-    #[arg(long, default_value_t = 0.3, value_name = "NU", requires = "thickness", help_heading = MODEL)]
-    pub(super) poisson: f64,
+    /// Poisson's ratio: of a layer (default: 0.3), or of the half-space, for the stress below its surface.
+    #[arg(long, value_name = "NU", help_heading = MODEL)]
+    pub(super) poisson: Option<f64>,
     /// The layer's lower face.
     #[arg(long, value_enum, default_value_t = Base::Bonded, requires = "thickness", help_heading = MODEL)]
     pub(super) base: Base,
@@ -143,6 +154,27 @@ pub(crate) struct Solve {
     pub(super) json: bool,
 }
 
+/// A hardness on the command line.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum HardnessFlag {
+    Value(Measure),
+    Map(PathBuf),
+}
+
+impl FromStr for HardnessFlag {
+    type Err = <Measure as FromStr>::Err;
+
+    /// What begins as a number is one, unless a file has this name.
+    fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
+        let is_number = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        match text.parse() {
+            Ok(measure) => Ok(HardnessFlag::Value(measure)),
+            Err(error) if is_number && !Path::new(text).exists() => Err(error),
+            Err(_) => Ok(HardnessFlag::Map(text.into())),
+        }
+    }
+}
+
 impl Solve {
     /// The scene of these flags, in consistent units.
     ///
@@ -155,7 +187,8 @@ impl Solve {
         }
         let measures = [&self.work_of_adhesion, &self.adhesion_range, &self.penalty_length, &self.thickness];
         let has_unit = |measure: &Option<Measure>| measure.as_ref().is_some_and(|m| m.unit.is_some());
-        let needed = self.loads.need_heights_unit() || measures.into_iter().any(has_unit);
+        let depth_unit = self.subsurface.iter().any(|depth| depth.from.unit.is_some());
+        let needed = self.loads.need_heights_unit() || depth_unit || measures.into_iter().any(has_unit);
         let lengths = Lengths::new(self.surface_file(), &self.file_flags, &self.map, Units::Consistent, needed)?;
         let mut laboratory = Laboratory {
             contact_modulus_mpa: self.modulus.as_ref().map(|m| m.value),
@@ -190,6 +223,7 @@ impl Solve {
         let length =
             |flag: &str, given: &Option<Measure>| given.as_ref().map(|m| units.lengths.of(flag, m)).transpose();
         let thickness = length("--thickness", &self.thickness)?;
+        let [hardness_mpa, hardness_map_unit_mpa] = self.hardness(units)?;
         Ok(ContinuumScene {
             method: self.method.clone(),
             precision: self.precision,
@@ -201,12 +235,19 @@ impl Solve {
             initial_gap: self.initial_gap.clone(),
             leakage: self.leakage,
             stiffness_steps: false,
+            subsurface: self.subsurface(units)?,
             periodic: None,
-            layer: thickness.map(|thickness_um| LayerScene { thickness_um, poisson: self.poisson, base: self.base }),
+            layer: thickness.map(|thickness_um| LayerScene {
+                thickness_um,
+                poisson: self.poisson.unwrap_or(0.3),
+                base: self.base,
+            }),
             crystal: self.crystal()?,
             wall: self.wall,
             penalty_length_nm: length("--penalty-length", &self.penalty_length)?,
-            hardness_mpa: self.hardness.as_ref().map(|m| units.stress("--hardness", m)).transpose()?,
+            hardness_mpa,
+            hardness_map: self.hardness_file().map(PathBuf::from),
+            hardness_map_unit_mpa,
             compare_with: Vec::new(),
         })
     }
@@ -284,6 +325,45 @@ impl Solve {
         })
     }
 
+    fn subsurface(&self, units: &LoadUnits) -> Result<Option<SubsurfaceScene>> {
+        let has_layer = self.thickness.is_some();
+        if self.subsurface.is_empty() {
+            return match self.poisson {
+                Some(nu) if !has_layer => {
+                    let accepted = "only together with --thickness or --subsurface";
+                    Err(Error::input(COMMAND_LINE, "--poisson", nu, accepted))
+                }
+                _ => Ok(None),
+            };
+        }
+        let length = |m: &Measure| units.lengths.of("--subsurface", m);
+        let stress = |m: &Measure| units.stress("--shear-strength", m);
+        Ok(Some(SubsurfaceScene {
+            depths_um: expanded("--subsurface", &self.subsurface, &length)?,
+            poisson: self.poisson.filter(|_| !has_layer),
+            shear_strength_mpa: self.shear_strength.as_ref().map(stress).transpose()?,
+        }))
+    }
+
+    /// The file of a hardness map.
+    pub(super) fn hardness_file(&self) -> Option<&Path> {
+        match &self.hardness {
+            Some(HardnessFlag::Map(file)) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// The hardness, and the unit of a map, in that of the modulus.
+    fn hardness(&self, units: &LoadUnits) -> Result<[Option<f64>; 2]> {
+        let unit = self.hardness_unit.as_ref().map(|unit| Measure { value: 1.0, unit: Some(unit.clone()) });
+        let stress = |flag: &'static str, m: &Measure| units.stress(flag, m);
+        let value = match &self.hardness {
+            Some(HardnessFlag::Value(value)) => Some(stress("--hardness", value)?),
+            _ => None,
+        };
+        Ok([value, unit.map(|m| stress("--hardness-unit", &m)).transpose()?])
+    }
+
     pub(super) fn surface_file(&self) -> Option<&Path> {
         self.file.as_ref().or(self.heights.as_ref()).map(PathBuf::as_path)
     }
@@ -299,7 +379,7 @@ impl Solve {
 }
 
 /// Keys and their flags beyond those of surface files; of keys that begin alike the longest first.
-const FLAGS: [KeyName; 39] = [
+const FLAGS: [KeyName; 45] = [
     ("laboratory.contact_modulus_mpa", "--modulus"),
     ("surface.seed", "--seed"),
     ("surface.cut_off_um", "--cut-off"),
@@ -338,5 +418,11 @@ const FLAGS: [KeyName; 39] = [
     ("continuum.wall", "--wall"),
     ("continuum.penalty_length_nm", "--penalty-length"),
     ("continuum.hardness_mpa", "--hardness"),
+    ("continuum.subsurface.depths_um", "--subsurface"),
+    ("continuum.subsurface.poisson", "--poisson"),
+    ("continuum.subsurface.shear_strength_mpa", "--shear-strength"),
+    ("continuum.subsurface", "--subsurface"),
+    ("continuum.hardness_map_unit_mpa", "--hardness-unit"),
+    ("continuum.hardness_map", "--hardness"),
     ("continuum.compare_with", "`run --compare-with`"),
 ];

@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// One load, or a range of them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LoadItem {
-    from: Measure,
+    pub from: Measure,
     /// Last load, number of loads, spacing.
     range: Option<(Measure, usize, Spacing)>,
 }
@@ -104,7 +104,8 @@ fn refused(flag: &str, m: &Measure, accepted: &str) -> Error {
     Error::input(COMMAND_LINE, flag, format!("{} {unit}", m.value), accepted)
 }
 
-fn expanded(flag: &str, items: &[LoadItem], convert: &dyn Fn(&Measure) -> Result<f64>) -> Result<Vec<f64>> {
+/// The values of a list of numbers and ranges.
+pub(super) fn expanded(flag: &str, items: &[LoadItem], convert: &dyn Fn(&Measure) -> Result<f64>) -> Result<Vec<f64>> {
     let measures = || items.iter().flat_map(|item| [Some(&item.from), item.range.as_ref().map(|r| &r.0)]).flatten();
     if let Some(bare) = measures().find(|m| m.unit.is_none()).filter(|_| measures().any(|m| m.unit.is_some())) {
         let accepted = "units at all loads or at none, and decimal points: commas separate loads";

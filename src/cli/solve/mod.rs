@@ -15,9 +15,10 @@ use crate::grid::{Grid, Series};
 use crate::load::Load;
 use crate::method::{self, ContactMethod, Heights, Kind, Precision, Problem, Stop};
 use crate::observe::leakage_bytes;
-use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath};
+use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, subsurface_bytes};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::load_table::ResultUnits;
+use crate::record::provenance::file_hash;
 use crate::report::number::memory;
 use crate::scene::{Case, Surface};
 use crate::scene::{rename_keys, rename_keys_in};
@@ -25,7 +26,7 @@ use crate::{Error, Result};
 use cache::SolveCache;
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 const CHECKPOINT: &str = "checkpoint";
@@ -96,8 +97,11 @@ impl Solve {
         loads: &[Load],
     ) -> Result<u64> {
         let flow = if self.leakage { leakage_bytes(case.grid) } else { 0 };
-        let planned =
-            |problem| LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + flow;
+        let below = |problem: &Problem| if self.subsurface.is_empty() { 0 } else { subsurface_bytes(problem) };
+        let planned = |problem: Problem| {
+            let after = flow + below(&problem);
+            LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + after
+        };
         let (need, have) = (planned(problem.clone()), crate::sys::available_memory_bytes());
         self.print_plan(method, problem.grid, need, have)?;
         if need > have {
@@ -124,7 +128,10 @@ impl Solve {
     fn key(&self) -> Result<String> {
         let files = [self.surface_file(), self.initial_gap.as_deref()].map(|f| f.map(Key::of_file).transpose());
         let [heights, initial_gap] = files;
-        let own = (self.scene()?, self.range, self.elastic_stress);
+        let mut scene = self.scene()?;
+        // The contents of the map, wherever it is.
+        scene.continuum.hardness_map = self.hardness_file().map(file_hash).transpose()?.map(PathBuf::from);
+        let own = (scene, self.range, self.elastic_stress);
         Ok(Key::new("solve", &(own, heights?, initial_gap?), &[])?.with(""))
     }
 

@@ -4,13 +4,14 @@ use super::Solve;
 use super::curve::{self, in_unit};
 use crate::Result;
 use crate::cli::output;
-use crate::interface::{Adhesion, RangeChoice};
+use crate::grid::Field;
+use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
 use crate::method::{Problem, State, Stop};
 use crate::observe::{Leakage, contact_map};
 use crate::path::{self, LoadPath, Reached};
 use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::record::provenance::Provenance;
-use crate::record::results::{Discretisation, PullOff};
+use crate::record::results::{Discretisation, HardnessMapResults, Peak, PullOff, SubsurfaceResults};
 use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
 use crate::scene::Case;
@@ -32,6 +33,9 @@ pub(super) struct SolveReporter<'a> {
     requested: Adhesion,
     used: Adhesion,
     problem: Problem<'a>,
+    subsurface: Option<SubsurfaceRequest>,
+    /// Of a hardness that is a map, over E*.
+    hardness_map: Option<HardnessMapResults>,
     criterion: String,
     pub resolved_gradient: f64,
     planned_bytes: u64,
@@ -77,6 +81,8 @@ impl<'a> SolveReporter<'a> {
             used: path.adhesion(),
             criterion: path.method().criterion(&problem.settings).to_string(),
             problem,
+            subsurface: case.subsurface(),
+            hardness_map: case.hardness.as_ref().and_then(|h| h.about_map()).cloned(),
             resolved_gradient,
             planned_bytes,
             growth,
@@ -117,7 +123,8 @@ impl<'a> SolveReporter<'a> {
     /// Reports a state and writes its files. Returns its line of JSON.
     pub(super) fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
         let before = std::mem::replace(&mut self.cpu, crate::sys::cpu_seconds());
-        let line = self.line(reached, self.cpu - before);
+        let mut line = self.line(reached, self.cpu - before);
+        self.add_subsurface(i, &reached.state, &mut line)?;
         let (solve, state, grid) = (self.solve, &reached.state, self.problem.grid);
         if let Some(out) = &solve.out {
             let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
@@ -208,13 +215,31 @@ impl<'a> SolveReporter<'a> {
             self.add_leakage(state, &mut line);
         }
         if let Some(found) = state.plasticity {
-            line["hardness"] = json!(problem.hardness.map(|h| h * modulus));
+            line["hardness"] = json!(problem.hardness.map(|h| h.mean() * modulus));
+            if let Some(map) = &self.hardness_map {
+                let (lowest, highest) = (map.lowest * modulus, map.highest * modulus);
+                line["hardness_map"] = json!(HardnessMapResults { lowest, highest, ..map.clone() });
+            }
             line["flowing_fraction"] = json!(found.flowing);
             line["displaced_fraction"] = json!(found.displaced);
             line["mean_plastic_displacement"] = json!(found.displacement * length);
             line["plastic_work"] = json!(found.work * energy);
         }
         line
+    }
+
+    /// Adds the stress below the surface to the line of a state, and writes its maps.
+    fn add_subsurface(&self, i: usize, state: &State, line: &mut Value) -> Result<()> {
+        let Some(request) = self.subsurface.as_ref().filter(|_| state.stop == Stop::Converged) else { return Ok(()) };
+        let (Scales { length_m: length, modulus_pa: modulus }, grid) = (self.scales, self.problem.grid);
+        let found = path::subsurface(request, &self.problem, state.stress, |depth, quantity, values| {
+            let Some(out) = &self.solve.out else { return Ok(None) };
+            let name = self.name(i, "", &format!("{quantity}-depth-{}.npy", depth + 1));
+            npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
+            Ok(Some(name))
+        })?;
+        line["subsurface"] = json!(found.in_units(length, modulus));
+        Ok(())
     }
 
     /// Adds the flow through the gap to the line of a state: conductivities as the cube of a length, and the gaps.
@@ -288,6 +313,17 @@ fn compressive_fraction(state: &State) -> f64 {
     (0..n).filter(presses).count() as f64 / n as f64
 }
 
+/// Rows of the stress below the surface, if it was requested.
+fn below_the_surface(line: &Value, units: &ResultUnits) -> Vec<(&'static str, String)> {
+    let Ok(s) = SubsurfaceResults::deserialize(&line["subsurface"]) else { return Vec::new() };
+    let at = |p: &Peak| {
+        format!("{}, {} deep", in_unit(units, p.value, Dimension::Stress), in_unit(units, p.depth, Dimension::Length))
+    };
+    let share = s.shear_over_strength.map(|share| ("over the shear strength", significant(share, 3)));
+    let largest = [("largest von Mises stress below", at(&s.von_mises)), ("largest shear stress below", at(&s.shear))];
+    largest.into_iter().chain(share).collect()
+}
+
 /// A state for people, from its line of JSON.
 fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
@@ -331,6 +367,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
             of_contact(in_unit(units, number(&line["plastic_work"]), Dimension::Work)),
         ));
     }
+    rows.extend(below_the_surface(line, units));
     rows.push(("energy per area", of_contact(in_unit(units, number(&line["energy"]), Dimension::Work))));
     if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {
         let [nx, ny] = d.coarser;

@@ -1,4 +1,4 @@
-use super::{Law, SoftWall};
+use super::{Hardness, Law, SoftWall};
 
 /// A hard wall, with or without the attraction `law`, at which the contact stress is at most the hardness: where it
 /// reaches it, the body flows. The gap of a load step is then negative by the depth of that flow.
@@ -6,14 +6,13 @@ use super::{Law, SoftWall};
 /// The contact energy `H max(0, -g)` is convex, and its slope at zero gap takes every value from `-H` to 0: the bounds of
 /// the contact stress (Almqvist, Sahlin, Larsson & Glavatskih, Tribology International 40 (2007) 574). Solvers add the
 /// stress of the flow themselves; the attraction is constant below zero gap.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Yielding<L> {
+#[derive(Debug, Clone, Copy)]
+pub struct Yielding<'m, L> {
     pub law: L,
-    /// Hardness, units of E*.
-    pub hardness: f64,
+    pub hardness: Hardness<'m>,
 }
 
-impl<L: Law> Law for Yielding<L> {
+impl<L: Law> Law for Yielding<'_, L> {
     const ACTIVE: bool = L::ACTIVE;
     const HARD: bool = true;
     const YIELDS: bool = true;
@@ -54,7 +53,12 @@ impl<L: Law> Law for Yielding<L> {
         Yielding { law: self.law.on_mesh(dx), ..*self }
     }
 
-    fn hardness(&self) -> f64 {
+    fn on_nodes(&self, nx: usize, ny: usize) -> Self {
+        Yielding { hardness: self.hardness.on_nodes(nx, ny), ..*self }
+    }
+
+    #[inline(always)]
+    fn hardness(&self) -> Hardness<'_> {
         self.hardness
     }
 
@@ -118,8 +122,9 @@ impl Law for YieldingWall {
         self.wall.max_slope(lowest.max(self.gap))
     }
 
-    fn hardness(&self) -> f64 {
-        self.hardness
+    #[inline(always)]
+    fn hardness(&self) -> Hardness<'_> {
+        Hardness::Uniform(self.hardness)
     }
 
     fn yield_gap(&self) -> f64 {
@@ -144,7 +149,7 @@ mod tests {
         let gap = wall.yield_gap();
         assert!((wall.traction(gap) + 0.2).abs() < 1e-12 && gap < 0.0);
         assert_eq!((wall.traction(3.0 * gap), wall.slope(3.0 * gap)), (wall.traction(gap), 0.0));
-        let hard = Yielding { law: Exponential { gamma: 1e-4, rho: 1e-3 }, hardness: 0.2 };
+        let hard = Yielding { law: Exponential { gamma: 1e-4, rho: 1e-3 }, hardness: 0.2.into() };
         assert_eq!(hard.traction(-1.0), 0.1);
         for g in [3.0 * gap, 1.5 * gap, 0.5 * gap, 1e-3] {
             for (energy, traction) in [
@@ -166,9 +171,9 @@ mod tests {
                 (WALL.traction(g), WALL.energy(g), WALL.slope(g))
             );
         }
-        assert_eq!(Yielding { law: HardWall, hardness: 0.1 }.max_pressure(), 0.1);
+        assert_eq!(Yielding { law: HardWall, hardness: 0.1.into() }.max_pressure(), 0.1);
         assert_eq!(HardWall.max_pressure(), f64::INFINITY);
         let adhesion = Exponential { gamma: 1e-4, rho: 1e-3 };
-        assert!((Yielding { law: adhesion, hardness: 0.2 }.max_pressure() - 0.1).abs() < 1e-15);
+        assert!((Yielding { law: adhesion, hardness: 0.2.into() }.max_pressure() - 0.1).abs() < 1e-15);
     }
 }

@@ -3,6 +3,8 @@
 //! Laws are type parameters of the solvers, so a scene without adhesion has no overhead. Gaps and ranges are in units
 //! of L, tractions in E*, energies per area in E*·L.
 
+use super::hardness::Hardness;
+
 mod choice;
 mod dugdale;
 mod exponential;
@@ -58,9 +60,10 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
-    /// Largest contact stress, units of E*: the hardness, infinite without one.
-    fn hardness(&self) -> f64 {
-        f64::INFINITY
+    /// Largest contact stress of the nodes, units of E*: the hardness, infinite without one.
+    #[inline(always)]
+    fn hardness(&self) -> Hardness<'_> {
+        Hardness::NONE
     }
 
     /// Gap at and below which the contact stress is the hardness, L.
@@ -70,7 +73,7 @@ pub trait Law: Copy + Sync + Send {
 
     /// Mean pressure (E*) above which no state is in equilibrium: every node carries the hardness less the attraction.
     fn max_pressure(&self) -> f64 {
-        match self.hardness() {
+        match self.hardness().mean() {
             hardness if hardness < f64::INFINITY => {
                 let repulsion = if Self::HARD { hardness } else { 0.0 };
                 repulsion - self.traction(self.yield_gap())
@@ -107,6 +110,11 @@ pub trait Law: Copy + Sync + Send {
     /// The law with the same γ and a range enlarged, if necessary, until the cohesive resolution on a mesh of spacing
     /// `dx` is at least [`COHESIVE_RESOLUTION`]: contact lines are then not pinned to the mesh.
     fn on_mesh(&self, _dx: f64) -> Self {
+        *self
+    }
+
+    /// The law with the hardness of the nodes of another grid of the same area.
+    fn on_nodes(&self, _nx: usize, _ny: usize) -> Self {
         *self
     }
 }
@@ -212,7 +220,8 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
         self.adhesion.softening()
     }
 
-    fn hardness(&self) -> f64 {
+    #[inline(always)]
+    fn hardness(&self) -> Hardness<'_> {
         self.wall.hardness()
     }
 

@@ -339,8 +339,8 @@ impl Run for Solver<'_> {
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
-        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: true, hardness };
+        let rms_height = self.rms_height;
+        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: true };
         let mut control = IterationControl::new(problem, self.observer, case);
         let pairs_before = self.convolution.pairs;
         self.begin(pressure);

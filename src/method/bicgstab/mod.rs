@@ -296,8 +296,8 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
             each(gap, |i, _| heights[i] - ground);
         }
         self.begun = true;
-        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
-        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: false, hardness };
+        let rms_height = self.rms_height;
+        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: false };
         let mut control = IterationControl::new(problem, self.observer, case).without_stall_limit();
         let mut residuals = self.evaluate(pressure);
         let ending = loop {

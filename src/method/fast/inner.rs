@@ -11,7 +11,7 @@ use super::rows;
 use super::window::Window;
 use crate::grid::{Filter, Grid, Real, Transform};
 use crate::interface::{Kernel, Law};
-use crate::method::residuals::curvature_of;
+use crate::method::residuals::{RowLaw, curvature_of};
 use crate::method::sweep::{each_row, sweep_sums};
 use half::bf16;
 use rayon::prelude::*;
@@ -119,7 +119,8 @@ impl Inner {
         let [td, law_curvature] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, fields| {
             let ((direction, step), (t, gap)) = fields;
             let moving = (gap, pending, step);
-            let sums = rows::plain(&body.law, window.inside(y, nx), moving, (direction, beta, t), &mut worker.row);
+            let law = RowLaw::of(&body.law, y, window.nx);
+            let sums = rows::plain(law, window.inside(y, nx), moving, (direction, beta, t), &mut worker.row);
             worker.forward(spectrum);
             sums
         });
@@ -189,6 +190,7 @@ impl Inner {
             .zip(self.direction.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
         let [sum] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, fields| {
             let ((residual, step), (direction, gap)) = fields;
+            let law = RowLaw::of(law, y, window.nx);
             let sum = rows::begin(law, window.inside(y, nx), (gap, pending, step), residual, direction);
             worker.row.copy_from_slice(residual);
             worker.forward(spectrum);

@@ -5,8 +5,8 @@ use super::window::{Cell, Window};
 use crate::grid::{Filter, Grid, HalfSpectrum, Real, Series, Transform, lowest};
 use crate::interface::{Kernel, Law};
 use crate::method::Precision;
-use crate::method::residuals::{KKT, Residuals};
-use crate::method::sweep::{count_below, each_row, shift, sweep, sweep_sums};
+use crate::method::residuals::{KKT, Residuals, RowLaw};
+use crate::method::sweep::{each_row, shift, sweep, sweep_sums, weight_below, weighted_quantile};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -188,14 +188,16 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
             return false;
         }
         self.apply_pending();
-        let carrying = self.pressure / self.body.law.hardness() * self.gap.len() as f64;
-        let [flowing, closed] = count_below(&self.gap, T::zero()).map(|n| n as f64);
+        let hardness = self.body.law.hardness();
+        // Loads in multiples of that of a node of mean hardness.
+        let (mean, uniform) = (hardness.mean(), hardness.map().is_none());
+        let weight = |i: usize| if uniform { 1.0 } else { hardness.at(i) / mean };
+        let carrying = self.pressure / mean * self.gap.len() as f64;
+        let [flowing, closed] = weight_below((&self.gap, self.grid().nx), T::zero(), weight);
         if carrying < 1.0 || flowing <= carrying && carrying <= closed {
             return false;
         }
-        let last = (carrying as usize).min(self.gap.len() - 1);
-        let mut sorted = self.gap.clone();
-        let (_, &mut by, _) = sorted.select_nth_unstable_by(last, |a, b| a.wide().total_cmp(&b.wide()));
+        let by = weighted_quantile(&self.gap, weight, carrying);
         shift(&mut self.gap, -by);
         by != T::zero()
     }
@@ -318,7 +320,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
                 *w += pressure;
                 *s = *w;
             }
-            rows::residuals(law, window.inside(y, nx), gap, &mut worker.row)
+            rows::residuals(RowLaw::of(law, y, window.nx), window.inside(y, nx), gap, &mut worker.row)
         });
         self.pairs += 1.0;
         (self.residuals(elastic, &sums), stress)
@@ -343,7 +345,13 @@ fn tried<T: Real, W: Real, K: Kernel, L: Law>(
     let fields = gap.par_chunks(nx).zip(step.par_chunks(nx)).zip(residual.par_chunks_mut(nx));
     let sums = sweep_sums(transform, spectrum, fields, |worker, y, spectrum, ((gap, step), residual)| {
         worker.inverse(spectrum);
-        rows::trial(law, window.inside(y, nx), (gap, scale, step), (&worker.row, pressure), residual)
+        rows::trial(
+            RowLaw::of(law, y, window.nx),
+            window.inside(y, nx),
+            (gap, scale, step),
+            (&worker.row, pressure),
+            residual,
+        )
     });
     (elastic, sums)
 }

@@ -33,7 +33,7 @@ use descent::{Ended, GapSearch, Pause, Task, iterate};
 use level::{Level, Spring};
 use std::cell::OnceCell;
 use std::time::Instant;
-use window::Cell;
+use window::{Cell, Window};
 
 pub(super) struct Fast;
 
@@ -98,12 +98,18 @@ impl ContactMethod for Fast {
             Precision::F64 => (Level::<f64, HalfSpace, HardWall>::bytes(grid), size_of::<f64>()),
         };
         // A converted series; a series through nodes is as large as a field and is made from a spectrum in f64.
+        let (field, yields) = ((real * grid.points()) as u64, problem.hardness.is_some());
         let series = match problem.heights {
-            Heights::Series(s) if grid == problem.grid => s.bytes() / size_of::<f64>() as u64 * real as u64,
-            _ => (real * grid.points()) as u64,
+            Heights::Series(s) if grid == problem.grid => {
+                let waves = s.bytes() / size_of::<f64>() as u64 * real as u64;
+                // Displaced heights have all waves of the grid.
+                if yields { waves.max(field) } else { waves }
+            }
+            _ => field,
         };
-        // With a hardness a sorted copy of the gap takes the place of second heights (`Level::balance_flow`).
-        let yielding = PlasticFlow::<f64>::bytes(&Problem { grid, ..problem.clone() });
+        // The continued heights of a padded cell are a field of their own.
+        let continued = if yields && grid != problem.grid { size_of::<f64>() * grid.points() } else { 0 };
+        let yielding = PlasticFlow::<f64>::bytes(problem) + continued as u64;
         Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
@@ -147,15 +153,21 @@ impl<'p> Build<'p> for Start<'p> {
 
 /// Heights of the surface after plastic flow, and their rms. Sets the origin of the approach of a padded cell.
 fn series<T: Real>(problem: &Problem, cell: &mut Cell, flow: &PlasticFlow<T>) -> (Series<T>, f64) {
-    let deformed = flow.heights(problem);
-    let heights = deformed.as_ref().map_or(problem.heights, Heights::from);
     if cell.is_padded() {
-        let nodes = heights.on_nodes(problem.grid);
+        let mut nodes = problem.heights.on_nodes(problem.grid);
+        if flow.has_begun() {
+            nodes = (0..nodes.len()).map(|i| flow.height(&nodes, i)).collect();
+        }
         let field = cell.continued(&nodes);
         cell.mean_height = mean(&field) - lowest(&problem.heights.on_nodes(problem.grid));
         return (Series::from_nodes(cell.grid, &field), rms(&nodes));
     }
-    let series: Series<T> = match heights {
+    let series: Series<T> = match problem.heights {
+        Heights::Nodes(nodes) if flow.has_begun() => Series::through(problem.grid, |i| flow.height(nodes, i)),
+        Heights::Series(waves) if flow.has_begun() => {
+            let displacement = flow.displacement();
+            Series::through(problem.grid, |i| displacement[i].wide()).plus(waves)
+        }
         Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
         Heights::Series(series) => series.converted(),
     };
@@ -197,6 +209,15 @@ fn coarser(grid: Grid) -> Option<Grid> {
 }
 
 impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
+    /// The law on a grid of the cell, with what a coarser one resolves.
+    fn law_on(&self, grid: Grid) -> L {
+        if grid == self.cell.grid {
+            return self.law;
+        }
+        let Window { nx, ny } = self.cell.window(grid);
+        self.law.on_mesh(grid.dx().max(grid.dy())).on_nodes(nx, ny)
+    }
+
     /// Nested iteration from the coarsest grid, or from a snapshot.
     fn nested(
         &self,
@@ -209,11 +230,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         while let Some(next) = coarser(grids[grids.len() - 1]) {
             grids.push(next);
         }
-        let law = |grid: Grid, law: L| {
-            if grid == self.cell.grid { law } else { law.on_mesh(grid.dx().max(grid.dy())) }
-        };
-        let own = self.law;
-        let body = |grid: Grid, kernel: K| (kernel, law(grid, own));
+        let body = |grid: Grid, kernel: K| (kernel, self.law_on(grid));
         let (mut level, mut pause) = match resumed {
             Some((grid, gap, pause)) => {
                 let mut level = Level::with_gap(grid, body(grid, self.kernel), &self.heights, self.cell, gap);
@@ -256,7 +273,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
                     self.set_load(&mut level, load);
                     level
                 } else {
-                    Level::refined(grid, law(grid, own), level)
+                    Level::refined(grid, self.law_on(grid), level)
                 };
             }
             level.prepare();
@@ -415,6 +432,12 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         }
     }
 
+    /// The heights of the surface after plastic flow, in place of those before.
+    fn displace(&mut self) {
+        self.heights = Series::default();
+        (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
+    }
+
     /// Moves the flow of a load from its gap to the heights of the next.
     fn yielded(&mut self, residuals: &mut Residuals, converged: bool) -> Option<Plasticity> {
         let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
@@ -424,7 +447,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         let layout = [window.nx, nx, window.points()];
         let plasticity = self.flow.take(&self.law, &mut self.gap, (layout, converged), residuals)?;
         if residuals.flow > 0.0 && converged {
-            (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
+            self.displace();
         }
         Some(plasticity)
     }
@@ -444,7 +467,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
 
     fn set_plastic_displacement(&mut self, displacement: &[f64]) {
         self.flow.set(displacement);
-        (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
+        self.displace();
     }
 
     fn set_gap(&mut self, gap: &[f64]) {
@@ -470,7 +493,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
         // nested iteration is faster than the start from the last load.
         let warm = L::ACTIVE && !self.gap.is_empty();
-        let start = std::mem::take(&mut self.gap);
+        let before = std::mem::take(&mut self.gap);
+        let start = if warm { before } else { Vec::new() };
         let resumed = self.resumed.take();
         let untouched = || {
             self.earlier_pairs.set(0.0);
@@ -527,8 +551,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         };
         let Ended { ending, error_estimates } = ended;
         let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
-        let hardness = self.law.hardness();
-        let check = EquilibriumCheck { hardness, ..equilibrium_check(&judged, L::HARD, self.rms_height, scale) };
+        let check = equilibrium_check(&judged, L::HARD, self.rms_height, scale);
         let outcome = Outcome { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
         Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(gap, stress) })
     }

@@ -5,7 +5,7 @@
 
 use crate::grid::{CHUNK, Real, dot, vectorised};
 use crate::interface::Law;
-use crate::method::residuals::{KKT, Nodes, choose_sides, each, kkt, kkt_row, moved};
+use crate::method::residuals::{KKT, Nodes, RowLaw, choose_sides, each, kkt, kkt_row, moved};
 use half::bf16;
 
 /// Neither wall nor attraction.
@@ -133,7 +133,7 @@ pub(super) fn shifted<L: Law, T: Real, W: Real>(inside: usize, gap: &[T], scale:
 /// padding, and the gap of the padding. `row` is the elastic stress; `residual` is that of the last state and is
 /// replaced.
 pub(super) fn trial<L: Law, T: Real, W: Real>(
-    law: &L,
+    law: RowLaw<L>,
     inside: usize,
     (gap, scale, step): (&[T], T, &[f32]),
     (row, pressure): (&[W], T),
@@ -141,23 +141,23 @@ pub(super) fn trial<L: Law, T: Real, W: Real>(
 ) -> [f64; KKT + 1] {
     #[inline(always)]
     fn part<L: Law, T: Real, W: Real>(
-        law: &L,
+        law: RowLaw<L>,
         (gap, scale, step): (&[T], T, &[f32]),
         (row, pressure): (&[W], T),
         residual: &mut [f32],
     ) -> [f64; KKT] {
         let mut sums = [0.0; KKT];
         let chunks = gap.chunks(CHUNK).zip(step.chunks(CHUNK)).zip(row.chunks(CHUNK));
-        for (((gap, step), row), residual) in chunks.zip(residual.chunks_mut(CHUNK)) {
-            let mut nodes = Nodes::new();
+        for (k, (((gap, step), row), residual)) in chunks.zip(residual.chunks_mut(CHUNK)).enumerate() {
+            let mut nodes = Nodes::new(law.hardness(k * CHUNK));
             for ((to, &g), &s) in nodes.gap.iter_mut().zip(gap).zip(step) {
                 *to = moved::<L, T>(g, scale, T::of(f64::from(s)));
             }
-            for ((old, g), r) in nodes.old.iter_mut().zip(gap).zip(&*residual) {
-                *old = f64::from(kkt(law, g.wide() as f32, *r));
+            for (((old, g), r), h) in nodes.old.iter_mut().zip(gap).zip(&*residual).zip(&nodes.hardness) {
+                *old = f64::from(kkt::<L, _>(g.wide() as f32, *r, *h));
             }
             nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = T::of(r.wide()) + pressure);
-            nodes.add_to(gap.len(), law, &mut sums);
+            nodes.add_to(gap.len(), law.law, &mut sums);
             residual.iter_mut().zip(&nodes.imbalance).for_each(|(r, t)| *r = t.wide() as f32);
         }
         sums
@@ -172,7 +172,7 @@ pub(super) fn trial<L: Law, T: Real, W: Real>(
                 return with_free(sums, None);
             }
             let in_padding = (&gap[inside..], scale, &step[inside..]);
-            with_free(sums, Some(part(&FreeSurface, in_padding, (&row[inside..], pressure), padding)))
+            with_free(sums, Some(part(RowLaw::of(&FreeSurface, 0, 0), in_padding, (&row[inside..], pressure), padding)))
         },
     )
 }
@@ -193,7 +193,7 @@ fn with_free(facing: [f64; KKT], free: Option<[f64; KKT]>) -> [f64; KKT + 1] {
 /// Applies the `pending` step, then sets the direction `-t + β d` on the free nodes and copies it to step and `row`.
 /// Returns `Σ t d` and `Σ v'' d²`.
 pub(super) fn plain<L: Law, T: Real>(
-    law: &L,
+    law: RowLaw<L>,
     inside: usize,
     (gap, pending, step): (&mut [T], T, &mut [f32]),
     (direction, beta, t): (&mut [bf16], f32, &mut [f32]),
@@ -223,12 +223,12 @@ pub(super) fn plain<L: Law, T: Real>(
     vectorised(
         #[inline(always)]
         || {
-            choose_sides(law, &mut gap[..inside], &mut t[..inside]);
+            choose_sides(&law, &mut gap[..inside], &mut t[..inside]);
             let ((d, d_free), (s, s_free)) = (direction.split_at_mut(inside), step.split_at_mut(inside));
             let (facing, padding) = row.split_at_mut(inside);
             part::<L, T>((&gap[..inside], s), (d, beta, &t[..inside]), facing);
             part::<FreeSurface, T>((&gap[inside..], s_free), (d_free, beta, &t[inside..]), padding);
-            [dot(t, row), softening(law, &gap[..inside], &row[..inside])]
+            [dot(t, row), softening(law.law, &gap[..inside], &row[..inside])]
         },
     )
 }
@@ -236,7 +236,7 @@ pub(super) fn plain<L: Law, T: Real>(
 /// Applies the `pending` step, sets the residual of the linear problem to `-t` on the free nodes, and step and
 /// direction to zero. Returns `Σ r²`.
 pub(super) fn begin<L: Law, T: Real>(
-    law: &L,
+    law: RowLaw<L>,
     inside: usize,
     (gap, pending, step): (&mut [T], T, &mut [f32]),
     residual: &mut [f32],
@@ -255,7 +255,7 @@ pub(super) fn begin<L: Law, T: Real>(
     vectorised(
         #[inline(always)]
         || {
-            choose_sides(law, &mut gap[..inside], &mut residual[..inside]);
+            choose_sides(&law, &mut gap[..inside], &mut residual[..inside]);
             let ((r, r_free), (d, d_free)) = (residual.split_at_mut(inside), direction.split_at_mut(inside));
             part::<L, T>(&gap[..inside], r, d);
             part::<FreeSurface, T>(&gap[inside..], r_free, d_free);
@@ -327,8 +327,9 @@ pub(super) fn descend<L: Law, T: Real>(
 
 /// Sums of a state, as in [`trial`]. On return `stress`, the elastic stress plus pressure, contains the traction of
 /// the law as well.
-pub(super) fn residuals<L: Law, T: Real>(law: &L, inside: usize, gap: &[T], stress: &mut [T]) -> [f64; KKT + 1] {
+pub(super) fn residuals<L: Law, T: Real>(law: RowLaw<L>, inside: usize, gap: &[T], stress: &mut [T]) -> [f64; KKT + 1] {
     let (facing, padding) = stress.split_at_mut(inside);
-    let free = if padding.is_empty() { None } else { Some(kkt_row(&FreeSurface, &gap[inside..], padding)) };
+    let free =
+        if padding.is_empty() { None } else { Some(kkt_row(RowLaw::of(&FreeSurface, 0, 0), &gap[inside..], padding)) };
     with_free(kkt_row(law, &gap[..inside], facing), free)
 }

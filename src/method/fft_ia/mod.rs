@@ -235,8 +235,8 @@ impl Run for Solver<'_> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.is_some(), CARD.id)?;
         // A separation is detected by the search for the contact pressure, not by the range.
-        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
-        let case = LoadCase { pressure, range: 0.0, rms_height, hard: true, hardness };
+        let rms_height = self.rms_height;
+        let case = LoadCase { pressure, range: 0.0, rms_height, hard: true };
         let mut control = IterationControl::new(problem, self.observer, case);
         let scale = control.scale;
         let pairs_before = self.convolution.pairs;

@@ -186,8 +186,8 @@ impl<L: Law> Run for Solver<'_, L> {
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
-        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: L::HARD, hardness };
+        let rms_height = self.rms_height;
+        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: L::HARD };
         let mut control = IterationControl::new(self.problem, self.observer, case);
         let (mut downhill, mut mixing) = (0, INITIAL_MIXING);
         self.velocity.fill(0.0);

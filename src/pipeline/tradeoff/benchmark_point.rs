@@ -142,7 +142,7 @@ impl BenchmarkPoint {
 }
 
 /// The problem of which a method plans the cost.
-fn problem<'a>(case: &Case, method_run: &MethodRun) -> Problem<'a> {
+fn problem<'a>(case: &'a Case, method_run: &MethodRun) -> Problem<'a> {
     let problem = case.problem(Heights::Nodes(&[]));
     if method_run.adhesive { problem } else { Problem { adhesion: crate::interface::Adhesion::None, ..problem } }
 }

@@ -44,6 +44,13 @@ pub(super) fn setting(c: &ContinuumResults) -> Markup {
 fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     let Some(hardness) = c.hardness else { return html! {} };
     let (length, stress) = (writer.scales.length_m, writer.scales.modulus_pa);
+    let most = match &c.hardness_map {
+        None => format!("the hardness of {}", si(hardness * stress, "Pa", 3)),
+        Some(map) => {
+            let [lowest, mean, highest] = [map.lowest, hardness, map.highest].map(|h| si(h * stress, "Pa", 3));
+            format!("the hardness of the node, {lowest} to {highest} with a mean of {mean}")
+        }
+    };
     let row = |s: &StateResults| {
         let p = s.plasticity?;
         Some(vec![
@@ -57,7 +64,7 @@ fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     html! {
         h3 { "Plastic flow" }
         (numbers(&["p*", "flowing", "displaced", "mean plastic displacement", "plastic work"], c.states.iter().filter_map(row).collect()))
-        p.quiet { "The contact stress is at most the hardness of " (si(hardness * stress, "Pa", 3)) ". Flowing: nodes whose plastic displacement grows in this load; displaced: "
+        p.quiet { "The contact stress is at most " (most) ". Flowing: nodes whose plastic displacement grows in this load; displaced: "
             "nodes that have one. Unloading is elastic." }
     }
 }

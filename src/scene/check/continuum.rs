@@ -41,6 +41,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     );
     non_periodic(c, scene);
     hardness(c, scene);
+    subsurface(c, scene);
     body(c, scene);
     match (m.wall, m.penalty_length_nm) {
         (WallKind::Penalty, None) => c.unless(
@@ -89,36 +90,78 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
 
 /// A hardness, and what cannot be combined with it.
 fn hardness(c: &mut Complaints, scene: &Scene) {
-    const KEY: &str = "continuum.hardness_mpa";
     let m = &scene.continuum;
-    let Some(hardness) = m.hardness_mpa else { return };
-    c.positive(KEY, hardness);
+    let is_map = m.hardness_map.is_some();
+    if let Some(unit) = m.hardness_map_unit_mpa {
+        c.unless(is_map, "continuum.hardness_map_unit_mpa", unit, "only together with continuum.hardness_map");
+        c.positive("continuum.hardness_map_unit_mpa", unit);
+    }
+    m.hardness_mpa.into_iter().for_each(|hardness| c.positive("continuum.hardness_mpa", hardness));
+    if !is_map && m.hardness_mpa.is_none() {
+        return;
+    }
+    let key = if is_map { "continuum.hardness_map" } else { "continuum.hardness_mpa" };
+    c.unless(!is_map || m.hardness_mpa.is_none(), key, "given together with continuum.hardness_mpa", "one of the two");
+    let accepted = "continuum.hardness_mpa: a map has no gap of first flow behind a soft wall";
+    c.unless(!is_map || m.wall == WallKind::Hard, key, "given with continuum.wall = \"penalty\"", accepted);
     let capable: Vec<&str> = method::REGISTRY.iter().map(|m| m.card()).filter(|m| m.hardness).map(|m| m.id).collect();
     let accepted = format!("none, or a method that models plastic flow: {}", capable.join(", "));
     for id in std::iter::once(&m.method).chain(m.compare_with.iter().filter(|id| *id != ALL_METHODS)) {
         let models = method::find(id).is_none_or(|m| m.card().hardness);
-        c.unless(models, KEY, format!("given with the method {id}"), &accepted);
+        c.unless(models, key, format!("given with the method {id}"), &accepted);
     }
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
-    c.unless(!extrapolates, KEY, "given with adhesion.range = \"extrapolate\"", "another range");
-    c.unless(m.initial_gap.is_none(), KEY, "given with continuum.initial_gap", "none: a gap has no history of flow");
+    c.unless(!extrapolates, key, "given with adhesion.range = \"extrapolate\"", "another range");
+    c.unless(m.initial_gap.is_none(), key, "given with continuum.initial_gap", "none: a gap has no history of flow");
     c.unless(
         !m.stiffness_steps,
-        KEY,
+        key,
         "given with continuum.stiffness_steps",
         "none: the steps would start from another surface",
     );
-    c.unless(scene.accuracy.is_none(), KEY, "given with [accuracy]", "none: the measured errors are of elastic bodies");
+    c.unless(scene.accuracy.is_none(), key, "given with [accuracy]", "none: the measured errors are of elastic bodies");
     let l = &scene.load;
     let needs_pressures =
         !l.mean_gap_um.is_empty() || !l.displacement_um.is_empty() || !l.contact.is_empty() || l.pull_off;
     let accepted = "loads as pressure, force or p*: searches for other loads would leave flow behind";
     c.unless(
         !needs_pressures,
-        KEY,
+        key,
         "given with a mean gap, a displacement, a contact fraction or a pull-off",
         accepted,
     );
+}
+
+/// Stress below the surface.
+fn subsurface(c: &mut Complaints, scene: &Scene) {
+    const DEPTHS: &str = "continuum.subsurface.depths_um";
+    const POISSON: &str = "continuum.subsurface.poisson";
+    let m = &scene.continuum;
+    let Some(s) = &m.subsurface else { return };
+    c.unless(!s.depths_um.is_empty(), DEPTHS, "no depth", "at least one");
+    let most = m.layer.as_ref().map_or(f64::INFINITY, |l| l.thickness_um);
+    let accepted = match &m.layer {
+        Some(_) => format!("depths from 0 to {most}, the thickness of the layer"),
+        None => "finite depths from 0 on".into(),
+    };
+    for (i, depth) in s.depths_um.iter().enumerate() {
+        let within = depth.is_finite() && (0.0..=most).contains(depth);
+        c.unless(within, &format!("{DEPTHS}[{i}]"), depth, &accepted);
+    }
+    match (s.poisson, &m.layer) {
+        (Some(nu), Some(layer)) => {
+            let accepted = format!("none: the layer's own, {}", layer.poisson);
+            c.unless(false, POISSON, nu, &accepted);
+        }
+        (Some(nu), None) => c.unless((0.0..=0.5).contains(&nu), POISSON, nu, "a Poisson's ratio from 0 to 0.5"),
+        (None, None) => c.unless(false, POISSON, "not given", "the Poisson's ratio of the half-space"),
+        (None, Some(_)) => {}
+    }
+    s.shear_strength_mpa.into_iter().for_each(|t| c.positive("continuum.subsurface.shear_strength_mpa", t));
+    c.unless(m.crystal.is_none(), "continuum.subsurface", "given with continuum.crystal", "an isotropic body");
+    let solves = method::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver);
+    let accepted = "a solver of the fields (see `asperity methods`)";
+    c.unless(solves, "continuum.subsurface", format!("given with the method {}", m.method), accepted);
 }
 
 /// Layer or crystal.

@@ -82,6 +82,7 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = [
         ("surface.heights", scene.surface.heights.as_ref(), "a file of heights or of their Fourier coefficients"),
         ("continuum.initial_gap", scene.continuum.initial_gap.as_ref(), "a gap (.npy)"),
+        ("continuum.hardness_map", scene.continuum.hardness_map.as_ref(), "a map of the hardness"),
         ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
     ];
     let tables = scene.accuracy.iter().flat_map(|a| &a.tables);
