@@ -74,7 +74,7 @@ force_tolerance_ev_per_angstrom = 0.1
         walls = {m["id"]: m for m in load["continuum"]}
         area = load["atoms"]["contact_fraction"]
         row = [f"{radius:g}", f"{math.sqrt(area / math.pi) * length / radius:.3f}", state["contacts"], f"{state['contact_stress_gpa']:.2f}"]
-        row.append(state["defects"] if "defects" in state else "")
+        row.append(state["defects"]["atoms"])
         row += [f"{100 * (walls[wall]['contact_fraction'] / area - 1):+.0f}" for wall in ("compliant_wall", "yielding_wall")]
         gaps = [load[f"{wall}_mean_gap_angstrom"] for wall in ("atoms", "compliant_wall", "yielding_wall")]
         row += [f"{gap - gaps[0]:+.2f}" for gap in gaps[1:]]

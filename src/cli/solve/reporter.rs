@@ -332,6 +332,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     // Separated surfaces have no equilibrium: the last iterate is no result.
     let separated = line["stop"] == Stop::Detached.to_string();
     let of_contact = |text: String| if separated { "–".to_string() } else { text };
+    let sized = |key: &str, dimension| of_contact(in_unit(units, number(&line[key]), dimension));
     let counted = format!("contact ({})", line["criterion"].as_str().unwrap_or_default());
     let mut rows = vec![
         ("mean pressure", in_unit(units, number(&line["pressure"]), Dimension::Stress)),
@@ -341,11 +342,8 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     if let Some(presses) = line["contact_fraction_compressive"].as_f64() {
         rows.push(("part under compression", of_contact(percent(presses))));
     }
-    rows.push(("mean gap", of_contact(in_unit(units, number(&line["mean_gap"]), Dimension::Length))));
-    rows.push((
-        "displacement from first contact",
-        of_contact(in_unit(units, number(&line["displacement"]), Dimension::Length)),
-    ));
+    rows.push(("mean gap", sized("mean_gap", Dimension::Length)));
+    rows.push(("displacement from first contact", sized("displacement", Dimension::Length)));
     if line["leakage"].is_object() {
         let gap = |key: &str| in_unit(units, number(&line[key]), Dimension::Length);
         rows.push((
@@ -356,19 +354,13 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
         let medium = format!("{} (flow {ratio} times that solved)", gap("hydraulic_gap_effective_medium"));
         rows.push(("in effective-medium theory", medium));
     }
-    if line["hardness"].is_number() {
+    if line["flowing_fraction"].is_number() {
         rows.push(("flowing at the hardness", of_contact(percent(number(&line["flowing_fraction"])))));
-        rows.push((
-            "mean plastic displacement",
-            of_contact(in_unit(units, number(&line["mean_plastic_displacement"]), Dimension::Length)),
-        ));
-        rows.push((
-            "plastic work per area",
-            of_contact(in_unit(units, number(&line["plastic_work"]), Dimension::Work)),
-        ));
+        rows.push(("mean plastic displacement", sized("mean_plastic_displacement", Dimension::Length)));
+        rows.push(("plastic work per area", sized("plastic_work", Dimension::Work)));
     }
     rows.extend(below_the_surface(line, units));
-    rows.push(("energy per area", of_contact(in_unit(units, number(&line["energy"]), Dimension::Work))));
+    rows.push(("energy per area", sized("energy", Dimension::Work)));
     if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {
         let [nx, ny] = d.coarser;
         let gap = change(d.mean_gap, d.mean_gap_is_bound);
