@@ -35,7 +35,7 @@ pub use api::*;
 #[doc(inline)]
 pub use error::{Complaint, Error, LammpsFailure, Result};
 #[doc(inline)]
-pub use interface::{Base, RangeChoice};
+pub use interface::{Base, RangeChoice, TabulatedLaw};
 #[doc(inline)]
 pub use load::{Branch, Load};
 #[doc(inline)]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ._asperity import VERSION as __version__
 from ._errors import AsperityError, AsperityWarning, InputError, LammpsError, NotConverged, ResourceError
+from ._law import TabulatedLaw
 from ._observe import (
     Clusters,
     ContactArea,
@@ -24,7 +25,7 @@ from ._observe import (
     percolation,
     pressure_distribution,
 )
-from ._program import Run, RunState, advise, command, open_run, program, run
+from ._program import Run, RunState, advise, command, open_run, program, run, tradeoff
 from ._progress import Progress
 from ._solve import Adhesion, Cubic, Estimate, Layer, LoadPath, NonPeriodic, PullOff, State, estimate, memory, solve
 from ._surface import Preparation, Surface
@@ -55,6 +56,7 @@ __all__ = [
     "RunState",
     "State",
     "Surface",
+    "TabulatedLaw",
     "__version__",
     "advise",
     "clusters",
@@ -72,4 +74,5 @@ __all__ = [
     "program",
     "run",
     "solve",
+    "tradeoff",
 ]

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy.typing as npt
 
 from ._errors import InputError, needed
-
-if TYPE_CHECKING:
-    from ._solve import LoadPath
-
-
-def _label(name: str, unit: str) -> str:
-    words = name.replace("_", " ")
-    return f"{words} / {unit}" if unit else words
+from ._html import label
 
 
 def plot_map(
@@ -29,32 +23,31 @@ def plot_map(
     """A map with its extents and a colour bar of its quantity, given by name and unit."""
     axes = needed("matplotlib.pyplot").subplots(layout="constrained")[1] if ax is None else ax
     image = axes.imshow(values, origin="lower", extent=(0, cell[0], 0, cell[1]), **options)
-    axes.set_xlabel(_label("x", length_unit))
-    axes.set_ylabel(_label("y", length_unit))
+    axes.set_xlabel(label("x", length_unit))
+    axes.set_ylabel(label("y", length_unit))
     if values.dtype != bool:
         # A bar as tall as the map.
-        axes.figure.colorbar(image, ax=axes, label=_label(*quantity), fraction=0.046 * cell[1] / cell[0], pad=0.04)
+        axes.figure.colorbar(image, ax=axes, label=label(*quantity), fraction=0.046 * cell[1] / cell[0], pad=0.04)
     else:
         axes.set_title(quantity[0])
     return axes
 
 
-def plot_curve(path: LoadPath, x: str, y: str, *, ax: Any = None, **options: Any) -> Any:
-    """One number of the states over another."""
-    from ._solve import NUMBERS
-
-    if unknown := [name for name in (x, y) if name not in NUMBERS]:
-        raise InputError(f"curve = {unknown}; accepted: {', '.join(NUMBERS)}")
+def plot_curve(
+    numbers: Mapping[str, Sequence[Any]], x: str, y: str, units: Mapping[str, str], *, ax: Any = None, **options: Any
+) -> Any:
+    """One number of states over another, one line for each branch."""
+    if unknown := [name for name in (x, y) if name not in numbers]:
+        raise InputError(f"curve = {unknown}; accepted: {', '.join(numbers)}")
     axes = needed("matplotlib.pyplot").subplots(layout="constrained")[1] if ax is None else ax
+    branches = numbers["branch"]
+    loading, unloading = ([i for i, branch in enumerate(branches) if branch == name] for name in ("loading", "unloading"))
     # Unloading starts where loading ends.
-    loading, unloading = path.branch("loading"), path.branch("unloading")
-    for label, states in (("loading", loading), ("unloading", loading[-1:] + unloading if unloading else ())):
+    for name, states in (("loading", loading), ("unloading", loading[-1:] + unloading if unloading else [])):
         if states:
-            style = {"marker": "o", "label": label} | options
-            axes.plot([getattr(s, x) for s in states], [getattr(s, y) for s in states], **style)
-    units = path.units
-    axes.set_xlabel(_label(x, units.get(x, "")))
-    axes.set_ylabel(_label(y, units.get(y, "")))
-    if path.branch("unloading"):
+            axes.plot([numbers[x][i] for i in states], [numbers[y][i] for i in states], **{"marker": "o", "label": name} | options)
+    axes.set_xlabel(label(x, units.get(x, "")))
+    axes.set_ylabel(label(y, units.get(y, "")))
+    if unloading:
         axes.legend()
     return axes

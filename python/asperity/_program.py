@@ -12,16 +12,18 @@ import sys
 import sysconfig
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from . import _asperity
 from ._errors import CLASSES, AsperityError, InputError, ResourceError, needed
+from ._html import table
 from ._progress import visible
 from ._surface import Map, real
 
 if TYPE_CHECKING:
+    import ase
     import pandas
     import xarray
 
@@ -187,6 +189,27 @@ class Run:
             raise IndexError(f"state {index} of {count}, counted from 0")
         return index % count
 
+    def contact_frame(self, index: int) -> ase.Atoms:
+        """Atoms within some Å of the interface at a load of the atoms, as `Atoms` of ASE; Å.
+
+        ``arrays["contact"]`` is 1 for block atoms in contact, ``arrays["indenter"]`` 1 for atoms of the indenter, and ``arrays["id"]``
+        their number in LAMMPS; ``info["p_star"]`` is the load.
+
+        Raises
+        ------
+        InputError
+            If the run has no atoms, or stored no frame of this load.
+        """
+        states = (self.results["atoms"] or {}).get("states", [])
+        if not states:
+            raise InputError(f"{self.folder}: atoms = none; accepted: a run with atoms")
+        if not -len(states) <= index < len(states):
+            raise IndexError(f"load {index} of {len(states)}, counted from 0")
+        if not (frame := states[index].get("frame")):
+            raise InputError(f"{self.folder}: frame of load {index} = none; accepted: a run that stored its frames")
+        atoms: ase.Atoms = needed("ase.io").read(self.folder / frame)
+        return atoms
+
     @property
     def curve(self) -> pandas.DataFrame:
         """Numbers of all states as a table of pandas."""
@@ -198,6 +221,26 @@ class Run:
         """``results.nc`` as a dataset of xarray."""
         data: xarray.Dataset = needed("xarray").open_dataset(self.folder / "results.nc", engine="h5netcdf")
         return data
+
+    def plot_map(self, index: int, quantity: str = "pressure", **options: Any) -> Any:
+        """Map of ``gap`` or ``pressure`` of a state by matplotlib. Options are `ax` and those of ``Axes.imshow``; returns the axes."""
+        from ._plot import plot_map
+
+        maps = {"gap": (self.gap, "m"), "pressure": (self.pressure, "Pa")}
+        if quantity not in maps:
+            raise InputError(f"quantity = {quantity!r}; accepted: {', '.join(maps)}")
+        read, unit = maps[quantity]
+        if (values := read(index)) is None:
+            raise InputError(f"{self.folder}: {quantity} of state {index} = not stored; accepted: a state with maps")
+        ny, nx = values.shape
+        return plot_map(values, (self.length_m, self.length_m * ny / nx), (quantity, unit), "m", **options)
+
+    def plot_curve(self, x: str = "p_star", y: str = "contact_fraction", **options: Any) -> Any:
+        """One number of the states over another by matplotlib. Options are `ax` and those of ``Axes.plot``; returns the axes."""
+        from ._plot import plot_curve
+
+        numbers = {f.name: [getattr(s, f.name) for s in self.states] for f in fields(RunState)}
+        return plot_curve(numbers, x, y, {"pressure_pa": "Pa", "mean_gap_m": "m"}, **options)
 
     @property
     def report(self) -> Path:
@@ -211,11 +254,8 @@ class Run:
         return f"<Run {self.name!r} in {self.folder}: {len(self.states)} states>"
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><td>{s.branch}</td><td>{s.p_star:.4g}</td><td>{100 * s.contact_fraction:.4g} %</td><td>{s.mean_gap_m:.4g}</td></tr>"
-            for s in self.states
-        )
-        return f"<table><tr><th>branch</th><th>p*</th><th>contact</th><th>mean gap / m</th></tr>{rows}</table>"
+        rows = ((s.branch, s.p_star, f"{100 * s.contact_fraction:.4g} %", s.mean_gap_m) for s in self.states)
+        return table(("branch", "p*", "contact", "mean gap / m"), rows)
 
 
 def open_run(folder: Where) -> Run:
@@ -263,11 +303,7 @@ def run(
     InputError, NotConverged, LammpsError, ResourceError
         As the program reports them.
     """
-    if not isinstance(scene, (str, os.PathLike)):
-        raise InputError(f"scene = {scene!r}; accepted: the path of a scene file")
-    if isinstance(arguments, str):
-        raise InputError(f"arguments = {arguments!r}; accepted: a list of words")
-    words: list[Where | float] = ["run", scene, "--json", *arguments]
+    words: list[Where | float] = ["run", _scene(scene), "--json", *_words(arguments)]
     words += [] if threads is None else [f"--threads={threads}"]
     words += [] if out is None else ["--out", out]
     words += [] if atoms else ["--no-atoms"]
@@ -305,8 +341,78 @@ def advise(
     """
     if (error is None) == (budget is None):
         raise InputError("advise: error and budget are both given or both missing; accepted: one of them")
-    words: list[Where | float] = ["advise", scene, "--quantity", quantity, "--json"]
+    words: list[Where | float] = ["advise", _scene(scene), "--quantity", quantity, "--json"]
     words += [] if error is None else [f"--error={real('error', error)}"]
     words += [] if budget is None else ["--budget", budget]
     words += ["--extrapolate"] if extrapolate else []
     return cast("dict[str, Any]", json.loads(command(*words)))
+
+
+def tradeoff(
+    scene: Where,
+    out: Where | None = None,
+    *,
+    methods: Sequence[str] | None = None,
+    grids: Sequence[int] | None = None,
+    reference: int | None = None,
+    budget: str | None = None,
+    repeats: int | None = None,
+    threads: int | None = None,
+    echo: bool | None = None,
+    arguments: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Measures cost and error of methods, grids, precisions and tolerances against one reference solution.
+
+    The same call resumes an interrupted measurement, and :func:`advise` uses the table in the default folder.
+
+    Parameters
+    ----------
+    scene : path_like
+        Scene file (TOML): its surface, loads and adhesion.
+    out : path_like, optional
+        Run folder. Default: ``runs/NAME-tradeoff`` with the scene's name.
+    methods : sequence of str, optional
+        Ids of :func:`methods`. Default: all.
+    grids : sequence of int, optional
+        Points per side, divisors of the reference's. Default: the scene's, a half, a quarter.
+    reference : int, optional
+        Points per side of the reference. Default: the scene's.
+    budget : str, optional
+        Limit on the time of all settings, as ``90s``, ``10m`` or ``2h``; what is skipped is listed.
+    repeats : int, optional
+        Runs of each setting, of which the fastest counts.
+    threads, echo
+        As in :func:`run`.
+    arguments : sequence of str
+        Further arguments of ``asperity tradeoff``, such as ``["--layer-thickness", "0.1"]``.
+
+    Returns
+    -------
+    dict
+        The table in ``tradeoff.json`` of the folder: ``references``, ``points`` with cost and error of each setting, ``skipped``,
+        ``warnings``.
+
+    Raises
+    ------
+    InputError, NotConverged, LammpsError, ResourceError
+        As the program reports them.
+    """
+    words: list[Where | float] = ["tradeoff", _scene(scene), "--json", *_words(arguments)]
+    words += [] if out is None else ["--out", out]
+    words += [] if methods is None else ["--methods", ",".join(_words(methods, "methods"))]
+    words += [] if grids is None else ["--grids", ",".join(str(grid) for grid in grids)]
+    numbers = (("reference", reference), ("repeats", repeats), ("threads", threads), ("budget", budget))
+    words += [f"--{name}={value}" for name, value in numbers if value is not None]
+    return cast("dict[str, Any]", json.loads(command(*words, echo=echo))["tradeoff"])
+
+
+def _scene(scene: Where) -> Where:
+    if not isinstance(scene, (str, os.PathLike)):
+        raise InputError(f"scene = {scene!r}; accepted: the path of a scene file")
+    return scene
+
+
+def _words(arguments: Sequence[str], name: str = "arguments") -> Sequence[str]:
+    if isinstance(arguments, str) or not all(isinstance(word, str) for word in arguments):
+        raise InputError(f"{name} = {arguments!r}; accepted: a list of words")
+    return arguments

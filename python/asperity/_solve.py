@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +12,10 @@ import numpy.typing as npt
 
 from . import _asperity
 from ._errors import AsperityWarning, InputError, needed
+from ._law import TabulatedLaw
 from ._observe import Clusters, Distribution, clusters, gap_distribution, hydraulic_gap, percolation, pressure_distribution
 from ._progress import Progress, bar
+from ._html import label, table
 from ._surface import Map, Surface, as_map, real
 
 if TYPE_CHECKING:
@@ -33,8 +35,8 @@ class Adhesion:
         Work of adhesion γ, in units of modulus times length: with µm and MPa, 0.05 J/m² is 0.05.
     range : float
         Range ρ, in the unit of the surface.
-    law : {'exponential', 'dugdale', 'power-9-3'}
-        Decay of the attraction with the gap.
+    law : {'exponential', 'dugdale', 'power-9-3'} or TabulatedLaw
+        Decay of the attraction with the gap. A table gives the shape, which is scaled to the work and the range.
     resolution : {'mesh', 'true', 'extrapolate'}
         Where the grid does not resolve the range, ``mesh`` takes the shortest range that it resolves, ``true`` takes the range as
         it is, and ``extrapolate`` solves with three longer ranges and extrapolates.
@@ -42,8 +44,22 @@ class Adhesion:
 
     work_of_adhesion: float
     range: float
-    law: str = "exponential"
+    law: str | TabulatedLaw = "exponential"
     resolution: str = "mesh"
+
+    @classmethod
+    def from_traction(cls, traction: Callable[[float], float], cutoff: float, *, resolution: str = "mesh") -> Adhesion:
+        """An attraction of your own from its traction, which is tabulated up to the gap `cutoff`: see :class:`TabulatedLaw`.
+
+        Examples
+        --------
+        >>> import asperity
+        >>> cohesive = asperity.Adhesion.from_traction(lambda gap: 2.0 * max(1 - gap / 0.1, 0), cutoff=0.1)
+        >>> round(cohesive.work_of_adhesion, 9)
+        0.1
+        """
+        table = TabulatedLaw(traction, cutoff)
+        return cls(table.work_of_adhesion, table.range, table, resolution)
 
 
 @dataclass(frozen=True)
@@ -112,6 +128,8 @@ class State:
         Extents along x and along y.
     length_unit, pressure_unit : str
         Labels.
+    observed : dict of str to float
+        Values of the `observables` of :func:`solve`.
     """
 
     control: str
@@ -142,6 +160,7 @@ class State:
     cell: tuple[float, float]
     length_unit: str = ""
     pressure_unit: str = ""
+    observed: dict[str, float] = field(default_factory=dict)
 
     def clusters(self) -> Clusters:
         """Contact clusters; nodes that share an edge or a corner are neighbours."""
@@ -200,7 +219,7 @@ class PullOff:
 NUMBERS = tuple(
     f.name
     for f in fields(State)
-    if f.name not in ("gap", "pressure", "contact", "plastic_displacement", "cell", "length_unit", "pressure_unit")
+    if f.name not in ("gap", "pressure", "contact", "plastic_displacement", "cell", "length_unit", "pressure_unit", "observed")
 )
 
 
@@ -249,7 +268,7 @@ class LoadPath(Sequence[State]):
     @property
     def curve(self) -> pandas.DataFrame:
         """Numbers of all states as a table of pandas, one row for each load."""
-        rows = [{name: getattr(s, name) for name in NUMBERS} for s in self.states]
+        rows = [{name: getattr(s, name) for name in NUMBERS} | s.observed for s in self.states]
         table: pandas.DataFrame = needed("pandas").DataFrame(rows)
         return table
 
@@ -282,6 +301,7 @@ class LoadPath(Sequence[State]):
         numbers = [n for n in NUMBERS if n not in ("control", "branch", "contact_fraction_error", "mean_gap_error")]
         data = {name: of(name, ("load_step", "y", "x")) for name in ("gap", "pressure", "contact")}
         data |= {name: of(name, ("load_step",)) for name in numbers}
+        data |= {name: (("load_step",), np.array([s.observed.get(name, np.nan) for s in self.states]), {}) for name in first.observed}
         for name in ("contact_fraction_error", "mean_gap_error"):
             values = [getattr(s, name) for s in self.states]
             data[name] = (("load_step",), np.array([np.nan if v is None else v for v in values]), {"units": "1"})
@@ -295,23 +315,23 @@ class LoadPath(Sequence[State]):
         return found
 
     def plot_curve(self, x: str = "mean_pressure", y: str = "contact_fraction", **options: Any) -> Any:
-        """One number of the states over another by matplotlib, one line for each branch; returns the axes."""
+        """One number of the states over another by matplotlib, one line for each branch. Options are `ax` and those of ``Axes.plot``;
+        returns the axes."""
         from ._plot import plot_curve
 
-        return plot_curve(self, x, y, **options)
+        numbers = {name: [getattr(s, name) for s in self.states] for name in NUMBERS}
+        observed = {name: [s.observed.get(name, np.nan) for s in self.states] for s in self.states[:1] for name in s.observed}
+        return plot_curve(numbers | observed, x, y, self.units, **options)
 
     def __repr__(self) -> str:
         return "\n".join([f"<LoadPath of {len(self)} states>", *(f"  {state!r}" for state in self.states)])
 
     def _repr_html_(self) -> str:
         columns = ("branch", "mean_pressure", "contact_fraction", "mean_gap", "iterations", "seconds")
-        head = "".join(f"<th>{c.replace('_', ' ')}</th>" for c in columns)
-        rows = ("".join(f"<td>{_cell(getattr(s, c))}</td>" for c in columns) for s in self.states)
-        return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
-
-
-def _cell(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+        observed = list(self.states[0].observed) if self.states else []
+        units = self.units
+        head = [label(c, units.get(c, "")) for c in (*columns, *observed)]
+        return table(head, ([*(getattr(s, c) for c in columns), *(s.observed.get(name) for name in observed)] for s in self.states))
 
 
 @dataclass(frozen=True, eq=False)
@@ -394,11 +414,24 @@ def _settings(
         "hardness": hardness if one else None,
         "hardness_map": None if one else as_map("hardness", hardness),
         "adhesion": values,
-        "law": law.law,
+        "law": "exponential" if isinstance(law.law, TabulatedLaw) else law.law,
+        "table": law.law._native if isinstance(law.law, TabulatedLaw) else None,
         "resolution": law.resolution,
         "initial_gap": None if initial_gap is None else as_map("initial_gap", initial_gap),
         "targets": targets,
     }
+
+
+Observables = Mapping[str, Callable[[State], float]]
+
+
+def _observables(observables: Observables | None) -> Observables:
+    given = {} if observables is None else observables
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) and callable(f) for name, f in given.items()):
+        raise InputError(f"observables = {given!r}; accepted: a dictionary of names and functions of a State")
+    if taken := sorted(set(given) & {f.name for f in fields(State)}):
+        raise InputError(f"observables = {', '.join(taken)}; accepted: names other than those of State")
+    return given
 
 
 def _threads(threads: int | None) -> int:
@@ -432,6 +465,7 @@ def solve(
     hardness: npt.ArrayLike | None = None,
     initial_gap: npt.ArrayLike | None = None,
     pressure_unit: str = "",
+    observables: Observables | None = None,
     threads: int | None = None,
     progress: bool | Callable[[Progress], object] | None = None,
 ) -> LoadPath:
@@ -481,6 +515,10 @@ def solve(
         Gap from which the first load starts. Default: first contact.
     pressure_unit : str, optional
         Label of the unit of pressures.
+    observables : dict of str to callable, optional
+        Numbers of your own: functions of a :class:`State`, called for each state when it is solved, while the next load is. Their values
+        are in :attr:`State.observed`, :attr:`LoadPath.curve` and :attr:`LoadPath.dataset`. An exception of a function ends the path;
+        its attribute `load_path` has the states.
     threads : int, optional
         Threads; all cores by default. Results do not depend on it.
     progress : bool or callable, optional
@@ -508,6 +546,12 @@ def solve(
     >>> path = asperity.solve(surface, 1.0, p_star=[0.02, 0.05])
     >>> [round(state.contact_fraction, 3) for state in path]
     [0.04, 0.102]
+
+    An observable of your own:
+
+    >>> path = asperity.solve(surface, 1.0, p_star=[0.02, 0.05], observables={"widest gap": lambda state: state.gap.max()})
+    >>> path[1].observed["widest gap"] == path[1].gap.max()
+    True
     """
     loads = _loads({"pressure": pressure, "p_star": p_star, "mean_gap": mean_gap, "displacement": displacement, "contact": contact})
     settings = _settings(
@@ -527,13 +571,26 @@ def solve(
     def warn(text: str) -> None:
         warnings.warn(text, AsperityWarning, stacklevel=3)
 
-    with bar(progress, len(loads[1])) as show:
-        states, pulled, error = _asperity.solve(problem, loads, bool(pull_off), settings, _threads(threads), (warn, show))
-        if show is not None and error is None:
-            show(len(states), 0.0, states[-1]["iterations"], states[-1]["residual"])
+    functions = _observables(observables)
     labels: dict[str, Any] = {"cell": surface.cell, "length_unit": surface.unit, "pressure_unit": pressure_unit}
-    solved = (State(control=loads[0], load=load, **state, **labels) for load, state in zip(loads[1], states))
-    path = LoadPath(tuple(solved), None if pulled is None else PullOff(**pulled))
+    states: list[State] = []
+
+    def visit(values: dict[str, Any]) -> None:
+        states.append(State(control=loads[0], load=loads[1][len(states)], **values, **labels))
+        for name, function in functions.items():
+            states[-1].observed[name] = real(name, function(states[-1]))
+
+    with bar(progress, len(loads[1])) as show:
+
+        def shown(*values: Any) -> None:
+            if show is not None:
+                show(len(states), *values)
+
+        calls: dict[str, Callable[..., object] | None] = {"warn": warn, "visit": visit, "progress": None if show is None else shown}
+        pulled, error = _asperity.solve(problem, loads, bool(pull_off), settings, _threads(threads), calls)
+        if error is None:
+            shown(0.0, states[-1].iterations, states[-1].residual)
+    path = LoadPath(tuple(states), None if pulled is None else PullOff(**pulled))
     if error is not None:
         error.load_path = path  # type: ignore[attr-defined]
         raise error

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _asperity
 from ._errors import InputError
+from ._html import table
 
 Map = npt.NDArray[np.float64]
 
@@ -348,6 +349,18 @@ class Surface:
     def __repr__(self) -> str:
         (ny, nx), (x, y), unit = self.shape, self.cell, f" {self.unit}" if self.unit else ""
         return f"<Surface {nx} x {ny} nodes, {x:.6g} x {y:.6g}{unit}, rms height {self.rms_height:.4g}{unit}>"
+
+    def _repr_html_(self) -> str:
+        (ny, nx), (x, y) = self.shape, self.cell
+        rows = [
+            ("nodes", f"{nx} × {ny}"),
+            ("extents", f"{x:.6g} × {y:.6g} {self.unit}"),
+            ("rms height", f"{self.rms_height:.4g} {self.unit}"),
+            ("rms gradient", f"{self.rms_gradient:.4g}"),
+            *(("preparation", step) for step in self.preparation_steps),
+            *(("warning", text) for text in self.warnings),
+        ]
+        return table(None, rows)
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._origin is not None:

@@ -2,6 +2,7 @@
 //! interface that users see.
 
 mod errors;
+mod law;
 mod observe;
 mod runs;
 mod solve;
@@ -10,6 +11,8 @@ mod surface;
 /// Functions and classes of the crate on plain values; private to the package `asperity`.
 #[pyo3::pymodule]
 mod _asperity {
+    #[pymodule_export]
+    use crate::law::TabulatedLaw;
     #[pymodule_export]
     use crate::observe::{
         clusters, compare_maps, contact_area, gap_distribution, hydraulic_gap, methods, percolation,

@@ -2,6 +2,7 @@
 //! signals and shows the progress.
 
 use crate::errors::{Raise, choice, exception, in_python, optional};
+use crate::law::TabulatedLaw;
 use crate::surface::Surface;
 use asperity::{
     Adhesion, AdhesionLaw, Body, Branch, Estimate, Hardness, Loads, Monitor, Plasticity, Precision, Problem, Progress,
@@ -34,6 +35,8 @@ pub(crate) struct Settings<'py> {
     /// Work of adhesion and range.
     adhesion: Option<(f64, f64)>,
     law: String,
+    /// In place of `law`.
+    table: Option<Bound<'py, TabulatedLaw>>,
     resolution: String,
     penalty_length: Option<f64>,
     hardness: Option<f64>,
@@ -69,6 +72,7 @@ impl Settings<'_> {
                 range,
                 law,
                 resolution,
+                table: self.table.as_ref().map(|table| table.get().0.clone()),
             }),
             penalty_length: self.penalty_length,
             hardness: match &self.hardness_map {
@@ -130,28 +134,43 @@ impl Monitor for Shared {
 }
 
 impl Shared {
-    /// Handles signals, passes new warnings to `warn`, and calls `progress` with the number of finished loads and the progress of
-    /// the present one.
-    fn tick(&self, py: Python<'_>, warn: &Bound<'_, PyAny>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    /// Handles signals, passes on what is new, and calls `progress` with the progress of the present load.
+    fn tick(&self, py: Python<'_>, callbacks: &Callbacks<'_>) -> PyResult<()> {
         py.check_signals()?;
-        self.warn(warn)?;
-        let Some(callback) = progress else { return Ok(()) };
-        let done = self.states.lock().expect("no panic while it is held").len();
+        self.pass_on(py, callbacks)?;
+        let Some(callback) = &callbacks.progress else { return Ok(()) };
         let latest = self.latest.lock().expect("no panic while it is held").take();
         if let Some(Progress { iteration, residual, fraction }) = latest {
-            callback.call1((done, fraction, iteration, residual))?;
+            callback.call1((fraction, iteration, residual))?;
         }
         Ok(())
     }
 
-    fn warn(&self, warn: &Bound<'_, PyAny>) -> PyResult<()> {
+    /// Passes new warnings to `warn` and every new state to `visit`, also after an exception of it.
+    fn pass_on(&self, py: Python<'_>, callbacks: &Callbacks<'_>) -> PyResult<()> {
         let list = std::mem::take(&mut *self.warnings.lock().expect("no panic while it is held"));
-        list.iter().try_for_each(|text| warn.call1((in_python(text),)).map(drop))
+        let mut outcome = list.iter().try_for_each(|text| callbacks.warn.call1((in_python(text),)).map(drop));
+        let states = std::mem::take(&mut *self.states.lock().expect("no panic while it is held"));
+        for state in states {
+            let visited = state_dict(py, state).and_then(|dict| callbacks.visit.call1((dict,)));
+            outcome = outcome.and(visited.map(drop));
+        }
+        outcome
     }
 }
 
-/// States, pull-off, and the exception that ended the path.
-type Solved<'py> = (Vec<Bound<'py, PyDict>>, Option<Bound<'py, PyDict>>, Option<Py<PyAny>>);
+#[derive(FromPyObject)]
+pub(crate) struct Callbacks<'py> {
+    #[pyo3(item)]
+    warn: Bound<'py, PyAny>,
+    #[pyo3(item)]
+    visit: Bound<'py, PyAny>,
+    #[pyo3(item)]
+    progress: Option<Bound<'py, PyAny>>,
+}
+
+/// Pull-off, and the exception that ended the path.
+type Solved<'py> = (Option<Bound<'py, PyDict>>, Option<Py<PyAny>>);
 
 #[pyfunction]
 pub(crate) fn solve<'py>(
@@ -161,10 +180,9 @@ pub(crate) fn solve<'py>(
     pull_off: bool,
     settings: Settings<'py>,
     threads: usize,
-    callbacks: (Bound<'py, PyAny>, Option<Bound<'py, PyAny>>),
+    callbacks: Callbacks<'py>,
 ) -> PyResult<Solved<'py>> {
     let problem = settings.problem(py, body.0.get(), body.1)?;
-    let (warn, progress) = callbacks;
     let (loads, shared) = (loads_of(loads), Shared::default());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {e}")))?;
@@ -181,7 +199,7 @@ pub(crate) fn solve<'py>(
         while py.detach(|| wait.lock().expect("one thread waits").recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout)
         {
             if stopped.is_none()
-                && let Err(error) = shared.tick(py, &warn, progress.as_ref())
+                && let Err(error) = shared.tick(py, &callbacks)
             {
                 shared.stop.store(true, Ordering::Relaxed);
                 stopped = Some(error);
@@ -189,17 +207,13 @@ pub(crate) fn solve<'py>(
         }
         solver.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     });
-    // Of a solve that was over before the first tick.
-    if stopped.is_none() {
-        stopped = shared.warn(&warn).err();
-    }
-    let states = shared.states.into_inner().expect("no panic while it was held");
-    let states = states.into_iter().map(|state| state_dict(py, state)).collect::<PyResult<_>>()?;
+    // What is new since the last tick; a state is kept after an interrupt, too.
+    let last = shared.pass_on(py, &callbacks).err();
     let raised = |error: PyErr| error.into_value(py).into_any();
-    Ok(match (found, stopped) {
-        (_, Some(error)) => (states, None, Some(raised(error))),
-        (Err(error), None) => (states, None, Some(raised(exception(py, &error)))),
-        (Ok(found), None) => (states, found.map(|p| pull_off_dict(py, &p)).transpose()?, None),
+    Ok(match (found, stopped.or(last)) {
+        (_, Some(error)) => (None, Some(raised(error))),
+        (Err(error), None) => (None, Some(raised(exception(py, &error)))),
+        (Ok(found), None) => (found.map(|p| pull_off_dict(py, &p)).transpose()?, None),
     })
 }
 

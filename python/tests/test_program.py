@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import pickle
+import shutil
 import signal
 from pathlib import Path
 
@@ -13,6 +14,8 @@ import pytest
 
 import asperity
 from asperity import InputError, NotConverged
+
+from conftest import CONFIGS, needs
 
 SCENE = "name = 'small'\nsurface = {{ grid = {grid}, cut_off_mode = 8 }}\nload = {{ p_star = [0.02, 0.05] }}\n"
 
@@ -40,6 +43,12 @@ def test_runs_are_read(scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFix
     assert "2 states" in repr(run) and run._repr_html_().count("<tr>") == 3
     with pytest.raises(IndexError):
         run.gap(2)
+    assert run.plot_map(-1, "gap").get_xlabel() == "x / m"
+    assert run.plot_curve(y="mean_gap_m").get_ylabel() == "mean gap m / m"
+    with pytest.raises(InputError, match="quantity"):
+        run.plot_map(0, "contact")
+    with pytest.raises(InputError, match="a run with atoms"):
+        run.contact_frame(0)
 
 
 def test_runs_agree_with_solves(scene: Path, tmp_path: Path) -> None:
@@ -106,6 +115,10 @@ def test_bad_arguments_are_refused(scene: Path) -> None:
         lambda: asperity.command(["doctor"]),  # type: ignore[arg-type]
         lambda: asperity.advise(scene, "mean_gap"),
         lambda: asperity.advise(scene, "mean_gap", error="5%"),  # type: ignore[arg-type]
+        lambda: asperity.tradeoff(scene, methods="fast"),
+        lambda: asperity.tradeoff(scene, methods=["slow"]),
+        lambda: asperity.tradeoff(scene, grids=[7]),
+        lambda: asperity.tradeoff(3),  # type: ignore[arg-type]
     )
     for call in calls:
         with pytest.raises(InputError):
@@ -125,5 +138,24 @@ def test_a_missing_program_is_explained(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_advice_comes_as_a_dictionary(tmp_path: Path) -> None:
-    found = asperity.advise(Path(__file__).parents[2] / "configs" / "challenge.toml", "mean_gap", error=0.05, extrapolate=True)
+    found = asperity.advise(CONFIGS / "challenge.toml", "mean_gap", error=0.05, extrapolate=True)
     assert isinstance(found, dict) and found
+
+
+def test_costs_and_errors_come_as_a_dictionary(scene: Path, tmp_path: Path) -> None:
+    found = asperity.tradeoff(scene, tmp_path / "out", methods=["fast", "persson"], grids=[16], repeats=1)
+    assert {point["method"] for point in found["points"]} == {"fast", "persson"}
+    assert all(point["nx"] in (8, 16, 32) for point in found["points"])
+    assert (tmp_path / "out" / "tradeoff.json").exists()
+
+
+def test_contact_frames_are_atoms_of_ase(tmp_path: Path) -> None:
+    needs("lammps", shutil.which("lmp") or shutil.which("lammps"))
+    run = asperity.run(CONFIGS / "tiny.toml", tmp_path / "out")
+    frame, facts = run.contact_frame(-1), run.results["atoms"]["states"][-1]
+    assert frame.info["p_star"] == facts["p_star"] and list(frame.pbc) == [True, True, False]
+    assert frame.arrays["contact"].sum() == facts["contacts"]
+    assert set(frame.arrays["indenter"]) == {0, 1}
+    assert set(frame.numbers[frame.arrays["indenter"] == 0]) == {20}
+    with pytest.raises(IndexError):
+        run.contact_frame(2)

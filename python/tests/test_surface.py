@@ -201,6 +201,8 @@ def test_statistics_and_words(surface: Surface) -> None:
     assert np.isclose(statistics["rms_height"], surface.heights.std(), rtol=1e-12)
     assert statistics["height_range"] == np.ptp(surface.heights)
     assert "64 x 64 nodes" in repr(surface)
+    assert surface._repr_html_().count("<tr>") == 4 and "64 × 64" in surface._repr_html_()
+    assert "does not resolve" in Surface.from_spectrum(64, seed=1, lambda_s=1 / 40)._repr_html_()
 
 
 def test_unresolved_waves_are_a_warning() -> None:

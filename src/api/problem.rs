@@ -5,7 +5,7 @@ use super::arrays::row_major;
 use super::estimate::Estimate;
 use super::loads::Loads;
 use super::state::{LoadPath, PullOff, State};
-use crate::interface::{Base, RangeChoice};
+use crate::interface::{Base, RangeChoice, TabulatedLaw};
 use crate::load::Load;
 use crate::method::{self, Card, Kind, NoObserver, Observer, Precision, Stop, Targets};
 use crate::path::{self, Begin};
@@ -16,6 +16,7 @@ use crate::scene::{
 use crate::{Error, Result};
 use ndarray::Array2;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// A rigid rough surface on an elastic body.
 ///
@@ -150,7 +151,7 @@ impl From<f64> for Hardness {
 /// let adhesion = Adhesion { work_of_adhesion: 0.05, range: 2e-9, ..Adhesion::default() };
 /// assert_eq!((adhesion.law, adhesion.resolution), (AdhesionLaw::Exponential, RangeChoice::Mesh));
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Adhesion {
     /// Work of adhesion γ, in units of modulus times length.
     pub work_of_adhesion: f64,
@@ -160,6 +161,16 @@ pub struct Adhesion {
     pub law: AdhesionLaw,
     /// What happens where the grid does not resolve the range.
     pub resolution: RangeChoice,
+    /// Another decay in place of `law`: the shape of this table, with the work and range above.
+    pub table: Option<Arc<TabulatedLaw>>,
+}
+
+/// The law of a table, with its own work of adhesion and range.
+impl From<TabulatedLaw> for Adhesion {
+    fn from(table: TabulatedLaw) -> Self {
+        let (work_of_adhesion, range) = (table.work_of_adhesion(), table.range());
+        Adhesion { work_of_adhesion, range, table: Some(Arc::new(table)), ..Adhesion::default() }
+    }
 }
 
 impl Problem {
@@ -408,13 +419,14 @@ impl Problem {
                     ContinuumScene { crystal: Some(CrystalScene { c11_gpa, c12_gpa, c44_gpa }), ..continuum }
                 }
             },
-            adhesion: self.adhesion.map(|a| AdhesionScene {
+            adhesion: self.adhesion.as_ref().map(|a| AdhesionScene {
                 law: a.law,
                 work_of_adhesion_mj_m2: a.work_of_adhesion,
                 range_nm: a.range,
                 range: a.resolution,
                 also_nonadhesive: false,
                 other_ranges_nm: Vec::new(),
+                table: a.table.clone(),
             }),
             load: LoadScene { pull_off, ..loads.scene() },
             ..Scene::new(PLACE, table)

@@ -16,7 +16,8 @@ pub use hardness::{Hardness, HardnessMap};
 pub use kernel::{Base, HalfSpace, Kernel, Layer};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
-    PowerLawWall, RangeChoice, SoftWall, TabulatedWall, Wall, WithAdhesion, Yielding, YieldingWall, tabor,
+    PowerLawWall, RangeChoice, SoftWall, TabulatedLaw, TabulatedWall, Wall, WithAdhesion, Yielding, YieldingWall,
+    tabor,
 };
 pub use layer_interior::{LayerDisplacement, WaveStress};
 pub use non_periodic::NonPeriodic;

@@ -79,7 +79,7 @@ impl ContactMethod for MsArchard {
         if !(ratio > 1.0 && ratio <= WIDEST) {
             return Err(require::refused(CARD.id, "ms-archard.band_ratio", ratio, "above 1 and at most 1e6"));
         }
-        if let Adhesion::PowerLaw93(_) = problem.adhesion {
+        if let Adhesion::PowerLaw93(_) | Adhesion::Tabulated(_) = problem.adhesion {
             let accepted = "a law with its largest attraction at zero gap: exponential, Dugdale or none";
             return Err(require::refused(CARD.id, "adhesion", problem.adhesion, accepted));
         }

@@ -509,5 +509,5 @@ fn load_steps(scene: &Scene, lab: &Laboratory, grid: Grid, gradient: f64, first_
 
 /// The law of a scene, with a range that may be another than its own.
 fn adhesion(lab: &Laboratory, a: &AdhesionScene, range_nm: f64) -> Adhesion {
-    a.law.adhesion(lab.reduced_work(a.work_of_adhesion_mj_m2), lab.reduced_nm(range_nm))
+    a.adhesion(lab.reduced_work(a.work_of_adhesion_mj_m2), lab.reduced_nm(range_nm))
 }

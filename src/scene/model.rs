@@ -6,13 +6,14 @@ use super::nvt::NvtScene;
 use super::outputs::{AccuracyScene, Fraction, fraction};
 use crate::atoms::job_spec::FORCE_TOLERANCE;
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, RangeChoice};
+use crate::interface::{Adhesion, Base, RangeChoice, TabulatedLaw};
 use crate::method::{Precision, Settings, Targets};
 use crate::record::import::Fourier;
 use crate::surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A rough surface, its loads, its material, and the requested methods and outputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -212,6 +213,9 @@ pub struct AdhesionScene {
     /// Further ranges, nm, for which the loading branch is solved: area and mean gap against the Tabor parameter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other_ranges_nm: Vec<f64>,
+    /// Shape of the attraction in place of `law`; only from the interface of the library.
+    #[serde(skip)]
+    pub table: Option<Arc<TabulatedLaw>>,
 }
 
 /// Value of `continuum.compare_with` for all methods.
@@ -249,13 +253,14 @@ pub enum AdhesionLaw {
     Power93,
 }
 
-impl AdhesionLaw {
+impl AdhesionScene {
     /// The law with work of adhesion γ (units of E*·L) and range ρ (units of L).
-    pub fn adhesion(self, gamma: f64, rho: f64) -> Adhesion {
-        match self {
-            AdhesionLaw::Exponential => Adhesion::exponential(gamma, rho),
-            AdhesionLaw::Dugdale => Adhesion::dugdale(gamma, rho),
-            AdhesionLaw::Power93 => Adhesion::power_law_93(gamma, rho),
+    pub fn adhesion(&self, gamma: f64, rho: f64) -> Adhesion {
+        match (&self.table, self.law) {
+            (Some(table), _) => Adhesion::tabulated(table, gamma, rho),
+            (None, AdhesionLaw::Exponential) => Adhesion::exponential(gamma, rho),
+            (None, AdhesionLaw::Dugdale) => Adhesion::dugdale(gamma, rho),
+            (None, AdhesionLaw::Power93) => Adhesion::power_law_93(gamma, rho),
         }
     }
 }

@@ -296,6 +296,7 @@ impl Solve {
             range: self.range,
             also_nonadhesive: false,
             other_ranges_nm: Vec::new(),
+            table: None,
         }))
     }
 

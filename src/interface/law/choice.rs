@@ -1,12 +1,16 @@
-use super::{Dugdale, Exponential, Law, LennardJonesWall, PenaltyWall, PowerLaw93, PowerLawWall, TabulatedWall};
+use super::{
+    Dugdale, Exponential, Law, LennardJonesWall, PenaltyWall, PowerLaw93, PowerLawWall, TabulatedLaw, TabulatedWall,
+};
 
 /// Adhesion law of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "copied once for a solve, and evaluated at every node")]
 pub enum Adhesion {
     None,
     Exponential(Exponential),
     Dugdale(Dugdale),
     PowerLaw93(PowerLaw93),
+    Tabulated(TabulatedLaw),
 }
 
 /// `$value` of the law, `$none` without adhesion.
@@ -17,6 +21,7 @@ macro_rules! of_law {
             Adhesion::Exponential($law) => $value,
             Adhesion::Dugdale($law) => $value,
             Adhesion::PowerLaw93($law) => $value,
+            Adhesion::Tabulated($law) => $value,
         }
     };
 }
@@ -36,14 +41,25 @@ impl Adhesion {
         if gamma == 0.0 { Adhesion::None } else { Adhesion::PowerLaw93(PowerLaw93 { gamma, rho }) }
     }
 
+    /// A law of this shape.
+    pub fn tabulated(law: &TabulatedLaw, gamma: f64, rho: f64) -> Self {
+        if gamma == 0.0 { Adhesion::None } else { Adhesion::Tabulated(law.with(gamma, rho)) }
+    }
+
     /// Work of adhesion γ, units of E*·L; zero without adhesion.
     pub fn work_of_adhesion(&self) -> f64 {
-        of_law!(self, a => a.gamma, 0.0)
+        match self {
+            Adhesion::None => 0.0,
+            Adhesion::Exponential(a) => a.gamma,
+            Adhesion::Dugdale(a) => a.gamma,
+            Adhesion::PowerLaw93(a) => a.gamma,
+            Adhesion::Tabulated(a) => a.work_of_adhesion(),
+        }
     }
 
     /// Range ρ, units of L; zero without adhesion.
     pub fn range(&self) -> f64 {
-        of_law!(self, a => a.rho, 0.0)
+        of_law!(self, a => Law::range(a), 0.0)
     }
 
     /// The law with heights, gaps and stresses in multiples of `unit`, a power of two: `γ/unit²` and `ρ/unit`.
@@ -54,6 +70,7 @@ impl Adhesion {
             Adhesion::Exponential(_) => Adhesion::Exponential(Exponential { gamma, rho }),
             Adhesion::Dugdale(law) => Adhesion::Dugdale(Dugdale { gamma, rho, ..law }),
             Adhesion::PowerLaw93(_) => Adhesion::PowerLaw93(PowerLaw93 { gamma, rho }),
+            Adhesion::Tabulated(law) => Adhesion::Tabulated(law.with(gamma, rho)),
         }
     }
 
@@ -105,6 +122,7 @@ impl Law for Adhesion {
             Adhesion::Exponential(a) => Adhesion::Exponential(a.on_mesh(dx)),
             Adhesion::Dugdale(a) => Adhesion::Dugdale(a.on_mesh(dx)),
             Adhesion::PowerLaw93(a) => Adhesion::PowerLaw93(a.on_mesh(dx)),
+            Adhesion::Tabulated(a) => Adhesion::Tabulated(a.on_mesh(dx)),
         }
     }
 }
@@ -118,6 +136,7 @@ impl std::fmt::Display for Adhesion {
             Adhesion::Exponential(_) => write!(f, "exponential, {constants}"),
             Adhesion::Dugdale(a) => write!(f, "Dugdale tapered over ±{} ρ, {constants}", a.taper),
             Adhesion::PowerLaw93(_) => write!(f, "9-3 power law, {constants}"),
+            Adhesion::Tabulated(_) => write!(f, "tabulated, {constants}"),
         }
     }
 }
@@ -240,7 +259,13 @@ mod tests {
     #[test]
     fn laws_in_other_units_give_the_same_tractions() {
         let unit = 2f64.powi(-40);
-        let laws = [Adhesion::exponential(0.5, 0.25), Adhesion::dugdale(0.5, 0.25), Adhesion::power_law_93(0.5, 0.25)];
+        let table = TabulatedLaw::new(9.0, |g| (-g).exp() * (9.0 - g)).expect("a smooth law");
+        let laws = [
+            Adhesion::exponential(0.5, 0.25),
+            Adhesion::dugdale(0.5, 0.25),
+            Adhesion::power_law_93(0.5, 0.25),
+            Adhesion::tabulated(&table, 0.5, 0.25),
+        ];
         for law in laws {
             let tiny = law.in_units(1.0 / unit);
             for g in [0.0, 0.1, 0.24, 0.3, 1.0] {

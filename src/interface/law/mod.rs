@@ -14,6 +14,7 @@ mod penalty;
 mod power_law;
 mod range;
 mod tabulated;
+mod tabulated_adhesion;
 
 pub use choice::{Adhesion, SoftWall, Wall};
 pub use dugdale::Dugdale;
@@ -24,6 +25,7 @@ pub use penalty::PenaltyWall;
 pub use power_law::{PowerLaw93, PowerLawWall};
 pub use range::{RangeChoice, tabor};
 pub use tabulated::TabulatedWall;
+pub use tabulated_adhesion::TabulatedLaw;
 
 /// An interaction energy `v(g)` per area and its traction `dv/dg`: attraction is positive.
 pub trait Law: Copy + Sync + Send {
@@ -263,6 +265,10 @@ mod tests {
         PowerLaw93 { gamma: GAMMA, rho: RHO }
     }
 
+    fn tabulated() -> TabulatedLaw {
+        TabulatedLaw::new(20.0 * RHO, |g| power_law().traction(g) * (-g / RHO).exp()).expect("a smooth law")
+    }
+
     fn table() -> TabulatedWall {
         TabulatedWall::new(0.1, |d| [400.0 * d * d + 3e3 * d.powi(3), 800.0 * d + 9e3 * d * d])
     }
@@ -281,6 +287,8 @@ mod tests {
             derivatives_agree(dugdale, &[-0.01, -0.001, 0.07]);
         }
         derivatives_agree(power_law(), &[1e-3, 0.003, 0.01, 0.05, 1.0, -0.01]);
+        // Within the first intervals, too.
+        derivatives_agree(tabulated(), &[1e-5, 1e-3, 0.0143, 0.1, 0.39, 1.0, -0.01]);
         // Below the floor at half the range, too.
         derivatives_agree(power_law_wall(), &[-1e-3, -0.005, -0.009, -0.012, -0.05, 0.01]);
         derivatives_agree(

@@ -55,7 +55,7 @@ impl TabulatedWall {
 
 /// Value, slope and integral at `t` of the cubic with the values and slopes `a` at 0 and `b` at 1.
 #[inline]
-fn cubic(a: &[f64; 3], b: &[f64; 3], t: f64) -> [f64; 3] {
+pub(super) fn cubic(a: &[f64; 3], b: &[f64; 3], t: f64) -> [f64; 3] {
     let rise = b[0] - a[0];
     let (c2, c3) = (3.0 * rise - 2.0 * a[1] - b[1], a[1] + b[1] - 2.0 * rise);
     [

@@ -139,7 +139,7 @@ fn replacement(problem: &Problem) -> Option<PowerLaw93> {
     let law = match problem.adhesion {
         Adhesion::Exponential(a) => PowerLaw93 { gamma: a.gamma, rho: SAME_TENSION * a.rho },
         Adhesion::PowerLaw93(a) => a,
-        Adhesion::None | Adhesion::Dugdale(_) => return None,
+        Adhesion::None | Adhesion::Dugdale(_) | Adhesion::Tabulated(_) => return None,
     };
     let enlarged = problem.settings.bicgstab.min_resolution / law.cohesive_resolution(problem.grid.dx());
     Some(PowerLaw93 { rho: law.rho * enlarged.max(1.0), ..law })
