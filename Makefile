@@ -10,12 +10,13 @@ PREFIX ?= $(HOME)/.local
 SECONDS ?= 60
 INPUTS ?= 100000
 
-.PHONY: help install wheel docs demo test bench fuzz damage kills bench-peers measured verify-advice claims lint
+.PHONY: help install wheel manylinux docs demo test bench fuzz damage kills bench-peers measured verify-advice claims lint
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
-	@echo "make wheel  build the Python wheel of module and program in target/wheels; needs maturin (pip install maturin)"
-	@echo "make docs   write docs/scene.schema.json and docs/keys.md"
+	@echo "make wheel  build the Python wheel of module and program, and the source distribution, in target/wheels; needs maturin (pip install maturin)"
+	@echo "make manylinux  the same for glibc 2.28 and newer (pip install maturin ziglang cargo-zigbuild)"
+	@echo "make docs   write docs/scene.schema.json, docs/keys.md and the documentation site, target/site"
 	@echo "make demo   install, build, run $(SCENE), print the path of the report (a few minutes)"
 	@echo "make test   install, then run every test"
 	@echo "make bench  run the benchmarks"
@@ -35,9 +36,14 @@ install:
 wheel:
 	scripts/wheel.sh release target/wheels
 
+manylinux:
+	scripts/wheel.sh manylinux target/wheels
+
 docs:
 	cargo run --locked -- schema > docs/scene.schema.json
 	cargo run --locked -- schema --keys > docs/keys.md
+	@scripts/setup.sh --tests
+	scripts/site.sh target/site
 
 demo:
 	@scripts/setup.sh

@@ -1,9 +1,8 @@
 #!/bin/sh
-# Builds the Python wheel, installs it in a fresh virtual environment and runs its tests, the examples of its docstrings and mypy.
-# `scripts/setup.sh --tests` makes target/python, which has maturin and the packages that the tests use.
+# Tests of the Python package in a fresh virtual environment: its tests, the examples of its docstrings, mypy.
 set -eu
 
-made=target/python fresh=target/python-wheel wheels=target/wheels
+made=target/python fresh=target/python-wheel
 if ! "$made/bin/python" -c "import maturin, pytest" >/dev/null 2>&1; then
     case ",${ASPERITY_REQUIRE-}," in
     *,python,*)
@@ -15,14 +14,9 @@ if ! "$made/bin/python" -c "import maturin, pytest" >/dev/null 2>&1; then
     exit 0
 fi
 
-scripts/wheel.sh dev "$wheels" "$made/bin/python"
-# No network: packages of the tests come from target/python, asperity alone from the wheel.
-"$made/bin/python" -m venv --clear "$fresh"
-site() { "$1/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))'; }
-site "$PWD/$made" >"$(site "$fresh")/tests.pth"
-"$fresh/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-index "$wheels"/asperity-*.whl
-pytest() { "$fresh/bin/python" -P -m pytest --quiet -p no:cacheprovider -c python/pyproject.toml "$@"; }
+scripts/install-wheel.sh
 # -P: the current folder is not searched for modules, so that the installed package is tested.
+pytest() { "$fresh/bin/python" -P -m pytest --quiet -p no:cacheprovider -c python/pyproject.toml "$@"; }
 pytest python/tests
-pytest --doctest-modules "$(site "$fresh")/asperity"
+pytest --doctest-modules "$("$fresh/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/asperity"
 cd python && "../$made/bin/python" -m mypy --no-error-summary asperity tests
