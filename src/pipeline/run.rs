@@ -279,7 +279,8 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
 /// # Errors
 /// `Format` for a file that is not as the run wrote it; `Io`.
 pub fn redraw(out: &Path, options: &report::ReportOptions) -> Result<PathBuf> {
-    if out.join(crate::record::ensemble::FILE).exists() {
+    let series = [crate::record::ensemble::FILE, crate::record::tradeoff::FILE];
+    if series.iter().any(|file| out.join(file).exists()) && !out.join(results::FILE).exists() {
         return report::write_with(out, options);
     }
     let _locked = checked(out)?;

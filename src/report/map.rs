@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::number::{si_scale, trimmed};
 use super::picture::{self, BLACK, Range};
-use super::svg::{Format, css, escaped, text};
+use super::svg::{Format, css, escaped, half_width, text};
 
 /// Widths on the page of a frame alone, and of one of several in a row, px.
 pub(super) const ALONE: f64 = 500.0;
@@ -70,7 +70,11 @@ pub(super) struct Framed<'a> {
 impl Framed<'_> {
     pub(super) fn svg(&self) -> String {
         let (t, width) = (self.format.text, self.format.width);
-        let (left, right, top) = (3.4 * t, 0.9 * t, 0.5 * t);
+        let (scale, prefix) = si_scale(self.cell_m[0]);
+        let [x_ticks, y_ticks] = self.cell_m.map(|l| ticks(l / scale));
+        // A label at the right edge is centred at it.
+        let last = x_ticks.last().map_or(0, |v| trimmed(*v, 4).chars().count());
+        let (left, right, top) = (3.4 * t, (half_width(last) + 0.2) * t, 0.5 * t);
         let across = width - left - right;
         let down = across * self.cell_m[1] / self.cell_m[0];
         let below = top + down;
@@ -91,8 +95,6 @@ impl Framed<'_> {
             0.08 * t,
             -across
         );
-        let (scale, prefix) = si_scale(self.cell_m[0]);
-        let [x_ticks, y_ticks] = self.cell_m.map(|l| ticks(l / scale));
         let at_x = |v: f64| left + across * v * scale / self.cell_m[0];
         let at_y = |v: f64| below - down * v * scale / self.cell_m[1];
         for v in &x_ticks {

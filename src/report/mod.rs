@@ -9,6 +9,7 @@ pub mod number;
 pub mod page;
 pub mod picture;
 pub mod plot;
+mod relief;
 mod scale;
 mod svg;
 

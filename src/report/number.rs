@@ -77,6 +77,32 @@ pub fn si(value: f64, unit: &str, n: usize) -> String {
     format!("{}\u{a0}{prefix}{unit}", significant(value / scaled, n))
 }
 
+/// A stiffness in Pa/m with the length unit of a cell of `length_m`: stress per mm, µm or nm, not per metre.
+pub fn stiffness(value: f64, length_m: f64, n: usize) -> String {
+    let (scale, unit) = match length_m {
+        l if l >= 0.1 => (1e-3, "Pa/mm"),
+        l if l >= 1e-6 => (1e-6, "Pa/µm"),
+        _ => (1e-9, "Pa/nm"),
+    };
+    si(value * scale, unit, n)
+}
+
+/// A value and its error in `unit`, both with the SI prefix of the value and the same last digit: `("633", " ± 11 nm")`. The
+/// error has two digits. An error below 10⁻⁴ of the value does not set its digits.
+pub fn with_error(value: f64, error: f64, unit: &str) -> (String, String) {
+    let (scale, prefix) = if ["", "%"].contains(&unit) { (1.0, "") } else { si_scale(value) };
+    let (value, error) = (value / scale, error.abs() / scale);
+    let unit = if unit.is_empty() { String::new() } else { format!("\u{a0}{prefix}{unit}") };
+    if error == 0.0 || error < 1e-4 * value.abs() {
+        return (format!("{}{unit}", significant(value, 3)), format!(" ± {}{unit}", significant(error, 2)));
+    }
+    // `9.96` to two digits is `10`: the exponent after rounding.
+    let exponent: i32 = format!("{error:.1e}").split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    let decimals = (1 - exponent).clamp(0, 6) as usize;
+    let plain = |v: f64| format!("{v:.decimals$}").replace('-', "−");
+    (plain(value), format!(" ± {}{unit}", plain(error)))
+}
+
 /// [`si`] for an input value: up to four digits, without trailing zeros.
 pub fn si_given(value: f64, unit: &str) -> String {
     let (scaled, prefix) = si_scale(value);
@@ -168,6 +194,21 @@ mod tests {
         assert_eq!(si(2.857e10, "Pa", 4), "28.57\u{a0}GPa");
         assert_eq!(si(0.0, "m", 3), "0\u{a0}m");
         assert_eq!(si_given(9.7797e-8, "m"), "97.8\u{a0}nm");
+        assert_eq!(stiffness(1.93e12, 1e-4, 3), "1.93\u{a0}MPa/µm");
+        assert_eq!(stiffness(2.5e18, 2.5e-8, 3), "2.50\u{a0}GPa/nm");
+        let errors = [
+            (8.104, 2.17, "%"),
+            (22.0, 0.686, "%"),
+            (6.33e-7, 1.11e-8, "m"),
+            (100.0, 0.0996, "%"),
+            (1.0, 0.0, "m"),
+            (0.849, 0.026, ""),
+        ];
+        let shown = errors.map(|(v, e, unit)| with_error(v, e, unit)).map(|(v, e)| (v + &e).replace('\u{a0}', " "));
+        assert_eq!(
+            shown,
+            ["8.1 ± 2.2 %", "22.00 ± 0.69 %", "633 ± 11 nm", "100.00 ± 0.10 %", "1.00 m ± 0 m", "0.849 ± 0.026"]
+        );
         let times = [0.0, 0.25, 12.34, 99.6, 3599.6, 7300.0].map(|s| duration(s).replace('\u{a0}', " "));
         assert_eq!(times, ["< 1 ms", "250 ms", "12 s", "1 min 40 s", "60 min 00 s", "2 h 02 min"]);
         assert_eq!(memory(1_500_000_000), "1.5\u{a0}GB");

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use super::picture::{self, Rgb};
 pub use super::scale::Axis;
 use super::scale::Scale;
-use super::svg::{Format, css, escaped, text};
+use super::svg::{Format, css, escaped, half_width, text};
 
 /// Height of a row of the legend, and length of a line sample, in text heights.
 const LEGEND_ROW: f64 = 1.45;
@@ -176,7 +176,10 @@ impl Plot {
         let longest = y.labels().map(|l| l.chars().count()).max().unwrap_or(1).max(3) as f64;
         let top = LEGEND_ROW * t * legend.len() as f64 + 0.6 * t;
         let height = (top + self.proportion * format.width).ceil();
-        let frame = [(longest * CHARACTER + 2.5) * t, format.width - 1.2 * t, top, height - 3.0 * t];
+        // A label close to the right edge is centred at its tick.
+        let last = x.labels().last().map_or(0, |l| l.chars().count());
+        let right = format.width - (half_width(last) + 0.2).max(1.2) * t;
+        let frame = [(longest * CHARACTER + 2.5) * t, right, top, height - 3.0 * t];
         let layout = Layout { format, frame, height, x, y };
         Some(self.assemble(&layout, &curves, &legend))
     }

@@ -46,6 +46,11 @@ impl Format {
     }
 }
 
+/// Upper bound of half the width of a label, in text heights: digits of wide sans-serif fonts have 0.64.
+pub(super) fn half_width(characters: usize) -> f64 {
+    0.32 * characters as f64
+}
+
 pub(super) fn css([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }

@@ -10,6 +10,7 @@ use crate::tools;
 use asperity::report;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::LazyLock;
 
 /// Loads all images of the page, including those inside drawings, and writes their number and the failures into the
 /// title.
@@ -73,7 +74,7 @@ const USED: &str = r#"
   check("keyboard", /x = /.test(document.getElementById("readout").textContent));
   const profile = root.querySelector("canvas.profile");
   before = [profile.toDataURL()];
-  const inner = canvas.clientHeight - 62;
+  const inner = canvas.clientHeight - 36; // below: labels of the axis
   point(canvas, "pointerdown", 150, 6 + inner / 2);
   point(canvas, "pointermove", 150, 6 + inner / 4);
   point(canvas, "pointerup", 150, 6 + inner / 4);
@@ -84,7 +85,34 @@ const USED: &str = r#"
   quantity.value = "gap";
   quantity.dispatchEvent(new Event("change"));
   await wait();
-  check("quantity", changed(before, pixels()) === 2);
+  check("quantity", changed(before, pixels()) >= 2 && /^Atoms/.test(root.querySelectorAll(".panel-title")[1].textContent));
+  // The view in three dimensions: load of the maps, keyboard, pointer.
+  const solid = document.getElementById("relief").querySelector("canvas");
+  const turned = () => document.getElementById("relief").dataset.drawn.split(" ").map(Number);
+  check("follows", turned()[3] === 0);
+  before = [solid.toDataURL()];
+  const own = document.getElementById("relief-load");
+  own.value = 1;
+  own.dispatchEvent(new Event("input"));
+  await wait();
+  check("leads", load.value === "1" && turned()[3] === 1 && changed(before, [solid.toDataURL()]) === 1);
+  before = [solid.toDataURL()];
+  key(solid, "ArrowLeft");
+  key(solid, "ArrowUp");
+  await wait();
+  check("turns", turned()[0] === 25 && turned()[1] === 40 && changed(before, [solid.toDataURL()]) === 1);
+  point(solid, "pointerdown", 100, 100);
+  point(solid, "pointermove", 150, 90);
+  point(solid, "pointerup", 150, 90);
+  key(solid, "+");
+  await wait();
+  check("dragged", turned()[0] === 45 && turned()[1] === 37 && turned()[2] === 1.25);
+  key(solid, "0");
+  await wait();
+  check("again", turned()[0] === 30 && turned()[2] === 1);
+  const drawn = solid.getContext("2d").getImageData(0, 0, solid.width, solid.height).data;
+  const holds = colour => { for (let i = 0; i < drawn.length; i += 4) if (colour.every((c, k) => drawn[i + k] === c)) return true; };
+  check("coloured", holds([0, 0, 0]) && !holds([255, 0, 255]));
   const plot = root.parentElement.querySelector("svg.plot");
   const mark = plot.querySelector("g.curve path.mark").getBoundingClientRect();
   plot.dispatchEvent(new PointerEvent("pointermove", { clientX: mark.x + mark.width / 2, clientY: mark.y + mark.height / 2, bubbles: true }));
@@ -162,19 +190,29 @@ fn colours(chromium: &Path, page: &Path, scratch: &Path) -> usize {
     picture.pixels().map(|p| p.0).collect::<std::collections::BTreeSet<[u8; 3]>>().len()
 }
 
+/// Folder of a run of the challenge on a small grid.
+pub(crate) fn challenge() -> &'static Path {
+    static RUN: LazyLock<PathBuf> = LazyLock::new(|| {
+        let run = crate::kept("challenge");
+        let _ = std::fs::remove_dir_all(&run);
+        let args = ["challenge", "--grid", "64", "--regularise", "--json", "--out"];
+        let output = asperity().args(args).arg(&run).output().expect("started");
+        assert!(json_line(&output)["report"].as_str().is_some_and(|page| Path::new(page).is_file()));
+        run
+    });
+    &RUN
+}
+
 #[test]
 fn a_report_loads_completely_in_a_browser() {
     let Some(chromium) = chromium() else { return };
     let scratch = tempfile::tempdir().expect("scratch");
-    let run = scratch.path().join("run");
-    let args = ["challenge", "--grid", "64", "--regularise", "--json", "--out"];
-    let output = asperity().args(args).arg(&run).output().expect("started");
-    let page = PathBuf::from(json_line(&output)["report"].as_str().expect("a report"));
+    let page = challenge().join(report::PAGE);
     let title = title(&chromium, &page, scratch.path(), WHOLE);
     let words: Vec<&str> = title.split_whitespace().collect();
     assert_eq!(words[0], "pictures", "the check has not run: {title}");
-    // Two height maps, three contact maps, and contact, gap and stress of the reference load on both branches.
-    assert!(words[1].parse::<usize>().expect("a number") >= 11, "{title}");
+    // Two height maps and a view in three dimensions, three contact maps, and contact, gap and stress of the reference load on both branches.
+    assert!(words[1].parse::<usize>().expect("a number") >= 12, "{title}");
     assert_eq!(words[2..8], ["failed", "0", "blank", "0", "wide", "false"], "{title}");
     assert!(colours(&chromium, &page, scratch.path()) > 100);
 }
@@ -187,7 +225,7 @@ fn a_report_answers_to_pointer_and_keyboard() {
     let page = report::write(scratch.path()).expect("a report");
     let title = title(&chromium, &page, scratch.path(), USED);
     let words: Vec<&str> = title.split(' ').collect();
-    assert_eq!(words.len(), 14, "{title}");
+    assert_eq!(words.len(), 20, "{title}");
     assert!(words.iter().all(|w| w.ends_with("=true")), "{title}");
 }
 
@@ -214,6 +252,8 @@ fn a_report_shows_everything_without_javascript() {
             .count(),
         3
     );
+    let still = dom.split("id=\"relief\"").nth(1).and_then(|r| r.split("</svg>").next()).expect("a still picture");
+    assert!(still.contains("<image ") && still.contains("heights × "));
     assert!(colours(&chromium, &page, scratch.path()) > 100);
 }
 

@@ -2,6 +2,7 @@
 
 mod browser;
 mod made_run;
+mod numbers;
 #[path = "../common/program.rs"]
 mod program;
 #[path = "../common/tools.rs"]
@@ -81,10 +82,10 @@ fn a_full_report_is_complete_and_self_contained() {
     for anchor in ["surface", "loads", "distributions", "atoms", "comparison", "area", "findings", "costs", "sources"] {
         assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor}");
     }
-    // Height map, two contact maps, gaps and stresses; per load of the comparison four contact panels and three gap
+    // Height map and view in three dimensions, two contact maps, gaps and stresses; per load of the comparison four contact panels and three gap
     // panels. Each has axes, and all but contact maps a colour bar.
     // The first screen has three maps.
-    assert_eq!(page.matches("<image ").count(), 3 + 1 + 6 + 2 * (4 + 3));
+    assert_eq!(page.matches("<image ").count(), 3 + 2 + 6 + 2 * (4 + 3));
     assert_eq!(page.matches(">x (µm)<").count(), 7);
     assert_eq!(page.matches(">x (nm)<").count(), 3 + 2 * (4 + 3));
     assert_eq!(page.matches("<linearGradient id=").count(), 1 + 4 + 2 * 3);
@@ -100,9 +101,9 @@ fn a_full_report_is_complete_and_self_contained() {
     assert!(page.contains("3.34") && page.contains("a tensile stress of at most"));
     assert!(page.contains("outside the band") && page.contains("within the band"));
     // Base64 data of images and maps may contain any three letters.
-    let (before, maps) = page.split_once("<script type=\"application/json\"").unwrap();
-    let after = maps.split_once("</script>").unwrap().1;
-    let words = before.split('"').chain(after.split('"'));
+    let pieces = page.split("<script type=\"application/json\"").enumerate();
+    let outside = pieces.map(|(k, piece)| if k == 0 { piece } else { piece.split_once("</script>").unwrap().1 });
+    let words = outside.flat_map(|piece| piece.split('"'));
     assert!(words.filter(|part| !part.starts_with("data:")).all(|part| !part.contains("NaN")));
     for figure in [
         "heights.png",
@@ -199,6 +200,40 @@ fn criteria_model_chain_and_yield_are_shown() {
     ] {
         assert!(folder.join(format!("figures/{figure}.svg")).exists(), "{figure}");
     }
+}
+
+/// With a solution with hardness the first screen compares elastic continuum, continuum with hardness and atoms.
+#[test]
+fn what_a_hardness_explains_is_on_the_first_screen() {
+    let folder = kept("hardness");
+    let mut results = run_folder(&folder);
+    let comparison = results.comparison.as_mut().unwrap();
+    let mut wall = comparison.compliant_wall.clone();
+    wall.hardness = Some(0.1575);
+    comparison.yielding_wall = Some(wall);
+    let set = |results: &mut Results, elastic: f64, hard: f64| {
+        for load in &mut results.comparison.as_mut().unwrap().loads {
+            let mut with = load.continuum[2].clone();
+            load.continuum[2].contact_fraction = elastic * load.atoms.contact_fraction;
+            (with.id, with.contact_fraction) = ("yielding_wall".into(), hard * load.atoms.contact_fraction);
+            with.overlap.kappa = 0.9123;
+            load.continuum.truncate(3);
+            load.continuum.push(with);
+        }
+        results.write(&folder).unwrap();
+        page(&folder).replace('\u{a0}', " ")
+    };
+    let text = set(&mut results, 0.5, 0.98);
+    let first = text.split("id=\"contents\"").next().unwrap();
+    assert!(first.contains("up to 100 % more"), "{}", &first[first.find("class=\"found\"").unwrap()..][..900]);
+    assert!(first.contains("hardness explains it") && first.contains("hardness of 4.50 GPa"));
+    for title in ["Elastic continuum: ", "Continuum with hardness: ", "Atoms: "] {
+        assert_eq!(first.matches(&format!("<div class=\"panel-title\">{title}")).count(), 1, "{title}");
+    }
+    assert!(first.contains("with hardness; elastic 0.83") && first.contains(">0.91<"));
+    assert!(text.contains("compliant wall with hardness") && !text.contains(">yielding_wall"));
+    assert!(set(&mut results, 0.8, 0.7).contains("hardness does not explain it"));
+    run_folder(&folder);
 }
 
 /// All numbers of a JSON value.
@@ -328,7 +363,7 @@ fn a_loading_cycle_is_described_by_its_extremes() {
     let text = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm (± 1.00×10⁻⁵ % of it or less) and the contact 3.00 % to 22.0 % (± 3.12 % of it \
                 or less); at p* = 0.01 it is 5.00 % on loading and 8.00 % on unloading";
     assert!(page.contains(text), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
-    let tile = "<data value=\"0.22\">22.0</data><span class=\"error\"> ± 0.69 %</span>";
+    let tile = "<data value=\"0.22\">22.00</data><span class=\"error\"> ± 0.69 %</span>";
     assert!(page.contains(tile), "{}", &page[page.find("div class=\"tiles\"").unwrap()..][..900]);
     assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
     let curves = std::fs::read_to_string(folder.path().join("figures/mean-gap.svg")).unwrap();

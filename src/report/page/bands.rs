@@ -1,4 +1,4 @@
-//! Acceptance checks as a chart: a row per statement with the accepted band, the paper's value and ours.
+//! Acceptance checks as a chart: a row per statement with the accepted band, the expected value and ours.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ pub(super) fn chart(list: &[AcceptanceCheck]) -> Option<Markup> {
     }
     let format = Format::page(WIDTH);
     let (t, step) = (format.text, 1.7 * format.text);
-    let mut svg = format.open(step * rows.len() as f64 + t, "values, the paper’s values and accepted bands");
+    let mut svg = format.open(step * rows.len() as f64 + t, "values, expected values and accepted bands");
     let (from, across) = (LEFT, WIDTH - LEFT - RIGHT);
     for (k, (check, value, [low, high])) in rows.iter().enumerate() {
         let y = step * (k as f64 + 0.5) + 0.3 * t;

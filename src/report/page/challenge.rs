@@ -50,8 +50,8 @@ pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
     html! {
         p { "Statements of the paper compared with this run: " (summary(list)) "." }
         @if let Some(chart) = bands::chart(list) {
-            (figure(chart, html! { "Value (dot), the paper’s value (line) and accepted range (band) of every assessed statement, each "
-                "on its own axis; open ranges end at the other side of the paper’s value." }))
+            (figure(chart, html! { "Value (dot), expected value (line) and accepted range (band) of every assessed statement, each "
+                "on its own axis; open ranges end at the other side of the expected value." }))
         }
         (table(&["", "statement", "found", "reference", "accepted", "status", "reason"], rows))
     }
@@ -138,7 +138,7 @@ fn claims(list: &[AcceptanceCheck], number: u32) -> Vec<Markup> {
             @match j.value {
                 Some(v) => {
                     strong { (value(v)) }
-                    @if let Some(r) = j.reference { "; the paper " (value(r)) }
+                    @if let Some(r) = j.reference { "; expected " (value(r)) }
                     @if let Some(a) = j.accepted(value) { " (accepted " (a) ")" }
                     ", " (j.status)
                 },

@@ -4,9 +4,11 @@ use maud::{Markup, html};
 
 use super::figures::{FigureWriter, figure, numbers, panel, panels, table, text};
 use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
+use super::uncertainty::total;
 use super::{criteria, model_chain};
 use crate::error::{Error, Result};
 use crate::record::downsample::DownsampledMap;
+use crate::record::quantity::Quantity;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Section, StateResults,
 };
@@ -28,6 +30,27 @@ pub(super) fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> O
 /// Criterion of pictures and summary: the distance criterion of the atoms, applied to the compliant-wall solution.
 pub(super) fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
     ["compliant_wall", "offset_wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
+}
+
+/// The compliant-wall solution with the crystal's hardness, under the same criterion.
+pub(super) fn yielding(load: &LoadComparison) -> Option<&CriterionMatch> {
+    load.continuum.iter().find(|m| m.id == "yielding_wall")
+}
+
+/// Relative uncertainty of a continuum's contact area at a load.
+pub(super) fn uncertainty_at(continuum: &ContinuumResults, load: &LoadComparison) -> Option<f64> {
+    let state = at_load(&continuum.states, load.p_star, |s: &StateResults| s.numbers.p_star)?;
+    total(state, Quantity::ContactArea)
+}
+
+/// The same of the continuum that is compared with the atoms.
+pub(super) fn matched_uncertainty(c: &ComparisonResults, load: &LoadComparison) -> Option<f64> {
+    uncertainty_at(&c.compliant_wall, load)
+}
+
+/// `53.3 % more` or `3.2 % less`.
+pub(super) fn more_or_less(relative: f64) -> String {
+    format!("{} {}", percent(relative.abs()), if relative < 0.0 { "less" } else { "more" })
 }
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
@@ -150,6 +173,7 @@ fn continuum_contact(writer: &FigureWriter, m: &CriterionMatch) -> Result<Option
     let title = match m.id.as_str() {
         "hard_wall" => "Hard wall, gap = 0".into(),
         "offset_wall" => format!("Offset wall, {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
+        "yielding_wall" => "Compliant wall with hardness".into(),
         _ => "Compliant wall".into(),
     };
     Ok(Some(Contact { title, map: flags(writer, file, LONGEST_SIDE)?, share: m.contact_fraction }))
@@ -173,7 +197,7 @@ fn contact_maps(
         Ok(panel(title, image, below))
     };
     let mut drawn = Vec::new();
-    for (m, name) in [(plain, "contact-plain"), (best, "contact-matched")] {
+    for (m, name) in [(plain, "contact-plain"), (yielding(load), "contact-yielding"), (best, "contact-matched")] {
         let Some(m) = m else { continue };
         if let Some(contact) = continuum_contact(writer, m)? {
             panels.push(draw(

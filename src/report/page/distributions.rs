@@ -8,7 +8,7 @@ use super::loads::back;
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
 use crate::record::results::{ContinuumResults, Observed, StateResults};
-use crate::report::number::{percent, si, si_scale, significant, trimmed};
+use crate::report::number::{percent, si, si_scale, significant, stiffness, trimmed};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 
 /// Number of plotted loads, spread over the load path.
@@ -124,12 +124,18 @@ fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
         .iter()
         .map(|(s, o)| {
             let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * writer.scales.modulus_pa, "Pa", 3));
-            let cluster = o.median_cluster_area.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
+            let cluster = o
+                .median_cluster_area
+                .map_or("–".into(), |a| format!("{}\u{a0}µm²", significant(a * length * length * 1e12, 3)));
             vec![
                 html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
                 text(pressure),
                 text(cluster),
-                text(s.numbers.stiffness.map_or("–".into(), |k| si(k * writer.scales.modulus_pa / length, "Pa/m", 3))),
+                text(
+                    s.numbers
+                        .stiffness
+                        .map_or("–".into(), |k| stiffness(k * writer.scales.modulus_pa / length, length, 3)),
+                ),
                 text(significant(o.constriction_conductance, 3)),
                 text(s.numbers.stiffness.map_or("–".into(), |k| significant(k, 3))),
                 text(if o.hydraulic_gap > 0.0 { si(o.hydraulic_gap * length, "m", 3) } else { "sealed".into() }),
@@ -142,7 +148,7 @@ fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
     let head = [
         "p*",
         "mean contact pressure",
-        "median cluster area (µm²)",
+        "median cluster area",
         "contact stiffness",
         "constriction conductance",
         "conductance from stiffness",

@@ -55,7 +55,7 @@ pub(super) fn document((name, lead): (&str, &str), top: Markup, sections: &[Sect
                 }
                 footer { "Drawn by " (version) " from " (from) " (BLAKE3 " (&hash[..12]) ") in the same folder; the figures "
                     "are also files there. Every number on this page comes from the results." }
-                script { (PreEscaped(include_str!("maps.js"))) (PreEscaped(include_str!("page.js"))) }
+                script { (PreEscaped(include_str!("maps.js"))) (PreEscaped(include_str!("relief.js"))) (PreEscaped(include_str!("page.js"))) }
             }
         }
     })

@@ -8,7 +8,7 @@ use super::figures::{FigureWriter, capitalised, figure, numbers, table, text};
 use crate::error::Result;
 use crate::load::Branch;
 use crate::record::ensemble::{Difference, Ensemble, FILE, Observable, PointStatus, Sample, Statistic};
-use crate::report::number::{percent, significant};
+use crate::report::number::{percent, significant, trimmed, with_error};
 use crate::report::picture::{BLACK, BLUE, GREEN, ORANGE, PURPLE, Rgb, VERMILION};
 use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
 
@@ -39,12 +39,18 @@ pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
         }
         figures.extend(differences(writer, e, (k, group))?);
     }
-    let sections = [
-        Section { anchor: "means", title: "Means over the realisations", body: html! { @for f in &figures { (f) } } },
-        Section { anchor: "differences", title: "Differences between sources", body: difference_table(e) },
-        Section { anchor: "numbers", title: "All means", body: mean_table(e) },
-        Section { anchor: "points", title: "Points", body: points(e) },
-    ];
+    let mut sections = vec![Section {
+        anchor: "means",
+        title: "Means over the realisations",
+        body: html! { @for f in &figures { (f) } },
+    }];
+    // A single source has nothing to be compared with.
+    if !e.differences.is_empty() {
+        let body = difference_table(e);
+        sections.push(Section { anchor: "differences", title: "Differences between sources", body });
+    }
+    sections.push(Section { anchor: "numbers", title: "All means", body: mean_table(e) });
+    sections.push(Section { anchor: "points", title: "Points", body: points(e) });
     let lead = "Bars are standard errors of the means; dotted lines are the extreme realisations.";
     document((&e.name, lead), summary(e), &sections, &writer.folder.join(FILE))
 }
@@ -58,6 +64,16 @@ fn summary(e: &Ensemble) -> Markup {
             p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } ", at p* = "
                 (significant(d.p_star, 3)) ", mean ± standard error, and extremes." }
         }
+        @else if !highest_loads(e).is_empty() {
+            p.found {
+                @for s in highest_loads(e) {
+                    "Contact at p* = " (trimmed(s.p_star, 4)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
+                    strong { (of_cell(&s.sample)) } " (" (s.of.source) ", " (s.sample.realisations) " realisations, "
+                    (extremes(&s.sample)) "). "
+                }
+                "Mean ± standard error, and extremes."
+            }
+        }
         p { (count(PointStatus::Done)) " of " (e.points.len()) " points over " (e.keys.join(", ")) " are done, "
             (count(PointStatus::Failed)) " failed." }
         ul {
@@ -69,6 +85,31 @@ fn summary(e: &Ensemble) -> Markup {
             }
         }
     }
+}
+
+/// The mean contact area at the highest load of loading, one for each source and combination of the varied keys.
+fn highest_loads(e: &Ensemble) -> Vec<&Statistic> {
+    let mut list: Vec<&Statistic> = Vec::new();
+    for s in e.statistics.iter().filter(|s| s.of.quantity == "contact_fraction" && s.of.branch == Branch::Loading) {
+        match list.iter_mut().find(|l| l.group == s.group && l.of.source == s.of.source) {
+            Some(known) if s.p_star > known.p_star => *known = s,
+            Some(_) => {}
+            None => list.push(s),
+        }
+    }
+    list
+}
+
+/// `12.1 ± 0.5 % of the cell`.
+fn of_cell(s: &Sample) -> String {
+    let error =
+        s.standard_error.map_or((percent(s.mean), String::new()), |e| with_error(100.0 * s.mean, 100.0 * e, "%"));
+    format!("{}{} of the cell", error.0, error.1)
+}
+
+/// `11.0 to 13.2 %`.
+fn extremes(s: &Sample) -> String {
+    format!("{} to {}\u{a0}%", significant(100.0 * s.min, 3), significant(100.0 * s.max, 3))
 }
 
 /// `+4.2 ± 0.5 % (12 realisations, −1.0 to +7.3 %)`.

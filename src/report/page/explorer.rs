@@ -1,43 +1,27 @@
 //! Maps of the first screen: the drawings that show without JavaScript, and the same maps as compressed arrays for the
 //! script of the page.
 
-use std::io::Write;
-
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
-use super::compare::{at_load, matched};
+use super::compare::{at_load, matched, yielding};
 use super::figures::FigureWriter;
 use super::loads::{CLIPPED, of_stress};
+use super::packed::{self, Packed};
 use crate::error::{Error, Result};
 use crate::load::Branch;
 use crate::record::downsample::DownsampledMap;
-use crate::record::results::{ContinuumResults, Results, StateResults};
+use crate::record::results::{ContinuumResults, CriterionMatch, LoadComparison, Results, StateResults};
 use crate::report::map::Legend;
-use crate::report::number::{si_scale, trimmed};
-use crate::report::picture::{self, BLACK, BLUE, ORANGE, Range, Rgb};
+use crate::report::number::{percent, si_scale, trimmed};
+use crate::report::picture::{self, BLACK, BLUE, ORANGE, PURPLE, Range, Rgb};
 use crate::units::ANGSTROM_M;
 
 /// Maximum side of the maps for the script, cells: with gap, stress and contact of two sources at three loads the page
 /// stays below 5 MB.
-const SIDE: usize = 256;
-/// Levels of a stored value: the rounding is below 10⁻⁵ of the range of the map.
-const LEVELS: f64 = 65_535.0;
+pub(super) const SIDE: usize = 256;
 /// Colours of the ramp given to the script, which interpolates between them.
 const RAMP: usize = 32;
-
-/// A map for the script. `data`: base64 of a zlib stream; one byte per cell for flags, otherwise all high bytes and then
-/// all low bytes of the 16-bit differences to the left neighbour. Rows from the lowest.
-#[derive(Debug, Clone, Serialize)]
-struct Packed {
-    nx: usize,
-    ny: usize,
-    low: f64,
-    high: f64,
-    data: String,
-}
 
 #[derive(Debug, Serialize)]
 struct Shown {
@@ -51,16 +35,19 @@ struct Shown {
 struct Layer {
     title: String,
     colour: Rgb,
+    /// Contact fraction at each load, if the title shows it.
+    shares: Vec<String>,
     contact: Vec<Option<Packed>>,
     gap: Vec<Option<Packed>>,
     stress: Vec<Option<Packed>>,
 }
 
-/// One of the three frames: a layer with a fixed quantity or the selected one, or both layers superposed.
+/// One of the three frames: a layer with a fixed quantity or the selected one. Contact is superposed on that of `over`.
 #[derive(Debug, Serialize)]
 struct View {
-    layer: Option<usize>,
+    layer: usize,
     quantity: Option<&'static str>,
+    over: Option<usize>,
 }
 
 #[derive(Debug, Serialize)]
@@ -72,19 +59,24 @@ struct Explorer {
     stress: Shown,
     ramp: Vec<Rgb>,
     layers: Vec<Layer>,
-    views: Vec<View>,
+    views: [View; 3],
 }
 
-/// Fields of one source at one load, in the units shown.
+/// Fields of one source at one load, in the units shown, and its contact fraction if the title shows it.
 #[derive(Default)]
 struct Fields {
+    share: Option<f64>,
     contact: Option<DownsampledMap>,
     gap: Option<DownsampledMap>,
     stress: Option<DownsampledMap>,
 }
 
-/// Fields of all sources: title, colour of contact, one entry per load.
-type Source = (String, Rgb, Vec<Fields>);
+/// Fields of a solution, one entry per load. `colour`: of its contact, and of its lines if it is not superposed on the atoms.
+struct Source {
+    title: String,
+    colour: Rgb,
+    fields: Vec<Fields>,
+}
 
 /// The three maps; `None` if no field is stored.
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
@@ -97,7 +89,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
     };
     let last = loads.len().saturating_sub(1);
     let complete = |f: &Fields| f.contact.is_some();
-    if loads.is_empty() || !sources.iter().all(|s| s.2.get(last).is_some_and(complete)) {
+    if loads.is_empty() || !sources.iter().all(|s| s.fields.get(last).is_some_and(complete)) {
         return Ok(None);
     }
     let drawn = drawings(writer, &sources, last, length_m)?;
@@ -115,6 +107,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
                 @for (colour, words) in [(BLACK, "both"), (ORANGE, "only the continuum"), (BLUE, "only the atoms")] {
                     (super::compare::key(colour, words))
                 }
+                @if sources.len() > 2 { (super::compare::key(PURPLE, "gap and stress with hardness")) }
             }
             span.at-load { (data.loads[last]) }
             @if let Some(width) = smoothing(results) {
@@ -131,63 +124,131 @@ fn smoothing(results: &Results) -> Option<f64> {
     results.atoms.as_ref()?.states.iter().find_map(|s| s.stress.as_ref()).map(|s| s.width_angstrom)
 }
 
-/// The drawings of the highest load.
+/// The drawings of the highest load, with their titles.
 fn drawings(writer: &FigureWriter, sources: &[Source], at: usize, length_m: f64) -> Result<Vec<(String, Markup)>> {
-    let draw = |name: &str, title: &str, picture: &picture::Picture| -> Result<(String, Markup)> {
-        Ok((title.to_string(), writer.map((name, title), picture, length_m, Legend::None)?))
+    let draw = |name: &str, title: String, picture: &picture::Picture| -> Result<(String, Markup)> {
+        let drawn = writer.map((name, &title), picture, length_m, Legend::None)?;
+        Ok((title, drawn))
     };
     let mut drawn = Vec::new();
-    for (k, (title, colour, fields)) in sources.iter().enumerate() {
-        let Some(contact) = &fields[at].contact else { continue };
-        drawn.push(draw(&format!("first-{}", k + 1), title, &picture::contact(contact, *colour))?);
-        if let ([_], Some(gap)) = (sources, &fields[at].gap) {
-            let range = Range { low: 0.0, ..Range::of(&gap.values, CLIPPED) };
-            drawn.push(draw("first-gap", "Gap", &picture::gap(gap, range, contact))?);
-        }
-        if let ([_], Some(stress)) = (sources, &fields[at].stress) {
-            drawn.push(draw("first-stress", "Normal stress", &picture::map(stress, of_stress(&stress.values)))?);
-        }
-    }
-    if let [(.., first), (.., second)] = sources
-        && let (Some(a), Some(b)) = (&first[at].contact, &second[at].contact)
-        && (a.nx, a.ny) == (b.nx, b.ny)
-    {
-        drawn.push(draw("first-superposed", "Superposed", &picture::superposed(a, b))?);
+    for (k, view) in views(sources).iter().enumerate() {
+        let source = &sources[view.layer];
+        let (here, name) = (&source.fields[at], format!("first-{}", k + 1));
+        let over = view.over.and_then(|o| sources[o].fields[at].contact.as_ref());
+        let Some(contact) = &here.contact else { continue };
+        drawn.push(match (view.quantity, over) {
+            (Some("gap"), _) => {
+                let Some(gap) = &here.gap else { continue };
+                let range = Range { low: 0.0, ..Range::of(&gap.values, CLIPPED) };
+                draw("first-gap", "Gap".into(), &picture::gap(gap, range, contact))?
+            }
+            (Some("stress"), _) => {
+                let Some(stress) = &here.stress else { continue };
+                draw("first-stress", "Normal stress".into(), &picture::map(stress, of_stress(&stress.values)))?
+            }
+            (quantity, Some(over)) => {
+                if (contact.nx, contact.ny) != (over.nx, over.ny) {
+                    continue;
+                }
+                let title = if quantity.is_some() { "Superposed".into() } else { source.title_at(at) };
+                draw(&name, title, &picture::superposed(contact, over))?
+            }
+            (_, None) => draw(&name, source.title_at(at), &picture::contact(contact, source.colour))?,
+        });
     }
     Ok(drawn)
+}
+
+impl Source {
+    /// Contact fraction at a load in per cent; empty if the title does not show it.
+    fn share(&self, load: usize) -> String {
+        self.fields[load].share.map_or(String::new(), percent)
+    }
+
+    fn title_at(&self, load: usize) -> String {
+        match self.share(load) {
+            share if share.is_empty() => self.title.clone(),
+            share => format!("{}: {share}", self.title),
+        }
+    }
+}
+
+/// Contact, gap and stress of one source; two sources and both superposed; elastic continuum and continuum with hardness, each
+/// superposed on the atoms, and the atoms.
+fn views(sources: &[Source]) -> [View; 3] {
+    let alone = |layer, quantity| View { layer, quantity, over: None };
+    let on = |layer, over, quantity| View { layer, quantity, over: Some(over) };
+    match sources {
+        [_] => [alone(0, Some("contact")), alone(0, Some("gap")), alone(0, Some("stress"))],
+        [_, _] => [alone(0, None), alone(1, None), on(0, 1, Some("contact"))],
+        _ => [on(0, 2, None), on(1, 2, None), alone(2, None)],
+    }
 }
 
 /// Labels of the loads, sources, extent of the cell in m, and units of gap and stress.
 type Loaded = (Vec<String>, Vec<Source>, f64, [String; 2]);
 
-/// The compliant-wall continuum and the atoms, Å and GPa.
+/// The compliant-wall continuum, the same with the crystal's hardness where solved, and the atoms; Å and GPa.
 fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
     let (Some(atoms), Some(c)) = (&results.atoms, &results.comparison) else { return Ok(Default::default()) };
     let flag = |v: f64| f64::from(u8::from(v != 0.0));
-    let (mut loads, mut continuum, mut block) = (Vec::new(), Vec::new(), Vec::new());
+    let file = |name: &str, of: &dyn Fn(f64) -> f64| picture::load(&writer.field(name)?, SIDE, of);
+    let length = |v: f64| v * atoms.length_angstrom;
+    let stored = |c: &ContinuumResults, load: &LoadComparison, of: fn(&StateResults) -> Option<&String>| {
+        at_load(&c.states, load.p_star, |s: &StateResults| s.numbers.p_star).and_then(of).cloned()
+    };
+    let of_continuum = |c: &ContinuumResults, load: &LoadComparison, m: &CriterionMatch, gap| -> Result<Fields> {
+        let stress = stored(c, load, |s| s.numbers.stress_map.as_ref());
+        Ok(Fields {
+            share: Some(m.contact_fraction),
+            contact: m.map.as_deref().map(|f| file(f, &flag)).transpose()?,
+            gap,
+            stress: stress.map(|f| file(&f, &|v| v * atoms.modulus_gpa)).transpose()?,
+        })
+    };
+    // Gaps are measured from the dilated heights; those of the compliant wall are also stored from the original heights.
+    let from_heights = |c_hard: &ContinuumResults, load: &LoadComparison| -> Result<Option<DownsampledMap>> {
+        let dilated = |c: &ContinuumResults| stored(c, load, |s| s.numbers.gap_map.as_ref());
+        let (Some(hard), Some(elastic)) = (dilated(c_hard), dilated(&c.compliant_wall)) else { return Ok(None) };
+        let [hard, elastic, heights] = [hard, elastic, load.compliant_wall_gap.clone()].map(|f| file(&f, &length));
+        let (mut gap, elastic, heights) = (hard?, elastic?, heights?);
+        if [&elastic, &heights].iter().any(|m| (m.nx, m.ny) != (gap.nx, gap.ny)) {
+            return Ok(None);
+        }
+        for (v, (e, h)) in gap.values.iter_mut().zip(elastic.values.iter().zip(&heights.values)) {
+            *v += h - e;
+        }
+        Ok(Some(gap))
+    };
+    let (mut loads, mut elastic, mut hard, mut block) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for load in &c.loads {
         let (Some(m), Some(state)) = (matched(load), at_load(&atoms.states, load.p_star, |s| s.p_star)) else {
             continue;
         };
-        let file = |name: &str, of: &dyn Fn(f64) -> f64| -> Result<DownsampledMap> {
-            picture::load(&writer.field(name)?, SIDE, of)
-        };
-        let stress = at_load(&c.compliant_wall.states, load.p_star, |s: &StateResults| s.numbers.p_star)
-            .and_then(|s| s.numbers.stress_map.as_deref());
-        continuum.push(Fields {
-            contact: m.map.as_deref().map(|f| file(f, &flag)).transpose()?,
-            gap: Some(file(&load.compliant_wall_gap, &|v| v * atoms.length_angstrom)?),
-            stress: stress.map(|f| file(f, &|v| v * atoms.modulus_gpa)).transpose()?,
-        });
+        let gap = file(&load.compliant_wall_gap, &length)?;
+        elastic.push(of_continuum(&c.compliant_wall, load, m, Some(gap))?);
+        if let Some((wall, m)) = c.yielding_wall.as_ref().and_then(|w| Some((w, yielding(load)?))) {
+            hard.push(of_continuum(wall, load, m, from_heights(wall, load)?)?);
+        }
         block.push(Fields {
+            share: Some(load.atoms.contact_fraction),
             contact: Some(file(&state.contact_map, &flag)?),
             gap: Some(file(&state.gap_map, &|v| v)?),
             stress: state.stress.as_ref().map(|s| file(&s.map, &|v| v)).transpose()?,
         });
         loads.push(format!("p* = {}", trimmed(load.p_star, 4)));
     }
-    let title = c.loads.first().and_then(matched).map_or("Continuum".into(), |m| format!("Continuum, {}", m.label()));
-    let sources = vec![(title, ORANGE, continuum), ("Atoms".into(), BLUE, block)];
+    let source = |title: String, colour, fields| Source { title, colour, fields };
+    let mut sources = Vec::new();
+    if hard.len() == loads.len() && !hard.is_empty() {
+        sources.push(source("Elastic continuum".into(), ORANGE, elastic));
+        sources.push(source("Continuum with hardness".into(), PURPLE, hard));
+    } else {
+        let title =
+            c.loads.first().and_then(matched).map_or("Continuum".into(), |m| format!("Continuum, {}", m.label()));
+        sources.push(source(title, ORANGE, elastic));
+    }
+    sources.push(source("Atoms".into(), BLUE, block));
     Ok((loads, sources, atoms.length_angstrom * ANGSTROM_M, ["Å".into(), "GPa".into()]))
 }
 
@@ -205,6 +266,7 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
         let gap = writer.field(gap)?;
         let stress = state.numbers.stress_map.as_deref().map(|f| writer.field(f)).transpose()?;
         fields.push(Fields {
+            share: None,
             contact: Some(picture::load(&gap, SIDE, |v| f64::from(u8::from(v <= 0.0)))?),
             gap: Some(picture::load(&gap, SIDE, |v| v * writer.scales.length_m / gap_factor)?),
             stress: stress
@@ -215,26 +277,23 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
         loads.push(format!("p* = {}{branch}", trimmed(state.numbers.p_star, 4)));
     }
     let units = [format!("{gap_prefix}m"), format!("{stress_prefix}Pa")];
-    Ok((loads, vec![("Contact".into(), BLACK, fields)], writer.scales.length_m, units))
+    let source = Source { title: "Contact".into(), colour: BLACK, fields };
+    Ok((loads, vec![source], writer.scales.length_m, units))
 }
 
 fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, stress]: [String; 2]) -> Explorer {
     let all = |of: fn(&Fields) -> Option<&DownsampledMap>| {
-        sources.iter().flat_map(|s| &s.2).filter_map(of).flat_map(|m| &m.values).copied().collect::<Vec<f64>>()
+        sources.iter().flat_map(|s| &s.fields).filter_map(of).flat_map(|m| &m.values).copied().collect::<Vec<f64>>()
     };
     let gap_range = Range { low: 0.0, ..Range::of(&all(|f| f.gap.as_ref()), CLIPPED) };
     let stress_range = of_stress(&all(|f| f.stress.as_ref()));
-    let layer = |(title, colour, fields): &Source| Layer {
-        title: title.clone(),
-        colour: *colour,
-        contact: fields.iter().map(|f| f.contact.as_ref().map(flags)).collect(),
-        gap: fields.iter().map(|f| f.gap.as_ref().map(values)).collect(),
-        stress: fields.iter().map(|f| f.stress.as_ref().map(values)).collect(),
-    };
-    let view = |layer, quantity| View { layer, quantity };
-    let views = match sources {
-        [_] => vec![view(Some(0), Some("contact")), view(Some(0), Some("gap")), view(Some(0), Some("stress"))],
-        _ => vec![view(Some(0), None), view(Some(1), None), view(None, None)],
+    let layer = |source: &Source| Layer {
+        title: source.title.clone(),
+        colour: source.colour,
+        shares: (0..source.fields.len()).map(|i| source.share(i)).collect(),
+        contact: source.fields.iter().map(|f| f.contact.as_ref().map(packed::flags)).collect(),
+        gap: source.fields.iter().map(|f| f.gap.as_ref().map(packed::values)).collect(),
+        stress: source.fields.iter().map(|f| f.stress.as_ref().map(packed::values)).collect(),
     };
     let (scale, prefix) = si_scale(length_m[0]);
     Explorer {
@@ -245,66 +304,6 @@ fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, st
         stress: Shown { label: "normal stress", unit: stress, low: stress_range.low, high: stress_range.high },
         ramp: (0..=RAMP).map(|i| picture::colour(i as f64 / RAMP as f64)).collect(),
         layers: sources.iter().map(layer).collect(),
-        views,
-    }
-}
-
-fn flags(map: &DownsampledMap) -> Packed {
-    let bytes: Vec<u8> = (0..map.values.len()).map(|i| u8::from(picture::touches(map, i))).collect();
-    Packed { nx: map.nx, ny: map.ny, low: 0.0, high: 1.0, data: packed(&bytes) }
-}
-
-fn values(map: &DownsampledMap) -> Packed {
-    let low = map.values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = map.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let per_level = if high > low { LEVELS / (high - low) } else { 0.0 };
-    let level = |v: f64| ((v - low) * per_level).round() as u16;
-    let mut differences = Vec::with_capacity(map.values.len());
-    for row in map.values.chunks(map.nx) {
-        let mut last = 0_u16;
-        for v in row {
-            differences.push(level(*v).wrapping_sub(last));
-            last = level(*v);
-        }
-    }
-    let high_bytes = differences.iter().map(|d| (d >> 8) as u8);
-    let bytes: Vec<u8> = high_bytes.chain(differences.iter().map(|d| (d & 0xff) as u8)).collect();
-    Packed { nx: map.nx, ny: map.ny, low, high, data: packed(&bytes) }
-}
-
-fn packed(bytes: &[u8]) -> String {
-    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
-    // Writing into memory does not fail.
-    let _ = encoder.write_all(bytes);
-    STANDARD.encode(encoder.finish().unwrap_or_default())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::io::Read;
-
-    /// Values decoded as the script decodes them.
-    fn decoded(p: &Packed) -> Vec<f64> {
-        let mut bytes = Vec::new();
-        let compressed = STANDARD.decode(&p.data).expect("base64");
-        flate2::read::ZlibDecoder::new(compressed.as_slice()).read_to_end(&mut bytes).expect("zlib");
-        let (n, mut last) = (p.nx * p.ny, 0_u16);
-        (0..n)
-            .map(|i| {
-                last = if i % p.nx == 0 { 0 } else { last };
-                last = last.wrapping_add(u16::from(bytes[i]) << 8 | u16::from(bytes[n + i]));
-                p.low + f64::from(last) * (p.high - p.low) / LEVELS
-            })
-            .collect()
-    }
-
-    #[test]
-    fn values_survive_to_a_level() {
-        let of = |values: Vec<f64>| DownsampledMap { nx: 7, ny: values.len() / 7, factor: 1, values };
-        let map = of((0..35).map(|i| (f64::from(i) * 1.7).sin() - 0.3).collect());
-        let found = decoded(&values(&map));
-        assert!(map.values.iter().zip(&found).all(|(a, b)| (a - b).abs() <= 2.0 / LEVELS), "{found:?}");
-        assert_eq!(decoded(&values(&of(vec![2.5; 14]))), [2.5; 14]);
+        views: views(sources),
     }
 }

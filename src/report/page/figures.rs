@@ -11,6 +11,7 @@ use crate::record::results::{FILE, ScalesSi};
 use crate::report::map::{self, Framed, Legend};
 use crate::report::picture::Picture;
 use crate::report::plot::Plot;
+use crate::report::relief::ReliefFigure;
 use crate::report::svg::Format;
 
 /// Run folder and common data of its pictures.
@@ -89,6 +90,19 @@ impl FigureWriter<'_> {
             format: Format::page(width),
         }
         .svg();
+        write_atomic(&path("svg"), |w| std::io::Write::write_all(w, svg.as_bytes()))?;
+        Ok(PreEscaped(svg))
+    }
+
+    /// Writes the bitmap `figures/NAME.png`, and `figures/NAME.svg` with labels; returns the latter.
+    pub(super) fn relief(&self, (name, alt): (&str, &str), drawn: &ReliefFigure) -> Result<Markup> {
+        if let Some(printed) = &self.options.printed {
+            printed::relief(self.folder, printed, (name, alt), drawn)?;
+        }
+        let path = |end: &str| self.folder.join("figures").join(format!("{name}.{end}"));
+        let png = drawn.relief.png(ReliefFigure::WIDTH).map_err(Error::io("write", path("png")))?;
+        write_atomic(&path("png"), |w| std::io::Write::write_all(w, &png))?;
+        let svg = drawn.svg(alt, &png, Format::page(ReliefFigure::WIDTH as f64));
         write_atomic(&path("svg"), |w| std::io::Write::write_all(w, svg.as_bytes()))?;
         Ok(PreEscaped(svg))
     }

@@ -96,13 +96,13 @@ function explore(root, data) {
   const white = [255, 255, 255];
   const quantityOf = view => view.quantity ?? state.quantity;
   function colours(view) {
-    if (view.layer === null) {
-      const [a, b] = [map(0, "contact"), map(1, "contact")];
-      if (!a || !b || a.nx !== b.nx) return null;
-      const pick = i => (a.values[i] ? (b.values[i] ? [0, 0, 0] : data.layers[0].colour) : b.values[i] ? data.layers[1].colour : white);
-      return { map: a, pick };
-    }
     const quantity = quantityOf(view);
+    if (quantity === "contact" && view.over !== null) {
+      const [a, b] = [map(view.layer, "contact"), map(view.over, "contact")];
+      if (!a || !b || a.nx !== b.nx) return null;
+      const [only, other] = [data.layers[0].colour, data.layers[view.over].colour];
+      return { map: a, pick: i => (a.values[i] ? (b.values[i] ? [0, 0, 0] : only) : b.values[i] ? other : white) };
+    }
     const [shownMap, contact] = [map(view.layer, quantity), map(view.layer, "contact")];
     if (!shownMap) return null;
     if (quantity === "contact") return { map: shownMap, pick: i => (shownMap.values[i] ? data.layers[view.layer].colour : white) };
@@ -112,21 +112,25 @@ function explore(root, data) {
     return { map: shownMap, pick: i => (dark ? (contact.values[i] ? [0, 0, 0] : ramp(DARKEST + (1 - DARKEST) * share(i))) : ramp(share(i))) };
   }
 
-  const LEFT = 46, BOTTOM = 30, BAR = 26, TOP = 6;
+  const LEFT = 46, BOTTOM = 30, BAR = 42, TOP = 6;
   function paint(view) {
     const { canvas, title } = view;
     const width = canvas.parentElement.clientWidth;
     const inner = [width - LEFT - 2, (width - LEFT - 2) * aspect];
-    const tall = TOP + inner[1] + BOTTOM + BAR;
+    // The maps of one row have one height.
+    const tall = TOP + inner[1] + BOTTOM + (views.some(v => quantityOf(v) !== "contact") ? BAR : 0);
     const ratio = window.devicePixelRatio || 1;
     canvas.width = width * ratio;
     canvas.height = tall * ratio;
     canvas.style.height = `${tall}px`;
     view.inner = inner;
     const quantity = quantityOf(view);
-    const layer = view.layer === null ? null : data.layers[view.layer];
-    title.textContent = !layer ? "Superposed" : view.quantity ? named(quantity).replace(/^./, c => c.toUpperCase()) : layer.title;
-    canvas.setAttribute("aria-label", `${title.textContent}, ${data.loads[state.load]}: map of ${layer ? named(quantity) : "contact"}`);
+    const layer = data.layers[view.layer];
+    const share = layer.shares[state.load];
+    title.textContent = !view.quantity
+      ? `${layer.title}${share ? `: ${share}` : ""}`
+      : view.over !== null ? "Superposed" : named(quantity).replace(/^./, c => c.toUpperCase());
+    canvas.setAttribute("aria-label", `${title.textContent}, ${data.loads[state.load]}: map of ${named(quantity)}`);
     const c = canvas.getContext("2d");
     c.scale(ratio, ratio);
     c.font = "12px system-ui, sans-serif";
@@ -161,7 +165,7 @@ function explore(root, data) {
       c.strokeStyle = "#cc3311";
       c.beginPath(), c.arc(px, py, 5, 0, 7), c.stroke();
     }
-    if (layer && quantity !== "contact") bar(c, inner, quantity);
+    if (quantity !== "contact") bar(c, inner, quantity);
   }
 
   const step = (low, high, n) => {
@@ -174,6 +178,11 @@ function explore(root, data) {
     for (let k = Math.ceil(low / by - 1e-9); k * by <= high + 1e-9 * by; k++) list.push(k * by);
     return list;
   };
+  // A label centred at x, or as far left of it as the right end requires.
+  const centred = (c, text, x, y, right) => {
+    c.textAlign = "center";
+    c.fillText(text, Math.min(x, right - c.measureText(text).width / 2), y);
+  };
   function axes(c, inner) {
     c.fillStyle = c.strokeStyle = ink();
     c.textAlign = "center";
@@ -181,9 +190,9 @@ function explore(root, data) {
     for (const t of ticks(x0, x0 + span * length, 4)) {
       const x = LEFT + (inner[0] * (t - x0)) / (span * length);
       c.fillRect(x, TOP + inner[1], 1, 4);
-      c.fillText(digits(t), clamp(x, LEFT + 6, LEFT + inner[0] - 10), TOP + inner[1] + 15);
+      centred(c, digits(t), x, TOP + inner[1] + 15, LEFT + inner[0] + 2);
     }
-    c.fillText(`x (${data.unit})`, LEFT + inner[0] / 2, TOP + inner[1] + 28);
+    centred(c, `x (${data.unit})`, LEFT + inner[0] / 2, TOP + inner[1] + 28, Infinity);
     c.save();
     c.translate(11, TOP + inner[1] / 2);
     c.rotate(-Math.PI / 2);
@@ -207,15 +216,14 @@ function explore(root, data) {
     }
     c.fillStyle = ink();
     c.fillText(digits(low, 3), LEFT, top + 19);
-    c.textAlign = "center";
-    c.fillText(named(quantity), LEFT + inner[0] / 2, top + 19);
+    centred(c, named(quantity), LEFT + inner[0] / 2, top + 32, Infinity);
     c.textAlign = "right";
     c.fillText(`≥ ${digits(high, 3)}`, LEFT + inner[0], top + 19);
     c.textAlign = "left";
   }
 
   // Gap and stress along the section.
-  const dashes = [[7, 4], []];
+  const dashes = [[7, 4], [2, 3]]; // the last layer has a solid line
   function paintProfile() {
     const kinds = ["gap", "stress"].filter(q => quantities.includes(q));
     const ratio = window.devicePixelRatio || 1;
@@ -239,16 +247,15 @@ function explore(root, data) {
       c.fillText(named(quantity), left, 12);
       c.textAlign = "right";
       for (const t of ticks(low, high, 3)) c.fillText(digits(t, 3), left - 5, bottom - ((t - low) / (high - low)) * (bottom - top) + 4);
-      c.textAlign = "center";
       const [x0, x1] = [state.u * length, (state.u + state.size) * length];
-      for (const t of ticks(x0, x1, 4)) c.fillText(digits(t), left + ((t - x0) / (x1 - x0)) * (right - left), bottom + 14);
-      c.fillText(`x (${data.unit})`, (left + right) / 2, bottom + 28);
+      for (const t of ticks(x0, x1, 4)) centred(c, digits(t), left + ((t - x0) / (x1 - x0)) * (right - left), bottom + 14, right + 6);
+      centred(c, `x (${data.unit})`, (left + right) / 2, bottom + 28, Infinity);
       c.textAlign = "left";
       c.strokeRect(left + 0.5, top + 0.5, right - left, bottom - top);
       c.save();
       c.beginPath(), c.rect(left, top, right - left, bottom - top), c.clip();
       lines.forEach(([layer, m], n) => {
-        c.setLineDash(data.layers.length > 1 ? dashes[n] : []);
+        c.setLineDash(layer === data.layers[data.layers.length - 1] ? [] : dashes[n]);
         c.lineWidth = 1.6;
         c.strokeStyle = layer.colour.every(v => v === 0) ? ink() : `rgb(${layer.colour})`;
         c.beginPath();
@@ -300,7 +307,14 @@ function explore(root, data) {
     draw();
   };
 
-  load.addEventListener("input", () => ((state.load = Number(load.value)), draw()));
+  const followers = [];
+  function select(n) {
+    state.load = n;
+    load.value = n;
+    draw();
+    followers.forEach(follow => follow());
+  }
+  load.addEventListener("input", () => select(Number(load.value)));
   section.addEventListener("input", () => ((state.section = Number(section.value)), draw()));
   for (const view of views) {
     const { canvas } = view;
@@ -355,8 +369,13 @@ function explore(root, data) {
   }
   for (const change of ["resize", "theme"]) window.addEventListener(change, draw);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
-  return draw();
+  // For other views of the same load: contact of a layer, load, change of the load.
+  const contact = async layer => (await fetchLoad(), map(layer, "contact"));
+  return draw().then(() => ({ loads: data.loads, layers: data.layers, load: () => state.load, select, contact, follow: f => followers.push(f) }));
 }
 
 const stored = document.getElementById("maps");
-if (stored && "DecompressionStream" in window) explore(document.getElementById("explorer"), JSON.parse(stored.textContent));
+const explored =
+  stored && "DecompressionStream" in window
+    ? explore(document.getElementById("explorer"), JSON.parse(stored.textContent))
+    : Promise.resolve(null);

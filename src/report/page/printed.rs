@@ -13,6 +13,7 @@ use crate::record::atomic_file::write_atomic;
 use crate::report::map::{Bar, Framed, Legend};
 use crate::report::picture::{self, BLUE, ORANGE, Picture, Rgb};
 use crate::report::plot::{Axis, Dash, Marker, Plot, Style};
+use crate::report::relief::ReliefFigure;
 use crate::report::svg::{Format, css};
 
 /// Options of a report.
@@ -80,6 +81,8 @@ image.interpolation: nearest
 savefig.dpi: 300
 pdf.fonttype: 42
 ";
+/// Resolution of views of the surface in print.
+const PRINTED_DPI: f64 = 300.0;
 const STYLE_FILE: &str = "asperity.mplstyle";
 
 fn store(path: &Path, bytes: &[u8]) -> Result<()> {
@@ -250,6 +253,44 @@ pub(super) fn map(
         data.push('\n');
     }
     files(&folder, printed, name, &svg, &data, &map_script(printed, name, cell_m, (picture, legend)))
+}
+
+/// Files of a view of the surface: heights in the CSV file, colours of the cells in a second one.
+pub(super) fn relief(
+    run: &Path,
+    printed: &PrintedFigures,
+    (name, alt): (&str, &str),
+    drawn: &ReliefFigure,
+) -> Result<()> {
+    let folder = printed.folder(run);
+    let pixels = (printed.width_mm / 25.4 * PRINTED_DPI) as usize;
+    let png = drawn.relief.png(pixels).map_err(Error::io("write", folder.join(name)))?;
+    let svg = drawn.svg(alt, &png, Format::printed(printed.width_mm));
+    let highest = drawn.heights_m.iter().copied().fold(0.0, f64::max);
+    let ((height, prefix), (length, length_prefix)) =
+        (crate::report::number::si_scale(highest), crate::report::number::si_scale(drawn.length_m));
+    let rows = |cells: Vec<String>| cells.chunks(drawn.relief.nx).map(|row| row.join(",") + "\n").collect::<String>();
+    let heights = rows(drawn.heights_m.iter().map(|h| format!("{}", (h / height) as f32)).collect());
+    let colours = rows(drawn.relief.colours.iter().map(|c| css(*c)).collect());
+    let across = drawn.length_m / length;
+    let script = preamble(name, printed)
+        + &format!(
+            "import numpy as np\n\n\
+             # Rows of the files from the lowest; heights upwards, of the surface upside down.\n\
+             heights = np.loadtxt(here / \"{name}.csv\", delimiter=\",\", ndmin=2)\n\
+             colours = np.loadtxt(here / \"{name}-colours.csv\", delimiter=\",\", ndmin=2, dtype=str, comments=None)\n\
+             ny, nx = heights.shape\n\
+             x, y = np.meshgrid(np.arange(nx) * {across} / nx, np.arange(ny) * {} / ny)\n\
+             figure, axes = plt.subplots(figsize=(width, width), subplot_kw={{\"projection\": \"3d\"}})\n\
+             axes.plot_surface(x, y, heights, facecolors=matplotlib.colors.to_rgba_array(colours.ravel()).reshape(ny, nx, 4), \
+             rcount=128, ccount=128)\n\
+             axes.set(xlabel=\"x ({length_prefix}m)\", ylabel=\"y ({length_prefix}m)\", zlabel=\"height ({prefix}m)\", box_aspect=(1, {}, 0.2))\n\
+             figure.savefig(here / \"{name}-redrawn.pdf\")\n",
+            across * drawn.relief.aspect,
+            drawn.relief.aspect
+        );
+    files(&folder, printed, name, &svg, &heights, &script)?;
+    store(&folder.join(format!("{name}-colours.csv")), colours.as_bytes())
 }
 
 fn map_script(

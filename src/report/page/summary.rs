@@ -1,27 +1,20 @@
-//! First screen: the answer in one sentence, the maps, the area–load curve, four numbers, warnings.
+//! First screen: the answer in one sentence, the maps, the area–load curve, warnings.
 
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::compare::{SAME_LOAD, at_load, deviation, matched};
+use super::compare::{SAME_LOAD, at_load, deviation, matched, matched_uncertainty, more_or_less, yielding};
 use super::definitions::{Term, term};
 use super::figures::FigureWriter;
-use super::uncertainty::parts;
-use super::{challenge, curves, explorer};
+use super::uncertainty::total;
+use super::{challenge, curves, explorer, tiles};
 use crate::error::Result;
 use crate::record::advice::AccuracyChoice;
 use crate::record::quantity::Quantity;
-use crate::record::results::{ComparisonResults, ContinuumResults, LoadComparison, Results, StateResults};
-use crate::report::number::{count, duration, error_of, percent, si, significant, trimmed};
-
-/// One of the four numbers. `exact`: the number of `results.json` that is shown, if it is one.
-struct Tile {
-    name: Markup,
-    value: String,
-    exact: Option<f64>,
-    error: String,
-    note: String,
-}
+use crate::record::results::{
+    AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Results, StateResults,
+};
+use crate::report::number::{duration, error_of, percent, si, significant, trimmed};
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let maps = explorer::section(writer, results)?;
@@ -35,18 +28,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
             @if let Some(maps) = maps { div.explorer id="explorer" { (maps) } }
             div.beside {
                 @if let Some(curve) = curve { (curve) }
-                div.tiles {
-                    @for t in tiles(results) {
-                        div.tile {
-                            div.name { (t.name) }
-                            div.value {
-                                @match t.exact { Some(v) => { data value=(v) { (t.value) } }, None => { (t.value) } }
-                                span.error { (t.error) }
-                            }
-                            div.note { (t.note) }
-                        }
-                    }
-                }
+                (tiles::section(results))
             }
         }
         @if !results.warnings.is_empty() {
@@ -86,7 +68,10 @@ fn chosen(c: &AccuracyChoice) -> String {
 /// The main result in one sentence with its uncertainty.
 fn answer(results: &Results) -> Option<Markup> {
     match &results.comparison {
-        Some(c) => comparison_found(c),
+        Some(c) => {
+            let hardness = results.atoms.as_ref().and_then(|atoms| hardness_found(atoms, c));
+            hardness.or_else(|| comparison_found(c))
+        }
         None => results.continuum.as_ref().and_then(|c| continuum_found(results, c)).map(|s| html! { (s) }),
     }
 }
@@ -98,16 +83,34 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
     if low == high { low } else { format!("{low} to {high}") }
 }
 
-/// Relative uncertainty of a quantity at a load: the sum of the known components; `None` if none is known.
-fn relative(s: &StateResults, quantity: Quantity) -> Option<f64> {
-    let known = parts(s, quantity);
-    (!known.is_empty()).then(|| known.iter().map(|p| p.1).sum())
-}
-
-/// Relative uncertainty of the matched continuum's contact area at a load.
-fn matched_uncertainty(c: &ComparisonResults, load: &LoadComparison) -> Option<f64> {
+/// Why the elastic continuum differs from the atoms, and what a hardness explains; `None` without a solution with hardness.
+fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup> {
+    let hardness = c.yielding_wall.as_ref()?.hardness? * atoms.modulus_gpa * 1e9;
+    let pairs: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
+    let worst = |of: &dyn Fn(&LoadComparison, &CriterionMatch, &CriterionMatch) -> Option<f64>| {
+        let all = pairs.iter().filter_map(|(l, e, h)| Some((*l, *e, of(l, e, h)?)));
+        all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
+    };
+    let (load, elastic, off) = worst(&|l, e, _| deviation(l, e))?;
+    let (_, _, left) = worst(&|l, _, h| deviation(l, h))?;
     let state = at_load(&c.compliant_wall.states, load.p_star, |s: &StateResults| s.numbers.p_star)?;
-    relative(state, Quantity::ContactArea)
+    let stress = state.numbers.pressure / elastic.contact_fraction * atoms.modulus_gpa * 1e9;
+    let lowest = |of: fn(&CriterionMatch) -> f64, hard: bool| {
+        pairs.iter().map(|(_, e, h)| of(if hard { h } else { e })).fold(f64::INFINITY, f64::min)
+    };
+    let kappa = |hard| significant(lowest(|m| m.overlap.kappa, hard), 2);
+    let shifted = pairs.iter().map(|(_, _, h)| h.shifted.kappa.abs()).fold(0.0, f64::max);
+    let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
+    let share = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
+    let verb = if stress > hardness { "exceeds" } else { "is below" };
+    let explains = if left.abs() < 0.5 * off.abs() { "explains it" } else { "does not explain it" };
+    Some(html! {
+        strong { "The atoms have up to " (more_or_less(off)) " " (term(Term::Contact)) " than the elastic continuum, and the crystal’s hardness " (explains) }
+        ". The elastic contact stress of " (si(stress, "Pa", 3)) " at " (term(Term::Load)) " = " (trimmed(load.p_star, 4)) " " (verb) " the hardness of "
+        (si(hardness, "Pa", 3)) "; with it the areas differ by at most " (percent(left.abs())) ", and the maps agree with "
+        (term(Term::Kappa)) " ≥ " (kappa(true)) " (elastic: " (kappa(false)) "; misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). At p* = "
+        (loads) ", " (share) " of the surface atoms are in contact."
+    })
 }
 
 fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
@@ -175,12 +178,12 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
 
 /// ` (± 3.2 % of it)`; empty if no component is known.
 fn plus_minus(s: &StateResults, quantity: Quantity) -> String {
-    relative(s, quantity).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)))
+    total(s, quantity).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)))
 }
 
 /// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads.
 fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
-    let known = c.states.iter().filter(|s| s.numbers.stop != "detached").filter_map(|s| relative(s, quantity));
+    let known = c.states.iter().filter(|s| s.numbers.stop != "detached").filter_map(|s| total(s, quantity));
     known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} of it or less)", percent(r)))
 }
 
@@ -198,127 +201,4 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
         (!alike).then_some((loading, back))
     };
     (0..c.states.len()).rev().find_map(pair)
-}
-
-/// ` ± 0.2 %`: an absolute error of a value with a relative one.
-fn error(value: f64, relative: Option<f64>, show: impl Fn(f64) -> String) -> String {
-    relative.map_or(" ± not known".into(), |r| format!(" ± {}", show((r * value).abs())))
-}
-
-fn tiles(results: &Results) -> Vec<Tile> {
-    let mut tiles = Vec::new();
-    if let Some(c) = &results.continuum {
-        let pressed = c.states.iter().filter(|s| s.numbers.stop != "detached" && s.branch == Branch::Loading);
-        if let Some(s) = pressed.max_by(|a, b| a.numbers.p_star.total_cmp(&b.numbers.p_star)) {
-            tiles.extend(continuum_tiles(results, c, s));
-        }
-    }
-    if let Some(c) = &results.comparison {
-        // The continuum at laboratory scale keeps contact and gap.
-        tiles.truncate(2);
-        tiles.extend(comparison_tiles(c));
-    } else if let Some((atoms, state)) = results.atoms.as_ref().and_then(|a| Some((a, a.states.last()?))) {
-        tiles.truncate(3);
-        tiles.push(Tile {
-            name: html! { "atoms in contact at p* = " (trimmed(state.p_star, 4)) },
-            value: percent(state.contact_fraction),
-            exact: Some(state.contact_fraction),
-            error: String::new(),
-            note: format!("of the surface layer of {} moving atoms", count(atoms.deformable)),
-        });
-    }
-    tiles
-}
-
-/// Two digits of an error in per cent.
-fn two_digits(share: f64) -> String {
-    format!("{}\u{a0}%", significant(100.0 * share, 2))
-}
-
-fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) -> Vec<Tile> {
-    let (metres, pascal) = (results.scales.length_m, results.scales.modulus_pa);
-    let at = format!("p* = {}", trimmed(s.numbers.p_star, 4));
-    let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
-    let area = relative(s, Quantity::ContactArea);
-    let mut tiles = vec![
-        Tile {
-            name: html! { (term(Term::Contact)) " at " (at) (scale) },
-            // One unit for value and error: `8.10 ± 0.18 %` is no relative error.
-            value: match area {
-                Some(_) => significant(100.0 * s.contact_fraction_corrected, 3),
-                None => percent(s.contact_fraction_corrected),
-            },
-            exact: Some(s.contact_fraction_corrected),
-            error: error(s.contact_fraction_corrected, area, two_digits),
-            note: format!("of the cell, perimeter-corrected; {}", c.method),
-        },
-        Tile {
-            name: html! { "mean " (term(Term::Gap)) " at " (at) (scale) },
-            value: si(s.mean_gap * metres, "m", 3),
-            exact: Some(s.mean_gap),
-            error: error(s.mean_gap * metres, relative(s, Quantity::MeanGap), |e| si(e, "m", 2)),
-            note: format!("under {}", si(s.numbers.pressure * pascal, "Pa", 3)),
-        },
-    ];
-    if let Some(p) = &c.pull_off {
-        tiles.push(Tile {
-            name: html! { "pull-off stress" },
-            value: si(-p.pressure * pascal, "Pa", 3),
-            exact: Some(p.pressure),
-            error: format!(" ± {}", si(p.pressure_error * pascal, "Pa", 2)),
-            note: format!("at a mean gap of {}", si(p.mean_gap * metres, "m", 3)),
-        });
-    }
-    if let Some(p) = s.observed.as_ref().and_then(|o| o.mean_contact_pressure) {
-        tiles.push(Tile {
-            name: html! { "mean contact pressure at " (at) },
-            value: si(p * pascal, "Pa", 3),
-            exact: Some(p),
-            error: error(p * pascal, area, |e| si(e, "Pa", 2)),
-            note: "over the contact; its uncertainty is that of the area".into(),
-        });
-    }
-    if let Some(k) = s.numbers.stiffness {
-        let unit = pascal / metres;
-        tiles.push(Tile {
-            name: html! { "contact stiffness at " (at) },
-            value: si(k * unit, "Pa/m", 3),
-            exact: Some(k),
-            error: s
-                .numbers
-                .stiffness_error
-                .map_or(" ± not known".into(), |e| format!(" ± {}", si(e * unit, "Pa/m", 2))),
-            note: "derivative of the mean pressure by the mean gap".into(),
-        });
-    }
-    tiles.truncate(4);
-    tiles
-}
-
-/// Deviation of the areas and agreement of the maps at the highest load.
-fn comparison_tiles(c: &ComparisonResults) -> Vec<Tile> {
-    let Some((load, m)) = c.loads.last().and_then(|l| Some((l, matched(l)?))) else { return Vec::new() };
-    let at = format!("p* = {}", trimmed(load.p_star, 4));
-    let ratio = deviation(load, m).map(|off| Tile {
-        name: html! { "contact of the atoms over the continuum’s at " (at) },
-        value: significant(1.0 + off, 4),
-        exact: None,
-        error: error(1.0 + off, matched_uncertainty(c, load), |e| significant(e, 2)),
-        note: format!(
-            "{} of the atoms, {} of the continuum",
-            percent(load.atoms.contact_fraction),
-            percent(m.contact_fraction)
-        ),
-    });
-    let kappa = Tile {
-        name: html! { "agreement of the maps, " (term(Term::Kappa)) ", at " (at) },
-        value: significant(m.overlap.kappa, 2),
-        exact: Some(m.overlap.kappa),
-        error: String::new(),
-        note: format!(
-            "1: identical maps; misaligned by a third and a fifth of the cell: {}",
-            significant(m.shifted.kappa, 2)
-        ),
-    };
-    ratio.into_iter().chain([kappa]).collect()
 }

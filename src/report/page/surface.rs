@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::figures::{FigureWriter, capitalised, figure, panel, symbol, table, text};
+use super::relief;
 use crate::error::{Error, Result};
 use crate::record::results::{Results, Statistic};
 use crate::report::map::{Bar, Legend};
@@ -28,6 +29,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
                 "height is the integral of C(q) over d²q/(2π)² (doi:10.1088/2051-672X/aa51f8)."
                 @if !surface.periodic { " Computed under a Hann window, which affects the two lowest modes." } }))
         }
+        @if let Some(relief) = relief::section(writer, results)? { (relief) }
     })
 }
 

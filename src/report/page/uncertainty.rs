@@ -127,6 +127,12 @@ pub(super) fn parts(s: &StateResults, quantity: Quantity) -> Vec<(UncertaintySou
     s.uncertainty.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
 }
 
+/// Relative uncertainty of a quantity: the sum of the known components; `None` if none is known.
+pub(super) fn total(s: &StateResults, quantity: Quantity) -> Option<f64> {
+    let known = parts(s, quantity);
+    (!known.is_empty()).then(|| known.iter().map(|p| p.1).sum())
+}
+
 /// Stacked bar of one quantity's components, in fractions of the longest bar.
 fn bar(s: &StateResults, quantity: Quantity, longest: f64) -> Markup {
     let parts = parts(s, quantity);

@@ -21,20 +21,26 @@ const FRONT: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: 
 const UNCERTAIN: Style = Style { colour: picture::GREY, dash: Dash::Dashed, marker: Marker::None };
 const UNCERTAIN_WITHOUT: Style = Style { dash: Dash::Dotted, ..UNCERTAIN };
 
-pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
-    let mut figures = Vec::new();
+/// Quantities whose charts are on the first screen.
+const FIRST: [Quantity; 2] = [Quantity::ContactArea, Quantity::MeanGap];
+
+/// Charts of the first screen, and the section with the others.
+pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<(Vec<Markup>, Markup)> {
+    let (mut first, mut others) = (Vec::new(), Vec::new());
     for quantity in Quantity::COMPARED {
         if let Some(drawn) = chart(writer, tradeoff, quantity)? {
             let caption = html! { (capitalised(quantity.name())) ": " (quantity.error_definition()) "." };
-            figures.push(figure(drawn, caption));
+            let list = if FIRST.contains(&quantity) { &mut first } else { &mut others };
+            list.push(figure(drawn, caption));
         }
     }
-    Ok(html! {
+    let section = html! {
         p { "Each mark is a setting: a grid, a precision and a tolerance of one method. The line joins the Pareto-optimal settings; "
             "grey lines are the uncertainty of the reference. Methods that do not deliver a quantity are absent; "
-            "the reasons are in the " a href="#settings" { "list of settings" } "." }
-        @for f in &figures { (f) }
-    })
+            "the reasons are in the " a href="#settings" { "list of settings" } ". Contact area and mean gap are at the top of the page." }
+        @for f in &others { (f) }
+    };
+    Ok((first, section))
 }
 
 fn chart(writer: &FigureWriter, tradeoff: &Tradeoff, quantity: Quantity) -> Result<Option<Markup>> {

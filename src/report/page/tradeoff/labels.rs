@@ -6,13 +6,23 @@ use crate::report::number::trimmed;
 use crate::report::page::figures::text;
 use maud::Markup;
 
-/// Short name of a setting.
-pub(super) fn words(s: &Setting) -> String {
-    if let Some(block) = s.block {
-        return format!("{}, a block of {block} cells", s.method);
+/// Method and grid of a setting.
+pub(super) fn short(s: &Setting) -> String {
+    match s.block {
+        Some(block) => format!("{}, a block of {block} cells", s.method),
+        None => format!("{0} on {1} × {1} points", s.method, s.nx),
     }
+}
+
+/// Precision, tolerance and layer of a setting.
+pub(super) fn accuracy(s: &Setting) -> String {
     let slab = s.layer_thickness.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
-    format!("{0}, {1} × {1} grid, {2} to\u{a0}{3}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
+    format!("{} to\u{a0}{}{slab}", s.precision, trimmed(s.tolerance, 2))
+}
+
+/// Name of a setting.
+pub(super) fn words(s: &Setting) -> String {
+    if s.block.is_some() { short(s) } else { format!("{}, {}", short(s), accuracy(s)) }
 }
 
 /// Methods with results in the order of the table, and whether they include adhesion.

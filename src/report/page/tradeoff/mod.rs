@@ -16,7 +16,8 @@ use maud::{Markup, html};
 pub(super) fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
-    add("front", "Error against cost", charts::section(writer, tradeoff)?);
+    let (first, others) = charts::section(writer, tradeoff)?;
+    add("front", "Error against cost", others);
     add("cheapest", "Cheapest setting per error class", tables::cheapest(tradeoff));
     add("growth", "Growth of the cost with the grid", costs::section(writer, tradeoff)?);
     if tradeoff.points.iter().any(|p| p.resolved.is_some()) {
@@ -29,7 +30,7 @@ pub(super) fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup>
     }
     add("sources", "Sources", html! { ol { li { (linked(costs::SOURCE)) } } });
     let name = format!("{}: accuracy and its cost", tradeoff.name);
-    document((&name, &lead(tradeoff)), top(tradeoff), &sections, &writer.folder.join(FILE))
+    document((&name, &lead(tradeoff)), top(tradeoff, &first), &sections, &writer.folder.join(FILE))
 }
 
 fn lead(tradeoff: &Tradeoff) -> String {
@@ -43,13 +44,15 @@ fn lead(tradeoff: &Tradeoff) -> String {
     format!("{settings} of {methods}, each at {loads}, against {against}.")
 }
 
-fn top(tradeoff: &Tradeoff) -> Markup {
+/// The conclusion, the charts of area and mean gap, and the setting of the comparison.
+fn top(tradeoff: &Tradeoff, charts: &[Markup]) -> Markup {
     let loads: Vec<String> = tradeoff.p_star.iter().map(|p| trimmed(*p, 4)).collect();
     html! {
         @if let Some(conclusion) = tables::conclusion(tradeoff) { p.found { (conclusion) } }
         @if !tradeoff.warnings.is_empty() {
             details.warnings open { summary { "Warnings" } ul { @for w in &tradeoff.warnings { li { (w) } } } }
         }
+        div.pair { @for c in charts { (c) } }
         p { "Surface " (tradeoff.surface) "; " (tradeoff.kernel) "; adhesion " (tradeoff.adhesion)
             @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (tradeoff.threads)
             @if tradeoff.threads == 1 { " thread" } @else { " threads" } ", " (runs(tradeoff)) "; " (duration(tradeoff.spent_seconds)) " in all"

@@ -1,6 +1,6 @@
 //! Tables of the cheapest settings, the references, and all settings.
 
-use super::labels::{dash, words};
+use super::labels::{accuracy, dash, short, words};
 use crate::compare::pareto::cheapest as least;
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
@@ -54,27 +54,38 @@ pub(super) fn cheapest(tradeoff: &Tradeoff) -> Markup {
     }
 }
 
-/// The cheapest setting for the area, and for the mean gap, within the classes that a setting meets.
+/// Costs up to this factor above the smallest are equal: processor times of repeated runs scatter by as much.
+const EQUAL_COST: f64 = 1.25;
+
+/// The cheapest setting for the area, and for the mean gap, within the classes that a setting meets; other methods of equal
+/// cost are named.
 pub(super) fn conclusion(tradeoff: &Tradeoff) -> Option<Markup> {
     let clauses = [Quantity::ContactArea, Quantity::MeanGap].into_iter().filter_map(|quantity| {
         let known: Vec<(&TradeoffPoint, f64)> =
             tradeoff.points.iter().filter_map(|p| Some((p, tradeoff.error(p, quantity)?))).collect();
         let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
         // The class that most readers want, else the next that a setting meets.
-        let (class, i) = CLASSES[1..].iter().find_map(|c| Some((c.0, least(&points, limit(quantity, c.1))?)))?;
+        let (class, i) = CLASSES[1..].iter().find_map(|c| Some((*c, least(&points, limit(quantity, c.1))?)))?;
         let (p, error) = known[i];
+        let mut equal: Vec<&str> = Vec::new();
+        for (other, _) in known.iter().filter(|(o, e)| {
+            *e <= limit(quantity, class.1) && o.cost.cpu_seconds <= EQUAL_COST * p.cost.cpu_seconds
+        }) {
+            let method = other.setting.method.as_str();
+            if method != p.setting.method && !equal.contains(&method) {
+                equal.push(method);
+            }
+        }
         Some(html! {
-            "for the " (quantity.name()) " within " (class) ": " strong { (words(&p.setting)) } ", "
-            (duration(p.cost.cpu_seconds)) " of processor time, error " (shown(quantity, error))
+            "For the " (quantity.name()) " within " (class.0) ": " strong { (short(&p.setting)) ", " (duration(p.cost.cpu_seconds)) }
+            " (error " (shown(quantity, error)) ", " (accuracy(&p.setting))
+            @if p.calibrated_on.is_some() { ", with fitted constants" }
+            @if !equal.is_empty() { "; as cheap: " (equal.join(", ")) }
+            ")."
         })
     });
     let clauses: Vec<Markup> = clauses.collect();
-    (!clauses.is_empty()).then(|| {
-        html! {
-            "Cheapest setting "
-            @for (k, c) in clauses.iter().enumerate() { @if k > 0 { "; " } (c) } "."
-        }
-    })
+    (!clauses.is_empty()).then(|| html! { @for (k, c) in clauses.iter().enumerate() { @if k > 0 { " " } (c) } })
 }
 
 /// The reference solutions, load by load.
@@ -88,10 +99,10 @@ pub(super) fn references(tradeoff: &Tradeoff) -> Markup {
                 (significant(r.cost.fft_pairs, 3)) " FFT pairs. "
                 @if r.coarser.is_empty() { "Without coarser grids its convergence is not known." }
                 @else { "Coarser grids: " (r.coarser.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(", "))
-                    " points per side. Numbers are extrapolated where three grids show an order, and uncertain by the way that this "
-                    "goes; where they show none, the finest grid’s number stands and is uncertain by the last change. Maps and \
-                     distributions are uncertain by what is left to come where errors fall from grid to grid as they did on these, \
-                     at most with the second order; of one grid below, with the first." } }
+                    " points per side. Numbers are extrapolated where three grids show an order, and their uncertainty is the extrapolated "
+                    "change; otherwise the number is that of the finest grid, and its uncertainty the last change. The uncertainty of maps and \
+                     distributions is the remaining error if errors continue to decrease as on these grids, at most with the second order; \
+                     with one coarser grid, with the first." } }
             @let rows = r.loads.iter().map(|l| {
                 let cell = |m: Quantity, unit: f64, name: &str| match l.numbers.get(&m) {
                     None => dash(),
