@@ -1,7 +1,8 @@
 //! Contact area and mean contact pressure.
 
-use super::{ChallengeData, Statement, cover, reference};
+use super::{ChallengeData, Statement, cover, reference, uncertainty};
 use crate::record::acceptance::AcceptanceCheck;
+use crate::record::quantity::Quantity;
 use crate::record::results::StateResults;
 use std::f64::consts::PI;
 
@@ -21,68 +22,128 @@ fn area(s: &StateResults) -> f64 {
     s.contact_fraction_corrected
 }
 
+/// Values that the statements are about.
+struct Areas {
+    increase: Found,
+    at_reference: Found,
+    ratio: Found,
+    law: Found,
+    spread: Found,
+    lowest: Found,
+    first: Found,
+}
+
+/// A value with its relative error; `None` if the run has no such value.
+type Found = Option<(f64, Option<f64>)>;
+
+impl Areas {
+    fn of(data: &ChallengeData) -> Self {
+        let plain: Vec<&StateResults> = ChallengeData::touching(data.plain).collect();
+        let adhesive: Vec<&StateResults> = ChallengeData::touching(data.adhesive).collect();
+        // Waves that the grid does not resolve are absent from the solution: loads are relative to the resolved rms
+        // gradient.
+        let gradient = data.plain.resolved_gradient.unwrap_or(1.0);
+        let load = |s: &StateResults| s.numbers.pressure / gradient;
+        // Values with their relative errors.
+        let worst = |list: &[(f64, Option<f64>)], aim: f64| {
+            let off = |v: &(f64, Option<f64>)| (v.0 / aim - 1.0).abs();
+            list.iter().copied().max_by(|a, b| off(a).total_cmp(&off(b)))
+        };
+        let of = |s: &StateResults| uncertainty(s, Quantity::ContactArea);
+        let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a + b);
+        let ratios: Vec<_> =
+            plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| (area(s) / load(s), of(s))).collect();
+        let law: Vec<_> = plain
+            .iter()
+            .filter(|s| s.numbers.p_star < ALL)
+            .map(|s| (area(s) / libm::erf(PI.sqrt() * load(s)), of(s)))
+            .collect();
+        let increases: Vec<_> = adhesive
+            .iter()
+            .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
+            .filter_map(|s| {
+                let without = plain.iter().find(|p| p.numbers.index == s.numbers.index)?;
+                Some((area(s) / area(without), both(of(s), of(without))))
+            })
+            .collect();
+        let at_reference = reference(data.adhesive).map(|s| (100.0 * area(s), of(s)));
+        let pressures: Vec<_> = adhesive
+            .iter()
+            .filter(|s| (9.9e-4..0.1001).contains(&s.numbers.p_star))
+            .map(|s| (s.numbers.pressure / area(s), of(s)))
+            .collect();
+        let spread = cover(adhesive.iter().map(|s| s.numbers.p_star), SPAN).then(|| {
+            let by_value = |a: &&(f64, Option<f64>), b: &&(f64, Option<f64>)| a.0.total_cmp(&b.0);
+            let (least, most) = (pressures.iter().min_by(by_value)?, pressures.iter().max_by(by_value)?);
+            Some((most.0 / least.0, both(most.1, least.1)))
+        });
+        let lowest: Vec<_> =
+            plain.iter().filter(|s| s.numbers.p_star < 0.0101).map(|s| (load(s) / area(s), of(s))).collect();
+        let first =
+            adhesive.iter().find(|s| (s.numbers.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| (100.0 * area(s), of(s)));
+        Areas {
+            increase: worst(&increases, 1.5),
+            at_reference,
+            ratio: worst(&ratios, 2.0),
+            law: worst(&law, 1.0),
+            spread: spread.flatten(),
+            lowest: worst(&lowest, 0.5),
+            first,
+        }
+    }
+}
+
 pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
-    let plain: Vec<&StateResults> = ChallengeData::touching(data.plain).collect();
-    let adhesive: Vec<&StateResults> = ChallengeData::touching(data.adhesive).collect();
-    // Waves that the grid does not resolve are absent from the solution: loads are relative to the resolved rms
-    // gradient.
-    let gradient = data.plain.resolved_gradient.unwrap_or(1.0);
-    let load = |s: &StateResults| s.numbers.pressure / gradient;
-    let worst = |list: &[f64], aim: f64| {
-        list.iter().copied().max_by(|a, b| (a / aim - 1.0).abs().total_cmp(&(b / aim - 1.0).abs()))
-    };
-    let ratios: Vec<f64> = plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| area(s) / load(s)).collect();
-    let law: Vec<f64> =
-        plain.iter().filter(|s| s.numbers.p_star < ALL).map(|s| area(s) / libm::erf(PI.sqrt() * load(s))).collect();
-    let increases: Vec<f64> = adhesive
-        .iter()
-        .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
-        .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.numbers.index == s.numbers.index)?)))
-        .collect();
-    let at_reference = reference(data.adhesive).map(area);
-    let pressures: Vec<f64> = adhesive
-        .iter()
-        .filter(|s| (9.9e-4..0.1001).contains(&s.numbers.p_star))
-        .map(|s| s.numbers.pressure / area(s))
-        .collect();
-    let spread = cover(adhesive.iter().map(|s| s.numbers.p_star), SPAN).then(|| {
-        let (least, most) = pressures.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(*p), m.max(*p)));
-        most / least
-    });
-    let lowest: Vec<f64> = plain.iter().filter(|s| s.numbers.p_star < 0.0101).map(|s| load(s) / area(s)).collect();
-    let first = adhesive.iter().find(|s| (s.numbers.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| 100.0 * area(s));
+    let Areas { increase, at_reference, ratio, law, spread, lowest, first } = Areas::of(data);
+    let value = |found: Found| found.map(|f| f.0);
+    let with_error =
+        |check: AcceptanceCheck, found: Found| check.with_error(found.and_then(|(v, relative)| Some(v * relative?)));
     vec![
         data.of_both(
             Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"),
-            |item| item.near(worst(&increases, 1.5), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it"),
+            |item| {
+                with_error(
+                    item.near(value(increase), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it"),
+                    increase,
+                )
+            },
         ),
         data.of_both(Statement::new("S06", "contact at the reference load, with adhesion", "%"), |item| {
-            item.near(at_reference.map(|a| 100.0 * a), 3.0, 0.5, "\"3 %\", to half of its digit")
+            with_error(item.near(value(at_reference), 3.0, 0.5, "\"3 %\", to half of its digit"), at_reference)
         }),
-        Statement::new("S07a", "area over load without adhesion, a_r/p*, below 20 % of contact", "1").near(
-            worst(&ratios, 2.0),
-            2.0,
-            2.0 * SYMBOL_SIZE,
-            "symbol size; the load farthest from it, in terms of the resolved gradient",
+        with_error(
+            Statement::new("S07a", "area over load without adhesion, a_r/p*, below 20 % of contact", "1").near(
+                value(ratio),
+                2.0,
+                2.0 * SYMBOL_SIZE,
+                "symbol size; the load farthest from it, in terms of the resolved gradient",
+            ),
+            ratio,
         ),
-        Statement::new("S07b", "area without adhesion over erf(√π p*), all loads", "1").near(
-            worst(&law, 1.0),
-            1.0,
-            SYMBOL_SIZE,
-            "symbol size; the load farthest from it",
+        with_error(
+            Statement::new("S07b", "area without adhesion over erf(√π p*), all loads", "1").near(
+                value(law),
+                1.0,
+                SYMBOL_SIZE,
+                "symbol size; the load farthest from it",
+            ),
+            law,
         ),
         data.of_both(
             Statement::new("S08", "mean contact pressure, largest over smallest, p* = 0.001 … 0.1", "1"),
-            |item| item.within(spread, 1.0, [1.0, 1.5], "\"changes by less than 50 %\""),
+            |item| with_error(item.within(value(spread), 1.0, [1.0, 1.5], "\"changes by less than 50 %\""), spread),
         ),
-        Statement::new("S09", "mean contact pressure without adhesion at small loads", "E* ḡ").near(
-            worst(&lowest, 0.5),
-            0.5,
-            0.075,
-            "15 %; the load farthest from it, up to p* = 0.01",
+        with_error(
+            Statement::new("S09", "mean contact pressure without adhesion at small loads", "E* ḡ").near(
+                value(lowest),
+                0.5,
+                0.075,
+                "15 %; the load farthest from it, up to p* = 0.01",
+            ),
+            lowest,
         ),
         data.of_both(Statement::new("S10", "contact at p* = 0.001, with adhesion", "%"), |item| {
-            item.within(first, 0.3, [0.2, 0.45], "\"0.3 %\", to a factor of 1.5")
+            with_error(item.within(value(first), 0.3, [0.2, 0.45], "\"0.3 %\", to a factor of 1.5"), first)
         }),
     ]
 }

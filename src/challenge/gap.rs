@@ -1,7 +1,8 @@
 //! Mean gap, stiffness and the distribution of gaps.
 
-use super::{ChallengeData, Statement, cover, line, reference, setting, share_below};
+use super::{ChallengeData, Line, Statement, cover, line, reference, setting, share_below, uncertainty};
 use crate::record::acceptance::AcceptanceCheck;
+use crate::record::quantity::Quantity;
 use crate::record::results::FIRST_TOUCH;
 
 /// Mean gap at the reference load, µm, and three standard deviations: 100 realisations by independent code,
@@ -32,18 +33,12 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
 fn at_reference_load(data: &ChallengeData) -> [AcceptanceCheck; 2] {
     let state = reference(data.plain);
     [
-        Statement::new("A01", "mean gap at the reference load, without adhesion", "µm").near(
-            state.map(|s| s.mean_gap * data.length_um),
-            MEAN_GAP[0],
-            MEAN_GAP[1],
-            OTHER_SURFACES,
-        ),
-        Statement::new("A02", "contact stiffness at the reference load, without adhesion", "E* ḡ/L").near(
-            state.and_then(|s| s.numbers.stiffness),
-            STIFFNESS[0],
-            STIFFNESS[1],
-            OTHER_SURFACES,
-        ),
+        Statement::new("A01", "mean gap at the reference load, without adhesion", "µm")
+            .near(state.map(|s| s.mean_gap * data.length_um), MEAN_GAP[0], MEAN_GAP[1], OTHER_SURFACES)
+            .with_error(state.and_then(|s| Some(uncertainty(s, Quantity::MeanGap)? * s.mean_gap * data.length_um))),
+        Statement::new("A02", "contact stiffness at the reference load, without adhesion", "E* ḡ/L")
+            .near(state.and_then(|s| s.numbers.stiffness), STIFFNESS[0], STIFFNESS[1], OTHER_SURFACES)
+            .with_error(state.and_then(|s| s.numbers.stiffness_error)),
     ]
 }
 
@@ -58,16 +53,20 @@ fn over_load(data: &ChallengeData) -> [AcceptanceCheck; 3] {
     };
     let exponential = fit(&EXPONENTIAL, |p, u| (p, u.ln()));
     let logarithmic = fit(&LOGARITHMIC, |p, u| (p.ln(), u));
+    let fitted = |of: fn(&Line) -> f64| exponential.as_ref().map(of);
     let slope = "slope of ln ū over p*, p* = 0.137 … 1, with adhesion where the grid resolves it";
     let checks = [
         data.of_roughness(Statement::new("S11a", slope, "1"), |item| {
-            item.near(exponential.map(|l| l.0), -8.0, 1.0, "\"exp(-8 p*)\", to its digit")
+            let check = item.near(fitted(|l| l.slope), -8.0, 1.0, "\"exp(-8 p*)\", to its digit");
+            check.with_error(fitted(|l| l.slope_error))
         }),
         data.of_roughness(Statement::new("S11b", "prefactor of exp(-8 p*)", "µm"), |item| {
-            item.within(exponential.map(|l| l.1.exp()), 0.3, [0.2, 0.45], "\"0.3 µm\", to a factor of 1.5")
+            let prefactor = fitted(|l| l.intercept.exp());
+            let check = item.within(prefactor, 0.3, [0.2, 0.45], "\"0.3 µm\", to a factor of 1.5");
+            check.with_error(fitted(|l| l.intercept.exp() * l.intercept_error))
         }),
         Statement::new("S12", "ū against ln p*, p* = 0.001 … 0.1: coefficient of determination", "1").within(
-            logarithmic.map(|l| l.2),
+            logarithmic.as_ref().map(|l| l.r2),
             1.0,
             [0.98, 1.0],
             "\"roughly logarithmic\"",
@@ -81,7 +80,8 @@ fn first_touch(data: &ChallengeData) -> AcceptanceCheck {
     let tolerance = setting::HALF_A_DIGIT + setting::sampling(data);
     match data.results.surface.statistic(FIRST_TOUCH).map(|s| s.realised) {
         Some(h) if data.is_imported() => data.of_roughness(item, |item| {
-            item.near(Some(h), 2.633, tolerance, "the paper's arrow, to its last digit and the height between nodes")
+            let reason = "the paper's arrow, to its last digit and the height between nodes";
+            item.near(Some(h), 2.633, tolerance, reason).with_error(Some(setting::sampling(data)))
         }),
         Some(h) => item.not_assessed(format!("the paper's arrow is its own surface's; this surface's is {h:.3} µm")),
         None => item.not_assessed("the surface has no such statistic"),
@@ -107,7 +107,10 @@ fn distributions(data: &ChallengeData) -> [AcceptanceCheck; 2] {
             item.within(far, 0.0, [0.0, EQUAL], "the curves lie on each other")
         }),
         data.of_adhesion(Statement::new("S21b", "gaps below the range ρ, with adhesion over without", "1"), |item| {
-            item.within(near, 0.0, [0.0, 1.0], "adhesion suppresses the smallest gaps")
+            // The smallest gaps are at the edges of the clusters, which are independent.
+            let clusters = reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
+            let error = near.zip(clusters).map(|(share, n)| share * (2.0 / n as f64).sqrt());
+            item.within(near, 0.0, [0.0, 1.0], "adhesion suppresses the smallest gaps").with_error(error)
         }),
     ]
 }

@@ -15,6 +15,7 @@ mod tests;
 use crate::load::Branch;
 use crate::observe::Distribution;
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
+use crate::record::quantity::Quantity;
 use crate::record::results::{ContinuumResults, Observed, Results, StateResults};
 use crate::scene::REFERENCE_LOAD;
 
@@ -130,10 +131,10 @@ impl<'a> ChallengeData<'a> {
         Some([of(self.adhesive)?, of(self.plain)?])
     }
 
-    /// Checks a statement about adhesion if the grid resolves it.
+    /// Checks a statement about adhesion if the grid resolves it; otherwise the value is only reported.
     fn of_adhesion(&self, item: Statement, assess: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         match &self.unresolved {
-            Some(reason) => item.not_assessed(reason),
+            Some(reason) => reported(assess(item), reason),
             None => self.at_range(assess(item)),
         }
     }
@@ -151,12 +152,14 @@ impl<'a> ChallengeData<'a> {
         }
     }
 
-    /// Checks a statement about the shortest waves if the grid resolves them.
+    /// Checks a statement about the shortest waves if the grid resolves them; otherwise the value is only reported.
     fn of_roughness(&self, item: Statement, assess: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         match self.plain.resolved_gradient {
-            Some(g) if g < RESOLVED => item.not_assessed(format!(
-                "the grid resolves {g:.2} of the rms gradient: 2002 points per side resolve all of it"
-            )),
+            Some(g) if g < RESOLVED => {
+                let reason =
+                    format!("the grid resolves {g:.2} of the rms gradient: 2002 points per side resolve all of it");
+                reported(assess(item), &reason)
+            }
             _ => assess(item),
         }
     }
@@ -165,6 +168,17 @@ impl<'a> ChallengeData<'a> {
     fn of_both(&self, item: Statement, assess: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         self.of_adhesion(item, |item| self.of_roughness(item, assess))
     }
+}
+
+/// A check whose value is not assessed.
+fn reported(check: AcceptanceCheck, reason: &str) -> AcceptanceCheck {
+    AcceptanceCheck { status: CheckStatus::NotAssessed, reason: reason.into(), ..check }
+}
+
+/// Relative uncertainty of a quantity at a load: the sum of the known components; `None` if none is known.
+fn uncertainty(state: &StateResults, quantity: Quantity) -> Option<f64> {
+    let known = state.uncertainty.iter().filter(|u| u.quantity == quantity).filter_map(|u| u.relative);
+    known.fold(None, |sum, r| Some(sum.unwrap_or(0.0) + r))
 }
 
 /// A statement of the paper.
@@ -186,6 +200,7 @@ impl Statement {
             statement: self.text.into(),
             unit: self.unit.into(),
             value: None,
+            error: None,
             reference: None,
             tolerance: None,
             status,
@@ -246,8 +261,18 @@ fn cover(loads: impl Iterator<Item = f64>, [from, to]: [f64; 2]) -> bool {
     least <= from * few_per_cent && most * few_per_cent >= to
 }
 
-/// Slope, intercept and coefficient of determination of the least-squares line; `None` for fewer than three points.
-fn line(points: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
+/// A least-squares line with standard errors.
+struct Line {
+    slope: f64,
+    intercept: f64,
+    /// Coefficient of determination.
+    r2: f64,
+    slope_error: f64,
+    intercept_error: f64,
+}
+
+/// The least-squares line; `None` for fewer than three points.
+fn line(points: &[(f64, f64)]) -> Option<Line> {
     if points.len() < 3 {
         return None;
     }
@@ -260,7 +285,17 @@ fn line(points: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
         xy += (p.0 - x) * (p.1 - y);
         yy += (p.1 - y).powi(2);
     }
-    (xx > 0.0).then(|| (xy / xx, y - xy / xx * x, if yy > 0.0 { xy * xy / (xx * yy) } else { 1.0 }))
+    (xx > 0.0).then(|| {
+        let slope = xy / xx;
+        let variance = (yy - slope * xy).max(0.0) / (n - 2.0);
+        Line {
+            slope,
+            intercept: y - slope * x,
+            r2: if yy > 0.0 { xy * xy / (xx * yy) } else { 1.0 },
+            slope_error: (variance / xx).sqrt(),
+            intercept_error: (variance * (1.0 / n + x * x / xx)).sqrt(),
+        }
+    })
 }
 
 #[cfg(test)]
@@ -269,8 +304,17 @@ mod arithmetic {
 
     #[test]
     fn lines_are_found() {
-        let (slope, offset, r2) = line(&[(0.0, 1.0), (1.0, 3.0), (3.0, 7.0)]).unwrap();
-        assert!((slope - 2.0).abs() < 1e-12 && (offset - 1.0).abs() < 1e-12 && (r2 - 1.0).abs() < 1e-12);
+        let exact = line(&[(0.0, 1.0), (1.0, 3.0), (3.0, 7.0)]).unwrap();
+        assert!(
+            (exact.slope - 2.0).abs() < 1e-12
+                && (exact.intercept - 1.0).abs() < 1e-12
+                && (exact.r2 - 1.0).abs() < 1e-12
+        );
+        assert!(exact.slope_error < 1e-7 && exact.intercept_error < 1e-7);
+        // Residuals -1, 2, -1 around 1 + x: variance 6, sums of squares 2; standard errors √3 and √5.
+        let scattered = line(&[(0.0, 0.0), (1.0, 4.0), (2.0, 2.0)]).unwrap();
+        assert!((scattered.slope - 1.0).abs() < 1e-12 && (scattered.slope_error - 3f64.sqrt()).abs() < 1e-12);
+        assert!((scattered.intercept_error - 5f64.sqrt()).abs() < 1e-12);
         assert!(line(&[(0.0, 1.0), (1.0, 3.0)]).is_none());
         assert!(line(&[(1.0, 1.0), (1.0, 3.0), (1.0, 2.0)]).is_none());
     }

@@ -1,6 +1,6 @@
 //! Set-up of the problem: scales, adhesion, surface.
 
-use super::{ChallengeData, MESH_LIMIT, Statement, reference};
+use super::{ChallengeData, MESH_LIMIT, Statement, line, reference};
 use crate::interface;
 use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, RMS_HEIGHT};
@@ -58,6 +58,10 @@ const HEIGHTS: [Statistic; 4] = [
     },
 ];
 
+/// Modes of the self-affine part of the spectrum: beyond the bend at the roll-off L/5, up to the cut-off L/1000.
+const SELF_AFFINE_MODE: f64 = 10.0;
+const CUT_OFF_MODE: f64 = 1000.0;
+
 /// Half a unit of the last printed digit of heights, µm.
 pub(super) const HALF_A_DIGIT: f64 = 5e-4;
 /// Mean radius of curvature of the summits (random-field theory), µm.
@@ -98,7 +102,25 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         range.map_or(String::new(), |r| format!("at the range used on this grid: {:.4}", GAMMA / r[1])),
     ));
     list.extend(HEIGHTS.iter().map(|of| heights(data, of)));
+    list.push(hurst(data));
     list
+}
+
+/// Hurst exponent of the realised spectrum between roll-off and cut-off, or the shortest wave of the grid: C(q) falls as
+/// q^(−2 − 2H).
+fn hurst(data: &ChallengeData) -> AcceptanceCheck {
+    let end = (data.adhesive.nx.min(data.adhesive.ny) as f64 / 2.0).min(CUT_OFF_MODE);
+    let psd = data.results.surface.psd.iter();
+    let points: Vec<(f64, f64)> = psd
+        .filter(|p| (SELF_AFFINE_MODE..end).contains(&p.mode) && p.realised > 0.0)
+        .map(|p| (p.mode.ln(), p.realised.ln()))
+        .collect();
+    let item = Statement::new("A03", "Hurst exponent of the spectrum from its roll-off to the shortest wave", "1");
+    let Some(fit) = line(&points) else { return item.not_assessed("fewer than three points of the spectrum there") };
+    // A coarse grid has few modes.
+    let error = 0.5 * fit.slope_error;
+    let reason = "\"0.8\", to half of its digit and two standard errors of the fit";
+    item.near(Some(-0.5 * fit.slope - 1.0), 0.8, 0.05 + 2.0 * error, reason).with_error(Some(error))
 }
 
 fn mesh(data: &ChallengeData) -> AcceptanceCheck {
@@ -134,7 +156,9 @@ fn heights(data: &ChallengeData, of: &Statistic) -> AcceptanceCheck {
         return item.not_assessed("the grid does not resolve the whole spectrum: 2002 points per side do");
     }
     let ([printed, digit], [alike, width]) = (of.printed, of.alike);
+    // Sums over the nodes of a resolved spectrum are exact; extrema lie between nodes.
     let extreme = if of.symbol.contains('-') { sampling(data) } else { 0.0 };
+    let error = Some(extreme);
     if extreme > width {
         let points = (data.length_um / (4.0 * SUMMIT_RADIUS_UM * width).sqrt()).ceil();
         return item.not_assessed(format!(
@@ -144,10 +168,10 @@ fn heights(data: &ChallengeData, of: &Statistic) -> AcceptanceCheck {
     if data.is_imported() {
         return data.of_roughness(item, |item| {
             let reason = "the paper's own surface, to the last printed digit and what lies between nodes";
-            item.near(Some(found.realised), printed, digit + extreme, reason)
+            item.near(Some(found.realised), printed, digit + extreme, reason).with_error(error)
         });
     }
     let reason =
         format!("three standard deviations of surfaces with this spectrum; the paper's own has {printed} {}", of.unit);
-    item.near(Some(found.realised), alike, width, reason)
+    item.near(Some(found.realised), alike, width, reason).with_error(error)
 }

@@ -35,7 +35,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             1.0,
             [0.0, 1.0 + TENSION_TOLERANCE],
             "a bound: the wall is purely repulsive",
-        )),
+        ).with_error(super::reference(data.adhesive).zip(pull).map(|(s, p)| s.residual * s.numbers.pressure / p))),
         data.of_roughness(
             Statement::new(
                 "S22",
@@ -54,12 +54,17 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         data.of_adhesion(
             Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"),
             |item| {
+                let share = observed.and_then(|[with, _]| under_tension(with));
+                // The clusters are independent, their nodes are not.
+                let clusters = super::reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
+                let error = share.zip(clusters).map(|(f, n)| (f * (100.0 - f) / n as f64).sqrt());
                 item.within(
-                    observed.and_then(|[with, _]| under_tension(with)),
+                    share,
                     100.0 / 3.0,
                     TENSILE_SHARE,
                     "\"reaching into tension\"; limits from JKR spots at pull-off and at eleven times the cubed radius of zero load",
                 )
+                .with_error(error)
             },
         ),
         data.of_adhesion(

@@ -158,7 +158,9 @@ fn agreeing() -> Results {
             note: String::new(),
             heights: None,
             statistics: heights.map(|(symbol, value)| statistic(symbol, value)).into(),
-            psd: vec![PsdPoint { mode: 1.0, realised: 1.0, expected: None }],
+            psd: [1.0_f64, 16.0, 64.0, 256.0]
+                .map(|mode| PsdPoint { mode, realised: mode.powf(-3.6), expected: None })
+                .to_vec(),
         },
         continuum: Some(solved(true)),
         non_adhesive: Some(solved(false)),
@@ -183,6 +185,8 @@ fn status(results: &Results, id: &str) -> CheckStatus {
 fn results_that_agree_with_the_paper_pass() {
     let list = assess(&agreeing());
     assert!(list.iter().all(|j| j.status == CheckStatus::Pass), "{list:?}");
+    let exact = list.iter().find(|j| j.id == "A03").and_then(|j| j.error).expect("an error");
+    assert!(exact < 1e-6, "{exact}");
     let passed = list.len() - OF_THE_SETTING.len();
     assert_eq!(summary(&list), format!("{passed} pass, 0 fail; 0 not assessed; 4 hold by set-up"));
 }
@@ -259,6 +263,7 @@ fn one_number_changed_fails_a_statement() {
         ("S10", |r| at(with(r), 1e-3).contact_fraction_corrected *= 1.6),
         ("A01", |r| at(without(r), 0.01).mean_gap *= 1.17),
         ("A02", |r| at(without(r), 0.01).numbers.stiffness = Some(3.5)),
+        ("A03", |r| r.surface.psd.iter_mut().for_each(|p| p.realised *= p.mode.powf(0.2))),
         ("S11a", |r| steepen(r, 1.1)),
         ("S11b", |r| with(r).states.iter_mut().for_each(|s| s.mean_gap *= 1.6)),
         ("S12", |r| at(with(r), 0.02).mean_gap *= 1.6),
@@ -323,6 +328,9 @@ fn statements_below_the_grid_spacing_are_not_assessed() {
     for id in of_roughness {
         assert_eq!(status(&smooth, id), CheckStatus::NotAssessed, "{id}");
     }
+    // The value is reported with the reason.
+    let reported = assess(&smooth).into_iter().find(|j| j.id == "S06").expect("S06");
+    assert!(reported.value.is_some_and(|v| (v - 3.0).abs() < 0.1) && reported.reason.contains("0.90"), "{reported:?}");
     // Extrema between the nodes.
     let mut few = agreeing();
     with(&mut few).nx = 128;

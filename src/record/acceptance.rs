@@ -11,6 +11,9 @@ pub struct AcceptanceCheck {
     /// Unit for display ("µm", "%", "1").
     pub unit: String,
     pub value: Option<f64>,
+    /// Error of the value in the same unit, where known; docs/challenge.md states how each is found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
     pub reference: Option<f64>,
     /// Lowest and highest accepted value, where defined.
     pub tolerance: Option<[Option<f64>; 2]>,
@@ -45,6 +48,12 @@ pub enum CheckScope {
 }
 
 impl AcceptanceCheck {
+    /// With an error of the value.
+    pub fn with_error(self, error: Option<f64>) -> Self {
+        let error = error.filter(|e| e.is_finite() && self.value.is_some());
+        AcceptanceCheck { error, ..self }
+    }
+
     /// The accepted range in words; `None` without a tolerance.
     pub fn accepted(&self, number: impl Fn(f64) -> String) -> Option<String> {
         Some(match self.tolerance? {

@@ -202,6 +202,25 @@ fn criteria_model_chain_and_yield_are_shown() {
     }
 }
 
+/// Every figure of the paper has a claim with a value and its error, or the reason why this grid has none.
+#[test]
+fn figures_of_the_paper_have_claims_with_errors() {
+    let page = page(browser::challenge());
+    let captions: Vec<&str> = (1..=12)
+        .map(|n| {
+            let end = page.find(&format!("(The paper’s figure {n}.)")).unwrap_or_else(|| panic!("no figure {n}"));
+            page[end..].split("</figcaption>").next().unwrap()
+        })
+        .collect();
+    let claims =
+        |c: &&&str| c.contains("expected") || c.contains("not assessed") || c.contains("Mean gap along this line");
+    assert_eq!(captions.iter().filter(claims).count(), 12, "{captions:#?}");
+    let errors = |c: &&&str| c.contains(" ± ") || c.contains("(exact)");
+    assert!(captions.iter().filter(errors).count() >= 9, "{captions:#?}");
+    assert!(captions.iter().all(|c| errors(&&c) || c.contains("not assessed")), "{captions:#?}");
+    assert!(!page.contains("; the paper "));
+}
+
 /// With a solution with hardness the first screen compares elastic continuum, continuum with hardness and atoms.
 #[test]
 fn what_a_hardness_explains_is_on_the_first_screen() {

@@ -249,6 +249,24 @@ fn computed(results: &Results) -> Vec<f64> {
     list
 }
 
+/// Mean gaps along x = L/2 at the reference load and their errors, from the maps: figure 4 of the challenge.
+fn line_means(folder: &Path, results: &Results) -> Vec<f64> {
+    let states = results.continuum.iter().chain(&results.non_adhesive).flat_map(|c| &c.states);
+    let stored = states.filter_map(|s| {
+        Some((s, asperity::record::npy::Reader::open(&folder.join(s.numbers.gap_map.as_ref()?)).ok()?))
+    });
+    let mut list = Vec::new();
+    for (state, map) in stored {
+        let (mut sum, middle, rows) = (0.0, map.nx / 2, map.ny as f64);
+        map.for_each_row(|_, row| sum += row[middle]).expect("a map");
+        let mean = sum / rows;
+        let relative: f64 =
+            state.uncertainty.iter().filter(|u| u.quantity == Quantity::MeanGap).filter_map(|u| u.relative).sum();
+        list.extend([mean, mean * relative]);
+    }
+    list
+}
+
 /// Deviation of the atoms' contact from each criterion, the ratio, and their errors.
 fn deviations(states: &[StateResults], load: &LoadComparison) -> Vec<f64> {
     let near = |s: &&StateResults| (s.numbers.p_star / load.p_star - 1.0).abs() < 0.01;
@@ -268,6 +286,7 @@ fn unexplained(folder: &Path, page: &str) -> Vec<Shown> {
     let json: Value = serde_json::from_slice(&std::fs::read(folder.join(FILE)).expect("results.json")).expect("JSON");
     let (mut stored, mut texts) = (Vec::new(), Vec::new());
     leaves(&json, &mut stored, &mut texts);
+    stored.extend(line_means(folder, &results));
     let costs: f64 = results.stages.iter().map(|s| s.seconds).sum();
     let mut text = text_of(page);
     // Times and sizes have formats of their own.

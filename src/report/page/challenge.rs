@@ -8,13 +8,15 @@ use super::curves::{branches, formula, theory};
 use super::figures::{FigureWriter, figure, panel, panels, table, text};
 use super::methods::column;
 use super::surface::{DENSITY_LABELS, density_units};
+use super::uncertainty;
 use crate::challenge::{SIZE_EXPONENT, reference, summary};
 use crate::error::Result;
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::downsample::DownsampledMap;
+use crate::record::quantity as record;
 use crate::record::results::{ContinuumResults, FIRST_TOUCH, Observed, Results, StateResults};
 use crate::report::map::{Bar, Legend};
-use crate::report::number::significant;
+use crate::report::number::{significant, with_error};
 use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Picture, Range};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 
@@ -33,7 +35,7 @@ pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
             vec![
                 text(&j.id),
                 text(&j.statement),
-                text(j.value.map_or("–".into(), value)),
+                text(found(j)),
                 text(j.reference.map_or("–".into(), value)),
                 text(j.accepted(value).unwrap_or("–".into())),
                 match (j.status, j.scope) {
@@ -54,6 +56,25 @@ pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
                 "on its own axis; open ranges end at the other side of the expected value." }))
         }
         (table(&["", "statement", "found", "reference", "accepted", "status", "reason"], rows))
+    }
+}
+
+/// The value of a check with its error.
+fn found(check: &AcceptanceCheck) -> String {
+    let Some(v) = check.value else { return "–".into() };
+    let unit = if check.unit == "1" { "" } else { &check.unit };
+    let plain = || format!("{} {unit}", significant(v, 4)).trim_end().to_string();
+    match check.error {
+        Some(e) if e > 0.0 && e < 1e-4 * v.abs() => {
+            format!("{} ± {} {unit}", significant(v, 4), significant(e, 1)).trim_end().to_string()
+        }
+        Some(e) if e > 0.0 => {
+            // The values have units with their prefix.
+            let (value, error) = with_error(v, e, "");
+            format!("{value}{error} {unit}").trim_end().to_string()
+        }
+        Some(_) => format!("{} (exact)", plain()),
+        None => plain(),
     }
 }
 
@@ -105,6 +126,7 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
         @for (number, drawing, caption) in &drawn {
             (figure(drawing.clone(), html! {
                 (caption) " (The paper’s figure " (number) ".)"
+                @if *number == 4 { br; (line_means(writer, with, without)?) }
                 @for claim in claims(&results.acceptance, *number) { br; (claim) }
             }))
         }
@@ -112,16 +134,17 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
 }
 
 /// Statements that the figures of the paper support; those with letters are numbered alike.
-const CLAIMS: [(u32, &[&str]); 9] = [
+const CLAIMS: [(u32, &[&str]); 10] = [
+    (1, &["A03"]),
     (2, &["S04"]),
     (3, &["S05", "S06"]),
     (5, &["S14"]),
     (6, &["S15", "S16"]),
-    (7, &["S17"]),
+    (7, &["S17", "S18"]),
     (8, &["S21"]),
     (9, &["S22", "S23", "S24"]),
     (11, &["S08", "S09"]),
-    (12, &["S11", "S12", "S13"]),
+    (12, &["S11", "S12", "S13", "A01", "A02"]),
 ];
 /// The figure of the area, which supports most of them.
 const AREA_CLAIMS: (u32, &[&str]) = (10, &["S05", "S06", "S07", "S10"]);
@@ -136,11 +159,11 @@ fn claims(list: &[AcceptanceCheck], number: u32) -> Vec<Markup> {
         html! {
             (j.id) ", " (j.statement) ": "
             @match j.value {
-                Some(v) => {
-                    strong { (value(v)) }
+                Some(_) => {
+                    strong { (found(j)) }
                     @if let Some(r) = j.reference { "; expected " (value(r)) }
                     @if let Some(a) = j.accepted(value) { " (accepted " (a) ")" }
-                    ", " (j.status)
+                    ", " (j.status) @if j.status == CheckStatus::NotAssessed { ": " (j.reason) }
                 },
                 None => { (j.status) ", " (j.reason) },
             } "."
@@ -242,6 +265,26 @@ fn section(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumRe
     ];
     let label = if what == Quantity::Gap { "gap u (µm)" } else { "stress σ/E* ḡ" };
     Ok(Plot::new((Axis::Linear, Axis::Linear), ("y (µm)", label), curves))
+}
+
+/// Mean gaps along the line of figure 4, with the relative uncertainty of the mean gap of the cell.
+fn line_means(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Result<Markup> {
+    let mean = |c: &ContinuumResults| -> Result<Option<String>> {
+        let Some(state) = reference(c) else { return Ok(None) };
+        let points = column(writer, state.numbers.gap_map.as_deref(), 1e6 * writer.scales.length_m)?;
+        let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len().max(1) as f64;
+        let (value, error) = match uncertainty::total(state, record::Quantity::MeanGap) {
+            Some(r) => with_error(mean, r * mean, ""),
+            None => (significant(mean, 3), " ± not known".into()),
+        };
+        Ok((!points.is_empty()).then(|| format!("{value}{error} µm")))
+    };
+    Ok(html! {
+        @if let (Some(with), Some(without)) = (mean(with)?, mean(without)?) {
+            "Mean gap along this line: " strong { (with) } " with adhesion, " strong { (without) } " without; the errors are the relative "
+            "uncertainty of the mean gap of the cell."
+        }
+    })
 }
 
 fn sizes(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
