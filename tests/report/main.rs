@@ -217,7 +217,7 @@ fn figures_of_the_paper_have_claims_with_errors() {
     assert_eq!(captions.iter().filter(claims).count(), 12, "{captions:#?}");
     let errors = |c: &&&str| c.contains(" ± ") || c.contains("(exact)");
     assert!(captions.iter().filter(errors).count() >= 9, "{captions:#?}");
-    assert!(captions.iter().all(|c| errors(&&c) || c.contains("not assessed")), "{captions:#?}");
+    assert!(captions.iter().all(|c| errors(&c) || c.contains("not assessed")), "{captions:#?}");
     assert!(!page.contains("; the paper "));
 }
 

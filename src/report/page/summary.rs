@@ -14,13 +14,15 @@ use crate::record::quantity::Quantity;
 use crate::record::results::{
     AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Results, StateResults,
 };
-use crate::report::number::{duration, error_of, percent, si, significant, trimmed};
+use crate::report::number::{count, duration, error_of, percent, si, si_given, significant, trimmed};
+use crate::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let maps = explorer::section(writer, results)?;
     let curve = curves::first_screen(writer, results)?;
     let many = |n: usize| format!("{n} warning{}", if n == 1 { "" } else { "s" });
     Ok(html! {
+        @if let Some(subject) = subject(results) { p.subject { (subject) } }
         @if !results.acceptance.is_empty() { p.found { (challenge::conclusion(results)) } }
         @if let Some(answer) = answer(results) { p.found { (answer) } }
         @if let Some(c) = &results.accuracy { p { (chosen(c)) } }
@@ -38,6 +40,23 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
             }
         }
     })
+}
+
+/// What was solved, in one line.
+fn subject(results: &Results) -> Option<String> {
+    if let (Some(atoms), Some(_)) = (&results.atoms, &results.comparison) {
+        return Some(format!(
+            "Atoms: {}, a block of {}, {} moving atoms. Continuum: the same heights, loads and depth, E* = {}.",
+            atoms.potential,
+            si_given(atoms.length_angstrom * ANGSTROM_M, "m"),
+            count(atoms.deformable),
+            si_given(atoms.modulus_gpa * 1e9, "Pa")
+        ));
+    }
+    let c = results.continuum.as_ref()?;
+    let [x, y] = [1.0, results.surface.aspect].map(|l| si_given(l * results.scales.length_m, "m"));
+    let (modulus, nodes) = (si_given(results.scales.modulus_pa, "Pa"), format!("{} × {}", count(c.nx), count(c.ny)));
+    Some(format!("{x} × {y}, {nodes} nodes; elastic body: {}, E* = {modulus}; adhesion: {}.", c.kernel, c.adhesion))
 }
 
 /// The setting chosen for the accuracy that the scene requests.
