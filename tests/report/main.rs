@@ -321,7 +321,7 @@ fn figures_for_papers_have_one_width_and_one_type_size() {
     if !python.is_file() {
         return tools::skip("python", "target/python is not installed; scripts/setup.sh --tests installs it");
     }
-    for name in ["area", "cluster-sizes", "gap-1", "superposed-2"] {
+    for name in ["area", "cluster-sizes", "gap-1", "relief", "superposed-2"] {
         let output = std::process::Command::new(&python).arg(figures.join(format!("{name}.py"))).output().unwrap();
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
         assert!(std::fs::read(figures.join(format!("{name}-redrawn.pdf"))).unwrap().starts_with(b"%PDF"));
