@@ -403,7 +403,7 @@ def _settings(
     if adhesion is not None and not isinstance(adhesion, Adhesion):
         raise InputError(f"problem: adhesion = {adhesion!r}; accepted: an Adhesion")
     law = adhesion or Adhesion(0.0, 0.0)
-    one = hardness is None or np.ndim(hardness) == 0
+    hardness_map = None if hardness is None or np.ndim(hardness) == 0 else as_map("hardness", hardness)
     values = None if adhesion is None else (real("work_of_adhesion", law.work_of_adhesion), real("range", law.range))
     return settings | {
         "method": method,
@@ -411,8 +411,8 @@ def _settings(
         "tolerance": tolerance,
         "max_iterations": max_iterations,
         "penalty_length": penalty_length,
-        "hardness": hardness if one else None,
-        "hardness_map": None if one else as_map("hardness", hardness),
+        "hardness": hardness if hardness_map is None else None,
+        "hardness_map": hardness_map,
         "adhesion": values,
         "law": "exponential" if isinstance(law.law, TabulatedLaw) else law.law,
         "table": law.law._native if isinstance(law.law, TabulatedLaw) else None,
