@@ -308,6 +308,180 @@ fn one_number_changed_fails_a_statement() {
     }
 }
 
+/// Accepted ranges of docs/challenge.md, for the paper's own surface.
+#[test]
+fn accepted_ranges_are_those_of_the_documents() {
+    const TENSION: f64 = f64::INFINITY;
+    // Half of the last printed digit, and the height of an extremum above the highest of the nodes, which are 3.05 nm apart.
+    let digit = 5e-4 + (UM / 32768.0).powi(2) / (4.0 * 0.04);
+    let ranges = [
+        ("MESH", 0.0, PI / 2.0),
+        ("S01", 2.9997, 3.0017),
+        ("S02", 249.99975, 250.00025),
+        ("S03", 0.96562, 0.96582),
+        ("S04a", 0.7615, 0.7625),
+        ("S04b", 2.633 - digit, 2.633 + digit),
+        ("S04c", 5.642 - digit, 5.642 + digit),
+        ("S04d", 59.5, 60.5),
+        ("S05", 1.3, 1.7),
+        ("S06", 2.5, 3.5),
+        ("S07a", 1.6, 2.4),
+        ("S07b", 0.8, 1.2),
+        ("S08", 1.0, 1.5),
+        ("S09", 0.425, 0.575),
+        ("S10", 0.2, 0.45),
+        ("A01", 0.886, 1.194),
+        ("A02", 2.174, 3.414),
+        ("S11a", -9.0, -7.0),
+        ("S11b", 0.2, 0.45),
+        ("S12", 0.98, 1.0),
+        ("S13", 2.633 - digit, 2.633 + digit),
+        ("S14", 0.0, 1.01),
+        ("S15", 1.3, 1.6),
+        ("S16", 100.0, 1000.0),
+        ("S17a", 2.0, 4.5),
+        ("S17b", 0.13, 0.27),
+        ("S18", 0.5, 2.0),
+        ("S21a", 0.0, 0.05),
+        ("S21b", 0.0, 1.0),
+        ("S22", 0.0, 0.1),
+        ("S23a", 10.0, 200.0 / 3.0),
+        ("S23b", 1.0, TENSION),
+        ("S24", 0.0, 0.1),
+    ];
+    let list = assess(&agreeing());
+    assert_eq!(list.len(), ranges.len());
+    for (id, low, high) in ranges {
+        let found = list.iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).tolerance.expect("a range");
+        let ends = found.map(|end| end.unwrap_or(f64::INFINITY));
+        assert!((ends[0] - low).abs() < 1e-9 && (ends[1] == high || (ends[1] - high).abs() < 1e-9), "{id}: {ends:?}");
+    }
+}
+
+/// Moves a fraction of the gaps with adhesion from one bin to another; bins are 25 nm wide.
+fn move_gaps(r: &mut Results, from: usize, to: usize, share: f64) {
+    let d = &mut seen(with(r)).gap_logarithmic;
+    d.fractions[from] -= share;
+    d.fractions[to] += share;
+}
+
+/// Adds clusters of an area (µm²) with a density that is a millionth of that of the power law.
+fn sparse_clusters(r: &mut Results, um2: f64, clusters: f64) {
+    let density = 1e-6 * um2.powf(SIZE_EXPONENT) * UM * UM;
+    seen(with(r)).patch_density.push([um2 / (UM * UM), density, clusters]);
+}
+
+/// Each statement uses the loads, gaps and clusters that it names: a change outside leaves it passing, the same change
+/// inside fails it.
+#[test]
+fn statements_use_the_loads_and_sizes_that_they_name() {
+    let changes: &[(&str, Change, Change)] = &[
+        // Below 20 % of contact: 19.8 % at p* = 0.1, 27 % at 0.14. On either side of 2 p*.
+        ("S07a", |r| area_of(without(r), 0.14, 1.3), |r| area_of(without(r), 0.1, 0.75)),
+        ("S07a", |r| area_of(without(r), 0.14, 1.3), |r| area_of(without(r), 1e-3, 1.25)),
+        // Loads up to 1.
+        (
+            "S07b",
+            |r| {
+                area_of(without(r), 1.0, 0.75);
+                at(without(r), 1.0).numbers.p_star = 1.01;
+            },
+            |r| area_of(without(r), 1.0, 0.75),
+        ),
+        // Up to p* = 0.01, on either side of half.
+        ("S09", |r| area_of(without(r), 0.02, 1.25), |r| area_of(without(r), 0.01, 1.25)),
+        ("S09", |r| area_of(without(r), 0.02, 0.85), |r| area_of(without(r), 1e-3, 0.85)),
+        // 1 to 5 % of contact: 0.53, 1.3, 2.7 and 5.3 % at p* = 0.002 to 0.02.
+        ("S05", |r| area_of(with(r), 2e-3, 1.3), |r| area_of(with(r), 5e-3, 1.3)),
+        ("S05", |r| area_of(with(r), 0.02, 1.3), |r| area_of(with(r), 0.01, 1.3)),
+        // p* = 0.001 to 0.1.
+        ("S08", |r| area_of(with(r), 0.14, 0.6), |r| area_of(with(r), 0.1, 0.6)),
+        ("S08", |r| area_of(with(r), 0.14, 2.0), |r| area_of(with(r), 1e-3, 2.0)),
+        // From p* = 0.137 on.
+        ("S11a", |r| at(with(r), 0.1).mean_gap *= 20.0, |r| at(with(r), 0.14).mean_gap *= 20.0),
+        ("S11b", |r| at(with(r), 0.1).mean_gap *= 20.0, |r| at(with(r), 0.14).mean_gap *= 20.0),
+        // Up to p* = 0.1.
+        ("S12", |r| at(with(r), 0.14).mean_gap *= 3.0, |r| at(with(r), 0.1).mean_gap *= 3.0),
+        // From 16 nodes (1.5e-4 µm²) to the median cluster of 3 µm², bins of five clusters and more.
+        ("S15", |r| sparse_clusters(r, 1.4e-4, 100.0), |r| sparse_clusters(r, 1.6e-4, 100.0)),
+        ("S15", |r| sparse_clusters(r, 3.1, 100.0), |r| sparse_clusters(r, 2.9, 100.0)),
+        ("S15", |r| sparse_clusters(r, 2.9, 4.0), |r| sparse_clusters(r, 2.9, 5.0)),
+        // Clusters up to 1 µm².
+        (
+            "S17b",
+            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * UM * UM > 1.0).for_each(|a| a[1] = 1.0),
+            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * UM * UM > 0.7).for_each(|a| a[1] = 0.3),
+        ),
+        // Gaps above 0.1 µm, the edge of the fourth bin.
+        ("S21a", |r| move_gaps(r, 3, 1, 0.06), |r| move_gaps(r, 7, 5, 0.06)),
+    ];
+    for (k, (id, outside, inside)) in changes.iter().enumerate() {
+        let of = |change: &Change| {
+            let mut results = agreeing();
+            change(&mut results);
+            status(&results, id)
+        };
+        assert_eq!((of(outside), of(inside)), (CheckStatus::Pass, CheckStatus::Fail), "{id}, change {k}");
+    }
+}
+
+fn area_of(c: &mut ContinuumResults, p: f64, factor: f64) {
+    at(c, p).contact_fraction_corrected *= factor;
+}
+
+/// Between nodes 49 nm apart an extremum of radius 40 nm is up to 14.9 nm higher than the highest node.
+#[test]
+fn extrema_may_lie_between_the_nodes() {
+    let of = |id: &str, change: f64| {
+        let mut results = agreeing();
+        with(&mut results).nx = 2048;
+        let index = if id == "S04c" { 2 } else { 1 };
+        results.surface.statistics[index].realised += change;
+        status(&results, id)
+    };
+    for id in ["S04b", "S04c", "S13"] {
+        for sign in [-1.0, 1.0] {
+            assert_eq!(of(id, sign * 0.0152), CheckStatus::Pass, "{id}");
+            assert_eq!(of(id, sign * 0.0156), CheckStatus::Fail, "{id}");
+        }
+    }
+}
+
+/// Reasons state the Tabor parameter at the range used, which is inversely proportional to it.
+#[test]
+fn reasons_state_the_tabor_parameter_of_the_range() {
+    let mut longer = agreeing();
+    with(&mut longer).range.as_mut().unwrap().used *= 2.5;
+    let list = assess(&longer);
+    let reason = |id: &str| &list.iter().find(|j| j.id == id).expect("a statement").reason;
+    assert!(reason("S06").ends_with("at Tabor parameter 1.20"), "{}", reason("S06"));
+    assert_eq!(reason("S01"), "at the range used on this grid: 1.20");
+    assert_eq!(reason("S03"), "at the range used on this grid: 0.3863");
+}
+
+/// The most probable cluster needs nodes 5 nm apart, whatever the range.
+#[test]
+fn small_clusters_need_a_fine_grid() {
+    for (nx, assessed) in [(20_000, true), (19_990, false)] {
+        let mut longer = agreeing();
+        with(&mut longer).range.as_mut().unwrap().used *= 2.0;
+        (with(&mut longer).nx, with(&mut longer).ny) = (nx, nx);
+        assert_eq!(status(&longer, "S16") != CheckStatus::NotAssessed, assessed, "{nx}");
+    }
+}
+
+/// Areas of fewer than 500 nodes do not count.
+#[test]
+fn areas_of_few_nodes_do_not_count() {
+    // At p* = 0.001 0.2 % of the nodes are in contact without adhesion; the statement fails there alone.
+    for (nx, expected) in [(502, CheckStatus::Fail), (498, CheckStatus::Pass)] {
+        let mut few = agreeing();
+        (without(&mut few).nx, without(&mut few).ny) = (nx, nx);
+        area_of(without(&mut few), 1e-3, 1.25);
+        assert_eq!(status(&few, "S09"), expected, "{nx}");
+    }
+}
+
 /// A grid that pins contact lines cannot test statements about adhesion; one that resolves too little of the roughness
 /// cannot test those about short waves.
 #[test]

@@ -26,7 +26,8 @@ pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
     let fraction = nodes / grid.points() as f64;
     let perimeter = (across_x * dy + across_y * dx) / cell;
     let beta = (PI - 1.0 + LN_2) / 24.0;
-    let corrected = (fraction - beta * (across_x * dy * dx + across_y * dx * dy) / cell).max(0.0);
+    // A node has at most four edges and 4β is below one: never negative.
+    let corrected = fraction - beta * (across_x * dy * dx + across_y * dx * dy) / cell;
     ContactArea { fraction, corrected, perimeter, nodes: nodes as usize }
 }
 

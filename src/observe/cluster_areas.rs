@@ -59,8 +59,10 @@ mod tests {
         assert_eq!(ClusterAreas::new([]).median(), None);
         // Less than half of the area is in the smaller one.
         assert_eq!(ClusterAreas::new([4.5, 5.5]).median(), Some(5.5));
-        // Clusters per area and over all clusters.
-        let density: Vec<f64> = ClusterAreas::new([1.0, 1.0, 10.0]).distribution(1).iter().map(|d| d[1]).collect();
+        // Clusters per area and over all clusters, at the geometric means of the edges 1, 10 and 100.
+        let found = ClusterAreas::new([1.0, 1.0, 10.0]).distribution(1);
+        assert!((found[0][0] / 10f64.sqrt() - 1.0).abs() < 1e-12 && (found[1][0] / 1e3f64.sqrt() - 1.0).abs() < 1e-12);
+        let density: Vec<f64> = found.iter().map(|d| d[1]).collect();
         assert!((density[0] - 2.0 / 27.0).abs() < 1e-12 && (density[1] - 1.0 / 270.0).abs() < 1e-12, "{density:?}");
     }
 

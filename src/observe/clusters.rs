@@ -203,6 +203,9 @@ mod tests {
         assert!((slope + 1.5).abs() < SLOPE, "{slope} {found:?}");
         let single = size_distribution(&[1, 1, 1, 2], 5);
         assert_eq!((single[0].1, single[0].2, single.last().unwrap().2), (0.75, 3, 1));
+        // Geometric means of the edges 1/2, 10^(1/5) - 1/2 and of 10^(1/5) - 1/2, 10^(2/5) - 1/2.
+        let edge = |k: f64| 10f64.powf(k / 5.0) - 0.5;
+        assert_eq!([single[0].0, single[1].0], [(0.5 * edge(1.0)).sqrt(), (edge(1.0) * edge(2.0)).sqrt()]);
         assert!(size_distribution(&[], 5).is_empty());
     }
 

@@ -128,6 +128,8 @@ mod tests {
         assert!((found.total() - 1.0).abs() < WHOLE);
         let logarithmic = gap_distribution(Field::F64(&gap), 0.0, logarithmic_edges(1e-3, 1.0, 30));
         assert!((logarithmic.total() - 1.0).abs() < WHOLE && logarithmic.above == 0.0, "{logarithmic:?}");
+        let edges = logarithmic_edges(1e-3, 1.0, 3);
+        assert!(edges.iter().zip([1e-3, 1e-2, 0.1, 1.0]).all(|(e, x)| (e / x - 1.0).abs() < WHOLE), "{edges:?}");
         let (middle, density) = found.density()[0];
         assert!((middle - 0.15).abs() < WHOLE && (density - 0.75).abs() < WHOLE);
     }

@@ -131,6 +131,9 @@ mod tests {
         // A fraction x of closed nodes leaves a conductivity of 1 - 2x.
         let closed: Vec<f64> = (0..100).map(|i| if i % 5 == 0 { 0.0 } else { 2.0 }).collect();
         assert!((hydraulic_gap(Field::F64(&closed), 0.0) / (8.0f64 * 0.6).cbrt() - 1.0).abs() < TOLERANCE);
+        // The same with gaps at a positive threshold.
+        let near: Vec<f64> = closed.iter().map(|g| g.max(0.5)).collect();
+        assert!((hydraulic_gap(Field::F64(&near), 0.5) / (8.0f64 * 0.6).cbrt() - 1.0).abs() < TOLERANCE);
         let sealed: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 0.0 } else { 2.0 }).collect();
         assert_eq!(hydraulic_gap(Field::F64(&sealed), 0.0), 0.0);
     }
