@@ -23,5 +23,8 @@ for seed in 1 2; do
     series "adhesion-32-$seed" configs/measured/waves-32-adhesion.toml --seed $seed --methods fast --grids 512,256,128,64 --reference 1024
 done
 series adhesion configs/adhesion.toml --methods fast --grids 512,256,128 --reference 1024
+# All waves of the challenge: without adhesion four points per shortest wave, with adhesion what its grid has.
+series waves-1000 configs/measured/waves-1000.toml --methods fast,persson --grids 4096,2048,1024,512,256,128,64 --reference 4096
+series challenge configs/challenge.toml --methods fast --grids 1024,512,256,128 --reference 2048
 # shellcheck disable=SC2086
 cargo bench --locked --bench measure -- merge-tables $tables --out data/measured.json --series docs/trade-off-series.md --provenance "make measured"

@@ -285,6 +285,11 @@ mod tests {
             assert_eq!((found.value, found.order), (levels[2], None));
             close(found.uncertainty, (levels[2] - levels[1]).abs());
         }
+        // Changes of orders 0.4 and 4.2 are accidental, those of 0.6 and 3.9 are not.
+        for (order, is_valid) in [(0.4f64, false), (0.6, true), (3.9, true), (4.2, false)] {
+            let found = richardson(&[0.0, order.exp2(), order.exp2() + 1.0]).expect("levels");
+            assert_eq!(found.order.is_some(), is_valid, "{order}");
+        }
         assert_eq!(richardson(&[2.0]).map(|f| (f.value, f.uncertainty)), Some((2.0, None)));
         assert_eq!(richardson(&[]), None);
     }

@@ -152,6 +152,7 @@ mod tests {
         let sites = Sites::new(grid, list.into_iter(), nearest);
         assert_eq!(sites.nodes, [0, 15 * 30, 1, 6 * 30 + 10]);
         assert_eq!(sites.touching(Field::F64(&gap), 0.5), [true, false, false, false]);
+        assert_eq!(sites.touching(Field::F64(&gap), 1.0), [true, false, true, false]);
         let values = sites.sample(Field::F64(&gap));
         for (found, exact) in values.iter().zip([0.0, 450.0 + 0.3 * 29.0, 0.51]) {
             assert!((found - exact).abs() < 1e-9, "{values:?}");

@@ -357,6 +357,18 @@ mod tests {
         assert_eq!(conductivity(grid, &[0.0; 256], FlowEdges::Periodic), [0.0; 2]);
     }
 
+    /// Stripes of gaps 1 and 4 in equal parts: the effective medium has √(1·64), the flow 2/(1 + 1/64) across and (1 + 64)/2
+    /// along them.
+    #[test]
+    fn the_effective_medium_is_compared_with_the_mean_of_both_directions() {
+        let gap: Vec<f64> = (0..64).map(|i| if i % 2 == 0 { 1.0 } else { 4.0 }).collect();
+        let found = leakage(Grid::unit(8, 8), Field::F64(&gap), 0.0, FlowEdges::Periodic).expect("converges");
+        assert_near(found.effective_medium, 8.0, SOLVED);
+        let (across, along): (f64, f64) = (2.0 / (1.0 + 1.0 / 64.0), 32.5);
+        assert_near(found.ratio.expect("a flow"), 8.0 / (0.5 * (across + along)), SOLVED);
+        assert_near(found.hydraulic_gaps()[1], along.cbrt(), SOLVED);
+    }
+
     /// A checkerboard has the geometric mean (Dykhne, Sov. Phys. JETP 32 (1970) 63). The flow is singular at the corners
     /// of the squares, so that the order of convergence is below two.
     #[test]

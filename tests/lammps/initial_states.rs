@@ -39,6 +39,8 @@ fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact
 const SAME_LOAD: f64 = 0.01;
 /// Atoms at the edge of contact that may differ.
 const AT_THE_EDGE: usize = 1;
+/// Force evaluations over those of the ramp. Measured: 122 of 188 and 219 of 348 here; 252 of 1397 on the 25 nm block.
+const SAVED: f64 = 0.7;
 
 #[test]
 fn prescribed_loads_reach_the_states_of_a_ramp_at_lower_cost() {
@@ -77,6 +79,7 @@ fn prescribed_loads_reach_the_states_of_a_ramp_at_lower_cost() {
         );
         let sum = |f: &Finished, upto: usize| f.steps[..=upto].iter().map(|s| s.force_evaluations).sum::<usize>();
         let (less, more) = (sum(&found, k), sum(&outcome, steps as usize));
+        assert!(less as f64 <= SAVED * more as f64, "load {k}: {less} and {more} force evaluations");
         eprintln!(
             "p* = {}: {less} force evaluations from the continuum, {more} from first contact",
             record.load / unit

@@ -67,6 +67,30 @@ fn the_chosen_setting_meets_the_requested_error() {
     }
 }
 
+/// The shipped scenes get advice from the shipped tables, without extrapolation. A height map has only its own grid, whose
+/// errors are larger.
+#[test]
+fn shipped_scenes_get_advice() {
+    let scenes = [
+        ("quickstart", "contact_area", 0.25, "persson"),
+        ("quickstart", "mean_gap", 0.05, "fast"),
+        ("challenge", "mean_gap", 0.2, "fast"),
+        ("own-surface", "mean_gap", 0.15, "fast"),
+        ("measured-surface", "mean_gap", 0.25, "fast"),
+    ];
+    for (scene, quantity, share, method) in scenes {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/{scene}.toml"));
+        let mut command = asperity();
+        command.arg("advise").arg(file).args(["--quantity", quantity, "--json", "--error"]).arg(share.to_string());
+        let output = command.output().expect("started");
+        assert!(output.status.success(), "{scene}: {}", stderr(&output));
+        let advice = json_line(&output);
+        assert_eq!(advice["method"], method, "{scene}: {advice}");
+        assert_eq!(advice["extrapolated"], serde_json::json!([]), "{scene}");
+        assert!(advice["expected_error"].as_f64().is_some_and(|e| e <= share), "{scene}: {advice}");
+    }
+}
+
 #[test]
 fn unsupported_requests_are_refused() {
     let folder = Folder::new();

@@ -113,11 +113,25 @@ fn errors_fall_with_the_grid() {
         let uncertain = results.references[0].uncertainty.get(&quantity).copied();
         assert_eq!(fine.errors.get(&quantity).copied(), uncertain, "{}", quantity.name());
     }
-    let single = results.points.iter().find(|p| p.setting.precision == "f32").expect("f32");
-    assert!(single.setting.nx == 128 && error(single, Quantity::GapMap) < error(middle, Quantity::GapMap));
-    let loose = results.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
-    assert!(loose.cost.fft_pairs < fine.cost.fft_pairs, "{loose:?}");
-    assert_eq!(results.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
+    // Curves of both precisions over the tolerance on the scene's grid: a tighter one has smaller errors and more transforms.
+    let curve = |precision: &str| -> Vec<(f64, f64, f64)> {
+        let on_grid = |p: &&TradeoffPoint| p.setting.precision == precision && p.setting.nx == 128;
+        let mut points: Vec<&TradeoffPoint> = results.points.iter().filter(on_grid).collect();
+        points.sort_by(|a, b| b.setting.tolerance.total_cmp(&a.setting.tolerance));
+        points.iter().map(|p| (p.setting.tolerance, error(p, Quantity::GapMap), p.cost.fft_pairs)).collect()
+    };
+    let (single, double) = (curve("f32"), curve("f64"));
+    let tolerances = |curve: &[(f64, f64, f64)]| curve.iter().map(|c| c.0).collect::<Vec<f64>>();
+    assert_eq!(tolerances(&single), [1e-2, 1e-3]);
+    assert_eq!(tolerances(&double), [1e-2, 1e-4, 1e-6, 1e-8]);
+    // The point at 1e-8 is the reference, whose error is that of the grid.
+    for c in [&single[..], &double[..3]] {
+        assert!(c.windows(2).all(|w| w[1].1 < w[0].1 && w[1].2 >= w[0].2), "{c:?}");
+        assert!(c.iter().all(|p| p.1 < error(middle, Quantity::GapMap)), "{c:?}");
+    }
+    // The residual is over the pressure: errors follow it to within a factor.
+    assert!(double[2].1 < 1e-2 * double[0].1, "{double:?}");
+    assert_eq!(results.points.len(), 3 + 5);
     // The cost of the finest grid predicted from coarser grids is listed with the measured one.
     let [forecast] = &results.forecasts[..] else { panic!("{:?}", results.forecasts) };
     assert!(forecast.setting == fine.setting && forecast.coarser == [32, 64], "{forecast:?}");
@@ -199,9 +213,15 @@ fn a_killed_benchmark_resumes() {
     }
     child.kill().expect("killed, or over");
     child.wait().expect("ended");
+    let finished = |run: &str| {
+        let stages = std::fs::read_dir(bench.out(run)).expect("a folder").map(|e| e.expect("readable").path());
+        stages.filter(|s| s.join("done.json").exists()).count()
+    };
+    let before = finished("killed");
     let first = std::fs::read(&done).expect("the first stage");
     let (found, whole) = (bench.table("killed", &flags[..4]), bench.table("whole", &flags[..4]));
     assert_eq!(std::fs::read(&done).expect("the first stage"), first, "it was measured again");
+    assert!(before < finished("whole"), "the benchmark was over when it was killed");
     let numbers = |t: &Tradeoff| -> Vec<_> {
         t.points.iter().map(|p| (p.setting.clone(), p.loads.clone(), p.cost.iterations)).collect()
     };
@@ -237,9 +257,8 @@ fn without_adhesion_is_compared_with_without() {
     let results = bench.table("run", &["--methods", "fast", "--grids", "64,32"]);
     assert!(results.references.len() == 1 && results.references[0].setting.adhesive);
     assert!(results.points.iter().all(|p| p.setting.adhesive));
-    let Some(dry) = REGISTRY.iter().map(|m| m.card()).find(|c| !c.supports_adhesion() && c.id != "all-atom") else {
-        return;
-    };
+    let mut cards = REGISTRY.iter().map(|m| m.card());
+    let dry = cards.find(|c| !c.supports_adhesion() && c.id != "all-atom").expect("a method without adhesion");
     let results = bench.table("run", &["--methods", &format!("fast,{}", dry.id), "--grids", "64"]);
     assert_eq!(results.references.iter().map(|r| r.setting.adhesive).collect::<Vec<_>>(), [true, false]);
     assert!(results.points.iter().filter(|p| p.setting.method == dry.id).all(|p| !p.setting.adhesive));

@@ -36,7 +36,7 @@ fn fraction(state: &State, grid: Grid) -> (f64, f64) {
 /// r = p/p_fc, p_fc = π E* A/λ.
 #[test]
 fn westergaard() {
-    // The fraction may differ by one node at either contact line.
+    // The error of the mean gap over the amplitude is of second order; measured: at most 1.9/n². The fraction may differ by one node at either contact line.
     let n = 1024;
     let amplitude = 0.01;
     let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
@@ -49,15 +49,21 @@ fn westergaard() {
                 let (found, _) = fraction(state, grid);
                 assert!((found - exact).abs() <= 2.0 / n as f64, "{id} r = {r}: {found} {exact}");
                 let gap = 1.0 - r + r * r.ln();
-                assert!((state.mean_gap / amplitude - gap).abs() <= 1e-3, "{id} r = {r}: {} {gap}", state.mean_gap);
+                assert!(
+                    (state.mean_gap / amplitude - gap).abs() <= 2.0 / (n * n) as f64,
+                    "{id} r = {r}: {} {gap}",
+                    state.mean_gap
+                );
             });
         }
     }
 }
 
-/// The mean gap of the 1-D wave converges at least linearly with the mesh.
+/// The mean gap of the 1-D wave converges at second order with the mesh, at a load whose contact lines lie between nodes.
 #[test]
 fn westergaard_mean_gap_converges() {
+    /// Smallest ratio of errors at a quarter of the spacing. Measured: 16.2, 25.3, 25.9.
+    const RATIO: f64 = 15.0;
     let error = |n: usize| {
         let heights: Vec<f64> = (0..n).map(|i| 0.01 * (2.0 * PI * i as f64 / n as f64).cos()).collect();
         let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 };
@@ -66,34 +72,36 @@ fn westergaard_mean_gap_converges() {
     };
     let errors = [64, 256, 1024, 4096].map(error);
     for pair in errors.windows(2) {
-        assert!(pair[1] < pair[0] / 4.0, "{errors:?}");
+        assert!(pair[1] < pair[0] / RATIO, "{errors:?}");
     }
 }
 
-/// h = D cos cos: contact fraction (perimeter-corrected) and mean gap over D against pressure over √2 π E* D/λ, from an
-/// independent converged solution at N = 256 (fractions to 1 %, gaps to 1e-4).
+/// h = D cos cos against another program, Tamaas 2.8 (`PolonskyKeerRey`, tolerance 1e-11): number of contact nodes and mean
+/// gap over D against pressure over √2 π E* D/λ, at N = 256. Tamaas converges to other iterates on the same nodes with the
+/// same kernel, so that the states agree to the tolerances of both. Closed forms for small loads are in `refinement`.
 #[test]
 fn two_dimensional_sinusoid() {
-    const TABLE: [(f64, f64, f64); 8] = [
-        (0.01, 0.0361, 0.8183),
-        (0.03, 0.0786, 0.66068),
-        (0.1, 0.191, 0.38475),
-        (0.2, 0.345, 0.2046),
-        (0.3, 0.5155, 0.12488),
-        (0.5, 0.7046, 0.04508),
-        (0.7, 0.8395, 0.01113),
-        (0.9, 0.9505, 0.00065),
+    const TABLE: [(f64, usize, f64); 8] = [
+        (0.01, 2402, 0.818_291_958_3),
+        (0.03, 5202, 0.660_676_694_9),
+        (0.1, 12602, 0.384_750_346_7),
+        (0.2, 22682, 0.204_647_601_4),
+        (0.3, 33910, 0.124_879_756_0),
+        (0.5, 46278, 0.045_079_437_3),
+        (0.7, 55094, 0.011_130_923_5),
+        (0.9, 62334, 0.000_651_464_6),
     ];
+    /// Difference of the mean gaps over D. Measured: below 1e-9.
+    const GAP: f64 = 1e-8;
     let n = 256;
     let amplitude = 0.02;
     let grid = Grid::unit(n, n);
     let wave = |i: usize| (2.0 * PI * i as f64 / n as f64).cos();
     let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
-    for (x, contact, gap) in TABLE {
+    for (x, nodes, gap) in TABLE {
         solve(&problem(grid, &heights), "bvm", x * 2f64.sqrt() * PI * amplitude, |state| {
-            let (_, corrected) = fraction(state, grid);
-            assert!((corrected / contact - 1.0).abs() < 0.015, "x = {x}: {corrected} {contact}");
-            assert!((state.mean_gap / amplitude - gap).abs() < 3e-4, "x = {x}: {} {gap}", state.mean_gap / amplitude);
+            assert_eq!(contact_area(grid, state.gap, 0.0).nodes, nodes, "x = {x}");
+            assert!((state.mean_gap / amplitude - gap).abs() < GAP, "x = {x}: {} {gap}", state.mean_gap / amplitude);
         });
     }
 }
@@ -101,6 +109,9 @@ fn two_dimensional_sinusoid() {
 /// Hertz in a periodic cell: contact radius with the correction of the curvature by the images.
 #[test]
 fn hertz() {
+    /// Relative errors of the corrected area and of the highest stress at a radius of 50 nodes. Measured: 4.2e-4 and 1.1e-5.
+    const AREA: f64 = 6e-4;
+    const STRESS: f64 = 2e-5;
     let n = 512;
     let grid = Grid::unit(n, n);
     let radius = 1.0;
@@ -115,11 +126,10 @@ fn hertz() {
             let effective = (1.0 / radius + 9.03362 * force / (2.0 * PI)).recip();
             let a = (0.75 * force * effective).cbrt();
             let (_, corrected) = fraction(state, grid);
-            // For a radius of 50 pixels the perimeter-corrected area is accurate to 1 %.
-            assert!((corrected / (PI * a * a) - 1.0).abs() < 0.01, "{id}: {corrected} {}", PI * a * a);
+            assert!((corrected / (PI * a * a) - 1.0).abs() < AREA, "{id}: {corrected} {}", PI * a * a);
             let highest = state.stress.to_vec().into_iter().fold(0.0, f64::max);
             let p0 = 1.5 * force / (PI * a * a);
-            assert!((highest / p0 - 1.0).abs() < 0.005, "{id}: {highest} {p0}");
+            assert!((highest / p0 - 1.0).abs() < STRESS, "{id}: {highest} {p0}");
         });
     }
 }
@@ -366,8 +376,8 @@ fn single_precision() {
         let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let s = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert_eq!(s.stop, Stop::Converged);
-        // Error of the soft mean mode at a residual of 1e-3 of the pressure: 3.5e-4 with gfmd.
-        assert!((s.mean_gap / double.0 - 1.0).abs() < 1e-3, "{id}: {} {}", s.mean_gap, double.0);
+        // At a residual of 1e-3 of the pressure. Measured: 3e-5, 4e-5, 2e-6; 0, 3e-4 and 1.9e-3 in area.
+        assert!((s.mean_gap / double.0 - 1.0).abs() < 6e-5, "{id}: {} {}", s.mean_gap, double.0);
         assert!((fraction(&s, grid).0 / double.1 - 1.0).abs() < 2e-3);
     }
 }
@@ -498,7 +508,8 @@ fn accuracy_targets_are_met() {
     let (grid, heights) = rough(256, 1.0 / 32.0, 5);
     let exact =
         solve(&problem(grid, &heights), "fast", 0.02, |s| (s.energy, fraction(s, grid).0, s.mean_gap, s.fft_pairs));
-    let targets = Targets { energy: Some(1e-5), area: Some(3e-3), mean_gap: Some(1e-4) };
+    const AREA: f64 = 3e-3;
+    let targets = Targets { energy: Some(1e-5), area: Some(AREA), mean_gap: Some(1e-4) };
     let p = Problem { targets, tolerance: 0.05, ..problem(grid, &heights) };
     let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
@@ -507,7 +518,7 @@ fn accuracy_targets_are_met() {
     let bound = state.error_estimates.energy.unwrap();
     let excess = state.energy / exact.0 - 1.0;
     assert!(excess >= -1e-9 && excess <= bound && bound <= 1e-5, "{excess:e} {bound:e}");
-    assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 3e-3);
+    assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < AREA);
     let miss = (state.mean_gap / exact.2 - 1.0).abs();
     assert!(miss < 1e-4, "{miss:e} {:?} {:e}", state.error_estimates, state.residual);
     // Methods without an estimate of the energy error refuse an energy target, but accept targets of area and mean gap.
@@ -525,7 +536,9 @@ fn accuracy_targets_are_met() {
         let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert_eq!(state.stop, Stop::Converged);
-        assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 0.02, "{id}");
+        assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < AREA, "{id}");
+        // The target applies to the estimate, the change between two checks. Measured: 1.8e-4 with gfmd, 9e-6 with bvm.
+        assert!((state.mean_gap / exact.2 - 1.0).abs() < 2e-4, "{id}: {}", state.mean_gap / exact.2 - 1.0);
     }
 }
 

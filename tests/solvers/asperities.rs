@@ -137,34 +137,44 @@ fn icha_area_depends_on_pressure_over_gradient() {
 
 /// The calibrated area at p* = 0.01 is reproduced to one node. S27: at lower loads the area grows with an exponent
 /// below 0.95, while that of the solver is proportional to the load. S28: the mean gap is overestimated; the last gap
-/// closes at p* between 0.6 and 1.3.
+/// closes where half of the nodes overlap, at p* between 0.6 and 1.3.
 #[test]
 fn winkler_calibration_meets_the_area() {
+    /// Excess of the mean gap at both loads. Measured: 0.11 to 0.20, and 0.30 to 0.42.
+    const EXCESS: [[f64; 2]; 2] = [[0.1, 0.21], [0.29, 0.43]];
     let (mut areas, mut reference) = ([0.0; 2], [0.0; 2]);
     for seed in 1..=6 {
         let (grid, heights) = rough(256, 256, 1.0 / 32.0, seed);
         let base = problem(grid, &heights);
         let g = gradient(grid, &heights);
         let exact = path(&base, "fast", &[0.001 * g, 0.01 * g]);
+        // Springs are calibrated at p* = 0.01, where half of the area overlaps.
+        let mut sorted = heights.clone();
+        sorted.sort_by(f64::total_cmp);
+        let overlap = |depth: f64| sorted.iter().map(|h| (depth - h).max(0.0)).sum::<f64>();
+        let depth = sorted[(0.5 * exact[1].area * sorted.len() as f64).round() as usize];
+        let closed = 0.01 * g * overlap(sorted[sorted.len() / 2]) / overlap(depth);
         let p = with(base, WinklerSettings { spring_length: None, calibrate_to: Some(exact[1].area) });
-        let found = estimates(&p, "winkler", &[0.001 * g, 0.01 * g, 0.6 * g, 1.3 * g]);
+        let found = estimates(&p, "winkler", &[0.001 * g, 0.01 * g, 0.99 * closed, 1.01 * closed]);
         // The number of contact nodes is even.
         assert!((found[1].area - exact[1].area).abs() < 2.5 / (256.0 * 256.0), "{} {}", found[1].area, exact[1].area);
         for k in 0..2 {
             areas[k] += found[k].area;
             reference[k] += exact[k].area;
-            assert!(found[k].mean_gap > 1.1 * exact[k].mean_gap, "{} {}", found[k].mean_gap, exact[k].mean_gap);
+            println!("seed {seed}: gap x{:.3}, closed at {:.3}", found[k].mean_gap / exact[k].mean_gap, closed / g);
+            let excess = found[k].mean_gap / exact[k].mean_gap - 1.0;
+            assert!(excess > EXCESS[k][0] && excess < EXCESS[k][1], "seed {seed}: {excess}");
         }
         assert!(found[2].area < 1.0 && found[3].area == 1.0 && found[3].mean_gap == 0.0);
     }
     let power = |a: [f64; 2]| (a[1] / a[0]).log10();
     println!("powers: winkler {} fast {}", power(areas), power(reference));
-    assert!(power(areas) < 0.95, "{}", power(areas));
-    assert!(power(reference) > power(areas) + 0.02, "{} {}", power(reference), power(areas));
+    // Measured: 0.83 and 0.97.
+    assert!((power(areas) - 0.83).abs() < 0.02 && (power(reference) - 0.97).abs() < 0.02);
 }
 
-/// The default spring length for the challenge's spectrum, resolved by 1024² points up to the grid's limit: a contact
-/// fraction of 3 % at p = 0.01 E*, within the scatter of surfaces (1.9 to 3.1 % on eight of them).
+/// The default spring length, which was fitted to 3 % of contact on surfaces of another generator: 2.3 % on the mean of four
+/// of this one at p = 0.01 E*, on 1024² points (1.9 to 3.1 % on eight).
 #[test]
 fn default_spring_length_gives_the_challenges_area() {
     let area = |seed: u64| {
@@ -172,7 +182,7 @@ fn default_spring_length_gives_the_challenges_area() {
         one(&problem(grid, &heights), "winkler", 0.01).area
     };
     let mean = (1..=4).map(area).sum::<f64>() / 4.0;
-    assert!((0.02..0.035).contains(&mean), "{mean}");
+    assert!(near(mean, 0.02344, 0.005), "{mean}");
 }
 
 // Summits
@@ -279,8 +289,9 @@ fn icha_interaction_agrees_with_bvm() {
         exact.mean_gap, interacting.mean_gap, independent.mean_gap
     );
     assert_eq!(interacting.patches.len(), 2);
-    assert!(near(found, exact_left, 0.01), "{found} {exact_left}");
-    assert!((not - exact_left).abs() > 3.0 * (found - exact_left).abs(), "{not} {found} {exact_left}");
+    // Measured: 0.56056 for 0.56029, and 0.55597 without interaction.
+    assert!(near(found, exact_left, 1e-3), "{found} {exact_left}");
+    assert!((not - exact_left).abs() > 10.0 * (found - exact_left).abs(), "{not} {found} {exact_left}");
     assert!(near(interacting.mean_gap, exact.mean_gap, 0.01), "{} {}", interacting.mean_gap, exact.mean_gap);
 }
 
@@ -303,6 +314,11 @@ fn icha_spots_merge_with_load() {
 /// to 30 % below those of the solver, and mean gaps within 10 %; independent summits deviate more.
 #[test]
 fn icha_on_rough_surfaces_agrees_with_fast() {
+    /// Mean contact pressure over E*ḡ at p* = 0.002, and areas over those of `fast` at both loads.
+    const PRESSURE: f64 = 0.513;
+    const AREAS: [f64; 2] = [0.883, 0.838];
+    /// Scatter of sums over the order of merging.
+    const MEASURED: f64 = 0.01;
     let (mut load, mut areas, mut exact, mut alone) = (0.0, [0.0; 2], [0.0; 2], 0.0);
     for seed in [1, 2, 3] {
         let (grid, heights) = rough(512, 512, 1.0 / 64.0, seed);
@@ -323,13 +339,16 @@ fn icha_on_rough_surfaces_agrees_with_fast() {
             "seed {seed}: mean gap icha {} fast {} srgw {}",
             found[1].mean_gap, solved[1].mean_gap, single[1].mean_gap
         );
-        assert!(near(found[1].mean_gap, solved[1].mean_gap, 0.1), "{} {}", found[1].mean_gap, solved[1].mean_gap);
+        // Measured: 0.960, 0.959, 0.950; the paper has 10 %.
+        let gap = found[1].mean_gap / solved[1].mean_gap;
+        assert!(gap > 0.94 && gap < 0.97, "{gap}");
     }
     let pressure = load / areas[0];
     println!("p_c/(E*g) {pressure}; areas icha {areas:?} fast {exact:?} srgw {alone}");
-    assert!((pressure / 0.5 - 1.0).abs() < 0.15, "{pressure}");
+    // The paper has 0.5 to 15 %.
+    assert!(near(pressure, PRESSURE, MEASURED), "{pressure}");
     for k in 0..2 {
-        assert!((0.7..1.0).contains(&(areas[k] / exact[k])), "{areas:?} {exact:?}");
+        assert!(near(areas[k] / exact[k], AREAS[k], MEASURED), "{areas:?} {exact:?}");
     }
     assert!(alone < areas[1]);
 }

@@ -243,7 +243,9 @@ fn compressed_patches_are_smaller_than_closed_ones() {
                 t.closed_patch,
                 t.pressing_patch as f64 / t.closed_patch as f64
             );
-            assert!(t.pressing < 0.95 * t.closed && t.pressing_patch < t.closed_patch);
+            // Measured: 0.76 to 0.86 for bvm, 0.77 to 0.80 for fft-ia.
+            let patches = t.pressing_patch as f64 / t.closed_patch as f64;
+            assert!(t.pressing < 0.95 * t.closed && (0.74..0.88).contains(&patches), "{id}: {patches}");
         }
     }
 }
@@ -288,8 +290,9 @@ fn bem_bspline_filters_unresolved_roughness() {
     };
     let (width, gap) = (pressing(&b) / pressing(&a), b.mean_gap / a.mean_gap);
     println!("gradient left {ratio:.3}, ⟨σ²⟩/⟨σ⟩ {width:.3}, mean gap {gap:.4}, areas {:.4} {:.4}", b.area, a.area);
-    assert!((gap - 1.0).abs() < 0.06 && b.area > a.area);
-    assert!((width / ratio - 1.0).abs() < 0.1, "{width} {ratio}");
+    // Measured: mean gap 0.961, gradient 0.81, width 0.79.
+    assert!((gap - 0.96).abs() < 0.01 && b.area > a.area, "{gap}");
+    assert!((width - 0.79).abs() < 0.01 && (ratio - 0.81).abs() < 0.01, "{width} {ratio}");
 }
 
 /// Unsupported problems give a one-line error.

@@ -442,32 +442,34 @@ fn scgw_contact_pressure_is_high() {
 /// S25: the area is too small. For a narrow spectrum the mean gap is within 20 % of `bvm` at small loads.
 #[test]
 fn scgw_underestimates_the_area_of_bvm() {
+    /// Areas and mean gaps over those of `bvm`, as docs/validation.md has the areas, printed to two digits.
+    const RATIOS: [(f64, f64, f64); 3] = [(0.003, 0.75, 0.99), (0.02, 0.71, 0.91), (0.1, 0.67, 0.74)];
+    const PRINTED: f64 = 6e-3;
     let (grid, heights, power) = resolved();
-    for p in [0.003, 0.02, 0.1] {
+    for (p, area_ratio, gap_ratio) in RATIOS {
         let pressure = p * power.rms_gradient();
         let solved = solved((grid, &heights), pressure);
         let found = estimated(&of(&power), "scgw", pressure);
         let (area, gap) = (found.contact_fraction / solved.area, found.gap / solved.mean_gap);
         println!("p* {p}: area x{area:.3}, gap x{gap:.3}");
-        assert!(area < 0.9 && area > 0.5, "{area}");
-        assert!(p > 0.05 || near(gap, 1.0, 0.2), "{gap}");
+        assert!((area - area_ratio).abs() < PRINTED && (gap - gap_ratio).abs() < PRINTED, "{area} {gap}");
     }
 }
 
 /// Octaves without adhesion give a κ of about 2.3; the load is balanced in all bands.
 #[test]
 fn ms_archard_area_by_band_ratio() {
+    /// κ at p* = 0.001 and 0.01, as measured.
+    const KAPPA: [(f64, [f64; 2]); 4] =
+        [(1.5, [2.782, 2.782]), (2.0, [2.374, 2.374]), (3.0, [2.084, 2.074]), (5.0, [2.115, 2.088])];
+    const PRINTED: f64 = 6e-4;
     let power = challenge();
-    for (ratio, low, high) in [(1.5, 2.6, 3.0), (2.0, 2.2, 2.45), (3.0, 2.0, 2.2), (5.0, 2.0, 2.2)] {
+    for (ratio, kappa) in KAPPA {
         let problem = in_bands(&of(&power), ratio);
-        for t in [1e-3, 0.01].map(|p| (p, estimated(&problem, "ms-archard", p))) {
-            let (p, t) = t;
+        for (p, expected) in [1e-3, 0.01].into_iter().zip(kappa) {
+            let t = estimated(&problem, "ms-archard", p);
             println!("ratio {ratio}: p* {p}: kappa {:.3}, gap {:.4e}", t.contact_fraction / p, t.gap);
-            assert!(
-                t.contact_fraction / p > low && t.contact_fraction / p < high,
-                "{ratio} {p}: {}",
-                t.contact_fraction / p
-            );
+            assert!((t.contact_fraction / p - expected).abs() < PRINTED, "{ratio} {p}: {}", t.contact_fraction / p);
             assert!(t.load_error < 1e-12);
         }
         assert!(estimated(&adhesive(&problem), "ms-archard", 1e-3).load_error < 1e-12);
@@ -493,10 +495,12 @@ fn ms_archard_jumps_into_full_contact() {
         assert_eq!((after.contact_fraction, after.gap), (1.0, 0.0));
     }
     let (_, before, _) = jump(Settings::default().ms_archard.band_ratio);
-    assert!(before > 0.3 && before < 0.4, "{before}");
+    // Measured: 0.359.
+    assert!((before - 0.359).abs() < 2e-3, "{before}");
     let reference = [adhesive(&of(&power)), of(&power)].map(|p| estimated(&p, "ms-archard", 0.01).contact_fraction);
     println!("reference load: {reference:?}");
-    assert!(reference[0] > 1.3 * reference[1] && reference[0] > 0.025 && reference[0] < 0.04);
+    // Measured: 3.06 and 2.09 %.
+    assert!(near(reference[0], 0.0306, 5e-3) && near(reference[1], 0.0209, 5e-3), "{reference:?}");
 }
 
 /// S30: without adhesion full contact is reached below p* = 0.8, determined by the steepest band.
@@ -509,7 +513,8 @@ fn ms_archard_full_contact_pressure() {
         if estimated(&of(&power), "ms-archard", middle).gap > 0.0 { low = middle } else { high = middle }
     }
     println!("closed at p* {high:.4}");
-    assert!(high < 0.8 && estimated(&of(&power), "ms-archard", high).contact_fraction == 1.0);
+    // Measured: 0.691.
+    assert!((high - 0.691).abs() < 1e-3 && estimated(&of(&power), "ms-archard", high).contact_fraction == 1.0);
 }
 
 /// S31: at small loads the mean gap of the long waves is within 20 % of that of the surface for all cut-offs; the area
@@ -530,7 +535,9 @@ fn rl_archard_gap_agrees_with_bvm() {
                 found.gap / solved.mean_gap,
                 found.contact_fraction / solved.area
             );
-            assert!(near(found.gap, solved.mean_gap, 0.2));
+            // Measured: 0.86 to 0.97; the paper has 20 %.
+            let gap = found.gap / solved.mean_gap;
+            assert!(gap > 0.85 && gap < 0.98, "{gap}");
             // Measured: 0.571 to 0.646.
             assert!(found.contact_fraction < 0.66 * solved.area && found.contact_fraction > 0.56 * solved.area);
         }

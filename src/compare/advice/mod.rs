@@ -21,8 +21,8 @@ const SAME: f64 = 1e-6;
 
 /// Largest ratio of the shortest wavelengths of target and measured surface, and largest inverse ratio. Errors are
 /// transferred at equal points per shortest wavelength. This preserves errors of areas. Errors of gaps depend on the
-/// long waves: they are bounds if the measured surface has a narrower spectrum, and may be larger if it has a wider
-/// one.
+/// long waves: they are bounds if the measured surface has a narrower spectrum; from a wider one they are transferred
+/// at equal points per side.
 const LIKE_WAVES: f64 = 4.0;
 
 /// Largest difference of the Hurst exponents of target and measured surface. Measured with tables of 0.8: advice for 0.5
@@ -98,12 +98,13 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
         return None;
     }
     // The model error of an estimate does not depend on the grid: measurements apply only to the same spectrum.
-    let is_same_spectrum = same(table.shortest_wavelength, target.shortest_wavelength);
+    let is_same_spectrum = same(table.shortest_wavelength, target.shortest_wavelength)
+        && target.hurst.zip(table.hurst).is_none_or(|(a, b)| same(a, b));
     if !is_same_spectrum && find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate) {
         return None;
     }
     let errors = at_loads(table, line.errors.get(&quantity)?, &target.p_star)?;
-    let grid = transferred_grid(table, s.nx, target)?;
+    let grid = transferred_grid(table, s.nx, target, quantity)?;
     let points = grid as f64 * grid as f64 * target.aspect;
     let sizes: Vec<(f64, f64)> = table.grids(&s.method, s.adhesive).iter().map(|l| (l.points(), l.seconds)).collect();
     let grows = growth(&sizes);
@@ -138,10 +139,12 @@ fn same(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < SAME
 }
 
-/// Points per side of the target with as many points per shortest wavelength as `nx` on the measured surface. `None` if
-/// the target's own grid has fewer.
-fn transferred_grid(table: &Table, nx: usize, target: &Target) -> Option<usize> {
-    let exact = nx as f64 * table.shortest_wavelength / target.shortest_wavelength;
+/// Points per side of the target with as many points per shortest wavelength as `nx` on the measured surface, and for
+/// gaps no fewer points than there. `None` if the target's own grid has fewer.
+fn transferred_grid(table: &Table, nx: usize, target: &Target, quantity: Quantity) -> Option<usize> {
+    let of_gaps = matches!(quantity, Quantity::MeanGap | Quantity::Stiffness | Quantity::GapMap | Quantity::GapPdf);
+    let ratio = table.shortest_wavelength / target.shortest_wavelength;
+    let exact = nx as f64 * if of_gaps { ratio.max(1.0) } else { ratio };
     let grid = match target.own_grid {
         Some(own) => own,
         None if same(exact, nx as f64) => nx,
@@ -298,6 +301,9 @@ mod tests {
         let within = choose(&all, Quantity::MeanGap, Limit::Seconds(1.01 * cost)).expect("one");
         assert_eq!((within.method.as_str(), within.grid), ("fast", 128));
         assert!(choose(&all, Quantity::MeanGap, Limit::Seconds(1e-3)).is_none());
+        // Of two with the same error the cheaper.
+        let most = choose(&all, Quantity::MeanGap, Limit::Seconds(1e9)).expect("one");
+        assert_eq!((most.method.as_str(), most.grid), ("fast", 256));
         assert!(candidates(&[table()], &target(0.04), Quantity::Stiffness).is_empty());
     }
 
@@ -319,10 +325,42 @@ mod tests {
         estimate.lines.iter_mut().for_each(|l| l.setting.method = "persson".into());
         let advised = |wave: f64| candidates(&[estimate.clone()], &target(wave), Quantity::MeanGap);
         assert!(advised(0.04)[0].extrapolated.is_empty() && advised(0.02).is_empty());
+        let rougher = Target { hurst: Some(0.7), ..target(0.04) };
+        assert!(candidates(&[estimate.clone()], &rougher, Quantity::MeanGap).is_empty());
+        // Twice the shortest wavelength needs half the points for an area, and as many for a gap.
+        let mut areas = table();
+        areas.lines.iter_mut().for_each(|l| l.errors = BTreeMap::from([(Quantity::ContactArea, vec![Some(0.1); 2])]));
+        assert_eq!(candidates(&[areas], &target(0.08), Quantity::ContactArea)[0].grid, 32);
+        assert_eq!(candidates(&[table()], &target(0.08), Quantity::MeanGap)[0].grid, 64);
         // A very different shortest wavelength is marked as an extrapolation.
         let own_grid = Some(256);
         let other = Target { own_grid, ..target(0.2) };
         assert!(candidates(&[table()], &other, Quantity::MeanGap)[0].extrapolated[0].contains("waves"));
+    }
+
+    /// An oblong cell of half the points takes less time by the fitted exponent. The range of the time has it in the middle,
+    /// for larger and smaller grids.
+    #[test]
+    fn costs_follow_the_number_of_points() {
+        let seconds = |table: &Table, target: &Target, quantity: Quantity| {
+            let all = candidates(std::slice::from_ref(table), target, quantity);
+            let found = all.iter().find(|a| a.method == "fast").expect("one");
+            (found.expected_seconds, found.seconds_range.expect("three grids"))
+        };
+        let half = Target { aspect: 0.5, ..target(0.04) };
+        let (square, strip) =
+            (seconds(&table(), &target(0.04), Quantity::MeanGap).0, seconds(&table(), &half, Quantity::MeanGap).0);
+        assert!((strip / square / 0.5f64.powf(1.2) - 1.0).abs() < 1e-9, "{strip} {square}");
+        let mut noisy = table();
+        for line in &mut noisy.lines {
+            line.seconds *= if line.setting.nx == 128 { 2.0 } else { 1.0 };
+            line.errors.insert(Quantity::ContactArea, vec![Some(0.1); 2]);
+        }
+        for wave in [0.02, 0.08] {
+            let (expected, [from, to]) = seconds(&noisy, &target(wave), Quantity::ContactArea);
+            assert!(from < 0.9 * expected && to > 1.1 * expected, "{wave}: {from} {expected} {to}");
+            assert!((from * to / expected.powi(2) - 1.0).abs() < 1e-9);
+        }
     }
 
     /// A spectrum of another Hurst exponent is marked as an extrapolation; one that is similar, or of a map, is not.
@@ -375,6 +413,7 @@ mod tests {
         let all = candidates(&[table(), worse], &target(0.04), Quantity::MeanGap);
         let one = all.iter().find(|a| a.grid == 128 && a.method == "fast").expect("one");
         assert_eq!((all.len(), one.surfaces), (6, 2));
+        assert!((one.error_range[0] - 0.05).abs() < 1e-12 && (one.error_range[1] - 0.075).abs() < 1e-12, "{one:?}");
         assert!(
             (one.expected_error - 0.075).abs() < 1e-12
                 && (one.expected_seconds - 16384f64.powf(1.2) / 1e4).abs() < 1e-9

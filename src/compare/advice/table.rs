@@ -222,6 +222,24 @@ mod tests {
         assert_eq!(table.lines[0].seconds, 0.123);
     }
 
+    /// Errors of larger tolerances, of f32 and of references of another kind do not count for a finer setting.
+    #[test]
+    fn only_finer_settings_count() {
+        let mut found = results(&[
+            (128, 0.02, false),
+            (128, 0.05, false),
+            (128, 0.06, false),
+            (256, 0.4, true),
+            (128, 0.001, false),
+        ]);
+        found.points[1].setting.tolerance = 1e-2;
+        found.points[2].setting.precision = "f32".into();
+        found.points[3].setting.adhesive = true;
+        (found.points[4].setting.tolerance, found.points[4].setting.precision) = (1e-2, "f32".into());
+        let errors: Vec<f64> = Table::of(&found).lines.iter().filter_map(|l| l.errors[&Quantity::MeanGap][0]).collect();
+        assert_eq!(errors, [0.02, 0.05, 0.06, 0.4, 0.06]);
+    }
+
     #[test]
     fn other_files_are_refused() {
         let folder = tempfile::tempdir().expect("scratch");

@@ -404,6 +404,9 @@ mod tests {
         assert_eq!(law.traction(0.0), 0.0);
         assert!((law.slope(0.0) * RHO * RHO / GAMMA - 16.0).abs() < 1e-12);
         assert!((law.softening() * RHO * RHO / GAMMA - 1.253).abs() < 5e-4);
+        // The wall's slope just below zero gap bounds that from zero on, where trial states may step below.
+        let wall = power_law_wall();
+        assert!((wall.max_slope(0.0) / wall.slope(-1e-9 * RHO) - 1.0).abs() < 1e-6, "{}", wall.max_slope(0.0));
     }
 
     #[test]

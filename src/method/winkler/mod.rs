@@ -29,7 +29,7 @@ static CARD: Card = Card {
     kind: Kind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::Overlap,
-    calibrated_on: Some("contact area of the reference at p* = 0.01 (spring length λ)"),
+    calibrated_on: Some("3 % of contact at p* = 0.01 on surfaces of another generator (spring length λ)"),
     summary: "independent springs; overlap patches enlarged to twice their area",
     supports,
     hardness: false,
