@@ -311,6 +311,8 @@ fn one_number_changed_fails_a_statement() {
 /// Accepted ranges of docs/challenge.md, for the paper's own surface.
 #[test]
 fn accepted_ranges_are_those_of_the_documents() {
+    /// The range of A03 holds two standard errors of its fit, which are below 1e-6 here.
+    const SMALL: f64 = 1e-5;
     const TENSION: f64 = f64::INFINITY;
     // Half of the last printed digit, and the height of an extremum above the highest of the nodes, which are 3.05 nm apart.
     let digit = 5e-4 + (UM / 32768.0).powi(2) / (4.0 * 0.04);
@@ -332,6 +334,7 @@ fn accepted_ranges_are_those_of_the_documents() {
         ("S10", 0.2, 0.45),
         ("A01", 0.886, 1.194),
         ("A02", 2.174, 3.414),
+        ("A03", 0.75, 0.85),
         ("S11a", -9.0, -7.0),
         ("S11b", 0.2, 0.45),
         ("S12", 0.98, 1.0),
@@ -354,7 +357,7 @@ fn accepted_ranges_are_those_of_the_documents() {
     for (id, low, high) in ranges {
         let found = list.iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).tolerance.expect("a range");
         let ends = found.map(|end| end.unwrap_or(f64::INFINITY));
-        assert!((ends[0] - low).abs() < 1e-9 && (ends[1] == high || (ends[1] - high).abs() < 1e-9), "{id}: {ends:?}");
+        assert!((ends[0] - low).abs() < SMALL && (ends[1] == high || (ends[1] - high).abs() < SMALL), "{id}: {ends:?}");
     }
 }
 
