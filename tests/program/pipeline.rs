@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 
 /// Displacement step, Å: 16 steps and some three seconds of LAMMPS, enough to interrupt it.
 const FINE: f64 = 0.1;
+/// Displacement step, Å: 64 steps, which take several times as long as the start of LAMMPS.
+const FINEST: f64 = 0.025;
 /// Displacement step, Å: four steps, one second.
 const COARSE: f64 = 0.5;
 
@@ -242,7 +244,7 @@ fn an_interrupted_run_reports_it_and_resumes() {
 fn a_run_past_its_time_limit_resumes_with_a_longer_one() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
-    let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINE, &format!("time_limit_s = {seconds}\n"));
+    let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINEST, &format!("time_limit_s = {seconds}\n"));
     // On any machine the limit ends before LAMMPS has read its input.
     let mut limit = 0.05;
     let mut output = bench.run(&limited(limit), "run");
@@ -262,7 +264,7 @@ fn a_run_past_its_time_limit_resumes_with_a_longer_one() {
     let results = json_line(&output)["results"].clone();
     // Only stages that depend on the time limit ran again.
     assert_eq!(worked(&results), ["lammps", "atoms", "compare"]);
-    let (whole, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "reference");
+    let (whole, _) = bench.results(&bench.scene("[0.01, 0.02]", FINEST, ""), "reference");
     assert_eq!(lasting(&results), lasting(&whole));
 }
 

@@ -96,8 +96,10 @@ fn good_scenes_and_shipped_ones_are_planned() {
         let text = std::fs::read_to_string(&scene).expect("readable");
         if text.lines().any(|l| l.trim() == "[atoms]") {
             let held: &[&str] = if text.lines().any(|l| l.trim() == "[atoms.nvt]") { &["nvt"] } else { &[] };
+            let yields: &[&str] = if text.lines().any(|l| l.starts_with("hardness_gpa")) { &["yielding"] } else { &[] };
             let expected =
-                [&["surface", "continuum", "matched", "lammps", "atoms"], held, &["compare", "report"]].concat();
+                [&["surface", "continuum", "matched", "lammps", "atoms"], held, yields, &["compare", "report"]]
+                    .concat();
             assert_eq!(names, expected, "{}", scene.display());
             let counts = ["deformable", "fixed", "indenter"].map(|k| plan["atoms"][k].as_u64().expect("a count"));
             assert!(counts.iter().all(|n| *n > 0), "{}: {plan}", scene.display());
