@@ -246,17 +246,19 @@ fn a_run_past_its_time_limit_resumes_with_a_longer_one() {
     let bench = Bench::new();
     let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINEST, &format!("time_limit_s = {seconds}\n"));
     // On any machine the limit ends before LAMMPS has read its input.
-    let mut limit = 0.05;
-    let mut output = bench.run(&limited(limit), "run");
+    let mut milliseconds = 50;
+    let seconds = |milliseconds: u64| milliseconds as f64 / 1000.0;
+    let mut output = bench.run(&limited(seconds(milliseconds)), "run");
     assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
     let mut before = 0;
     while output.status.code() == Some(4) {
-        assert!(stderr(&output).contains(&format!("time limit of {limit} s")), "{}", stderr(&output));
+        let limit = format!("time limit of {} s", seconds(milliseconds));
+        assert!(stderr(&output).contains(&limit), "{limit}: {}", stderr(&output));
         wait_until("the end of LAMMPS", GONE_WITHIN, || bench.processes("run").is_empty());
         before = steps(&bench.path("run/lammps/load_steps.csv"));
         // By half each time, so that the run ends on a slow machine as well, and the last limit ended within the load steps.
-        limit *= 1.5;
-        output = bench.run(&limited(limit), "run");
+        milliseconds = milliseconds * 3 / 2;
+        output = bench.run(&limited(seconds(milliseconds)), "run");
     }
     assert!(output.status.success(), "{}", stderr(&output));
     let from = resumed_from(&stderr(&output));
