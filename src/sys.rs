@@ -1,6 +1,7 @@
 //! The only unsafe code: memory and processor time of this process and its children, process groups, and column access to
 //! matrices.
 
+pub mod lammps_library;
 mod memory;
 
 /// Largest resident set of this process so far, bytes (`VmHWM`); 0 where the kernel does not report it.

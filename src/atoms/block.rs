@@ -3,7 +3,10 @@
 //! Lengths are in Å. No positions are stored: an id identifies a lattice site, from which position, layer and surface
 //! site follow. Layers are numbered from the lowest of the base upwards, ids start at 1 and increase layer by layer.
 
+use super::force_constants::reach;
 use crate::{Error, Result};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Height of the lowest layer above the bottom of the box, Å. Atoms exactly at the fixed boundary are lost in LAMMPS
 /// as soon as one moves.
@@ -19,12 +22,26 @@ pub const MIN_CELLS: usize = 4;
 /// Standard LAMMPS builds count atoms in 32 bits.
 pub const MAX_ATOMS: u64 = i32::MAX as u64;
 
-/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` layers without forces. The base is
-/// rigid, or moves with an elastic foundation of `foundation_cells` cells below the deformable ones.
+/// The lowest layers of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BaseKind {
+    /// At rest.
+    #[default]
+    Rigid,
+    /// Displaced once per load, as the continuum's solution is in an elastic foundation.
+    Prescribed,
+    /// Free, under the forces of the crystal that is missing below: its force constants, condensed at every wave vector.
+    Elastic,
+}
+
+/// `cells` × `cells` × `depth_cells` deformable cubic cells on a base of `base_layers` layers, which is rigid or lies in a foundation of
+/// `foundation_cells` cells below the deformable ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     pub cells: usize,
     pub depth_cells: usize,
+    pub base: BaseKind,
     pub base_layers: usize,
     pub foundation_cells: usize,
     /// Lattice constant, Å.
@@ -60,7 +77,7 @@ impl Block {
             }
         }
         let base_layers = (cutoff_angstrom / (0.5 * a0)).ceil() as usize;
-        let block = Block { cells, depth_cells, base_layers, foundation_cells: 0, a0 };
+        let block = Block { cells, depth_cells, base: BaseKind::Rigid, base_layers, foundation_cells: 0, a0 };
         let layers = depth_cells.checked_mul(2).and_then(|d| d.checked_add(base_layers));
         let per_layer = (cells as u64).checked_mul(cells as u64).and_then(|a| a.checked_mul(2));
         match layers.zip(per_layer).and_then(|(l, a)| a.checked_mul(l as u64)) {
@@ -84,7 +101,38 @@ impl Block {
             let accepted = format!("0, or at least {least}: the base, as thick as the potential's range, lies in it");
             return Err(Error::input("block of atoms", "atoms.foundation_cells", foundation_cells, accepted));
         }
-        Ok(Block { foundation_cells, ..self })
+        let base = if foundation_cells > 0 { BaseKind::Prescribed } else { BaseKind::Rigid };
+        Ok(Block { foundation_cells, base, ..self })
+    }
+
+    /// The block on layers with the forces of the crystal down to a rigid plane, `foundation_cells` below the deformable cells.
+    ///
+    /// # Errors
+    /// `Input` for a foundation that is thinner than these layers.
+    pub fn on_elastic_base(self, foundation_cells: usize, cutoff_angstrom: f64) -> Result<Self> {
+        let base_layers = reach(cutoff_angstrom, self.a0);
+        if 2 * foundation_cells < base_layers {
+            let least = base_layers.div_ceil(2);
+            let accepted =
+                format!("at least {least} with an elastic base: its {base_layers} layers lie in the foundation");
+            return Err(Error::input("block of atoms", "atoms.foundation_cells", foundation_cells, accepted));
+        }
+        Ok(Block { base: BaseKind::Elastic, foundation_cells, base_layers, ..self })
+    }
+
+    /// Layers between an elastic base and the rigid plane.
+    pub fn missing_layers(&self) -> usize {
+        (2 * self.foundation_cells).saturating_sub(self.base_layers)
+    }
+
+    /// Indices of a layer's sites on the grid of half lattice constants, `[2 cells, 2 cells]` by rows of constant y, in the order of their
+    /// ids.
+    pub fn half_cell_indices(&self, layer: usize) -> impl Iterator<Item = usize> + use<> {
+        let (n, below) = (self.cells, self.below_surface(layer));
+        (0..2 * n * n).map(move |rank| {
+            let (row, column) = (rank / n, rank % n);
+            2 * n * row + 2 * column + (row + below) % 2
+        })
     }
 
     pub fn layers(&self) -> usize {
@@ -127,6 +175,11 @@ impl Block {
         self.thickness() + self.layer_z(layer) - self.top_z()
     }
 
+    /// Layers above a layer.
+    fn below_surface(&self, layer: usize) -> usize {
+        self.layers() - 1 - layer
+    }
+
     /// Height of a layer in the perfect lattice, Å.
     pub fn layer_z(&self, layer: usize) -> f64 {
         FLOOR_GAP_ANGSTROM + 0.5 * self.a0 * layer as f64
@@ -165,9 +218,10 @@ impl Block {
     }
 
     /// In-plane position of a site of the infinite layer, Å. A layer is a checkerboard of half cells: row t at y = t/2,
-    /// its sites shifted by half a cell in every second row; which rows are shifted alternates from layer to layer.
+    /// its sites shifted by half a cell in every second row; which rows are shifted alternates from layer to layer. The surface has the
+    /// same sites for any number of layers below it.
     pub(super) fn lattice_xy(&self, layer: usize, row: i64, column: i64) -> [f64; 2] {
-        let shift = 0.5 * (row + layer as i64).rem_euclid(2) as f64;
+        let shift = 0.5 * (row + self.below_surface(layer) as i64).rem_euclid(2) as f64;
         [(column as f64 + shift + INSET_CELLS) * self.a0, (0.5 * row as f64 + INSET_CELLS) * self.a0]
     }
 }
@@ -211,16 +265,15 @@ impl SurfaceSites {
 
     /// Index of the site nearest to a point of the periodic plane.
     ///
-    /// In half cells (X, Y) the sites are the integer points with X + Y of one parity, and hence integer points of
-    /// the rotated coordinates p = (X+Y-c)/2, q = (X-Y-c)/2, whose Voronoi cells are squares along p and q.
+    /// In half cells (X, Y) the sites are the integer points with even X + Y, and hence integer points of the rotated
+    /// coordinates p = (X+Y)/2, q = (X-Y)/2, whose Voronoi cells are squares along p and q.
     pub fn nearest(&self, x: f64, y: f64) -> usize {
         let half = 0.5 * self.block.a0;
-        let parity = ((self.block.layers() - 1) % 2) as f64;
         let (u, v) = (x / half - 2.0 * INSET_CELLS, y / half - 2.0 * INSET_CELLS);
-        let p = (0.5 * (u + v - parity)).round();
-        let q = (0.5 * (u - v - parity)).round();
+        let p = (0.5 * (u + v)).round();
+        let q = (0.5 * (u - v)).round();
         let across = 2 * self.block.cells as i64;
-        let column = ((p + q + parity) as i64).rem_euclid(across) as usize;
+        let column = ((p + q) as i64).rem_euclid(across) as usize;
         let row = ((p - q) as i64).rem_euclid(across) as usize;
         row * self.block.cells + column / 2
     }

@@ -10,9 +10,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use super::block::BaseKind;
 use super::job::Job;
 use super::job_files::lock;
 use super::lammps_command::LammpsCommand;
+use super::lammps_host;
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::search_path::{find_lammps, search_path};
@@ -133,6 +135,7 @@ pub struct LammpsEngine {
     styles: Styles,
     start: LammpsCommand,
     time_limit: Option<Duration>,
+    host: Option<PathBuf>,
     checkpoint_interval: Duration,
 }
 
@@ -175,6 +178,7 @@ impl LammpsEngine {
             styles,
             start: LammpsCommand::default(),
             time_limit: None,
+            host: None,
             checkpoint_interval: minimizer_checkpoint::INTERVAL,
         })
     }
@@ -201,6 +205,13 @@ impl LammpsEngine {
     /// Limits the time of one call of `run`; finished steps are kept and the next call continues.
     pub fn with_time_limit(mut self, limit: Option<Duration>) -> Self {
         self.time_limit = limit;
+        self
+    }
+
+    /// Sets the `asperity` program that runs LAMMPS as a library for blocks on an elastic base. The default is this program, or that of
+    /// the search path.
+    pub fn with_host(mut self, program: PathBuf) -> Self {
+        self.host = Some(program);
         self
     }
 
@@ -259,9 +270,19 @@ impl LammpsEngine {
         }
     }
 
-    fn command(&self, job: &Job, done: &[StepRecord]) -> Command {
-        let mut command = self.start.start(&self.program);
-        command.args(["-in", job.script().file, "-nocite", "-log", &log_name(done.last().map(|r| r.step))]);
+    fn command(&self, job: &Job, done: &[StepRecord]) -> Result<Command> {
+        let mut command = if job.spec.base == BaseKind::Elastic {
+            lammps_host::prepare(job, &self.program)?;
+            let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
+            let mut command = self.start.start(&host);
+            command.args(lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks()));
+            command
+        } else {
+            let mut command = self.start.start(&self.program);
+            command.args(["-in", job.script().file]);
+            command
+        };
+        command.args(["-nocite", "-log", &log_name(done.last().map(|r| r.step))]);
         command.args(&self.start.args);
         if self.styles.has("pair", "eam/alloy/opt") && !self.start.chooses_styles() {
             // The `opt` variants are 8 to 10 % faster.
@@ -293,7 +314,7 @@ impl LammpsEngine {
         }
         command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
         sys::die_with_parent(&mut command);
-        command
+        Ok(command)
     }
 }
 
@@ -327,7 +348,7 @@ impl LammpsEngine {
         let screen_file = job.folder.join("log.screen");
         let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
-        let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps);
+        let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps)?;
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
         let mut group = Group { child, ended: false };
         let mut watcher = Watcher::new(job, begun, finished);

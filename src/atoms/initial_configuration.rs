@@ -12,7 +12,7 @@ use std::path::Path;
 use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::block::Block;
+use super::block::{BaseKind, Block};
 use super::indenter::Indenter;
 use super::job_files::Hashing;
 use crate::grid::{Grid, Transform, mean, signed_mode};
@@ -67,8 +67,11 @@ pub struct PrescribedLoads {
     /// Height of the indenter's lowest atom in the data file, Å.
     pub indenter_zmin_angstrom: f64,
     pub indenter_mass_u: f64,
-    /// Stiffness of the deformable atoms under uniform compression, eV/Å².
+    /// Stiffness of the deformable atoms, and of an elastic base with them, under uniform compression, eV/Å².
     pub compression_stiffness_ev_per_angstrom2: f64,
+    /// Displacement of the lowest layer of an elastic base over that of the surface under uniform compression.
+    #[serde(default)]
+    pub base_share: f64,
     /// Rising, then falling with an unloading branch.
     pub loads: Vec<PrescribedLoad>,
     /// Further loads of an earlier, longer list in the same folder, whose states may still exist.
@@ -262,12 +265,14 @@ impl PrescribedLoads {
             let dz_angstrom = approach.displacement_angstrom - before.map_or(0.0, |b| b.displacement_angstrom);
             loads.push(PrescribedLoad { load: approach.load, dz_angstrom, move_hash });
         }
-        let share = block.deformable_thickness() / block.thickness();
+        let elastic = block.base == BaseKind::Elastic;
+        let share = if elastic { 1.0 } else { block.deformable_thickness() / block.thickness() };
         let stiffness = |a: &InitialConfiguration| a.load / (a.pressed.compressed() * share * block.length());
         Ok(PrescribedLoads {
             indenter_zmin_angstrom: indenter.lowest_z(),
             indenter_mass_u: INDENTER_MASS * mass_u,
             compression_stiffness_ev_per_angstrom2: list.first().map_or(f64::MAX, stiffness),
+            base_share: if elastic { block.height_of(0) / block.thickness() } else { 0.0 },
             loads,
             earlier: Vec::new(),
         })

@@ -6,20 +6,21 @@
 
 use std::path::{Path, PathBuf};
 
-use super::block::Block;
+use super::block::{BaseKind, Block};
 use super::cost::memory_bytes;
 use super::data_file::write_data;
 use super::indenter::Indenter;
 use super::initial_configuration::{InitialConfiguration, PrescribedLoad, PrescribedLoads};
 use super::interaction::Interaction;
-use super::job_files::{lock, write_run_script};
+use super::job_files::{lock, remove_run_script, write_run_script};
 use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, RelaxationSettings, check};
 use super::load_history::{self, Between, Bracket, LOAD_STEPS_FILE, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::nvt::{NvtRun, NvtSettings, RELAXED};
-use super::scripts::{self, INCLUDED, Script};
+use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use crate::error::LammpsFailure;
+use crate::interface::LatticeBoundary;
 use crate::record::atomic_file::read_text;
 use crate::record::provenance::file_hash;
 use crate::{Error, Result};
@@ -91,6 +92,7 @@ impl Job {
             element: crystal.element.into(),
             cells: block.cells,
             depth_cells: block.depth_cells,
+            base: block.base,
             base_layers: block.base_layers,
             foundation_cells: block.foundation_cells,
             a0_angstrom: block.a0,
@@ -160,7 +162,7 @@ impl Job {
             std::fs::write(&file, bytes).map_err(Error::io("write", &file))
         };
         put(job.script().file, job.script().text.as_bytes())?;
-        INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
+        job.script().included().iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
         let file = folder.join(SPEC_FILE);
         let text = serde_json::to_string_pretty(&job.spec).map_err(|e| Error::io("write", &file)(e.into()))?;
         let same = earlier.is_some_and(|earlier| job.spec.shares_steps_with(earlier, in_common.is_some()));
@@ -170,7 +172,11 @@ impl Job {
             None => {}
         }
         put(SPEC_FILE, text.as_bytes())?;
-        write_run_script(folder, job.script().file, &job.variables_by_hand())?;
+        // `lmp` alone cannot run a block on an elastic base.
+        match job.spec.base {
+            BaseKind::Elastic => remove_run_script(folder),
+            _ => write_run_script(folder, job.script().file, &job.variables_by_hand())?,
+        }
         Ok(job)
     }
 
@@ -210,7 +216,7 @@ impl Job {
     /// # Errors
     /// `Format`, which names the file and the remedy; `Io`.
     pub fn check_scripts(&self) -> Result<()> {
-        for script in std::iter::once(&self.script()).chain(&INCLUDED) {
+        for script in std::iter::once(self.script()).chain(self.script().included()) {
             let file = self.folder.join(script.file);
             if read_text(&file)? != script.text {
                 let accepted = "the script that `asperity atoms build` writes (run.sh runs a script of your own)";
@@ -227,7 +233,37 @@ impl Job {
 
     /// Resident memory of all LAMMPS ranks together, bytes.
     pub fn memory_bytes(&self, ranks: usize) -> u64 {
-        memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none())
+        let boundary = match self.spec.base {
+            BaseKind::Elastic => ranks as u64 * LatticeBoundary::bytes(self.spec.cells, self.spec.base_layers),
+            _ => 0,
+        };
+        memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none()) + boundary
+    }
+
+    /// Mean pressure at which the elastic base is linearised in a step, eV/Å³: that of the prescribed load, or of the previous step of a
+    /// ramp, `previous` (eV/Å).
+    pub fn pressure_at(&self, step: usize, previous: f64) -> f64 {
+        let load = match self.spec.protocol.prescribed() {
+            Some(loads) => step.checked_sub(1).and_then(|k| loads.loads.get(k)).map_or(0.0, |l| l.load),
+            None => previous,
+        };
+        load / self.block().length().powi(2)
+    }
+
+    /// Highest mean pressure of the job, eV/Å³.
+    pub fn highest_pressure(&self) -> f64 {
+        let load = match &self.spec.protocol {
+            LoadingProtocol::Ramp(ramp) => ramp.max_load,
+            LoadingProtocol::Prescribed(loads) => loads.loads.iter().map(|l| l.load).fold(0.0, f64::max),
+            LoadingProtocol::Nvt(run) => run.loads.iter().copied().fold(0.0, f64::max),
+        };
+        load / self.block().length().powi(2)
+    }
+
+    /// The block of atoms.
+    pub fn block(&self) -> Block {
+        let JobSpec { cells, depth_cells, base, base_layers, foundation_cells, a0_angstrom: a0, .. } = self.spec;
+        Block { cells, depth_cells, base, base_layers, foundation_cells, a0 }
     }
 
     /// The script that LAMMPS runs.
@@ -262,6 +298,9 @@ impl Job {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
+        if self.spec.base == BaseKind::Elastic {
+            list.push(("elastic_base", "1".into()));
+        }
         let relaxes = !matches!(self.spec.protocol, LoadingProtocol::Nvt(_));
         if relaxes {
             list.push(("data", DATA_FILE.to_string()));
@@ -281,6 +320,9 @@ impl Job {
             LoadingProtocol::Prescribed(loads) => {
                 if self.spec.foundation_cells > 0 {
                     list.push(("moving_base", "1".into()));
+                }
+                if self.spec.base == BaseKind::Elastic {
+                    list.push(("base_share", loads.base_share.to_string()));
                 }
                 own = loads.variables();
             }

@@ -26,6 +26,14 @@ pub(super) fn write_run_script(folder: &Path, script: &str, variables: &[(String
     put(RUN_SCRIPT, include_str!("run.sh").replace("@SCRIPT@", script))
 }
 
+/// Removes what [`write_run_script`] wrote for an earlier job.
+pub(super) fn remove_run_script(folder: &Path) {
+    for name in [VARIABLES_FILE, RUN_SCRIPT] {
+        // Usually there is none.
+        let _ = std::fs::remove_file(folder.join(name));
+    }
+}
+
 /// A writer that also computes the BLAKE3 hash of the bytes written.
 pub(super) struct Hashing<W> {
     pub file: W,

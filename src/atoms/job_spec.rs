@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::block::BaseKind;
 use super::initial_configuration::PrescribedLoads;
 use super::interaction::Interaction;
 use super::nvt::NvtRun;
@@ -89,8 +90,10 @@ pub struct JobSpec {
     pub element: String,
     pub cells: usize,
     pub depth_cells: usize,
+    #[serde(default)]
+    pub base: BaseKind,
     pub base_layers: usize,
-    /// Thickness of the elastic foundation, whose displacement the base follows; 0 for a rigid base.
+    /// Thickness of the elastic foundation; 0 for a rigid base.
     pub foundation_cells: usize,
     pub a0_angstrom: f64,
     pub deformable: u64,

@@ -10,6 +10,7 @@ mod doctor;
 mod file;
 mod init;
 mod keys;
+mod lammps_host;
 mod methods;
 pub mod output;
 mod point;
@@ -63,6 +64,9 @@ enum Command {
     /// One turn of a task. Batch scripts call it.
     #[command(hide = true)]
     SlurmTask(cluster::SlurmTask),
+    /// LAMMPS as a library, for a job on an elastic base.
+    #[command(hide = true)]
+    LammpsHost(lammps_host::LammpsHost),
     /// Synthesise or read a surface; print its statistics.
     Surface(Box<surface::Surface>),
     /// Solve one surface under one load path, without a scene file.
@@ -154,6 +158,7 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Collect(c) => return c.execute(),
         Command::Cancel(c) => c.execute()?,
         Command::SlurmTask(c) => return c.execute(),
+        Command::LammpsHost(c) => return c.execute(),
         Command::Surface(c) => c.execute()?,
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),

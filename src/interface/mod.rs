@@ -4,6 +4,7 @@ mod cubic;
 mod elastic;
 mod hardness;
 mod kernel;
+mod lattice;
 mod law;
 mod layer_interior;
 mod non_periodic;
@@ -14,6 +15,7 @@ pub use cubic::{Cubic, CubicHalfSpace};
 pub use elastic::Elastic;
 pub use hardness::{Hardness, HardnessMap};
 pub use kernel::{Base, HalfSpace, Kernel, Layer};
+pub use lattice::{Bond, LatticeBoundary, LatticeConstants};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
     PowerLawWall, RangeChoice, SoftWall, TabulatedLaw, TabulatedWall, Wall, WithAdhesion, Yielding, YieldingWall,

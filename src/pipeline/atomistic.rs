@@ -6,7 +6,7 @@ use super::matched::compliant_wall;
 use super::stage::StageContext;
 use super::unloading::unloading;
 use super::{Key, Listener, frame_analysis};
-use crate::atoms::block::SurfaceSites;
+use crate::atoms::block::{BaseKind, SurfaceSites};
 use crate::atoms::cost::evaluations_from_continuum;
 use crate::atoms::dump::read_frame;
 use crate::atoms::engine::{Finished, LammpsEngine, Progress};
@@ -316,6 +316,7 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
         cells: atoms.block.cells,
         depth_cells: atoms.block.depth_cells,
         foundation_cells: atoms.block.foundation_cells,
+        elastic_base: atoms.block.base == BaseKind::Elastic,
         a0_angstrom: atoms.block.a0,
         modulus_gpa: atoms.modulus_gpa,
         length_angstrom: atoms.block.length(),

@@ -1,6 +1,7 @@
 //! Findings of the comparison of atoms and continuum, as sentences.
 
 use super::matched::Matched;
+use crate::atoms::block::BaseKind;
 use crate::interface::Kernel;
 use crate::record::results::{
     AtomState, AtomsResults, CriterionMatch, LoadComparison, Overlap, PlasticityResults, StateResults,
@@ -114,9 +115,10 @@ pub(super) fn findings(
     }
     list.push(yield_finding(&found.states, found.plasticity.as_ref()));
     let below = atoms.block.thickness() - atoms.block.deformable_thickness();
-    let base = match atoms.block.foundation_cells {
-        0 => "a rigid base".to_string(),
-        _ => format!("{below:.1} Å of elastic continuum on a rigid base"),
+    let base = match atoms.block.base {
+        BaseKind::Rigid => "a rigid base".to_string(),
+        BaseKind::Prescribed => format!("{below:.1} Å of elastic continuum on a rigid base"),
+        BaseKind::Elastic => format!("{below:.1} Å of harmonic crystal on a rigid base"),
     };
     let slab = atoms.kernel().stiffness(std::f64::consts::TAU, 0.0) / std::f64::consts::PI;
     list.push(format!(

@@ -212,6 +212,9 @@ pub struct AtomsResults {
     /// Thickness of the elastic foundation, lattice constants; 0 for a rigid base.
     #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
     pub foundation_cells: usize,
+    /// Whether the lowest layers move under the forces of the crystal missing below them.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub elastic_base: bool,
     pub a0_angstrom: f64,
     pub length_angstrom: f64,
     /// Contact modulus E* of the block, GPa.

@@ -4,7 +4,7 @@ use super::model::relative_to;
 use super::repulsion::BlockCrystal;
 use super::{AtomsScene, Scene, Slope, Start, Surface};
 use crate::atoms::audit::{Actual, AuditInput, Target, audit};
-use crate::atoms::block::Block;
+use crate::atoms::block::{BaseKind, Block};
 use crate::atoms::compliant_wall::CompliantWall;
 use crate::atoms::engine::ranks_warning;
 use crate::atoms::indenter::grid_points;
@@ -234,7 +234,10 @@ impl AtomsCase {
         let (crystal, mass_u) = crystal(problem, a, &place)?;
         let repulsion = crystal.repulsion(a, &place)?;
         let block = Block::new(a.cells, a.depth_cells, crystal.a0, crystal.cutoff_angstrom)
-            .and_then(|b| b.on_foundation(a.foundation_cells))
+            .and_then(|b| match a.base {
+                Some(BaseKind::Elastic) => b.on_elastic_base(a.foundation_cells, crystal.cutoff_angstrom),
+                _ => b.on_foundation(a.foundation_cells),
+            })
             .map_err(|e| e.with_context(&place, None))?;
         if problem.grid.lx != problem.grid.ly {
             let found = format!("{} x {} points", problem.grid.nx, problem.grid.ny);

@@ -4,6 +4,7 @@
 //! that surfaces, methods and atoms take.
 
 mod atoms;
+mod atoms_scene;
 mod case;
 mod check;
 mod contact_target;
@@ -20,15 +21,15 @@ mod surface_file;
 mod syntax;
 
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
+pub use atoms_scene::{AtomsScene, MOST_FOUNDATION_CELLS, Slope, Start};
 pub use case::Case;
 pub use hardness::CaseHardness;
 pub use key_names::{KeyName, rename_keys, rename_keys_in};
 pub use laboratory::{Laboratory, Units};
 pub use load::{CountedRange, LoadRange, LoadScene, Spacing};
 pub use model::{
-    ALL_METHODS, AdhesionLaw, AdhesionScene, AtomsScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene,
-    MOST_FOUNDATION_CELLS, REFERENCE_LOAD, Scene, Slope, Start, SubsurfaceScene, SurfaceScene, Touching, WallKind,
-    default_tolerance,
+    ALL_METHODS, AdhesionLaw, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, REFERENCE_LOAD,
+    Scene, SubsurfaceScene, SurfaceScene, Touching, WallKind, default_tolerance,
 };
 pub use nvt::NvtScene;
 pub use outputs::{AccuracyScene, RequestedOutputs};

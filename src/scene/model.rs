@@ -1,10 +1,9 @@
 //! The tables of a scene file.
 
+use super::atoms_scene::AtomsScene;
 use super::laboratory::Laboratory;
 use super::load::LoadScene;
-use super::nvt::NvtScene;
 use super::outputs::{AccuracyScene, Fraction, fraction};
-use crate::atoms::job_spec::FORCE_TOLERANCE;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice, TabulatedLaw};
 use crate::method::{Precision, Settings, Targets};
@@ -445,153 +444,6 @@ fn third() -> f64 {
 
 fn bonded() -> Base {
     Base::Bonded
-}
-
-/// The block of atoms, its indenter and its simulation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct AtomsScene {
-    /// Cubic cells along x and along y; the cell of the profile is scaled to this many lattice constants.
-    pub cells: usize,
-    /// Deformable cubic cells along z.
-    pub depth_cells: usize,
-    /// Cubic cells of elastic continuum between the deformable cells and the fixed plane: at each load the base of the atoms has the
-    /// displacement of the continuum's solution. 0: the base is rigid.
-    #[serde(skip_serializing_if = "crate::record::json::is_default")]
-    pub foundation_cells: usize,
-    /// Hardness of the crystal, GPa: the compliant-wall continuum is solved with it, too, as a step of the model chain.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hardness_gpa: Option<f64>,
-    /// An eam/alloy file instead of the shipped calcium-like one. Relative to the scene file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub potential: Option<PathBuf>,
-    /// Element of the block in that file.
-    pub element: String,
-    /// Lattice constant in Å; must be given with another potential.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lattice_constant_angstrom: Option<f64>,
-    /// Contact modulus of the (100) face in GPa; must be given with another potential.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_modulus_gpa: Option<f64>,
-    /// Lennard-Jones energy of an indenter atom and an atom of the block, eV. Default: the challenge's 0.2145, with another potential in
-    /// proportion to E* a0³.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub indenter_epsilon_ev: Option<f64>,
-    /// Lennard-Jones length of an indenter atom and an atom of the block, Å. Default: the challenge's 3.5927, with another potential in
-    /// proportion to the lattice constant.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub indenter_sigma_angstrom: Option<f64>,
-    /// Distance from an indenter atom within which an atom is in contact, Å; not below the start of the repulsion, 2^(1/6) σ. Default: the
-    /// challenge's 4.0354, in proportion to σ.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_distance_angstrom: Option<f64>,
-    /// Shortest wavelength of the indenter, Å. Default: four spacings of its atoms.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub low_pass_angstrom: Option<f64>,
-    /// Treatment of the gradient that atoms cannot resolve.
-    pub slope: Slope,
-    /// Initial configuration of each load. Default: the continuum's solution; with adhesion, where states depend on the load history,
-    /// and with `step_angstrom`, first contact.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub start: Option<Start>,
-    /// Descent of the indenter per load step from first contact, Å. Default: 0.3.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_angstrom: Option<f64>,
-    /// Largest force on any atom in an equilibrium, eV/Å. Above 0.002 a load that starts from the continuum ends where no force is larger
-    /// than a quarter of it and indenter and base carry the load to a thousandth.
-    pub force_tolerance_ev_per_angstrom: f64,
-    /// Range of the pair adhesion, Å. The scaled range is often shorter than the repulsion of the atoms allows: see the scaling audit.
-    pub adhesion_range_angstrom: f64,
-    /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the force tolerance, at most 0.02.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_force_ev_per_angstrom: Option<f64>,
-    /// Standard deviation of the Gaussian that makes a stress field of the indenter's forces, Å. Default: the lattice constant.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stress_width_angstrom: Option<f64>,
-    /// Count defect atoms (centro-symmetry) at every step. Frames then contain the whole deformable block.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub plasticity: bool,
-    /// Solve the matched continuum on a half-space, too, for the effect of the block's finite depth on contact and mean gap.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub depth_error: bool,
-    /// Default: the atoms stay at 0 K.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub nvt: Option<NvtScene>,
-    /// MPI ranks.
-    pub ranks: usize,
-    /// Wall-clock limit of the LAMMPS stage, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub time_limit_s: Option<f64>,
-    /// The LAMMPS program.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub program: Option<PathBuf>,
-}
-
-/// Largest elastic foundation, lattice constants: a half-space to any block.
-pub const MOST_FOUNDATION_CELLS: usize = 1_000_000;
-
-impl Default for AtomsScene {
-    fn default() -> Self {
-        AtomsScene {
-            cells: 45,
-            depth_cells: 12,
-            foundation_cells: 0,
-            hardness_gpa: None,
-            potential: None,
-            element: "Ca".into(),
-            lattice_constant_angstrom: None,
-            contact_modulus_gpa: None,
-            indenter_epsilon_ev: None,
-            indenter_sigma_angstrom: None,
-            contact_distance_angstrom: None,
-            low_pass_angstrom: None,
-            slope: Slope::Literal,
-            start: None,
-            step_angstrom: None,
-            force_tolerance_ev_per_angstrom: FORCE_TOLERANCE,
-            adhesion_range_angstrom: 0.5,
-            contact_force_ev_per_angstrom: None,
-            stress_width_angstrom: None,
-            plasticity: false,
-            depth_error: false,
-            nvt: None,
-            ranks: 1,
-            time_limit_s: None,
-            program: None,
-        }
-    }
-}
-
-impl AtomsScene {
-    pub fn step_or_default(&self) -> f64 {
-        self.step_angstrom.unwrap_or(0.3)
-    }
-
-    /// Where the atoms of a load start from, where the bodies attract each other or not.
-    pub fn start_or_default(&self, attracts: bool) -> Start {
-        let steps = attracts || self.step_angstrom.is_some();
-        self.start.unwrap_or(if steps { Start::Touch } else { Start::Continuum })
-    }
-}
-
-/// Treatment of the gradient that atoms cannot resolve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Slope {
-    /// The profile as it is, low-passed: the resolved gradient is smaller than the whole spectrum's.
-    Literal,
-    /// The resolved gradient is scaled back to the whole spectrum's: contact stresses exceed the crystal's strength at once.
-    Renormalised,
-}
-
-/// Initial configuration of the atoms at a load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Start {
-    /// The continuum's solution at that load. The indenter then finds its height under the load.
-    Continuum,
-    /// First contact: the indenter descends step by step, and the loads are interpolated between two steps.
-    Touch,
 }
 
 /// A path of a scene, relative to the folder of the scene file.

@@ -21,7 +21,7 @@ pub(crate) fn lammps(ranks: usize) -> Option<Lammps> {
         tools::skip("lammps", "LAMMPS is not installed");
         return None;
     }
-    let engine = LammpsEngine::find(None).expect("LAMMPS works");
+    let engine = LammpsEngine::find(None).expect("LAMMPS works").with_host(env!("CARGO_BIN_EXE_asperity").into());
     let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
     let reserved = RESERVED.lock().unwrap_or_else(PoisonError::into_inner);
     // A test with more ranks than cores runs when no other test uses LAMMPS.

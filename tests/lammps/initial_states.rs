@@ -10,7 +10,7 @@ use asperity::atoms::indenter::Indenter;
 use asperity::atoms::job::Job;
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::minimizer_checkpoint;
-use asperity::atoms::scripts::PRESCRIBED_LOAD;
+use asperity::atoms::scripts::PRESCRIBED_LOAD_STEP;
 use asperity::grid::Grid;
 use asperity::scene::Case;
 use std::ops::ControlFlow;
@@ -159,8 +159,9 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     let job = built(&case, stopped.path());
     let relax = "minimize      0.0 ${load_ftol} ${max_iterations} 100000\n";
     let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{load_ftol}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
-    assert!(PRESCRIBED_LOAD.text.contains(relax));
-    std::fs::write(job.folder.join(PRESCRIBED_LOAD.file), PRESCRIBED_LOAD.text.replace(relax, &cut)).expect("written");
+    assert!(PRESCRIBED_LOAD_STEP.text.contains(relax));
+    std::fs::write(job.folder.join(PRESCRIBED_LOAD_STEP.file), PRESCRIBED_LOAD_STEP.text.replace(relax, &cut))
+        .expect("written");
     engine.run(&job, &mut on).expect_err("stopped");
     assert_eq!(left(stopped.path()).len(), 2);
     let state = minimizer_checkpoint::newest(stopped.path(), 2).expect("a state");

@@ -1,6 +1,7 @@
 //! Blocks of atoms in the real LAMMPS.
 
 mod by_hand;
+mod elastic_base;
 mod failures;
 mod foundation;
 mod initial_states;

@@ -241,6 +241,7 @@ pub(crate) fn atoms(folder: &Path) -> AtomsResults {
         cells: 72,
         depth_cells: 10,
         foundation_cells: 0,
+        elastic_base: false,
         a0_angstrom: 5.5884,
         length_angstrom: LENGTH_ANGSTROM,
         modulus_gpa: 28.57,

@@ -74,6 +74,7 @@ fn steps_of_common_prescribed_loads_are_kept_and_others_removed() {
             indenter_zmin_angstrom: 40.0,
             indenter_mass_u: 0.4,
             compression_stiffness_ev_per_angstrom2: 10.0,
+            base_share: 0.0,
             loads: loads.iter().map(|l| at_load(*l)).collect(),
             earlier: Vec::new(),
         };

@@ -30,7 +30,9 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
         p { "The same dimensionless problem on a cell of " (trimmed(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
             (atoms.cells) " × " (atoms.cells) " × " (atoms.depth_cells) " lattice cells (lattice constant "
             (trimmed(atoms.a0_angstrom, 5)) " Å), " (count(atoms.deformable)) " atoms that move on " (count(atoms.fixed))
-            @if atoms.foundation_cells > 0 {
+            @if atoms.elastic_base {
+                " with the forces of the crystal missing below them, " (atoms.foundation_cells) " lattice constants down to a rigid plane"
+            } @else if atoms.foundation_cells > 0 {
                 " that an elastic foundation of " (atoms.foundation_cells) " lattice constants moves"
             } @else { " that do not" }
             ", under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "

@@ -2,19 +2,17 @@
 
 use super::complaints::Complaints;
 use super::nvt;
+use crate::atoms::block::BaseKind;
 use crate::scene::{AtomsScene, MOST_FOUNDATION_CELLS, Scene, Start};
 use crate::units::MAX_SECONDS;
+
+/// Deepest foundation of an elastic base, edges of the block: deeper ones only lower the indenter.
+const MOST_EDGES: usize = 10;
 
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let Some(a) = &scene.atoms else { return };
     c.unless((4..=2000).contains(&a.cells), "atoms.cells", a.cells, "4 to 2000 lattice constants");
     c.unless((1..=1000).contains(&a.depth_cells), "atoms.depth_cells", a.depth_cells, "1 to 1000 lattice constants");
-    c.unless(
-        a.foundation_cells <= MOST_FOUNDATION_CELLS,
-        "atoms.foundation_cells",
-        a.foundation_cells,
-        &format!("0 (a rigid base) to {MOST_FOUNDATION_CELLS} lattice constants"),
-    );
     c.unless(
         a.time_limit_s.is_none_or(|s| !s.is_finite() || s <= MAX_SECONDS),
         "atoms.time_limit_s",
@@ -23,12 +21,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     );
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
     let from_touch = attracts || a.start_or_default(attracts) == Start::Touch;
-    c.unless(
-        !(a.foundation_cells > 0 && from_touch),
-        "atoms.foundation_cells",
-        a.foundation_cells,
-        "0 with a descent from first contact: the displacement of a foundation is the continuum's solution at a load",
-    );
+    base(c, a, from_touch);
     c.unless(
         !a.element.is_empty() && a.element.chars().all(|ch| ch.is_ascii_alphanumeric()),
         "atoms.element",
@@ -69,6 +62,49 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     a.nvt.iter().for_each(|n| nvt::check(c, n, a, scene));
     c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");
     constants(c, a);
+}
+
+/// Base and foundation.
+fn base(c: &mut Complaints, a: &AtomsScene, from_touch: bool) {
+    c.unless(
+        a.foundation_cells <= MOST_FOUNDATION_CELLS,
+        "atoms.foundation_cells",
+        a.foundation_cells,
+        &format!("0 (a rigid base) to {MOST_FOUNDATION_CELLS} lattice constants"),
+    );
+    c.unless(
+        !(a.foundation_cells > 0 && from_touch && a.base != Some(BaseKind::Elastic)),
+        "atoms.foundation_cells",
+        a.foundation_cells,
+        "0, or atoms.base = \"elastic\", with a descent from first contact: a prescribed base has the displacement of the continuum's \
+         solution at a load",
+    );
+    let elastic = a.base == Some(BaseKind::Elastic);
+    c.unless(
+        !elastic || a.foundation_cells <= MOST_EDGES.saturating_mul(a.cells),
+        "atoms.foundation_cells",
+        a.foundation_cells,
+        &format!(
+            "at most {MOST_EDGES} atoms.cells with an elastic base: for waves, a foundation from 4 on is a half-space"
+        ),
+    );
+    let founded = a.foundation_cells > 0;
+    c.unless(
+        a.base.is_none_or(|base| founded == (base != BaseKind::Rigid)),
+        "atoms.base",
+        format!("{:?}", a.base.map(|b| format!("{b:?}").to_lowercase()).unwrap_or_default()),
+        if founded {
+            "\"prescribed\" or \"elastic\" with atoms.foundation_cells above 0"
+        } else {
+            "\"rigid\", or atoms.foundation_cells above 0"
+        },
+    );
+    c.unless(
+        !(elastic && a.nvt.is_some()),
+        "atoms.base",
+        "\"elastic\"",
+        "\"rigid\" or \"prescribed\" with atoms.nvt: the force constants of an elastic base are those of the crystal at 0 K",
+    );
 }
 
 /// Constants of another potential.

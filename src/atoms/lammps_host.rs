@@ -1,0 +1,203 @@
+//! Runs a job on an elastic base: LAMMPS as a library in this process, which gives the base its forces at every evaluation.
+//!
+//! The process is a child of the program that monitors the run ([`super::engine`]), because builds of LAMMPS without exceptions end the
+//! process at an error. It takes the arguments of the `lmp` program, prints what that prints, and writes the same files. Under `mpirun`
+//! each rank computes the forces of the whole base.
+
+use std::path::{Path, PathBuf};
+
+use super::elastic_base::ElasticBase;
+use super::force_constants::{self, Crystal, ForceConstants};
+use super::job::{Job, POTENTIAL_FILE};
+use super::load_history::LoadHistory;
+use super::potential::SetflHeader;
+use super::properties::LmpCommand;
+use super::scripts::{SETUP, Script};
+use super::search_path::search_path;
+use crate::error::LammpsFailure;
+use crate::record::json;
+use crate::sys::lammps_library::LammpsInstance;
+use crate::{Error, Result};
+
+/// Id of the fix of the base in `setup.in`.
+const FIX: &str = "base";
+
+/// Library and arguments of a run in the working folder.
+#[derive(Debug, Clone)]
+pub struct HostRun {
+    /// Names that are tried in this order.
+    pub libraries: Vec<PathBuf>,
+    /// Date of the version of the `lmp` program, as 20210929.
+    pub version: i32,
+    /// Arguments of `lmp`, without `-in`.
+    pub args: Vec<String>,
+}
+
+impl HostRun {
+    /// Runs the job in the working folder to its end.
+    ///
+    /// # Errors
+    /// `MissingProgram` without a library, `Lammps` if LAMMPS reports an error or has another version, `Format`, `Io`.
+    pub fn run(&self) -> Result<()> {
+        let folder = Path::new(".");
+        let job = Job::open(folder)?;
+        let constants: ForceConstants = json::read(&folder.join(force_constants::FILE))?;
+        let mut lammps = self.open()?;
+        let failed =
+            |what: String| Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(what) };
+        let found = lammps.version();
+        if found != self.version {
+            let what = format!(
+                "its library has the version {found}, its program {}: they belong to two installations",
+                self.version
+            );
+            return Err(failed(what));
+        }
+        let script = job.script();
+        let step = script.step().ok_or_else(|| failed("no script of load steps".into()))?;
+        let history = LoadHistory::read(folder)?;
+        let mut load = history.last().map_or(0.0, |r| r.load);
+        let mut next = history.last().map_or(0, |r| r.step + 1);
+        header(&script).try_for_each(|line| lammps.command(line)).map_err(failed)?;
+        loop {
+            let mut base = ElasticBase::new(&job.block(), &constants, job.pressure_at(next, load))?;
+            let atoms = base.atoms();
+            let evaluate = Box::new(move |x: &[[f64; 3]], f: &mut [[f64; 3]]| base.forces(x, f));
+            lammps.command("clear").and_then(|()| lammps.file(SETUP.file)).map_err(failed)?;
+            lammps.set_boundary(FIX, atoms, evaluate).and_then(|()| lammps.file(step.file)).map_err(failed)?;
+            load = lammps.variable("load").map_err(failed)?;
+            if lammps.variable("done").map_err(failed)? != 0.0 {
+                break;
+            }
+            next += 1;
+        }
+        lammps.close();
+        Ok(())
+    }
+
+    fn open(&self) -> Result<LammpsInstance> {
+        let mut why = Vec::new();
+        for library in &self.libraries {
+            match LammpsInstance::open(library, &self.args) {
+                Ok(instance) => return Ok(instance),
+                Err(e) => why.push(e),
+            }
+        }
+        Err(Error::MissingProgram {
+            program: format!("the LAMMPS library ({})", why.join("; ")),
+            how: "an elastic base needs the shared library of LAMMPS beside its program (Debian: apt install lammps)"
+                .into(),
+        })
+    }
+}
+
+/// Name of the program, which has the hidden command `lammps-host`.
+const PROGRAM: &str = "asperity";
+
+/// This program, or that of the search path: `asperity` runs in it, another program uses the library.
+///
+/// # Errors
+/// `MissingProgram`.
+pub(super) fn host_program() -> Result<PathBuf> {
+    let own = std::env::current_exe().ok().filter(|p| p.file_name().is_some_and(|n| n == PROGRAM));
+    own.or_else(|| search_path(Path::new(PROGRAM))).ok_or_else(|| Error::MissingProgram {
+        program: PROGRAM.into(),
+        how: "an elastic base runs LAMMPS as a library in this program: put it into the search path".into(),
+    })
+}
+
+/// The program's arguments before those of LAMMPS, whose program and version these are.
+pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Vec<std::ffi::OsString> {
+    // Each of several ranks has a core of its own.
+    let threads = if ranks > 1 { "1" } else { "0" };
+    let date = version_number(version).unwrap_or(0).to_string();
+    let mut list =
+        ["lammps-host", "--threads", threads, "--version-date", &date].map(std::ffi::OsString::from).to_vec();
+    for library in libraries(program) {
+        list.extend(["--library".into(), library.into_os_string()]);
+    }
+    list.push("--".into());
+    list
+}
+
+/// Measures the force constants of a job unless its folder has them.
+///
+/// # Errors
+/// Those of [`ForceConstants::measure`].
+pub(super) fn prepare(job: &Job, lammps: &Path) -> Result<()> {
+    let table = job.folder.join(POTENTIAL_FILE);
+    let crystal = Crystal {
+        table: POTENTIAL_FILE,
+        potential_hash: &job.spec.potential_hash,
+        element: &job.spec.element,
+        a0_angstrom: job.spec.a0_angstrom,
+        cutoff_angstrom: SetflHeader::read(&table)?.cutoff_angstrom,
+        highest_pressure: job.highest_pressure(),
+    };
+    let file = job.folder.join(force_constants::FILE);
+    if json::read::<ForceConstants>(&file).is_ok_and(|found| found.serves(&crystal)) {
+        return Ok(());
+    }
+    let lammps = LmpCommand { program: lammps.to_path_buf() };
+    json::write(&file, &ForceConstants::measure(&lammps, &job.folder, crystal)?)
+}
+
+/// Commands before the loop of steps.
+fn header(script: &Script) -> impl Iterator<Item = &'static str> {
+    let lines = script.text.lines().take_while(|l| *l != "label step");
+    lines.filter(|l| !l.trim_start().starts_with('#') && !l.trim().is_empty())
+}
+
+/// Names of the library of a program: beside it, and as the loader finds it.
+fn libraries(program: &Path) -> Vec<PathBuf> {
+    let names = ["liblammps.so.0", "liblammps.so"];
+    let root = program.canonicalize().ok().and_then(|p| Some(p.parent()?.parent()?.to_path_buf()));
+    let folders = root.iter().flat_map(|r| ["lib", "lib64"].map(|l| r.join(l)));
+    let beside = folders.flat_map(|f| names.map(|n| f.join(n))).filter(|p| p.is_file());
+    beside.chain(names.map(PathBuf::from)).collect()
+}
+
+/// Date of a version of LAMMPS ("29 Sep 2021 - Update 2") as 20210929.
+fn version_number(version: &str) -> Option<i32> {
+    const MONTHS: &str = "JanFebMarAprMayJunJulAugSepOctNovDec";
+    let mut words = version.split_whitespace();
+    let (day, month, year) = (words.next()?, words.next()?, words.next()?);
+    let month = MONTHS.find(month.get(..3)?).filter(|at| at % 3 == 0)? / 3 + 1;
+    Some(year.parse::<i32>().ok()? * 10_000 + month as i32 * 100 + day.parse::<i32>().ok()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atoms::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
+
+    #[test]
+    fn versions_are_dates() {
+        assert_eq!(version_number("29 Sep 2021 - Update 2"), Some(20_210_929));
+        assert_eq!(version_number("2 Aug 2023"), Some(20_230_802));
+        assert_eq!(version_number("unknown"), None);
+    }
+
+    /// The loop of the scripts is the one that the host runs.
+    #[test]
+    fn scripts_are_a_loop_of_setup_and_step() {
+        for script in [DISPLACEMENT_RAMP, PRESCRIBED_LOAD] {
+            let step = script.step().expect("a loop");
+            let lines: Vec<&str> = script.text.lines().skip_while(|l| *l != "label step").collect();
+            let included = format!("include {}", step.file);
+            let expected = [
+                "label step",
+                "clear",
+                "include setup.in",
+                &included,
+                "if \"${done}\" then \"jump SELF finished\"",
+                "jump SELF step",
+                "label finished",
+            ];
+            assert_eq!(lines, expected, "{}", script.file);
+            // Continued lines would be several commands.
+            assert!(header(&script).all(|l| l.starts_with("variable ") && !l.ends_with('&')), "{}", script.file);
+        }
+        assert_eq!(NVT.step(), None);
+    }
+}

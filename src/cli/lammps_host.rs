@@ -1,0 +1,35 @@
+//! `asperity lammps-host`: runs the job in the working folder with LAMMPS as a library. `run` and `atoms run` start it in place of `lmp` for
+//! a block on an elastic base.
+
+use super::output;
+use crate::atoms::lammps_host::HostRun;
+use crate::{Error, Result};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct LammpsHost {
+    /// Name of the shared library; the first that can be opened is used.
+    #[arg(long = "library", value_name = "FILE", required = true)]
+    libraries: Vec<PathBuf>,
+    /// Date of the version of the lmp program, as 20210929.
+    #[arg(long, value_name = "DATE")]
+    version_date: i32,
+    /// Arguments of lmp without -in.
+    #[arg(last = true)]
+    args: Vec<String>,
+}
+
+impl LammpsHost {
+    /// Reports errors as LAMMPS does, for the program that reads its output.
+    pub(super) fn execute(self) -> Result<ExitCode> {
+        let run = HostRun { libraries: self.libraries, version: self.version_date, args: self.args };
+        let Err(error) = run.run() else { return Ok(ExitCode::SUCCESS) };
+        let what = match &error {
+            Error::Lammps { failure, .. } => failure.to_string(),
+            other => other.to_string(),
+        };
+        output::eprint(&format!("ERROR: {what}"));
+        Ok(ExitCode::from(error.exit_code()))
+    }
+}

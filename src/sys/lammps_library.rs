@@ -1,0 +1,304 @@
+//! LAMMPS as a shared library, opened at run time: instances that run scripts and call back for the forces of a `fix external`.
+//!
+//! The functions are those of LAMMPS's C library interface (`library.h`); Debian's build of 29 Sep 2021 has all of them.
+
+use std::ffi::{CStr, CString, c_char, c_double, c_int, c_void};
+use std::path::Path;
+
+use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_NOW};
+
+type Handle = *mut c_void;
+type Callback = extern "C" fn(*mut c_void, i64, c_int, *mut c_int, *mut *mut c_double, *mut *mut c_double);
+
+/// Longest message that LAMMPS returns.
+const MESSAGE_BYTES: usize = 2048;
+
+/// Forces on the atoms with the ids 1 to n at their positions (Å): fills the second argument (eV/Å) and returns the energy (eV).
+pub type BoundaryForces = Box<dyn FnMut(&[[f64; 3]], &mut [[f64; 3]]) -> f64>;
+
+macro_rules! functions {
+    ($($name:ident: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
+        /// Functions of the library.
+        #[derive(Clone, Copy)]
+        struct Functions { $($name: unsafe extern "C" fn($($arg),*) $(-> $ret)?,)* }
+
+        impl Functions {
+            /// # Safety
+            /// The library must be LAMMPS.
+            unsafe fn of(library: &Library) -> Result<Self, String> {
+                Ok(Functions { $($name: {
+                    // SAFETY: the types are those of library.h.
+                    let symbol = unsafe { library.get(stringify!($name).as_bytes()) };
+                    *symbol.map_err(|_| format!("it lacks the function {}", stringify!($name)))?
+                },)* })
+            }
+        }
+    };
+}
+
+functions! {
+    lammps_open_no_mpi: fn(c_int, *mut *mut c_char, *mut Handle) -> Handle;
+    lammps_close: fn(Handle);
+    lammps_mpi_finalize: fn();
+    lammps_version: fn(Handle) -> c_int;
+    lammps_extract_setting: fn(Handle, *const c_char) -> c_int;
+    lammps_command: fn(Handle, *const c_char) -> *mut c_char;
+    lammps_file: fn(Handle, *const c_char);
+    lammps_config_has_exceptions: fn() -> c_int;
+    lammps_has_error: fn(Handle) -> c_int;
+    lammps_get_last_error_message: fn(Handle, *mut c_char, c_int) -> c_int;
+    lammps_extract_variable: fn(Handle, *const c_char, *const c_char) -> *mut c_void;
+    lammps_free: fn(*mut c_void);
+    lammps_gather_atoms_subset: fn(Handle, *const c_char, c_int, c_int, c_int, *mut c_int, *mut c_void);
+    lammps_set_fix_external_callback: fn(Handle, *const c_char, Callback, *mut c_void);
+    lammps_fix_external_set_energy_global: fn(Handle, *const c_char, c_double);
+    lammps_fix_external_set_vector_length: fn(Handle, *const c_char, c_int);
+    lammps_fix_external_set_vector: fn(Handle, *const c_char, c_int, c_double);
+}
+
+/// What the callback works with; it lives as long as the instance.
+struct Boundary {
+    functions: Functions,
+    handle: Handle,
+    fix: CString,
+    several_ranks: bool,
+    ids: Vec<c_int>,
+    positions: Vec<[f64; 3]>,
+    forces: Vec<[f64; 3]>,
+    evaluate: BoundaryForces,
+}
+
+/// A running LAMMPS in this process. All ranks of an MPI run make the same calls.
+pub struct LammpsInstance {
+    functions: Functions,
+    handle: Handle,
+    boundary: Option<Box<Boundary>>,
+    /// Never closed: MPI registers code of it to run at exit.
+    _library: std::mem::ManuallyDrop<Library>,
+}
+
+impl LammpsInstance {
+    /// Opens `library` (a path, or a name that the loader finds) and starts LAMMPS with the arguments of its command line, without the
+    /// program's name. MPI is initialised where it is not yet.
+    ///
+    /// # Errors
+    /// One line: the library is missing, is not LAMMPS, or has other sizes of integers.
+    pub fn open(library: &Path, args: &[String]) -> Result<Self, String> {
+        // The plugins of Open MPI need its symbols: RTLD_GLOBAL.
+        // SAFETY: initialisers of LAMMPS and MPI have no requirements.
+        let opened = unsafe { Library::open(Some(library), RTLD_NOW | RTLD_GLOBAL) };
+        let opened = opened.map_err(|e| format!("{e}"))?;
+        // SAFETY: a library with these names is LAMMPS.
+        let functions = unsafe { Functions::of(&opened)? };
+        let words = std::iter::once("lmp".to_string()).chain(args.iter().cloned());
+        let words: Vec<CString> = words.map(text).collect::<Result<_, _>>()?;
+        let mut pointers: Vec<*mut c_char> = words.iter().map(|w| w.as_ptr().cast_mut()).collect();
+        // SAFETY: as many pointers to strings as stated; LAMMPS copies them.
+        let handle = unsafe {
+            (functions.lammps_open_no_mpi)(pointers.len() as c_int, pointers.as_mut_ptr(), std::ptr::null_mut())
+        };
+        if handle.is_null() {
+            return Err("LAMMPS did not start".into());
+        }
+        let instance =
+            LammpsInstance { functions, handle, boundary: None, _library: std::mem::ManuallyDrop::new(opened) };
+        for (name, bytes) in [("bigint", 8), ("tagint", 4)] {
+            let found = instance.setting(name);
+            if found != bytes {
+                return Err(format!(
+                    "its {name} has {found} bytes instead of {bytes}: another build is needed (-DLAMMPS_SMALLBIG)"
+                ));
+            }
+        }
+        Ok(instance)
+    }
+
+    /// Date of the version, as 20210929.
+    pub fn version(&self) -> i32 {
+        // SAFETY: the handle is open.
+        unsafe { (self.functions.lammps_version)(self.handle) }
+    }
+
+    fn setting(&self, name: &str) -> i32 {
+        let name = text(name.to_string()).unwrap_or_default();
+        // SAFETY: the handle is open, the name ends with a zero.
+        unsafe { (self.functions.lammps_extract_setting)(self.handle, name.as_ptr()) }
+    }
+
+    /// MPI ranks of this run.
+    pub fn ranks(&self) -> i32 {
+        self.setting("world_size")
+    }
+
+    /// Executes one command of a script.
+    ///
+    /// # Errors
+    /// LAMMPS's message. Builds without exceptions end the process instead, after they have printed it.
+    pub fn command(&mut self, line: &str) -> Result<(), String> {
+        let line = text(line.to_string())?;
+        // SAFETY: the handle is open, the line ends with a zero.
+        unsafe { (self.functions.lammps_command)(self.handle, line.as_ptr()) };
+        self.check()
+    }
+
+    /// Executes a script.
+    ///
+    /// # Errors
+    /// As [`LammpsInstance::command`].
+    pub fn file(&mut self, name: &str) -> Result<(), String> {
+        let name = text(name.to_string())?;
+        // SAFETY: the handle is open, the name ends with a zero.
+        unsafe { (self.functions.lammps_file)(self.handle, name.as_ptr()) };
+        self.check()
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let f = &self.functions;
+        // SAFETY: the handle is open; the buffer is as long as stated.
+        unsafe {
+            if (f.lammps_config_has_exceptions)() == 0 || (f.lammps_has_error)(self.handle) == 0 {
+                return Ok(());
+            }
+            let mut message = [0 as c_char; MESSAGE_BYTES];
+            (f.lammps_get_last_error_message)(self.handle, message.as_mut_ptr(), MESSAGE_BYTES as c_int - 1);
+            Err(CStr::from_ptr(message.as_ptr()).to_string_lossy().trim().to_string())
+        }
+    }
+
+    /// Value of an equal-style variable.
+    ///
+    /// # Errors
+    /// The variable does not exist.
+    pub fn variable(&self, name: &str) -> Result<f64, String> {
+        let f = &self.functions;
+        let c_name = text(name.to_string())?;
+        // SAFETY: the handle is open; an equal-style variable is returned as a double that the caller frees.
+        unsafe {
+            let value = (f.lammps_extract_variable)(self.handle, c_name.as_ptr(), std::ptr::null());
+            if value.is_null() {
+                return Err(format!("there is no variable {name}"));
+            }
+            let found = *value.cast::<f64>();
+            (f.lammps_free)(value);
+            Ok(found)
+        }
+    }
+
+    /// Sets the function that gives the forces of `fix external` with this id on the atoms with the ids 1 to `atoms`. A new fix, also one
+    /// of the same id after `clear`, needs it anew. The vector of the fix is the total force of the other atoms on these, as a `fix
+    /// setforce` has it.
+    ///
+    /// # Errors
+    /// As [`LammpsInstance::command`].
+    pub fn set_boundary(&mut self, fix: &str, atoms: usize, evaluate: BoundaryForces) -> Result<(), String> {
+        let f = self.functions;
+        let mut boundary = Box::new(Boundary {
+            functions: f,
+            handle: self.handle,
+            fix: text(fix.to_string())?,
+            several_ranks: self.ranks() > 1,
+            ids: (1..=atoms as c_int).collect(),
+            positions: vec![[0.0; 3]; atoms],
+            forces: vec![[0.0; 3]; atoms],
+            evaluate,
+        });
+        let context: *mut Boundary = &mut *boundary;
+        // SAFETY: the boundary outlives the fix: it is dropped after LAMMPS is closed, or when another replaces it, whose fix does.
+        unsafe {
+            (f.lammps_fix_external_set_vector_length)(self.handle, boundary.fix.as_ptr(), 3);
+            self.check()?;
+            (f.lammps_set_fix_external_callback)(self.handle, boundary.fix.as_ptr(), call_back, context.cast());
+        }
+        self.check()?;
+        self.boundary = Some(boundary);
+        Ok(())
+    }
+
+    /// Ends LAMMPS, which then prints its total time, and MPI.
+    pub fn close(self) {
+        let f = self.functions;
+        drop(self);
+        // SAFETY: no instance is left, and the library stays open.
+        unsafe { (f.lammps_mpi_finalize)() };
+    }
+}
+
+impl Drop for LammpsInstance {
+    fn drop(&mut self) {
+        // SAFETY: the handle is open and not used any more.
+        unsafe { (self.functions.lammps_close)(self.handle) };
+    }
+}
+
+fn text(words: String) -> Result<CString, String> {
+    CString::new(words).map_err(|e| format!("a text with a zero byte: {e}"))
+}
+
+/// LAMMPS calls this at every evaluation of forces.
+extern "C" fn call_back(
+    context: *mut c_void,
+    _step: i64,
+    count: c_int,
+    ids: *mut c_int,
+    x: *mut *mut c_double,
+    f: *mut *mut c_double,
+) {
+    // SAFETY: LAMMPS hands back the context of `set_boundary`, of which no other reference is in use meanwhile.
+    let boundary = unsafe { &mut *context.cast::<Boundary>() };
+    let work = std::panic::AssertUnwindSafe(|| {
+        let n = usize::try_from(count).unwrap_or(0);
+        // SAFETY: rows of LAMMPS's arrays of positions and forces are contiguous, with one row per atom of this rank.
+        let (ids, x, f) = unsafe {
+            match n {
+                0 => (&[][..], &[][..], &mut [][..]),
+                _ => (
+                    std::slice::from_raw_parts(ids.cast_const(), n),
+                    std::slice::from_raw_parts((*x).cast::<[f64; 3]>().cast_const(), n),
+                    std::slice::from_raw_parts_mut((*f).cast::<[f64; 3]>(), n),
+                ),
+            }
+        };
+        boundary.evaluate(ids, x, f);
+    });
+    if std::panic::catch_unwind(work).is_err() {
+        // The message of the panic is printed already. LAMMPS cannot pass it on.
+        std::process::abort();
+    }
+}
+
+impl Boundary {
+    fn evaluate(&mut self, ids: &[c_int], x: &[[f64; 3]], f: &mut [[f64; 3]]) {
+        let atoms = self.ids.len();
+        let own = |id: c_int| usize::try_from(id - 1).ok().filter(|k| *k < atoms);
+        if self.several_ranks {
+            // SAFETY: as many ids as stated, and three numbers for each.
+            unsafe {
+                (self.functions.lammps_gather_atoms_subset)(
+                    self.handle,
+                    c"x".as_ptr(),
+                    1,
+                    3,
+                    atoms as c_int,
+                    self.ids.as_mut_ptr(),
+                    self.positions.as_mut_ptr().cast(),
+                );
+            }
+        } else {
+            let found = ids.iter().zip(x).filter_map(|(id, x)| own(*id).map(|k| self.positions[k] = *x)).count();
+            assert_eq!(found, atoms, "atoms of the base are lost");
+        }
+        let energy = (self.evaluate)(&self.positions, &mut self.forces);
+        let mut total = [0.0; 3];
+        self.forces.iter().for_each(|force| (0..3).for_each(|c| total[c] += force[c]));
+        for (id, f) in ids.iter().zip(f) {
+            *f = own(*id).map_or([0.0; 3], |k| self.forces[k]);
+        }
+        // SAFETY: the handle is open, the id ends with a zero; numbers of vectors count from one.
+        unsafe {
+            (self.functions.lammps_fix_external_set_energy_global)(self.handle, self.fix.as_ptr(), energy);
+            for (c, sum) in total.iter().enumerate() {
+                (self.functions.lammps_fix_external_set_vector)(self.handle, self.fix.as_ptr(), c as c_int + 1, -sum);
+            }
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! A shallow block on the forces of the crystal missing below it, compared with the deep block that it replaces.
+
+use crate::jobs::{A0, CUTOFF, built, case, command, on, potential, ramp};
+use crate::lammps::lammps;
+use asperity::atoms::dump::read_frame;
+use asperity::atoms::engine::{Finished, LammpsEngine};
+use asperity::atoms::force_constants::{Crystal, ForceConstants, reach};
+use asperity::atoms::load_history::frame_file;
+use asperity::atoms::potential::CALCIUM_C11_GPA;
+use asperity::scene::Case;
+use asperity::units::GPA_PER_EV_A3;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::Command;
+
+const LOADS: [f64; 3] = [0.01, 0.02, 0.06];
+/// Depth of the deep block, and of the deformable part of the shallow one above its four elastic layers, lattice constants.
+const DEEP: usize = 6;
+const SHALLOW: usize = 2;
+/// So that forces left in the blocks do not hide a difference: eV/Å.
+const TIGHT: &str = "force_tolerance_ev_per_angstrom = 1e-4\n";
+
+/// On a rigid base, or the same depth with an elastic one.
+fn of(elastic: bool, load: &str, tables: &str, atoms: &str) -> Case {
+    let mut text = atoms.to_string();
+    if elastic {
+        text += &format!("base = \"elastic\"\nfoundation_cells = {}\n", DEEP - SHALLOW);
+    }
+    let case = case(load, tables, &text);
+    let mut scene = case.scene;
+    scene.atoms.as_mut().expect("atoms").depth_cells = if elastic { SHALLOW } else { DEEP };
+    Case::resolve(scene, Path::new("smooth.toml")).expect("a case")
+}
+
+fn loads() -> String {
+    format!("p_star = {LOADS:?}")
+}
+
+/// Displacements of the surface atoms at a step, Å.
+fn surface(case: &Case, folder: &Path, step: usize) -> Vec<[f64; 3]> {
+    let block = case.atoms.as_ref().expect("atoms").block;
+    let (sites, l) = (block.surface(), block.length());
+    let frame = read_frame(frame_file(folder, step).expect("a frame")).expect("good");
+    let one = |index: usize| {
+        let at = frame.position(sites.first_id() + index as u32).expect("in the frame");
+        let [x, y] = sites.xy(index);
+        let image = |d: f64| d - (d / l).round() * l;
+        [image(at[0] - x), image(at[1] - y), at[2] - block.top_z()]
+    };
+    (0..sites.len()).map(one).collect()
+}
+
+fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let apart = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+    a.iter().zip(b).map(apart).fold(0.0, f64::max)
+}
+
+/// Largest distance of a surface atom from its place on the deep block, Å: the boundary is linear about the mean strain. Measured: 0.0003,
+/// 0.0004 and 0.0015 Å, where a rigid base at the shallow depth is off by tenths.
+const APART: f64 = 3e-3;
+/// Of the indenter's displacement, Å. Measured: at most 0.0007 Å.
+const HEIGHT: f64 = 2e-3;
+
+#[test]
+fn an_elastic_base_equals_the_missing_depth() {
+    let Some(engine) = lammps(1) else { return };
+    let run = |elastic: bool| {
+        let (case, folder) = (of(elastic, &loads(), "", TIGHT), tempfile::tempdir().expect("scratch"));
+        let found = engine.run(&built(&case, folder.path()), &mut on).expect("a clean run");
+        assert!(found.unconverged.is_empty());
+        (case, folder, found)
+    };
+    let (deep, shallow) = (run(false), run(true));
+    for (k, p_star) in LOADS.iter().enumerate() {
+        let step = k + 1;
+        let [a, b] = [&deep.2, &shallow.2].map(|f| f.history.steps[step].clone());
+        let apart = farthest(&surface(&deep.0, deep.1.path(), step), &surface(&shallow.0, shallow.1.path(), step));
+        let height = b.displacement_angstrom - a.displacement_angstrom;
+        eprintln!(
+            "p* = {p_star}: {} and {} touch; surface {apart:.5} Å, indenter {height:.5} Å apart",
+            a.contacts, b.contacts
+        );
+        assert_eq!(a.contacts, b.contacts, "p* = {p_star}");
+        assert!(apart < APART && height.abs() < HEIGHT, "p* = {p_star}: {apart} and {height} Å");
+    }
+}
+
+/// Deepest load and displacement over those of the deep block: the measured steps of a ramp are 0.3 Å.
+const PULL_OFF: f64 = 2e-3;
+
+/// A history with adhesion: descent, return and pull-off.
+#[test]
+fn a_descent_and_pull_off_on_an_elastic_base_equal_those_of_the_deep_block() {
+    let Some(engine) = lammps(1) else { return };
+    let adhesive = "[adhesion]\nwork_of_adhesion_mj_m2 = 500\nrange_nm = 2\n";
+    let run = |elastic: bool, stop: Option<usize>| {
+        let case = of(elastic, "p_star = [0.02]\npull_off = true", adhesive, TIGHT);
+        let folder = tempfile::tempdir().expect("scratch");
+        let mut job = built(&case, folder.path());
+        ramp(&mut job).step_angstrom = 0.3;
+        if let Some(last) = stop {
+            let interrupted = engine.run(&job, &mut |p| match p.record {
+                Some(r) if r.step >= last => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            });
+            assert!(matches!(interrupted, Err(asperity::Error::Interrupted)));
+        }
+        engine.run(&job, &mut on).expect("a clean run")
+    };
+    let (deep, shallow, resumed) = (run(false, None), run(true, None), run(true, Some(4)));
+    assert_eq!(shallow.history, resumed.history);
+    let lowest = |f: &Finished| f.history.steps.iter().map(|r| r.load).fold(0.0, f64::min);
+    let highest = |f: &Finished| f.history.steps.iter().map(|r| r.load).fold(0.0, f64::max);
+    eprintln!("pull-off {} and {}, peak {} and {}", lowest(&deep), lowest(&shallow), highest(&deep), highest(&shallow));
+    assert!(lowest(&deep) < 0.0, "no pull-off");
+    assert!((lowest(&shallow) / lowest(&deep) - 1.0).abs() < PULL_OFF);
+    assert_eq!(deep.history.steps.len(), shallow.history.steps.len());
+    let same = deep.history.steps.iter().zip(&shallow.history.steps).filter(|(a, b)| a.contacts == b.contacts).count();
+    assert!(same + 1 >= deep.history.steps.len(), "{same} of {} steps with equal contacts", deep.history.steps.len());
+}
+
+#[test]
+fn a_run_on_an_elastic_base_that_was_stopped_continues_bit_identically() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let case = of(true, &loads(), "", "");
+    let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
+    let job = built(&case, stopped.path());
+    let interrupted = engine.run(&job, &mut |p| match p.record {
+        Some(r) if r.step >= 1 => ControlFlow::Break(()),
+        _ => ControlFlow::Continue(()),
+    });
+    assert!(matches!(interrupted, Err(asperity::Error::Interrupted)));
+    let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
+    assert_eq!((finished.resumed_from.is_some(), &finished.history), (true, &expected.history));
+    for record in &expected.history.steps {
+        let read = |folder: &Path| std::fs::read(frame_file(folder, record.step).expect("a frame")).expect("read");
+        assert!(read(whole.path()) == read(stopped.path()), "step {}", record.step);
+    }
+}
+
+/// Rounding of sums over ranks, amplified by the relaxation to the force tolerance: Å and relative.
+const RANKS: f64 = 5e-3;
+
+#[test]
+fn two_ranks_reach_the_states_of_one() {
+    let Some(one) = lammps(2) else { return };
+    let Ok(two) = LammpsEngine::clone(&one).with_ranks(2) else {
+        crate::tools::skip("mpi", "mpirun cannot start two ranks");
+        return;
+    };
+    let case = of(true, "p_star = [0.02]", "", TIGHT);
+    let run = |engine: &LammpsEngine| {
+        let folder = tempfile::tempdir().expect("scratch");
+        engine.run(&built(&case, folder.path()), &mut on).expect("a clean run").history.steps[1].clone()
+    };
+    let (a, b) = (run(&one), run(&two));
+    assert_eq!(a.contacts, b.contacts);
+    assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < RANKS, "{a:?} {b:?}");
+}
+
+/// C11 of the secant from zero strain, which the crystal's stiffening raises: 1 % at a strain of 0.002.
+const SECANT: f64 = 0.02;
+
+#[test]
+fn force_constants_are_those_of_the_crystal() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    std::fs::copy(potential(), folder.path().join("table")).expect("copied");
+    let highest_pressure = 0.002 * CALCIUM_C11_GPA / GPA_PER_EV_A3;
+    let crystal = Crystal {
+        table: "table",
+        potential_hash: "any",
+        element: "Ca",
+        a0_angstrom: A0,
+        cutoff_angstrom: CUTOFF,
+        highest_pressure,
+    };
+    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal).expect("measured");
+    assert!(found.serves(&crystal) && !found.serves(&Crystal { a0_angstrom: 5.6, ..crystal }));
+    assert_eq!(reach(CUTOFF, A0), 4);
+    for share in [0.3, 1.0] {
+        let (pressure, strain) = (share * highest_pressure, found.strain_at(share * highest_pressure));
+        let c11 = pressure / strain * GPA_PER_EV_A3;
+        assert!((c11 / CALCIUM_C11_GPA - 1.0).abs() < SECANT, "{c11} GPA at {strain}");
+        // The forces of the cut carry the pressure: that on a site of area a0²/2.
+        let carried: f64 = -found.at(strain).cut_force.iter().sum::<f64>() / (0.5 * A0 * A0);
+        assert!((carried / pressure - 1.0).abs() < 1e-4, "{carried} instead of {pressure}");
+    }
+    let crushed = Crystal { highest_pressure: 100.0 * highest_pressure, ..crystal };
+    let message = ForceConstants::measure(&command(&engine), folder.path(), crushed).expect_err("refused").to_string();
+    assert!(message.contains("mean pressure over C11"), "{message}");
+}
+
+#[test]
+fn a_missing_library_and_another_version_are_named() {
+    let Some(_lammps) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let case = of(true, "p_star = [0.02]", "", "");
+    let job = built(&case, folder.path());
+    let host = |library: &str, date: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_asperity"))
+            .args([
+                "lammps-host",
+                "--library",
+                library,
+                "--version-date",
+                date,
+                "--",
+                "-log",
+                "none",
+                "-screen",
+                "none",
+            ])
+            .current_dir(&job.folder)
+            .output()
+            .expect("started");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    // Without force constants there is nothing to run.
+    let (code, text) = host("liblammps.so.0", "20210929");
+    assert!(code == Some(2) || code == Some(5), "{code:?}: {text}");
+    assert!(text.contains("force_constants.json"), "{text}");
+    std::fs::copy(potential(), folder.path().join("table")).expect("copied");
+    let engine = LammpsEngine::find(None).expect("LAMMPS");
+    let crystal = Crystal {
+        table: "table",
+        potential_hash: "any",
+        element: "Ca",
+        a0_angstrom: A0,
+        cutoff_angstrom: CUTOFF,
+        highest_pressure: 1e-3,
+    };
+    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal).expect("measured");
+    let file = job.folder.join("force_constants.json");
+    std::fs::write(file, serde_json::to_string(&found).expect("text")).expect("written");
+    let (code, text) = host("/no/such/liblammps.so", "20210929");
+    assert!(code == Some(5) && text.starts_with("ERROR: ") && text.contains("apt install lammps"), "{code:?}: {text}");
+    let (code, text) = host("libc.so.6", "20210929");
+    assert!(code == Some(5) && text.contains("lacks the function lammps_open_no_mpi"), "{code:?}: {text}");
+    let (code, text) = host("liblammps.so.0", "19990101");
+    assert!(code == Some(4) && text.contains("two installations"), "{code:?}: {text}");
+}
