@@ -84,7 +84,7 @@ enum Command {
     Atoms(atoms::Atoms),
     /// Repeat the comparison of atoms and continuum in a run folder, and its report.
     Compare(RunFolder),
-    /// Write the report of a run folder from its results.json.
+    /// Write the report of a folder of results again: a run, a challenge, a trade-off or a sweep.
     Report(report::Report),
     /// List the methods and their outputs.
     Methods(methods::Methods),

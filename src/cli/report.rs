@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Report {
-    /// Run folder.
+    /// Folder of a run, a challenge, a trade-off or a sweep.
     folder: PathBuf,
     /// Also write every figure for papers to figures/WIDTHmm/, with its data as CSV and a script of matplotlib.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMATS")]

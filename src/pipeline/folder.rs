@@ -82,7 +82,7 @@ struct Done {
 /// Name of the file with the time of interrupted attempts in a stage folder, s.
 const SPENT: &str = "spent.json";
 const KEY: &str = "key.json";
-const DONE: &str = "done.json";
+const DONE: &str = hashed::DONE_FILE;
 
 /// Files of a stage folder that its completion does not list: they describe attempts, or are the list itself.
 const OF_ATTEMPTS: [&str; 3] = [DONE, KEY, SPENT];

@@ -274,14 +274,20 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     Ok((results, page))
 }
 
-/// Draws the report of a run folder again. Returns its path.
+/// Draws the report of a run, a trade-off or a sweep again. Returns its path.
 ///
 /// # Errors
-/// `Format` for a file that is not as the run wrote it; `Io`.
+/// `Format` for a folder without results, or with a file that is not as the run wrote it; `Io`.
 pub fn redraw(out: &Path, options: &report::ReportOptions) -> Result<PathBuf> {
-    let series = [crate::record::ensemble::FILE, crate::record::tradeoff::FILE];
-    if series.iter().any(|file| out.join(file).exists()) && !out.join(results::FILE).exists() {
+    let has = |file: &str| out.join(file).exists();
+    if has(crate::record::ensemble::FILE) && !has(results::FILE) {
         return report::write_with(out, options);
+    }
+    if has(tradeoff::FILE) && !has(results::FILE) {
+        unchanged(out, &[tradeoff::FILE, SCENE_FILE])?;
+        let page = report::write_with(out, options)?;
+        list_files(out)?;
+        return Ok(page);
     }
     let _locked = checked(out)?;
     let page = report::write_with(out, options)?;
@@ -289,14 +295,20 @@ pub fn redraw(out: &Path, options: &report::ReportOptions) -> Result<PathBuf> {
     Ok(page)
 }
 
+/// Refuses a folder in which one of `names` differs from the hash that the run wrote.
+fn unchanged(out: &Path, names: &[&str]) -> Result<()> {
+    match hashed::changed(out, names).first() {
+        Some(name) => Err(Error::format(out.join(name), "changed since the run wrote it", AS_WRITTEN)),
+        None => Ok(()),
+    }
+}
+
 /// Reads the results of a finished run folder, whose files are as they were written, and locks it.
 ///
 /// # Errors
 /// `Format`, which names the file and the remedy; `Io`.
 fn checked(out: &Path) -> Result<(Results, RunFolder)> {
-    if let Some(name) = hashed::changed(out, &[results::FILE, SCENE_FILE]).first() {
-        return Err(Error::format(out.join(name), "changed since the run wrote it", AS_WRITTEN));
-    }
+    unchanged(out, &[results::FILE, SCENE_FILE])?;
     // Before the lock, which leaves a file: a folder without results is none of ours.
     let results = Results::read(out)?;
     let folder = RunFolder::lock(out)?;

@@ -13,6 +13,9 @@ use super::json;
 use super::provenance::file_hash;
 use crate::error::{Error, Result};
 
+/// Name of the file that [`write()`] leaves in a finished stage, and in the folder of a solve.
+pub const DONE_FILE: &str = "done.json";
+
 /// Keys that [`write`] adds to an object.
 const FILES: &str = "files";
 const OWN: &str = "blake3";

@@ -102,13 +102,20 @@ impl Results {
     }
 }
 
-/// Error for a folder without results; it names the missing files.
+/// Error for a folder without results; it names the command that wrote the folder, or the missing files.
 fn no_run(folder: &Path) -> Error {
-    let missing: Vec<&str> = [FILE, MANIFEST_FILE].into_iter().filter(|f| !folder.join(f).exists()).collect();
+    let has = |file: &str| folder.join(file).exists();
+    let missing: Vec<&str> = [FILE, MANIFEST_FILE].into_iter().filter(|f| !has(f)).collect();
     let verb = if missing.len() > 1 { "are" } else { "is" };
     let found = match std::fs::metadata(folder) {
         Err(_) => "not a run folder: there is no such folder".to_string(),
         Ok(m) if !m.is_dir() => "not a run folder but a file".to_string(),
+        Ok(_) if has(super::ensemble::FILE) => "not a run folder but that of a sweep".to_string(),
+        Ok(_) if has(super::tradeoff::FILE) => "not a run folder but that of `asperity tradeoff`".to_string(),
+        // A stage of a run has no table of loads.
+        Ok(_) if has(super::hashed::DONE_FILE) && has(super::load_table::FILE) => {
+            "not a run folder but that of `asperity solve`, which has no report".to_string()
+        }
         Ok(_) => format!("not a run folder, or one whose run has not ended: {} {verb} missing", missing.join(" and ")),
     };
     Error::format(folder, found, "the folder of a run that `asperity run` has finished")

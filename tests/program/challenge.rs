@@ -70,6 +70,10 @@ fn a_grid_that_resolves_the_adhesion_is_assessed() {
     }
     let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
     assert!(page.contains("Acceptance checks of the challenge") && page.contains("The paper’s figure 12"));
+    std::fs::remove_file(folder.join("report.html")).expect("removed");
+    let drawn = asperity().arg("report").arg(&folder).output().expect("started");
+    assert!(drawn.status.success(), "{}", stderr(&drawn));
+    assert!(std::fs::read_to_string(folder.join("report.html")).unwrap() == page, "the same results, another report");
 }
 
 #[test]

@@ -477,16 +477,21 @@ fn folders_that_are_no_runs_are_refused() {
     let (empty, file, nowhere) = (scratch.path("empty"), scratch.path("file"), scratch.path("nowhere"));
     std::fs::create_dir(&empty).expect("made");
     std::fs::write(&file, "a file").expect("written");
+    let solved = scratch.path("solved");
+    let solve = ["solve", "--challenge", "32", "--pressure", "0.01", "--out", word(&solved)];
+    assert!(call(&solve).status.success());
     for command in ["report", "compare"] {
         for (folder, piece) in [
             (&empty, "results.json and manifest.json are missing"),
             (&file, "not a run folder but a file"),
             (&nowhere, "there is no such folder"),
+            (&solved, "that of `asperity solve`, which has no report"),
         ] {
             let said = error_message(&[command, word(folder)], 2);
             assert!(said.contains("not a run folder") && said.contains(piece) && said.contains(word(folder)), "{said}");
         }
     }
+    assert!(!solved.join("report.html").exists());
     assert_eq!(std::fs::read_dir(&empty).expect("there").count(), 0, "something was left in a foreign folder");
     assert!(!nowhere.exists());
 }

@@ -63,8 +63,13 @@ fn means_are_those_of_the_runs() {
     let (code, line, _) = swept("ensemble", &scene, &out, &["--seeds", "1..4"]);
     assert_eq!((code, &line["done"]), (Some(0), &4.into()));
     assert!(log(1).contains("done before") && !log(4).contains("done before"), "{}", log(1));
+    let page = fs::read(out.join("report.html")).expect("read");
+    fs::remove_file(out.join("report.html")).expect("removed");
     let report = asperity().arg("report").arg(&out).output().expect("started");
     assert!(report.status.success(), "{}", stderr(&report));
+    assert!(fs::read(out.join("report.html")).expect("drawn") == page, "the same table gave another report");
+    let refused = asperity().arg("compare").arg(&out).output().expect("started");
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("that of a sweep"), "{}", stderr(&refused));
 }
 
 /// A product of two keys; one point that fails leaves the others, with its reason and exit code.

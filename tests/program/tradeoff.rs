@@ -98,6 +98,29 @@ fn the_table_has_every_method() {
     assert_eq!(results.references[0].coarser, [16, 32]);
 }
 
+/// `asperity report` draws the same page from the table alone, and refuses a table that is not as it was written.
+#[test]
+fn the_page_is_drawn_again_from_the_table() {
+    let bench = Bench::new(SCENE);
+    bench.table("run", &["--methods", "fast,persson", "--grids", "32,64", "--reference", "64", "--repeats", "1"]);
+    let (page, table) = (bench.out("run").join("report.html"), bench.out("run").join(FILE));
+    let report = |flags: &[&str]| asperity().arg("report").arg(bench.out("run")).args(flags).output().expect("started");
+    let first = std::fs::read(&page).expect("read");
+    std::fs::remove_file(&page).expect("removed");
+    assert!(report(&[]).status.success());
+    assert!(std::fs::read(&page).expect("drawn") == first, "the same table gave another report");
+    assert!(report(&["--figures", "svg"]).status.success());
+    assert!(std::fs::read_dir(bench.out("run").join("figures/84mm")).expect("figures").count() > 0);
+    let compared = asperity().arg("compare").arg(bench.out("run")).output().expect("started");
+    assert!(stderr(&compared).contains("that of `asperity tradeoff`"), "{}", stderr(&compared));
+    let text = std::fs::read_to_string(&table).expect("read");
+    std::fs::write(&table, text.replacen("\"nx\": 64", "\"nx\": 32", 1)).expect("changed");
+    let refused = report(&[]);
+    let said = stderr(&refused);
+    assert!(refused.status.code() == Some(2) && said.contains("tradeoff.json: changed since"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
 /// The error of `fast` decreases with the grid; that of the reference is its uncertainty. On the same grid, f32 has a
 /// smaller error than half the points per side in f64.
 #[test]

@@ -12,7 +12,7 @@ use std::path::Path;
 /// Marks a folder that solves may clear.
 const MARKER: &str = ".asperity-solve";
 
-const FILE: &str = "done.json";
+const FILE: &str = hashed::DONE_FILE;
 
 /// Files of a state, and of the pull-off.
 const OF_STATES: [&str; 9] = [
