@@ -1,6 +1,7 @@
 //! Sizes of contact clusters.
 
 use super::{ChallengeData, Line, SIZE_EXPONENT, Statement, line};
+use crate::observe::{median_counting_error, share_counting_error};
 use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::Observed;
 
@@ -41,29 +42,33 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
                 1e3 * spacing
             ))
         } else {
-            let most = with.and_then(|o| o.patch_density.iter().max_by(|a, b| a[1].total_cmp(&b[1])));
+            let most = with.and_then(|o| most_probable(&o.patch_density));
             data.of_both(s16, |item| {
                 item.within(
-                    most.map(|[a, ..]| a * um2 * 1e6),
+                    most.map(|[a, _]| a * um2 * 1e6),
                     316.0,
                     [100.0, 1000.0],
                     "the paper names 100 and 1000 nm²",
                 )
+                .with_error(most.map(|[_, error]| error * um2 * 1e6))
             })
         },
         data.of_both(
             Statement::new("S17a", "median cluster: half of the contact is in clusters up to it", "µm²"),
             |item| {
-                let error = with.zip(median).and_then(|(o, m)| Some(median_error(o, m / um2)? * um2));
+                let error = with
+                    .zip(median)
+                    .and_then(|(o, m)| Some(median_counting_error(&o.patch_area, o.gap.delta, m / um2)? * um2));
                 item.within(median, 3.0, [2.0, 4.5], "a factor of 1.5").with_error(error)
             },
         ),
         data.of_both(Statement::new("S17b", "contact in clusters up to 1 µm²", "1"), |item| {
-            let error = with.and_then(|o| share_error(o, FIFTH_UM2 / um2));
+            let error = with.and_then(|o| share_counting_error(&o.patch_area, o.gap.delta, FIFTH_UM2 / um2));
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load").with_error(error)
         }),
         data.of_both(Statement::new("S18", "median cluster where contact is compression", "µm²"), |item| {
-            item.within(compressive, 1.0, [0.5, 2.0], "a third of the other, to a factor of two")
+            let error = with.and_then(|o| o.compressive?.median_cluster_area_error).map(|e| e * um2);
+            item.within(compressive, 1.0, [0.5, 2.0], "a third of the other, to a factor of two").with_error(error)
         }),
     ]
 }
@@ -77,28 +82,29 @@ fn size_exponent(o: &Observed, smallest_area: f64) -> Option<Line> {
     line(&points)
 }
 
-/// Counting error of the share F of the contact in clusters up to an area: with independent clusters of area a,
-/// δF² = (1 − F)² Σ a² below + F² Σ a² above, over the whole contact squared.
-fn share_error(o: &Observed, area: f64) -> Option<f64> {
-    // A cluster in a step of the cumulative share holds a/A of the contact area A, which the contact fraction is.
-    let contact = o.gap.delta;
-    let (mut below, mut above, mut before, mut share) = (0.0, 0.0, 0.0, 0.0);
-    for [a, cumulative] in &o.patch_area {
-        let squares = (cumulative - before) * a / contact;
-        before = *cumulative;
-        if *a <= area {
-            (below, share) = (below + squares, *cumulative);
-        } else {
-            above += squares;
-        }
-    }
-    // Without clusters on both sides there is nothing to count.
-    (contact > 0.0 && below * above > 0.0).then(|| ((1.0_f64 - share).powi(2) * below + share * share * above).sqrt())
+/// The most probable cluster area and its error: half the range of the bins whose density is that of the most probable
+/// one within the counting errors of both, and half a bin.
+fn most_probable(density: &[[f64; 3]]) -> Option<[f64; 2]> {
+    let most = density.iter().max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    let error = |bin: &[f64; 3]| bin[1] / bin[2].sqrt();
+    let alike = |bin: &&[f64; 3]| most[1] - bin[1] <= error(most).hypot(error(bin));
+    let areas = || density.iter().filter(alike).map(|[a, ..]| *a);
+    let (least, largest) = (areas().fold(most[0], f64::min), areas().fold(most[0], f64::max));
+    let next = density.iter().map(|[a, ..]| *a).filter(|a| *a > most[0]).fold(f64::INFINITY, f64::min);
+    let bin = if next.is_finite() { next - most[0] } else { 0.0 };
+    Some([most[0], 0.5 * (largest - least + bin)])
 }
 
-/// Counting error of the median cluster: half the range of areas whose cumulative share is within the error of one half.
-fn median_error(o: &Observed, median: f64) -> Option<f64> {
-    let error = share_error(o, median)?;
-    let at = |share: f64| o.patch_area.iter().find(|[_, s]| *s >= share).map(|[a, _]| *a);
-    Some(0.5 * (at((0.5 + error).min(1.0))? - at(0.5 - error)?))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bins_within_the_counting_error_count_for_the_most_probable_cluster() {
+        // Densities 8 ± 2, 10 ± 1 and 2 ± 1: the first is as probable as the second, the third is not.
+        let found = most_probable(&[[1.0, 8.0, 16.0], [2.0, 10.0, 100.0], [4.0, 2.0, 4.0]]);
+        assert_eq!(found, Some([2.0, 0.5 * (1.0 + 2.0)]));
+        assert_eq!(most_probable(&[[1.0, 3.0, 100.0], [2.0, 10.0, 100.0], [4.0, 2.0, 4.0]]), Some([2.0, 1.0]));
+        assert_eq!(most_probable(&[]), None);
+    }
 }

@@ -1,6 +1,6 @@
 //! Mean gap, stiffness and the distribution of gaps.
 
-use super::{ChallengeData, Line, Statement, cover, line, reference, setting, share_below, uncertainty};
+use super::{ChallengeData, Line, Statement, cover, jackknife, line, reference, setting, share_below, uncertainty};
 use crate::record::acceptance::AcceptanceCheck;
 use crate::record::quantity::Quantity;
 use crate::record::results::FIRST_TOUCH;
@@ -45,14 +45,15 @@ fn at_reference_load(data: &ChallengeData) -> [AcceptanceCheck; 2] {
 /// The mean gap as a function of the load, with adhesion where the grid resolves it.
 fn over_load(data: &ChallengeData) -> [AcceptanceCheck; 3] {
     let results = if data.unresolved.is_none() { data.adhesive } else { data.plain };
-    let fit = |span: &std::ops::Range<f64>, of: fn(f64, f64) -> (f64, f64)| {
+    // None if the loads do not extend over the range.
+    let points = |span: &std::ops::Range<f64>, of: fn(f64, f64) -> (f64, f64)| -> Vec<(f64, f64)> {
         let loads = ChallengeData::loading(results).map(|s| s.numbers.p_star);
         let states = ChallengeData::loading(results).filter(|s| span.contains(&s.numbers.p_star) && s.mean_gap > 0.0);
-        let points: Vec<(f64, f64)> = states.map(|s| of(s.numbers.p_star, s.mean_gap * data.length_um)).collect();
-        cover(loads, [span.start, 0.99 * span.end]).then(|| line(&points)).flatten()
+        let points = states.map(|s| of(s.numbers.p_star, s.mean_gap * data.length_um));
+        if cover(loads, [span.start, 0.99 * span.end]) { points.collect() } else { Vec::new() }
     };
-    let exponential = fit(&EXPONENTIAL, |p, u| (p, u.ln()));
-    let logarithmic = fit(&LOGARITHMIC, |p, u| (p.ln(), u));
+    let exponential = line(&points(&EXPONENTIAL, |p, u| (p, u.ln())));
+    let logarithmic = points(&LOGARITHMIC, |p, u| (p.ln(), u));
     let fitted = |of: fn(&Line) -> f64| exponential.as_ref().map(of);
     let slope = "slope of ln ū over p*, p* = 0.137 … 1, with adhesion where the grid resolves it";
     let checks = [
@@ -65,12 +66,9 @@ fn over_load(data: &ChallengeData) -> [AcceptanceCheck; 3] {
             let check = item.within(prefactor, 0.3, [0.2, 0.45], "\"0.3 µm\", to a factor of 1.5");
             check.with_error(fitted(|l| l.intercept.exp() * l.intercept_error))
         }),
-        Statement::new("S12", "ū against ln p*, p* = 0.001 … 0.1: coefficient of determination", "1").within(
-            logarithmic.as_ref().map(|l| l.r2),
-            1.0,
-            [0.98, 1.0],
-            "\"roughly logarithmic\"",
-        ),
+        Statement::new("S12", "ū against ln p*, p* = 0.001 … 0.1: coefficient of determination", "1")
+            .within(line(&logarithmic).map(|l| l.r2), 1.0, [0.98, 1.0], "\"roughly logarithmic\"")
+            .with_error(jackknife(&logarithmic, |l| l.r2)),
     ];
     checks.map(|check| if data.unresolved.is_none() { data.at_range(check) } else { check })
 }

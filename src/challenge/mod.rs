@@ -298,6 +298,19 @@ fn line(points: &[(f64, f64)]) -> Option<Line> {
     })
 }
 
+/// Standard error of a number of a line by leaving out one point after the other (jackknife): (n − 1)/n times the sum of
+/// the squared deviations from the mean of the n numbers.
+fn jackknife(points: &[(f64, f64)], number: impl Fn(&Line) -> f64) -> Option<f64> {
+    let without = |k: usize| -> Option<f64> {
+        let others: Vec<_> = points.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
+        line(&others).map(|l| number(&l))
+    };
+    let found: Vec<f64> = (0..points.len()).map(without).collect::<Option<_>>()?;
+    let n = found.len() as f64;
+    let mean = found.iter().sum::<f64>() / n;
+    (n > 0.0).then(|| ((n - 1.0) / n * found.iter().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt())
+}
+
 #[cfg(test)]
 mod arithmetic {
     use super::*;
@@ -317,6 +330,21 @@ mod arithmetic {
         assert!((scattered.intercept_error - 5f64.sqrt()).abs() < 1e-12);
         assert!(line(&[(0.0, 1.0), (1.0, 3.0)]).is_none());
         assert!(line(&[(1.0, 1.0), (1.0, 3.0), (1.0, 2.0)]).is_none());
+    }
+
+    /// Four points with slopes 1.5, 1, 1 and 0.5 without the first, second, third and last: deviations of ±0.5.
+    #[test]
+    fn the_jackknife_is_the_spread_without_one_point() {
+        let points = [(0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (3.0, 3.0)];
+        let slopes: Vec<f64> =
+            (0..4).map(|k| line(&[&points[..k], &points[k + 1..]].concat()).expect("three points").slope).collect();
+        let mean = slopes.iter().sum::<f64>() / 4.0;
+        let expected = (0.75 * slopes.iter().map(|s| (s - mean).powi(2)).sum::<f64>()).sqrt();
+        let found = jackknife(&points, |l| l.slope).expect("four points");
+        assert!((found - expected).abs() < 1e-12 && found > 0.1, "{found} {expected}");
+        assert!(jackknife(&points[..3], |l| l.slope).is_none());
+        // On a line, no point matters.
+        assert!(jackknife(&[(0.0, 1.0), (1.0, 3.0), (2.0, 5.0), (4.0, 9.0)], |l| l.r2).expect("four points") < 1e-12);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Interfacial stresses and their distribution.
 
 use super::{ChallengeData, Statement, reference, share_below};
-use crate::observe::Distribution;
+use crate::observe::{Distribution, effective_clusters};
 use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::Observed;
 use libm::erf;
@@ -24,9 +24,14 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let reference = reference(data.plain);
     let form =
         reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.numbers.pressure, &plain.contact_stress));
+    // Stresses within a cluster are correlated: the independent ones are as many as equal clusters.
+    let independent = observed.and_then(|[_, plain]| effective_clusters(&plain.patch_area, plain.gap.delta));
+    let form_error = form.zip(independent).map(|([_, share], n)| (share * (1.0 - share) / n).sqrt());
     let second = data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
     let apart =
         second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
+    // The clusters are independent, their nodes are not.
+    let clusters = super::reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
     let s24 =
         Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of fractions", "1");
     vec![
@@ -44,19 +49,18 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             ),
             |item| {
                 item.within(
-                    form,
+                    form.map(|[apart, _]| apart),
                     0.0,
                     [0.0, CLOSE],
                     "Persson's form with the variance that gives the area found; limit as for S24",
                 )
+                .with_error(form_error)
             },
         ),
         data.of_adhesion(
             Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"),
             |item| {
                 let share = observed.and_then(|[with, _]| under_tension(with));
-                // The clusters are independent, their nodes are not.
-                let clusters = super::reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
                 let error = share.zip(clusters).map(|(f, n)| (f * (100.0 - f) / n as f64).sqrt());
                 item.within(
                     share,
@@ -71,7 +75,9 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             Statement::new("S23b", "Pr(σ) out of contact, just below zero over half of the largest tension", "1"),
             |item| {
                 let peak = observed.and_then(|[with, _]| peak(with));
-                item.at_least(peak, 1.0, "a peak at σ → 0⁻ from the gap")
+                // Large tension is at the edges of the clusters, as the smallest gaps of S21b.
+                let error = peak.zip(clusters).map(|(ratio, n)| ratio * (2.0 / n as f64).sqrt());
+                item.at_least(peak, 1.0, "a peak at σ → 0⁻ from the gap").with_error(error)
             },
         ),
         match second {
@@ -105,8 +111,8 @@ fn distance(a: &Distribution, b: &Distribution) -> f64 {
 }
 
 /// Largest difference from Persson's Pr(σ), a Gaussian around the pressure minus its mirror image, with the variance
-/// that gives the contact area found.
-fn persson_distance(pressure: f64, contact: &Distribution) -> f64 {
+/// that gives the contact area found; and the fraction of the contact below the stress where the difference is largest.
+fn persson_distance(pressure: f64, contact: &Distribution) -> [f64; 2] {
     let area: f64 = contact.fractions.iter().sum();
     // erf(t) = area, and t = p/√(2v).
     let (mut low, mut high) = (0.0, 6.0);
@@ -119,8 +125,12 @@ fn persson_distance(pressure: f64, contact: &Distribution) -> f64 {
         let whole = erf(pressure / width);
         0.5 * (erf((s - pressure) / width) + whole) - 0.5 * (erf((s + pressure) / width) - whole)
     };
-    let apart = |x: &f64| (share_below(contact, *x) - below(x.max(0.0))).abs() / area.max(f64::MIN_POSITIVE);
-    contact.edges.iter().map(apart).fold(0.0, f64::max)
+    let area = area.max(f64::MIN_POSITIVE);
+    let apart = |x: &f64| {
+        let share = share_below(contact, *x);
+        [(share - below(x.max(0.0))).abs() / area, share / area]
+    };
+    contact.edges.iter().map(apart).fold([0.0; 2], |most, found| if found[0] > most[0] { found } else { most })
 }
 
 #[cfg(test)]
@@ -139,8 +149,9 @@ mod tests {
         let (p, v) = (0.1, 0.25_f64);
         let gauss = |x: f64| (-x * x / (2.0 * v)).exp() / (2.0 * std::f64::consts::PI * v).sqrt();
         let form = of(|s| gauss(s - p) - gauss(s + p));
-        assert!(persson_distance(p, &form) < 1e-3);
-        assert!(persson_distance(p, &of(|s| if s < 0.2 { 0.5 } else { 0.0 })) > 0.3);
+        assert!(persson_distance(p, &form)[0] < 1e-3);
+        let [apart, share] = persson_distance(p, &of(|s| if s < 0.2 { 0.5 } else { 0.0 }));
+        assert!(apart > 0.3 && share > 0.99, "{apart} {share}");
     }
 
     #[test]

@@ -110,6 +110,37 @@ pub fn median_cluster_size(sizes: &[usize]) -> Option<usize> {
     cumulative_area(sizes).into_iter().find(|(_, share)| *share >= 0.5).map(|(size, _)| size)
 }
 
+/// Sum over the clusters of (area/contact area)², from CPr: a step of height s at the area a consists of clusters that hold
+/// a/`contact` of the contact each. `curve` and `contact` have one unit of area.
+fn squared_shares(curve: impl IntoIterator<Item = [f64; 2]>, contact: f64) -> f64 {
+    let mut before = 0.0;
+    curve.into_iter().map(|[a, share]| (share - std::mem::replace(&mut before, share)) * a / contact).sum()
+}
+
+/// Number of equal clusters with the counting errors of these: (Σ a)²/Σ a², from the CPr of a contact area `contact`.
+pub fn effective_clusters(curve: &[[f64; 2]], contact: f64) -> Option<f64> {
+    let sum = squared_shares(curve.iter().copied(), contact);
+    (contact > 0.0 && sum > 0.0).then(|| 1.0 / sum)
+}
+
+/// Counting error of the share F of the contact in clusters up to `area`: with independent clusters of area a,
+/// δF² = (1 − F)² Σ a² below + F² Σ a² above, over the whole contact squared. `None` without clusters on both sides.
+pub fn share_counting_error(curve: &[[f64; 2]], contact: f64, area: f64) -> Option<f64> {
+    let share = curve.iter().take_while(|[a, _]| *a <= area).last().map_or(0.0, |[_, s]| *s);
+    let below = squared_shares(curve.iter().copied().take_while(|[a, _]| *a <= area), contact);
+    let above = squared_shares(curve.iter().copied(), contact) - below;
+    (contact > 0.0 && share > 0.0 && share < 1.0)
+        .then(|| ((1.0 - share).powi(2) * below + share * share * above).sqrt())
+}
+
+/// Counting error of the area-weighted median cluster: half the range of areas whose cumulative share is within the
+/// error of one half.
+pub fn median_counting_error(curve: &[[f64; 2]], contact: f64, median: f64) -> Option<f64> {
+    let error = share_counting_error(curve, contact, median)?;
+    let at = |share: f64| curve.iter().find(|[_, s]| *s >= share).map(|[a, _]| *a);
+    Some(0.5 * (at((0.5 + error).min(1.0))? - at(0.5 - error)?))
+}
+
 /// Pr(a): number density of clusters over their area in nodes, in bins of equal ratio from one node on. Entries:
 /// geometric mean of the bin edges, density, number of clusters. Empty bins are omitted.
 pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, usize)> {
@@ -140,6 +171,24 @@ pub fn constriction_conductance(areas: impl IntoIterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::observe::drawn;
+
+    /// Clusters of 1, 1, 2 and 4 of 8: squares 22/64, below 2 (2 included) 6/64 of half of the contact.
+    #[test]
+    fn counting_errors_are_those_of_independent_clusters() {
+        let curve = [[1.0, 0.25], [2.0, 0.5], [4.0, 1.0]];
+        assert!((effective_clusters(&curve, 8.0).expect("contact") - 64.0 / 22.0).abs() < 1e-12);
+        let share = share_counting_error(&curve, 8.0, 2.5).expect("both sides");
+        assert!((share - (0.25 * 22.0 / 64.0_f64).sqrt()).abs() < 1e-12, "{share}");
+        // Shares of 0.5 ± 0.29 are reached at areas of 1 and 4.
+        assert_eq!(median_counting_error(&curve, 8.0, 2.0), Some(1.5));
+        assert_eq!(share_counting_error(&curve, 8.0, 0.5), None);
+        assert_eq!(share_counting_error(&curve, 8.0, 4.0), None);
+        assert_eq!(effective_clusters(&[], 0.0), None);
+        // A hundred clusters of 1 and a hundred of 2 count as 300²/500.
+        let many = [[1.0, 1.0 / 3.0], [2.0, 1.0]];
+        let n = effective_clusters(&many, 300.0).expect("contact");
+        assert!((n - 180.0).abs() < 1e-9, "{n}");
+    }
 
     #[test]
     fn patches_join_across_the_seam_and_at_corners() {

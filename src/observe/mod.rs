@@ -22,7 +22,7 @@ pub use area::{ContactArea, contact_area, contact_map};
 pub use cluster_areas::ClusterAreas;
 pub use clusters::{
     Clusters, Connectivity, NO_CLUSTER, cluster_sizes, clusters, constriction_conductance, cumulative_area,
-    median_cluster_size, size_distribution,
+    effective_clusters, median_cluster_size, median_counting_error, share_counting_error, size_distribution,
 };
 pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,

@@ -2,8 +2,8 @@ use crate::grid::Grid;
 use crate::method::State;
 use crate::observe::{
     Connectivity, cluster_sizes, constriction_conductance, contact_map, cumulative_area, gap_distribution,
-    hydraulic_gap, linear_edges, logarithmic_edges, median_cluster_size, percolates, size_distribution,
-    stress_distribution,
+    hydraulic_gap, linear_edges, logarithmic_edges, median_cluster_size, median_counting_error, percolates,
+    size_distribution, stress_distribution,
 };
 use crate::record::results::{Compressive, Observed};
 
@@ -31,6 +31,13 @@ pub(super) fn stress_edges(least: f64, most: f64) -> Vec<f64> {
     linear_edges(least, least + width, BINS)
 }
 
+/// Counting error of the median cluster, nodes.
+fn median_error(sizes: &[usize]) -> Option<f64> {
+    let curve: Vec<[f64; 2]> = cumulative_area(sizes).into_iter().map(|(a, share)| [a as f64, share]).collect();
+    let contact = sizes.iter().sum::<usize>() as f64;
+    median_counting_error(&curve, contact, median_cluster_size(sizes)? as f64)
+}
+
 /// Distributions, contact clusters, conductances and percolation of a state. A node is in contact if its gap is at most
 /// `threshold` (units of L).
 pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool) -> Observed {
@@ -51,6 +58,7 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
             fraction: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
             patches: sizes.len(),
             median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
+            median_cluster_area_error: median_error(&sizes).map(|a| a * node),
         }
     });
     let touching = sizes.iter().sum::<usize>() as f64 / grid.points() as f64;

@@ -305,6 +305,9 @@ pub struct Compressive {
     pub patches: usize,
     /// Area-weighted median of the cluster areas; absent without contact.
     pub median_cluster_area: Option<f64>,
+    /// Counting error of the median, of independent clusters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub median_cluster_area_error: Option<f64>,
 }
 
 /// Observables of a state. Lengths in L, areas in L², stresses in E*.
