@@ -276,6 +276,16 @@ fn numbers_of_the_first_screen_are_in_the_results() {
             results.write(folder.path()).unwrap();
         }
         let page = page(folder.path());
+        if comparison {
+            let loads = &results.comparison.as_ref().expect("compared").loads;
+            let off = |l: &LoadComparison| {
+                let continuum = l.continuum.iter().find(|m| m.id == "compliant_wall").expect("compliant wall");
+                (l.atoms.contact_fraction / continuum.contact_fraction - 1.0).abs()
+            };
+            let worst = loads.iter().max_by(|a, b| off(a).total_cmp(&off(b))).expect("loads").p_star;
+            assert!(page.contains(&format!("differ most at p* = {worst}, by ")), "{worst}");
+            assert!(page.contains("of the continuum; ± is the continuum’s"));
+        }
         let mut stored = Vec::new();
         let json = std::fs::read_to_string(folder.path().join(FILE)).unwrap();
         numbers_of(&serde_json::from_str(&json).unwrap(), &mut stored);

@@ -136,9 +136,17 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
     let matches: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
     let best = matches.first()?.1;
     let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
-    let off = matches.iter().filter_map(|(l, m)| Some((deviation(l, m)?, matched_uncertainty(c, l))));
-    let (off, doubt) = off.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-    let lowest = matches.iter().map(|(_, m)| m.overlap.kappa).fold(f64::INFINITY, f64::min);
+    let off = matches.iter().filter_map(|(l, m)| Some((deviation(l, m)?, *l)));
+    let (off, worst) = off.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    let doubt = matched_uncertainty(c, worst);
+    let (least, m) = matches.iter().min_by(|a, b| a.1.overlap.kappa.total_cmp(&b.1.overlap.kappa))?;
+    let lowest = m.overlap.kappa;
+    // The load is named again only where it is another one.
+    let elsewhere = if least.p_star == worst.p_star {
+        String::new()
+    } else {
+        format!(" (least at p* = {})", trimmed(least.p_star, 4))
+    };
     let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     let atoms = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
     let continuum = span(matches.iter().map(|(_, m)| m.contact_fraction), percent);
@@ -149,8 +157,8 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
     };
     let doubt = doubt.map_or("not known".into(), |d| format!("± {}", percent(d)));
     Some(html! {
-        strong { "The contact areas of atoms and continuum differ by at most " (percent(off.abs())) ", and the maps agree with " (term(Term::Kappa)) " ≥ "
-            (significant(lowest, 2)) }
+        strong { "The contact areas of atoms and continuum differ most at p* = " (trimmed(worst.p_star, 4)) ", by " (percent(off.abs()))
+            ", and the maps agree with " (term(Term::Kappa)) " ≥ " (significant(lowest, 2)) (elsewhere) }
         " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum there (" (doubt) "). At "
         (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms are in " (term(Term::Contact)) " and " (continuum) " of the continuum ("
         (best.label()) ")."

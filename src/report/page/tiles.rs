@@ -83,6 +83,11 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
     let area = total(s, Quantity::ContactArea);
     let contact = shown(100.0 * s.contact_fraction_corrected, area, "%", |v| percent(v / 100.0));
+    // Why this contact is not that of the comparison.
+    let resolved = results.comparison.as_ref().and_then(|m| c.resolved_gradient.zip(m.hard_wall.resolved_gradient));
+    let resolved = resolved.map_or(String::new(), |(here, atoms)| {
+        format!("; rms gradient {}, in the comparison {}", significant(here, 2), significant(atoms, 2))
+    });
     let gap = shown(s.mean_gap * metres, total(s, Quantity::MeanGap), "m", |v| si(v, "m", 3));
     let mut tiles = vec![
         Tile {
@@ -90,7 +95,7 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
             value: contact.0,
             exact: Some(s.contact_fraction_corrected),
             error: contact.1,
-            note: format!("of the cell, perimeter-corrected; {}", c.method),
+            note: format!("of the cell, perimeter-corrected; {}{resolved}", c.method),
         },
         Tile {
             name: html! { "mean " (term(Term::Gap)) " at " (at) (scale) },
@@ -169,7 +174,7 @@ fn comparison_tiles(c: &ComparisonResults) -> Vec<Tile> {
             exact: None,
             error,
             note: format!(
-                "{} of the atoms, {} of the continuum",
+                "{} of the atoms, {} of the continuum; ± is the continuum’s",
                 percent(load.atoms.contact_fraction),
                 percent(m.contact_fraction)
             ),
