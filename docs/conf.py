@@ -19,7 +19,9 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["scene.schema.json"]
 html_theme = "furo"
 html_title = f"asperity {release}"
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_copyright = False
 
 # Headings are linked as the host of a repository links them.
 myst_heading_anchors = 4

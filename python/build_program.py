@@ -5,6 +5,7 @@ From the source distribution pip needs Rust only. `scripts/wheel.sh` compiles th
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -30,8 +31,13 @@ __all__ = [
 
 
 def _program() -> None:
-    target = CRATE / "target"
-    subprocess.run(["cargo", "build", "--release", "--locked", "--bin", "asperity", "--target-dir", target], cwd=CRATE, check=True)
+    # Where maturin compiles the module, whose features of the dependencies are the same: both take one compilation.
+    target = Path(os.environ.get("CARGO_TARGET_DIR", CRATE / "target"))
+    # A source distribution leaves out the benchmarks' package, so that cargo removes entries of Cargo.lock, which --locked forbids; the
+    # versions of all others remain.
+    locked = [] if CRATE == HERE else ["--locked"]
+    packages = ["-p", "asperity", "-p", "asperity-python", "--bin", "asperity"]
+    subprocess.run(["cargo", "build", "--release", *locked, *packages, "--target-dir", target], cwd=CRATE, check=True)
     SCRIPTS.mkdir(parents=True, exist_ok=True)
     shutil.copy(target / "release" / "asperity", SCRIPTS / "asperity")
 
