@@ -40,6 +40,9 @@ def _program() -> None:
     subprocess.run(["cargo", "build", "--release", *locked, *packages, "--target-dir", target], cwd=CRATE, check=True)
     SCRIPTS.mkdir(parents=True, exist_ok=True)
     shutil.copy(target / "release" / "asperity", SCRIPTS / "asperity")
+    # Symbols would triple the size of the wheel.
+    if strip := shutil.which("strip"):
+        subprocess.run([strip, SCRIPTS / "asperity"], check=True)
 
 
 def build_wheel(*arguments: Any, **options: Any) -> str:

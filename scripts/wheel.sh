@@ -8,13 +8,16 @@ set -eu
 
 profile=$1 out=$2 python=${3:-python3} target=${CARGO_TARGET_DIR:-target}
 arguments="--profile $profile"
+# Both packages, whose dependencies then have the features with which maturin compiles the module: one compilation serves both.
+packages="-p asperity -p asperity-python --bin asperity"
+# shellcheck disable=SC2086 # lists of words
 case $profile in
-release) program=$target/release/asperity && cargo build --quiet --locked --release ;;
+release) program=$target/release/asperity && cargo build --quiet --locked --release $packages ;;
 manylinux)
     # cargo-zigbuild is a script of the environment.
     PATH=$("$python" -c 'import sysconfig; print(sysconfig.get_path("scripts"))'):$PATH
     triple=$(rustc -vV | sed -n 's/^host: //p')
-    cargo zigbuild --quiet --locked --release --target "$triple.2.28"
+    cargo zigbuild --quiet --locked --release $packages --target "$triple.2.28"
     program=$target/$triple/release/asperity arguments="--release --zig --compatibility manylinux_2_28 --target $triple"
     ;;
 # With the features of `make test`: library and program are compiled once for both.
