@@ -1,5 +1,6 @@
 //! Checkpoints of load paths.
 
+use super::is_subsurface_map;
 use crate::grid::Grid;
 use crate::method::{Run, Scale, SnapshotRef, SolverSnapshot, State};
 use crate::record::hashed::{self, FileHash, Stored};
@@ -15,7 +16,7 @@ use std::time::{Duration, Instant};
 const EVERY: Duration = Duration::from_secs(60);
 const SHARE: u32 = 20;
 
-/// Files of a path of one load.
+/// Files of a path of one load, besides its maps of the stress below the surface.
 const OF_ONE_LOAD: [&str; 6] =
     ["gap.npy", "plastic.npy", "stress.npy", "elastic-stress.npy", "contact.npy", "solve.json"];
 
@@ -111,7 +112,7 @@ impl Inner {
             let Some(own) = name.strip_prefix(prefix) else { return false };
             let number = own.strip_prefix("load-").and_then(|l| l.split('-').next()).and_then(|n| n.parse().ok());
             // The files of a single load have no number.
-            let number = number.or(OF_ONE_LOAD.contains(&own).then_some(1));
+            let number = number.or((OF_ONE_LOAD.contains(&own) || is_subsurface_map(own)).then_some(1));
             number.is_some_and(|n: usize| n <= self.finished.len())
         };
         let new = hashed::hashes(folder, &|name| finished(name) && !listed(name))?;
@@ -277,10 +278,13 @@ mod tests {
         run.0.expect("taken up")
     }
 
-    /// One byte of a file of a finished load, of a field, and of the checkpoint itself.
+    /// One byte of a file of a finished load, of those that a path of one load has before its pull-off, of a field, and of the
+    /// checkpoint itself.
     #[test]
     fn a_damaged_checkpoint_is_not_used() {
-        for damaged in ["load-1-gap.npy", "checkpoint-0.npy", "checkpoint.json"] {
+        let of_one_load = ["gap.npy", "stress.npy", "von-mises-depth-1.npy", "shear-depth-12.npy"];
+        let others = ["load-1-gap.npy", "load-1-shear-depth-1.npy", "checkpoint-0.npy", "checkpoint.json"];
+        for damaged in of_one_load.into_iter().chain(others) {
             let folder = tempfile::tempdir().unwrap();
             let path = |name: &str| folder.path().join(name);
             let field = Field::F64(&[1.0, 2.0]);
@@ -292,7 +296,8 @@ mod tests {
                 progress: Value::Null,
             };
             let writer = CheckpointWriter::new(folder.path(), "checkpoint", "key".into(), Vec::new());
-            for name in ["load-1-gap.npy", "load-2-gap.npy"] {
+            let numbered = ["load-1-gap.npy", "load-1-shear-depth-1.npy", "load-2-gap.npy"];
+            for name in of_one_load.into_iter().chain(numbered) {
                 npy::write_field(&path(name), 2, 1, field, 1.0).unwrap();
             }
             writer.load_finished(Value::from(1));

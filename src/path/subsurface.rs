@@ -10,6 +10,17 @@ use rayon::prelude::*;
 /// Quantities of a slice whose maps are passed on.
 const MAPS: [&str; 2] = ["von-mises", "shear"];
 
+/// End of a map's file name: `QUANTITY-depth-K.npy`, depths from 1.
+pub fn map_file(quantity: &str, depth: usize) -> String {
+    format!("{quantity}-depth-{}.npy", depth + 1)
+}
+
+/// Whether a name, without the number of a load, is one of [`map_file`].
+pub fn is_subsurface_map(name: &str) -> bool {
+    let parts = name.strip_suffix(".npy").and_then(|n| n.rsplit_once("-depth-"));
+    parts.is_some_and(|(quantity, k)| MAPS.contains(&quantity) && k.parse::<usize>().is_ok())
+}
+
 /// Bytes for the stresses of a problem.
 pub fn subsurface_bytes(problem: &Problem) -> u64 {
     Subsurface::bytes(problem.grid, problem.kernel) + (2 * size_of::<f64>() * problem.grid.points()) as u64

@@ -1,5 +1,6 @@
 //! The folder of a solve, and the results of a finished one, which the same command reports instead of solving again.
 
+use crate::path::is_subsurface_map;
 use crate::record::hashed::{self, Stored};
 use crate::record::{json, load_table};
 use crate::scene::Scene;
@@ -75,9 +76,7 @@ pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
 
 /// Whether a name is that of a state's file, without the numbers of load and depth.
 fn is_of_state(name: &str) -> bool {
-    let of_depth = name.strip_suffix(".npy").and_then(|n| n.rsplit_once("-depth-"));
-    let is_map = |(quantity, n): (&str, &str)| ["von-mises", "shear"].contains(&quantity) && n.parse::<usize>().is_ok();
-    OF_STATES.contains(&name) || of_depth.is_some_and(is_map)
+    OF_STATES.contains(&name) || is_subsurface_map(name)
 }
 
 /// Name of a state's file without the number of its load.
