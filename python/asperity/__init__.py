@@ -7,6 +7,7 @@ their product. Maps are arrays ``[ny, nx]``, x fastest.
 from __future__ import annotations
 
 from ._asperity import VERSION as __version__
+from ._body import Cubic, Layer, NonPeriodic
 from ._errors import AsperityError, AsperityWarning, InputError, LammpsError, NotConverged, ResourceError
 from ._law import TabulatedLaw
 from ._observe import (
@@ -27,7 +28,8 @@ from ._observe import (
 )
 from ._program import Run, RunState, advise, command, open_run, program, run, tradeoff
 from ._progress import Progress
-from ._solve import Adhesion, Cubic, Estimate, Layer, LoadPath, NonPeriodic, PullOff, State, estimate, memory, solve
+from ._solve import Adhesion, Estimate, LoadPath, PullOff, State, estimate, memory, solve
+from ._subsurface import StressMap, SubsurfaceStress, subsurface
 from ._surface import Preparation, Surface
 
 __all__ = [
@@ -55,6 +57,8 @@ __all__ = [
     "Run",
     "RunState",
     "State",
+    "StressMap",
+    "SubsurfaceStress",
     "Surface",
     "TabulatedLaw",
     "__version__",
@@ -74,5 +78,6 @@ __all__ = [
     "program",
     "run",
     "solve",
+    "subsurface",
     "tradeoff",
 ]

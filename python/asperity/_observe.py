@@ -120,14 +120,14 @@ def _edges(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return edges
 
 
-def _finite(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def finite_map(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     array = as_map(name, values)
     if not np.isfinite(array).all():
         raise InputError(f"{name} = an array with values that are not finite; accepted: finite numbers")
     return array
 
 
-def _cell(cell: tuple[float, float]) -> tuple[float, float]:
+def checked_cell(cell: tuple[float, float]) -> tuple[float, float]:
     x, y = cell
     if not (0 < x < np.inf and 0 < y < np.inf):
         raise InputError(f"cell = {cell!r}; accepted: positive extents along x and y")
@@ -144,7 +144,7 @@ def contact_area(gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: fl
     >>> asperity.contact_area(gap, (8.0, 8.0)).nodes
     1
     """
-    return ContactArea(*_asperity.contact_area(_finite("gap", gap), real("threshold", threshold), _cell(cell)))
+    return ContactArea(*_asperity.contact_area(finite_map("gap", gap), real("threshold", threshold), checked_cell(cell)))
 
 
 def clusters(contact: npt.ArrayLike, *, corners: bool = True) -> Clusters:
@@ -187,7 +187,7 @@ def gap_distribution(gap: npt.ArrayLike, edges: npt.ArrayLike, *, threshold: flo
     (0.25, [0.25, 0.25], 0.25)
     """
     bins = _edges(edges)
-    return _distribution(bins, _asperity.gap_distribution(_finite("gap", gap), real("threshold", threshold), bins.tolist()))
+    return _distribution(bins, _asperity.gap_distribution(finite_map("gap", gap), real("threshold", threshold), bins.tolist()))
 
 
 def pressure_distribution(pressure: npt.ArrayLike, contact: npt.ArrayLike, edges: npt.ArrayLike) -> Distribution:
@@ -200,7 +200,7 @@ def pressure_distribution(pressure: npt.ArrayLike, contact: npt.ArrayLike, edges
     >>> asperity.pressure_distribution(p, p > 0, [0, 1, 2]).fractions.tolist()
     [0.25, 0.25]
     """
-    values, flags, bins = _finite("pressure", pressure), _flags("contact", contact), _edges(edges)
+    values, flags, bins = finite_map("pressure", pressure), _flags("contact", contact), _edges(edges)
     if values.shape != flags.shape:
         raise InputError(f"contact = an array of shape {flags.shape}; accepted: {values.shape}, as pressure has")
     return _distribution(bins, _asperity.pressure_distribution(values, flags, bins.tolist())[1])
@@ -215,7 +215,7 @@ def hydraulic_gap(gap: npt.ArrayLike, *, threshold: float = 0.0) -> float:
     >>> round(asperity.hydraulic_gap(np.full((4, 4), 2.0)), 9)
     2.0
     """
-    return _asperity.hydraulic_gap(_finite("gap", gap), real("threshold", threshold))
+    return _asperity.hydraulic_gap(finite_map("gap", gap), real("threshold", threshold))
 
 
 def compare_maps(contact: npt.ArrayLike, reference: npt.ArrayLike) -> MapAgreement:

@@ -11,11 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
+from ._body import Body, body_settings
 from ._errors import AsperityWarning, InputError, needed
 from ._law import TabulatedLaw
 from ._observe import Clusters, Distribution, clusters, gap_distribution, hydraulic_gap, percolation, pressure_distribution
 from ._progress import Progress, bar
 from ._html import label, table
+from ._subsurface import SubsurfaceStress, subsurface
 from ._surface import Map, Surface, as_map, real
 
 if TYPE_CHECKING:
@@ -62,29 +64,6 @@ class Adhesion:
         return cls(table.work_of_adhesion, table.range, table, resolution)
 
 
-@dataclass(frozen=True)
-class Layer:
-    """An isotropic elastic layer on a rigid base; `base` is ``bonded`` or ``constant-stress``."""
-
-    thickness: float
-    poisson: float
-    base: str = "bonded"
-
-
-@dataclass(frozen=True)
-class Cubic:
-    """A cubic crystal with an (001) face and x along [100]. Only the ratios of the constants matter."""
-
-    c11: float
-    c12: float
-    c44: float
-
-
-@dataclass(frozen=True)
-class NonPeriodic:
-    """An isotropic half-space under a surface that does not repeat, free outside of the map."""
-
-
 @dataclass(frozen=True, eq=False)
 class State:
     """An equilibrium. Units are those of surface and modulus; maps are ``[ny, nx]`` and not writeable.
@@ -126,6 +105,8 @@ class State:
         Wall time of this load, s.
     cell : tuple of float
         Extents along x and along y.
+    body : Layer, Cubic, NonPeriodic or None
+        The elastic body; None is a half-space.
     length_unit, pressure_unit : str
         Labels.
     observed : dict of str to float
@@ -158,6 +139,7 @@ class State:
     iterations: int
     seconds: float
     cell: tuple[float, float]
+    body: Body | None = None
     length_unit: str = ""
     pressure_unit: str = ""
     observed: dict[str, float] = field(default_factory=dict)
@@ -181,6 +163,19 @@ class State:
     def pressure_distribution(self, edges: npt.ArrayLike) -> Distribution:
         """Distribution of the pressure of the nodes in contact over bins with these edges."""
         return pressure_distribution(self.pressure, self.contact, edges)
+
+    def subsurface(self, depths: float | Sequence[float], *, poisson: float | None = None) -> list[SubsurfaceStress]:
+        """Stresses in the body at `depths`, in the unit of the modulus: :func:`asperity.subsurface` of the pressure of this state.
+
+        Examples
+        --------
+        >>> import asperity
+        >>> surface = asperity.Surface.from_spectrum(64, seed=1, lambda_s=1 / 8)
+        >>> near, deep = asperity.solve(surface, 1.0, pressure=0.05)[0].subsurface([0.02, 0.2], poisson=0.3)
+        >>> near.shear.max > deep.shear.max
+        True
+        """
+        return subsurface(self.pressure, self.cell, depths, poisson=poisson, body=self.body)
 
     def plot_map(self, quantity: str = "pressure", **options: Any) -> Any:
         """Map of ``gap``, ``pressure`` or ``contact`` by matplotlib; returns the axes."""
@@ -219,7 +214,7 @@ class PullOff:
 NUMBERS = tuple(
     f.name
     for f in fields(State)
-    if f.name not in ("gap", "pressure", "contact", "plastic_displacement", "cell", "length_unit", "pressure_unit", "observed")
+    if f.name not in ("gap", "pressure", "contact", "plastic_displacement", "cell", "body", "length_unit", "pressure_unit", "observed")
 )
 
 
@@ -348,7 +343,6 @@ class Estimate:
     seconds: float
 
 
-Body = Layer | Cubic | NonPeriodic
 Loads = float | Sequence[float] | npt.NDArray[np.floating[Any]]
 KINDS = ("pressure", "p_star", "mean_gap", "displacement", "contact")
 
@@ -386,18 +380,6 @@ def _settings(
     penalty_length: float | None = None,
     hardness: npt.ArrayLike | None = None,
 ) -> dict[str, Any]:
-    settings: dict[str, Any] = {"body": "half-space", "thickness": 0.0, "poisson": 0.0, "base": None, "constants": [0.0] * 3}
-    match body:
-        case None:
-            pass
-        case Layer(thickness, poisson, base):
-            settings |= {"body": "layer", "thickness": real("thickness", thickness), "poisson": real("poisson", poisson), "base": base}
-        case Cubic(c11, c12, c44):
-            settings |= {"body": "cubic", "constants": [real("c11", c11), real("c12", c12), real("c44", c44)]}
-        case NonPeriodic():
-            settings |= {"body": "non-periodic"}
-        case other:
-            raise InputError(f"problem: body = {other!r}; accepted: Layer, Cubic, NonPeriodic, or None for a half-space")
     if max_iterations is not None and (not isinstance(max_iterations, int) or max_iterations < 1):
         raise InputError(f"problem: max_iterations = {max_iterations!r}; accepted: a whole number from 1 on")
     if adhesion is not None and not isinstance(adhesion, Adhesion):
@@ -405,7 +387,8 @@ def _settings(
     law = adhesion or Adhesion(0.0, 0.0)
     hardness_map = None if hardness is None or np.ndim(hardness) == 0 else as_map("hardness", hardness)
     values = None if adhesion is None else (real("work_of_adhesion", law.work_of_adhesion), real("range", law.range))
-    return settings | {
+    return {
+        "body": body_settings(body),
         "method": method,
         "precision": precision,
         "tolerance": tolerance,
@@ -572,7 +555,7 @@ def solve(
         warnings.warn(text, AsperityWarning, stacklevel=3)
 
     functions = _observables(observables)
-    labels: dict[str, Any] = {"cell": surface.cell, "length_unit": surface.unit, "pressure_unit": pressure_unit}
+    labels: dict[str, Any] = {"cell": surface.cell, "body": body, "length_unit": surface.unit, "pressure_unit": pressure_unit}
     states: list[State] = []
 
     def visit(values: dict[str, Any]) -> None:

@@ -5,8 +5,8 @@ use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::law::TabulatedLaw;
 use crate::surface::Surface;
 use asperity::{
-    Adhesion, AdhesionLaw, Body, Branch, Estimate, Hardness, Loads, Monitor, Plasticity, Precision, Problem, Progress,
-    PullOff, RangeChoice, State, Targets,
+    Adhesion, AdhesionLaw, Body, Branch, Cell, Estimate, Hardness, Loads, Monitor, Plasticity, Precision, Problem,
+    Progress, PullOff, RangeChoice, State, Targets,
 };
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -26,12 +26,31 @@ const TICK: Duration = Duration::from_millis(50);
 
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Settings<'py> {
-    body: String,
+pub(crate) struct BodySettings {
+    kind: String,
     thickness: f64,
     poisson: f64,
     base: Option<String>,
     constants: [f64; 3],
+}
+
+impl BodySettings {
+    fn body(&self, py: Python<'_>) -> PyResult<Body> {
+        let base = optional(py, PLACE, "body.base", self.base.as_ref())?;
+        let (thickness, poisson, [c11, c12, c44]) = (self.thickness, self.poisson, self.constants);
+        Ok(match (self.kind.as_str(), base) {
+            ("layer", Some(base)) => Body::Layer { thickness, poisson, base },
+            ("cubic", _) => Body::Cubic { c11, c12, c44 },
+            ("non-periodic", _) => Body::NonPeriodic,
+            _ => Body::HalfSpace,
+        })
+    }
+}
+
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Settings<'py> {
+    body: BodySettings,
     /// Work of adhesion and range.
     adhesion: Option<(f64, f64)>,
     law: String,
@@ -55,18 +74,10 @@ impl Settings<'_> {
         let law: AdhesionLaw = choice(py, PLACE, "adhesion.law", &self.law)?;
         let resolution: RangeChoice = choice(py, PLACE, "adhesion.resolution", &self.resolution)?;
         let precision: Precision = choice(py, PLACE, "precision", &self.precision)?;
-        let base = optional(py, PLACE, "body.base", self.base.as_ref())?;
-        let (thickness, poisson, [c11, c12, c44]) = (self.thickness, self.poisson, self.constants);
-        let body = match (self.body.as_str(), base) {
-            ("layer", Some(base)) => Body::Layer { thickness, poisson, base },
-            ("cubic", _) => Body::Cubic { c11, c12, c44 },
-            ("non-periodic", _) => Body::NonPeriodic,
-            _ => Body::HalfSpace,
-        };
         let [energy, area, mean_gap] = self.targets;
         let default = Problem::new(surface.0.clone(), modulus);
         Ok(Problem {
-            body,
+            body: self.body.body(py)?,
             adhesion: self.adhesion.map(|(work_of_adhesion, range)| Adhesion {
                 work_of_adhesion,
                 range,
@@ -295,6 +306,27 @@ pub(crate) fn estimate<'py>(
 #[pyfunction]
 pub(crate) fn hysteresis_work(path: Vec<(f64, f64)>) -> f64 {
     asperity::observe::hysteresis_work(&path)
+}
+
+/// Values `[ny, nx]`, the largest of them, and where it is along x and y.
+type StressMap<'py> = (Bound<'py, PyAny>, f64, [f64; 2]);
+
+/// Equivalent stress after von Mises and largest shear stress, depth by depth.
+#[pyfunction]
+pub(crate) fn subsurface<'py>(
+    py: Python<'py>,
+    pressure: PyReadonlyArray2<'py, f64>,
+    cell: (f64, f64),
+    body: BodySettings,
+    depths: Vec<f64>,
+    poisson: Option<f64>,
+) -> PyResult<Vec<(StressMap<'py>, StressMap<'py>)>> {
+    let (body, cell, pressure) = (body.body(py)?, Cell { x: cell.0, y: cell.1 }, pressure.as_array());
+    let found = in_pool(py, 0, || asperity::subsurface(pressure, cell, body, &depths, poisson))?.raise(py)?;
+    let stress = |map: asperity::StressMap| -> PyResult<StressMap<'py>> {
+        Ok((fixed(py, PyArray2::from_owned_array(py, map.values))?, map.max, map.at))
+    };
+    found.into_iter().map(|s| Ok((stress(s.von_mises)?, stress(s.shear)?))).collect()
 }
 
 /// Memory of a solve besides the surface, bytes.

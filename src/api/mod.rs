@@ -2,6 +2,7 @@
 
 mod agreement;
 mod arrays;
+mod body;
 mod estimate;
 mod finished;
 mod loads;
@@ -9,12 +10,14 @@ mod methods;
 mod observables;
 mod problem;
 mod state;
+mod subsurface;
 mod surface;
 
 pub use crate::record::provenance::Provenance;
 pub use crate::surface::{Detrend, Edges, Fill, FilterKind, Preparation};
 pub use agreement::{MapAgreement, compare_maps};
 pub use arrays::Cell;
+pub use body::Body;
 pub use estimate::Estimate;
 pub use finished::{FinishedRun, FinishedState};
 pub use loads::Loads;
@@ -23,6 +26,7 @@ pub use observables::{
     Clusters, Percolation, PressureDistribution, clusters, contact_area, gap_distribution, hydraulic_gap, percolation,
     pressure_distribution,
 };
-pub use problem::{Adhesion, Body, Hardness, Monitor, Problem, Progress};
+pub use problem::{Adhesion, Hardness, Monitor, Problem, Progress};
 pub use state::{GridError, LoadPath, PullOff, State};
+pub use subsurface::{StressMap, SubsurfaceStress, subsurface};
 pub use surface::{FileOptions, MapOptions, Surface, SynthesisOptions};

@@ -2,10 +2,11 @@
 
 use super::Surface;
 use super::arrays::row_major;
+use super::body::Body;
 use super::estimate::Estimate;
 use super::loads::Loads;
 use super::state::{LoadPath, PullOff, State};
-use crate::interface::{Base, RangeChoice, TabulatedLaw};
+use crate::interface::{RangeChoice, TabulatedLaw};
 use crate::load::Load;
 use crate::method::{self, Card, Kind, NoObserver, Observer, Precision, Stop, Targets};
 use crate::path::{self, Begin};
@@ -93,33 +94,6 @@ impl Observer for Monitored<'_> {
     fn stop_requested(&self) -> bool {
         self.0.stop_requested()
     }
-}
-
-/// The elastic body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Body {
-    /// An isotropic half-space under a periodic surface.
-    HalfSpace,
-    /// An isotropic layer on a rigid base.
-    Layer {
-        /// Thickness, in the unit of the surface's length.
-        thickness: f64,
-        /// Poisson's ratio.
-        poisson: f64,
-        /// Boundary condition at the base.
-        base: Base,
-    },
-    /// A cubic crystal with an (001) face and x along `[100]`. Only the ratios of the constants matter.
-    Cubic {
-        /// Elastic constant C11.
-        c11: f64,
-        /// Elastic constant C12.
-        c12: f64,
-        /// Elastic constant C44.
-        c44: f64,
-    },
-    /// An isotropic half-space under a surface that is not periodic, free outside of the map.
-    NonPeriodic,
 }
 
 /// Largest contact pressure, in the unit of the modulus.
@@ -339,7 +313,8 @@ impl Problem {
             }
             let pulled = path.walk(begin, pull_off, observer, |i, reached| {
                 require_converged(&reached, method.card(), path.problem().tolerance, [i + 1, targets.len()])?;
-                let mut state = State::new(&self.surface, self.contact_modulus, &case.load_steps()[i], &reached);
+                let mut state =
+                    State::new((&self.surface, self.contact_modulus, self.body), &case.load_steps()[i], &reached);
                 if self.adhesion.is_none() {
                     state.clear_open_pressure();
                 }

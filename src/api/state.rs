@@ -2,6 +2,7 @@
 
 use super::Surface;
 use super::arrays::{Cell, map};
+use super::body::Body;
 use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
 use crate::load::{Branch, Load, LoadStep};
 use crate::observe::{Connectivity, ContactArea, Plasticity, contact_map, hysteresis_work};
@@ -18,6 +19,8 @@ pub struct State {
     pub branch: Branch,
     /// Extent of the cell.
     pub cell: Cell,
+    /// The elastic body.
+    pub body: Body,
     /// Gap between the surfaces, `[ny, nx]`, x fastest.
     pub gap: Array2<f64>,
     /// Interfacial pressure, `[ny, nx]`, compression positive; adhesive stress is part of it. Without adhesion exactly zero where
@@ -69,7 +72,7 @@ impl From<Discretisation> for GridError {
 }
 
 impl State {
-    pub(super) fn new(surface: &Surface, modulus: f64, step: &LoadStep, reached: &Reached) -> Self {
+    pub(super) fn new((surface, modulus, body): (&Surface, f64, Body), step: &LoadStep, reached: &Reached) -> Self {
         let Reached { state, area, discretisation, .. } = reached;
         let (grid, length) = (surface.grid(), surface.length());
         let energy_unit = modulus * length;
@@ -81,6 +84,7 @@ impl State {
             },
             branch: step.branch,
             cell: surface.cell(),
+            body,
             gap: field(state.gap, length),
             pressure: field(state.stress, modulus),
             contact: map(grid, contact_map(state.gap, 0.0)).mapv(|c| c != 0),

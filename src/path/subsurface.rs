@@ -1,7 +1,7 @@
 //! Stress below the surface of a state, at the depths that a scene requests.
 
-use crate::grid::Field;
-use crate::interface::{StressField, Subsurface, SubsurfaceRequest};
+use crate::grid::{Field, Grid};
+use crate::interface::{Elastic, StressField, Subsurface, SubsurfaceRequest};
 use crate::method::Problem;
 use crate::record::results::{Peak, SubsurfaceResults, SubsurfaceSlice};
 use crate::{Error, Result};
@@ -9,6 +9,9 @@ use rayon::prelude::*;
 
 /// Quantities of a slice whose maps are passed on.
 const MAPS: [&str; 2] = ["von-mises", "shear"];
+
+/// Bodies whose stresses are known.
+pub const ISOTROPIC: &str = "an isotropic body: a half-space or a layer";
 
 /// End of a map's file name: `QUANTITY-depth-K.npy`, depths from 1.
 pub fn map_file(quantity: &str, depth: usize) -> String {
@@ -33,14 +36,12 @@ pub fn subsurface_bytes(problem: &Problem) -> u64 {
 /// `Input` for a crystal; those of `map`.
 pub fn subsurface(
     request: &SubsurfaceRequest,
-    problem: &Problem,
+    (grid, kernel): (Grid, Elastic),
     pressure: Field,
     mut map: impl FnMut(usize, &'static str, &[f64]) -> Result<Option<String>>,
 ) -> Result<SubsurfaceResults> {
-    let grid = problem.grid;
-    let body = Subsurface::new(grid, problem.kernel, request.poisson, pressure);
-    let accepted = "an isotropic body: a half-space or a layer";
-    let body = body.ok_or_else(|| Error::input("subsurface", "body", problem.kernel, accepted))?;
+    let body = Subsurface::new(grid, kernel, request.poisson, pressure);
+    let body = body.ok_or_else(|| Error::input("subsurface", "body", kernel, ISOTROPIC))?;
     let mut slices = Vec::new();
     for (k, &depth) in request.depths.iter().enumerate() {
         let stresses = body.at(depth);

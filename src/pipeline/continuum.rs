@@ -206,12 +206,14 @@ fn stored_state(
         false => None,
     };
     let subsurface = match &request.subsurface {
-        Some(wanted) => Some(path::subsurface(wanted, problem, state.stress, |depth, quantity, values| {
-            if !keep.stress {
-                return Ok(None);
-            }
-            write(&format!("{quantity}-depth-{}", depth + 1), Field::F64(values)).map(Some)
-        })?),
+        Some(wanted) => {
+            Some(path::subsurface(wanted, (grid, problem.kernel), state.stress, |depth, quantity, values| {
+                if !keep.stress {
+                    return Ok(None);
+                }
+                write(&format!("{quantity}-depth-{}", depth + 1), Field::F64(values)).map(Some)
+            })?)
+        }
         None => None,
     };
     let found = summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]);

@@ -96,7 +96,7 @@ fn below_a_sphere_are_hertz_stresses() {
     let request = SubsurfaceRequest { depths, poisson: POISSON, shear_strength: Some(0.2) };
     let p = Problem { kernel, ..problem(grid, &pressure) };
     let mut maps = 0;
-    let found = path::subsurface(&request, &p, Field::F64(&pressure), |_, _, map| {
+    let found = path::subsurface(&request, (p.grid, p.kernel), Field::F64(&pressure), |_, _, map| {
         assert_eq!(map.len(), grid.points());
         maps += 1;
         Ok(None)

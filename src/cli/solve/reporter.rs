@@ -232,7 +232,7 @@ impl<'a> SolveReporter<'a> {
     fn add_subsurface(&self, i: usize, state: &State, line: &mut Value) -> Result<()> {
         let Some(request) = self.subsurface.as_ref().filter(|_| state.stop == Stop::Converged) else { return Ok(()) };
         let (Scales { length_m: length, modulus_pa: modulus }, grid) = (self.scales, self.problem.grid);
-        let found = path::subsurface(request, &self.problem, state.stress, |depth, quantity, values| {
+        let found = path::subsurface(request, (grid, self.problem.kernel), state.stress, |depth, quantity, values| {
             let Some(out) = &self.solve.out else { return Ok(None) };
             let name = self.name(i, "", &path::map_file(quantity, depth));
             npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
