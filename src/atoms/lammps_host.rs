@@ -16,7 +16,7 @@ use super::scripts::{SETUP, Script};
 use super::search_path::search_path;
 use crate::error::LammpsFailure;
 use crate::record::json;
-use crate::sys::lammps_library::LammpsInstance;
+use crate::sys::lammps_library::{self, LammpsInstance};
 use crate::{Error, Result};
 
 /// Id of the fix of the base in `setup.in`.
@@ -155,6 +155,21 @@ fn libraries(program: &Path) -> Vec<PathBuf> {
     let folders = root.iter().flat_map(|r| ["lib", "lib64"].map(|l| r.join(l)));
     let beside = folders.flat_map(|f| names.map(|n| f.join(n))).filter(|p| p.is_file());
     beside.chain(names.map(PathBuf::from)).collect()
+}
+
+/// Name of the shared library of a LAMMPS program that an elastic base uses.
+///
+/// # Errors
+/// One line: why none can be used.
+pub fn find_library(program: &Path) -> std::result::Result<PathBuf, String> {
+    let mut why = String::from("none");
+    for library in libraries(program) {
+        match lammps_library::check(&library) {
+            Ok(()) => return Ok(library),
+            Err(e) => why = e,
+        }
+    }
+    Err(why)
 }
 
 /// Date of a version of LAMMPS ("29 Sep 2021 - Update 2") as 20210929.

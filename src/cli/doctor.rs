@@ -1,6 +1,7 @@
 use super::output;
 use crate::Result;
 use crate::atoms::engine::LammpsEngine;
+use crate::atoms::lammps_host::find_library;
 use crate::report::number::memory;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -51,6 +52,16 @@ impl Doctor {
                     format!("missing: {}", styles.join(", "))
                 },
                 advice: "eam/alloy needs the MANYBODY package, yukawa EXTRA-PAIR; Debian's build has both",
+            },
+            Finding {
+                what: "LAMMPS library",
+                good: true,
+                found: match engine.as_ref().map(|e| find_library(e.program())) {
+                    Ok(Ok(library)) => library.display().to_string(),
+                    Ok(Err(why)) => format!("not usable: {why}"),
+                    Err(_) => "not found".into(),
+                },
+                advice: "only for atoms.base = \"elastic\"; on Debian it comes with lammps",
             },
             Finding {
                 what: "mpirun",

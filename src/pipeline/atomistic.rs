@@ -276,9 +276,15 @@ fn plasticity(
 ) -> Result<PlasticityResults> {
     let end = job.end(&records.steps).map_or(records.steps.len(), |last| last + 1);
     let mut steps: Vec<[f64; 2]> = Vec::new();
+    let mut lowest = None;
     for record in &records.steps[..end] {
         let frame = read_frame(load_history::frame_file(&job.folder, record.step)?)?;
-        steps.push([record.load / atoms.load_unit, centro_symmetry::defect_atoms(&frame, &atoms.block)?.len() as f64]);
+        let defects = centro_symmetry::defect_atoms(&frame, &atoms.block)?;
+        steps.push([record.load / atoms.load_unit, defects.len() as f64]);
+        if defects.len() > centro_symmetry::NOISE {
+            let layer = defects.first().and_then(|id| atoms.block.layer_of(*id));
+            lowest = lowest.into_iter().chain(layer).min();
+        }
     }
     let atom_nm3 = 1e-3 * atoms.block.a0.powi(3) / 4.0;
     let turn = job.reversal_step(&records.steps).unwrap_or(end - 1);
@@ -304,6 +310,7 @@ fn plasticity(
         steps,
         first_yield,
         last_elastic,
+        layers_above_base: lowest.map(|l| l.saturating_sub(atoms.block.base_layers)),
         hardness_gpa: (!beyond.is_empty()).then(|| beyond.iter().sum::<f64>() / beyond.len() as f64),
     })
 }

@@ -1,7 +1,7 @@
 //! Findings of the comparison of atoms and continuum, as sentences.
 
 use super::matched::Matched;
-use crate::atoms::block::BaseKind;
+use crate::atoms::block::{BaseKind, Block};
 use crate::interface::Kernel;
 use crate::record::results::{
     AtomState, AtomsResults, CriterionMatch, LoadComparison, Overlap, PlasticityResults, StateResults,
@@ -114,6 +114,7 @@ pub(super) fn findings(
         }
     }
     list.push(yield_finding(&found.states, found.plasticity.as_ref()));
+    list.extend(slip_at_the_base(&atoms.block, found.plasticity.as_ref()));
     let below = atoms.block.thickness() - atoms.block.deformable_thickness();
     let base = match atoms.block.base {
         BaseKind::Rigid => "a rigid base".to_string(),
@@ -138,6 +139,20 @@ pub(super) fn findings(
     list
 }
 
+/// Slip so close to a base that the base impedes it: an elastic base is harmonic in its own layers, and the atoms of the next two are bonded to it.
+const NEAR_THE_BASE: usize = 2;
+
+fn slip_at_the_base(block: &Block, plasticity: Option<&PlasticityResults>) -> Option<String> {
+    let layers = plasticity?.layers_above_base.filter(|l| *l <= NEAR_THE_BASE)?;
+    let base = match block.base {
+        BaseKind::Elastic => "the elastic base, which is harmonic and passes no dislocation",
+        _ => "the base, which does not slip",
+    };
+    Some(format!(
+        "Slip reached the layer {layers} above {base}: more depth_cells are needed for the plastic flow at these loads."
+    ))
+}
+
 fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -> String {
     let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
     let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
@@ -158,4 +173,29 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
         Some(p) => below_surface(p),
     };
     format!("{at_surface} {below}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slip_at_the_base_is_named_with_its_layer() {
+        let block = Block::new(6, 4, 5.5884, 7.0).and_then(|b| b.on_elastic_base(4, 7.0)).expect("valid");
+        let with = |layers_above_base| PlasticityResults {
+            atoms: 100,
+            masked_layers: 2,
+            threshold: 0.06,
+            noise_atoms: 3,
+            steps: vec![[0.01, 9.0]],
+            first_yield: Some(0.01),
+            last_elastic: None,
+            layers_above_base,
+            hardness_gpa: None,
+        };
+        let text = slip_at_the_base(&block, Some(&with(Some(1)))).expect("a finding");
+        assert!(text.contains("layer 1 above the elastic base") && text.contains("depth_cells"), "{text}");
+        assert_eq!(slip_at_the_base(&block, Some(&with(Some(NEAR_THE_BASE + 1)))), None);
+        assert_eq!((slip_at_the_base(&block, Some(&with(None))), slip_at_the_base(&block, None)), (None, None));
+    }
 }

@@ -53,6 +53,9 @@ pub struct PlasticityResults {
     pub first_yield: Option<f64>,
     /// p* of the step before first yield: yield occurs between the two.
     pub last_elastic: Option<f64>,
+    /// Layers between the base and the lowest defect atom of any step beyond the noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layers_above_base: Option<usize>,
     /// Mean contact stress over the requested loads beyond first yield, GPa.
     pub hardness_gpa: Option<f64>,
 }

@@ -56,6 +56,19 @@ functions! {
     lammps_fix_external_set_vector: fn(Handle, *const c_char, c_int, c_double);
 }
 
+/// Whether a library can be opened and has the functions of LAMMPS; LAMMPS is not started.
+///
+/// # Errors
+/// As [`LammpsInstance::open`].
+pub fn check(library: &Path) -> Result<(), String> {
+    // SAFETY: initialisers of LAMMPS and MPI have no requirements.
+    let opened = unsafe { Library::open(Some(library), RTLD_NOW | RTLD_GLOBAL) }.map_err(|e| e.to_string())?;
+    // Never closed, as in an instance.
+    let opened = std::mem::ManuallyDrop::new(opened);
+    // SAFETY: the functions are not called.
+    unsafe { Functions::of(&opened) }.map(|_| ())
+}
+
 /// What the callback works with; it lives as long as the instance.
 struct Boundary {
     functions: Functions,

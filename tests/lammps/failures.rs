@@ -67,7 +67,7 @@ fn run_with_script(
     (line, by): (&str, &str),
     watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> asperity::Error {
-    let script = job.folder.join("displacement_ramp.in");
+    let script = job.folder.join("displacement_ramp_step.in");
     let text = std::fs::read_to_string(&script).expect("read");
     assert!(text.contains(line), "{line}");
     std::fs::write(&script, text.replacen(line, by, 1)).expect("written");

@@ -194,7 +194,7 @@ fn failures_are_reported_with_their_exit_code() {
     let limited = engine.clone().with_time_limit(Some(Duration::from_millis(1)));
     assert!(said(&limited).contains("time limit of 0.001 s"));
 
-    let script = folder.path().join("displacement_ramp.in");
+    let script = folder.path().join("displacement_ramp_step.in");
     let text = std::fs::read_to_string(&script).expect("read");
     std::fs::write(&script, text.replace("min_style", "max_style")).expect("written");
     let message = said(&engine);

@@ -157,6 +157,7 @@ fn criteria_model_chain_and_yield_are_shown() {
         steps: vec![[0.0, 0.0], [0.0137, 5.0], [0.02, 19.0]],
         first_yield: Some(0.0137),
         last_elastic: Some(0.0),
+        layers_above_base: Some(7),
         hardness_gpa: Some(2.417),
     });
     let comparison = results.comparison.as_mut().unwrap();
