@@ -200,7 +200,7 @@ fn failures_are_reported_with_their_exit_code() {
     let message = said(&engine);
     assert!(message.contains("Unknown command: max_style"), "{message}");
     // A script that ends early exits normally, but its result is refused.
-    std::fs::write(&script, text.replace("jump SELF step", "quit")).expect("written");
+    std::fs::write(&script, format!("{text}\nquit\n")).expect("written");
     let message = said(&engine);
     assert!(message.contains("stops at step 0") || message.contains("did not finish"), "{message}");
     std::fs::write(&script, text).expect("written");

@@ -3,7 +3,7 @@
 
 use super::benchmark_point::{BenchmarkPoint, Filter, bare, halves};
 use super::measured::Measured;
-use crate::atoms::block::Block;
+use crate::atoms::block::{BaseKind, Block};
 use crate::atoms::engine::LammpsEngine;
 use crate::interface::Adhesion;
 use crate::method::{Precision, all_atom};
@@ -74,7 +74,9 @@ impl Blocks {
             scene.load.p_star.truncate(loads);
             // The cost of a setting is that of the relaxed states, without constant-temperature runs.
             let BlockSize { cells, depth_cells, foundation_cells } = size;
-            let atoms = AtomsScene { cells, depth_cells, foundation_cells, nvt: None, ..base.clone() };
+            // Only a block on a foundation has a base that moves.
+            let kind = base.base.filter(|b| (foundation_cells > 0) == (*b != BaseKind::Rigid));
+            let atoms = AtomsScene { cells, depth_cells, foundation_cells, base: kind, nvt: None, ..base.clone() };
             let tolerance = atoms.force_tolerance_ev_per_angstrom;
             scene.atoms = Some(atoms);
             let found = Case::resolve(scene, &case.file)?;
