@@ -38,6 +38,8 @@ pub const FILE: &str = "results.json";
 
 /// Scene, versions, times and memory of the run.
 pub const MANIFEST_FILE: &str = "manifest.json";
+/// Name of the table of a trade-off, whose folder has no results.
+pub(super) const TRADEOFF_FILE: &str = "tradeoff.json";
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Results {
@@ -111,7 +113,7 @@ fn no_run(folder: &Path) -> Error {
         Err(_) => "not a run folder: there is no such folder".to_string(),
         Ok(m) if !m.is_dir() => "not a run folder but a file".to_string(),
         Ok(_) if has(super::ensemble::FILE) => "not a run folder but that of a sweep".to_string(),
-        Ok(_) if has(super::tradeoff::FILE) => "not a run folder but that of `asperity tradeoff`".to_string(),
+        Ok(_) if has(TRADEOFF_FILE) => "not a run folder but that of `asperity tradeoff`".to_string(),
         // A stage of a run has no table of loads.
         Ok(_) if has(super::hashed::DONE_FILE) && has(super::load_table::FILE) => {
             "not a run folder but that of `asperity solve`, which has no report".to_string()

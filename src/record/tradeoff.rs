@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
 pub const SCHEMA: u32 = 3;
-pub const FILE: &str = "tradeoff.json";
+pub const FILE: &str = super::results::TRADEOFF_FILE;
 pub const CSV_FILE: &str = "tradeoff.csv";
 
 /// Errors by quantity; quantities that a method does not provide are absent.
