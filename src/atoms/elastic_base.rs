@@ -21,9 +21,9 @@ impl ElasticBase {
     /// At the strain under `pressure`, eV/Å³. The crystal hangs from the rigid plane, which does not move; layers are closer by the strain.
     ///
     /// # Errors
-    /// `Input` for a crystal that is not stable at this strain.
+    /// `Input` for a pressure beyond the measured strains, or a crystal that is not stable at its strain.
     pub(super) fn new(block: &Block, constants: &ForceConstants, pressure: f64) -> Result<Self> {
-        let strain = constants.strain_at(pressure);
+        let strain = constants.strain_at(pressure)?;
         let boundary = LatticeBoundary::new(block.cells, block.missing_layers(), &constants.at(strain))?;
         let rigid_plane = block.top_z() - block.thickness();
         let mut sites = Vec::new();

@@ -312,6 +312,11 @@ impl LammpsEngine {
                     .arg(file);
             }
         }
+        if let Some(folders) = std::env::var_os("LD_LIBRARY_PATH") {
+            // An empty or relative element is the job folder, which may come from others.
+            let absolute = std::env::split_paths(&folders).filter(|f| f.is_absolute());
+            command.env("LD_LIBRARY_PATH", std::env::join_paths(absolute).unwrap_or_default());
+        }
         command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
         sys::die_with_parent(&mut command);
         Ok(command)

@@ -10,6 +10,7 @@ use super::properties::{RunScript, results};
 use crate::error::LammpsFailure;
 use crate::interface::{Bond, LatticeConstants};
 use crate::record::atomic_file::read_text;
+use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
 
 const SCRIPT: (&str, &str) = ("force_constants.in", include_str!("../../lammps-inputs/properties/force_constants.in"));
@@ -21,18 +22,14 @@ pub const FILE: &str = "force_constants.json";
 /// largest.
 const STEP_ANGSTROM: f64 = 0.004;
 
-/// Largest compression along z. Layers are then closer, and an atom may reach another.
-const MOST_STRAIN: f64 = 0.1;
+/// Strains at which constants are measured, and interpolated by cubic polynomials between four of them. They do not depend on the loads of
+/// a job, so that a list of loads that is continued has the states of a longer one. With half the distance the pressure changes by
+/// less than 1e-4 of itself.
+const STRAINS: [f64; 6] = [0.0, 0.02, 0.04, 0.06, 0.08, 0.1];
+const NODES: usize = 4;
 
-/// Strains at which constants are measured, equally spaced from zero; between them they are interpolated by a polynomial. With seven
-/// instead of four the pressure at a strain below 0.04 changes by 1e-5 of itself.
-const STRAINS: usize = 4;
-
-/// Strain of the first estimate of C11.
-const SMALL_STRAIN: f64 = 1e-3;
-/// Largest measured strain over the highest pressure divided by C11: crystals stiffen under compression, and a ramp ends beyond its
-/// highest load.
-const STRAIN_MARGIN: f64 = 1.2;
+/// Highest pressure at the largest strain over that of a job: a ramp ends beyond its highest load.
+const PRESSURE_MARGIN: f64 = 1.2;
 
 /// Force constants below this fraction of the largest are rounding of the forces: absent bonds.
 const ABSENT: f64 = 1e-9;
@@ -43,28 +40,23 @@ const EV_A3_PER_BAR: f64 = 1.0 / 1.602_176_634e6;
 
 /// Layers of the (001) face to which an atom is coupled, above and below: its neighbours' neighbours.
 pub fn reach(cutoff_angstrom: f64, a0_angstrom: f64) -> usize {
-    2 * ((cutoff_angstrom / (0.5 * a0_angstrom * (1.0 - MOST_STRAIN))) as usize).max(1)
+    2 * ((cutoff_angstrom / (0.5 * a0_angstrom * (1.0 - STRAINS[STRAINS.len() - 1]))) as usize).max(1)
 }
 
-/// Force constants at the strains of a job.
+/// Force constants at several strains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ForceConstants {
-    /// BLAKE3 hash of the potential's table.
-    pub potential_hash: String,
-    pub element: String,
-    pub a0_angstrom: f64,
-    pub strained: Vec<Strained>,
+    strained: Vec<Strained>,
 }
 
 /// The crystal at one uniaxial compression along \[001\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Strained {
-    pub strain: f64,
+struct Strained {
     /// Normal pressure on (001), eV/Å³.
-    pub pressure: f64,
-    pub constants: LatticeConstants,
+    pressure: f64,
+    constants: LatticeConstants,
 }
 
 /// What is measured.
@@ -72,7 +64,6 @@ pub struct Strained {
 pub struct Crystal<'a> {
     /// File name of the table within the folder of the measurement.
     pub table: &'a str,
-    pub potential_hash: &'a str,
     pub element: &'a str,
     pub a0_angstrom: f64,
     pub cutoff_angstrom: f64,
@@ -81,59 +72,42 @@ pub struct Crystal<'a> {
 }
 
 impl ForceConstants {
-    /// Measures in `folder`, which has the table. Takes a second.
+    /// Measures in `folder`, which has the table. Takes some seconds.
     ///
     /// # Errors
     /// `Lammps` if LAMMPS fails or its forces are not those of a crystal of this range; `Input` for a pressure that compresses the crystal
     /// by more than a tenth; `Io`.
     pub fn measure(lammps: &dyn RunScript, folder: &Path, crystal: Crystal) -> Result<Self> {
-        let mut strained = vec![measure_at(lammps, folder, &crystal, 0.0)?];
-        let c11 = (measure_at(lammps, folder, &crystal, SMALL_STRAIN)?.pressure - strained[0].pressure) / SMALL_STRAIN;
-        let most = (STRAIN_MARGIN * crystal.highest_pressure / c11).max(SMALL_STRAIN);
-        if most.is_nan() || most > MOST_STRAIN {
-            let accepted = format!("at most {:.2} C11 with an elastic base", MOST_STRAIN / STRAIN_MARGIN);
-            return Err(Error::input(
-                "elastic base",
-                "mean pressure over C11",
-                crystal.highest_pressure / c11,
-                accepted,
-            ));
-        }
-        for k in 1..STRAINS {
-            strained.push(measure_at(lammps, folder, &crystal, most * k as f64 / (STRAINS - 1) as f64)?);
+        let at = |strain: &f64| measure_at(lammps, folder, &crystal, *strain);
+        let mut strained = STRAINS.iter().map(at).collect::<Result<Vec<_>>>()?;
+        let most = strained[STRAINS.len() - 1].pressure / PRESSURE_MARGIN;
+        if crystal.highest_pressure > most {
+            let [found, most] = [crystal.highest_pressure, most].map(|p| GPA_PER_EV_A3 * p);
+            let accepted = format!("at most {most:.2} GPa with an elastic base of this crystal");
+            return Err(Error::input("elastic base", "mean pressure", format!("{found:.2} GPa"), accepted));
         }
         keep_common_bonds(&mut strained);
-        let found = ForceConstants {
-            potential_hash: crystal.potential_hash.into(),
-            element: crystal.element.into(),
-            a0_angstrom: crystal.a0_angstrom,
-            strained,
-        };
-        Ok(found)
-    }
-
-    /// Whether this was measured for the crystal and covers its pressure.
-    pub fn serves(&self, crystal: &Crystal) -> bool {
-        self.potential_hash == crystal.potential_hash
-            && self.element == crystal.element
-            && self.a0_angstrom == crystal.a0_angstrom
-            && self.strained.len() == STRAINS
-            && self.strained[STRAINS - 1].pressure >= crystal.highest_pressure
-            && self.strained.iter().all(|s| s.constants.same_bonds(&self.strained[0].constants))
+        Ok(ForceConstants { strained })
     }
 
     /// Uniaxial strain under a normal pressure, eV/Å³; negative under tension.
-    pub fn strain_at(&self, pressure: f64) -> f64 {
-        let most = self.strained[STRAINS - 1].strain;
+    ///
+    /// # Errors
+    /// `Input` for a tension or pressure beyond the measured strains.
+    pub fn strain_at(&self, pressure: f64) -> Result<f64> {
         let of =
             |strain: f64| -> f64 { self.weights(strain).iter().zip(&self.strained).map(|(w, s)| w * s.pressure).sum() };
-        // The pressure rises with the strain; an elastic base carries tension far below the crystal's strength.
-        let (mut low, mut high) = (-0.5 * most, 1.2 * most);
+        // The pressure rises with the strain. Tension is extrapolated by half a step.
+        let (mut low, mut high) = (-0.5 * STRAINS[1], STRAINS[STRAINS.len() - 1]);
+        if !(of(low)..=of(high)).contains(&pressure) {
+            let [found, least, most] = [pressure, of(low), of(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
+            return Err(Error::input("elastic base", "mean pressure", found, format!("{least} to {most}")));
+        }
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if of(middle) < pressure { low = middle } else { high = middle }
         }
-        0.5 * (low + high)
+        Ok(0.5 * (low + high))
     }
 
     /// Force constants at a strain.
@@ -142,14 +116,16 @@ impl ForceConstants {
         LatticeConstants::combination(&sets, &self.weights(strain))
     }
 
-    /// Lagrange's weights of the measured strains.
-    fn weights(&self, strain: f64) -> Vec<f64> {
-        let nodes: Vec<f64> = self.strained.iter().map(|s| s.strain).collect();
-        let weight = |k: usize| {
-            let others = nodes.iter().enumerate().filter(|(i, _)| *i != k);
-            others.map(|(_, x)| (strain - x) / (nodes[k] - x)).product()
-        };
-        (0..nodes.len()).map(weight).collect()
+    /// Weights of the measured strains: Lagrange's of the four nearest, otherwise zero.
+    fn weights(&self, strain: f64) -> [f64; STRAINS.len()] {
+        let below = STRAINS.iter().rposition(|s| *s <= strain).unwrap_or(0);
+        let first = below.saturating_sub(1).min(STRAINS.len() - NODES);
+        let nodes = first..first + NODES;
+        std::array::from_fn(|k| {
+            let others = nodes.clone().filter(|i| *i != k);
+            let weight = || others.map(|i| (strain - STRAINS[i]) / (STRAINS[k] - STRAINS[i])).product();
+            if nodes.contains(&k) { weight() } else { 0.0 }
+        })
     }
 }
 
@@ -183,7 +159,7 @@ fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &Crystal, strain: 
     let cut = Body::read(&files[1], &files[3], shape)?;
     let constants = constants(&bulk, &cut, reach).map_err(|what| refused(folder, what))?;
     remove();
-    Ok(Strained { strain, pressure: bars * EV_A3_PER_BAR, constants })
+    Ok(Strained { pressure: bars * EV_A3_PER_BAR, constants })
 }
 
 /// Measured cell: lattice constants across, spacing of half of one, and of two layers, Å.

@@ -29,6 +29,8 @@ pub struct HostRun {
     pub libraries: Vec<PathBuf>,
     /// Date of the version of the `lmp` program, as 20210929.
     pub version: i32,
+    /// MPI ranks that the launcher starts.
+    pub ranks: usize,
     /// Arguments of `lmp`, without `-in`.
     pub args: Vec<String>,
 }
@@ -53,6 +55,15 @@ impl HostRun {
             );
             return Err(failed(what));
         }
+        // Otherwise each rank would run the whole job in the same folder.
+        if usize::try_from(lammps.ranks()) != Ok(self.ranks) {
+            let what = format!(
+                "its library runs on {} ranks of {}: it was built with another MPI than the launcher's",
+                lammps.ranks(),
+                self.ranks
+            );
+            return Err(failed(what));
+        }
         let script = job.script();
         let step = script.step().ok_or_else(|| failed("no script of load steps".into()))?;
         let history = LoadHistory::read(folder)?;
@@ -60,10 +71,12 @@ impl HostRun {
         let mut next = history.last().map_or(0, |r| r.step + 1);
         header(&script).try_for_each(|line| lammps.command(line)).map_err(failed)?;
         loop {
+            // Frees the boundary of the previous step.
+            lammps.clear().map_err(failed)?;
             let mut base = ElasticBase::new(&job.block(), &constants, job.pressure_at(next, load))?;
             let atoms = base.atoms();
             let evaluate = Box::new(move |x: &[[f64; 3]], f: &mut [[f64; 3]]| base.forces(x, f));
-            lammps.command("clear").and_then(|()| lammps.file(SETUP.file)).map_err(failed)?;
+            lammps.file(SETUP.file).map_err(failed)?;
             lammps.set_boundary(FIX, atoms, evaluate).and_then(|()| lammps.file(step.file)).map_err(failed)?;
             load = lammps.variable("load").map_err(failed)?;
             if lammps.variable("done").map_err(failed)? != 0.0 {
@@ -100,19 +113,21 @@ const PROGRAM: &str = "asperity";
 /// `MissingProgram`.
 pub(super) fn host_program() -> Result<PathBuf> {
     let own = std::env::current_exe().ok().filter(|p| p.file_name().is_some_and(|n| n == PROGRAM));
-    own.or_else(|| search_path(Path::new(PROGRAM))).ok_or_else(|| Error::MissingProgram {
+    let program = own.or_else(|| search_path(Path::new(PROGRAM))).ok_or_else(|| Error::MissingProgram {
         program: PROGRAM.into(),
         how: "an elastic base runs LAMMPS as a library in this program: put it into the search path".into(),
-    })
+    })?;
+    // The run has another working folder.
+    std::path::absolute(&program).map_err(Error::io("find", &program))
 }
 
 /// The program's arguments before those of LAMMPS, whose program and version these are.
 pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Vec<std::ffi::OsString> {
     // Each of several ranks has a core of its own.
-    let threads = if ranks > 1 { "1" } else { "0" };
-    let date = version_number(version).unwrap_or(0).to_string();
-    let mut list =
-        ["lammps-host", "--threads", threads, "--version-date", &date].map(std::ffi::OsString::from).to_vec();
+    let threads = if ranks > 1 { 1 } else { rayon::current_num_threads() }.to_string();
+    let (date, ranks) = (version_number(version).unwrap_or(0).to_string(), ranks.to_string());
+    let words = ["lammps-host", "--threads", &threads, "--version-date", &date, "--ranks", &ranks];
+    let mut list = words.map(std::ffi::OsString::from).to_vec();
     for library in libraries(program) {
         list.extend(["--library".into(), library.into_os_string()]);
     }
@@ -120,7 +135,7 @@ pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Vec<std:
     list
 }
 
-/// Measures the force constants of a job unless its folder has them.
+/// Measures the force constants of a job. They are measured anew for every run: that takes seconds, and a damaged file is not used.
 ///
 /// # Errors
 /// Those of [`ForceConstants::measure`].
@@ -128,18 +143,13 @@ pub(super) fn prepare(job: &Job, lammps: &Path) -> Result<()> {
     let table = job.folder.join(POTENTIAL_FILE);
     let crystal = Crystal {
         table: POTENTIAL_FILE,
-        potential_hash: &job.spec.potential_hash,
         element: &job.spec.element,
         a0_angstrom: job.spec.a0_angstrom,
         cutoff_angstrom: SetflHeader::read(&table)?.cutoff_angstrom,
         highest_pressure: job.highest_pressure(),
     };
-    let file = job.folder.join(force_constants::FILE);
-    if json::read::<ForceConstants>(&file).is_ok_and(|found| found.serves(&crystal)) {
-        return Ok(());
-    }
     let lammps = LmpCommand { program: lammps.to_path_buf() };
-    json::write(&file, &ForceConstants::measure(&lammps, &job.folder, crystal)?)
+    json::write(&job.folder.join(force_constants::FILE), &ForceConstants::measure(&lammps, &job.folder, crystal)?)
 }
 
 /// Commands before the loop of steps.
@@ -152,7 +162,8 @@ fn header(script: &Script) -> impl Iterator<Item = &'static str> {
 fn libraries(program: &Path) -> Vec<PathBuf> {
     let names = ["liblammps.so.0", "liblammps.so"];
     let root = program.canonicalize().ok().and_then(|p| Some(p.parent()?.parent()?.to_path_buf()));
-    let folders = root.iter().flat_map(|r| ["lib", "lib64"].map(|l| r.join(l)));
+    let own = program.canonicalize().ok().and_then(|p| Some(p.parent()?.to_path_buf()));
+    let folders = own.into_iter().chain(root.iter().flat_map(|r| ["lib", "lib64"].map(|l| r.join(l))));
     let beside = folders.flat_map(|f| names.map(|n| f.join(n))).filter(|p| p.is_file());
     beside.chain(names.map(PathBuf::from)).collect()
 }

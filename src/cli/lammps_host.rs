@@ -15,6 +15,9 @@ pub(super) struct LammpsHost {
     /// Date of the version of the lmp program, as 20210929.
     #[arg(long, value_name = "DATE")]
     version_date: i32,
+    /// MPI ranks that the launcher starts.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    ranks: usize,
     /// Arguments of lmp without -in.
     #[arg(last = true)]
     args: Vec<String>,
@@ -23,7 +26,7 @@ pub(super) struct LammpsHost {
 impl LammpsHost {
     /// Reports errors as LAMMPS does, for the program that reads its output.
     pub(super) fn execute(self) -> Result<ExitCode> {
-        let run = HostRun { libraries: self.libraries, version: self.version_date, args: self.args };
+        let run = HostRun { libraries: self.libraries, version: self.version_date, ranks: self.ranks, args: self.args };
         let Err(error) = run.run() else { return Ok(ExitCode::SUCCESS) };
         let what = match &error {
             Error::Lammps { failure, .. } => failure.to_string(),

@@ -66,7 +66,9 @@ pub(super) fn write_job(
     let interaction = frame_analysis::interaction(atoms);
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.highest_p_star();
-    let approach_steps = atoms.first_touch_gap_angstrom / scene.step_or_default();
+    // A deep foundation is compressed by more than the mean gap.
+    let compressed = highest * case.gradient * atoms.compression() * atoms.block.length();
+    let approach_steps = (atoms.first_touch_gap_angstrom + compressed) / scene.step_or_default();
     let settings = RelaxationSettings {
         force_tolerance: scene.force_tolerance_ev_per_angstrom,
         load_unit: atoms.load_unit,

@@ -139,13 +139,13 @@ pub(super) fn findings(
     list
 }
 
-/// Slip so close to a base that the base impedes it: an elastic base is harmonic in its own layers, and the atoms of the next two are bonded to it.
+/// Slip so close to a base that the base impedes it: the layers below an elastic base are harmonic, and the two next to the base interact with atoms that are coupled to them.
 const NEAR_THE_BASE: usize = 2;
 
 fn slip_at_the_base(block: &Block, plasticity: Option<&PlasticityResults>) -> Option<String> {
     let layers = plasticity?.layers_above_base.filter(|l| *l <= NEAR_THE_BASE)?;
     let base = match block.base {
-        BaseKind::Elastic => "the elastic base, which is harmonic and passes no dislocation",
+        BaseKind::Elastic => "the elastic base, below which the crystal is harmonic and passes no dislocation",
         _ => "the base, which does not slip",
     };
     Some(format!(

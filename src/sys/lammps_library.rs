@@ -85,7 +85,8 @@ struct Boundary {
 pub struct LammpsInstance {
     functions: Functions,
     handle: Handle,
-    boundary: Option<Box<Boundary>>,
+    /// From `Box::into_raw`; null without a boundary.
+    boundary: *mut Boundary,
     /// Never closed: MPI registers code of it to run at exit.
     _library: std::mem::ManuallyDrop<Library>,
 }
@@ -103,6 +104,16 @@ impl LammpsInstance {
         let opened = opened.map_err(|e| format!("{e}"))?;
         // SAFETY: a library with these names is LAMMPS.
         let functions = unsafe { Functions::of(&opened)? };
+        for (name, bytes) in [(c"bigint", 8), (c"tagint", 4)] {
+            // SAFETY: the size of a type is known without an instance.
+            let found = unsafe { (functions.lammps_extract_setting)(std::ptr::null_mut(), name.as_ptr()) };
+            if found != bytes {
+                let name = name.to_string_lossy();
+                return Err(format!(
+                    "its {name} has {found} bytes instead of {bytes}: another build is needed (-DLAMMPS_SMALLBIG)"
+                ));
+            }
+        }
         let words = std::iter::once("lmp".to_string()).chain(args.iter().cloned());
         let words: Vec<CString> = words.map(text).collect::<Result<_, _>>()?;
         let mut pointers: Vec<*mut c_char> = words.iter().map(|w| w.as_ptr().cast_mut()).collect();
@@ -113,17 +124,8 @@ impl LammpsInstance {
         if handle.is_null() {
             return Err("LAMMPS did not start".into());
         }
-        let instance =
-            LammpsInstance { functions, handle, boundary: None, _library: std::mem::ManuallyDrop::new(opened) };
-        for (name, bytes) in [("bigint", 8), ("tagint", 4)] {
-            let found = instance.setting(name);
-            if found != bytes {
-                return Err(format!(
-                    "its {name} has {found} bytes instead of {bytes}: another build is needed (-DLAMMPS_SMALLBIG)"
-                ));
-            }
-        }
-        Ok(instance)
+        let library = std::mem::ManuallyDrop::new(opened);
+        Ok(LammpsInstance { functions, handle, boundary: std::ptr::null_mut(), _library: library })
     }
 
     /// Date of the version, as 20210929.
@@ -205,41 +207,54 @@ impl LammpsInstance {
     /// As [`LammpsInstance::command`].
     pub fn set_boundary(&mut self, fix: &str, atoms: usize, evaluate: BoundaryForces) -> Result<(), String> {
         let f = self.functions;
-        let mut boundary = Box::new(Boundary {
+        self.release_boundary();
+        let name = text(fix.to_string())?;
+        let boundary = Box::into_raw(Box::new(Boundary {
             functions: f,
             handle: self.handle,
-            fix: text(fix.to_string())?,
+            fix: name.clone(),
             several_ranks: self.ranks() > 1,
             ids: (1..=atoms as c_int).collect(),
             positions: vec![[0.0; 3]; atoms],
             forces: vec![[0.0; 3]; atoms],
             evaluate,
-        });
-        let context: *mut Boundary = &mut *boundary;
-        // SAFETY: the boundary outlives the fix: it is dropped after LAMMPS is closed, or when another replaces it, whose fix does.
+        }));
+        self.boundary = boundary;
+        // SAFETY: the boundary outlives the fix: it is freed when another replaces it, or after `clear`, which removes the fix.
         unsafe {
-            (f.lammps_fix_external_set_vector_length)(self.handle, boundary.fix.as_ptr(), 3);
+            (f.lammps_fix_external_set_vector_length)(self.handle, name.as_ptr(), 3);
             self.check()?;
-            (f.lammps_set_fix_external_callback)(self.handle, boundary.fix.as_ptr(), call_back, context.cast());
+            (f.lammps_set_fix_external_callback)(self.handle, name.as_ptr(), call_back, boundary.cast());
         }
-        self.check()?;
-        self.boundary = Some(boundary);
+        self.check()
+    }
+
+    /// Frees the boundary of a fix that does not exist any more.
+    fn release_boundary(&mut self) {
+        let boundary = std::mem::replace(&mut self.boundary, std::ptr::null_mut());
+        if !boundary.is_null() {
+            // SAFETY: it comes from `Box::into_raw`, and nothing else has it after its fix was removed.
+            drop(unsafe { Box::from_raw(boundary) });
+        }
+    }
+
+    /// Removes all atoms and fixes of the instance, and the boundary.
+    ///
+    /// # Errors
+    /// As [`LammpsInstance::command`].
+    pub fn clear(&mut self) -> Result<(), String> {
+        self.command("clear")?;
+        self.release_boundary();
         Ok(())
     }
 
-    /// Ends LAMMPS, which then prints its total time, and MPI.
-    pub fn close(self) {
-        let f = self.functions;
-        drop(self);
-        // SAFETY: no instance is left, and the library stays open.
-        unsafe { (f.lammps_mpi_finalize)() };
-    }
-}
-
-impl Drop for LammpsInstance {
-    fn drop(&mut self) {
-        // SAFETY: the handle is open and not used any more.
+    /// Ends LAMMPS, which then prints its total time, and MPI. All ranks must call it; after an error the process ends without it.
+    pub fn close(mut self) {
+        // SAFETY: the handle is open and not used any more; the library stays open.
         unsafe { (self.functions.lammps_close)(self.handle) };
+        self.release_boundary();
+        // SAFETY: no instance is left.
+        unsafe { (self.functions.lammps_mpi_finalize)() };
     }
 }
 
@@ -297,8 +312,15 @@ impl Boundary {
                 );
             }
         } else {
-            let found = ids.iter().zip(x).filter_map(|(id, x)| own(*id).map(|k| self.positions[k] = *x)).count();
-            assert_eq!(found, atoms, "atoms of the base are lost");
+            self.positions.fill([0.0; 3]);
+            ids.iter().zip(x).for_each(|(id, x)| own(*id).into_iter().for_each(|k| self.positions[k] = *x));
+        }
+        // Atoms that no rank has are left at the corner of the box, where no site is.
+        let lost = self.positions.iter().filter(|x| **x == [0.0; 3]).count();
+        if lost > 0 {
+            // As LAMMPS reports it, which would notice it later.
+            eprintln!("ERROR: Lost atoms: original {atoms} current {}", atoms - lost);
+            std::process::exit(1);
         }
         let energy = (self.evaluate)(&self.positions, &mut self.forces);
         let mut total = [0.0; 3];

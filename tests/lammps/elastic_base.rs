@@ -2,6 +2,7 @@
 
 use crate::jobs::{A0, CUTOFF, built, case, command, on, potential, ramp};
 use crate::lammps::lammps;
+use asperity::atoms::block::FLOOR_GAP_ANGSTROM;
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Finished, LammpsEngine};
 use asperity::atoms::force_constants::{Crystal, ForceConstants, reach};
@@ -56,9 +57,9 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 }
 
 /// Largest distance of a surface atom from its place on the deep block, Å: the boundary is linear about the mean strain. Measured: 0.0003,
-/// 0.0004 and 0.0015 Å, where a rigid base at the shallow depth is off by tenths.
+/// 0.0010 and 0.0021 Å, where a rigid base at the shallow depth is off by tenths.
 const APART: f64 = 3e-3;
-/// Of the indenter's displacement, Å. Measured: at most 0.0007 Å.
+/// Of the indenter's displacement, Å. Measured: at most 0.0016 Å.
 const HEIGHT: f64 = 2e-3;
 
 #[test]
@@ -85,7 +86,7 @@ fn an_elastic_base_equals_the_missing_depth() {
     }
 }
 
-/// Deepest load and displacement over those of the deep block: the measured steps of a ramp are 0.3 Å.
+/// Of the largest tension, relative. Measured: 2e-4.
 const PULL_OFF: f64 = 2e-3;
 
 /// A history with adhesion: descent, return and pull-off.
@@ -139,8 +140,8 @@ fn a_run_on_an_elastic_base_that_was_stopped_continues_bit_identically() {
     }
 }
 
-/// Rounding of sums over ranks, amplified by the relaxation to the force tolerance: Å and relative.
-const RANKS: f64 = 5e-3;
+/// Two relaxations to the force tolerance, Å.
+const RANKS: f64 = HEIGHT;
 
 #[test]
 fn two_ranks_reach_the_states_of_one() {
@@ -168,19 +169,12 @@ fn force_constants_are_those_of_the_crystal() {
     let folder = tempfile::tempdir().expect("scratch");
     std::fs::copy(potential(), folder.path().join("table")).expect("copied");
     let highest_pressure = 0.002 * CALCIUM_C11_GPA / GPA_PER_EV_A3;
-    let crystal = Crystal {
-        table: "table",
-        potential_hash: "any",
-        element: "Ca",
-        a0_angstrom: A0,
-        cutoff_angstrom: CUTOFF,
-        highest_pressure,
-    };
+    let crystal = Crystal { table: "table", element: "Ca", a0_angstrom: A0, cutoff_angstrom: CUTOFF, highest_pressure };
     let found = ForceConstants::measure(&command(&engine), folder.path(), crystal).expect("measured");
-    assert!(found.serves(&crystal) && !found.serves(&Crystal { a0_angstrom: 5.6, ..crystal }));
     assert_eq!(reach(CUTOFF, A0), 4);
     for share in [0.3, 1.0] {
-        let (pressure, strain) = (share * highest_pressure, found.strain_at(share * highest_pressure));
+        let (pressure, strain) =
+            (share * highest_pressure, found.strain_at(share * highest_pressure).expect("measured"));
         let c11 = pressure / strain * GPA_PER_EV_A3;
         assert!((c11 / CALCIUM_C11_GPA - 1.0).abs() < SECANT, "{c11} GPA at {strain}");
         // The forces of the cut carry the pressure: that on a site of area a0²/2.
@@ -189,8 +183,30 @@ fn force_constants_are_those_of_the_crystal() {
     }
     let crushed = Crystal { highest_pressure: 100.0 * highest_pressure, ..crystal };
     let message = ForceConstants::measure(&command(&engine), folder.path(), crushed).expect_err("refused").to_string();
-    assert!(message.contains("mean pressure over C11"), "{message}");
+    assert!(message.contains("mean pressure = ") && message.contains("GPa"), "{message}");
 }
+
+/// Lattice constants of a foundation whose compression exceeds the free space below the atoms, in a descent.
+const DEEP_FOUNDATION: usize = 100;
+
+#[test]
+fn a_descent_on_a_deep_foundation_keeps_its_atoms() {
+    let Some(engine) = lammps(1) else { return };
+    let text = format!("base = \"elastic\"\nfoundation_cells = {DEEP_FOUNDATION}\nstep_angstrom = 0.4\n");
+    let case = case("p_star = [0.06]", "", &text);
+    let folder = tempfile::tempdir().expect("scratch");
+    let job = built(&case, folder.path());
+    let found = engine.run(&job, &mut on).expect("a clean run");
+    let last = found.history.last().expect("steps");
+    let block = case.atoms.as_ref().expect("atoms").block;
+    // The compression of the foundation alone is more than the box is free below the atoms.
+    let strain = last.load / block.length().powi(2) * GPA_PER_EV_A3 / CALCIUM_C11_GPA;
+    assert!(strain * block.height_of(0) > 2.0 * FLOOR_GAP_ANGSTROM, "{strain}");
+    assert!(last.load >= 0.06 * job.spec.settings.load_unit && last.atoms == job.atoms(), "{last:?}");
+}
+
+/// Exit code of files that cannot be read.
+const IO: i32 = 2;
 
 #[test]
 fn a_missing_library_and_another_version_are_named() {
@@ -219,18 +235,12 @@ fn a_missing_library_and_another_version_are_named() {
     };
     // Without force constants there is nothing to run.
     let (code, text) = host("liblammps.so.0", "20210929");
-    assert!(code == Some(2) || code == Some(5), "{code:?}: {text}");
+    assert_eq!(code, Some(IO), "{text}");
     assert!(text.contains("force_constants.json"), "{text}");
     std::fs::copy(potential(), folder.path().join("table")).expect("copied");
     let engine = LammpsEngine::find(None).expect("LAMMPS");
-    let crystal = Crystal {
-        table: "table",
-        potential_hash: "any",
-        element: "Ca",
-        a0_angstrom: A0,
-        cutoff_angstrom: CUTOFF,
-        highest_pressure: 1e-3,
-    };
+    let crystal =
+        Crystal { table: "table", element: "Ca", a0_angstrom: A0, cutoff_angstrom: CUTOFF, highest_pressure: 1e-3 };
     let found = ForceConstants::measure(&command(&engine), folder.path(), crystal).expect("measured");
     let file = job.folder.join("force_constants.json");
     std::fs::write(file, serde_json::to_string(&found).expect("text")).expect("written");
