@@ -6,7 +6,7 @@ difference of the mean gap, and the force evaluations; then atoms and wall time 
 move: those of an elastic base do.
 
     scripts/elastic-base.py --asperity target/release/asperity --scene configs/calcium-8nm.toml --depth 20 --out runs/elastic-base
-    scripts/elastic-base.py --asperity target/release/asperity --scene configs/calcium-25nm.toml --blocks elastic:4,rigid:4 --out runs/elastic-base
+    scripts/elastic-base.py --asperity target/release/asperity --scene configs/calcium-25nm.toml --seed 2 --blocks elastic:4,rigid:4 --out runs/elastic-base
 
 The scene has a start from the continuum, or none. No packages.
 """
@@ -30,10 +30,9 @@ def sites(path):
     return raw[10 + length :]
 
 
-def run(asperity, scene, out, depth, kind, cells):
-    """Results of a block, and its contact flags per load."""
+def run(asperity, text, out, depth, kind, cells):
+    """Results of a block in a scene's text, and its contact flags per load."""
     name = f"{kind}-{cells}"
-    text = scene.read_text()
     atoms = {
         "rigid": f"depth_cells = {cells}",
         "prescribed": f'depth_cells = {cells}\nfoundation_cells = {depth - cells}\nbase = "prescribed"',
@@ -58,17 +57,23 @@ def main():
     parser.add_argument("--scene", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--depth", type=int, help="lattice constants of the full block; default: the scene's")
+    parser.add_argument("--seed", type=int, help="of the surface; default: the scene's")
     parser.add_argument("--blocks", default="elastic:4,elastic:3,prescribed:4,rigid:4", help="kind:cells, separated by commas")
     arguments = parser.parse_args()
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    depth = arguments.depth or int(re.search(r"(?m)^depth_cells *= *(\d+)", arguments.scene.read_text()).group(1))
-    full, reference = run(arguments.asperity, arguments.scene, arguments.out, depth, "rigid", depth)
+    text = arguments.scene.read_text()
+    depth = arguments.depth or int(re.search(r"(?m)^depth_cells *= *(\d+)", text).group(1))
+    out = arguments.out
+    if arguments.seed is not None:
+        text = re.sub(r"(?m)^seed *=.*$", f"seed = {arguments.seed}", text)
+        out = out / f"seed-{arguments.seed}"
+    out.mkdir(parents=True, exist_ok=True)
+    full, reference = run(arguments.asperity, text, out, depth, "rigid", depth)
     print("| base, cells | atoms | load | contact atoms | Jaccard | mean gap, Å | evaluations | LAMMPS, s |")
     print("|---|---|---|---|---|---|---|---|")
     blocks = [f"rigid:{depth}"] + arguments.blocks.split(",")
     for block in blocks:
         kind, cells = block.split(":")
-        results, contacts = (full, reference) if block == blocks[0] else run(arguments.asperity, arguments.scene, arguments.out, depth, kind, int(cells))
+        results, contacts = (full, reference) if block == blocks[0] else run(arguments.asperity, text, out, depth, kind, int(cells))
         atoms = results["atoms"]["deformable"] + results["atoms"]["fixed"]
         seconds = next(s["seconds"] + s["earlier_seconds"] for s in results["stages"] if s["name"] == "lammps")
         steps = evaluations(results)

@@ -120,6 +120,15 @@ impl Block {
         Ok(Block { base: BaseKind::Elastic, foundation_cells, base_layers, ..self })
     }
 
+    /// Depth that relaxes with the atoms, lattice constants: with an elastic base the foundation too, in which waves of the block decay
+    /// within half of its width.
+    pub fn relaxing_cells(&self) -> usize {
+        match self.base {
+            BaseKind::Elastic => (self.depth_cells + self.foundation_cells).min(self.cells / 2).max(self.depth_cells),
+            _ => self.depth_cells,
+        }
+    }
+
     /// Layers between an elastic base and the rigid plane.
     pub fn missing_layers(&self) -> usize {
         (2 * self.foundation_cells).saturating_sub(self.base_layers)

@@ -272,10 +272,11 @@ impl LammpsEngine {
 
     fn command(&self, job: &Job, done: &[StepRecord]) -> Result<Command> {
         let mut command = if job.spec.base == BaseKind::Elastic {
-            lammps_host::prepare(job, &self.program)?;
             let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
+            let words = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
+            lammps_host::prepare(job, &self.program)?;
             let mut command = self.start.start(&host);
-            command.args(lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks()));
+            command.args(words);
             command
         } else {
             let mut command = self.start.start(&self.program);

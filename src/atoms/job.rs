@@ -1,7 +1,7 @@
 //! Job folder of one LAMMPS run; it can also be run by hand.
 //!
 //! Files: `block.data` (the atoms), the script and the scripts that it includes, `potential.eam.alloy` (a copy),
-//! `job.json` (all variables and counts), `run.sh` and `in.vars` (its command line), and `move.K.dump` for prescribed loads. The run adds `load_steps.csv`,
+//! `job.json` (all variables and counts), `run.sh` and `in.vars` (its command line; not with an elastic base), and `move.K.dump` for prescribed loads. The run adds `load_steps.csv`,
 //! `frame.K.dump`, `restart.K` and its logs.
 
 use std::path::{Path, PathBuf};

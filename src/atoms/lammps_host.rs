@@ -4,6 +4,7 @@
 //! process at an error. It takes the arguments of the `lmp` program, prints what that prints, and writes the same files. Under `mpirun`
 //! each rank computes the forces of the whole base.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use super::elastic_base::ElasticBase;
@@ -25,8 +26,8 @@ const FIX: &str = "base";
 /// Library and arguments of a run in the working folder.
 #[derive(Debug, Clone)]
 pub struct HostRun {
-    /// Names that are tried in this order.
-    pub libraries: Vec<PathBuf>,
+    /// Path of the shared library, or a name that the loader finds.
+    pub library: PathBuf,
     /// Date of the version of the `lmp` program, as 20210929.
     pub version: i32,
     /// MPI ranks that the launcher starts.
@@ -44,7 +45,7 @@ impl HostRun {
         let folder = Path::new(".");
         let job = Job::open(folder)?;
         let constants: ForceConstants = json::read(&folder.join(force_constants::FILE))?;
-        let mut lammps = self.open()?;
+        let mut lammps = LammpsInstance::open(&self.library, &self.args).map_err(missing_library)?;
         let failed =
             |what: String| Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(what) };
         let found = lammps.version();
@@ -87,21 +88,6 @@ impl HostRun {
         lammps.close();
         Ok(())
     }
-
-    fn open(&self) -> Result<LammpsInstance> {
-        let mut why = Vec::new();
-        for library in &self.libraries {
-            match LammpsInstance::open(library, &self.args) {
-                Ok(instance) => return Ok(instance),
-                Err(e) => why.push(e),
-            }
-        }
-        Err(Error::MissingProgram {
-            program: format!("the LAMMPS library ({})", why.join("; ")),
-            how: "an elastic base needs the shared library of LAMMPS beside its program (Debian: apt install lammps)"
-                .into(),
-        })
-    }
 }
 
 /// Name of the program, which has the hidden command `lammps-host`.
@@ -122,17 +108,25 @@ pub(super) fn host_program() -> Result<PathBuf> {
 }
 
 /// The program's arguments before those of LAMMPS, whose program and version these are.
-pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Vec<std::ffi::OsString> {
+///
+/// # Errors
+/// `MissingProgram` without the library of that program, or for a version that is no date.
+pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
+    let library = find_library(program).map_err(missing_library)?;
+    let no_date = || missing_library(format!("its program has the version {version:?}, which is no date"));
+    let date = version_number(version).ok_or_else(no_date)?.to_string();
     // Each of several ranks has a core of its own.
     let threads = if ranks > 1 { 1 } else { rayon::current_num_threads() }.to_string();
-    let (date, ranks) = (version_number(version).unwrap_or(0).to_string(), ranks.to_string());
-    let words = ["lammps-host", "--threads", &threads, "--version-date", &date, "--ranks", &ranks];
-    let mut list = words.map(std::ffi::OsString::from).to_vec();
-    for library in libraries(program) {
-        list.extend(["--library".into(), library.into_os_string()]);
+    let ranks = ranks.to_string();
+    let words = ["lammps-host", "--threads", &threads, "--version-date", &date, "--ranks", &ranks, "--library"];
+    Ok(words.map(OsString::from).into_iter().chain([library.into_os_string(), "--".into()]).collect())
+}
+
+fn missing_library(why: String) -> Error {
+    Error::MissingProgram {
+        program: format!("the shared library of LAMMPS ({why})"),
+        how: "an elastic base needs it in addition to the program (Debian: apt install lammps has both)".into(),
     }
-    list.push("--".into());
-    list
 }
 
 /// Measures the force constants of a job. They are measured anew for every run: that takes seconds, and a damaged file is not used.
@@ -158,14 +152,13 @@ fn header(script: &Script) -> impl Iterator<Item = &'static str> {
     lines.filter(|l| !l.trim_start().starts_with('#') && !l.trim().is_empty())
 }
 
-/// Names of the library of a program: beside it, and as the loader finds it.
+/// Candidates for the library of a program: in its folder, in `lib` and `lib64` next to that, and as the loader finds it.
 fn libraries(program: &Path) -> Vec<PathBuf> {
     let names = ["liblammps.so.0", "liblammps.so"];
-    let root = program.canonicalize().ok().and_then(|p| Some(p.parent()?.parent()?.to_path_buf()));
     let own = program.canonicalize().ok().and_then(|p| Some(p.parent()?.to_path_buf()));
-    let folders = own.into_iter().chain(root.iter().flat_map(|r| ["lib", "lib64"].map(|l| r.join(l))));
-    let beside = folders.flat_map(|f| names.map(|n| f.join(n))).filter(|p| p.is_file());
-    beside.chain(names.map(PathBuf::from)).collect()
+    let folders = own.iter().flat_map(|f| [f.clone(), f.join("../lib"), f.join("../lib64")]);
+    let installed = folders.flat_map(|f| names.map(|n| f.join(n))).filter(|p| p.is_file());
+    installed.chain(names.map(PathBuf::from)).collect()
 }
 
 /// Name of the shared library of a LAMMPS program that an elastic base uses.
@@ -196,6 +189,15 @@ fn version_number(version: &str) -> Option<i32> {
 mod tests {
     use super::*;
     use crate::atoms::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
+
+    #[test]
+    fn a_version_that_is_no_date_is_refused() {
+        let Ok(library) = find_library(Path::new("/usr/bin/lmp")) else { return };
+        let words = arguments(Path::new("/usr/bin/lmp"), "2 Aug 2023", 2).expect("a library");
+        assert!(words.contains(&library.into_os_string()) && words.contains(&"20230802".into()), "{words:?}");
+        let error = arguments(Path::new("/usr/bin/lmp"), "unknown", 1).expect_err("refused");
+        assert!(error.exit_code() == 5 && error.to_string().contains("no date"), "{error}");
+    }
 
     #[test]
     fn versions_are_dates() {

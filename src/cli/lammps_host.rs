@@ -9,9 +9,9 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct LammpsHost {
-    /// Name of the shared library; the first that can be opened is used.
-    #[arg(long = "library", value_name = "FILE", required = true)]
-    libraries: Vec<PathBuf>,
+    /// The shared library: its path, or a name that the loader finds.
+    #[arg(long, value_name = "FILE")]
+    library: PathBuf,
     /// Date of the version of the lmp program, as 20210929.
     #[arg(long, value_name = "DATE")]
     version_date: i32,
@@ -26,7 +26,7 @@ pub(super) struct LammpsHost {
 impl LammpsHost {
     /// Reports errors as LAMMPS does, for the program that reads its output.
     pub(super) fn execute(self) -> Result<ExitCode> {
-        let run = HostRun { libraries: self.libraries, version: self.version_date, ranks: self.ranks, args: self.args };
+        let run = HostRun { library: self.library, version: self.version_date, ranks: self.ranks, args: self.args };
         let Err(error) = run.run() else { return Ok(ExitCode::SUCCESS) };
         let what = match &error {
             Error::Lammps { failure, .. } => failure.to_string(),

@@ -20,7 +20,7 @@ use rustfft::num_complex::Complex;
 use crate::grid::{Grid, HalfSpectrum, Transform, signed_mode};
 use crate::{Error, Result};
 
-/// Relative change of S per group below which further groups are not felt at the surface. The longest
+/// Relative change of S per group below which further groups change nothing. The longest
 /// wave decays by exp(-2 q 2 a0) per group of four layers, on 175 cells 0.87: the remainder is below 1e-12.
 const CONDENSED: f64 = 1e-13;
 

@@ -12,7 +12,7 @@ mod unit;
 pub use checkpoint::{Checkpoint, CheckpointWriter};
 pub use coarser_grids::CORRECTION;
 pub use estimator_input::EstimatorInput;
-pub use subsurface::{ISOTROPIC, is_subsurface_map, map_file, subsurface, subsurface_bytes};
+pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 
 use crate::grid::{Field, Grid, Series, lowest, mean};
 use crate::interface::{Adhesion, Elastic, RangeChoice};

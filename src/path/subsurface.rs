@@ -13,12 +13,12 @@ const MAPS: [&str; 2] = ["von-mises", "shear"];
 /// Bodies whose stresses are known.
 pub const ISOTROPIC: &str = "an isotropic body: a half-space or a layer";
 
-/// End of a map's file name: `QUANTITY-depth-K.npy`, depths from 1.
-pub fn map_file(quantity: &str, depth: usize) -> String {
-    format!("{quantity}-depth-{}.npy", depth + 1)
+/// Name of a map, without the number of a load and the extension: `QUANTITY-depth-K`, depths from 1.
+pub fn subsurface_map(quantity: &str, depth: usize) -> String {
+    format!("{quantity}-depth-{}", depth + 1)
 }
 
-/// Whether a name, without the number of a load, is one of [`map_file`].
+/// Whether a file name, without the number of a load, is a [`subsurface_map`].
 pub fn is_subsurface_map(name: &str) -> bool {
     let parts = name.strip_suffix(".npy").and_then(|n| n.rsplit_once("-depth-"));
     parts.is_some_and(|(quantity, k)| MAPS.contains(&quantity) && k.parse::<usize>().is_ok())

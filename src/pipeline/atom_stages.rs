@@ -105,7 +105,7 @@ impl<'a> AtomStages<'a> {
     }
 
     fn force_evaluations(&self) -> f64 {
-        cost::evaluations(self.atoms.block.cells, self.atoms.block.depth_cells, self.loading().0)
+        cost::evaluations(self.atoms.block.cells, self.atoms.block.relaxing_cells(), self.loading().0)
     }
 }
 

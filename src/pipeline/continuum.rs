@@ -211,7 +211,7 @@ fn stored_state(
                 if !keep.stress {
                     return Ok(None);
                 }
-                write(&format!("{quantity}-depth-{}", depth + 1), Field::F64(values)).map(Some)
+                write(&path::subsurface_map(quantity, depth), Field::F64(values)).map(Some)
             })?)
         }
         None => None,

@@ -1,12 +1,10 @@
 //! A shallow block on an elastic foundation, compared with the deep block that it replaces and with a shallow block on
 //! a rigid base.
 
-use crate::jobs::{built, case, on};
+use crate::jobs::{built, case, on, surface};
 use crate::lammps::lammps;
 use asperity::atoms::block::Block;
-use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Finished, LammpsEngine};
-use asperity::atoms::load_history::frame_file;
 use asperity::pipeline::{Silent, run};
 use asperity::scene::Case;
 use std::path::Path;
@@ -36,19 +34,8 @@ fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
-    let block = case.atoms.expect("atoms").block;
-    let (sites, l) = (block.surface(), block.length());
-    let of = |step: usize| {
-        let frame = read_frame(frame_file(&job.folder, step).expect("a frame")).expect("good");
-        let one = |index: usize| {
-            let at = frame.position(sites.first_id() + index as u32).expect("in the frame");
-            let [x, y] = sites.xy(index);
-            let image = |d: f64| d - (d / l).round() * l;
-            [image(at[0] - x), image(at[1] - y), at[2] - block.top_z()]
-        };
-        (0..sites.len()).map(one).collect()
-    };
-    LayerDisplacementField { block, moved: (1..=LOADS.len()).map(of).collect(), found }
+    let moved = (1..=LOADS.len()).map(|step| surface(&case, &job.folder, step)).collect();
+    LayerDisplacementField { block: case.atoms.expect("atoms").block, moved, found }
 }
 
 /// Root mean square distance between two surfaces, Å.

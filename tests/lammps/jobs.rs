@@ -1,11 +1,13 @@
 //! Jobs for tests with LAMMPS: scenes whose block stays elastic, and jobs written without a scene.
 
 use asperity::atoms::block::Block;
+use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{LammpsEngine, Progress};
 use asperity::atoms::indenter::{Indenter, grid_points};
 use asperity::atoms::interaction::{Interaction, Yukawa};
 use asperity::atoms::job::{Crystal, Job, Loading};
 use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, RelaxationSettings};
+use asperity::atoms::load_history::frame_file;
 use asperity::atoms::properties::LmpCommand;
 use asperity::pipeline::{Silent, build_job};
 use asperity::scene::{Case, Scene};
@@ -26,6 +28,20 @@ pub(crate) fn case(load: &str, tables: &str, atoms: &str) -> Case {
 /// The job that the pipeline writes for a case.
 pub(crate) fn built(case: &Case, folder: &Path) -> Job {
     build_job(case, case.atoms.as_ref().expect("atoms"), folder, &Silent).expect("a job")
+}
+
+/// Displacements of the surface atoms from their sites at a step along x, y and z, Å.
+pub(crate) fn surface(case: &Case, folder: &Path, step: usize) -> Vec<[f64; 3]> {
+    let block = case.atoms.as_ref().expect("atoms").block;
+    let (sites, l) = (block.surface(), block.length());
+    let frame = read_frame(frame_file(folder, step).expect("a frame")).expect("good");
+    let one = |index: usize| {
+        let at = frame.position(sites.first_id() + index as u32).expect("in the frame");
+        let [x, y] = sites.xy(index);
+        let image = |d: f64| d - (d / l).round() * l;
+        [image(at[0] - x), image(at[1] - y), at[2] - block.top_z()]
+    };
+    (0..sites.len()).map(one).collect()
 }
 
 /// Ignores progress; the run continues.

@@ -234,7 +234,7 @@ impl<'a> SolveReporter<'a> {
         let (Scales { length_m: length, modulus_pa: modulus }, grid) = (self.scales, self.problem.grid);
         let found = path::subsurface(request, (grid, self.problem.kernel), state.stress, |depth, quantity, values| {
             let Some(out) = &self.solve.out else { return Ok(None) };
-            let name = self.name(i, "", &path::map_file(quantity, depth));
+            let name = self.name(i, "", &format!("{}.npy", path::subsurface_map(quantity, depth)));
             npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
             Ok(Some(name))
         })?;
