@@ -1,8 +1,11 @@
+use super::cluster::CommandRequest;
 use super::file::{FileFlags, refuse_grid};
+use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
 use super::{output, progress::TerminalProgress};
 use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
 use crate::pipeline::{self, OutFolder};
+use crate::record::results;
 use crate::scene::{Case, Scene, Touching};
 use crate::scene::{KeyName, rename_keys};
 use crate::{Error, Result};
@@ -51,6 +54,11 @@ pub(super) struct Challenge {
     /// Further methods for the same loads: comma-separated ids from `asperity methods`, or all.
     #[arg(long, alias = "also", value_name = "IDS", value_delimiter = ',', num_args = 1)]
     compare_with: Vec<String>,
+    #[command(flatten)]
+    machine: MachineFlags,
+    /// With --machine: print the script without submitting it.
+    #[arg(long, requires = "machine")]
+    dry_run: bool,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -80,6 +88,20 @@ impl Challenge {
             let which = file.or(seed).unwrap_or_default();
             PathBuf::from("runs").join(format!("challenge-{}{which}{kind}", case.grid.nx))
         });
+        let machine = self.machine.find(&LammpsFlags::default())?;
+        if submits(&machine.1) {
+            let plan = pipeline::plan(&case, machine.1.cpus, None)?;
+            let request = CommandRequest {
+                name: "challenge",
+                out: &out,
+                machine,
+                command: own_command(results::FILE)?,
+                planned: (plan.bytes, plan.seconds),
+                dry_run: self.dry_run,
+                json: self.json,
+            };
+            return request.submit().map(|()| ExitCode::SUCCESS);
+        }
         let progress = TerminalProgress::new();
         let (results, page) = pipeline::run(&case, OutFolder { path: &out, verify: !self.no_verify }, &progress)?;
         drop(progress);

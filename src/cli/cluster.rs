@@ -1,17 +1,19 @@
-//! Sweeps on a cluster: submit, one turn of a task, state, collected results, cancel.
+//! Sweeps and commands on a cluster: submit, one turn of a task, state, collected results, cancel.
 
 use super::output;
 use super::point::PointCommand;
 use super::progress;
 use crate::cluster::{
-    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedPoint, TURNS, Turn, end_of,
-    forget_end, pack, progress_of, record_end,
+    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedCommand, SubmittedPoint,
+    TURNS, Turn, forget_end, pack, progress_of, record_end,
 };
+use crate::pipeline::RunFolder;
 use crate::pipeline::sweep::{self, PointFolder, Sweep};
 use crate::record::ensemble::PointStatus;
 use crate::report::number::{memory, significant};
 use crate::{Error, Result, sys};
 use serde_json::json;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -42,14 +44,11 @@ impl Request<'_> {
     /// Submits the points that are not done, or prints what would be submitted.
     pub(super) fn submit(self) -> Result<()> {
         let (sweep, out) = (self.sweep, self.out);
-        let program = match &self.machine.1.program {
-            Some(program) => program.clone(),
-            None => std::env::current_exe().map_err(Error::io("find", Path::new("asperity")))?,
-        };
+        let program = program_of(&self.machine.1)?;
         let mut submission = Submission::new(&sweep.name, &sweep.keys, self.machine, self.flags);
         submission.points = sweep.points.iter().map(submitted).collect();
         let missing: Vec<(usize, f64)> = (submission.points.iter().enumerate())
-            .filter(|(_, p)| end_of(out, p).is_none_or(|end| end.outcome != Outcome::Done))
+            .filter(|(_, p)| submission.end_of(out, p).is_none_or(|end| end.outcome != Outcome::Done))
             .map(|(i, p)| (i, p.seconds))
             .collect();
         submission.tasks = pack(&missing, &submission.machine);
@@ -58,25 +57,19 @@ impl Request<'_> {
         let bytes = at_once * sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default();
         let scripts = Scripts::new(&submission.machine, &sweep.name, &program, submission.tasks.len(), bytes);
         if self.dry_run {
+            let scripts = [("points.sh", &scripts.points), ("collect.sh", &scripts.collect)];
             return plan(&submission, &missing, &scripts, bytes, self.json);
         }
         let _locked = sweep::open(sweep, out, self.overwrite)?;
         refuse_queued(out)?;
-        for folder in ["points", TURNS] {
-            let path = out.join(FOLDER).join(folder);
-            std::fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
-        }
+        create_folders(out)?;
         for &(i, _) in &missing {
             let point = &sweep.points[i];
             forget_end(out, &point.label)?;
             PointFolder::of(out, &point.label).write_scene(&point.scene)?;
         }
-        let mut files = Vec::new();
-        for (name, text) in [("points.sh", &scripts.points), ("collect.sh", &scripts.collect)] {
-            let path = out.join(FOLDER).join(name);
-            std::fs::write(&path, text).map_err(Error::io("write", &path))?;
-            files.push(path);
-        }
+        let files =
+            [write_script(out, "points.sh", &scripts.points)?, write_script(out, "collect.sh", &scripts.collect)?];
         // Tasks read it as soon as they start.
         submission.write(out)?;
         if !missing.is_empty() {
@@ -110,6 +103,75 @@ impl Request<'_> {
     }
 }
 
+/// The program that tasks of the machine run.
+fn program_of(machine: &Machine) -> Result<PathBuf> {
+    match &machine.program {
+        Some(program) => Ok(program.clone()),
+        None => std::env::current_exe().map_err(Error::io("find", Path::new("asperity"))),
+    }
+}
+
+fn create_folders(out: &Path) -> Result<()> {
+    ["points", TURNS].iter().try_for_each(|folder| {
+        let path = out.join(FOLDER).join(folder);
+        std::fs::create_dir_all(&path).map_err(Error::io("create", &path))
+    })
+}
+
+fn write_script(out: &Path, name: &str, text: &str) -> Result<PathBuf> {
+    let path = out.join(FOLDER).join(name);
+    std::fs::write(&path, text).map_err(Error::io("write", &path))?;
+    Ok(path)
+}
+
+/// A command that is to be submitted as a job of its own.
+pub(super) struct CommandRequest<'a> {
+    /// Name of the job.
+    pub name: &'a str,
+    pub out: &'a Path,
+    pub machine: (String, Machine),
+    pub command: SubmittedCommand,
+    /// Planned memory (bytes) and time (s).
+    pub planned: (u64, f64),
+    pub dry_run: bool,
+    pub json: bool,
+}
+
+impl CommandRequest<'_> {
+    /// Submits the command, or prints what would be submitted. Finished parts are reused by the command itself.
+    pub(super) fn submit(self) -> Result<()> {
+        let CommandRequest { name, out, planned: (bytes, seconds), .. } = self;
+        let label = self.command.arguments.first().cloned().unwrap_or_default();
+        let mut submission = Submission::new(name, &[], self.machine, Vec::new());
+        let text = self.command.arguments.join("\0");
+        let scene = blake3::hash(text.as_bytes()).to_hex().to_string();
+        submission.points = vec![SubmittedPoint { label: label.clone(), values: Vec::new(), scene, seconds }];
+        submission.tasks = vec![vec![0]];
+        submission.command = Some(self.command);
+        let script = Scripts::new(&submission.machine, name, &program_of(&submission.machine)?, 1, bytes).points;
+        if self.dry_run {
+            return plan(&submission, &[(0, seconds)], &[(COMMAND_SCRIPT, &script)], bytes, self.json);
+        }
+        // Marks the folder as that of a run, which the job continues.
+        drop(RunFolder::open(out)?);
+        refuse_queued(out)?;
+        create_folders(out)?;
+        forget_end(out, &label)?;
+        let script = write_script(out, COMMAND_SCRIPT, &script)?;
+        submission.write(out)?;
+        let job = Slurm.submit(&script, &std::path::absolute(out).map_err(Error::io("find", out))?, None)?;
+        submission.job = Some(job.clone());
+        submission.write(out)?;
+        if self.json {
+            return output::json_line(&json!({ "out": output::path(out), "submitted": 1, "tasks": 1, "job": job }));
+        }
+        output::print(&format!("job {job}; asperity status {} shows its state", out.display()));
+        Ok(())
+    }
+}
+
+const COMMAND_SCRIPT: &str = "command.sh";
+
 /// `1 point`, `2 points`.
 fn number(n: usize, of: &str) -> String {
     format!("{n} {of}{}", if n == 1 { "" } else { "s" })
@@ -134,7 +196,7 @@ fn refuse_queued(out: &Path) -> Result<()> {
         0 => Ok(()),
         n => {
             let found = format!("{} (job {job} has {n} tasks in the queue)", out.display());
-            let accepted = "a sweep that is not in the queue: wait, or asperity cancel it";
+            let accepted = "a folder without tasks in the queue: wait, or asperity cancel it";
             Err(Error::input("command line", "--out", found, accepted))
         }
     }
@@ -145,7 +207,13 @@ fn core_hours(seconds: f64, machine: &Machine) -> f64 {
     seconds * machine.cpus as f64 / Submission::at_once(machine, usize::MAX) as f64 / 3600.0
 }
 
-fn plan(submission: &Submission, missing: &[(usize, f64)], scripts: &Scripts, bytes: u64, json: bool) -> Result<()> {
+fn plan(
+    submission: &Submission,
+    missing: &[(usize, f64)],
+    scripts: &[(&str, &String)],
+    bytes: u64,
+    json: bool,
+) -> Result<()> {
     let hours = core_hours(missing.iter().map(|m| m.1).sum(), &submission.machine);
     if json {
         return output::json_line(&json!({
@@ -153,7 +221,7 @@ fn plan(submission: &Submission, missing: &[(usize, f64)], scripts: &Scripts, by
             "bytes_of_largest": bytes, "core_hours": hours,
         }));
     }
-    for (name, text) in [("points.sh", &scripts.points), ("collect.sh", &scripts.collect)] {
+    for (name, text) in scripts {
         output::print(&format!("{name}:\n{text}"));
     }
     output::print(&format!(
@@ -170,7 +238,7 @@ fn plan(submission: &Submission, missing: &[(usize, f64)], scripts: &Scripts, by
 /// One turn of a task. Batch scripts call it.
 #[derive(Debug, clap::Args)]
 pub(super) struct SlurmTask {
-    /// Folder of the sweep.
+    /// Folder of the sweep or of the command.
     folder: PathBuf,
     /// Index of the task.
     task: usize,
@@ -188,8 +256,7 @@ impl SlurmTask {
         };
         let begun = Instant::now();
         let node = std::env::var("SLURMD_NODENAME").unwrap_or_else(|_| "unknown".into());
-        let folders: Vec<PathBuf> =
-            points.iter().map(|&i| PointFolder::of(out, &submission.points[i].label).out).collect();
+        let folders: Vec<PathBuf> = points.iter().map(|&i| submission.place(out, &submission.points[i]).0).collect();
         let progress = || folders.iter().map(|f| progress_of(f)).fold(0, u64::wrapping_add);
         let before = progress();
         output::eprint(&format!("{} on {node}", number(points.len(), "point")));
@@ -212,7 +279,7 @@ impl SlurmTask {
             let why = format!("no progress within a turn of {}: increase time of the machine", submission.machine.time);
             for &i in points.iter() {
                 let point = &submission.points[i];
-                if end_of(out, point).is_some_and(|end| end.outcome == Outcome::Interrupted) {
+                if submission.end_of(out, point).is_some_and(|end| end.outcome == Outcome::Interrupted) {
                     record_end(out, &point.label, &ended(point, Outcome::Failed, NO_PROGRESS, Some(why.clone())))?;
                 }
             }
@@ -230,14 +297,25 @@ fn ended(point: &SubmittedPoint, outcome: Outcome, code: u8, reason: Option<Stri
     EndedPoint { scene: point.scene.clone(), outcome, code, reason }
 }
 
+fn run_point(
+    submission: &Submission,
+    point: &SubmittedPoint,
+    command: &PointCommand,
+    out: &Path,
+) -> (sweep::Outcome, u8) {
+    match &submission.command {
+        Some(given) => {
+            let arguments: Vec<&OsStr> = given.arguments.iter().map(OsStr::new).collect();
+            command.execute(&arguments, &given.folder, &submission.place(out, point).1, &sys::user_signal)
+        }
+        None => command.run(&PointFolder::of(out, &point.label), &sys::user_signal),
+    }
+}
+
 /// Runs the points of a task that are not done. Returns the highest exit code, and how many were interrupted.
 fn run_points(submission: &Submission, points: &[usize], out: &Path) -> Result<(u8, usize)> {
     let machine = &submission.machine;
-    let missing: Vec<&SubmittedPoint> = points
-        .iter()
-        .map(|&i| &submission.points[i])
-        .filter(|p| end_of(out, p).is_none_or(|end| end.outcome != Outcome::Done))
-        .collect();
+    let missing = submission.missing(out, points);
     let at_once = Submission::at_once(machine, missing.len());
     let program = std::env::current_exe().map_err(Error::io("find", Path::new("asperity")))?;
     let threads = (machine.cpus / at_once).max(1);
@@ -248,7 +326,7 @@ fn run_points(submission: &Submission, points: &[usize], out: &Path) -> Result<(
         while let Some(point) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
             let end = match progress::stopping() || sys::user_signal() {
                 true => (sweep::Outcome::Interrupted, 130),
-                false => command.run(&PointFolder::of(out, &point.label), &sys::user_signal),
+                false => run_point(submission, point, &command, out),
             };
             let end = match end {
                 (sweep::Outcome::Done, _) => ended(point, Outcome::Done, 0, None),
@@ -288,9 +366,13 @@ impl Collect {
     pub(super) fn execute(self) -> Result<ExitCode> {
         let out = &self.folder;
         let submission = Submission::read(out)?;
+        if submission.command.is_some() {
+            let accepted = "the folder of a sweep: a single command writes its own report";
+            return Err(Error::input("command line", "FOLDER", out.display(), accepted));
+        }
         let mut worst = 0;
         let points = submission.points.iter().map(|p| {
-            let end = end_of(out, p);
+            let end = submission.end_of(out, p);
             worst = end.as_ref().map_or(0, |e| e.code).max(worst);
             let status = match end.as_ref().map(|e| e.outcome) {
                 Some(Outcome::Done) => PointStatus::Done,
@@ -307,10 +389,10 @@ impl Collect {
     }
 }
 
-/// Show the state of a sweep on a cluster: done, running, waiting, failed with the reason; core hours.
+/// Show the state of a sweep or command on a cluster: done, running, waiting, failed with the reason; core hours.
 #[derive(Debug, clap::Args)]
 pub(super) struct Status {
-    /// Folder of the sweep.
+    /// Folder of the sweep or of the command.
     folder: PathBuf,
     /// Repeat every 10 s until nothing waits or runs.
     #[arg(long)]
@@ -320,7 +402,7 @@ pub(super) struct Status {
     json: bool,
 }
 
-/// State of the points of a sweep.
+/// State of the points of a sweep, or of a command.
 struct State {
     /// Points by state of their task in the queue, as `running` and `pending`.
     queued: Vec<(String, usize)>,
@@ -337,7 +419,7 @@ impl State {
         let of_task = |task: Option<usize>| -> Option<&QueueState> { queue.iter().find(|q| Some(q.task) == task) };
         let (mut done, mut failed, mut queued, mut left) = (0, Vec::new(), Vec::<(String, usize)>::new(), 0.0);
         for (point, task) in submission.points.iter().zip(submission.task_of()) {
-            let end = end_of(out, point);
+            let end = submission.end_of(out, point);
             match (end.as_ref().map(|e| e.outcome), of_task(task)) {
                 (Some(Outcome::Done), _) => done += 1,
                 (Some(Outcome::Failed), _) => {
@@ -353,8 +435,7 @@ impl State {
                 }
                 (_, None) => {
                     let log = task.map_or("no task".into(), |t| format!("{FOLDER}/task-{t}.log"));
-                    let why =
-                        format!("its task ended without a result (cancelled, or see {log}); submit the sweep again");
+                    let why = format!("its task ended without a result (cancelled, or see {log}); submit it again");
                     failed.push((point.label.clone(), why));
                 }
             }
@@ -380,7 +461,7 @@ impl State {
         let states: Vec<String> = self.queued.iter().map(|(s, n)| format!("{n} {s}")).collect();
         let states =
             [vec![format!("{} done", self.done)], states, vec![format!("{} failed", self.failed.len())]].concat();
-        output::print(&format!("{points} points: {}", states.join(", ")));
+        output::print(&format!("{}: {}", number(points, "point"), states.join(", ")));
         output::print(&format!("core hours: {} used, about {} left", significant(used, 2), significant(left, 2)));
         for (label, why) in self.failed.iter().take(MOST_SHOWN) {
             output::print(&format!("failed: {label}: {why}"));
@@ -411,10 +492,10 @@ impl Status {
     }
 }
 
-/// Cancel the tasks of a sweep that wait or run. Finished points are kept.
+/// Cancel the tasks of a sweep or command that wait or run. What is finished is kept.
 #[derive(Debug, clap::Args)]
 pub(super) struct Cancel {
-    /// Folder of the sweep.
+    /// Folder of the sweep or of the command.
     folder: PathBuf,
 }
 

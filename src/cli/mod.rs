@@ -11,6 +11,7 @@ mod file;
 mod init;
 mod keys;
 mod lammps_host;
+mod machine;
 mod methods;
 pub mod output;
 mod point;
@@ -55,11 +56,11 @@ enum Command {
     Sweep(sweep::Sweep),
     /// Run a scene for many seeds of its surface: means with standard errors.
     Ensemble(sweep::EnsembleArguments),
-    /// Show the state of a sweep on a cluster: done, running, waiting, failed with the reason; core hours.
+    /// Show the state of a sweep or command on a cluster: done, running, waiting, failed with the reason; core hours.
     Status(cluster::Status),
     /// Write tables and report of a sweep that a cluster runs, of the points that are done.
     Collect(cluster::Collect),
-    /// Cancel the tasks of a sweep that wait or run. Finished points are kept.
+    /// Cancel the tasks of a sweep or command that wait or run. What is finished is kept.
     Cancel(cluster::Cancel),
     /// One turn of a task. Batch scripts call it.
     #[command(hide = true)]

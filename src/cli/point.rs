@@ -1,8 +1,9 @@
-//! Runs a point of a sweep: `asperity run` in a process of its own, with its output in the point's log.
+//! Runs a point of a sweep, or another command, in a process of its own, with its output in a log.
 
 use super::progress;
 use crate::atoms::lammps_command::LammpsCommand;
 use crate::pipeline::sweep::{Outcome, PointFolder};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -18,7 +19,7 @@ pub(super) struct PointCommand {
 }
 
 impl PointCommand {
-    /// `program` is asperity; `flags` are those of `run`.
+    /// `program` is asperity; `flags` are those of the command.
     pub(super) fn new(program: PathBuf, flags: &[String], threads: usize, lammps: &LammpsCommand) -> Self {
         let mut arguments = flags.to_vec();
         arguments.extend(["--threads".into(), threads.to_string()]);
@@ -34,14 +35,26 @@ impl PointCommand {
 
     /// Runs the point; stops it when `stopping` says so. A failure comes with the exit code.
     pub(super) fn run(&self, point: &PointFolder, stopping: &dyn Fn() -> bool) -> (Outcome, u8) {
+        let arguments = ["run".as_ref(), point.scene.as_os_str(), "--out".as_ref(), point.out.as_os_str()];
+        self.execute(&arguments, Path::new("."), &point.log, stopping)
+    }
+
+    /// The same with these arguments, in the working folder `from`.
+    pub(super) fn execute(
+        &self,
+        arguments: &[&OsStr],
+        from: &Path,
+        log: &Path,
+        stopping: &dyn Fn() -> bool,
+    ) -> (Outcome, u8) {
         let failed = |why: String, code: u8| (Outcome::Failed(why), code);
-        let log = File::create(&point.log).and_then(|log| Ok((log.try_clone()?, log)));
-        let (stdout, stderr) = match log {
+        let opened = File::create(log).and_then(|log| Ok((log.try_clone()?, log)));
+        let (stdout, stderr) = match opened {
             Ok(both) => both,
-            Err(e) => return failed(format!("cannot create {}: {e}", point.log.display()), 2),
+            Err(e) => return failed(format!("cannot create {}: {e}", log.display()), 2),
         };
         let mut command = Command::new(&self.program);
-        command.arg("run").arg(&point.scene).arg("--out").arg(&point.out).args(&self.arguments);
+        command.args(arguments).args(&self.arguments).current_dir(from);
         command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
         crate::sys::die_with_parent(&mut command);
         let mut child = match command.spawn() {
@@ -67,7 +80,7 @@ impl PointCommand {
             Some(130) if stopping() || progress::stopping() => (Outcome::Interrupted, 130),
             code => {
                 let code = code.and_then(|c| u8::try_from(c).ok()).unwrap_or(70);
-                failed(reason(&point.log).unwrap_or_else(|| status.to_string()), code)
+                failed(reason(log).unwrap_or_else(|| status.to_string()), code)
             }
         }
     }

@@ -1,8 +1,10 @@
+use super::cluster::CommandRequest;
+use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
 use super::{file::refuse_grid, output, programs, progress::TerminalProgress};
-use crate::atoms::lammps_command::LammpsCommand;
 use crate::method::Precision;
 use crate::pipeline::{self, OutFolder};
 use crate::record::import::Fourier;
+use crate::record::results;
 use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
@@ -20,30 +22,6 @@ pub(super) struct StageFlags {
     pub(super) allow_program: bool,
 }
 
-/// How LAMMPS is started. These belong to the machine, and results do not depend on them.
-#[derive(Debug, Clone, Default, clap::Args)]
-pub(super) struct LammpsFlags {
-    /// LAMMPS, instead of atoms.program: a program of the search path, or a path.
-    #[arg(long, value_name = "PROGRAM")]
-    lammps: Option<PathBuf>,
-    /// MPI ranks of LAMMPS, instead of atoms.ranks.
-    #[arg(long, value_name = "N")]
-    ranks: Option<usize>,
-    /// Words before LAMMPS, as "srun --mpi=pmix -n {ranks}". Default: mpirun -np {ranks} for more than one rank.
-    #[arg(long, value_name = "WORDS")]
-    launcher: Option<String>,
-    /// Further arguments of LAMMPS, separated by spaces.
-    #[arg(long, value_name = "ARGS", allow_hyphen_values = true)]
-    lammps_args: Option<String>,
-}
-
-impl LammpsFlags {
-    pub(super) fn command(&self) -> LammpsCommand {
-        let args = self.lammps_args.as_deref().unwrap_or_default().split_whitespace().map(str::to_string).collect();
-        LammpsCommand { program: self.lammps.clone(), ranks: self.ranks, launcher: self.launcher.clone(), args }
-    }
-}
-
 #[derive(Debug, clap::Args)]
 pub(super) struct Run {
     /// Scene file (TOML).
@@ -58,6 +36,8 @@ pub(super) struct Run {
     stages: StageFlags,
     #[command(flatten)]
     lammps: LammpsFlags,
+    #[command(flatten)]
+    machine: MachineFlags,
     /// Leave out the atoms.
     #[arg(long)]
     no_atoms: bool,
@@ -90,14 +70,15 @@ impl Run {
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         self.overrule(&mut scene)?;
         let mut case = pipeline::resolve_accuracy(scene, &self.scene)?;
-        case.lammps = self.lammps.command();
+        let (machine_name, machine) = self.machine.find(&self.lammps)?;
+        case.lammps = machine.lammps.clone();
         if let Some(chosen) = &case.chosen {
             output::eprint(&output::chosen(chosen));
         }
         if let Some(provenance) = &case.provenance {
             output::eprint(&provenance.to_string());
         }
-        if self.dry_run {
+        if self.dry_run && !submits(&machine) {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
         programs::check(&case, self.stages.allow_program)?;
@@ -107,6 +88,19 @@ impl Run {
             let found = format!("{} (contains the results of another scene: {difference})", out.display());
             let accepted = "another folder, or --overwrite to replace these results (stages that do not depend on the difference are kept)";
             return Err(Error::input("command line", "--out", found, accepted));
+        }
+        if submits(&machine) {
+            let plan = pipeline::plan(&case, machine.cpus, None)?;
+            let request = CommandRequest {
+                name: &case.scene.name,
+                out: &out,
+                machine: (machine_name, machine),
+                command: own_command(results::FILE)?,
+                planned: (plan.bytes, plan.seconds),
+                dry_run: self.dry_run,
+                json: self.json,
+            };
+            return request.submit().map(|()| ExitCode::SUCCESS);
         }
         let progress = TerminalProgress::new();
         let (results, page) =
@@ -162,7 +156,7 @@ impl Run {
         ));
         if let Some(atoms) = plan.atoms {
             output::print(&format!(
-                "atoms: {} deformable, {} fixed, {} of the indenter",
+                "atoms: {} deformable, {} of the base, {} of the indenter",
                 count(atoms.deformable as usize),
                 count(atoms.fixed as usize),
                 count(atoms.indenter as usize)

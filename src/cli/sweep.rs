@@ -1,11 +1,12 @@
 //! `asperity sweep` and `asperity ensemble`: one scene with varied keys.
 
 use super::cluster::Request;
+use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::point::PointCommand;
-use super::run::{LammpsFlags, StageFlags};
+use super::run::StageFlags;
 use super::sweep_table::print;
 use super::{output, progress};
-use crate::cluster::{Engine, Machine, find};
+use crate::cluster::Machine;
 use crate::pipeline::sweep::{self, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
 use crate::report::number::{duration, memory};
 use crate::scene::Scene;
@@ -45,12 +46,8 @@ struct SweepFlags {
     /// Replace the tables of another sweep in that folder, and the results of points whose scene has changed.
     #[arg(long)]
     overwrite: bool,
-    /// Run on this machine of machines.toml: here, or as jobs of Slurm (docs/cluster.md).
-    #[arg(long, value_name = "NAME")]
-    machine: Option<String>,
-    /// File of machines. Default: machines.toml here, then in ~/.config/asperity.
-    #[arg(long, value_name = "FILE", requires = "machine")]
-    machines: Option<PathBuf>,
+    #[command(flatten)]
+    machine: MachineFlags,
     #[command(flatten)]
     stages: StageFlags,
     #[command(flatten)]
@@ -95,23 +92,18 @@ impl SweepFlags {
 
     fn execute(&self, sweep: &Points) -> Result<ExitCode> {
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-sweep", sweep.name)));
-        let mut machine = match &self.machine {
-            Some(name) => find(name, self.machines.as_deref())?,
-            None => Machine::default(),
-        };
-        machine.lammps = machine.lammps.overruled_by(&self.lammps.command());
-        if machine.engine == Engine::Slurm {
+        let machine = self.machine.find(&self.lammps)?;
+        if submits(&machine.1) {
             if self.jobs.is_some() {
-                let accepted = format!("at_once of the machine {}", self.machine.as_deref().unwrap_or_default());
+                let accepted = format!("at_once of the machine {}", machine.0);
                 return Err(Error::input("command line", "--jobs", "given", accepted));
             }
-            let machine = (self.machine.clone().unwrap_or_default(), machine);
             let (flags, overwrite) = (self.point_flags(), self.overwrite);
             let (dry_run, json) = (self.dry_run, self.json);
             let request = Request { sweep, out: &out, machine, flags, overwrite, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
-        self.run_here(sweep, &out, &machine)
+        self.run_here(sweep, &out, &machine.1)
     }
 
     /// Runs the points as processes of this machine.

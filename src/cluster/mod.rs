@@ -1,4 +1,4 @@
-//! Sweeps on a cluster: machines, batch scripts of Slurm, the turns of a task, and their state.
+//! Sweeps and single commands on a cluster: machines, batch scripts of Slurm, the turns of a task, and their state.
 
 mod machine;
 mod queue;
@@ -10,6 +10,7 @@ pub use machine::{Engine, Machine, find};
 pub use queue::{QueueState, Slurm};
 pub use script::{Scripts, shell_quoted};
 pub use submission::{
-    EndedPoint, FOLDER, Outcome, Submission, SubmittedPoint, TURNS, Turn, end_of, forget_end, pack, record_end,
+    EndedPoint, FOLDER, Outcome, Submission, SubmittedCommand, SubmittedPoint, TURNS, Turn, forget_end, pack,
+    record_end,
 };
 pub use task::progress_of;

@@ -1,4 +1,4 @@
-//! What was submitted, and how its points ended: files in `slurm/` of a sweep's folder.
+//! What was submitted, and how its points ended: files in `slurm/` of the folder of a sweep, or of a command.
 
 use super::machine::Machine;
 use crate::error::{Error, Result};
@@ -14,7 +14,18 @@ pub const FOLDER: &str = "slurm";
 const FILE: &str = "submission.json";
 const SCHEMA: u32 = 1;
 
-/// A submitted sweep.
+/// One command of asperity, submitted instead of the points of a sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubmittedCommand {
+    /// Its working folder.
+    pub folder: PathBuf,
+    /// Without the program, and without what belongs to the machine.
+    pub arguments: Vec<String>,
+    /// Name of the file that it leaves when it is done.
+    pub results: String,
+}
+
+/// A submitted sweep, or a command with one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Submission {
     pub schema: u32,
@@ -25,6 +36,8 @@ pub struct Submission {
     pub machine: Machine,
     /// Flags of `asperity run` for every point.
     pub flags: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<SubmittedCommand>,
     pub points: Vec<SubmittedPoint>,
     /// Points of each task of the array, by index.
     pub tasks: Vec<Vec<usize>>,
@@ -74,6 +87,7 @@ impl Submission {
             machine_name,
             machine,
             flags,
+            command: None,
             points: Vec::new(),
             tasks: Vec::new(),
             job: None,
@@ -96,6 +110,32 @@ impl Submission {
     /// `Io`.
     pub fn write(&self, out: &Path) -> Result<()> {
         json::write(&out.join(FOLDER).join(FILE), self)
+    }
+
+    /// Folder and log of a point.
+    pub fn place(&self, out: &Path, point: &SubmittedPoint) -> (PathBuf, PathBuf) {
+        match &self.command {
+            Some(_) => (out.to_path_buf(), out.join(FOLDER).join(format!("{}.log", point.label))),
+            None => {
+                let folder = PointFolder::of(out, &point.label);
+                (folder.out, folder.log)
+            }
+        }
+    }
+
+    /// How the last turn left a point; `None` for another scene, or a result that is gone.
+    pub fn end_of(&self, out: &Path, point: &SubmittedPoint) -> Option<EndedPoint> {
+        let end: EndedPoint = json::read(&end_file(out, &point.label)).ok()?;
+        let file = self.command.as_ref().map_or(results::FILE, |c| &c.results);
+        let kept = || self.place(out, point).0.join(file).exists();
+        (end.scene == point.scene && (end.outcome != Outcome::Done || kept())).then_some(end)
+    }
+
+    /// Points that are not done.
+    pub fn missing<'a>(&'a self, out: &Path, points: &[usize]) -> Vec<&'a SubmittedPoint> {
+        let of = |&i: &usize| &self.points[i];
+        let done = |p: &&SubmittedPoint| self.end_of(out, p).is_some_and(|end| end.outcome == Outcome::Done);
+        points.iter().map(of).filter(|p| !done(p)).collect()
     }
 
     /// Task of each point; `None` for points that were done before.
@@ -136,13 +176,6 @@ pub fn pack(seconds: &[(usize, f64)], machine: &Machine) -> Vec<Vec<usize>> {
 
 fn end_file(out: &Path, label: &str) -> PathBuf {
     out.join(FOLDER).join("points").join(format!("{label}.json"))
-}
-
-/// How the last turn left a point with this scene; `None` for another scene, or a result that is gone.
-pub fn end_of(out: &Path, point: &SubmittedPoint) -> Option<EndedPoint> {
-    let end: EndedPoint = json::read(&end_file(out, &point.label)).ok()?;
-    let kept = || PointFolder::of(out, &point.label).out.join(results::FILE).exists();
-    (end.scene == point.scene && (end.outcome != Outcome::Done || kept())).then_some(end)
 }
 
 /// Removes how earlier turns left a point, before it is submitted again.

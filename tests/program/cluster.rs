@@ -130,9 +130,9 @@ impl Cluster {
         }
     }
 
-    /// Waits until LAMMPS has finished some steps of a point.
-    fn wait_for_steps(&self, label: &str) {
-        let table = self.path(&format!("out/points/{label}/lammps/load_steps.csv"));
+    /// Waits until LAMMPS has finished some steps in a run folder.
+    fn wait_for_steps(&self, run: &str) {
+        let table = self.path(run).join("lammps/load_steps.csv");
         self.wait("load steps", || fs::read_to_string(&table).is_ok_and(|t| t.lines().count() > 3));
     }
 
@@ -186,7 +186,7 @@ fn a_turn_that_ends_early_is_continued() {
     let Some(cluster) = Cluster::start(1, ATOMS, SEEDS) else { return };
     let Some(_lammps) = crate::lammps::lammps(1) else { return };
     let job = cluster.submit()["job"].as_str().expect("a job").to_string();
-    cluster.wait_for_steps("seed-1");
+    cluster.wait_for_steps("out/points/seed-1");
     // As Slurm does before the time limit.
     cluster.slurm("scancel", &["--batch", "--signal=USR1", &format!("{job}_0")]);
     let found = cluster.collected();
@@ -202,7 +202,7 @@ fn points_of_a_killed_node_run_again() {
     let Some(cluster) = Cluster::start(2, ATOMS, SEEDS) else { return };
     let Some(_lammps) = crate::lammps::lammps(1) else { return };
     cluster.submit();
-    cluster.wait_for_steps("seed-1");
+    cluster.wait_for_steps("out/points/seed-1");
     cluster.daemons(&["kill", "n1"]);
     let found = cluster.collected();
     assert_eq!(cluster.status()["done"], 2);
@@ -210,16 +210,43 @@ fn points_of_a_killed_node_run_again() {
 }
 
 #[test]
+fn a_run_on_slurm_gives_the_results_of_a_local_one() {
+    let Some(cluster) = Cluster::start(4, ATOMS, SEEDS) else { return };
+    let Some(_lammps) = crate::lammps::lammps(1) else { return };
+    let run = ["run", "scene.toml", "--machine", "cluster", "--out", "out"];
+    let job = cluster.json(&run)["job"].as_str().expect("a job").to_string();
+    let refused = cluster.call(&run);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("tasks in the queue"), "{}", stderr(&refused));
+    cluster.wait_for_steps("out");
+    cluster.slurm("scancel", &["--batch", "--signal=USR1", &format!("{job}_0")]);
+    cluster.wait("the end of the job", || cluster.status()["done"] == 1);
+    assert_eq!(cluster.turns(0), ["interrupted", "done"]);
+    let log = fs::read_to_string(cluster.path("out/slurm/run.log")).expect("a log");
+    assert!(log.contains("resumed at load step"), "{log}");
+    assert!(cluster.call(&["run", "scene.toml", "--out", "local"]).status.success());
+    let states = |out: &str| -> Value {
+        let text = fs::read_to_string(cluster.path(out).join("results.json")).expect("read");
+        let results: Value = serde_json::from_str(&text).expect("JSON");
+        results["atoms"]["states"].clone()
+    };
+    assert!(!states("out").as_array().expect("a list").is_empty());
+    assert_eq!(states("out"), states("local"));
+    let refused = cluster.call(&["collect", "out"]);
+    assert!(stderr(&refused).contains("a single command writes its own report"), "{}", stderr(&refused));
+}
+
+#[test]
 fn a_cancelled_sweep_is_submitted_again() {
     let Some(cluster) = Cluster::start(3, ATOMS, SEEDS) else { return };
     let Some(_lammps) = crate::lammps::lammps(1) else { return };
     cluster.submit();
-    cluster.wait_for_steps("seed-1");
+    cluster.wait_for_steps("out/points/seed-1");
     assert!(cluster.call(&["cancel", "out"]).status.success());
     cluster.wait("an empty queue", || cluster.status()["queued"] == 0);
     let status = cluster.status();
     let why = status["failures"][0]["reason"].as_str().expect("a reason").to_string();
-    assert!(why.contains("cancelled") && why.contains("submit the sweep again"), "{status}");
+    assert!(why.contains("cancelled") && why.contains("submit it again"), "{status}");
     cluster.submit();
     let found = cluster.collected();
     assert_eq!(points(&found), points(&cluster.local()));
@@ -307,4 +334,25 @@ fn a_dry_run_prints_the_scripts_and_submits_nothing() {
     let jobs = call(&["--jobs", "2"]);
     assert_eq!(jobs.status.code(), Some(2));
     assert!(stderr(&jobs).contains("at_once of the machine cluster"), "{}", stderr(&jobs));
+}
+
+#[test]
+fn single_commands_are_jobs_of_their_own() {
+    let folder = tempfile::tempdir().expect("scratch");
+    fs::write(folder.path().join("scene.toml"), SCENE).expect("written");
+    fs::write(folder.path().join("machines.toml"), "[cluster]\nengine = \"slurm\"\ncpus = 4\n").expect("written");
+    let call = |arguments: &[&str]| {
+        let mut command = asperity();
+        command.args(arguments).args(["--machine", "cluster", "--dry-run"]).current_dir(folder.path());
+        let output = command.output().expect("started");
+        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    for arguments in [&["run", "scene.toml"][..], &["challenge", "--grid", "64"]] {
+        let text = call(arguments);
+        for part in ["#SBATCH --array=0-0\n", "#SBATCH --cpus-per-task=4\n", "1 of 1 point in 1 task,"] {
+            assert!(text.contains(part), "{arguments:?}: {part}: {text}");
+        }
+    }
+    assert!(!folder.path().join("runs").exists());
 }
