@@ -121,7 +121,7 @@ pub(crate) fn run(
         let bytes = PeakAlloc.peak_usage().saturating_sub(before);
         match answer {
             Err(e) => return keep(input, seed, e.to_string()),
-            Ok(_) if taken > limit => return keep(input, seed, format!("an answer after {taken:?}")),
+            Ok(a) if taken > limit + a.delivery => return keep(input, seed, format!("an answer after {taken:?}")),
             Ok(a) if bytes > a.allowed_bytes => {
                 return keep(input, seed, format!("{bytes} bytes for {}, {} allowed", input.len(), a.allowed_bytes));
             }

@@ -38,8 +38,9 @@ pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
         let accepted = "every deformable atom (atoms.plasticity = true writes them into the frames)";
         return Err(Error::format(&frame.source, format!("no atom {id}"), accepted));
     }
-    // Neighbours in the base are at their lattice sites, unless the base moves with a foundation.
-    let below = (first - per_layer..first).filter_map(|id| block.site(id)).map(|s| s.position);
+    // Neighbours in a rigid base are at their lattice sites. A base that moves is absent, and the layer above it is not analysed.
+    let in_base = if block.foundation_cells > 0 { 0 } else { per_layer };
+    let below = (first - in_base..first).filter_map(|id| block.site(id)).map(|s| s.position);
     let start = frame.ids.partition_point(|id| *id < first);
     let count = (last - first + 1) as usize;
     let points: Vec<[f64; 3]> = below.chain(frame.positions[start..start + count].iter().copied()).collect();
@@ -47,7 +48,7 @@ pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
     let limit = THRESHOLD * block.a0 * block.a0;
     let [from, to] = inner_layers(block).map(|layer| layer * per_layer as usize);
     let found = (from..to).into_par_iter().filter(|k| {
-        let own = per_layer as usize + k;
+        let own = in_base as usize + k;
         centro_symmetry(&mut neighbours.around(own)) > limit
     });
     Ok(found.map(|k| first + k as u32).collect())
@@ -193,7 +194,11 @@ mod tests {
             "{found:?}"
         );
         let founded = block.on_foundation(3).expect("thick enough");
-        assert!(defect_atoms(&gone, &founded).expect("complete").is_empty());
+        // On a deep foundation the block sinks below the sites of its base.
+        for by in [1.0, 2.2 * A0] {
+            let gone = frame(&block, |_, [x, y, z]| [x + 0.25 * A0, y, z - by]);
+            assert!(defect_atoms(&gone, &founded).expect("complete").is_empty());
+        }
         assert_eq!(analysed_atoms(&founded), 7 * 32);
         // A slip by half a lattice vector restores fcc; a slip by a quarter does not.
         for (slip, disorder) in [(0.5, 0), (0.25, 2 * 32)] {

@@ -110,7 +110,7 @@ fn build(scene: &Path, out: &Path, json: bool) -> Result<()> {
     }
     let r = &job.spec;
     output::print(&format!(
-        "{}: {} deformable, {} fixed, {} indenter atoms",
+        "{}: {} deformable, {} base, {} indenter atoms",
         out.display(),
         count(r.deformable as usize),
         count(r.fixed as usize),

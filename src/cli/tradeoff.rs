@@ -1,10 +1,12 @@
+use super::cluster::CommandRequest;
+use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
 use super::run::StageFlags;
 use super::{output, programs, progress::TerminalProgress};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
-    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Table, TradeoffPoint,
+    AtomsCost, BlockSize, FILE, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Table, TradeoffPoint,
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
@@ -44,9 +46,10 @@ pub(super) struct Tradeoff {
     /// Thicknesses of bonded layers that replace the half-space, in units of the cell length L, comma-separated.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     layer_thickness: Vec<f64>,
-    /// Blocks of atoms that LAMMPS runs, comma-separated, as CELLSxDEPTH or CELLSxDEPTH+FOUNDATION in lattice constants. Default for
-    /// a scene with [atoms]: its own block; a block with half the cells (a multiple of five); a block with half the depth; if the
-    /// atoms start from the continuum, also the latter on a foundation that replaces the other half.
+    /// Blocks of atoms that LAMMPS runs, comma-separated, as CELLSxDEPTH, CELLSxDEPTH+FOUNDATION (with a prescribed base) or
+    /// CELLSxDEPTH+FOUNDATION-elastic, in lattice constants. Default for a scene with [atoms]: its own block; a block with half the
+    /// cells (a multiple of five); a block with half the depth; if the atoms start from the continuum, also the latter on a foundation
+    /// that replaces the other half; two deformable cells on an elastic base that replaces the rest.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     atoms: Vec<String>,
     /// Number of runs of each setting; the fastest counts. Default: one, or three to thirty for settings that take less than a second.
@@ -54,6 +57,13 @@ pub(super) struct Tradeoff {
     repeats: Option<usize>,
     #[command(flatten)]
     stages: StageFlags,
+    #[command(flatten)]
+    lammps: LammpsFlags,
+    #[command(flatten)]
+    machine: MachineFlags,
+    /// With --machine: print the script without submitting it.
+    #[arg(long, requires = "machine")]
+    dry_run: bool,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -88,7 +98,23 @@ impl Tradeoff {
             layer_thicknesses: self.layer_thickness,
             blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
         };
+        let machine = self.machine.find(&self.lammps)?;
+        case.lammps = machine.1.lammps.clone();
         programs::check(&case, self.stages.allow_program)?;
+        if submits(&machine.1) {
+            // The largest solve of a setting; settings that do not fit are left out.
+            let plan = pipeline::plan(&case, machine.1.cpus, None)?;
+            let request = CommandRequest {
+                name: &case.scene.name,
+                out: &out,
+                planned: (plan.bytes, budget_seconds.unwrap_or(machine.1.seconds() as f64)),
+                machine,
+                command: own_command(FILE)?,
+                dry_run: self.dry_run,
+                json: self.json,
+            };
+            return request.submit().map(|()| ExitCode::SUCCESS);
+        }
         let progress = TerminalProgress::new();
         let folder = OutFolder { path: &out, verify: !self.stages.no_verify };
         let (tradeoff, page) = pipeline::tradeoff(&case, &request, folder, &progress)?;
@@ -111,20 +137,21 @@ fn methods(ids: &[String]) -> Result<Vec<&'static dyn ContactMethod>> {
     Ok(REGISTRY.iter().copied().filter(|m| wanted(m.card().id)).collect())
 }
 
-/// A block as CELLSxDEPTH or CELLSxDEPTH+FOUNDATION.
+/// A block as its name.
 fn block(text: &str) -> Result<BlockSize> {
     let found = text.trim().split_once('x').and_then(|(cells, depth)| {
         let (depth, below) = depth.split_once('+').unwrap_or((depth, "0"));
+        let elastic_base = below.ends_with(BlockSize::ELASTIC);
+        let below = below.strip_suffix(BlockSize::ELASTIC).unwrap_or(below);
         let [cells, depth_cells, foundation_cells] = [cells, depth, below].map(|w| w.parse().ok());
-        Some(BlockSize { cells: cells?, depth_cells: depth_cells?, foundation_cells: foundation_cells? })
+        Some(BlockSize { cells: cells?, depth_cells: depth_cells?, foundation_cells: foundation_cells?, elastic_base })
     });
     let found = found.filter(|b| {
         (4..=2000).contains(&b.cells)
             && (1..=1000).contains(&b.depth_cells)
             && b.foundation_cells <= MOST_FOUNDATION_CELLS
     });
-    let accepted =
-        "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6, or 15x6+10 on a foundation";
+    let accepted = "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6, or on a foundation 15x6+10 or 15x2+14-elastic";
     found.ok_or_else(|| Error::input(PLACE, "--atoms", text, accepted))
 }
 

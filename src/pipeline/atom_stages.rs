@@ -138,7 +138,7 @@ impl Stage for LammpsStage<'_> {
     fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
         let &AtomStages { case, atoms, scene, .. } = &self.0;
         let [geometry, matched] = after else { unreachable!("two keys") };
-        let block = (profile_key(scene), scene.depth_cells, scene.foundation_cells, atoms.block.base);
+        let block = (profile_key(scene), scene.depth_cells, atoms.block.foundation_cells, atoms.block.base);
         let potential = match &atoms.potential {
             Some(path) => Key::of_file(path)?,
             None => format!("{CALCIUM:?}"),

@@ -65,7 +65,7 @@ impl Stage for MatchedStage<'_> {
     fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
         let (scene, continuum) = (self.scene, &self.case.scene.continuum);
         // The foundation enters the continuum only through the total depth.
-        let layer = (profile_key(scene), scene.depth_cells + scene.foundation_cells);
+        let layer = (profile_key(scene), scene.depth_cells + scene.foundation_depth());
         let method = (&continuum.method, &self.case.scene.methods, continuum.max_iterations);
         let outputs = (self.case.requested_outputs(), scene.depth_error);
         let (pair, crystal) = (pair_key(self.case), crystal_key(scene, self.atoms));

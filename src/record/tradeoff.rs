@@ -156,19 +156,29 @@ impl Setting {
     }
 }
 
-/// A block of atoms and the elastic foundation below it, lattice constants.
+/// A block of atoms and the elastic foundation below it, lattice constants. The foundation moves a prescribed base unless the base is elastic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockSize {
     pub cells: usize,
     pub depth_cells: usize,
     #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
     pub foundation_cells: usize,
+    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    pub elastic_base: bool,
+}
+
+impl BlockSize {
+    /// Ends the name of a block on an elastic base.
+    pub const ELASTIC: &str = "-elastic";
 }
 
 impl std::fmt::Display for BlockSize {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}x{}", self.cells, self.depth_cells)?;
-        if self.foundation_cells > 0 { write!(f, "+{}", self.foundation_cells) } else { Ok(()) }
+        match self.foundation_cells {
+            0 => Ok(()),
+            depth => write!(f, "+{depth}{}", if self.elastic_base { BlockSize::ELASTIC } else { "" }),
+        }
     }
 }
 

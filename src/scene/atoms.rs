@@ -235,8 +235,8 @@ impl AtomsCase {
         let repulsion = crystal.repulsion(a, &place)?;
         let block = Block::new(a.cells, a.depth_cells, crystal.a0, crystal.cutoff_angstrom)
             .and_then(|b| match a.base {
-                Some(BaseKind::Elastic) => b.on_elastic_base(a.foundation_cells, crystal.cutoff_angstrom),
-                _ => b.on_foundation(a.foundation_cells),
+                Some(BaseKind::Elastic) => b.on_elastic_base(a.foundation_depth(), crystal.cutoff_angstrom),
+                _ => b.on_foundation(a.foundation_depth()),
             })
             .map_err(|e| e.with_context(&place, None))?;
         if problem.grid.lx != problem.grid.ly {

@@ -4,7 +4,8 @@ use super::nvt::NvtScene;
 use crate::atoms::block::BaseKind;
 use crate::atoms::job_spec::FORCE_TOLERANCE;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::path::PathBuf;
 
 /// The block of atoms, its indenter and its simulation.
@@ -15,9 +16,9 @@ pub struct AtomsScene {
     pub cells: usize,
     /// Deformable cubic cells along z.
     pub depth_cells: usize,
-    /// Cubic cells of elastic foundation between the deformable cells and the fixed plane. 0: the base is rigid.
-    #[serde(skip_serializing_if = "crate::record::json::is_default")]
-    pub foundation_cells: usize,
+    /// Cubic cells of elastic foundation between the deformable cells and the fixed plane, or "half-space". 0: the base is rigid.
+    #[serde(skip_serializing_if = "crate::record::json::is_default", deserialize_with = "foundation")]
+    pub foundation_cells: Foundation,
     /// The lowest layers of the block. Default: prescribed on a foundation, otherwise rigid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<BaseKind>,
@@ -92,12 +93,43 @@ pub struct AtomsScene {
 /// Largest elastic foundation, lattice constants: a half-space to any block.
 pub const MOST_FOUNDATION_CELLS: usize = 1_000_000;
 
+/// Depth of a half-space in edges of the block: the longest wave is as stiff as on a half-space to rounding.
+const HALF_SPACE_EDGES: usize = 4;
+
+/// Depth of the foundation below the deformable cells.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Foundation {
+    /// Lattice constants.
+    Cells(usize),
+    Word(HalfSpace),
+}
+
+/// A foundation that is as deep as every wave of the block needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum HalfSpace {
+    HalfSpace,
+}
+
+impl Default for Foundation {
+    fn default() -> Self {
+        Foundation::Cells(0)
+    }
+}
+
+/// Reads a depth. The message of an untagged value does not say "expected".
+fn foundation<'de, D: Deserializer<'de>>(from: D) -> Result<Foundation, D::Error> {
+    let wrong = |_| D::Error::custom("no depth, expected lattice constants, as 12, or \"half-space\"");
+    Foundation::deserialize(from).map_err(wrong)
+}
+
 impl Default for AtomsScene {
     fn default() -> Self {
         AtomsScene {
             cells: 45,
             depth_cells: 12,
-            foundation_cells: 0,
+            foundation_cells: Foundation::Cells(0),
             base: None,
             hardness_gpa: None,
             potential: None,
@@ -126,6 +158,14 @@ impl Default for AtomsScene {
 }
 
 impl AtomsScene {
+    /// Depth of the foundation, lattice constants.
+    pub fn foundation_depth(&self) -> usize {
+        match self.foundation_cells {
+            Foundation::Cells(cells) => cells,
+            Foundation::Word(HalfSpace::HalfSpace) => self.cells.saturating_mul(HALF_SPACE_EDGES),
+        }
+    }
+
     pub fn step_or_default(&self) -> f64 {
         self.step_angstrom.unwrap_or(0.3)
     }

@@ -1,10 +1,12 @@
 //! A shallow block on the forces of the crystal missing below it, compared with the deep block that it replaces.
 
-use crate::jobs::{A0, CUTOFF, built, case, command, on, potential, ramp, surface};
+use crate::jobs::{A0, CUTOFF, RAMP, RELAXATION, built, case, command, on, potential, ramp, surface, written};
 use crate::lammps::lammps;
-use asperity::atoms::block::FLOOR_GAP_ANGSTROM;
+use asperity::atoms::block::{Block, FLOOR_GAP_ANGSTROM};
+use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Finished, LammpsEngine};
 use asperity::atoms::force_constants::{Crystal, ForceConstants, reach};
+use asperity::atoms::job_spec::{DisplacementRamp, RelaxationSettings};
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::potential::CALCIUM_C11_GPA;
 use asperity::scene::Case;
@@ -80,6 +82,69 @@ fn an_elastic_base_equals_the_missing_depth() {
         assert_eq!(a.contacts, b.contacts, "p* = {p_star}");
         assert!(apart < APART && height.abs() < HEIGHT, "p* = {p_star}: {apart} and {height} Å");
         assert!(of_rigid > RIGID, "p* = {p_star}: the missing depth makes no difference, {of_rigid} Å");
+    }
+}
+
+/// Lattice constants of the block and of the shallow one that replaces it: two deformable cells and four layers that move.
+const COMPLIANT: (usize, usize) = (20, 2);
+/// Amplitudes of forces on the surface atoms, eV/Å: displacements of some 0.01 Å. And the force tolerance, 1e-4 of them.
+const WAVE: f64 = 5e-3;
+const BALANCED: f64 = 5e-7;
+/// Of the compliance of a wave, relative.
+const COMPLIANCE: f64 = 5e-4;
+
+/// Amplitudes of the surface, Å, under normal forces of the waves 1, 2 and 3 along x.
+fn response(engine: &LammpsEngine, block: Block) -> [f64; 3] {
+    let folder = tempfile::tempdir().expect("scratch");
+    let settings = RelaxationSettings { force_tolerance: BALANCED, ..RELAXATION };
+    let ramp = DisplacementRamp { max_steps: 1, max_load: 1.0, ..RAMP };
+    let setting = written(folder.path(), block, |_, _, _| 0.0, None, ramp, settings);
+    let script = setting.job.folder.join("displacement_ramp_step.in");
+    let text = std::fs::read_to_string(&script).expect("read");
+    let push = format!(
+        "fix site block store/state 0 x z\n\
+         variable w equal 2.0*PI/lx\n\
+         variable waves atom {WAVE}*(cos(v_w*f_site[1])+cos(2.0*v_w*f_site[1])+cos(3.0*v_w*f_site[1]))\n\
+         variable push atom v_waves*(f_site[2]>{:.3})\n\
+         variable work atom -v_push*z\n\
+         fix push block addforce 0.0 0.0 v_push energy v_work\n\
+         fix_modify push energy yes\n\
+         minimize      0.0",
+        block.top_z() - 0.25 * A0
+    );
+    let changed = text.replacen("minimize      0.0", &push, 1);
+    assert_ne!(changed, text);
+    std::fs::write(&script, changed).expect("written");
+    engine.run(&setting.job, &mut on).expect("a clean run");
+    let frame = read_frame(frame_file(folder.path(), 0).expect("a frame")).expect("good");
+    let sites = block.surface();
+    std::array::from_fn(|k| {
+        let wave = std::f64::consts::TAU * (k + 1) as f64 / block.length();
+        let part = |i: usize| {
+            let at = frame.position(sites.first_id() + i as u32).expect("in the frame");
+            (at[2] - block.top_z()) * (wave * sites.xy(i)[0]).cos()
+        };
+        2.0 / sites.len() as f64 * (0..sites.len()).map(part).sum::<f64>()
+    })
+}
+
+#[test]
+fn the_surface_is_as_compliant_as_that_of_the_deep_block() {
+    let Some(engine) = lammps(1) else { return };
+    let (deep, shallow) = COMPLIANT;
+    let of = |depth: usize| Block::new(10, depth, A0, CUTOFF).expect("valid");
+    let whole = response(&engine, of(deep));
+    let elastic = response(&engine, of(shallow).on_elastic_base(deep - shallow, CUTOFF).expect("valid"));
+    let rigid = response(&engine, of(shallow + 2));
+    for k in 0..3 {
+        let [error, without] = [elastic[k], rigid[k]].map(|u| u / whole[k] - 1.0);
+        eprintln!(
+            "wave {}: {:.5} Å, {error:.1e} of it more on the elastic base, {without:.3} on a rigid one",
+            k + 1,
+            whole[k]
+        );
+        assert!(error.abs() < COMPLIANCE, "wave {}: {error}", k + 1);
+        assert!(k > 0 || without < -0.05, "the missing depth makes no difference: {without}");
     }
 }
 

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
-use asperity::atoms::block::Block;
+use asperity::atoms::block::{BaseKind, Block};
 use asperity::atoms::engine::{Finished, LammpsEngine, Progress};
 use asperity::atoms::job::Job;
 use asperity::atoms::job_spec::DisplacementRamp;
@@ -21,14 +21,28 @@ const STEPS: usize = 5;
 /// 2e-3 eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
 
-/// 6 × 6 × 3 cells under a wave of 1.4 Å.
+/// Rigid, and elastic in a host of LAMMPS's library.
+const BASES: [BaseKind; 2] = [BaseKind::Rigid, BaseKind::Elastic];
+/// Cells of the elastic foundation.
+const FOUNDATION: usize = 3;
+
 fn job(folder: &Path) -> Job {
+    job_on(BaseKind::Rigid, folder)
+}
+
+/// 6 × 6 × 3 cells under a wave of 1.4 Å.
+fn job_on(base: BaseKind, folder: &Path) -> Job {
     let height = |x: usize, y: usize, points: usize| {
         let wave = |k: usize| (2.0 * std::f64::consts::PI * k as f64 / points as f64).sin();
         0.7 + 0.4 * wave(x) + 0.3 * wave(y)
     };
     let block = Block::new(6, 3, A0, CUTOFF).expect("valid");
-    let ramp = DisplacementRamp { step_angstrom: 0.2, max_steps: STEPS, ..RAMP };
+    let block = match base {
+        BaseKind::Elastic => block.on_elastic_base(FOUNDATION, CUTOFF).expect("valid"),
+        _ => block,
+    };
+    // Below the strains of an elastic base, above the loads of these steps.
+    let ramp = DisplacementRamp { step_angstrom: 0.2, max_steps: STEPS, max_load: 20.0, ..RAMP };
     written(folder, block, height, None, ramp, RELAXATION).job
 }
 
@@ -107,28 +121,40 @@ fn changed_inputs_of_a_job_are_refused() {
 #[test]
 fn lammps_errors_are_reported() {
     let Some(engine) = lammps(1) else { return };
+    BASES.into_iter().for_each(|base| errors_are_reported_on(&engine, base));
+}
+
+fn errors_are_reported_on(engine: &LammpsEngine, base: BaseKind) {
     let folder = tempfile::tempdir().expect("scratch");
-    let mut job = job(folder.path());
+    let mut job = job_on(base, folder.path());
     let atoms = job.atoms();
 
-    let lost = with_script(&engine, &job, MINIMIZE, "displace_atoms block move 0 0 500 units box\nminimize      0.0");
+    let lost = with_script(engine, &job, MINIMIZE, "displace_atoms block move 0 0 500 units box\nminimize      0.0");
     assert!(lost.contains(&format!("the atom count changed from {atoms} to ")), "{lost}");
 
     let hot = "velocity block create 1.0e7 4928\nfix move block nve\ntimestep 0.05\nrun 400\nminimize      0.0";
-    let blown = with_script(&engine, &job, MINIMIZE, hot);
+    let blown = with_script(engine, &job, MINIMIZE, hot);
     assert!(blown.contains("the atom count changed") || blown.contains("it stopped with"), "{blown}");
 
-    let unknown = with_script(&engine, &job, MINIMIZE, "minimise      0.0");
+    let unknown = with_script(engine, &job, MINIMIZE, "minimise      0.0");
     assert!(unknown.contains("Unknown command: minimise"), "{unknown}");
 
     ramp(&mut job).step_angstrom = f64::NAN;
-    let step = said(&engine, &job);
-    assert!(step.contains("its load steps cannot be read") && step.contains("0,nan"), "{step}");
+    let step = said(engine, &job);
+    match base {
+        BaseKind::Elastic => assert!(step.contains("Expected floating point parameter"), "{step}"),
+        _ => assert!(step.contains("its load steps cannot be read") && step.contains("0,nan"), "{step}"),
+    }
     ramp(&mut job).step_angstrom = 0.2;
 
     std::fs::rename(folder.path().join("potential.eam.alloy"), folder.path().join("gone")).expect("moved");
-    let missing = said(&engine, &job);
-    assert!(missing.contains("cannot open eam/alloy potential file potential.eam.alloy"), "{missing}");
+    let missing = engine.run(&job, &mut on).expect_err("a failure").to_string();
+    let expected = match base {
+        // The program reads the range of the potential first.
+        BaseKind::Elastic => "potential.eam.alloy: No such file",
+        _ => "cannot open eam/alloy potential file potential.eam.alloy",
+    };
+    assert!(missing.contains(expected), "{missing}");
     std::fs::rename(folder.path().join("gone"), folder.path().join("potential.eam.alloy")).expect("moved");
 
     // After these failures the same folder runs.
@@ -147,11 +173,15 @@ fn process_of(folder: &Path) -> Option<String> {
 #[test]
 fn a_killed_or_timed_out_run_can_be_continued() {
     let Some(engine) = lammps(1) else { return };
+    BASES.into_iter().for_each(|base| killed_and_timed_out_on(&engine, base));
+}
+
+fn killed_and_timed_out_on(engine: &LammpsEngine, base: BaseKind) {
     let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
-    let job = job(folder.path());
+    let expected = engine.run(&job_on(base, whole.path()), &mut on).expect("a clean run");
+    let job = job_on(base, folder.path());
     let wait = waiting_at(&job, 3);
-    let killed = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut |p| {
+    let killed = watched_with_script(engine, &job, (MINIMIZE, &wait), &mut |p| {
         if p.is_new && p.record.is_some_and(|r| r.step == 1) {
             let pid = process_of(folder.path()).expect("LAMMPS runs");
             assert!(Command::new("kill").args(["-9", &pid]).status().expect("kill").success());
@@ -162,7 +192,7 @@ fn a_killed_or_timed_out_run_can_be_continued() {
 
     // The limit has passed when the fourth step begins to relax.
     let timer = "if \"$k > 2\" then \"timer timeout 0:00:01 every 1\" \"shell sleep 2\"\nminimize      0.0";
-    let timed = with_script(&engine, &job, MINIMIZE, timer);
+    let timed = with_script(engine, &job, MINIMIZE, timer);
     assert!(timed.contains("timer timeout") && timed.contains("resumes at the last step"), "{timed}");
 
     let finished = engine.run(&job, &mut on).expect("the rest");
@@ -178,10 +208,14 @@ fn fill(folder: &Path, name: &str) {
 #[test]
 fn a_full_disk_is_reported_and_truncated_steps_are_repeated() {
     let Some(engine) = lammps(1) else { return };
+    BASES.into_iter().for_each(|base| a_full_disk_on(&engine, base));
+}
+
+fn a_full_disk_on(engine: &LammpsEngine, base: BaseKind) {
     let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
+    let expected = engine.run(&job_on(base, whole.path()), &mut on).expect("a clean run");
     let packed = frame_file(whole.path(), 3).expect("a frame").extension().is_some_and(|e| e == "zst");
-    let job = job(folder.path());
+    let job = job_on(base, folder.path());
     let path = folder.path();
     let at_first = |name: String| {
         move |p: Progress| {
@@ -194,15 +228,15 @@ fn a_full_disk_is_reported_and_truncated_steps_are_repeated() {
     };
     // LAMMPS detects this failure...
     let wait = waiting_at(&job, 1);
-    let restart = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut at_first("restart.3".into()));
+    let restart = watched_with_script(engine, &job, (MINIMIZE, &wait), &mut at_first("restart.3".into()));
     assert!(restart.contains("I/O error while writing restart"), "{restart}");
     std::fs::remove_dir_all(path).expect("removed");
-    let job = self::job(path);
+    let job = job_on(base, path);
     // ...but writes a truncated frame without an error.
     let end = if packed { ".zst" } else { "" };
     let wait = waiting_at(&job, 1);
     let full = format!("frame.3.dump{end}");
-    let frame = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut at_first(full));
+    let frame = watched_with_script(engine, &job, (MINIMIZE, &wait), &mut at_first(full));
     assert!(frame.contains("what step 3 left is not complete") && frame.contains("is the disk full?"), "{frame}");
     let finished = engine.run(&job, &mut on).expect("the rest");
     assert_eq!(finished.history, expected.history);

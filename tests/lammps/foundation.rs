@@ -6,7 +6,7 @@ use crate::lammps::lammps;
 use asperity::atoms::block::Block;
 use asperity::atoms::engine::{Finished, LammpsEngine};
 use asperity::pipeline::{Silent, run};
-use asperity::scene::Case;
+use asperity::scene::{Case, Foundation};
 use std::path::Path;
 
 const LOADS: [f64; 2] = [0.02, 0.06];
@@ -24,7 +24,7 @@ struct LayerDisplacementField {
 fn of_depth(depth_cells: usize, foundation_cells: usize, loads: &[f64]) -> Case {
     let mut scene = case(&format!("p_star = {loads:?}"), "", "").scene;
     let atoms = scene.atoms.as_mut().expect("atoms");
-    (atoms.depth_cells, atoms.foundation_cells) = (depth_cells, foundation_cells);
+    (atoms.depth_cells, atoms.foundation_cells) = (depth_cells, Foundation::Cells(foundation_cells));
     Case::resolve(scene, Path::new("smooth.toml")).expect("a case")
 }
 

@@ -348,7 +348,7 @@ fn single_commands_are_jobs_of_their_own() {
         assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
         String::from_utf8(output.stdout).expect("text")
     };
-    for arguments in [&["run", "scene.toml"][..], &["challenge", "--grid", "64"]] {
+    for arguments in [&["run", "scene.toml"][..], &["challenge", "--grid", "64"], &["tradeoff", "scene.toml"]] {
         let text = call(arguments);
         for part in ["#SBATCH --array=0-0\n", "#SBATCH --cpus-per-task=4\n", "1 of 1 point in 1 task,"] {
             assert!(text.contains(part), "{arguments:?}: {part}: {text}");

@@ -5,13 +5,14 @@ use super::benchmark_point::{BenchmarkPoint, Filter, bare, halves};
 use super::measured::Measured;
 use crate::atoms::block::{BaseKind, Block};
 use crate::atoms::engine::LammpsEngine;
+use crate::atoms::lammps_host::find_library;
 use crate::interface::Adhesion;
 use crate::method::{Precision, all_atom};
 use crate::pipeline::methods::{self, MethodRun};
 use crate::pipeline::stage::StageContext;
 use crate::pipeline::{Key, atomistic, matched, plan};
 use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
-use crate::scene::{AtomsCase, AtomsScene, Case, Start, Surface, highest_p_star};
+use crate::scene::{AtomsCase, AtomsScene, Case, Foundation, Start, Surface, highest_p_star};
 use crate::{Error, Result, sys};
 use std::path::Path;
 use std::time::Instant;
@@ -25,7 +26,11 @@ const NODES_PER_WAVE: f64 = 16.0;
 const HIGHEST: f64 = 0.3;
 
 /// Smallest extent and depth of the additional blocks when no sizes are requested.
-const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3, foundation_cells: 0 };
+const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3, foundation_cells: 0, elastic_base: false };
+
+/// Deformable cells of an additional block on an elastic base: with its layers of free atoms below, the contacts at 8 and 25 nm are those of
+/// the full depth (docs/validation.md).
+const ELASTIC_DEPTH: usize = 2;
 
 /// Subfolders of a setting: LAMMPS job, and analysis of its frames.
 const JOB: &str = "job";
@@ -39,8 +44,8 @@ pub(super) struct Blocks {
 
 impl Blocks {
     /// Blocks of the requested sizes. Default for a scene with atoms: its own block, one with half the cells, one with
-    /// half the depth, and the latter on a foundation that replaces the missing depth. None without requested sizes if
-    /// the scene has no atoms or its first load exceeds `HIGHEST`.
+    /// half the depth, the latter on a foundation that replaces the missing depth, and the shallowest on an elastic base. None without
+    /// requested sizes if the scene has no atoms or its first load exceeds `HIGHEST`.
     ///
     /// # Errors
     /// `Input` for invalid sizes, scenes or loads; `MissingProgram` if sizes are requested and LAMMPS is not found.
@@ -49,8 +54,12 @@ impl Blocks {
             (None, None) => return Ok(None),
             (own, _) => own.clone().unwrap_or_default(),
         };
-        let own =
-            BlockSize { cells: base.cells, depth_cells: base.depth_cells, foundation_cells: base.foundation_cells };
+        let own = BlockSize {
+            cells: base.cells,
+            depth_cells: base.depth_cells,
+            foundation_cells: base.foundation_depth(),
+            elastic_base: base.base == Some(BaseKind::Elastic),
+        };
         let from_continuum = case.atoms.as_ref().is_some_and(|a| a.start == Start::Continuum);
         let sizes = requested.map_or_else(|| related_blocks(own, from_continuum), <[_]>::to_vec);
         let mut list: Vec<(BenchmarkPoint, Case)> = Vec::new();
@@ -73,13 +82,17 @@ impl Blocks {
             }
             scene.load.p_star.truncate(loads);
             // The cost of a setting is that of the relaxed states, without constant-temperature runs.
-            let BlockSize { cells, depth_cells, foundation_cells } = size;
-            // Only a block on a foundation has a base that moves.
-            let kind = base.base.filter(|b| (foundation_cells > 0) == (*b != BaseKind::Rigid));
+            let BlockSize { cells, depth_cells, foundation_cells, elastic_base } = size;
+            let foundation_cells = Foundation::Cells(foundation_cells);
+            let kind = elastic_base.then_some(BaseKind::Elastic);
             let atoms = AtomsScene { cells, depth_cells, foundation_cells, base: kind, nvt: None, ..base.clone() };
             let tolerance = atoms.force_tolerance_ev_per_angstrom;
             scene.atoms = Some(atoms);
-            let found = Case::resolve(scene, &case.file)?;
+            let found = match Case::resolve(scene, &case.file) {
+                // A potential of a longer range needs a deeper foundation.
+                Err(_) if size.elastic_base && requested.is_none() && size != own => continue,
+                found => Case { lammps: case.lammps.clone(), ..found? },
+            };
             let method = crate::method::find(all_atom::ID).expect("it is registered");
             let points = found.atoms.as_ref().map_or(0, |a| a.points);
             let method_run = MethodRun { method, adhesive: case.adhesion != Adhesion::None };
@@ -96,6 +109,18 @@ impl Blocks {
             other => other.map_err(|e| e.to_string()),
         };
         Ok(Some(Blocks { list, engine }))
+    }
+
+    /// Why a block cannot run on this machine.
+    pub(super) fn refusal(&self, point: &BenchmarkPoint) -> Option<String> {
+        let elastic = point.block.is_some_and(|b| b.elastic_base);
+        match &self.engine {
+            Err(why) => Some(why.clone()),
+            Ok(engine) if elastic => {
+                find_library(engine.program()).err().map(|why| format!("no shared library of LAMMPS: {why}"))
+            }
+            Ok(_) => None,
+        }
     }
 
     pub(super) fn points(&self) -> Vec<BenchmarkPoint> {
@@ -126,7 +151,11 @@ fn related_blocks(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
     let missing = own.depth_cells - shallower.depth_cells;
     let founded = BlockSize { foundation_cells: own.foundation_cells + missing, ..shallower };
     let founded = Some(founded).filter(|_| from_continuum);
-    std::iter::once(own).chain([narrower, shallower].into_iter().chain(founded).filter(fit)).collect()
+    let below = (own.depth_cells + own.foundation_cells).saturating_sub(ELASTIC_DEPTH);
+    let elastic =
+        BlockSize { depth_cells: ELASTIC_DEPTH, foundation_cells: below, elastic_base: true, cells: own.cells };
+    let elastic = Some(elastic).filter(|_| own.depth_cells > 2 * ELASTIC_DEPTH && !own.elastic_base);
+    std::iter::once(own).chain([narrower, shallower].into_iter().chain(founded).filter(fit)).chain(elastic).collect()
 }
 
 /// Estimated memory (bytes) and time (s) of a block.
@@ -196,8 +225,9 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, at: &StageContext) -
         }),
     };
     std::fs::remove_dir_all(&job.folder).map_err(Error::io("remove", &job.folder))?;
-    let Block { cells, depth_cells, foundation_cells, .. } = atoms.block;
-    let name = format!("all-atom, {}", BlockSize { cells, depth_cells, foundation_cells });
+    let Block { cells, depth_cells, foundation_cells, base, .. } = atoms.block;
+    let elastic_base = base == BaseKind::Elastic;
+    let name = format!("all-atom, {}", BlockSize { cells, depth_cells, foundation_cells, elastic_base });
     let notes = outcome
         .unconverged
         .iter()
@@ -223,20 +253,25 @@ mod tests {
 
     #[test]
     fn blocks_vary_in_extent_and_depth() {
-        let size = |cells, depth_cells| BlockSize { cells, depth_cells, foundation_cells: 0 };
+        let size = |cells, depth_cells| BlockSize { cells, depth_cells, foundation_cells: 0, elastic_base: false };
+        let elastic = |cells, below| BlockSize { foundation_cells: below, elastic_base: true, ..size(cells, 2) };
         let founded = BlockSize { foundation_cells: 6, ..size(45, 6) };
-        assert_eq!(related_blocks(size(45, 12), false), [size(45, 12), size(20, 12), size(45, 6)]);
-        assert_eq!(related_blocks(size(45, 12), true), [size(45, 12), size(20, 12), size(45, 6), founded]);
+        let on_rigid = [size(45, 12), size(20, 12), size(45, 6), elastic(45, 10)];
+        assert_eq!(related_blocks(size(45, 12), false), on_rigid);
+        let from_continuum = [size(45, 12), size(20, 12), size(45, 6), founded, elastic(45, 10)];
+        assert_eq!(related_blocks(size(45, 12), true), from_continuum);
         assert_eq!(
             related_blocks(founded, true),
             [
                 founded,
                 BlockSize { cells: 20, ..founded },
                 BlockSize { foundation_cells: 6, ..size(45, 3) },
-                BlockSize { foundation_cells: 9, ..size(45, 3) }
+                BlockSize { foundation_cells: 9, ..size(45, 3) },
+                elastic(45, 10)
             ]
         );
-        assert_eq!(related_blocks(size(15, 6), false), [size(15, 6), size(15, 3)]);
+        assert_eq!(related_blocks(size(15, 6), false), [size(15, 6), size(15, 3), elastic(15, 4)]);
         assert_eq!(related_blocks(size(10, 4), true), [size(10, 4)]);
+        assert_eq!(related_blocks(elastic(10, 8), true)[..], [elastic(10, 8)]);
     }
 }

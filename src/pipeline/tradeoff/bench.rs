@@ -233,8 +233,8 @@ impl<'a> Bench<'a> {
         let mut after = vec![key.clone()];
         let mut planned = None;
         if point.block.is_some() {
-            if let Err(why) = &self.block(&point).0.engine {
-                return Ok(Some(why.clone()));
+            if let Some(why) = self.block(&point).0.refusal(&point) {
+                return Ok(Some(why));
             }
             after.push(self.reference_key(&self.on_resolved_heights(&point, &reference.point))?);
             planned = Some(atoms::planned(&case)?);

@@ -66,29 +66,30 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
 
 /// Base and foundation.
 fn base(c: &mut Complaints, a: &AtomsScene, from_touch: bool) {
+    let depth = a.foundation_depth();
     c.unless(
-        a.foundation_cells <= MOST_FOUNDATION_CELLS,
+        depth <= MOST_FOUNDATION_CELLS,
         "atoms.foundation_cells",
-        a.foundation_cells,
+        depth,
         &format!("0 (a rigid base) to {MOST_FOUNDATION_CELLS} lattice constants"),
     );
     c.unless(
-        !(a.foundation_cells > 0 && from_touch && a.base != Some(BaseKind::Elastic)),
+        !(depth > 0 && from_touch && a.base != Some(BaseKind::Elastic)),
         "atoms.foundation_cells",
-        a.foundation_cells,
+        depth,
         "0, or atoms.base = \"elastic\", with a descent from first contact: a prescribed base has the displacement of the continuum's \
          solution at a load",
     );
     let elastic = a.base == Some(BaseKind::Elastic);
     c.unless(
-        !elastic || a.foundation_cells <= MOST_EDGES.saturating_mul(a.cells),
+        !elastic || depth <= MOST_EDGES.saturating_mul(a.cells),
         "atoms.foundation_cells",
-        a.foundation_cells,
+        depth,
         &format!(
             "at most {MOST_EDGES} atoms.cells with an elastic base: for waves, a foundation from 4 on is a half-space"
         ),
     );
-    let founded = a.foundation_cells > 0;
+    let founded = depth > 0;
     c.unless(
         a.base.is_none_or(|base| founded == (base != BaseKind::Rigid)),
         "atoms.base",
