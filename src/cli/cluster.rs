@@ -104,7 +104,7 @@ impl Request<'_> {
 }
 
 /// The program that tasks of the machine run.
-fn program_of(machine: &Machine) -> Result<PathBuf> {
+pub(super) fn program_of(machine: &Machine) -> Result<PathBuf> {
     match &machine.program {
         Some(program) => Ok(program.clone()),
         None => std::env::current_exe().map_err(Error::io("find", Path::new("asperity"))),

@@ -40,9 +40,9 @@ impl LammpsFlags {
     }
 }
 
-/// Flags with a value that belong to a machine: a task has its own.
-const OF_MACHINE: [&str; 7] =
-    ["--machine", "--machines", "--threads", "--lammps", "--ranks", "--launcher", "--lammps-args"];
+/// Flags with a value that belong to a machine, of which a task has its own, or say what to do instead of running.
+const OF_MACHINE: [&str; 8] =
+    ["--machine", "--machines", "--threads", "--lammps", "--ranks", "--launcher", "--lammps-args", "--export"];
 
 impl MachineFlags {
     /// Name and settings of the machine; flags overrule how it starts LAMMPS. Default: this machine.
@@ -78,7 +78,7 @@ pub(super) fn own_command(results: &str) -> Result<SubmittedCommand> {
     Ok(SubmittedCommand { folder, arguments: without_machine(words), results: results.into() })
 }
 
-/// Arguments without the flags of a machine.
+/// Arguments without the flags that choose where and how they run.
 fn without_machine(words: Vec<String>) -> Vec<String> {
     let mut kept = Vec::new();
     let mut words = words.into_iter();

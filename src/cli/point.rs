@@ -21,6 +21,11 @@ pub(super) struct PointCommand {
 impl PointCommand {
     /// `program` is asperity; `flags` are those of the command.
     pub(super) fn new(program: PathBuf, flags: &[String], threads: usize, lammps: &LammpsCommand) -> Self {
+        PointCommand { program, arguments: Self::arguments(flags, threads, lammps) }
+    }
+
+    /// Arguments of a command after its own.
+    pub(super) fn arguments(flags: &[String], threads: usize, lammps: &LammpsCommand) -> Vec<String> {
         let mut arguments = flags.to_vec();
         arguments.extend(["--threads".into(), threads.to_string()]);
         let values = [
@@ -30,7 +35,7 @@ impl PointCommand {
             ("--lammps-args", (!lammps.args.is_empty()).then(|| lammps.args.join(" "))),
         ];
         arguments.extend(values.into_iter().filter_map(|(flag, value)| Some(format!("{flag}={}", value?))));
-        PointCommand { program, arguments }
+        arguments
     }
 
     /// Runs the point; stops it when `stopping` says so. A failure comes with the exit code.

@@ -1,13 +1,14 @@
 //! `asperity sweep` and `asperity ensemble`: one scene with varied keys.
 
-use super::cluster::Request;
-use super::machine::{LammpsFlags, MachineFlags, submits};
+use super::cluster::{Request, program_of};
+use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
 use super::point::PointCommand;
 use super::run::StageFlags;
 use super::sweep_table::print;
 use super::{output, progress};
-use crate::cluster::Machine;
+use crate::cluster::{Machine, Workflow, WorkflowInput};
 use crate::pipeline::sweep::{self, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
+use crate::record::results;
 use crate::report::number::{duration, memory};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -55,6 +56,9 @@ struct SweepFlags {
     /// Leave out the atoms.
     #[arg(long)]
     no_atoms: bool,
+    /// Write the points as the file of a workflow program, without running them: it runs them with the resources of --machine.
+    #[arg(long, value_enum, value_name = "PROGRAM", conflicts_with = "dry_run")]
+    export: Option<Workflow>,
     /// Print the points with their memory and time, without running them.
     #[arg(long)]
     dry_run: bool,
@@ -93,6 +97,9 @@ impl SweepFlags {
     fn execute(&self, sweep: &Points) -> Result<ExitCode> {
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-sweep", sweep.name)));
         let machine = self.machine.find(&self.lammps)?;
+        if let Some(workflow) = self.export {
+            return self.export(sweep, &out, &machine.1, workflow).map(|()| ExitCode::SUCCESS);
+        }
         if submits(&machine.1) {
             if self.jobs.is_some() {
                 let accepted = format!("at_once of the machine {}", machine.0);
@@ -104,6 +111,36 @@ impl SweepFlags {
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
         self.run_here(sweep, &out, &machine.1)
+    }
+
+    /// Writes scenes and the file of a workflow program.
+    fn export(&self, sweep: &Points, out: &Path, machine: &Machine, workflow: Workflow) -> Result<()> {
+        let _locked = sweep::open(sweep, out, self.overwrite)?;
+        for point in &sweep.points {
+            let folder = PointFolder::of(out, &point.label);
+            folder.write_scene(&point.scene)?;
+            std::fs::create_dir_all(&folder.out).map_err(Error::io("create", &folder.out))?;
+        }
+        let command = own_command(results::FILE)?;
+        let program = program_of(machine)?;
+        let text = workflow.text(&WorkflowInput {
+            machine,
+            program: &program,
+            labels: sweep.points.iter().map(|p| p.label.as_str()).collect(),
+            arguments: &PointCommand::arguments(&self.point_flags(), machine.cpus, &machine.lammps),
+            bytes: sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default(),
+            collect: (&command.folder, command.arguments),
+        });
+        let path = out.join(workflow.file());
+        std::fs::write(&path, text).map_err(Error::io("write", &path))?;
+        if self.json {
+            let (points, file) = (sweep.points.len(), output::path(&path));
+            return output::json_line(
+                &serde_json::json!({ "out": output::path(out), "points": points, "done": 0, "failed": 0, "file": file }),
+            );
+        }
+        output::print(&format!("{}; start it in that folder with {}", path.display(), workflow.start(machine)));
+        Ok(())
     }
 
     /// Runs the points as processes of this machine.

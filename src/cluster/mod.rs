@@ -5,6 +5,7 @@ mod queue;
 mod script;
 mod submission;
 mod task;
+mod workflow;
 
 pub use machine::{Engine, Machine, find};
 pub use queue::{QueueState, Slurm};
@@ -14,3 +15,4 @@ pub use submission::{
     record_end,
 };
 pub use task::progress_of;
+pub use workflow::{Workflow, WorkflowInput};

@@ -25,7 +25,7 @@ impl Scripts {
         let setup: String = machine.setup.iter().fold(String::new(), |text, line| text + line + "\n");
         let job = job_name(name);
         let at_once = machine.at_once.map_or(String::new(), |n| format!("%{n}"));
-        let memory = machine.memory_mb.unwrap_or(bytes / 800_000 + MEMORY_RESERVE_MB);
+        let memory = memory_mb(machine, bytes);
         let ranks = machine.lammps.ranks.unwrap_or(1);
         let mut options = vec![
             format!("--job-name={job}"),
@@ -58,6 +58,11 @@ impl Scripts {
             script(options.iter().chain(&machine.sbatch), &setup, &|text| writeln!(text, "exec {program} collect ."));
         Scripts { points, collect }
     }
+}
+
+/// Memory of a task for planned bytes, MB.
+pub(super) fn memory_mb(machine: &Machine, bytes: u64) -> u64 {
+    machine.memory_mb.unwrap_or(bytes / 800_000 + MEMORY_RESERVE_MB)
 }
 
 fn script<'a>(

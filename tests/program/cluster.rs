@@ -356,3 +356,32 @@ fn single_commands_are_jobs_of_their_own() {
     }
     assert!(!folder.path().join("runs").exists());
 }
+
+#[test]
+fn a_sweep_is_exported_for_workflow_programs() {
+    let folder = tempfile::tempdir().expect("scratch");
+    for (name, text) in [("scene.toml", SCENE), ("sweep.toml", SWEEP)] {
+        fs::write(folder.path().join(name), text).expect("written");
+    }
+    let call = |arguments: &[&str]| {
+        let mut command = asperity();
+        let output = command.args(arguments).current_dir(folder.path()).output().expect("started");
+        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+        output
+    };
+    for (format, file) in [("snakemake", "Snakefile"), ("row", "workflow.toml")] {
+        let written = json_line(&call(&["sweep", "sweep.toml", "--out", "out", "--export", format, "--json"]));
+        assert_eq!((&written["points"], &written["file"]), (&4.into(), &format!("out/{file}").into()));
+        // The scene of a point runs where the workflow runs it, and the sweep finds its results.
+        let label = "max-iterations-50000_seed-1";
+        let text = fs::read_to_string(folder.path().join("out").join(file)).expect("written");
+        assert!(format == "row" || text.contains(label), "{text}");
+        call(&["run", &format!("out/scenes/{label}.toml"), "--out", &format!("out/points/{label}")]);
+    }
+    let mut sweep = asperity();
+    sweep.args(["sweep", "sweep.toml", "--out", "out"]).current_dir(folder.path());
+    let text = stderr(&sweep.output().expect("started"));
+    assert!(text.contains("4 of 4"), "{text}");
+    let log = fs::read_to_string(folder.path().join("out/logs/max-iterations-50000_seed-1.log")).expect("a log");
+    assert!(log.contains("done before"), "{log}");
+}
