@@ -2,6 +2,7 @@ use super::cluster::CommandRequest;
 use super::file::{FileFlags, refuse_grid};
 use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
 use super::{output, progress::TerminalProgress};
+use crate::atoms::lammps_command::LammpsCommand;
 use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
 use crate::pipeline::{self, OutFolder};
@@ -88,7 +89,9 @@ impl Challenge {
             let which = file.or(seed).unwrap_or_default();
             PathBuf::from("runs").join(format!("challenge-{}{which}{kind}", case.grid.nx))
         });
-        let machine = self.machine.find(&LammpsFlags::default())?;
+        let mut machine = self.machine.find(&LammpsFlags::default())?;
+        // There are no atoms.
+        machine.1.lammps = LammpsCommand::default();
         if submits(&machine.1) {
             let plan = pipeline::plan(&case, machine.1.cpus, None)?;
             let request = CommandRequest {

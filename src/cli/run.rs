@@ -1,6 +1,7 @@
 use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
 use super::{file::refuse_grid, output, programs, progress::TerminalProgress};
+use crate::cluster::Machine;
 use crate::method::Precision;
 use crate::pipeline::{self, OutFolder};
 use crate::record::import::Fourier;
@@ -8,7 +9,7 @@ use crate::record::results;
 use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Flags of the stages of a run folder, which `sweep` passes to each of its runs.
@@ -82,25 +83,20 @@ impl Run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
         programs::check(&case, self.stages.allow_program)?;
-        case.find_contact_pressures(&crate::method::NoObserver)?;
-        let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
-        if let Some(difference) = pipeline::other_scene(&case, &out).filter(|_| !self.overwrite) {
+        // A job finds the pressures itself; until then they do not tell whether the scene is another one.
+        let is_job = submits(&machine);
+        if !is_job {
+            case.find_contact_pressures(&crate::method::NoObserver)?;
+        }
+        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
+        let comparable = case.scene.load.contact.is_empty() && !self.overwrite;
+        if let Some(difference) = pipeline::other_scene(&case, &out).filter(|_| comparable) {
             let found = format!("{} (contains the results of another scene: {difference})", out.display());
             let accepted = "another folder, or --overwrite to replace these results (stages that do not depend on the difference are kept)";
             return Err(Error::input("command line", "--out", found, accepted));
         }
-        if submits(&machine) {
-            let plan = pipeline::plan(&case, machine.cpus, None)?;
-            let request = CommandRequest {
-                name: &case.scene.name,
-                out: &out,
-                machine: (machine_name, machine),
-                command: own_command(results::FILE)?,
-                planned: (plan.bytes, plan.seconds),
-                dry_run: self.dry_run,
-                json: self.json,
-            };
-            return request.submit().map(|()| ExitCode::SUCCESS);
+        if is_job {
+            return self.submit(&case, &out, (machine_name, machine)).map(|()| ExitCode::SUCCESS);
         }
         let progress = TerminalProgress::new();
         let (results, page) =
@@ -108,6 +104,21 @@ impl Run {
         drop(progress);
         output::finished(self.json, (&out, &page), ("results", &results), || output::results(&results))?;
         output::ended(&results, page)
+    }
+
+    /// Submits this command as a job.
+    fn submit(&self, case: &Case, out: &Path, machine: (String, Machine)) -> Result<()> {
+        let plan = pipeline::plan(case, machine.1.cpus, None)?;
+        let request = CommandRequest {
+            name: &case.scene.name,
+            out,
+            machine,
+            command: own_command(results::FILE)?,
+            planned: (plan.bytes, plan.seconds),
+            dry_run: self.dry_run,
+            json: self.json,
+        };
+        request.submit()
     }
 
     /// Sets keys of the scene from flags; they are checked with the scene.

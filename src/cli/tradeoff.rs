@@ -79,6 +79,7 @@ impl Tradeoff {
             return Err(Error::input(PLACE, "--layer-thickness", t, "thicknesses above zero, over the cell's length"));
         }
         let methods = methods(&self.methods)?;
+        let blocks = (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?;
         let mut scene = Scene::read(&self.scene)?;
         if let (Some(seed), Some(file)) = (self.seed, &scene.surface.heights) {
             let accepted = format!("none: {} has the heights", file.display());
@@ -86,18 +87,7 @@ impl Tradeoff {
         }
         scene.surface.seed = self.seed.unwrap_or(scene.surface.seed);
         let mut case = Case::resolve(scene, &self.scene)?;
-        case.find_contact_pressures(&crate::method::NoObserver)?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)));
-        let request = TradeoffRequest {
-            methods,
-            grids: (!self.grids.is_empty()).then_some(self.grids),
-            reference: self.reference,
-            budget_seconds,
-            repeats: self.repeats,
-            exact: None,
-            layer_thicknesses: self.layer_thickness,
-            blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
-        };
         let machine = self.machine.find(&self.lammps)?;
         case.lammps = machine.1.lammps.clone();
         programs::check(&case, self.stages.allow_program)?;
@@ -115,6 +105,17 @@ impl Tradeoff {
             };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
+        case.find_contact_pressures(&crate::method::NoObserver)?;
+        let request = TradeoffRequest {
+            methods,
+            grids: (!self.grids.is_empty()).then_some(self.grids),
+            reference: self.reference,
+            budget_seconds,
+            repeats: self.repeats,
+            exact: None,
+            layer_thicknesses: self.layer_thickness,
+            blocks,
+        };
         let progress = TerminalProgress::new();
         let folder = OutFolder { path: &out, verify: !self.stages.no_verify };
         let (tradeoff, page) = pipeline::tradeoff(&case, &request, folder, &progress)?;

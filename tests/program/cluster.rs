@@ -340,7 +340,8 @@ fn a_dry_run_prints_the_scripts_and_submits_nothing() {
 fn single_commands_are_jobs_of_their_own() {
     let folder = tempfile::tempdir().expect("scratch");
     fs::write(folder.path().join("scene.toml"), SCENE).expect("written");
-    fs::write(folder.path().join("machines.toml"), "[cluster]\nengine = \"slurm\"\ncpus = 4\n").expect("written");
+    fs::write(folder.path().join("machines.toml"), "[cluster]\nengine = \"slurm\"\ncpus = 4\nlammps.ranks = 2\n")
+        .expect("written");
     let call = |arguments: &[&str]| {
         let mut command = asperity();
         command.args(arguments).args(["--machine", "cluster", "--dry-run"]).current_dir(folder.path());
@@ -348,9 +349,16 @@ fn single_commands_are_jobs_of_their_own() {
         assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
         String::from_utf8(output.stdout).expect("text")
     };
-    for arguments in [&["run", "scene.toml"][..], &["challenge", "--grid", "64"], &["tradeoff", "scene.toml"]] {
+    // A challenge has no atoms, and so no ranks.
+    let [ranks, threads] =
+        ["#SBATCH --ntasks=2\n#SBATCH --cpus-per-task=2\n", "#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=4\n"];
+    for (arguments, tasks) in [
+        (&["run", "scene.toml"][..], ranks),
+        (&["challenge", "--grid", "64"], threads),
+        (&["tradeoff", "scene.toml"], ranks),
+    ] {
         let text = call(arguments);
-        for part in ["#SBATCH --array=0-0\n", "#SBATCH --cpus-per-task=4\n", "1 of 1 point in 1 task,"] {
+        for part in ["#SBATCH --array=0-0\n", tasks, "1 of 1 point in 1 task,"] {
             assert!(text.contains(part), "{arguments:?}: {part}: {text}");
         }
     }
