@@ -34,8 +34,8 @@ const BASE_BYTES: usize = 160 << 20;
 
 /// Allocated bytes per byte of the file, and per byte of the numbers that were read.
 const FACTOR: usize = 64;
-/// Time for each byte that a reader delivers: a scene of a sweep, some 600 bytes, takes 0.7 ms.
-const DELIVERY: Duration = Duration::from_micros(2);
+/// Time for each byte of the scenes that a sweep delivers: a scene of some 600 bytes takes 0.7 ms.
+const SCENE_BYTE: Duration = Duration::from_micros(2);
 
 /// A reader.
 pub(crate) struct Target {
@@ -46,6 +46,8 @@ pub(crate) struct Target {
     prepare: fn(&Path) -> Result<()>,
     /// Reads the file. The value is the number of bytes that its contents take as numbers.
     read: fn(&Path) -> Result<usize>,
+    /// Processor time beyond the limit of any input, for each delivered byte.
+    delivery: Duration,
     /// Files with valid input, as folders or files of the repository and the ends of their names.
     corpus: (&'static [&'static str], &'static [&'static str]),
 }
@@ -53,7 +55,14 @@ pub(crate) struct Target {
 const SURFACES: &[&str] = &["tests/fixtures", "tests/fixtures/declared", "tests/fixtures/surfaces"];
 
 const fn surface(name: &'static str, ends: &'static [&'static str]) -> Target {
-    Target { name, file: "surface", prepare: nothing, read: heights, corpus: (SURFACES, ends) }
+    Target {
+        name,
+        file: "surface",
+        prepare: nothing,
+        read: heights,
+        delivery: Duration::ZERO,
+        corpus: (SURFACES, ends),
+    }
 }
 
 const fn stored(
@@ -62,7 +71,7 @@ const fn stored(
     read: fn(&Path) -> Result<usize>,
     corpus: &'static [&'static str],
 ) -> Target {
-    Target { name, file, prepare: nothing, read, corpus: (corpus, &[""]) }
+    Target { name, file, prepare: nothing, read, delivery: Duration::ZERO, corpus: (corpus, &[""]) }
 }
 
 pub(crate) const TARGETS: &[Target] = &[
@@ -81,6 +90,7 @@ pub(crate) const TARGETS: &[Target] = &[
         file: "scene.toml",
         prepare: nothing,
         read: scene,
+        delivery: Duration::ZERO,
         corpus: (&["tests/scenes/good", "tests/scenes/bad"], &[".toml"]),
     },
     Target {
@@ -88,6 +98,7 @@ pub(crate) const TARGETS: &[Target] = &[
         file: "configs/sweeps/sweep.toml",
         prepare: scene_of_sweeps,
         read: sweep,
+        delivery: SCENE_BYTE,
         corpus: (&["fuzz/corpus/sweep"], &[".toml"]),
     },
     Target { prepare: stage_files, ..stored("stage", "stage/done.json", stage, &["fuzz/corpus/stage"]) },
@@ -161,7 +172,7 @@ pub(crate) struct Answer {
     pub(crate) read: bool,
     /// Bytes that the reader may have allocated.
     pub(crate) allowed_bytes: usize,
-    /// Processor time beyond the limit of any input: a sweep of a hundred bytes has a hundred thousand scenes.
+    /// Processor time beyond the limit of any input: that of a sweep of a hundred bytes with a hundred thousand scenes.
     pub(crate) delivery: Duration,
 }
 
@@ -194,7 +205,7 @@ impl Reading {
         let allowed = |numbers: usize| BASE_BYTES.saturating_add(FACTOR.saturating_mul(input.len() + numbers));
         match found {
             Ok(numbers) => {
-                let delivery = DELIVERY.saturating_mul(u32::try_from(numbers).unwrap_or(u32::MAX));
+                let delivery = self.target.delivery.saturating_mul(u32::try_from(numbers).unwrap_or(u32::MAX));
                 Ok(Answer { read: true, allowed_bytes: allowed(numbers), delivery })
             }
             Err(error) => {

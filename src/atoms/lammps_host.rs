@@ -112,14 +112,17 @@ pub(super) fn host_program() -> Result<PathBuf> {
 /// # Errors
 /// `MissingProgram` without the library of that program, or for a version that is no date.
 pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
-    let library = find_library(program).map_err(missing_library)?;
+    words(&find_library(program).map_err(missing_library)?, version, ranks)
+}
+
+fn words(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
     let no_date = || missing_library(format!("its program has the version {version:?}, which is no date"));
     let date = version_number(version).ok_or_else(no_date)?.to_string();
     // Each of several ranks has a core of its own.
     let threads = if ranks > 1 { 1 } else { rayon::current_num_threads() }.to_string();
     let ranks = ranks.to_string();
     let words = ["lammps-host", "--threads", &threads, "--version-date", &date, "--ranks", &ranks, "--library"];
-    Ok(words.map(OsString::from).into_iter().chain([library.into_os_string(), "--".into()]).collect())
+    Ok(words.map(OsString::from).into_iter().chain([library.into(), "--".into()]).collect())
 }
 
 fn missing_library(why: String) -> Error {
@@ -192,10 +195,10 @@ mod tests {
 
     #[test]
     fn a_version_that_is_no_date_is_refused() {
-        let Ok(library) = find_library(Path::new("/usr/bin/lmp")) else { return };
-        let words = arguments(Path::new("/usr/bin/lmp"), "2 Aug 2023", 2).expect("a library");
-        assert!(words.contains(&library.into_os_string()) && words.contains(&"20230802".into()), "{words:?}");
-        let error = arguments(Path::new("/usr/bin/lmp"), "unknown", 1).expect_err("refused");
+        let library = Path::new("/usr/lib/liblammps.so.0");
+        let found = words(library, "2 Aug 2023", 2).expect("a date");
+        assert!(found.contains(&library.into()) && found.contains(&"20230802".into()), "{found:?}");
+        let error = words(library, "unknown", 1).expect_err("refused");
         assert!(error.exit_code() == 5 && error.to_string().contains("no date"), "{error}");
     }
 

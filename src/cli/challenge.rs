@@ -1,6 +1,6 @@
 use super::cluster::CommandRequest;
 use super::file::{FileFlags, refuse_grid};
-use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
+use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::{output, progress::TerminalProgress};
 use crate::atoms::lammps_command::LammpsCommand;
 use crate::challenge::MESH_LIMIT;
@@ -93,18 +93,11 @@ impl Challenge {
         // There are no atoms.
         machine.1.lammps = LammpsCommand::default();
         if submits(&machine.1) {
-            let plan = pipeline::plan(&case, machine.1.cpus, None)?;
-            let request = CommandRequest {
-                name: "challenge",
-                out: &out,
-                machine,
-                command: own_command(results::FILE)?,
-                planned: (plan.bytes, plan.seconds),
-                dry_run: self.dry_run,
-                json: self.json,
-            };
+            let (results, dry_run, json) = (results::FILE, self.dry_run, self.json);
+            let request = CommandRequest { case: &case, out: &out, machine, results, seconds: None, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
+        refuse_dry_run(self.dry_run)?;
         let progress = TerminalProgress::new();
         let (results, page) = pipeline::run(&case, OutFolder { path: &out, verify: !self.no_verify }, &progress)?;
         drop(progress);

@@ -1,16 +1,18 @@
 //! Sweeps and commands on a cluster: submit, one turn of a task, state, collected results, cancel.
 
+use super::machine::own_command;
 use super::output;
 use super::point::PointCommand;
 use super::progress;
 use crate::cluster::{
-    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedCommand, SubmittedPoint,
-    TURNS, Turn, forget_end, pack, progress_of, record_end,
+    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedPoint, TURNS, Turn,
+    forget_end, pack, progress_of, record_end,
 };
-use crate::pipeline::RunFolder;
 use crate::pipeline::sweep::{self, PointFolder, Sweep};
+use crate::pipeline::{self, RunFolder};
 use crate::record::ensemble::PointStatus;
 use crate::report::number::{memory, significant};
+use crate::scene::Case;
 use crate::{Error, Result, sys};
 use serde_json::json;
 use std::ffi::OsStr;
@@ -126,13 +128,14 @@ fn write_script(out: &Path, name: &str, text: &str) -> Result<PathBuf> {
 
 /// A command that is to be submitted as a job of its own.
 pub(super) struct CommandRequest<'a> {
-    /// Name of the job.
-    pub name: &'a str,
+    /// What it solves, for memory and time.
+    pub case: &'a Case,
     pub out: &'a Path,
     pub machine: (String, Machine),
-    pub command: SubmittedCommand,
-    /// Planned memory (bytes) and time (s).
-    pub planned: (u64, f64),
+    /// Name of the file that it leaves when it is done.
+    pub results: &'a str,
+    /// Planned time, s. Default: that of `asperity run`.
+    pub seconds: Option<f64>,
     pub dry_run: bool,
     pub json: bool,
 }
@@ -140,14 +143,17 @@ pub(super) struct CommandRequest<'a> {
 impl CommandRequest<'_> {
     /// Submits the command, or prints what would be submitted. Finished parts are reused by the command itself.
     pub(super) fn submit(self) -> Result<()> {
-        let CommandRequest { name, out, planned: (bytes, seconds), .. } = self;
-        let label = self.command.arguments.first().cloned().unwrap_or_default();
+        let CommandRequest { case, out, .. } = self;
+        let (name, planned) = (&case.scene.name, pipeline::plan(case, self.machine.1.cpus, None)?);
+        let (bytes, seconds) = (planned.bytes, self.seconds.unwrap_or(planned.seconds));
+        let command = own_command(self.results)?;
+        let label = command.arguments.first().cloned().unwrap_or_default();
         let mut submission = Submission::new(name, &[], self.machine, Vec::new());
-        let text = self.command.arguments.join("\0");
+        let text = command.arguments.join("\0");
         let scene = blake3::hash(text.as_bytes()).to_hex().to_string();
         submission.points = vec![SubmittedPoint { label: label.clone(), values: Vec::new(), scene, seconds }];
         submission.tasks = vec![vec![0]];
-        submission.command = Some(self.command);
+        submission.command = Some(command);
         let script = Scripts::new(&submission.machine, name, &program_of(&submission.machine)?, 1, bytes).points;
         if self.dry_run {
             return plan(&submission, &[(0, seconds)], &[(COMMAND_SCRIPT, &script)], bytes, self.json);

@@ -1,7 +1,6 @@
 use super::cluster::CommandRequest;
-use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
+use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::{file::refuse_grid, output, programs, progress::TerminalProgress};
-use crate::cluster::Machine;
 use crate::method::Precision;
 use crate::pipeline::{self, OutFolder};
 use crate::record::import::Fourier;
@@ -9,7 +8,7 @@ use crate::record::results;
 use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Flags of the stages of a run folder, which `sweep` passes to each of its runs.
@@ -96,7 +95,10 @@ impl Run {
             return Err(Error::input("command line", "--out", found, accepted));
         }
         if is_job {
-            return self.submit(&case, &out, (machine_name, machine)).map(|()| ExitCode::SUCCESS);
+            let (results, machine) = (results::FILE, (machine_name, machine));
+            let (dry_run, json) = (self.dry_run, self.json);
+            let request = CommandRequest { case: &case, out: &out, machine, results, seconds: None, dry_run, json };
+            return request.submit().map(|()| ExitCode::SUCCESS);
         }
         let progress = TerminalProgress::new();
         let (results, page) =
@@ -104,21 +106,6 @@ impl Run {
         drop(progress);
         output::finished(self.json, (&out, &page), ("results", &results), || output::results(&results))?;
         output::ended(&results, page)
-    }
-
-    /// Submits this command as a job.
-    fn submit(&self, case: &Case, out: &Path, machine: (String, Machine)) -> Result<()> {
-        let plan = pipeline::plan(case, machine.1.cpus, None)?;
-        let request = CommandRequest {
-            name: &case.scene.name,
-            out,
-            machine,
-            command: own_command(results::FILE)?,
-            planned: (plan.bytes, plan.seconds),
-            dry_run: self.dry_run,
-            json: self.json,
-        };
-        request.submit()
     }
 
     /// Sets keys of the scene from flags; they are checked with the scene.

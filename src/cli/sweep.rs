@@ -57,7 +57,7 @@ struct SweepFlags {
     #[arg(long)]
     no_atoms: bool,
     /// Write the points as the file of a workflow program, without running them: it runs them with the resources of --machine.
-    #[arg(long, value_enum, value_name = "PROGRAM", conflicts_with = "dry_run")]
+    #[arg(long, value_enum, value_name = "PROGRAM", conflicts_with_all = ["dry_run", "jobs"])]
     export: Option<Workflow>,
     /// Print the points with their memory and time, without running them.
     #[arg(long)]

@@ -1,5 +1,5 @@
 use super::cluster::CommandRequest;
-use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
+use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::run::StageFlags;
 use super::{output, programs, progress::TerminalProgress};
 use crate::method::{self, ContactMethod, REGISTRY};
@@ -93,18 +93,12 @@ impl Tradeoff {
         programs::check(&case, self.stages.allow_program)?;
         if submits(&machine.1) {
             // The largest solve of a setting; settings that do not fit are left out.
-            let plan = pipeline::plan(&case, machine.1.cpus, None)?;
-            let request = CommandRequest {
-                name: &case.scene.name,
-                out: &out,
-                planned: (plan.bytes, budget_seconds.unwrap_or(machine.1.seconds() as f64)),
-                machine,
-                command: own_command(FILE)?,
-                dry_run: self.dry_run,
-                json: self.json,
-            };
+            let (results, dry_run, json) = (FILE, self.dry_run, self.json);
+            let seconds = budget_seconds.or(Some(machine.1.seconds() as f64));
+            let request = CommandRequest { case: &case, out: &out, machine, results, seconds, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
+        refuse_dry_run(self.dry_run)?;
         case.find_contact_pressures(&crate::method::NoObserver)?;
         let request = TradeoffRequest {
             methods,

@@ -94,7 +94,7 @@ pub struct AtomsScene {
 pub const MOST_FOUNDATION_CELLS: usize = 1_000_000;
 
 /// Depth of a half-space in edges of the block: the longest wave is as stiff as on a half-space to rounding.
-const HALF_SPACE_EDGES: usize = 4;
+pub const HALF_SPACE_EDGES: usize = 4;
 
 /// Depth of the foundation below the deformable cells.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

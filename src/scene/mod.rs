@@ -21,7 +21,7 @@ mod surface_file;
 mod syntax;
 
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
-pub use atoms_scene::{AtomsScene, Foundation, MOST_FOUNDATION_CELLS, Slope, Start};
+pub use atoms_scene::{AtomsScene, Foundation, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Slope, Start};
 pub use case::Case;
 pub use hardness::CaseHardness;
 pub use key_names::{KeyName, rename_keys, rename_keys_in};

@@ -28,8 +28,8 @@ const HIGHEST: f64 = 0.3;
 /// Smallest extent and depth of the additional blocks when no sizes are requested.
 const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3, foundation_cells: 0, elastic_base: false };
 
-/// Deformable cells of an additional block on an elastic base: with its layers of free atoms below, the contacts at 8 and 25 nm are those of
-/// the full depth (docs/validation.md).
+/// Deformable cells of an additional block on an elastic base: with its layers of free atoms below, the contacts at 8 and 25 nm are nearly
+/// those of the full depth (docs/validation.md#elastic-base).
 const ELASTIC_DEPTH: usize = 2;
 
 /// Subfolders of a setting: LAMMPS job, and analysis of its frames.

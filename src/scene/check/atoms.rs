@@ -3,7 +3,7 @@
 use super::complaints::Complaints;
 use super::nvt;
 use crate::atoms::block::BaseKind;
-use crate::scene::{AtomsScene, MOST_FOUNDATION_CELLS, Scene, Start};
+use crate::scene::{AtomsScene, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Scene, Start};
 use crate::units::MAX_SECONDS;
 
 /// Deepest foundation of an elastic base, edges of the block: deeper ones only lower the indenter.
@@ -86,7 +86,7 @@ fn base(c: &mut Complaints, a: &AtomsScene, from_touch: bool) {
         "atoms.foundation_cells",
         depth,
         &format!(
-            "at most {MOST_EDGES} atoms.cells with an elastic base: for waves, a foundation from 4 on is a half-space"
+            "at most {MOST_EDGES} atoms.cells with an elastic base: for waves, a foundation from {HALF_SPACE_EDGES} on is a half-space"
         ),
     );
     let founded = depth > 0;
