@@ -3,8 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{ErrorKind, Read, Seek, SeekFrom};
-use std::ops::ControlFlow;
+use std::io::ErrorKind;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -17,6 +16,7 @@ use super::lammps_command::LammpsCommand;
 use super::lammps_host;
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
+use super::progress::{Watch, Watcher};
 use super::search_path::{find_lammps, search_path};
 use super::styles::Styles;
 use crate::error::LammpsFailure;
@@ -45,20 +45,6 @@ pub fn ranks_warning(ranks: usize, atoms: u64) -> Option<String> {
     })
 }
 
-/// Progress of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Progress {
-    /// The last finished step, and whether this is the first call with it.
-    pub record: Option<StepRecord>,
-    pub is_new: bool,
-    /// Iterations of the current step, from its log.
-    pub iterations: usize,
-    /// Mean pressure over E* times rms gradient.
-    pub p_star: f64,
-    /// Time since the start of `run`, seconds.
-    pub elapsed_s: f64,
-}
-
 /// A finished job.
 #[derive(Debug, Clone)]
 pub struct Finished {
@@ -81,49 +67,6 @@ impl Finished {
         let loose = |r: &&StepRecord| !r.load_converged || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
         let unconverged = history.steps.iter().filter(loose).map(|r| r.step).collect();
         Ok(Finished { history, steps, resumed_from, unconverged, peak_bytes: 0 })
-    }
-}
-
-/// Calls `watch` for finished steps.
-struct Watcher<'a> {
-    job: &'a Job,
-    begun: Instant,
-    seen: usize,
-    iterations: usize,
-}
-
-impl<'a> Watcher<'a> {
-    fn new(job: &'a Job, begun: Instant, finished: Option<usize>) -> Self {
-        Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), iterations: 0 }
-    }
-
-    /// Reads the iteration count from the end of a log. LAMMPS counts iterations over all steps, across restarts.
-    fn read_progress(&mut self, history: &LoadHistory, log: &Path) {
-        let earlier: usize = history.steps.iter().map(|r| r.iterations).sum();
-        self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
-    }
-
-    /// One call per new step, or a single call without a new step.
-    fn report(&mut self, history: &LoadHistory, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> ControlFlow<()> {
-        if history.steps.len() <= self.seen {
-            return watch(self.progress(history.last(), false));
-        }
-        for record in &history.steps[self.seen..] {
-            self.seen += 1;
-            watch(self.progress(Some(record), true))?;
-        }
-        ControlFlow::Continue(())
-    }
-
-    fn progress(&self, record: Option<&StepRecord>, is_new: bool) -> Progress {
-        let settings = &self.job.spec.settings;
-        Progress {
-            record: record.cloned(),
-            is_new,
-            iterations: self.iterations,
-            p_star: record.map_or(0.0, |r| r.load / settings.load_unit),
-            elapsed_s: self.begun.elapsed().as_secs_f64(),
-        }
     }
 }
 
@@ -270,11 +213,28 @@ impl LammpsEngine {
         }
     }
 
+    /// Measures what an elastic base needs, if the job has one. `watch` and the time limit end it within a second.
+    fn measure_base(&self, job: &Job, watcher: &mut Watcher, watch: &mut Watch) -> Result<()> {
+        let history = LoadHistory::read(&job.folder)?;
+        lammps_host::prepare(job, &self.program, &mut || {
+            if watcher.report(&history, watch).is_break() {
+                return Err(Error::Interrupted);
+            }
+            self.check_time(job, watcher.begun)
+        })
+    }
+
+    fn check_time(&self, job: &Job, begun: Instant) -> Result<()> {
+        match self.time_limit.filter(|limit| begun.elapsed() > *limit) {
+            Some(limit) => Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() })),
+            None => Ok(()),
+        }
+    }
+
     fn command(&self, job: &Job, done: &[StepRecord]) -> Result<Command> {
         let mut command = if job.spec.base == BaseKind::Elastic {
             let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
             let words = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
-            lammps_host::prepare(job, &self.program)?;
             let mut command = self.start.start(&host);
             command.args(words);
             command
@@ -335,7 +295,7 @@ impl LammpsEngine {
     ///
     /// # Errors
     /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
-    pub fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
+    pub fn run(&self, job: &Job, watch: &mut Watch) -> Result<Finished> {
         let begun = Instant::now();
         let _lock = lock(&job.folder)?;
         self.check_styles(job)?;
@@ -354,10 +314,11 @@ impl LammpsEngine {
         let screen_file = job.folder.join("log.screen");
         let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
+        let mut watcher = Watcher::new(job, begun, finished);
+        self.measure_base(job, &mut watcher, watch)?;
         let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps)?;
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
         let mut group = Group { child, ended: false };
-        let mut watcher = Watcher::new(job, begun, finished);
         let mut vouched = finished.map_or(0, |k| k + 1);
         let mut peak_bytes = 0;
         let status = loop {
@@ -396,9 +357,7 @@ impl LammpsEngine {
             if let Some(status) = ended {
                 break status;
             }
-            if let Some(limit) = self.time_limit.filter(|limit| begun.elapsed() > *limit) {
-                return Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() }));
-            }
+            self.check_time(job, begun)?;
             std::thread::sleep(POLL);
         };
         let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
@@ -496,30 +455,6 @@ fn log_name(finished: Option<usize>) -> String {
     format!("log.{}", finished.map_or(0, |k| k + 1))
 }
 
-/// Bytes read from the end of a log; longer than any line of numbers that the scripts print.
-const LOG_TAIL: u64 = 400;
-
-/// First column of the last complete line of numbers at the end of a log, if there is one.
-fn last_iteration(log: &Path) -> Option<usize> {
-    let mut file = File::open(log).ok()?;
-    let length = file.metadata().ok()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(LOG_TAIL))).ok()?;
-    let mut tail = Vec::new();
-    file.read_to_end(&mut tail).ok()?;
-    iteration_of(&String::from_utf8_lossy(&tail))
-}
-
-fn iteration_of(tail: &str) -> Option<usize> {
-    // The first line of the tail may lack its start, the last line its end.
-    let mut lines: Vec<&str> = tail.split_inclusive('\n').skip(1).filter(|l| l.ends_with('\n')).collect();
-    lines.reverse();
-    lines.iter().find_map(|line| {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let numbers = words.len() > 2 && words.iter().all(|w| w.parse::<f64>().is_ok());
-        if numbers { words[0].parse().ok() } else { None }
-    })
-}
-
 /// Force evaluations from all logs of a folder; later runs override earlier ones.
 fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
     let mut logs: Vec<(usize, PathBuf)> = Vec::new();
@@ -545,14 +480,6 @@ mod tests {
 
     fn status(code: i32) -> ExitStatus {
         ExitStatus::from_raw(code << 8)
-    }
-
-    #[test]
-    fn the_iteration_is_read_from_the_end_of_a_log() {
-        let text = "100 -5.5 0.1 3\n     125   -1200.5  0.002 11.1\n     150   -1200.6  0.0";
-        assert_eq!(iteration_of(text), Some(125));
-        assert_eq!(iteration_of(&format!("{text}01 11.2\nLoop time of 3 on 1 procs\n")), Some(150));
-        assert_eq!((iteration_of(""), iteration_of("x\nno numbers here\n3\n")), (None, None));
     }
 
     #[test]

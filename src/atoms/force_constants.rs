@@ -73,13 +73,18 @@ pub struct Crystal<'a> {
 }
 
 impl ForceConstants {
-    /// Measures in `folder`, which has the table. Takes some seconds.
+    /// Measures in `folder`, which has the table. Takes some seconds; `proceed` is called before each of the strains.
     ///
     /// # Errors
-    /// `Lammps` if LAMMPS fails or its forces are not those of a crystal of this range; `Input` for a pressure that compresses the crystal
+    /// Those of `proceed`; `Lammps` if LAMMPS fails or its forces are not those of a crystal of this range; `Input` for a pressure that compresses the crystal
     /// by more than a tenth; `Io`.
-    pub fn measure(lammps: &dyn RunScript, folder: &Path, crystal: Crystal) -> Result<Self> {
-        let at = |strain: &f64| measure_at(lammps, folder, &crystal, *strain);
+    pub fn measure(
+        lammps: &dyn RunScript,
+        folder: &Path,
+        crystal: Crystal,
+        proceed: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<Self> {
+        let at = |strain: &f64| proceed().and_then(|()| measure_at(lammps, folder, &crystal, *strain));
         let mut strained = STRAINS.iter().map(at).collect::<Result<Vec<_>>>()?;
         let most = strained[STRAINS.len() - 1].pressure / PRESSURE_MARGIN;
         if crystal.highest_pressure > most {

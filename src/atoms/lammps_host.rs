@@ -6,7 +6,9 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
+use super::block::BaseKind;
 use super::elastic_base::ElasticBase;
 use super::force_constants::{self, Crystal, ForceConstants};
 use super::job::{Job, POTENTIAL_FILE};
@@ -93,12 +95,23 @@ impl HostRun {
 /// Name of the program, which has the hidden command `lammps-host`.
 const PROGRAM: &str = "asperity";
 
-/// This program, or that of the search path: `asperity` runs in it, another program uses the library.
+/// The running program, where it has the command `lammps-host`.
+static OWN_PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+
+/// Makes the running program the default host, whatever the name of its file is. `main` calls it: another program that uses the library has
+/// no such command.
+pub fn use_this_program() {
+    if let Ok(program) = std::env::current_exe() {
+        OWN_PROGRAM.get_or_init(|| program);
+    }
+}
+
+/// The running program after [`use_this_program`], otherwise `asperity` of the search path.
 ///
 /// # Errors
 /// `MissingProgram`.
 pub(super) fn host_program() -> Result<PathBuf> {
-    let own = std::env::current_exe().ok().filter(|p| p.file_name().is_some_and(|n| n == PROGRAM));
+    let own = OWN_PROGRAM.get().cloned();
     let program = own.or_else(|| search_path(Path::new(PROGRAM))).ok_or_else(|| Error::MissingProgram {
         program: PROGRAM.into(),
         how: "an elastic base runs LAMMPS as a library in this program: put it into the search path".into(),
@@ -132,11 +145,15 @@ fn missing_library(why: String) -> Error {
     }
 }
 
-/// Measures the force constants of a job. They are measured anew for every run: that takes seconds, and a damaged file is not used.
+/// Measures the force constants of a job on an elastic base. They are measured anew for every run: that takes seconds, and a damaged file is
+/// not used. `proceed` is called before each of the strains.
 ///
 /// # Errors
-/// Those of [`ForceConstants::measure`].
-pub(super) fn prepare(job: &Job, lammps: &Path) -> Result<()> {
+/// Those of `proceed` and of [`ForceConstants::measure`].
+pub(super) fn prepare(job: &Job, lammps: &Path, proceed: &mut dyn FnMut() -> Result<()>) -> Result<()> {
+    if job.spec.base != BaseKind::Elastic {
+        return Ok(());
+    }
     let table = job.folder.join(POTENTIAL_FILE);
     let crystal = Crystal {
         table: POTENTIAL_FILE,
@@ -146,7 +163,8 @@ pub(super) fn prepare(job: &Job, lammps: &Path) -> Result<()> {
         highest_pressure: job.highest_pressure(),
     };
     let lammps = LmpCommand { program: lammps.to_path_buf() };
-    json::write(&job.folder.join(force_constants::FILE), &ForceConstants::measure(&lammps, &job.folder, crystal)?)
+    let constants = ForceConstants::measure(&lammps, &job.folder, crystal, proceed)?;
+    json::write(&job.folder.join(force_constants::FILE), &constants)
 }
 
 /// Commands before the loop of steps.

@@ -26,6 +26,7 @@ pub mod load_history;
 pub mod minimizer_checkpoint;
 pub mod nvt;
 pub mod potential;
+pub mod progress;
 pub mod properties;
 pub mod repulsion;
 pub mod scripts;

@@ -3,9 +3,10 @@
 use super::Listener;
 use super::frame_analysis::FrameAnalyzer;
 use crate::atoms::damage;
-use crate::atoms::engine::{LammpsEngine, Progress};
+use crate::atoms::engine::LammpsEngine;
 use crate::atoms::job::Job;
 use crate::atoms::nvt::{BLOCKS, NvtRun, NvtSamples, NvtSettings, mean};
+use crate::atoms::progress::Progress;
 use crate::load::LoadStep;
 use crate::record::results::{NvtResults, NvtState};
 use crate::scene::{AtomsCase, Case};

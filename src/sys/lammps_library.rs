@@ -318,8 +318,10 @@ impl Boundary {
         // Atoms that no rank has are left at the corner of the box, where no site is.
         let lost = self.positions.iter().filter(|x| **x == [0.0; 3]).count();
         if lost > 0 {
-            // As LAMMPS reports it, which would notice it later.
-            eprintln!("ERROR: Lost atoms: original {atoms} current {}", atoms - lost);
+            // LAMMPS would notice it later, and does not know why. At 98 nm with six cells of moving atoms an atom left in the second load.
+            eprintln!(
+                "ERROR: {lost} of {atoms} atoms left the elastic base: the crystal slips down to it. Use more depth_cells"
+            );
             std::process::exit(1);
         }
         let energy = (self.evaluate)(&self.positions, &mut self.forces);

@@ -232,7 +232,7 @@ fn force_constants_are_those_of_the_crystal() {
     std::fs::copy(potential(), folder.path().join("table")).expect("copied");
     let highest_pressure = 0.002 * CALCIUM_C11_GPA / GPA_PER_EV_A3;
     let crystal = Crystal { table: "table", element: "Ca", a0_angstrom: A0, cutoff_angstrom: CUTOFF, highest_pressure };
-    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal).expect("measured");
+    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, &mut || Ok(())).expect("measured");
     assert_eq!(reach(CUTOFF, A0), 4);
     for share in [0.3, 1.0] {
         let (pressure, strain) =
@@ -244,7 +244,9 @@ fn force_constants_are_those_of_the_crystal() {
         assert!((carried / pressure - 1.0).abs() < 1e-4, "{carried} instead of {pressure}");
     }
     let crushed = Crystal { highest_pressure: 100.0 * highest_pressure, ..crystal };
-    let message = ForceConstants::measure(&command(&engine), folder.path(), crushed).expect_err("refused").to_string();
+    let refused =
+        ForceConstants::measure(&command(&engine), folder.path(), crushed, &mut || Ok(())).expect_err("refused");
+    let message = refused.to_string();
     assert!(message.contains("mean pressure = ") && message.contains("GPa"), "{message}");
 }
 
@@ -265,6 +267,17 @@ fn a_descent_on_a_deep_foundation_keeps_its_atoms() {
     let strain = last.load / block.length().powi(2) * GPA_PER_EV_A3 / CALCIUM_C11_GPA;
     assert!(strain * block.height_of(0) > 2.0 * FLOOR_GAP_ANGSTROM, "{strain}");
     assert!(last.load >= 0.06 * job.spec.settings.load_unit && last.atoms == job.atoms(), "{last:?}");
+}
+
+#[test]
+fn a_program_of_another_name_runs_a_block_on_an_elastic_base() {
+    let Some(_lammps) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let program = folder.path().join("asperity-0.1");
+    std::fs::copy(env!("CARGO_BIN_EXE_asperity"), &program).expect("copied");
+    let job = built(&of(Kind::Elastic, "p_star = [0.01]", "", ""), &folder.path().join("job"));
+    let output = Command::new(&program).args(["atoms", "run"]).arg(&job.folder).output().expect("started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// Exit code of files that cannot be read.
@@ -303,7 +316,7 @@ fn a_missing_library_and_another_version_are_named() {
     let engine = LammpsEngine::find(None).expect("LAMMPS");
     let crystal =
         Crystal { table: "table", element: "Ca", a0_angstrom: A0, cutoff_angstrom: CUTOFF, highest_pressure: 1e-3 };
-    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal).expect("measured");
+    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, &mut || Ok(())).expect("measured");
     let file = job.folder.join("force_constants.json");
     std::fs::write(file, serde_json::to_string(&found).expect("text")).expect("written");
     let (code, text) = host("/no/such/liblammps.so", "20210929");

@@ -8,12 +8,14 @@ use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 
 use asperity::atoms::block::{BaseKind, Block};
-use asperity::atoms::engine::{Finished, LammpsEngine, Progress};
+use asperity::atoms::engine::{Finished, LammpsEngine};
 use asperity::atoms::job::Job;
 use asperity::atoms::job_spec::DisplacementRamp;
 use asperity::atoms::load_history::frame_file;
+use asperity::atoms::progress::Progress;
 
 /// Steps of these runs: contact starts in the second.
 const STEPS: usize = 5;
@@ -118,6 +120,27 @@ fn changed_inputs_of_a_job_are_refused() {
     }
 }
 
+/// The third of the strains at which the force constants are measured.
+const THIRD: usize = 3;
+
+#[test]
+fn a_run_ends_while_its_elastic_base_is_measured() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let job = job_on(BaseKind::Elastic, folder.path());
+    let mut calls = 0;
+    let mut until_third = |_: Progress| {
+        calls += 1;
+        if calls < THIRD { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let error = engine.run(&job, &mut until_third).expect_err("interrupted");
+    assert!(matches!(error, asperity::Error::Interrupted), "{error}");
+    let message =
+        failure(&job, engine.clone().with_time_limit(Some(Duration::ZERO)).run(&job, &mut on).expect_err("late"));
+    assert!(message.contains("time limit"), "{message}");
+    assert!(!folder.path().join("log.0").exists(), "the load steps have not begun");
+}
+
 #[test]
 fn lammps_errors_are_reported() {
     let Some(engine) = lammps(1) else { return };
@@ -135,6 +158,12 @@ fn errors_are_reported_on(engine: &LammpsEngine, base: BaseKind) {
     let hot = "velocity block create 1.0e7 4928\nfix move block nve\ntimestep 0.05\nrun 400\nminimize      0.0";
     let blown = with_script(engine, &job, MINIMIZE, hot);
     assert!(blown.contains("the atom count changed") || blown.contains("it stopped with"), "{blown}");
+
+    if base == BaseKind::Elastic {
+        let left =
+            with_script(engine, &job, MINIMIZE, "displace_atoms base move 0 0 -500 units box\nminimize      0.0");
+        assert!(left.contains("atoms left the elastic base") && left.contains("depth_cells"), "{left}");
+    }
 
     let unknown = with_script(engine, &job, MINIMIZE, "minimise      0.0");
     assert!(unknown.contains("Unknown command: minimise"), "{unknown}");

@@ -2,12 +2,13 @@
 
 use asperity::atoms::block::Block;
 use asperity::atoms::dump::read_frame;
-use asperity::atoms::engine::{LammpsEngine, Progress};
+use asperity::atoms::engine::LammpsEngine;
 use asperity::atoms::indenter::{Indenter, grid_points};
 use asperity::atoms::interaction::{Interaction, Yukawa};
 use asperity::atoms::job::{Crystal, Job, Loading};
 use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, RelaxationSettings};
 use asperity::atoms::load_history::frame_file;
+use asperity::atoms::progress::Progress;
 use asperity::atoms::properties::LmpCommand;
 use asperity::pipeline::{Silent, build_job};
 use asperity::scene::{Case, Scene};

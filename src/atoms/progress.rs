@@ -1,0 +1,107 @@
+//! Progress of a running job, read from its load steps and the end of its log.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use super::job::Job;
+use super::load_history::{LoadHistory, StepRecord};
+
+/// Progress of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// The last finished step, and whether this is the first call with it.
+    pub record: Option<StepRecord>,
+    pub is_new: bool,
+    /// Iterations of the current step, from its log.
+    pub iterations: usize,
+    /// Mean pressure over E* times rms gradient.
+    pub p_star: f64,
+    /// Time since the start of `run`, seconds.
+    pub elapsed_s: f64,
+}
+
+/// Receives progress; `Break` stops the run.
+pub type Watch<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
+
+/// Calls `watch` for finished steps.
+pub(super) struct Watcher<'a> {
+    job: &'a Job,
+    pub(super) begun: Instant,
+    seen: usize,
+    iterations: usize,
+}
+
+impl<'a> Watcher<'a> {
+    pub(super) fn new(job: &'a Job, begun: Instant, finished: Option<usize>) -> Self {
+        Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), iterations: 0 }
+    }
+
+    /// Reads the iteration count from the end of a log. LAMMPS counts iterations over all steps, across restarts.
+    pub(super) fn read_progress(&mut self, history: &LoadHistory, log: &Path) {
+        let earlier: usize = history.steps.iter().map(|r| r.iterations).sum();
+        self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
+    }
+
+    /// One call per new step, or a single call without a new step.
+    pub(super) fn report(&mut self, history: &LoadHistory, watch: &mut Watch) -> ControlFlow<()> {
+        if history.steps.len() <= self.seen {
+            return watch(self.progress(history.last(), false));
+        }
+        for record in &history.steps[self.seen..] {
+            self.seen += 1;
+            watch(self.progress(Some(record), true))?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn progress(&self, record: Option<&StepRecord>, is_new: bool) -> Progress {
+        let settings = &self.job.spec.settings;
+        Progress {
+            record: record.cloned(),
+            is_new,
+            iterations: self.iterations,
+            p_star: record.map_or(0.0, |r| r.load / settings.load_unit),
+            elapsed_s: self.begun.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+/// Bytes read from the end of a log; longer than any line of numbers that the scripts print.
+const LOG_TAIL: u64 = 400;
+
+/// First column of the last complete line of numbers at the end of a log, if there is one.
+fn last_iteration(log: &Path) -> Option<usize> {
+    let mut file = File::open(log).ok()?;
+    let length = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(LOG_TAIL))).ok()?;
+    let mut tail = Vec::new();
+    file.read_to_end(&mut tail).ok()?;
+    iteration_of(&String::from_utf8_lossy(&tail))
+}
+
+fn iteration_of(tail: &str) -> Option<usize> {
+    // The first line of the tail may lack its start, the last line its end.
+    let mut lines: Vec<&str> = tail.split_inclusive('\n').skip(1).filter(|l| l.ends_with('\n')).collect();
+    lines.reverse();
+    lines.iter().find_map(|line| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let numbers = words.len() > 2 && words.iter().all(|w| w.parse::<f64>().is_ok());
+        if numbers { words[0].parse().ok() } else { None }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_iteration_is_read_from_the_end_of_a_log() {
+        let text = "100 -5.5 0.1 3\n     125   -1200.5  0.002 11.1\n     150   -1200.6  0.0";
+        assert_eq!(iteration_of(text), Some(125));
+        assert_eq!(iteration_of(&format!("{text}01 11.2\nLoop time of 3 on 1 procs\n")), Some(150));
+        assert_eq!((iteration_of(""), iteration_of("x\nno numbers here\n3\n")), (None, None));
+    }
+}
