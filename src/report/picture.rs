@@ -171,7 +171,7 @@ impl Picture {
     /// PNG file contents, 8-bit RGB.
     pub fn png(&self) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
             .write_image(self.pixels.as_flattened(), self.width as u32, self.height as u32, ExtendedColorType::Rgb8)
             .map_err(std::io::Error::other)?;
         Ok(bytes)

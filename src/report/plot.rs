@@ -73,11 +73,13 @@ pub struct Style {
 }
 
 pub const ATOMS: Style = Style { colour: picture::BLUE, dash: Dash::Solid, marker: Marker::Disc };
-pub const HARD: Style = Style { colour: picture::ORANGE, dash: Dash::Dashed, marker: Marker::Square };
+/// Without adhesion, where that is the second of two curves.
+pub const WITHOUT: Style = Style { colour: picture::ORANGE, dash: Dash::Dashed, marker: Marker::Square };
+pub const HARD: Style = Style { colour: picture::VERMILION, dash: Dash::Dotted, marker: Marker::Square };
 pub const THRESHOLD: Style = Style { colour: picture::GREEN, dash: Dash::Dashed, marker: Marker::Ring };
-pub const SOFT: Style = Style { colour: picture::VERMILION, dash: Dash::Dotted, marker: Marker::Triangle };
-/// Compliant wall with hardness.
-pub const YIELDING: Style = Style { colour: picture::BLACK, dash: Dash::Dotted, marker: Marker::Star };
+/// Compliant wall, without and with hardness: the colours of their maps.
+pub const SOFT: Style = Style { colour: picture::ORANGE, dash: Dash::Dashed, marker: Marker::Triangle };
+pub const YIELDING: Style = Style { colour: picture::PURPLE, dash: Dash::Dotted, marker: Marker::Star };
 pub const LABORATORY: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: Marker::Square };
 /// Unloading branch, and highlighted points.
 pub const BACK: Style = Style { colour: picture::VERMILION, dash: Dash::Dashed, marker: Marker::Ring };

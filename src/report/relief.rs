@@ -152,7 +152,7 @@ impl Relief<'_> {
     pub(super) fn png(&self, width: usize) -> std::io::Result<Vec<u8>> {
         let canvas = self.drawn(width);
         let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
             .write_image(
                 canvas.pixels.as_flattened(),
                 canvas.width as u32,

@@ -284,7 +284,7 @@ fn numbers_of_the_first_screen_are_in_the_results() {
                 (l.atoms.contact_fraction / continuum.contact_fraction - 1.0).abs()
             };
             let worst = loads.iter().max_by(|a, b| off(a).total_cmp(&off(b))).expect("loads").p_star;
-            assert!(page.contains(&format!("differ most at p* = {worst}, by ")), "{worst}");
+            assert!(page.contains(&format!("differ most at p* = {worst}, where the atoms have ")), "{worst}");
             assert!(page.contains("of the continuum; ± is the continuum’s"));
         }
         let mut stored = Vec::new();
@@ -393,7 +393,7 @@ fn a_loading_cycle_is_described_by_its_extremes() {
     let text = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm (± 1.00×10⁻⁵ % of it or less) and the contact 3.00 % to 22.0 % (± 3.12 % of it \
                 or less); at p* = 0.01 it is 5.00 % on loading and 8.00 % on unloading";
     assert!(page.contains(text), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
-    let tile = "<data value=\"0.22\">22.00</data><span class=\"error\"> ± 0.69 %</span>";
+    let tile = "<data value=\"0.22\">22.00</data><span class=\"error\"> ± 0.69 % of the cell</span>";
     assert!(page.contains(tile), "{}", &page[page.find("div class=\"tiles\"").unwrap()..][..900]);
     assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
     let curves = std::fs::read_to_string(folder.path().join("figures/mean-gap.svg")).unwrap();

@@ -21,9 +21,9 @@ use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Picture, R
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 
 const WITH: Style = plot::ATOMS;
-const WITHOUT: Style = plot::HARD;
+const WITHOUT: Style = plot::WITHOUT;
 const THEORY: Style = plot::EXPECTED;
-const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT };
+const PART: Style = Style { marker: Marker::None, ..plot::HARD };
 
 /// Table of the acceptance checks.
 pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
@@ -345,7 +345,7 @@ fn mean_gap(writer: &FigureWriter, results: &Results, with: &ContinuumResults, w
     let mut curves = paths(with, without, |s| s.mean_gap * um);
     curves.push(formula(("0.3 µm exp(−8 p*)", THEORY), &curves, Axis::Linear, |p| 0.3 * (-8.0 * p).exp()));
     let touch = results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
-    let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..plot::SOFT };
+    let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..plot::HARD };
     curves.extend(touch.map(|h| curve("first contact, undeformed", arrow, vec![(0.0, h)])));
     Plot::new((Axis::Linear, Axis::Log), ("load p*", "mean gap ū (µm)"), curves)
 }

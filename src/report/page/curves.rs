@@ -12,7 +12,7 @@ use crate::record::results::{
 use crate::report::number::si_scale;
 use crate::report::plot::{
     ATOMS, Axis, BACK, Curve, Dash, EXPECTED, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD,
-    UNCONVERGED, YIELDING,
+    UNCONVERGED, WITHOUT, YIELDING,
 };
 
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
@@ -70,7 +70,7 @@ fn area_plot(results: &Results) -> Plot {
     }
     if let Some(c) = &results.non_adhesive {
         let points = c.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)).collect();
-        curves.push(Curve { label: "without adhesion".into(), style: HARD, points });
+        curves.push(Curve { label: "without adhesion".into(), style: WITHOUT, points });
     }
     for m in results.methods.iter().filter(|m| !m.states.is_empty()) {
         let label = format!("{}{}", m.method, if m.adhesive { "" } else { ", without adhesion" });
@@ -105,7 +105,8 @@ fn area_plot(results: &Results) -> Plot {
             curves.push(theory);
         }
     }
-    Plot { include, ..Plot::new((axis, axis), ("reduced load p*", "contact (% of the cell)"), curves) }
+    let contact = if results.atoms.is_some() { "contact (% of cell or sites)" } else { "contact (% of the cell)" };
+    Plot { include, ..Plot::new((axis, axis), ("reduced load p*", contact), curves) }
 }
 
 /// The theory at the rms gradient that the atoms' scale resolves.
@@ -206,7 +207,7 @@ fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, without: Option<&Contin
         branches(c, (&c.method, LABORATORY), &|s| (s.numbers.p_star, s.mean_gap * writer.scales.length_m / scale));
     curves.extend(without.map(|c| Curve {
         label: "without adhesion".into(),
-        style: HARD,
+        style: WITHOUT,
         points: c.states.iter().map(|s| (s.numbers.p_star, s.mean_gap * writer.scales.length_m / scale)).collect(),
     }));
     let pressed = c.states.iter().all(|s| s.numbers.p_star > 0.0);

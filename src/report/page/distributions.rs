@@ -17,8 +17,8 @@ const LOADS: usize = 4;
 /// Styles of the loads, first to last. Both colour and dash pattern identify a load.
 pub(super) const LOOKS: [Style; LOADS] = [
     Style { marker: Marker::None, ..plot::ATOMS },
+    Style { marker: Marker::None, ..plot::WITHOUT },
     Style { marker: Marker::None, ..plot::HARD },
-    Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT },
     Style { dash: Dash::Solid, marker: Marker::None, ..plot::LABORATORY },
 ];
 

@@ -9,6 +9,7 @@ use super::figures::FigureWriter;
 use super::loads::{CLIPPED, of_stress};
 use super::packed::{self, Packed};
 use crate::error::{Error, Result};
+use crate::grid::{Grid, smoothed};
 use crate::load::Branch;
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, CriterionMatch, LoadComparison, Results, StateResults};
@@ -111,7 +112,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
             }
             span.at-load { (data.loads[last]) }
             @if let Some(width) = smoothing(results) {
-                "Stress of the atoms: forces spread by a Gaussian of " (trimmed(width, 3)) " Å; the continuum’s is not smoothed."
+                "Stress: the atoms’ forces and the continuum’s stress are spread by a Gaussian with a standard deviation of " (trimmed(width, 3)) " Å."
             }
         }
         script type="application/json" id="maps" { (PreEscaped(json.replace("</", "<\\/"))) }
@@ -197,13 +198,21 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
     let stored = |c: &ContinuumResults, load: &LoadComparison, of: fn(&StateResults) -> Option<&String>| {
         at_load(&c.states, load.p_star, |s: &StateResults| s.numbers.p_star).and_then(of).cloned()
     };
+    // As the atoms' forces are spread.
+    let width = smoothing(results).map(|w| w / atoms.length_angstrom);
+    let smooth = |mut map: DownsampledMap| {
+        if let Some(width) = width {
+            map.values = smoothed(Grid::unit(map.nx, map.ny), &map.values, width);
+        }
+        map
+    };
     let of_continuum = |c: &ContinuumResults, load: &LoadComparison, m: &CriterionMatch, gap| -> Result<Fields> {
         let stress = stored(c, load, |s| s.numbers.stress_map.as_ref());
         Ok(Fields {
             share: Some(m.contact_fraction),
             contact: m.map.as_deref().map(|f| file(f, &flag)).transpose()?,
             gap,
-            stress: stress.map(|f| file(&f, &|v| v * atoms.modulus_gpa)).transpose()?,
+            stress: stress.map(|f| file(&f, &|v| v * atoms.modulus_gpa)).transpose()?.map(smooth),
         })
     };
     // Gaps are measured from the dilated heights; those of the compliant wall are also stored from the original heights.

@@ -224,6 +224,24 @@ function explore(root, data) {
 
   // Gap and stress along the section.
   const dashes = [[7, 4], [2, 3]]; // the last layer has a solid line
+  function pen(c, layer, n) {
+    c.setLineDash(layer === data.layers[data.layers.length - 1] ? [] : dashes[n]);
+    c.lineWidth = 1.6;
+    c.strokeStyle = layer.colour.every(v => v === 0) ? ink() : `rgb(${layer.colour})`;
+  }
+  // Names of the sources above the first section, from the right.
+  function legend(c, layers, right) {
+    c.save();
+    let x = right;
+    for (let n = layers.length - 1; n >= 0; n--) {
+      x -= c.measureText(layers[n].title).width;
+      c.fillText(layers[n].title, x, 12);
+      pen(c, layers[n], n);
+      c.beginPath(), c.moveTo(x - 26, 8), c.lineTo(x - 4, 8), c.stroke();
+      x -= 38;
+    }
+    c.restore();
+  }
   function paintProfile() {
     const kinds = ["gap", "stress"].filter(q => quantities.includes(q));
     const ratio = window.devicePixelRatio || 1;
@@ -243,8 +261,10 @@ function explore(root, data) {
       const all = points.flat();
       let [low, high] = [Math.min(0, ...all), Math.max(...all)];
       if (!(high > low)) high = low + 1;
+      high += 0.05 * (high - low);
       c.fillStyle = c.strokeStyle = ink();
       c.fillText(named(quantity), left, 12);
+      if (k === 0 && lines.length > 1) legend(c, lines.map(([layer]) => layer), right);
       c.textAlign = "right";
       for (const t of ticks(low, high, 3)) c.fillText(digits(t, 3), left - 5, bottom - ((t - low) / (high - low)) * (bottom - top) + 4);
       const [x0, x1] = [state.u * length, (state.u + state.size) * length];
@@ -255,9 +275,7 @@ function explore(root, data) {
       c.save();
       c.beginPath(), c.rect(left, top, right - left, bottom - top), c.clip();
       lines.forEach(([layer, m], n) => {
-        c.setLineDash(layer === data.layers[data.layers.length - 1] ? [] : dashes[n]);
-        c.lineWidth = 1.6;
-        c.strokeStyle = layer.colour.every(v => v === 0) ? ink() : `rgb(${layer.colour})`;
+        pen(c, layer, n);
         c.beginPath();
         points[n].forEach((v, i) => {
           const x = left + (((i + 0.5) / m.nx - state.u) / state.size) * (right - left);

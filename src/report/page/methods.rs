@@ -22,7 +22,7 @@ use crate::scene::REFERENCE_LOAD;
 const OWN: Style = Style { colour: picture::GREY, dash: Dash::Solid, marker: Marker::None };
 const OWN_WITHOUT: Style = Style { dash: Dash::Dashed, ..OWN };
 const WITH: Style = plot::ATOMS;
-const WITHOUT: Style = plot::HARD;
+const WITHOUT: Style = plot::WITHOUT;
 
 /// Panels per row, and height over width of a panel.
 const ROW: usize = 4;

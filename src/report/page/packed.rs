@@ -49,7 +49,7 @@ pub(super) fn values(map: &DownsampledMap) -> Packed {
 }
 
 fn packed(bytes: &[u8]) -> String {
-    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
     // Writing into memory does not fail.
     let _ = encoder.write_all(bytes);
     STANDARD.encode(encoder.finish().unwrap_or_default())

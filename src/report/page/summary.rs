@@ -1,7 +1,7 @@
 //! First screen: the answer in one sentence, the maps, the area–load curve, warnings.
 
 use crate::load::Branch;
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::compare::{SAME_LOAD, at_load, deviation, matched, matched_uncertainty, more_or_less, yielding};
 use super::definitions::{Term, term};
@@ -28,7 +28,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         @if let Some(c) = &results.accuracy { p { (chosen(c)) } }
         div.stage {
             @if let Some(maps) = maps { div.explorer id="explorer" { (maps) } }
-            div.beside {
+            div.numbers {
                 @if let Some(curve) = curve { (curve) }
                 (tiles::section(results))
             }
@@ -36,10 +36,16 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         @if !results.warnings.is_empty() {
             details.warnings open {
                 summary { (many(results.warnings.len())) }
-                ul { @for w in &results.warnings { li { (w) } } }
+                ul { @for w in &results.warnings { li { (with_subscripts(w)) } } }
             }
         }
     })
+}
+
+/// A message of the terminal with the subscripts of its symbols.
+fn with_subscripts(message: &str) -> Markup {
+    let text = html! { (message) }.into_string();
+    PreEscaped(text.replace("λ_s", "λ<sub>s</sub>").replace("λ_r", "λ<sub>r</sub>").replace("d_c", "d<sub>c</sub>"))
 }
 
 /// What was solved, in one line.
@@ -155,13 +161,13 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
         Some(_) => "more than the uncertainty",
         None => "not compared with the uncertainty",
     };
-    let doubt = doubt.map_or("not known".into(), |d| format!("± {}", percent(d)));
+    let doubt = doubt.map_or("not known".into(), |d| format!("± {} of it", percent(d)));
     Some(html! {
-        strong { "The contact areas of atoms and continuum differ most at p* = " (trimmed(worst.p_star, 4)) ", by " (percent(off.abs()))
-            ", and the maps agree with " (term(Term::Kappa)) " ≥ " (significant(lowest, 2)) (elsewhere) }
-        " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum there (" (doubt) "). At "
-        (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms are in " (term(Term::Contact)) " and " (continuum) " of the continuum ("
-        (best.label()) ")."
+        strong { "Atoms and continuum differ most at p* = " (trimmed(worst.p_star, 4)) ", where the atoms have " (more_or_less(off)) " " (term(Term::Contact))
+            "; the maps agree with " (term(Term::Kappa)) " ≥ " (significant(lowest, 2)) (elsewhere) }
+        " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum’s area there (" (doubt)
+        "); that of the atoms is not known. At " (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms and " (continuum)
+        " of the continuum (" (best.label()) ") are in contact."
     })
 }
 

@@ -38,6 +38,12 @@ pub(super) fn section(results: &Results) -> Markup {
     }
 }
 
+/// A fraction in per cent with its relative error, both of the same `whole`.
+fn share(value: f64, relative: Option<f64>, whole: &str) -> (String, String) {
+    let (value, error) = shown(100.0 * value, relative, "%", |v| percent(v / 100.0));
+    (value, if relative.is_some() { format!("{error} {whole}") } else { error })
+}
+
 /// A value with its relative error, both in `unit`; without an error the value as `plain` shows it.
 fn shown(value: f64, relative: Option<f64>, unit: &str, plain: impl Fn(f64) -> String) -> (String, String) {
     match relative {
@@ -82,7 +88,7 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     let at = format!("p* = {}", trimmed(s.numbers.p_star, 4));
     let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
     let area = total(s, Quantity::ContactArea);
-    let contact = shown(100.0 * s.contact_fraction_corrected, area, "%", |v| percent(v / 100.0));
+    let contact = share(s.contact_fraction_corrected, area, "of the cell");
     // Why this contact is not that of the comparison.
     let resolved = results.comparison.as_ref().and_then(|m| c.resolved_gradient.zip(m.hard_wall.resolved_gradient));
     let resolved = resolved.map_or(String::new(), |(here, atoms)| {
@@ -95,7 +101,7 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
             value: contact.0,
             exact: Some(s.contact_fraction_corrected),
             error: contact.1,
-            note: format!("of the cell, perimeter-corrected; {}{resolved}", c.method),
+            note: format!("perimeter-corrected; {}{resolved}", c.method),
         },
         Tile {
             name: html! { "mean " (term(Term::Gap)) " at " (at) (scale) },
@@ -181,7 +187,7 @@ fn comparison_tiles(c: &ComparisonResults) -> Vec<Tile> {
         }
     });
     let misaligned = significant(m.shifted.kappa, 2);
-    let note = format!("1: identical maps; misaligned by a third and a fifth of the cell: {misaligned}");
+    let note = format!("1: identical maps; misaligned by a third and a fifth of the cell: {misaligned} at this load");
     ratio.into_iter().chain([kappa(&at, m, note)]).collect()
 }
 
@@ -194,12 +200,18 @@ fn hardness_tiles(
     hard: &CriterionMatch,
 ) -> Vec<Tile> {
     let at = format!("p* = {}", trimmed(load.p_star, 4));
-    let contact = |name: &str, share: f64, relative: Option<f64>, note: String| {
+    let contact = |name: &str, fraction: f64, relative: Option<f64>, note: String| {
         let (value, error) = match relative {
-            Some(_) => shown(100.0 * share, relative, "%", |v| percent(v / 100.0)),
-            None => (percent(share), String::new()),
+            Some(_) => share(fraction, relative, "of the sites"),
+            None => (percent(fraction), String::new()),
         };
-        Tile { name: html! { (term(Term::Contact)) " at " (at) ", " (name) }, value, exact: Some(share), error, note }
+        Tile {
+            name: html! { (term(Term::Contact)) " at " (at) ", " (name) },
+            value,
+            exact: Some(fraction),
+            error,
+            note,
+        }
     };
     let of_atoms = |m: &CriterionMatch| {
         deviation(load, m).map_or(String::new(), |d| format!("the atoms have {}", more_or_less(d)))
