@@ -5,8 +5,8 @@ use super::output;
 use super::point::PointCommand;
 use super::progress;
 use crate::cluster::{
-    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedPoint, TURNS, Turn,
-    forget_end, pack, progress_of, record_end,
+    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedCommand, SubmittedPoint,
+    TURNS, Turn, forget_end, pack, progress_of, record_end,
 };
 use crate::pipeline::sweep::{self, PointFolder, Sweep};
 use crate::pipeline::{self, RunFolder};
@@ -24,6 +24,9 @@ use std::time::{Duration, Instant};
 
 /// Exit code of a turn without progress: a longer turn is needed (`EX_TEMPFAIL` of sysexits.h).
 const NO_PROGRESS: u8 = 75;
+
+/// Exit code of a table that lacks points which wait, as of an interrupted sweep.
+const INTERRUPTED: u8 = 130;
 
 /// Failed points that `status` prints.
 const MOST_SHOWN: usize = 20;
@@ -47,7 +50,8 @@ impl Request<'_> {
     pub(super) fn submit(self) -> Result<()> {
         let (sweep, out) = (self.sweep, self.out);
         let program = program_of(&self.machine.1)?;
-        let mut submission = Submission::new(&sweep.name, &sweep.keys, self.machine, self.flags);
+        let machine = with_ranks(self.machine, sweep.ranks());
+        let mut submission = Submission::new(&sweep.name, &sweep.keys, machine, self.flags);
         submission.points = sweep.points.iter().map(submitted).collect();
         let missing: Vec<(usize, f64)> = (submission.points.iter().enumerate())
             .filter(|(_, p)| submission.end_of(out, p).is_none_or(|end| end.outcome != Outcome::Done))
@@ -78,6 +82,8 @@ impl Request<'_> {
             let folder = std::path::absolute(out).map_err(Error::io("find", out))?;
             let job = Slurm.submit(&files[0], &folder, None)?;
             submission.job = Some(job.clone());
+            // An interruption from here on leaves a number to cancel.
+            submission.write(out)?;
             let collect = Slurm.submit(&files[1], &folder, Some(&job)).inspect_err(|_| {
                 // Without the table nobody waits for the points.
                 let _ = Slurm.cancel(&job);
@@ -103,6 +109,12 @@ impl Request<'_> {
         }
         Ok(())
     }
+}
+
+/// The machine with the ranks of the scene, where it has none of its own: tasks need as many cores.
+fn with_ranks((name, mut machine): (String, Machine), ranks: usize) -> (String, Machine) {
+    machine.lammps.ranks = machine.lammps.ranks.or((ranks > 1).then_some(ranks));
+    (name, machine)
 }
 
 /// The program that tasks of the machine run.
@@ -148,7 +160,7 @@ impl CommandRequest<'_> {
         let (bytes, seconds) = (planned.bytes, self.seconds.unwrap_or(planned.seconds));
         let command = own_command(self.results)?;
         let label = command.arguments.first().cloned().unwrap_or_default();
-        let mut submission = Submission::new(name, &[], self.machine, Vec::new());
+        let mut submission = Submission::new(name, &[], with_ranks(self.machine, case.ranks()), Vec::new());
         let text = command.arguments.join("\0");
         let scene = blake3::hash(text.as_bytes()).to_hex().to_string();
         submission.points = vec![SubmittedPoint { label: label.clone(), values: Vec::new(), scene, seconds }];
@@ -263,7 +275,8 @@ impl SlurmTask {
         let begun = Instant::now();
         let node = std::env::var("SLURMD_NODENAME").unwrap_or_else(|_| "unknown".into());
         let folders: Vec<PathBuf> = points.iter().map(|&i| submission.place(out, &submission.points[i]).0).collect();
-        let progress = || folders.iter().map(|f| progress_of(f)).fold(0, u64::wrapping_add);
+        let continues = submission.command.as_ref().is_none_or(SubmittedCommand::continues_stages);
+        let progress = || folders.iter().map(|f| progress_of(f, continues)).fold(0, u64::wrapping_add);
         let before = progress();
         output::eprint(&format!("{} on {node}", number(points.len(), "point")));
         let (worst, interrupted) = run_points(&submission, points, out)?;
@@ -376,14 +389,19 @@ impl Collect {
             let accepted = "the folder of a sweep: a single command writes its own report";
             return Err(Error::input("command line", "FOLDER", out.display(), accepted));
         }
-        let mut worst = 0;
+        let (mut worst, mut waiting) = (0, false);
         let points = submission.points.iter().map(|p| {
             let end = submission.end_of(out, p);
-            worst = end.as_ref().map_or(0, |e| e.code).max(worst);
-            let status = match end.as_ref().map(|e| e.outcome) {
-                Some(Outcome::Done) => PointStatus::Done,
-                Some(Outcome::Failed) => PointStatus::Failed,
-                Some(Outcome::Interrupted) | None => PointStatus::Waiting,
+            let status = match end.as_ref().map(|e| (e.outcome, e.code)) {
+                Some((Outcome::Done, _)) => PointStatus::Done,
+                Some((Outcome::Failed, code)) => {
+                    worst = code.max(worst);
+                    PointStatus::Failed
+                }
+                Some((Outcome::Interrupted, _)) | None => {
+                    waiting = true;
+                    PointStatus::Waiting
+                }
             };
             sweep::point((&p.label, p.values.clone()), status, end.and_then(|e| e.reason), out)
         });
@@ -391,7 +409,8 @@ impl Collect {
         let ensemble = sweep::write_tables(out, (&submission.name, &submission.keys), points)?;
         let page = crate::report::write(out)?;
         super::sweep_table::print(&ensemble, out, &page, self.json)?;
-        Ok(ExitCode::from(worst))
+        // As a local sweep that was interrupted.
+        Ok(ExitCode::from(if worst == 0 && waiting { INTERRUPTED } else { worst }))
     }
 }
 

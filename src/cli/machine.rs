@@ -55,6 +55,12 @@ impl MachineFlags {
             None => Machine::default(),
         };
         machine.lammps = machine.lammps.overruled_by(&lammps.command());
+        // Points and tasks have other working folders.
+        for program in [&mut machine.program, &mut machine.lammps.program].into_iter().flatten() {
+            if program.components().count() > 1 {
+                *program = std::path::absolute(&*program).map_err(Error::io("find", &*program))?;
+            }
+        }
         Ok((self.machine.clone().unwrap_or_default(), machine))
     }
 }

@@ -150,7 +150,8 @@ impl SweepFlags {
         let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
         let fit = usize::try_from(have / bytes).unwrap_or(usize::MAX).max(1);
         let given = self.jobs.map(usize::from).or(machine.at_once);
-        let at_once = given.unwrap_or(cores.min(fit)).min(sweep.points.len()).max(1);
+        let ranks = machine.lammps.ranks.unwrap_or(sweep.ranks()).max(1);
+        let at_once = given.unwrap_or((cores / ranks).min(fit)).min(sweep.points.len()).max(1);
         if self.dry_run {
             return self.plan(sweep, at_once).map(|()| ExitCode::SUCCESS);
         }

@@ -25,6 +25,13 @@ pub struct SubmittedCommand {
     pub results: String,
 }
 
+impl SubmittedCommand {
+    /// Whether it continues a stage that was interrupted. Each setting of a trade-off begins anew: its time counts.
+    pub fn continues_stages(&self) -> bool {
+        self.arguments.first().is_none_or(|command| command != "tradeoff")
+    }
+}
+
 /// A submitted sweep, or a command with one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Submission {

@@ -3,19 +3,25 @@
 use std::path::Path;
 use std::time::UNIX_EPOCH;
 
-/// A number that changes when a run folder gains work that a later turn continues: finished stages, load steps of LAMMPS, checkpoints.
-pub fn progress_of(run: &Path) -> u64 {
+/// A number that changes when a run folder gains work that a later turn continues: finished stages and, where stages are continued, load
+/// steps of LAMMPS, finished loads of estimators, checkpoints.
+pub fn progress_of(run: &Path, continues_stages: bool) -> u64 {
     let Ok(entries) = std::fs::read_dir(run) else { return 0 };
     let of = |entry: std::fs::DirEntry| -> u64 {
         let Ok(meta) = entry.metadata() else { return 0 };
         if meta.is_dir() {
-            return progress_of(&entry.path());
+            return progress_of(&entry.path(), continues_stages);
         }
         let (path, name) = (entry.path(), entry.file_name());
+        let text = || std::fs::read_to_string(&path).unwrap_or_default();
         let state = match name.to_string_lossy().as_ref() {
-            // A continued run writes its load steps anew, without progress.
-            "done.json" | "load_steps.csv" => std::fs::read_to_string(&path).unwrap_or_default(),
-            name if name.starts_with("checkpoint") => {
+            "done.json" => text(),
+            _ if !continues_stages => return 0,
+            // A continued run writes these anew, without progress.
+            "load_steps.csv" => text(),
+            name if name.ends_with("checkpoint.json") || is_load(name) => text(),
+            // Of LAMMPS, binary.
+            name if name.starts_with("checkpoint.") => {
                 let changed = meta.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok());
                 format!("{} {}", meta.len(), changed.unwrap_or_default().as_nanos())
             }
@@ -26,6 +32,12 @@ pub fn progress_of(run: &Path) -> u64 {
     };
     // A sum, so that the order of the entries does not count.
     entries.flatten().map(of).fold(0, u64::wrapping_add)
+}
+
+/// Whether a file holds a finished load of an estimator: load-3.json.
+fn is_load(name: &str) -> bool {
+    let number = name.strip_prefix("load-").and_then(|n| n.strip_suffix(".json"));
+    number.is_some_and(|n| n.parse::<usize>().is_ok())
 }
 
 #[cfg(test)]
@@ -40,6 +52,7 @@ mod tests {
             std::fs::create_dir_all(path.parent().expect("a folder")).expect("created");
             std::fs::write(path, text).expect("written");
         };
+        let progress_of = |run: &Path| super::progress_of(run, true);
         let empty = progress_of(run.path());
         write("lammps/spent.json", "1");
         write("lammps/log.0", "text");
@@ -53,6 +66,19 @@ mod tests {
         write("continuum/checkpoint.json", "{}");
         let three = progress_of(run.path());
         assert!(empty != one && one != two && two != three);
-        assert_eq!(progress_of(run.path()), three);
+        write("continuum/checkpoint.json", "{}");
+        assert_eq!(progress_of(run.path()), three, "the same state, written again");
+        let more = ["matched/full-heights-checkpoint.json", "method-persson/load-1.json", "lammps/checkpoint.2.a"];
+        for name in more {
+            let before = progress_of(run.path());
+            write(name, "{}");
+            assert!(progress_of(run.path()) != before, "{name}");
+        }
+        // Stages of a trade-off begin anew.
+        let finished = super::progress_of(run.path(), false);
+        write("lammps/load_steps.csv", "a\nb\nc\n");
+        assert_eq!(super::progress_of(run.path(), false), finished);
+        write("lammps/done.json", "{}");
+        assert!(super::progress_of(run.path(), false) != finished);
     }
 }

@@ -29,8 +29,9 @@ struct Cluster {
 
 /// First of the ports of a cluster: other ones for each test and for each process.
 fn ports(index: u16) -> u16 {
-    let process = u16::try_from(std::process::id() % 1000).expect("below 1000");
-    20_000 + 40 * process + 10 * index
+    let process = u16::try_from(std::process::id() % 900).expect("below 900");
+    assert!(index < 5, "ten ports for each of five tests");
+    20_000 + 50 * process + 10 * index
 }
 
 impl Cluster {
@@ -334,6 +335,20 @@ fn a_dry_run_prints_the_scripts_and_submits_nothing() {
     let jobs = call(&["--jobs", "2"]);
     assert_eq!(jobs.status.code(), Some(2));
     assert!(stderr(&jobs).contains("at_once of the machine cluster"), "{}", stderr(&jobs));
+}
+
+#[test]
+fn tasks_have_the_cores_of_the_scene_s_ranks() {
+    let folder = tempfile::tempdir().expect("scratch");
+    fs::write(folder.path().join("scene.toml"), format!("{ATOMS}ranks = 2\n")).expect("written");
+    fs::write(folder.path().join("sweep.toml"), SEEDS).expect("written");
+    fs::write(folder.path().join("machines.toml"), "[cluster]\nengine = \"slurm\"\n").expect("written");
+    for arguments in [["sweep", "sweep.toml"], ["run", "scene.toml"]] {
+        let mut command = asperity();
+        command.args(arguments).args(["--machine", "cluster", "--out", "out", "--dry-run"]).current_dir(folder.path());
+        let text = String::from_utf8(command.output().expect("started").stdout).expect("text");
+        assert!(text.contains("#SBATCH --ntasks=2\n#SBATCH --cpus-per-task=1\n"), "{arguments:?}: {text}");
+    }
 }
 
 #[test]

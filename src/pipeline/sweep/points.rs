@@ -53,6 +53,8 @@ pub struct SweepPoint {
     /// Planned memory, and an order of magnitude of the time.
     pub bytes: u64,
     pub seconds: f64,
+    /// MPI ranks of LAMMPS; 1 without atoms.
+    pub ranks: usize,
 }
 
 /// A checked sweep.
@@ -64,6 +66,11 @@ pub struct Sweep {
 }
 
 impl Sweep {
+    /// Most MPI ranks of LAMMPS of a point.
+    pub fn ranks(&self) -> usize {
+        self.points.iter().map(|p| p.ranks).max().unwrap_or(1)
+    }
+
     /// Reads a sweep's file; `changes` edit every scene.
     ///
     /// # Errors
@@ -118,7 +125,14 @@ impl Sweep {
                 return Err(refused(&"each combination of values once"));
             }
             let plan = plan(&case, rayon::current_num_threads(), None)?;
-            points.push(SweepPoint { label, values, scene: portable, bytes: plan.bytes, seconds: plan.seconds });
+            points.push(SweepPoint {
+                label,
+                values,
+                scene: portable,
+                bytes: plan.bytes,
+                seconds: plan.seconds,
+                ranks: case.ranks(),
+            });
             own_name = case.scene.name;
         }
         let name = name.unwrap_or(own_name);
