@@ -70,7 +70,7 @@ def _commands(of: list[str] | None = None) -> list[list[str]]:
 
 
 def _name_files(app: object, page: str, source: list[str]) -> None:
-    """Pages link to files of the repository beside this folder, which the site does not have: their paths take the place of the links."""
+    """Pages link to files of the repository outside this folder, which the site does not have: their paths take the place of the links."""
     depth = len(PurePosixPath(page).parents)
     outside = re.compile(r"\[([^]]+)\]\(" + depth * r"\.\./" + r"([^)#]+)(#[^)]*)?\)")
     source[0] = outside.sub(r"\1 (`\2`)", source[0])

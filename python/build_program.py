@@ -15,7 +15,7 @@ import maturin
 from maturin import get_requires_for_build_editable, get_requires_for_build_sdist, get_requires_for_build_wheel
 
 HERE = Path(__file__).resolve().parent
-#: Of the crate: in a source distribution this file is beside it.
+#: Of the crate: in a source distribution this file is next to it.
 CRATE = HERE if (HERE / "src" / "main.rs").exists() else HERE.parent
 #: maturin puts what is here into the wheel.
 SCRIPTS = HERE / "asperity.data" / "scripts"

@@ -84,7 +84,7 @@ pub mod scene;
 #[doc(hidden)]
 pub mod surface;
 #[doc(hidden)]
-#[allow(unsafe_code, reason = "system calls: process groups, memory maps")]
+#[allow(unsafe_code, reason = "system calls: process groups, memory and time of processes; the library of LAMMPS")]
 pub mod sys;
 #[doc(hidden)]
 pub mod units;

@@ -1,5 +1,5 @@
-//! The only unsafe code: memory and processor time of this process and its children, process groups, and column access to
-//! matrices.
+//! The only unsafe code: memory and processor time of this process and its children, process groups, column access to
+//! matrices, and calls of LAMMPS's library.
 
 pub mod lammps_library;
 mod memory;

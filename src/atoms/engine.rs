@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use super::block::BaseKind;
 use super::job::Job;
 use super::job_files::lock;
-use super::lammps_command::LammpsCommand;
+use super::lammps_command::{LammpsCommand, without_relative_libraries};
 use super::lammps_host;
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
@@ -213,7 +213,7 @@ impl LammpsEngine {
         }
     }
 
-    /// Measures what an elastic base needs, if the job has one. `watch` and the time limit end it within a second.
+    /// Measures what an elastic base needs, if the job has one. `watch` and the time limit end it after the present strain.
     fn measure_base(&self, job: &Job, watcher: &mut Watcher, watch: &mut Watch) -> Result<()> {
         let history = LoadHistory::read(&job.folder)?;
         lammps_host::prepare(job, &self.program, &mut || {
@@ -273,11 +273,7 @@ impl LammpsEngine {
                     .arg(file);
             }
         }
-        if let Some(folders) = std::env::var_os("LD_LIBRARY_PATH") {
-            // An empty or relative element is the job folder, which may come from others.
-            let absolute = std::env::split_paths(&folders).filter(|f| f.is_absolute());
-            command.env("LD_LIBRARY_PATH", std::env::join_paths(absolute).unwrap_or_default());
-        }
+        without_relative_libraries(&mut command);
         command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
         sys::die_with_parent(&mut command);
         Ok(command)
@@ -319,7 +315,7 @@ impl LammpsEngine {
         let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps)?;
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
         let mut group = Group { child, ended: false };
-        let mut vouched = finished.map_or(0, |k| k + 1);
+        let mut verified_steps = finished.map_or(0, |k| k + 1);
         let mut peak_bytes = 0;
         let status = loop {
             if self.start.ranks() == 1 {
@@ -332,23 +328,23 @@ impl LammpsEngine {
             let history = match LoadHistory::read(&job.folder) {
                 Err(e @ Error::Format { .. }) => {
                     drop(group);
-                    load_history::roll_back(&job.folder, vouched)?;
+                    load_history::roll_back(&job.folder, verified_steps)?;
                     return Err(failed(job, LammpsFailure::Output(format!("its load steps cannot be read: {e}"))));
                 }
                 other => other?,
             };
-            let is_further = history.steps.len() > vouched;
-            for record in history.steps.iter().skip(vouched) {
+            let is_further = history.steps.len() > verified_steps;
+            for record in history.steps.iter().skip(verified_steps) {
                 if let Err(e) = load_history::verify_step(&job.folder, record.step) {
                     drop(group);
                     load_history::roll_back(&job.folder, record.step)?;
                     let what = format!("what step {} left is not complete ({e}); is the disk full?", record.step);
                     return Err(failed(job, LammpsFailure::Output(what)));
                 }
-                vouched = record.step + 1;
+                verified_steps = record.step + 1;
             }
             if is_further {
-                minimizer_checkpoint::keep_only(&job.folder, vouched)?;
+                minimizer_checkpoint::keep_only(&job.folder, verified_steps)?;
             }
             watcher.read_progress(&history, &job.folder.join(log_name(finished)));
             if watcher.report(&history, watch).is_break() {

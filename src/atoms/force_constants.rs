@@ -22,11 +22,11 @@ pub const FILE: &str = "force_constants.json";
 /// largest.
 const STEP_ANGSTROM: f64 = 0.004;
 
-/// Strains at which constants are measured, and interpolated by cubic polynomials between four of them: denser where the loads of most
+/// Strains (compression is positive) at which constants are measured, and interpolated by cubic polynomials between four of them: denser where the loads of most
 /// scenes are. They do not depend on the loads of a job, so that a list of loads that is continued has the states of a longer one.
 /// The pressure of the calcium-like crystal is interpolated to 2e-4 of itself up to 0.06 and to 1e-3 above; with steps of 0.02 alone it was off by
 /// 6e-3 of itself, and the indenter of a 25 nm block by 0.001 Å.
-const STRAINS: [f64; 11] = [0.0, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1];
+const STRAINS: [f64; 13] = [-0.02, -0.01, 0.0, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1];
 const NODES: usize = 4;
 
 /// Highest pressure at the largest strain over that of a job: a ramp ends beyond its highest load.
@@ -103,8 +103,8 @@ impl ForceConstants {
     pub fn strain_at(&self, pressure: f64) -> Result<f64> {
         let of =
             |strain: f64| -> f64 { self.weights(strain).iter().zip(&self.strained).map(|(w, s)| w * s.pressure).sum() };
-        // The pressure rises with the strain. Tension is extrapolated by one step.
-        let (mut low, mut high) = (-STRAINS[1], STRAINS[STRAINS.len() - 1]);
+        // The pressure rises with the strain.
+        let (mut low, mut high) = (STRAINS[0], STRAINS[STRAINS.len() - 1]);
         if !(of(low)..=of(high)).contains(&pressure) {
             let [found, least, most] = [pressure, of(low), of(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
             return Err(Error::input("elastic base", "mean pressure", found, format!("{least} to {most}")));

@@ -13,7 +13,7 @@ use super::indenter::Indenter;
 use super::initial_configuration::{InitialConfiguration, PrescribedLoad, PrescribedLoads};
 use super::interaction::Interaction;
 use super::job_files::{lock, remove_run_script, write_run_script};
-use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, RelaxationSettings, check};
+use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, RelaxationSettings, check, is_symbol};
 use super::load_history::{self, Between, Bracket, LOAD_STEPS_FILE, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::nvt::{NvtRun, NvtSettings, RELAXED};
@@ -188,7 +188,11 @@ impl Job {
         let folder = folder.as_ref().to_path_buf();
         let file = folder.join(SPEC_FILE);
         let text = read_text(&file)?;
-        let spec = serde_json::from_str(&text).map_err(|e| Error::format(&file, e, "the specification of a job"))?;
+        let spec: JobSpec =
+            serde_json::from_str(&text).map_err(|e| Error::format(&file, e, "the specification of a job"))?;
+        if !is_symbol(&spec.element) {
+            return Err(Error::format(&file, format!("the element {:?}", spec.element), "a chemical symbol"));
+        }
         Ok(Job { folder, spec })
     }
 

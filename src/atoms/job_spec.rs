@@ -170,8 +170,13 @@ pub(super) fn check(
         let accepted = format!("at least {}, where the repulsion begins", interaction.touch_angstrom());
         return Err(Error::input(place, "contact distance", settings.contact_angstrom, accepted));
     }
-    if element.is_empty() || !element.chars().all(|c| c.is_ascii_alphanumeric()) {
+    if !is_symbol(element) {
         return Err(Error::input(place, "element", element, "a chemical symbol"));
     }
     Ok(())
+}
+
+/// Whether a text can be a chemical symbol: one word, which LAMMPS takes as it is.
+pub(super) fn is_symbol(element: &str) -> bool {
+    !element.is_empty() && element.chars().all(|c| c.is_ascii_alphanumeric())
 }

@@ -102,6 +102,14 @@ impl LammpsCommand {
     }
 }
 
+/// Removes empty and relative folders from the search path of libraries: they are the working folder, a job folder that may come from others.
+pub(super) fn without_relative_libraries(command: &mut std::process::Command) {
+    if let Some(folders) = std::env::var_os("LD_LIBRARY_PATH") {
+        let absolute = std::env::split_paths(&folders).filter(|f| f.is_absolute());
+        command.env("LD_LIBRARY_PATH", std::env::join_paths(absolute).unwrap_or_default());
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

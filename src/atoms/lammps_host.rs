@@ -81,10 +81,11 @@ impl HostRun {
             let evaluate = Box::new(move |x: &[[f64; 3]], f: &mut [[f64; 3]]| base.forces(x, f));
             lammps.file(SETUP.file).map_err(failed)?;
             lammps.set_boundary(FIX, atoms, evaluate).and_then(|()| lammps.file(step.file)).map_err(failed)?;
-            load = lammps.variable("load").map_err(failed)?;
-            if lammps.variable("done").map_err(failed)? != 0.0 {
+            let (reached, done) = lammps.step_ended().map_err(failed)?;
+            if done {
                 break;
             }
+            load = reached;
             next += 1;
         }
         lammps.close();

@@ -175,7 +175,7 @@ pub struct BlockAverage {
     pub load: f64,
     pub low_angstrom: f64,
     /// For each surface site: contact probability and mean position of its atom, Å (not wrapped).
-    pub touching: Vec<f64>,
+    pub contact_probability: Vec<f64>,
     pub positions: Vec<[f64; 3]>,
 }
 
@@ -206,17 +206,19 @@ impl NvtSamples {
         // The first frame precedes the end of the first block.
         let frames: Vec<&str> = text.split("ITEM: TIMESTEP\n").skip(2).collect();
         let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, run.surface[0])).collect();
-        let sites = sites.filter(|s| s.len() == BLOCKS && s.iter().all(|(touching, _)| touching.len() == count));
+        let sites = sites.filter(|s| {
+            s.len() == BLOCKS && s.iter().all(|(contact_probability, _)| contact_probability.len() == count)
+        });
         let bounds = frames.first().and_then(|f| bounds(f));
         let (Some(sites), Some(bounds)) = (sites, bounds) else {
             let accepted = format!("{BLOCKS} frames of {count} sites after the first");
             return Err(Error::format(&file, format!("{} frames", frames.len()), accepted));
         };
-        let blocks = rows.iter().zip(sites).map(|(row, (touching, positions))| BlockAverage {
+        let blocks = rows.iter().zip(sites).map(|(row, (contact_probability, positions))| BlockAverage {
             temperature_k: row[1],
             load: row[2],
             low_angstrom: row[3],
-            touching,
+            contact_probability,
             positions,
         });
         Ok(NvtSamples { blocks: blocks.collect(), bounds })
@@ -229,8 +231,8 @@ impl NvtSamples {
 
     /// Contact probability of each surface site.
     pub fn probabilities(&self) -> Vec<ValueWithError> {
-        let count = self.blocks.first().map_or(0, |b| b.touching.len());
-        (0..count).map(|i| self.mean(|b| b.touching[i])).collect()
+        let count = self.blocks.first().map_or(0, |b| b.contact_probability.len());
+        (0..count).map(|i| self.mean(|b| b.contact_probability[i])).collect()
     }
 }
 
@@ -250,16 +252,16 @@ type Sites = (Vec<f64>, Vec<[f64; 3]>);
 
 /// Reads a frame of sites with consecutive ids from `first` on.
 fn sites(frame: &str, first: u32) -> Option<Sites> {
-    let (mut touching, mut positions) = (Vec::new(), Vec::new());
+    let (mut contact_probability, mut positions) = (Vec::new(), Vec::new());
     for line in frame.lines().skip_while(|l| !l.starts_with("ITEM: ATOMS")).skip(1) {
         let [id, share, x, y, z] = numbers(line)[..] else { return None };
-        if id != f64::from(first) + touching.len() as f64 {
+        if id != f64::from(first) + contact_probability.len() as f64 {
             return None;
         }
-        touching.push(share);
+        contact_probability.push(share);
         positions.push([x, y, z]);
     }
-    Some((touching, positions))
+    Some((contact_probability, positions))
 }
 
 /// Mean of block averages with its standard error: the largest estimate when neighbouring blocks are merged in pairs,

@@ -11,6 +11,7 @@ use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
 
+use crate::atoms::lammps_command::without_relative_libraries;
 use crate::atoms::potential::SetflHeader;
 use crate::error::{Error, LammpsFailure, Result};
 use crate::interface::Cubic;
@@ -19,8 +20,8 @@ use crate::units::J_M2_PER_EV_A2;
 
 /// Runs LAMMPS scripts: the program, or a replay of recorded output.
 pub trait RunScript {
-    /// Runs `script` (an absolute path) in the working directory `folder`, with `-var name words...` for each of
-    /// `vars`; several words define an index variable. Returns the screen output of LAMMPS.
+    /// Runs `script` (an absolute path) in the working directory `folder`, with `-var name value` for each of
+    /// `vars`. Returns the screen output of LAMMPS.
     fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String>;
 }
 
@@ -37,9 +38,10 @@ impl RunScript for LmpCommand {
         // One thread: the cells are too small for more, and LAMMPS warns if the variable is not set.
         command.current_dir(folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
         command.arg("-in").arg(script).arg("-log").arg(log);
+        without_relative_libraries(&mut command);
         sys::die_with_parent(&mut command);
         for (name, value) in vars {
-            command.arg("-var").arg(name).args(value.split_whitespace());
+            command.arg("-var").arg(name).arg(value);
         }
         let output = command.output().map_err(|source| match source.kind() {
             ErrorKind::NotFound if folder.is_dir() => Error::MissingProgram {

@@ -50,7 +50,7 @@ mod tests {
         stresses(POISSON, [x, y, z], [0.4, 0.7])
     }
 
-    /// Pressure under the rectangle, none beside it; no shear on the surface.
+    /// Pressure under the rectangle, none outside it; no shear on the surface.
     #[test]
     fn the_surface_is_loaded_by_the_pressure() {
         for (x, y, pressure) in [(0.1, -0.3, 1.0), (0.0, 0.0, 1.0), (0.5, 0.1, 0.0), (-0.3, 1.0, 0.0)] {

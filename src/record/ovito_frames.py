@@ -1,7 +1,7 @@
 """Draws the frames of the atoms with OVITO (pip install ovito), in the colours of the files: contact orange, the block grey,
 the indenter blue and transparent.
 
-python ovito_frames.py        writes one PNG beside each frame atoms/load-N-frame.xyz
+python ovito_frames.py        writes one PNG next to each frame atoms/load-N-frame.xyz
 """
 from pathlib import Path
 

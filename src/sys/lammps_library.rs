@@ -56,17 +56,33 @@ functions! {
     lammps_fix_external_set_vector: fn(Handle, *const c_char, c_int, c_double);
 }
 
-/// Whether a library can be opened and has the functions of LAMMPS; LAMMPS is not started.
+/// Whether a library is a LAMMPS that can be used; LAMMPS is not started.
 ///
 /// # Errors
 /// As [`LammpsInstance::open`].
 pub fn check(library: &Path) -> Result<(), String> {
+    loaded(library).map(|_| ())
+}
+
+/// The library, which is never closed because MPI registers code of it to run at exit, and its functions.
+fn loaded(library: &Path) -> Result<(std::mem::ManuallyDrop<Library>, Functions), String> {
+    // The plugins of Open MPI need its symbols: RTLD_GLOBAL.
     // SAFETY: initialisers of LAMMPS and MPI have no requirements.
     let opened = unsafe { Library::open(Some(library), RTLD_NOW | RTLD_GLOBAL) }.map_err(|e| e.to_string())?;
-    // Never closed, as in an instance.
     let opened = std::mem::ManuallyDrop::new(opened);
-    // SAFETY: the functions are not called.
-    unsafe { Functions::of(&opened) }.map(|_| ())
+    // SAFETY: a library with these names is LAMMPS.
+    let functions = unsafe { Functions::of(&opened)? };
+    for (name, bytes) in [(c"bigint", 8), (c"tagint", 4)] {
+        // SAFETY: the size of a type is known without an instance.
+        let found = unsafe { (functions.lammps_extract_setting)(std::ptr::null_mut(), name.as_ptr()) };
+        if found != bytes {
+            let name = name.to_string_lossy();
+            return Err(format!(
+                "its {name} has {found} bytes instead of {bytes}: another build is needed (-DLAMMPS_SMALLBIG)"
+            ));
+        }
+    }
+    Ok((opened, functions))
 }
 
 /// What the callback works with; it lives as long as the instance.
@@ -87,7 +103,6 @@ pub struct LammpsInstance {
     handle: Handle,
     /// From `Box::into_raw`; null without a boundary.
     boundary: *mut Boundary,
-    /// Never closed: MPI registers code of it to run at exit.
     _library: std::mem::ManuallyDrop<Library>,
 }
 
@@ -98,22 +113,7 @@ impl LammpsInstance {
     /// # Errors
     /// One line: the library is missing, is not LAMMPS, or has other sizes of integers.
     pub fn open(library: &Path, args: &[String]) -> Result<Self, String> {
-        // The plugins of Open MPI need its symbols: RTLD_GLOBAL.
-        // SAFETY: initialisers of LAMMPS and MPI have no requirements.
-        let opened = unsafe { Library::open(Some(library), RTLD_NOW | RTLD_GLOBAL) };
-        let opened = opened.map_err(|e| format!("{e}"))?;
-        // SAFETY: a library with these names is LAMMPS.
-        let functions = unsafe { Functions::of(&opened)? };
-        for (name, bytes) in [(c"bigint", 8), (c"tagint", 4)] {
-            // SAFETY: the size of a type is known without an instance.
-            let found = unsafe { (functions.lammps_extract_setting)(std::ptr::null_mut(), name.as_ptr()) };
-            if found != bytes {
-                let name = name.to_string_lossy();
-                return Err(format!(
-                    "its {name} has {found} bytes instead of {bytes}: another build is needed (-DLAMMPS_SMALLBIG)"
-                ));
-            }
-        }
+        let (library, functions) = loaded(library)?;
         let words = std::iter::once("lmp".to_string()).chain(args.iter().cloned());
         let words: Vec<CString> = words.map(text).collect::<Result<_, _>>()?;
         let mut pointers: Vec<*mut c_char> = words.iter().map(|w| w.as_ptr().cast_mut()).collect();
@@ -124,7 +124,6 @@ impl LammpsInstance {
         if handle.is_null() {
             return Err("LAMMPS did not start".into());
         }
-        let library = std::mem::ManuallyDrop::new(opened);
         Ok(LammpsInstance { functions, handle, boundary: std::ptr::null_mut(), _library: library })
     }
 
@@ -180,18 +179,26 @@ impl LammpsInstance {
         }
     }
 
-    /// Value of an equal-style variable.
+    /// Load of the last step, and whether it was the last: the variables of the scripts of load steps.
     ///
     /// # Errors
-    /// The variable does not exist.
-    pub fn variable(&self, name: &str) -> Result<f64, String> {
+    /// A variable does not exist.
+    pub fn step_ended(&self) -> Result<(f64, bool), String> {
+        // SAFETY: both have equal style, in `end_of_step.in` and in the scripts of the steps.
+        unsafe { Ok((self.variable(c"load")?, self.variable(c"done")? != 0.0)) }
+    }
+
+    /// Value of a variable.
+    ///
+    /// # Safety
+    /// It has equal style, if it exists.
+    unsafe fn variable(&self, name: &CStr) -> Result<f64, String> {
         let f = &self.functions;
-        let c_name = text(name.to_string())?;
         // SAFETY: the handle is open; an equal-style variable is returned as a double that the caller frees.
         unsafe {
-            let value = (f.lammps_extract_variable)(self.handle, c_name.as_ptr(), std::ptr::null());
+            let value = (f.lammps_extract_variable)(self.handle, name.as_ptr(), std::ptr::null());
             if value.is_null() {
-                return Err(format!("there is no variable {name}"));
+                return Err(format!("there is no variable {}", name.to_string_lossy()));
             }
             let found = *value.cast::<f64>();
             (f.lammps_free)(value);
@@ -204,10 +211,12 @@ impl LammpsInstance {
     /// setforce` has it.
     ///
     /// # Errors
-    /// As [`LammpsInstance::command`].
+    /// As [`LammpsInstance::command`], and a boundary that was not removed by `clear`.
     pub fn set_boundary(&mut self, fix: &str, atoms: usize, evaluate: BoundaryForces) -> Result<(), String> {
         let f = self.functions;
-        self.release_boundary();
+        if !self.boundary.is_null() {
+            return Err("a boundary is set, whose fix may exist: clear LAMMPS before".into());
+        }
         let name = text(fix.to_string())?;
         let boundary = Box::into_raw(Box::new(Boundary {
             functions: f,
@@ -220,7 +229,7 @@ impl LammpsInstance {
             evaluate,
         }));
         self.boundary = boundary;
-        // SAFETY: the boundary outlives the fix: it is freed when another replaces it, or after `clear`, which removes the fix.
+        // SAFETY: the boundary outlives the fix: it is freed after `clear`, which removes the fix, or when LAMMPS ends.
         unsafe {
             (f.lammps_fix_external_set_vector_length)(self.handle, name.as_ptr(), 3);
             self.check()?;

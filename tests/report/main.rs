@@ -297,7 +297,7 @@ fn numbers_of_the_first_screen_are_in_the_results() {
     }
 }
 
-/// Figures for papers: one width and one type size, axes with quantity and unit, data and a script beside each.
+/// Figures for papers: one width and one type size, axes with quantity and unit, data and a script for each.
 #[test]
 fn figures_for_papers_have_one_width_and_one_type_size() {
     let folder = kept("printed");

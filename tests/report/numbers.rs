@@ -1,4 +1,4 @@
-//! Every number on the page is in `results.json`, to the digits shown: as a stored number in the unit beside it, in a stored
+//! Every number on the page is in `results.json`, to the digits shown: as a stored number in the unit next to it, in a stored
 //! text, or as one of the values that the page computes from stored numbers, which are listed here. Drawings, whose ticks are
 //! round numbers, are left out; their data are in `figures/`.
 
@@ -47,7 +47,7 @@ fn leaves(value: &Value, numbers: &mut Vec<f64>, texts: &mut Vec<String>) {
     }
 }
 
-/// A number of the page: value, half a unit of its last digit, the unit beside it, and the text around it.
+/// A number of the page: value, half a unit of its last digit, the unit next to it, and the text around it.
 #[derive(Debug, Clone, PartialEq)]
 struct Shown {
     value: f64,

@@ -50,6 +50,19 @@ fn the_data_file_has_every_atom_once_and_is_reproducible() {
     assert_eq!(Job::open(&job.folder).expect("opened"), job);
 }
 
+/// The element becomes an argument of LAMMPS, which would take further words as its own.
+#[test]
+fn a_job_whose_element_is_no_symbol_is_refused() {
+    let folder = tempfile::tempdir().expect("scratch");
+    let job = written(folder.path(), 0.3).expect("written");
+    let file = job.folder.join(SPEC_FILE);
+    let text = std::fs::read_to_string(&file).expect("read");
+    assert!(text.contains("\"Ca\""));
+    std::fs::write(&file, text.replace("\"Ca\"", "\"Ca -in evil.in\"")).expect("written");
+    let refused = Job::open(&job.folder).expect_err("refused").to_string();
+    assert!(refused.contains("job.json") && refused.contains("a chemical symbol"), "{refused}");
+}
+
 #[test]
 fn steps_of_the_same_job_are_kept_and_those_of_another_job_removed() {
     let folder = tempfile::tempdir().expect("scratch");

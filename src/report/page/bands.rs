@@ -9,7 +9,7 @@ use crate::report::number::significant;
 use crate::report::picture::{BLUE, VERMILION};
 use crate::report::svg::{Format, css, escaped, text};
 
-/// Width of the chart, px, and of the columns beside the bands.
+/// Width of the chart, px, and of the columns next to the bands.
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 520.0;
 const RIGHT: f64 = 170.0;

@@ -287,7 +287,7 @@ function explore(root, data) {
     });
   }
 
-  function tell() {
+  function showValues() {
     if (!state.pointer) return (readout.textContent = "Value under the pointer: –");
     const [u, v] = state.pointer;
     const parts = [`x = ${digits(u * length)} ${data.unit}, y = ${digits(v * height)} ${data.unit}`];
@@ -308,7 +308,7 @@ function explore(root, data) {
     section.value = state.section;
     views.forEach(paint);
     paintProfile();
-    tell();
+    showValues();
     root.dataset.drawn = `${state.load} ${state.quantity} ${state.size} ${state.section}`;
   }
 
