@@ -49,6 +49,14 @@ pub enum LammpsFailure {
     Output(String),
 }
 
+/// Bytes in MB or GB.
+fn size(bytes: u64) -> String {
+    match bytes as f64 {
+        b if b < 1e8 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.2} GB", b / 1e9),
+    }
+}
+
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A scene file or a command line with one or more invalid values.
@@ -83,7 +91,7 @@ pub enum Error {
     #[error("LAMMPS failed in {}: {failure}", .folder.display())]
     Lammps { folder: PathBuf, failure: LammpsFailure },
     /// This machine has too little memory for the request.
-    #[error("{what} needs {:.2} GB of memory and {:.2} GB are available; {advice}", *.need as f64 / 1e9, *.have as f64 / 1e9)]
+    #[error("{what} needs {} of memory and {} are available; {advice}", size(*.need), size(*.have))]
     Memory { what: String, need: u64, have: u64, advice: String },
     /// A program is missing on this machine.
     #[error("{program} was not found; {how}")]

@@ -425,9 +425,20 @@ fn run_status(status: ExitStatus, log: &str, screen: &str) -> std::result::Resul
     match status.code() {
         Some(0) if log.contains("Total wall time") => Ok(()),
         Some(0) => Err(LammpsFailure::Unfinished),
-        code => Err(LammpsFailure::Status(code.unwrap_or(-1))),
+        // Launchers and the dynamic loader say why, not LAMMPS.
+        code => Err(match screen.lines().rfind(|l| !l.trim().is_empty()) {
+            Some(last) => LammpsFailure::Output(format!(
+                "it ended with exit status {} and no error message of LAMMPS; log.screen ends with: {}",
+                code.unwrap_or(-1),
+                last.trim().chars().take(LONGEST_LINE).collect::<String>()
+            )),
+            None => LammpsFailure::Status(code.unwrap_or(-1)),
+        }),
     }
 }
+
+/// Characters of a line of `log.screen` in a message.
+const LONGEST_LINE: usize = 200;
 
 /// Text of `ERROR: ...` or `ERROR on proc 3: ...` with the command; lost atoms are a separate failure.
 fn error_line(text: &str) -> Option<LammpsFailure> {

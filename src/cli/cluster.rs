@@ -28,6 +28,9 @@ const NO_PROGRESS: u8 = 75;
 /// Exit code of a table that lacks points which wait, as of an interrupted sweep.
 const INTERRUPTED: u8 = 130;
 
+/// Exit code of points whose tasks ended without a result, as of a missing program: the machine is the cause.
+const WITHOUT_END: u8 = 5;
+
 /// Failed points that `status` prints.
 const MOST_SHOWN: usize = 20;
 
@@ -295,7 +298,11 @@ impl SlurmTask {
             return Err(Error::Interrupted);
         }
         if progress() == before {
-            let why = format!("no progress within a turn of {}: increase time of the machine", submission.machine.time);
+            let (seconds, machine) = (begun.elapsed().as_secs_f64(), &submission.machine);
+            let why = format!(
+                "no progress within a turn of {seconds:.0} s: increase time ({}) of the machine, of which margin_seconds ({}) are not used",
+                machine.time, machine.margin_seconds
+            );
             for &i in points.iter() {
                 let point = &submission.points[i];
                 if submission.end_of(out, point).is_some_and(|end| end.outcome == Outcome::Interrupted) {
@@ -308,7 +315,7 @@ impl SlurmTask {
         let job = std::env::var("SLURM_ARRAY_JOB_ID").ok().or(submission.job).unwrap_or_default();
         output::eprint("the time limit is near: the next turn continues");
         Slurm.requeue(&job, self.task)?;
-        Err(Error::Interrupted)
+        Ok(ExitCode::from(INTERRUPTED))
     }
 }
 
@@ -390,20 +397,27 @@ impl Collect {
             return Err(Error::input("command line", "FOLDER", out.display(), accepted));
         }
         let (mut worst, mut waiting) = (0, false);
-        let points = submission.points.iter().map(|p| {
+        // Without an answer of the queue points may wait.
+        let queue = submission.job.as_deref().map_or(Ok(Vec::new()), |job| Slurm.tasks(job)).ok();
+        let points = submission.points.iter().zip(submission.task_of()).map(|(p, task)| {
             let end = submission.end_of(out, p);
-            let status = match end.as_ref().map(|e| (e.outcome, e.code)) {
-                Some((Outcome::Done, _)) => PointStatus::Done,
-                Some((Outcome::Failed, code)) => {
-                    worst = code.max(worst);
-                    PointStatus::Failed
+            let in_queue = queue.as_ref().is_none_or(|q| q.iter().any(|q| Some(q.task) == task));
+            let (status, reason) = match end.map(|e| (e.outcome, e)) {
+                Some((Outcome::Done, _)) => (PointStatus::Done, None),
+                Some((Outcome::Failed, end)) => {
+                    worst = end.code.max(worst);
+                    (PointStatus::Failed, end.reason)
                 }
-                Some((Outcome::Interrupted, _)) | None => {
+                _ if in_queue => {
                     waiting = true;
-                    PointStatus::Waiting
+                    (PointStatus::Waiting, None)
+                }
+                _ => {
+                    worst = WITHOUT_END.max(worst);
+                    (PointStatus::Failed, Some(without_end(out, &submission, task)))
                 }
             };
-            sweep::point((&p.label, p.values.clone()), status, end.and_then(|e| e.reason), out)
+            sweep::point((&p.label, p.values.clone()), status, reason, out)
         });
         let points = points.collect::<Result<Vec<_>>>()?;
         let ensemble = sweep::write_tables(out, (&submission.name, &submission.keys), points)?;
@@ -437,10 +451,31 @@ struct State {
     core_hours: [f64; 2],
 }
 
+/// Reasons of squeue for tasks that start by themselves.
+const USUAL_REASONS: [&str; 7] = ["", "None", "Priority", "Resources", "BeginTime", "JobArrayTaskLimit", "Dependency"];
+
+/// Why a point has neither an end nor a task in the queue.
+fn without_end(out: &Path, submission: &Submission, task: Option<usize>) -> String {
+    let log = task.map(|t| PathBuf::from(FOLDER).join(format!("task-{t}.log")));
+    let why = match log {
+        _ if submission.job.is_none() => "it was not submitted: sbatch refused the job".into(),
+        Some(log) if out.join(&log).exists() => {
+            format!("its task ended without a result: cancelled, or killed, for which see {}", log.display())
+        }
+        _ => "its task did not begin: cancelled, or see scontrol show job".into(),
+    };
+    format!("{why}; the same command submits it again")
+}
+
 impl State {
     fn read(out: &Path) -> Result<State> {
         let submission = Submission::read(out)?;
-        let queue = submission.job.as_deref().map_or(Ok(Vec::new()), |job| Slurm.tasks(job))?;
+        let ended = |p: &SubmittedPoint| {
+            submission.end_of(out, p).is_some_and(|end| matches!(end.outcome, Outcome::Done | Outcome::Failed))
+        };
+        // The folder has the state of a submission that has ended.
+        let job = submission.job.as_deref().filter(|_| !submission.points.iter().all(ended));
+        let queue = job.map_or(Ok(Vec::new()), |job| Slurm.tasks(job))?;
         let of_task = |task: Option<usize>| -> Option<&QueueState> { queue.iter().find(|q| Some(q.task) == task) };
         let (mut done, mut failed, mut queued, mut left) = (0, Vec::new(), Vec::<(String, usize)>::new(), 0.0);
         for (point, task) in submission.points.iter().zip(submission.task_of()) {
@@ -452,17 +487,16 @@ impl State {
                 }
                 (_, Some(in_queue)) => {
                     left += point.seconds;
-                    let state = in_queue.state.to_lowercase();
+                    let mut state = in_queue.state.to_lowercase();
+                    if state == "pending" && !USUAL_REASONS.contains(&in_queue.reason.as_str()) {
+                        state += &format!(" ({})", in_queue.reason);
+                    }
                     match queued.iter_mut().find(|q| q.0 == state) {
                         Some(found) => found.1 += 1,
                         None => queued.push((state, 1)),
                     }
                 }
-                (_, None) => {
-                    let log = task.map_or("no task".into(), |t| format!("{FOLDER}/task-{t}.log"));
-                    let why = format!("its task ended without a result (cancelled, or see {log}); submit it again");
-                    failed.push((point.label.clone(), why));
-                }
+                (_, None) => failed.push((point.label.clone(), without_end(out, &submission, task))),
             }
         }
         let machine = &submission.machine;
@@ -527,9 +561,21 @@ pub(super) struct Cancel {
 impl Cancel {
     pub(super) fn execute(self) -> Result<()> {
         let submission = Submission::read(&self.folder)?;
+        let queued = submission.job.as_deref().map_or(Ok(Vec::new()), |job| Slurm.tasks(job))?.len();
         let jobs = [&submission.collect_job, &submission.job];
         jobs.into_iter().flatten().try_for_each(|job| Slurm.cancel(job))?;
-        output::print(&format!("cancelled job {}", submission.job.as_deref().unwrap_or("of no task")));
+        let folder = self.folder.display();
+        output::print(&match &submission.job {
+            Some(job) if queued > 0 => {
+                let tables = if submission.command.is_none() {
+                    format!("; tables of what is done: asperity collect {folder}")
+                } else {
+                    String::new()
+                };
+                format!("cancelled {} of job {job}{tables}", number(queued, "task"))
+            }
+            _ => "nothing waits or runs".into(),
+        });
         Ok(())
     }
 }

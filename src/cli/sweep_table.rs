@@ -31,6 +31,7 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
     });
     let head = ["", "source", "p*", "quantity", "mean", "standard error", "standard deviation", "n", "unit"];
     output::print(&output::table(&head, rows));
+    ensemble.warnings().iter().for_each(|w| output::print(&format!("warning: {w}")));
     let failures = ensemble.points.iter().filter_map(|p| Some((&p.label, p.reason.as_ref()?)));
     failures.for_each(|(label, why)| output::print(&format!("failed: {label}: {why}")));
     output::print(&format!("{done} of {} points done, {failed} failed", ensemble.points.len()));

@@ -166,8 +166,12 @@ fn read(file: &Path) -> Result<BTreeMap<String, Machine>> {
     let text = read_text(file)?;
     toml::from_str(&text).map_err(|e| {
         let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-        let found = format!("line {line}: {}", e.message().lines().next().unwrap_or_default());
-        Error::format(file, found, "a table for each machine (docs/cluster.md)")
+        let message = e.message().lines().next().unwrap_or_default();
+        // The message of a value does not name its key.
+        let key = text.lines().nth(line - 1).and_then(|l| Some(l.split_once('=')?.0.trim()));
+        let key = key.filter(|k| !message.contains(k)).map(|k| format!("{k}: "));
+        let found = format!("line {line}: {}{message}", key.unwrap_or_default());
+        Error::format(file, found, "a table for each machine, with the keys and values of docs/cluster.md")
     })
 }
 

@@ -36,7 +36,13 @@ impl Slurm {
             command.arg(format!("--dependency=afterany:{job}"));
         }
         command.arg(script);
-        let text = call(command)?;
+        let text = call(command).map_err(|e| match e {
+            Error::Cluster { program, said } => {
+                let said = format!("{said} (options of the machine: sbatch, time, cpus, memory_mb in machines.toml)");
+                Error::Cluster { program, said }
+            }
+            other => other,
+        })?;
         // On a federation the name of the cluster follows.
         Ok(text.trim().split(';').next().unwrap_or_default().to_string())
     }

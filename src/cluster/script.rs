@@ -22,7 +22,9 @@ impl Scripts {
     /// `name`: of the sweep. `program`: path of asperity. `bytes`: planned memory of the largest task.
     pub fn new(machine: &Machine, name: &str, program: &Path, tasks: usize, bytes: u64) -> Scripts {
         let program = shell_quoted(&program.display().to_string());
-        let setup: String = machine.setup.iter().fold(String::new(), |text, line| text + line + "\n");
+        // A line of the set-up that fails ends the task with its message, instead of a run without what it sets up.
+        let strict = if machine.setup.is_empty() { "" } else { "set -e\n" };
+        let setup: String = machine.setup.iter().fold(strict.to_string(), |text, line| text + line + "\n");
         let job = job_name(name);
         let at_once = machine.at_once.map_or(String::new(), |n| format!("%{n}"));
         let memory = memory_mb(machine, bytes);
@@ -70,7 +72,8 @@ fn script<'a>(
     setup: &str,
     command: &dyn Fn(&mut String) -> std::fmt::Result,
 ) -> String {
-    let mut text = options.fold("#!/bin/sh\n".to_string(), |text, option| text + "#SBATCH " + option + "\n");
+    // A login shell: it has the command module.
+    let mut text = options.fold("#!/bin/bash -l\n".to_string(), |text, option| text + "#SBATCH " + option + "\n");
     text += setup;
     command(&mut text).expect("a string takes any text");
     text
@@ -110,14 +113,14 @@ mod tests {
             ..Machine::default()
         };
         let scripts = Scripts::new(&machine, "25 nm; literal", Path::new("/opt/it's/asperity"), 12, 800_000_000);
-        let expected = "#!/bin/sh\n\
+        let expected = "#!/bin/bash -l\n\
             #SBATCH --job-name=asperity-25-nm--literal\n#SBATCH --array=0-11%50\n#SBATCH --ntasks=4\n\
             #SBATCH --cpus-per-task=2\n#SBATCH --time=04:00:00\n#SBATCH --mem=1200M\n#SBATCH --signal=B:USR1@120\n\
             #SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output=slurm/task-%a.log\n\
-            #SBATCH --partition=short\nmodule load lammps\n\
+            #SBATCH --partition=short\nset -e\nmodule load lammps\n\
             exec '/opt/it'\\''s/asperity' slurm-task . \"$SLURM_ARRAY_TASK_ID\"\n";
         assert_eq!(scripts.points, expected);
-        assert!(scripts.collect.ends_with("module load lammps\nexec '/opt/it'\\''s/asperity' collect .\n"));
+        assert!(scripts.collect.ends_with("set -e\nmodule load lammps\nexec '/opt/it'\\''s/asperity' collect .\n"));
         assert!(!scripts.points.contains("--nodes=1"), "a launcher may use several machines");
     }
 }

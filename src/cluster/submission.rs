@@ -103,8 +103,13 @@ impl Submission {
     }
 
     /// # Errors
-    /// `Io` without the file; `Format` for another schema or damage.
+    /// `Input` without the file; `Io`; `Format` for another schema or damage.
     pub fn read(out: &Path) -> Result<Submission> {
+        if !Submission::exists(out) {
+            let accepted =
+                "the folder of a sweep or command that was submitted to a cluster; others have their results in them";
+            return Err(Error::input("command line", "FOLDER", out.display(), accepted));
+        }
         json::read_schema(&out.join(FOLDER).join(FILE), SCHEMA)
     }
 

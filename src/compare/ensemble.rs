@@ -175,6 +175,8 @@ mod tests {
             values: vec![seed.into(), hurst.into()],
             status,
             reason: None,
+            warnings: Vec::new(),
+            area_uncertainty: None,
             numbers: vec![number("atoms", atoms), number("compliant wall", wall)],
         };
         let points = vec![

@@ -109,7 +109,7 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
         Error::MissingProgram { program, .. } => Error::MissingProgram {
             program,
             how: format!(
-                "install LAMMPS (Debian: apt-get install lammps) or give its path as atoms.program in {}",
+                "install LAMMPS (Debian: apt-get install lammps) or give its path with --lammps, as lammps.program in machines.toml, or as atoms.program in {}",
                 case.file.display()
             ),
         },

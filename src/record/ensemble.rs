@@ -40,6 +40,12 @@ pub struct Point {
     /// Its numbers, once it is done.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub numbers: Vec<Observation>,
+    /// Its warnings.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// Relative uncertainty of the contact area by grid, solver and so on, the largest over the loads. Realisations share it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area_uncertainty: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -116,6 +122,26 @@ pub struct Difference {
 impl Ensemble {
     pub fn new(name: String, keys: Vec<String>, points: Vec<Point>) -> Self {
         Ensemble { schema: SCHEMA, name, keys, points, statistics: Vec::new(), differences: Vec::new() }
+    }
+
+    /// What the standard errors do not contain, a sentence each: the uncertainty that the points share, and their warnings.
+    pub fn warnings(&self) -> Vec<String> {
+        let largest = self.points.iter().filter_map(|p| p.area_uncertainty).reduce(f64::max);
+        let shared = largest.map(|u| {
+            format!(
+                "standard errors do not contain the uncertainty of each contact area by grid, solver and criterion, up to {:.2} % of it",
+                100.0 * u
+            )
+        });
+        let mut found: Vec<(usize, &str)> = Vec::new();
+        for warning in self.points.iter().flat_map(|p| &p.warnings) {
+            match found.iter_mut().find(|(_, known)| known == warning) {
+                Some((count, _)) => *count += 1,
+                None => found.push((1, warning)),
+            }
+        }
+        let all = self.points.len();
+        shared.into_iter().chain(found.iter().map(|(n, w)| format!("{n} of {all} points: {w}"))).collect()
     }
 
     /// # Errors

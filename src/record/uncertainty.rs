@@ -65,3 +65,8 @@ pub struct ValueWithError {
     pub value: f64,
     pub error: f64,
 }
+
+/// Relative uncertainty of a quantity: the sum of the known components; `None` if none is known.
+pub fn total(components: &[UncertaintyComponent], quantity: Quantity) -> Option<f64> {
+    components.iter().filter(|c| c.quantity == quantity).filter_map(|c| c.relative).reduce(|a, b| a + b)
+}

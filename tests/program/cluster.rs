@@ -247,7 +247,7 @@ fn a_cancelled_sweep_is_submitted_again() {
     cluster.wait("an empty queue", || cluster.status()["queued"] == 0);
     let status = cluster.status();
     let why = status["failures"][0]["reason"].as_str().expect("a reason").to_string();
-    assert!(why.contains("cancelled") && why.contains("submit it again"), "{status}");
+    assert!(why.contains("cancelled") && why.contains("submits it again"), "{status}");
     cluster.submit();
     let found = cluster.collected();
     assert_eq!(points(&found), points(&cluster.local()));
@@ -298,7 +298,8 @@ fn a_turn_without_progress_ends_with_the_reason() {
     assert!(stderr(&first).contains("the next turn continues"), "{}", stderr(&first));
     let second = turn();
     assert_eq!(second.status.code(), Some(75), "{}", stderr(&second));
-    assert!(stderr(&second).contains("no progress within a turn of 60"), "{}", stderr(&second));
+    let why = stderr(&second);
+    assert!(why.contains("no progress within a turn of ") && why.contains("increase time (60)"), "{why}");
     let ended = fs::read_to_string(path("out/slurm/points/seed-1.json")).expect("how it ended");
     assert!(ended.contains("\"failed\"") && ended.contains("no progress"), "{ended}");
 }
@@ -324,7 +325,7 @@ fn a_dry_run_prints_the_scripts_and_submits_nothing() {
     let text = String::from_utf8(call(&[]).stdout).expect("text");
     for part in [
         "#SBATCH --partition=short\n",
-        "module load lammps\nexec ",
+        "set -e\nmodule load lammps\nexec ",
         "#SBATCH --array=0-0\n",
         "4 of 4 points in 1 task,",
     ] {

@@ -8,7 +8,9 @@ use crate::error::{Error, Result};
 use crate::pipeline::RunFolder;
 use crate::record::atomic_file::write_atomic;
 use crate::record::ensemble::{Ensemble, FILE, Point, PointStatus};
+use crate::record::quantity::Quantity;
 use crate::record::results::Results;
+use crate::record::uncertainty::total;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -156,11 +158,17 @@ pub fn point(
     reason: Option<String>,
     out: &Path,
 ) -> Result<Point> {
-    let numbers = match status {
-        PointStatus::Done => numbers(&Results::read(&PointFolder::of(out, label).out)?),
-        _ => Vec::new(),
-    };
-    Ok(Point { label: label.to_string(), values, status, reason, numbers })
+    let (label, folder) = (label.to_string(), PointFolder::of(out, label).out);
+    let empty =
+        Point { label, values, status, reason, numbers: Vec::new(), warnings: Vec::new(), area_uncertainty: None };
+    if status != PointStatus::Done {
+        return Ok(empty);
+    }
+    let results = Results::read(&folder)?;
+    let states = results.continuum.iter().flat_map(|c| &c.states);
+    let uncertain = states.filter_map(|s| total(&s.uncertainty, Quantity::ContactArea));
+    let area_uncertainty = uncertain.reduce(f64::max);
+    Ok(Point { numbers: numbers(&results), warnings: results.warnings, area_uncertainty, ..empty })
 }
 
 /// `None` if it was interrupted.

@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use super::document::{Section, document};
 use super::figures::{FigureWriter, capitalised, figure, numbers, table, text};
+use super::summary::with_subscripts;
 use crate::error::Result;
 use crate::load::Branch;
 use crate::record::ensemble::{Difference, Ensemble, FILE, Observable, PointStatus, Sample, Statistic};
@@ -76,12 +77,26 @@ fn summary(e: &Ensemble) -> Markup {
         }
         p { (count(PointStatus::Done)) " of " (e.points.len()) " points over " (e.keys.join(", ")) " are done, "
             (count(PointStatus::Failed)) " failed." }
+        (warnings(e))
         ul {
             @for d in largest {
                 @if let Some(r) = &d.relative {
                     li { "Contact area, " (d.of.source) " over " (d.reference) " at p* = " (significant(d.p_star, 3))
                         @if !d.group.is_empty() { " (" (name(&d.group)) ")" } ": " (deviation(r)) "." }
                 }
+            }
+        }
+    }
+}
+
+/// What the errors do not contain.
+fn warnings(e: &Ensemble) -> Markup {
+    let list = e.warnings();
+    html! {
+        @if !list.is_empty() {
+            details.warnings open {
+                summary { (list.len()) @if list.len() == 1 { " warning" } @else { " warnings" } }
+                ul { @for w in &list { li { (with_subscripts(w)) } } }
             }
         }
     }

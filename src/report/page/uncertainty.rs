@@ -129,8 +129,7 @@ pub(super) fn parts(s: &StateResults, quantity: Quantity) -> Vec<(UncertaintySou
 
 /// Relative uncertainty of a quantity: the sum of the known components; `None` if none is known.
 pub(super) fn total(s: &StateResults, quantity: Quantity) -> Option<f64> {
-    let known = parts(s, quantity);
-    (!known.is_empty()).then(|| known.iter().map(|p| p.1).sum())
+    crate::record::uncertainty::total(&s.uncertainty, quantity)
 }
 
 /// Stacked bar of one quantity's components, in fractions of the longest bar.
