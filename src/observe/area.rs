@@ -112,8 +112,10 @@ mod tests {
     #[test]
     fn everything_and_nothing() {
         let grid = Grid::unit(4, 4);
-        let all = contact_area(grid, Field::F64(&[0.0; 16]), 0.0);
-        assert_eq!((all.fraction, all.corrected, all.perimeter), (1.0, 1.0, 0.0));
+        for gap in [Field::F64(&[0.0; 16]), Field::F32(&[0.0; 16])] {
+            let all = contact_area(grid, gap, 0.0);
+            assert_eq!((all.fraction, all.corrected, all.perimeter), (1.0, 1.0, 0.0));
+        }
         let none = contact_area(grid, Field::F32(&[1.0; 16]), 0.0);
         assert_eq!((none.fraction, none.corrected, none.nodes), (0.0, 0.0, 0));
     }

@@ -201,6 +201,12 @@ mod tests {
         let mut eight = cluster_sizes(&m, nx, Connectivity::Eight);
         eight.sort();
         assert_eq!(eight, [3, 3]);
+        // Corners across x alone, along either diagonal.
+        for corners in ["#.... ....# .....", "....# #.... ....."] {
+            let (m, nx) = drawn(corners);
+            assert_eq!(cluster_sizes(&m, nx, Connectivity::Four), [1, 1]);
+            assert_eq!(cluster_sizes(&m, nx, Connectivity::Eight), [2]);
+        }
     }
 
     #[test]

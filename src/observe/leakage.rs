@@ -400,6 +400,39 @@ mod tests {
         }
     }
 
+    /// The only open path runs in all four directions; without one of its nodes nothing flows. It is a row of 15 nodes, and ends on
+    /// other rows at the two sides, so that it does not lead around a periodic cell.
+    #[test]
+    fn paths_between_two_sides_may_wind() {
+        let (map, nx) = crate::observe::drawn("##..... ##.#### ##...## ####.## .....##");
+        let gap: Vec<f64> = map.iter().map(|closed| 1.0 - f64::from(*closed)).collect();
+        let grid = Grid { nx: 7, ny: 5, lx: 7.0, ly: 5.0 };
+        assert_eq!(conductivity(grid, &gap, FlowEdges::Periodic)[0], 0.0);
+        let [along, across] = conductivity(grid, &gap, FlowEdges::TwoSides);
+        assert_near(along, 7.0 / 5.0 / 15.0, SOLVED);
+        assert!(across > 0.0);
+        let transposed: Vec<u8> = (0..map.len()).map(|i| map[i % 5 * nx + i / 5]).collect();
+        let mirrored: Vec<u8> = map.iter().rev().copied().collect();
+        for (map, nx, axis) in [(map, nx, 0), (mirrored, nx, 0), (transposed, 5, 1)] {
+            assert!(crosses(&map, nx, axis));
+            for i in (0..map.len()).filter(|i| map[*i] == 0) {
+                let mut blocked = map.clone();
+                blocked[i] = 1;
+                assert!(!crosses(&blocked, nx, axis), "{i}");
+            }
+        }
+    }
+
+    /// Of both directions, eleven vectors on each grid.
+    #[test]
+    fn planned_memory_counts_all_grids() {
+        let grid = Grid::unit(64, 64);
+        let flow = Flow::new(grid, Field::F64(&[1.0; 64 * 64]), 0.0, FlowEdges::Periodic, 0);
+        let nodes: usize = flow.levels.iter().map(|level| level.diagonal.len()).sum();
+        let ratio = leakage_bytes(grid) as f64 / (2 * 11 * 8 * nodes) as f64;
+        assert!((1.0..1.01).contains(&ratio), "{ratio}");
+    }
+
     /// An irregular gap with closed nodes and gaps over four decades, against a direct solution of the pressures.
     #[test]
     fn equal_to_a_direct_solution() {

@@ -84,6 +84,12 @@ mod tests {
             assert!((k.error.expect("three points") / expected - 1.0).abs() < 1e-9, "{k:?} {expected}");
         }
         assert_eq!(stiffness(&branch[..2])[0].expect("a neighbour").error, None);
+        // The same on unloading.
+        let unloading: Vec<(f64, f64)> = branch.iter().rev().copied().collect();
+        for (up, down) in stiffness(&branch).iter().zip(stiffness(&unloading).iter().rev()) {
+            let [up, down] = [up, down].map(|k| k.and_then(|k| k.error).expect("three points"));
+            assert!((up / down - 1.0).abs() < 1e-9, "{up} {down}");
+        }
     }
 
     #[test]
