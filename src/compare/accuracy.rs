@@ -178,6 +178,12 @@ mod tests {
         npy::Field { nx: n, ny: n, values: (0..n * n).map(|i| of(at(i % n), at(i / n))).collect() }
     }
 
+    /// x + 10 y on a unit cell.
+    fn oblong(nx: usize, ny: usize) -> npy::Field<f64> {
+        let at = |k: usize| (k % nx) as f64 / nx as f64 + 10.0 * (k / nx) as f64 / ny as f64;
+        npy::Field { nx, ny, values: (0..nx * ny).map(at).collect() }
+    }
+
     #[test]
     fn numbers_deviate() {
         close(decades(0.001, 1.0), 3.0);
@@ -198,8 +204,13 @@ mod tests {
         close(map_l2(&map(8, |x, y| wave(x, y) + 0.3), &fine, 0.5), 0.6);
         // Half of the nodes differ by one.
         close(map_l2(&map(4, |x, _| if x < 0.5 { 1.0 } else { 0.0 }), &map(4, |_, _| 0.0), 1.0), 0.5f64.sqrt());
+        // Oblong maps, with other ratios of their nodes along x and y.
+        let (coarse, fine) = (oblong(4, 8), oblong(12, 16));
+        for (a, b) in [(&coarse, &fine), (&fine, &coarse)] {
+            close(map_l2(a, b, 1.0), 0.0);
+        }
         assert_eq!(map_l2(&map(6, wave), &map(8, wave), 1.0), None);
-        assert_eq!(map_l2(&coarse, &fine, 0.0), None);
+        assert_eq!(map_l2(&map(8, wave), &map(32, wave), 0.0), None);
     }
 
     /// Interpolated and nearest values between nodes; unchanged values at the map's own nodes.
@@ -214,6 +225,7 @@ mod tests {
         let coarse = at_nodes_of(&ramp, 3, 1, true);
         assert_eq!(coarse.values, [0.0, 1.0, 3.0]);
         assert_eq!(at_nodes_of(&ramp, 4, 4, false).values, ramp.values);
+        assert_eq!(at_nodes_of(&oblong(12, 16), 4, 8, true), oblong(4, 8));
     }
 
     /// Stripes of a half and a quarter of the cell, one inside the other: Jaccard index of one half.
@@ -240,7 +252,9 @@ mod tests {
         close(wasserstein(&masses(0.0, 1.0, 10), &masses(0.3, 1.3, 7)), 0.3);
         close(wasserstein(&masses(0.0, 1.0, 10), &masses(5.0, 6.0, 10)), 5.0);
         close(wasserstein(&masses(0.0, 1.0, 10), &masses(0.0, 1.0, 3)), 0.0);
+        // The difference changes its sign at an edge, and within a bin.
         close(wasserstein(&masses(-1.0, 1.0, 4), &masses(-2.0, 2.0, 4)), 0.5);
+        close(wasserstein(&masses(-1.0, 1.0, 1), &masses(-2.0, 2.0, 1)), 0.5);
         assert_eq!(wasserstein(&Masses(Vec::new()), &masses(0.0, 1.0, 1)), None);
     }
 

@@ -177,7 +177,10 @@ mod tests {
             reason: None,
             warnings: Vec::new(),
             area_uncertainty: None,
-            numbers: vec![number("atoms", atoms), number("compliant wall", wall)],
+            numbers: vec![
+                Observation { p_star: 0.01 * seed as f64, ..number("atoms", atoms) },
+                number("compliant wall", wall),
+            ],
         };
         let points = vec![
             point(1, 0.8, 0.11, 0.10, PointStatus::Done),
@@ -193,6 +196,8 @@ mod tests {
         let relative = wide[0].relative.expect("a positive reference");
         assert!((relative.mean - 0.1).abs() < 1e-12 && relative.standard_deviation.expect("scatter") < 1e-12);
         assert!((wide[0].difference.mean - 0.02).abs() < 1e-15);
+        // The mean load of the first of both sources.
+        assert!((wide[0].p_star - 0.02).abs() < 1e-15 && (ensemble.statistics[0].p_star - 0.02).abs() < 1e-15);
         assert_eq!(wide[0].group, [("surface.hurst".to_string(), Value::from(0.8))]);
         assert_eq!(ensemble.statistics.len(), 4);
         assert_eq!(ensemble.statistics[2].sample.realisations, 1);

@@ -35,7 +35,7 @@ mod tests {
     fn finds_a_periodic_shift() {
         let grid = Grid::unit(24, 18);
         let reference: Vec<u8> = (0..24 * 18).map(|i| u8::from((i * i + i / 7) % 11 == 0)).collect();
-        for (sx, sy) in [(0i64, 0i64), (5, -3), (-8, 7)] {
+        for (sx, sy) in [(0i64, 0i64), (5, -3), (-8, 7), (12, 9)] {
             let map: Vec<u8> = (0..24 * 18)
                 .map(|i| {
                     let (x, y) = ((i % 24) as i64, (i / 24) as i64);

@@ -330,12 +330,18 @@ mod tests {
         // Twice the shortest wavelength needs half the points for an area, and as many for a gap.
         let mut areas = table();
         areas.lines.iter_mut().for_each(|l| l.errors = BTreeMap::from([(Quantity::ContactArea, vec![Some(0.1); 2])]));
-        assert_eq!(candidates(&[areas], &target(0.08), Quantity::ContactArea)[0].grid, 32);
+        let coarse = candidates(&[areas], &target(0.08), Quantity::ContactArea).swap_remove(0);
+        assert_eq!(coarse.grid, 32);
+        assert_eq!(coarse.extrapolated, ["32 points per side, where fast was measured on 64 to 256 per side"]);
         assert_eq!(candidates(&[table()], &target(0.08), Quantity::MeanGap)[0].grid, 64);
         // A very different shortest wavelength is marked as an extrapolation.
         let own_grid = Some(256);
         let other = Target { own_grid, ..target(0.2) };
         assert!(candidates(&[table()], &other, Quantity::MeanGap)[0].extrapolated[0].contains("waves"));
+        for (ratio, is_like) in [(0.24, false), (0.26, true), (3.9, true), (4.1, false)] {
+            let found = candidates(&[table()], &target(0.04 * ratio), Quantity::MeanGap);
+            assert_ne!(found[0].extrapolated.iter().any(|why| why.starts_with("waves")), is_like, "{ratio}");
+        }
     }
 
     /// An oblong cell of half the points takes less time by the fitted exponent. The range of the time has it in the middle,
@@ -361,6 +367,19 @@ mod tests {
             assert!(from < 0.9 * expected && to > 1.1 * expected, "{wave}: {from} {expected} {to}");
             assert!((from * to / expected.powi(2) - 1.0).abs() < 1e-9);
         }
+    }
+
+    /// Grids have at least as many points per wave; on one measured grid the cost grows with the points to the power of 1.5.
+    #[test]
+    fn one_grid_is_transferred_with_the_growth_of_the_paper() {
+        let mut single = table();
+        single.lines.truncate(1);
+        // 64.5 points per side would do; transforms are fast for 72.
+        let advised = |wave: f64| candidates(std::slice::from_ref(&single), &target(wave), Quantity::MeanGap).remove(0);
+        assert_eq!((advised(0.04).grid, advised(0.0397).grid), (64, 72));
+        let finer = advised(0.02);
+        assert!(finer.grid == 128 && finer.extrapolated.iter().any(|why| why.contains("one grid")), "{finer:?}");
+        assert!((finer.expected_seconds / advised(0.04).expected_seconds - 8.0).abs() < 1e-9, "{finer:?}");
     }
 
     /// A spectrum of another Hurst exponent is marked as an extrapolation; one that is similar, or of a map, is not.
@@ -413,6 +432,8 @@ mod tests {
         let all = candidates(&[table(), worse], &target(0.04), Quantity::MeanGap);
         let one = all.iter().find(|a| a.grid == 128 && a.method == "fast").expect("one");
         assert_eq!((all.len(), one.surfaces), (6, 2));
+        let [from, to] = one.seconds_range.expect("of the measured grid");
+        assert!((to / from - 2.0).abs() < 1e-12 && (to / one.expected_seconds - 1.0).abs() < 1e-12, "{one:?}");
         assert!((one.error_range[0] - 0.05).abs() < 1e-12 && (one.error_range[1] - 0.075).abs() < 1e-12, "{one:?}");
         assert!(
             (one.expected_error - 0.075).abs() < 1e-12
