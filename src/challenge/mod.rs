@@ -327,7 +327,7 @@ mod arithmetic {
         // Residuals -1, 2, -1 around 1 + x: variance 6, sums of squares 2; standard errors √3 and √5.
         let scattered = line(&[(0.0, 0.0), (1.0, 4.0), (2.0, 2.0)]).unwrap();
         assert!((scattered.slope - 1.0).abs() < 1e-12 && (scattered.slope_error - 3f64.sqrt()).abs() < 1e-12);
-        assert!((scattered.intercept_error - 5f64.sqrt()).abs() < 1e-12);
+        assert!((scattered.intercept_error - 5f64.sqrt()).abs() < 1e-12 && (scattered.r2 - 0.25).abs() < 1e-12);
         assert!(line(&[(0.0, 1.0), (1.0, 3.0)]).is_none());
         assert!(line(&[(1.0, 1.0), (1.0, 3.0), (1.0, 2.0)]).is_none());
     }
@@ -348,11 +348,22 @@ mod arithmetic {
     }
 
     #[test]
+    fn loads_cover_a_range_to_five_per_cent() {
+        for (least, most, covers) in
+            [(1.04e-3, 0.0953, true), (1.06e-3, 0.1, false), (1e-3, 0.095, false), (1e-4, 1.0, true)]
+        {
+            assert_eq!(cover([0.01, least, most].into_iter(), [1e-3, 0.1]), covers, "{least} {most}");
+        }
+    }
+
+    #[test]
     fn shares_run_from_none_to_all() {
         let d =
             Distribution { edges: vec![0.0, 1.0, 3.0], fractions: vec![0.2, 0.4], delta: 0.4, below: 0.0, above: 0.0 };
         for (x, share) in [(-1.0, 0.0), (0.5, 0.1), (1.0, 0.2), (2.0, 0.4), (9.0, 0.6)] {
             assert!((share_below(&d, x) - share).abs() < 1e-12, "{x}");
+            // Values below the first edge count everywhere.
+            assert!((share_below(&Distribution { below: 0.1, ..d.clone() }, x) - share - 0.1).abs() < 1e-12, "{x}");
         }
     }
 

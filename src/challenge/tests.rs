@@ -1,5 +1,7 @@
 //! All acceptance checks, on synthetic results that agree with the paper. Changing one number must change a status.
 
+mod numbers;
+
 use super::*;
 use crate::record::results::{
     CURVATURE_RADIUS, Compressive, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, RangeResults, ScalesSi,
