@@ -203,6 +203,12 @@ mod tests {
     }
 
     #[test]
+    fn zeners_ratio_is_one_for_isotropic_crystals() {
+        let zener = |c11, c12, c44| CubicHalfSpace::new(c11, c12, c44).expect("stable").zener;
+        assert!((zener(3.0, 1.0, 1.0) - 1.0).abs() < 1e-15 && (zener(168.4, 121.4, 75.4) - 150.8 / 47.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn integrals_are_converged() {
         // Copper: strongly anisotropic. Twice the points of the integral or twice the directions change nothing.
         let copper = Cubic::new(168.4, 121.4, 75.4).unwrap();

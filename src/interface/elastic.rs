@@ -50,3 +50,27 @@ impl std::fmt::Display for Elastic {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Modes of a column one by one, and the whole column.
+    #[test]
+    fn columns_have_the_stiffness_of_their_modes() {
+        let layer = |base| Elastic::Layer(Layer { thickness: 0.1, poisson: 0.3, base });
+        let copper = CubicHalfSpace::new(168.4, 121.4, 75.4).expect("stable");
+        for body in [
+            Elastic::HalfSpace,
+            layer(Base::Bonded),
+            layer(Base::ConstantStress),
+            Elastic::Cubic(copper),
+            Elastic::NonPeriodic(NonPeriodic::of_region(1.0, 0.5)),
+        ] {
+            let mut column = [0.0; 9];
+            body.along(3.0, -4.0, 2.5, &mut column);
+            let modes: [f64; 9] = std::array::from_fn(|k| body.stiffness(3.0, 2.5 * (k as f64 - 4.0)));
+            assert_eq!(column, modes, "{body}");
+        }
+    }
+}

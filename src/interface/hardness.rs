@@ -216,6 +216,14 @@ mod tests {
     }
 
     #[test]
+    fn planned_memory_counts_all_restrictions() {
+        let fine = map(64, 64, |i| 1.0 + i as f64);
+        let values: usize = [32, 16, 8, 4, 2, 1].iter().map(|n| fine.on(*n, *n).nodes.len()).sum();
+        let ratio = HardnessMap::restriction_bytes(64 * 64) as f64 / (8 * values) as f64;
+        assert!((1.0..1.01).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
     fn chunks_and_units() {
         let fine = map(9, 10, |i| (i + 1) as f64);
         let of = Hardness::from(&fine).from_node(9).in_units(2.0);

@@ -474,6 +474,36 @@ mod tests {
     }
 
     #[test]
+    fn planned_memory_counts_matrices_fields_and_spectra() {
+        let boundary = LatticeBoundary::new(3, 2, &crystal()).expect("stable");
+        let fields: usize = displaced(3).iter().map(Vec::len).sum();
+        let spectra = 6 * Transform::<f64>::spectrum_bytes(Grid::unit(6, 6));
+        assert_eq!(LatticeBoundary::bytes(3, 2), 8 * (boundary.stiffness.len() + fields) as u64 + spectra);
+    }
+
+    /// A quarter of a crystal and three quarters of one that is twice as stiff.
+    #[test]
+    fn combinations_weigh_every_constant() {
+        /// Rounding of sums of some eV/Å².
+        const SUMS: f64 = 1e-13;
+        let one = LatticeConstants { cut_force: vec![0.4, -0.8], ..crystal() };
+        let mut two = one.clone();
+        let stiffer =
+            |list: &mut Vec<Bond>| list.iter_mut().flat_map(|b| b.phi.as_flattened_mut()).for_each(|p| *p *= 2.0);
+        stiffer(&mut two.bulk);
+        two.cut.iter_mut().for_each(stiffer);
+        two.cut_force.iter_mut().for_each(|f| *f *= 2.0);
+        let sum = LatticeConstants::combination(&[&one, &two], &[0.25, 0.75]);
+        let values = |c: &LatticeConstants| -> Vec<f64> {
+            let bonds = c.bulk.iter().chain(c.cut.iter().flatten()).flat_map(|b| b.phi.as_flattened().to_vec());
+            bonds.chain(c.cut_force.iter().copied()).collect()
+        };
+        for (found, one) in values(&sum).iter().zip(values(&one)) {
+            assert!((found - 1.75 * one).abs() < SUMS, "{found} {one}");
+        }
+    }
+
+    #[test]
     fn an_unstable_crystal_is_refused() {
         let mut constants = crystal();
         constants.bulk.iter_mut().for_each(|b| b.phi.iter_mut().flatten().for_each(|p| *p = -*p));

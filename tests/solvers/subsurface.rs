@@ -111,6 +111,25 @@ fn below_a_sphere_are_hertz_stresses() {
     assert!(near(found.von_mises.value, 2.0 * shear.value, 1e-3), "{found:?}");
 }
 
+/// A load at the first and at the last node of a patch: the normal stress of one is that of the other, seen from the opposite corner.
+#[test]
+fn loads_at_opposite_corners_have_mirrored_stresses() {
+    /// Rounding of the transforms; the stress under the load is near one half.
+    const TOLERANCE: f64 = 1e-14;
+    let (n, depth) = (12, 0.1);
+    let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(1.0, 1.0));
+    let normal = |loaded: usize| {
+        let mut pressure = vec![0.0; n * n];
+        pressure[loaded] = 1.0;
+        let StressField([_, _, zz, ..]) = below(Grid::unit(n, n), kernel, &pressure).at(depth);
+        zz
+    };
+    let (first, last) = (normal(0), normal(n * n - 1));
+    for (a, b) in first.iter().zip(last.iter().rev()) {
+        assert!((a - b).abs() < TOLERANCE, "{a} {b}");
+    }
+}
+
 /// The pressure of a solver under a sphere, and the same patch in a large periodic cell.
 #[test]
 fn a_solved_contact_has_the_same_stresses() {

@@ -149,6 +149,9 @@ mod tests {
         let gap = wall.yield_gap();
         assert!((wall.traction(gap) + 0.2).abs() < 1e-12 && gap < 0.0);
         assert_eq!((wall.traction(3.0 * gap), wall.slope(3.0 * gap)), (wall.traction(gap), 0.0));
+        // No work is done between two points on either side of the gap of first flow.
+        let [above, below] = [1.0 - STEP, 1.0 + STEP].map(|part| wall.energy(part * gap));
+        assert!((above / below - 1.0).abs() < TOLERANCE, "{above} {below}");
         let hard = Yielding { law: Exponential { gamma: 1e-4, rho: 1e-3 }, hardness: 0.2.into() };
         assert_eq!(hard.traction(-1.0), 0.1);
         for g in [3.0 * gap, 1.5 * gap, 0.5 * gap, 1e-3] {

@@ -444,6 +444,7 @@ mod tests {
             assert_eq!((adhesion.work_of_adhesion(), adhesion.range()), (GAMMA, RHO));
             assert!(adhesion.to_string().ends_with("γ = 2.0000e-5 E*L, ρ = 2.0000e-2 L"), "{adhesion}");
         }
+        assert!(Adhesion::dugdale(GAMMA, RHO).to_string().starts_with("Dugdale tapered over ±0.25 ρ"));
         assert_eq!(Wall::Penalty(PenaltyWall { length: 0.5 }).to_string(), "penalty wall, ℓ = 5.0000e-1 L");
     }
 
