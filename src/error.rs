@@ -99,7 +99,7 @@ pub enum Error {
     /// A command of the cluster's scheduler failed.
     #[error("{program}: {}", one_line(.said))]
     Cluster { program: String, said: String },
-    #[error("interrupted; `run`, `tradeoff`, `atoms run` and `solve --out` resume after what is finished")]
+    #[error("interrupted; `run`, `sweep`, `tradeoff`, `atoms run` and `solve --out` resume after what is finished")]
     Interrupted,
     /// Results could not be written on stdout.
     #[error("cannot write on stdout: {source}; files that the command names are complete")]

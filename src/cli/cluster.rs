@@ -470,11 +470,11 @@ fn without_end(out: &Path, submission: &Submission, task: Option<usize>) -> Stri
 impl State {
     fn read(out: &Path) -> Result<State> {
         let submission = Submission::read(out)?;
-        let ended = |p: &SubmittedPoint| {
+        let has_ended = |p: &SubmittedPoint| {
             submission.end_of(out, p).is_some_and(|end| matches!(end.outcome, Outcome::Done | Outcome::Failed))
         };
         // The folder has the state of a submission that has ended.
-        let job = submission.job.as_deref().filter(|_| !submission.points.iter().all(ended));
+        let job = submission.job.as_deref().filter(|_| !submission.points.iter().all(has_ended));
         let queue = job.map_or(Ok(Vec::new()), |job| Slurm.tasks(job))?;
         let of_task = |task: Option<usize>| -> Option<&QueueState> { queue.iter().find(|q| Some(q.task) == task) };
         let (mut done, mut failed, mut queued, mut left) = (0, Vec::new(), Vec::<(String, usize)>::new(), 0.0);

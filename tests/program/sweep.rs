@@ -89,6 +89,26 @@ fn a_failing_point_leaves_the_others() {
     assert!(groups.iter().all(|s| s["group"] == serde_json::json!([["continuum.max_iterations", 50000]])));
 }
 
+/// Values of a load belong to one curve, and realisations share an uncertainty that their scatter does not have.
+#[test]
+fn combinations_share_a_figure_and_a_warning() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    written(scratch.path(), "small.toml", SCENE);
+    let text = "scene = \"small.toml\"\n[over]\nsurface.hurst = [0.5, 0.8]\nload.p_star = [[0.01], [0.03]]\n";
+    let (file, out) = (written(scratch.path(), "sweep.toml", text), scratch.path().join("out"));
+    let (code, _, said) = swept("sweep", &file, &out, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let drawing = fs::read_to_string(out.join("figures/ensemble-together.svg")).expect("drawn");
+    for hurst in ["surface.hurst = 0.5", "surface.hurst = 0.8"] {
+        assert_eq!(drawing.matches(&format!(">{hurst}<")).count(), 1, "{hurst}");
+    }
+    let found = ensemble(&out);
+    let uncertain = |p: &Value| p["area_uncertainty"].as_f64().is_some_and(|u| u > 0.0);
+    assert!(found["points"].as_array().expect("a list").iter().all(uncertain), "{found}");
+    let page = fs::read_to_string(out.join("report.html")).expect("drawn");
+    assert!(page.contains("standard errors do not contain the uncertainty of each contact area"));
+}
+
 /// A killed sweep ends with the tables of an undisturbed one.
 #[test]
 fn a_killed_sweep_resumes_with_the_same_tables() {

@@ -32,7 +32,7 @@ pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
             groups.push(&s.group);
         }
     }
-    let mut figures = Vec::new();
+    let mut figures: Vec<Markup> = together(writer, e, &groups)?.into_iter().collect();
     for (k, group) in groups.iter().enumerate() {
         figures.push(html! { @if !group.is_empty() { h3 { (name(group)) } } });
         for (quantity, label, axis) in DRAWN {
@@ -195,6 +195,33 @@ fn means(
         drawn.extend(found.map(|c| figure(c, html! { (capitalised(&label)) " against load" (of_group(group)) "." })));
     }
     Ok(drawn)
+}
+
+/// Most curves of one figure.
+const MOST_CURVES: usize = 8;
+
+/// The contact area of all combinations in one figure: of the atoms, where there are some. Values of a varied load belong to one curve.
+fn together(writer: &FigureWriter, e: &Ensemble, groups: &[&Group]) -> Result<Option<Markup>> {
+    let areas = || e.statistics.iter().filter(|s| s.of.quantity == "contact_fraction");
+    let sources = || areas().map(|s| s.of.source.as_str());
+    let Some(source) = sources().find(|s| *s == "atoms").or(sources().next()) else { return Ok(None) };
+    let differs = |(key, value): &&(String, Value)| {
+        !key.starts_with("load.") && groups.iter().any(|g| g.iter().any(|(k, v)| k == key && v != value))
+    };
+    let label = |group: &Group| -> String {
+        let parts: Vec<String> = group.iter().filter(differs).map(|(k, v)| format!("{k} = {v}")).collect();
+        if parts.is_empty() { source.to_string() } else { parts.join(", ") }
+    };
+    let mut labels: Vec<String> = groups.iter().map(|g| label(g)).collect();
+    labels.dedup();
+    if groups.len() < 2 || labels.len() > MOST_CURVES {
+        return Ok(None);
+    }
+    let list = areas().filter(|s| s.of.source == source);
+    let (all, errors) = curves(list.map(|s| (&s.of, label(&s.group), s.p_star, &s.sample)), 1.0);
+    let plot = Plot { errors, ..Plot::new((Axis::Log, Axis::Log), ("p*", "relative contact area"), all) };
+    let caption = html! { "Relative contact area (" (source) ") against load, all combinations of the varied keys." };
+    Ok(writer.curves("ensemble-together", &plot)?.map(|c| figure(c, caption)))
 }
 
 fn differences(writer: &FigureWriter, e: &Ensemble, (k, group): (usize, &Group)) -> Result<Option<Markup>> {
