@@ -220,9 +220,14 @@ fn depth(actual: &Actual) -> AuditLine {
         0.0 => String::new(),
         below => format!(", {below:.1} Å of it an elastic foundation"),
     };
+    let waves = match affected {
+        0 => "all waves are within 2 % as stiff as on a half-space".to_string(),
+        n => format!(
+            "the longest wave is {stiffening:.2} times stiffer than on a half-space, and the {n} longest by more than 2 %"
+        ),
+    };
     let reason = format!(
-        "slab {:.1} Å deep{founded}, {ratio:.4} of the cell, on a rigid base: the longest wave is {stiffening:.2} times stiffer than on a \
-         half-space, and the {affected} longest by more than 2 %",
+        "slab {:.1} Å deep{founded}, {ratio:.4} of the cell, above a rigid plane: {waves}",
         actual.depth_angstrom
     );
     // A deeper slab is a matter of cost.

@@ -13,10 +13,14 @@ use super::surface::SurfaceStage;
 use super::{Listener, engine};
 use crate::record::atomic_file::write_atomic;
 use crate::record::methods::MethodResults;
+use crate::record::quantity::Quantity;
 use crate::record::results::{
-    self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
+    self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, StateResults,
+    SurfaceResults,
 };
+use crate::record::uncertainty::{UNRESOLVED, total};
 use crate::record::{hashed, json, load_table, netcdf, tradeoff};
+use crate::report::number::trimmed;
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
 use std::path::{Path, PathBuf};
@@ -134,6 +138,20 @@ impl Running<'_> {
         self.warnings.push(text);
     }
 
+    /// Warns of loads whose contact the grid does not resolve.
+    fn warn_of_unresolved_contact(&mut self, solved: &ContinuumResults) {
+        let of = |s: &StateResults| Some((s.numbers.p_star, total(&s.uncertainty, Quantity::ContactArea)?));
+        let coarse: Vec<(f64, f64)> = solved.states.iter().filter_map(of).filter(|(_, u)| *u > UNRESOLVED).collect();
+        let Some(most) = coarse.iter().map(|c| c.1).reduce(f64::max) else { return };
+        let loads: Vec<String> = coarse.iter().map(|c| trimmed(c.0, 4)).collect();
+        self.warn(format!(
+            "p* = {}: the uncertainty of the contact area is up to {:.0} % of it, because the grid does not resolve the contact; \
+             a finer surface.grid or surface.resample, or a map without its shortest waves (surface.low_pass_um), does",
+            loads.join(", "),
+            100.0 * most
+        ));
+    }
+
     /// Solves the scene's problem and its variants, and runs the comparison methods.
     fn laboratory(&mut self, surface: &SurfaceResults, surface_key: &Key, out: &Path) -> Result<Laboratory> {
         let case = self.case;
@@ -141,7 +159,9 @@ impl Running<'_> {
         let mut found = Laboratory::default();
         if case.solves() {
             let stage = SolveStage { case, variant: Variant::Primary };
-            found.primary = Some(self.execute(&stage, &[surface_key], &heights)?.0);
+            let solved = self.execute(&stage, &[surface_key], &heights)?.0;
+            self.warn_of_unresolved_contact(&solved);
+            found.primary = Some(solved);
         }
         let (variants, left_out) = variants(case);
         left_out.into_iter().for_each(|text| self.warn(text));

@@ -51,8 +51,9 @@ fn sidecar_path(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Extensions of formats that are read and not written: a file of such a name would be text.
-const NOT_WRITTEN: [&str; 9] = ["npz", "h5", "hdf5", "gwy", "x3p", "sdf", "sur", "xyz", "csv"];
+/// Extensions of formats that are not written: a file of such a name would be text.
+const NOT_WRITTEN: [&str; 14] =
+    ["npz", "h5", "hdf5", "gwy", "x3p", "sdf", "sur", "xyz", "csv", "png", "jpg", "tif", "tiff", "mat"];
 
 /// Writes `.npy` (f64, with a JSON sidecar) or `.nc` (NetCDF-4) if the name has this extension, otherwise an ASCII matrix, with everything
 /// that `declared` states except for the list of channels.

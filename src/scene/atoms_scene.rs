@@ -14,7 +14,7 @@ use std::path::PathBuf;
 pub struct AtomsScene {
     /// Cubic cells along x and along y; the cell of the profile is scaled to this many lattice constants.
     pub cells: usize,
-    /// Deformable cubic cells along z.
+    /// Deformable cubic cells along z. An elastic base adds moving layers below them: two cells for the shipped potential.
     pub depth_cells: usize,
     /// Cubic cells of elastic foundation between the deformable cells and the fixed plane, or "half-space". 0: the base is rigid.
     #[serde(skip_serializing_if = "crate::record::json::is_default", deserialize_with = "foundation")]

@@ -286,6 +286,7 @@ impl Solve {
                 }
             }
         })?;
+        reporter.unresolved().iter().for_each(|w| progress.warn(w));
         pulled.map(|p| reporter.pull_off(&p)).transpose()
     }
 }

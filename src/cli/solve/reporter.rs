@@ -12,6 +12,7 @@ use crate::path::{self, LoadPath, Reached};
 use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::record::provenance::Provenance;
 use crate::record::results::{Discretisation, HardnessMapResults, Peak, PullOff, SubsurfaceResults};
+use crate::record::uncertainty::UNRESOLVED;
 use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
 use crate::scene::Case;
@@ -226,6 +227,23 @@ impl<'a> SolveReporter<'a> {
             line["plastic_work"] = json!(found.work * energy);
         }
         line
+    }
+
+    /// A warning for loads whose contact the grid does not resolve.
+    pub(super) fn unresolved(&self) -> Option<String> {
+        let changes = self.lines.iter().enumerate().filter_map(|(i, line)| {
+            let area = line["discretisation"]["area"].as_f64().filter(|area| *area > UNRESOLVED)?;
+            Some((i + 1, area))
+        });
+        let (loads, changes): (Vec<usize>, Vec<f64>) = changes.unzip();
+        let most = changes.into_iter().reduce(f64::max)?;
+        let loads: Vec<String> = loads.iter().map(usize::to_string).collect();
+        Some(format!(
+            "load {}: the contact changes by up to {} from half of the points along each side: the grid does not resolve it; \
+             more points (--grid, --resample), or a map without its shortest waves (--low-pass), do",
+            loads.join(", "),
+            percent(most)
+        ))
     }
 
     /// Adds the stress below the surface to the line of a state, and writes its maps.

@@ -67,7 +67,7 @@ pub(super) fn linked(citation: &str) -> Markup {
         .split_inclusive(char::is_whitespace)
         .map(|word| {
             let bare = word.trim();
-            let target = bare.trim_end_matches(['.', ',', ';', ')']);
+            let target = bare.trim_end_matches(['.', ',', ';', ':', ')']);
             let doi = target.trim_start_matches("doi:").trim_start_matches("DOI:");
             if target.starts_with("https://") || target.starts_with("http://") {
                 html! { a href=(target) { (target) } (word[target.len()..]) }

@@ -95,9 +95,9 @@ fn base(c: &mut Complaints, a: &AtomsScene, from_touch: bool) {
         "atoms.base",
         format!("{:?}", a.base.map(|b| format!("{b:?}").to_lowercase()).unwrap_or_default()),
         if founded {
-            "\"prescribed\" or \"elastic\" with atoms.foundation_cells above 0"
+            "\"prescribed\" or \"elastic\" with atoms.foundation_cells above 0 or \"half-space\""
         } else {
-            "\"rigid\", or atoms.foundation_cells above 0"
+            "\"rigid\", or with atoms.foundation_cells above 0 or \"half-space\""
         },
     );
     c.unless(
