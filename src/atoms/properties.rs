@@ -20,8 +20,8 @@ use crate::units::J_M2_PER_EV_A2;
 
 /// Runs LAMMPS scripts: the program, or a replay of recorded output.
 pub trait RunScript {
-    /// Runs `script` (an absolute path) in the working directory `folder`, with `-var name value` for each of
-    /// `vars`. Returns the screen output of LAMMPS.
+    /// Runs `script` (an absolute path) in the working directory `folder`, with `-var name words...` for each of
+    /// `vars`; several words define an index variable. Returns the screen output of LAMMPS.
     fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String>;
 }
 
@@ -41,7 +41,7 @@ impl RunScript for LmpCommand {
         without_relative_libraries(&mut command);
         sys::die_with_parent(&mut command);
         for (name, value) in vars {
-            command.arg("-var").arg(name).arg(value);
+            command.arg("-var").arg(name).args(value.split_whitespace());
         }
         let output = command.output().map_err(|source| match source.kind() {
             ErrorKind::NotFound if folder.is_dir() => Error::MissingProgram {
