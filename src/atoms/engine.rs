@@ -502,6 +502,11 @@ mod tests {
         assert_eq!(run_status(status(0), "Loop time\n", ""), Err(LammpsFailure::Unfinished));
         assert_eq!(run_status(status(3), good, ""), Err(LammpsFailure::Status(3)));
         assert_eq!(run_status(ExitStatus::from_raw(9), "", ""), Err(LammpsFailure::Signal(9)));
+        let launcher = run_status(status(1), "", "srun: error: Invalid MPI type 'pmix'\n\n").expect_err("a failure");
+        assert!(
+            launcher.to_string().ends_with("log.screen ends with: srun: error: Invalid MPI type 'pmix'"),
+            "{launcher}"
+        );
         let lost = "ERROR: Lost atoms: original 792 current 710 (src/thermo.cpp:439)\nLast command: run 5\n";
         assert_eq!(run_status(status(1), lost, ""), Err(LammpsFailure::AtomCount { before: 792, after: 710 }));
         let forms = [

@@ -561,18 +561,20 @@ pub(super) struct Cancel {
 impl Cancel {
     pub(super) fn execute(self) -> Result<()> {
         let submission = Submission::read(&self.folder)?;
-        let queued = submission.job.as_deref().map_or(Ok(Vec::new()), |job| Slurm.tasks(job))?.len();
+        // Without an answer of the queue everything may wait.
+        let tasks = submission.job.as_deref().map_or(Ok(Vec::new()), |job| Slurm.tasks(job)).ok();
         let jobs = [&submission.collect_job, &submission.job];
         jobs.into_iter().flatten().try_for_each(|job| Slurm.cancel(job))?;
         let folder = self.folder.display();
         output::print(&match &submission.job {
-            Some(job) if queued > 0 => {
+            Some(job) if tasks.as_ref().is_none_or(|t| !t.is_empty()) => {
                 let tables = if submission.command.is_none() {
                     format!("; tables of what is done: asperity collect {folder}")
                 } else {
                     String::new()
                 };
-                format!("cancelled {} of job {job}{tables}", number(queued, "task"))
+                let tasks = tasks.map_or("the tasks".into(), |t| number(t.len(), "task"));
+                format!("cancelled {tasks} of job {job}{tables}")
             }
             _ => "nothing waits or runs".into(),
         });

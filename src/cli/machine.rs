@@ -112,6 +112,17 @@ fn without_machine(words: Vec<String>) -> Vec<String> {
 mod tests {
     use super::*;
 
+    /// Tasks have another working folder than the command that submits them.
+    #[test]
+    fn programs_become_absolute() {
+        let of = |program: &str| {
+            let flags = LammpsFlags { lammps: Some(program.into()), ..LammpsFlags::default() };
+            MachineFlags::default().find(&flags).expect("this machine").1.lammps.program.expect("given")
+        };
+        assert!(of("bin/lmp").is_absolute() && of("bin/lmp").ends_with("bin/lmp"));
+        assert_eq!(of("lmp"), Path::new("lmp"));
+    }
+
     #[test]
     fn flags_of_the_machine_are_left_out() {
         let words = "run --machine cluster a.toml --ranks=4 --lammps-args -echo --out=b --threads 2 --json";

@@ -90,6 +90,28 @@ pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height:
     }
 }
 
+/// Relative change of the contact area from half of the points above which it says little.
+const UNRESOLVED: f64 = 0.5;
+
+/// A warning for loads whose contact the grid does not resolve. `loads`: name, contact fraction and change of each; `kind` comes before
+/// the names.
+pub fn unresolved_contact<'a>(
+    kind: &str,
+    loads: impl Iterator<Item = (String, f64, Option<&'a Discretisation>)>,
+) -> Option<String> {
+    let is_unresolved = |contact: f64, d: &Discretisation| contact > 0.0 && d.area.is_none_or(|a| a > UNRESOLVED);
+    let names: Vec<String> =
+        loads.filter(|(_, contact, d)| d.is_some_and(|d| is_unresolved(*contact, d))).map(|l| l.0).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "{kind}{}: the grid does not resolve the contact: with half of the points along each side its area changes by more than half, \
+             or is below {FEW_NODES} nodes; a finer surface.grid or surface.resample, or a map without its shortest waves \
+             (surface.low_pass_um), resolves it",
+            names.join(", ")
+        )
+    })
+}
+
 /// Minimum rms gradient of the coarsest grid over that of the finest for an extrapolation over both.
 const RESOLVED: f64 = 0.9;
 

@@ -10,7 +10,7 @@ mod subsurface;
 mod unit;
 
 pub use checkpoint::{Checkpoint, CheckpointWriter};
-pub use coarser_grids::CORRECTION;
+pub use coarser_grids::{CORRECTION, unresolved_contact};
 pub use estimator_input::EstimatorInput;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 

@@ -11,14 +11,12 @@ use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
 use super::surface::SurfaceStage;
 use super::{Listener, engine};
+use crate::path::unresolved_contact;
 use crate::record::atomic_file::write_atomic;
 use crate::record::methods::MethodResults;
-use crate::record::quantity::Quantity;
 use crate::record::results::{
-    self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, StateResults,
-    SurfaceResults,
+    self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
-use crate::record::uncertainty::{UNRESOLVED, total};
 use crate::record::{hashed, json, load_table, netcdf, tradeoff};
 use crate::report::number::trimmed;
 use crate::scene::{AtomsScene, Case, Scene};
@@ -138,20 +136,6 @@ impl Running<'_> {
         self.warnings.push(text);
     }
 
-    /// Warns of loads whose contact the grid does not resolve.
-    fn warn_of_unresolved_contact(&mut self, solved: &ContinuumResults) {
-        let of = |s: &StateResults| Some((s.numbers.p_star, total(&s.uncertainty, Quantity::ContactArea)?));
-        let coarse: Vec<(f64, f64)> = solved.states.iter().filter_map(of).filter(|(_, u)| *u > UNRESOLVED).collect();
-        let Some(most) = coarse.iter().map(|c| c.1).reduce(f64::max) else { return };
-        let loads: Vec<String> = coarse.iter().map(|c| trimmed(c.0, 4)).collect();
-        self.warn(format!(
-            "p* = {}: the uncertainty of the contact area is up to {:.0} % of it, because the grid does not resolve the contact; \
-             a finer surface.grid or surface.resample, or a map without its shortest waves (surface.low_pass_um), does",
-            loads.join(", "),
-            100.0 * most
-        ));
-    }
-
     /// Solves the scene's problem and its variants, and runs the comparison methods.
     fn laboratory(&mut self, surface: &SurfaceResults, surface_key: &Key, out: &Path) -> Result<Laboratory> {
         let case = self.case;
@@ -160,7 +144,11 @@ impl Running<'_> {
         if case.solves() {
             let stage = SolveStage { case, variant: Variant::Primary };
             let solved = self.execute(&stage, &[surface_key], &heights)?.0;
-            self.warn_of_unresolved_contact(&solved);
+            let loads = solved
+                .states
+                .iter()
+                .map(|s| (trimmed(s.numbers.p_star, 4), s.numbers.contact_fraction, s.discretisation.as_ref()));
+            unresolved_contact("p* = ", loads).into_iter().for_each(|text| self.warn(text));
             found.primary = Some(solved);
         }
         let (variants, left_out) = variants(case);

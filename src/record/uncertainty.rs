@@ -66,9 +66,6 @@ pub struct ValueWithError {
     pub error: f64,
 }
 
-/// Relative uncertainty of a contact area above which it says little: the grid does not resolve the contact.
-pub const UNRESOLVED: f64 = 0.5;
-
 /// Relative uncertainty of a quantity: the sum of the known components; `None` if none is known.
 pub fn total(components: &[UncertaintyComponent], quantity: Quantity) -> Option<f64> {
     components.iter().filter(|c| c.quantity == quantity).filter_map(|c| c.relative).reduce(|a, b| a + b)

@@ -15,7 +15,7 @@ use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
 use crate::record::provenance::Provenance;
-use crate::surface::{Spectrum, moments, non_periodic_gradient, quality_warnings, seam_warning, slope_warnings};
+use crate::surface::{Edges, Spectrum, moments, non_periodic_gradient, quality_warnings, seam_warning, slope_warnings};
 use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -145,6 +145,7 @@ impl Case {
                 return Err(Error::Input { place, list });
             }
         }
+        case.warnings.extend(case.mirrored_force_warning());
         case.refuse_closed()?;
         case.refuse_unrepresentable()?;
         if case.scene.atoms.is_some() {
@@ -161,6 +162,15 @@ impl Case {
             case.warnings.extend(case.atoms.iter().flat_map(|a| a.warnings(case.gradient, ranks)));
         }
         Ok(case)
+    }
+
+    /// A force on a map that is mirrored acts on the whole periodic cell.
+    fn mirrored_force_warning(&self) -> Option<String> {
+        let mirrored = self.scene.surface.edges == Some(Edges::Mirror) && !self.scene.load.force_mn.is_empty();
+        mirrored.then(|| {
+            "load.force_mn acts on the mirrored cell, which has four times the area of the map: give four times the force on the map"
+                .to_string()
+        })
     }
 
     /// What the grid leaves out of the spectrum, slopes and maps that suggest a wrong unit, a range of the adhesion that the grid

@@ -225,6 +225,9 @@ fn two_ranks_reach_the_states_of_one() {
 /// C11 of the secant from zero strain, which the crystal's stiffening raises: 1 % at a strain of 0.002.
 const SECANT: f64 = 0.02;
 
+/// A tension over C11, within the measured strains.
+const TENSION: f64 = 0.01;
+
 #[test]
 fn force_constants_are_those_of_the_crystal() {
     let Some(engine) = lammps(1) else { return };
@@ -243,6 +246,13 @@ fn force_constants_are_those_of_the_crystal() {
         let carried: f64 = -found.at(strain).cut_force.iter().sum::<f64>() / (0.5 * A0 * A0);
         assert!((carried / pressure - 1.0).abs() < 1e-4, "{carried} instead of {pressure}");
     }
+    // Softer under tension, which the cut carries as well.
+    let tension = -TENSION * CALCIUM_C11_GPA / GPA_PER_EV_A3;
+    let strain = found.strain_at(tension).expect("measured");
+    assert!(strain < -TENSION && strain > -2.0 * TENSION, "{strain}");
+    let carried: f64 = -found.at(strain).cut_force.iter().sum::<f64>() / (0.5 * A0 * A0);
+    assert!((carried / tension - 1.0).abs() < 1e-3, "{carried} instead of {tension}");
+    assert!(found.strain_at(3.0 * tension).is_err());
     let crushed = Crystal { highest_pressure: 100.0 * highest_pressure, ..crystal };
     let refused =
         ForceConstants::measure(&command(&engine), folder.path(), crushed, &mut || Ok(())).expect_err("refused");

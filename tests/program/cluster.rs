@@ -253,6 +253,56 @@ fn a_cancelled_sweep_is_submitted_again() {
     assert_eq!(points(&found), points(&cluster.local()));
 }
 
+/// Writes programs in place of Slurm's into a folder. Returns the search path that finds them first.
+fn stand_ins(folder: &Path, programs: &[(&str, &str)]) -> String {
+    for (name, text) in programs {
+        let path = folder.join(name);
+        fs::write(&path, format!("#!/bin/sh\n{text}\n")).expect("written");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("executable");
+    }
+    format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default())
+}
+
+/// Points that were not submitted, whose tasks did not begin, wait for ever, or vanished.
+#[test]
+fn points_without_a_result_are_named_with_their_state() {
+    let folder = tempfile::tempdir().expect("scratch");
+    for (name, text) in [
+        ("scene.toml", SCENE),
+        ("sweep.toml", SEEDS),
+        ("machines.toml", "[cluster]\nengine = \"slurm\"\npack_minutes = 0.0\n"),
+    ] {
+        fs::write(folder.path().join(name), text).expect("written");
+    }
+    let call = |sbatch: &str, squeue: &str, arguments: &[&str]| {
+        let path = stand_ins(folder.path(), &[("sbatch", sbatch), ("squeue", squeue), ("scancel", "exit 0")]);
+        asperity().args(arguments).current_dir(folder.path()).env("PATH", path).output().expect("started")
+    };
+    let submit = ["sweep", "sweep.toml", "--machine", "cluster", "--out", "out"];
+    let refused = call("echo 'invalid partition' >&2; exit 1", "exit 1", &submit);
+    assert!(stderr(&refused).contains("invalid partition (options of the machine"), "{}", stderr(&refused));
+    let status = ["status", "out", "--json"];
+    let reason = |status: &Value| status["failures"][0]["reason"].as_str().expect("a reason").to_string();
+    // Nothing is in the queue of a job that was never submitted, and a controller that is down does not matter.
+    let never = json_line(&call("exit 1", "exit 1", &status));
+    assert!(reason(&never).starts_with("it was not submitted"), "{never}");
+
+    assert!(call("echo 7", "exit 0", &submit).status.success());
+    let waiting = json_line(&call("exit 1", "echo 7 0 PENDING PartitionConfig; echo 7 1 PENDING Priority", &status));
+    assert_eq!(waiting["states"], serde_json::json!({ "pending (PartitionConfig)": 1, "pending": 1 }));
+    let gone = json_line(&call("exit 1", "exit 0", &status));
+    assert!(reason(&gone).starts_with("its task did not begin"), "{gone}");
+    let collected = call("exit 1", "exit 0", &["collect", "out", "--json"]);
+    assert_eq!((collected.status.code(), &json_line(&collected)["failed"]), (Some(5), &2.into()));
+    let later = call("exit 1", "echo 7 0 RUNNING None; echo 7 1 PENDING Priority", &["collect", "out", "--json"]);
+    assert_eq!((later.status.code(), &json_line(&later)["failed"]), (Some(130), &0.into()));
+
+    let cancel = |squeue: &str| String::from_utf8(call("exit 1", squeue, &["cancel", "out"]).stdout).expect("text");
+    assert_eq!(cancel("exit 0"), "nothing waits or runs\n");
+    assert!(cancel("echo 7 0 RUNNING None").starts_with("cancelled 1 task of job 7; "));
+    assert!(cancel("exit 1").starts_with("cancelled the tasks of job 7; "));
+}
+
 /// A turn whose time is up before anything is finished would not get further the next time.
 #[test]
 fn a_turn_without_progress_ends_with_the_reason() {
@@ -265,15 +315,11 @@ fn a_turn_without_progress_ends_with_the_reason() {
         ("scene.toml", scene.as_str()),
         ("sweep.toml", "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..1\"\n"),
         ("machines.toml", "[cluster]\nengine = \"slurm\"\n"),
-        ("sbatch", "#!/bin/sh\necho 1\n"),
-        ("scontrol", "#!/bin/sh\n[ \"$1 $2\" = \"requeue 1_0\" ]\n"),
     ] {
         fs::write(path(name), text).expect("written");
     }
-    for name in ["sbatch", "scontrol"] {
-        fs::set_permissions(path(name), fs::Permissions::from_mode(0o755)).expect("executable");
-    }
-    let search_path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
+    let search_path =
+        stand_ins(folder.path(), &[("sbatch", "echo 1"), ("scontrol", "[ \"$1 $2\" = \"requeue 1_0\" ]")]);
     let call = |arguments: &[&str]| {
         let mut command = asperity();
         command.args(arguments).current_dir(folder.path()).env("PATH", &search_path);

@@ -352,3 +352,35 @@ fn a_run_does_not_replace_another_scene() {
         );
     }
 }
+
+/// Waves that only the own grid has, touched lightly: half of the points give another contact.
+#[test]
+fn contact_that_the_grid_does_not_resolve_is_a_warning() {
+    for (points, cut_off, modes, warned) in [("64", "0.001", "", true), ("256", "0.05", "cut_off_mode = 20\n", false)] {
+        let said = stderr(&call(&["solve", "--challenge", points, "--cut-off", cut_off, "--pressure", "0.001,0.1"]));
+        assert_eq!(said.contains("load 1: the grid does not resolve the contact"), warned, "{said}");
+        assert!(!warned || said.contains("a finer --challenge or --resample"), "{said}");
+        let scratch = tempfile::tempdir().expect("scratch");
+        let scene = scratch.path().join("scene.toml");
+        let load = "[load]\np_star = [0.001, 0.1]\n";
+        std::fs::write(&scene, format!("name = \"s\"\n[surface]\ngrid = {points}\n{modes}{load}")).expect("written");
+        let out = scratch.path().join("out");
+        let said = stderr(&call(&["run", text(&scene), "--out", text(&out)]));
+        assert_eq!(said.contains("p* = 0.001: the grid does not resolve the contact"), warned, "{said}");
+    }
+}
+
+#[test]
+fn a_force_on_mirrored_edges_is_a_warning() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("map.txt");
+    export(&file, |x, y| waves(x, y) + 0.01 * x as f64);
+    let solve = |load: [&str; 2]| {
+        let map = ["solve", text(&file), "--touching", "low-points", "--modulus", "1GPa", "--edges", "mirror"];
+        let output = call(&[&map[..], &load].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    assert!(solve(["--force", "1mN"]).contains("--force acts on the mirrored cell"));
+    assert!(!solve(["--pressure", "1MPa"]).contains("mirrored cell"));
+}

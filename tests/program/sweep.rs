@@ -98,15 +98,30 @@ fn combinations_share_a_figure_and_a_warning() {
     let (file, out) = (written(scratch.path(), "sweep.toml", text), scratch.path().join("out"));
     let (code, _, said) = swept("sweep", &file, &out, &[]);
     assert_eq!(code, Some(0), "{said}");
-    let drawing = fs::read_to_string(out.join("figures/ensemble-together.svg")).expect("drawn");
+    let drawing = fs::read_to_string(out.join("figures/ensemble-contact_fraction.svg")).expect("drawn");
     for hurst in ["surface.hurst = 0.5", "surface.hurst = 0.8"] {
         assert_eq!(drawing.matches(&format!(">{hurst}<")).count(), 1, "{hurst}");
     }
+    // Single loads have no figures of their own.
+    assert!(
+        out.join("figures/ensemble-mean_gap.svg").exists() && !out.join("figures/ensemble-0-mean_gap-0.svg").exists()
+    );
     let found = ensemble(&out);
     let uncertain = |p: &Value| p["area_uncertainty"].as_f64().is_some_and(|u| u > 0.0);
     assert!(found["points"].as_array().expect("a list").iter().all(uncertain), "{found}");
     let page = fs::read_to_string(out.join("report.html")).expect("drawn");
     assert!(page.contains("standard errors do not contain the uncertainty of each contact area"));
+}
+
+/// Waiting ranks spin: points whose ranks take all cores run one after the other.
+#[test]
+fn points_with_many_ranks_run_one_at_a_time() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    written(scratch.path(), "small.toml", &format!("{SCENE}[atoms]\ncells = 10\ndepth_cells = 6\n"));
+    let text = "scene = \"small.toml\"\n[over]\nsurface.seed = \"1..4\"\n";
+    let file = written(scratch.path(), "sweep.toml", text);
+    let (code, line, said) = swept("sweep", &file, &scratch.path().join("out"), &["--dry-run", "--ranks", "4096"]);
+    assert_eq!((code, &line["at_once"]), (Some(0), &1.into()), "{said}");
 }
 
 /// A killed sweep ends with the tables of an undisturbed one.

@@ -117,7 +117,7 @@ const USED: &str = r#"
   const mark = plot.querySelector("g.curve path.mark").getBoundingClientRect();
   plot.dispatchEvent(new PointerEvent("pointermove", { clientX: mark.x + mark.width / 2, clientY: mark.y + mark.height / 2, bubbles: true }));
   const tip = document.querySelector(".tip");
-  check("hover", !tip.hidden && /p\* [\d.]+, contact \(% of [a-z ]+\) [\d.]+/.test(tip.textContent));
+  check("hover", !tip.hidden && /p\* [\d.]+, contact \(% of cell or sites\) [\d.]+/.test(tip.textContent));
   const legend = plot.querySelector("g.key");
   legend.dispatchEvent(new MouseEvent("click", { bubbles: true }));
   check("hide", getComputedStyle(plot.querySelector("g.curve")).display === "none" && legend.getAttribute("aria-pressed") === "false");

@@ -200,6 +200,7 @@ impl Solve {
         if let Some(finished) = finished {
             progress.note(&format!("finished already: results read from {}", out.display()));
             finished.states.into_iter().try_for_each(|line| reporter.again(line))?;
+            reporter.unresolved().iter().for_each(|w| progress.warn(w));
             return finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line));
         }
         let (writer, begin) = self.resume(out, key, &mut reporter, &progress)?;

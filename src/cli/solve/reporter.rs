@@ -12,10 +12,9 @@ use crate::path::{self, LoadPath, Reached};
 use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::record::provenance::Provenance;
 use crate::record::results::{Discretisation, HardnessMapResults, Peak, PullOff, SubsurfaceResults};
-use crate::record::uncertainty::UNRESOLVED;
 use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
-use crate::scene::Case;
+use crate::scene::{Case, rename_keys_in};
 use crate::sys::MemoryGrowth;
 use crate::units::Scales;
 use serde::Deserialize;
@@ -231,19 +230,12 @@ impl<'a> SolveReporter<'a> {
 
     /// A warning for loads whose contact the grid does not resolve.
     pub(super) fn unresolved(&self) -> Option<String> {
-        let changes = self.lines.iter().enumerate().filter_map(|(i, line)| {
-            let area = line["discretisation"]["area"].as_f64().filter(|area| *area > UNRESOLVED)?;
-            Some((i + 1, area))
+        let changes: Vec<Option<Discretisation>> =
+            self.lines.iter().map(|line| Discretisation::deserialize(&line["discretisation"]).ok()).collect();
+        let loads = self.lines.iter().zip(&changes).enumerate().map(|(i, (line, change))| {
+            ((i + 1).to_string(), line["contact_fraction"].as_f64().unwrap_or(0.0), change.as_ref())
         });
-        let (loads, changes): (Vec<usize>, Vec<f64>) = changes.unzip();
-        let most = changes.into_iter().reduce(f64::max)?;
-        let loads: Vec<String> = loads.iter().map(usize::to_string).collect();
-        Some(format!(
-            "load {}: the contact changes by up to {} from half of the points along each side: the grid does not resolve it; \
-             more points (--grid, --resample), or a map without its shortest waves (--low-pass), do",
-            loads.join(", "),
-            percent(most)
-        ))
+        path::unresolved_contact("load ", loads).map(|text| rename_keys_in(&text, &self.solve.flag_names()))
     }
 
     /// Adds the stress below the surface to the line of a state, and writes its maps.

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use serde_json::Value;
+use std::collections::BTreeSet;
 
 use super::document::{Section, document};
 use super::figures::{FigureWriter, capitalised, figure, numbers, table, text};
@@ -32,8 +33,13 @@ pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
             groups.push(&s.group);
         }
     }
-    let mut figures: Vec<Markup> = together(writer, e, &groups)?.into_iter().collect();
-    for (k, group) in groups.iter().enumerate() {
+    let mut figures = Vec::new();
+    for (quantity, label, axis) in DRAWN {
+        figures.extend(together(writer, e, &groups, (quantity, label, axis))?);
+    }
+    // A point alone is no curve; those of a varied load are in the figures of all.
+    let paths = groups.iter().enumerate().filter(|(_, g)| groups.len() == 1 || is_path(e, g));
+    for (k, group) in paths {
         figures.push(html! { @if !group.is_empty() { h3 { (name(group)) } } });
         for (quantity, label, axis) in DRAWN {
             figures.extend(means(writer, e, (k, group), (quantity, label, axis))?);
@@ -189,7 +195,7 @@ fn means(
     for (i, unit) in units.into_iter().enumerate() {
         let list = e.statistics.iter().filter(of).filter(|s| s.of.unit == unit);
         let (all, errors) = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
-        let label = if unit == "1" { label.to_string() } else { format!("{label} ({})", shown(unit)) };
+        let label = with_unit(label, unit);
         let plot = Plot { errors, ..Plot::new((Axis::Log, axis), ("p*", &label), all) };
         let found = writer.curves(&format!("ensemble-{k}-{quantity}-{i}"), &plot)?;
         drawn.extend(found.map(|c| figure(c, html! { (capitalised(&label)) " against load" (of_group(group)) "." })));
@@ -197,31 +203,46 @@ fn means(
     Ok(drawn)
 }
 
-/// Most curves of one figure.
-const MOST_CURVES: usize = 8;
+/// Whether a combination has several loads.
+fn is_path(e: &Ensemble, group: &Group) -> bool {
+    e.statistics.iter().any(|s| s.group == *group && s.of.load > 0)
+}
 
-/// The contact area of all combinations in one figure: of the atoms, where there are some. Values of a varied load belong to one curve.
-fn together(writer: &FigureWriter, e: &Ensemble, groups: &[&Group]) -> Result<Option<Markup>> {
-    let areas = || e.statistics.iter().filter(|s| s.of.quantity == "contact_fraction");
-    let sources = || areas().map(|s| s.of.source.as_str());
-    let Some(source) = sources().find(|s| *s == "atoms").or(sources().next()) else { return Ok(None) };
+/// A quantity of all combinations in one figure: that of the atoms, where they have it. Values of a varied load belong to one curve.
+fn together(
+    writer: &FigureWriter,
+    e: &Ensemble,
+    groups: &[&Group],
+    (quantity, label, axis): (&str, &str, Axis),
+) -> Result<Option<Markup>> {
+    let all = || e.statistics.iter().filter(|s| s.of.quantity == quantity);
+    let Some(Observable { source, unit, .. }) = all().find(|s| s.of.source == "atoms").or(all().next()).map(|s| &s.of)
+    else {
+        return Ok(None);
+    };
     let differs = |(key, value): &&(String, Value)| {
         !key.starts_with("load.") && groups.iter().any(|g| g.iter().any(|(k, v)| k == key && v != value))
     };
-    let label = |group: &Group| -> String {
+    let named = |group: &Group| -> String {
         let parts: Vec<String> = group.iter().filter(differs).map(|(k, v)| format!("{k} = {v}")).collect();
-        if parts.is_empty() { source.to_string() } else { parts.join(", ") }
+        if parts.is_empty() { source.clone() } else { parts.join(", ") }
     };
-    let mut labels: Vec<String> = groups.iter().map(|g| label(g)).collect();
-    labels.dedup();
-    if groups.len() < 2 || labels.len() > MOST_CURVES {
+    let names: BTreeSet<String> = groups.iter().map(|g| named(g)).collect();
+    // More curves would share colours.
+    if groups.len() < 2 || names.len() > COLOURS.len() {
         return Ok(None);
     }
-    let list = areas().filter(|s| s.of.source == source);
-    let (all, errors) = curves(list.map(|s| (&s.of, label(&s.group), s.p_star, &s.sample)), 1.0);
-    let plot = Plot { errors, ..Plot::new((Axis::Log, Axis::Log), ("p*", "relative contact area"), all) };
-    let caption = html! { "Relative contact area (" (source) ") against load, all combinations of the varied keys." };
-    Ok(writer.curves("ensemble-together", &plot)?.map(|c| figure(c, caption)))
+    let list = all().filter(|s| s.of.source == *source && s.of.unit == *unit);
+    let (lines, errors) = curves(list.map(|s| (&s.of, named(&s.group), s.p_star, &s.sample)), 1.0);
+    let label = with_unit(label, unit);
+    let plot = Plot { errors, ..Plot::new((Axis::Log, axis), ("p*", &label), lines) };
+    let caption = html! { (capitalised(&label)) " (" (source) ") against load, all combinations of the varied keys." };
+    Ok(writer.curves(&format!("ensemble-{quantity}"), &plot)?.map(|c| figure(c, caption)))
+}
+
+/// `mean gap (µm)`.
+fn with_unit(label: &str, unit: &str) -> String {
+    if unit == "1" { label.to_string() } else { format!("{label} ({})", shown(unit)) }
 }
 
 fn differences(writer: &FigureWriter, e: &Ensemble, (k, group): (usize, &Group)) -> Result<Option<Markup>> {

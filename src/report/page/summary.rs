@@ -45,7 +45,8 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
 /// A message of the terminal with the subscripts of its symbols.
 pub(super) fn with_subscripts(message: &str) -> Markup {
     let text = html! { (message) }.into_string();
-    PreEscaped(text.replace("λ_s", "λ<sub>s</sub>").replace("λ_r", "λ<sub>r</sub>").replace("d_c", "d<sub>c</sub>"))
+    // Letters that no file name has.
+    PreEscaped(text.replace("λ_s", "λ<sub>s</sub>").replace("λ_r", "λ<sub>r</sub>"))
 }
 
 /// What was solved, in one line.
