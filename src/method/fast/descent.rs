@@ -2,7 +2,7 @@
 
 use super::level::{Level, Trial};
 use crate::grid::{Field, Real};
-use crate::interface::{Kernel, Law};
+use crate::interface::Law;
 use crate::method::equilibrium_check::Ending;
 use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
 use crate::method::residuals::Residuals;
@@ -206,9 +206,9 @@ pub(super) struct Pause {
 }
 
 /// Iterates on one grid until tolerance and targets are met.
-pub(super) fn iterate<T: Real, K: Kernel, L: Law>(
+pub(super) fn iterate<T: Real, L: Law>(
     task: &Task,
-    level: &mut Level<T, K, L>,
+    level: &mut Level<T, L>,
     (tolerance, targets): (f64, Targets),
     iterations: &mut usize,
     resumed: Option<Pause>,
@@ -235,9 +235,9 @@ pub(super) fn iterate<T: Real, K: Kernel, L: Law>(
 }
 
 /// State of the iteration on one grid.
-struct Descent<'a, 'p, 'h, T: Real, K, L> {
+struct Descent<'a, 'p, 'h, T: Real, L> {
     task: &'a Task<'p>,
-    level: &'a mut Level<'h, T, K, L>,
+    level: &'a mut Level<'h, T, L>,
     tolerance: f64,
     iterations: &'a mut usize,
     pressure: f64,
@@ -263,10 +263,10 @@ struct Descent<'a, 'p, 'h, T: Real, K, L> {
     stopping: bool,
 }
 
-impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
+impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
     fn begin(
         task: &'a Task<'p>,
-        level: &'a mut Level<'h, T, K, L>,
+        level: &'a mut Level<'h, T, L>,
         tolerance: f64,
         iterations: &'a mut usize,
         resumed: Option<Pause>,
@@ -275,10 +275,10 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let stiffest_mode = Problem { grid: level.grid(), ..task.problem.clone() }.stiffest_mode();
         // The pending step of the last solve.
         level.apply_pending();
-        level.inner.step.fill(0.0);
+        level.clear_step();
         let precision = resumed.as_ref().and_then(|pause| pause.precision).unwrap_or(task.problem.precision);
         let now = level.trial(0.0, precision);
-        level.accept(0.0);
+        level.pending = 0.0;
         let untouched = resumed.is_none();
         let fresh = Pause {
             pressure,
@@ -360,7 +360,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         } else if !self.level.balance_flow() {
             return;
         }
-        self.level.inner.step.fill(0.0);
+        self.level.clear_step();
         self.precision = self.task.problem.precision;
         self.now = self.level.trial(0.0, self.precision);
         (self.beta, self.phase, self.cycle, self.untouched) = (0.0, None, None, false);
@@ -372,7 +372,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let whole = self.cycle.is_some() || self.residual() < NEGLIGIBLE * self.tolerance;
         if narrow && whole && self.now.residuals.meets(self.tolerance, self.scale()) {
             self.precision = self.task.problem.precision;
-            self.now = self.level.trial(self.level.inner.pending, self.precision);
+            self.now = self.level.trial(self.level.pending, self.precision);
         }
     }
 
@@ -396,8 +396,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if let Some(stop) = self.progress.stalled(residual, floor) {
             return Some(Ending::Stopped(stop));
         }
-        let separated = matches!(self.task.load, Load::Pressure(_))
-            && residuals.separated(self.pressure, self.level.body.law.range());
+        let separated =
+            matches!(self.task.load, Load::Pressure(_)) && residuals.separated(self.pressure, self.level.law().range());
         separated.then_some(Ending::Stopped(Stop::Detached))
     }
 
@@ -414,11 +414,11 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         self.stopping |= observer.iteration(step).is_break() || observer.stop_requested();
         let resumable = self.beta == 0.0 || !plain;
         if resumable && (self.stopping || observer.snapshot_due()) {
-            self.level.apply_pending();
+            let grid = self.level.grid();
             let pause = Pause {
                 pressure: self.pressure,
                 iterations: *self.iterations,
-                pairs: self.level.pairs(),
+                pairs: self.level.pairs,
                 earlier_pairs: self.task.earlier_pairs,
                 search: self.task.search,
                 smoothing: self.smoothing,
@@ -430,8 +430,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 progress: self.progress.at(&self.known),
             };
             observer.snapshot(SnapshotRef {
-                grid: self.level.grid(),
-                gap: T::lend(&self.level.gap),
+                grid,
+                gap: T::lend(self.level.gap()),
                 auxiliary: None,
                 plastic: self.task.plastic,
                 progress: serde_json::to_value(pause).expect("plain numbers"),
@@ -443,7 +443,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
     /// Stiffness of the rigid approach, about the pressure over half the rms height; any finite value for a flat
     /// surface.
     fn mean_stiffness(&self) -> f64 {
-        let facing = self.level.window.points() as f64 / self.level.grid().points() as f64;
+        let facing = self.level.window().points() as f64 / self.level.grid().points() as f64;
         let approach = facing * self.scale() / (0.5 * self.task.rms_height).max(f64::MIN_POSITIVE);
         approach.min(self.stiffest_mode.max(1.0)) + self.level.spring.stiffness
     }
@@ -455,7 +455,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if slope >= 0.0 {
             (slope, curvature) = self.level.plain(0.0);
         }
-        let stiffest = self.stiffest_mode + self.level.body.law.max_slope_at_pressure(4.0 * self.pressure.max(0.25));
+        let stiffest = self.stiffest_mode + self.level.law().max_slope_at_pressure(4.0 * self.pressure.max(0.25));
         // The curvature of the rigid approach is zero but for rounding and gives no length.
         let flat = curvature <= FLAT * stiffest * slope.abs();
         Some(match flat {
@@ -476,15 +476,15 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let enough = (0.25 * self.tolerance / residual).min(ROUGHEST);
         let forcing = (residual / self.last).powi(2).clamp(finest, ROUGHEST).max(enough);
         let accuracy = (self.mean_stiffness(), forcing, INNER_LIMIT);
-        let (pairs, observer) = (self.level.pairs(), self.task.observer);
+        let (pairs, observer) = (self.level.pairs, self.task.observer);
         let Some(excess) = self.level.newton(accuracy, &|| observer.stop_requested()) else {
-            self.level.inner.step.fill(0.0);
+            self.level.clear_step();
             self.now = self.level.trial(0.0, self.precision);
             self.progress = self.progress.at(&self.known);
             *self.iterations -= 1;
             return None;
         };
-        self.phase = Some(SmoothingPhase { newton: self.level.pairs() - pairs, first: None, plain: 0 });
+        self.phase = Some(SmoothingPhase { newton: self.level.pairs - pairs, first: None, plain: 0 });
         self.cycle = Some(Cycle { before: self.now.residuals, excess });
         self.smoothing = SMOOTHING_AFTER_NEWTON;
         self.last = residual;
@@ -522,7 +522,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             (self.smoothing, self.careful, self.phase) = (FALLBACK, plain, None);
             (self.beta, length) = (0.0, 0.0);
             // A rejected step may not be finite.
-            self.level.inner.step.fill(0.0);
+            self.level.clear_step();
             next = self.level.trial(0.0, precision);
         } else {
             self.careful = false;
@@ -534,7 +534,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 phase.first = phase.first.or(Some(next.residuals.residual / scale));
             }
         }
-        self.level.accept(length);
+        self.level.pending = length;
         (self.now, self.precision) = (next, precision);
         None
     }

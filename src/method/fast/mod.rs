@@ -9,7 +9,8 @@
 
 mod column;
 mod descent;
-mod inner;
+mod fields;
+mod host;
 mod level;
 mod rows;
 mod window;
@@ -26,11 +27,12 @@ use super::{
     Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
 };
 use crate::grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
-use crate::interface::{HalfSpace, HardWall, Kernel, Law};
+use crate::interface::{HardWall, Kernel, Law};
 use crate::observe::Plasticity;
 use crate::{Error, Result};
 use descent::{Ended, GapSearch, Pause, Task, iterate};
-use level::{Level, Spring};
+use fields::Spring;
+use level::Level;
 use std::cell::OnceCell;
 use std::time::Instant;
 use window::{Cell, Window};
@@ -94,8 +96,8 @@ impl ContactMethod for Fast {
     fn plan(&self, problem: &Problem) -> Plan {
         let grid = Cell::of(problem).grid;
         let (level, real) = match problem.precision {
-            Precision::F32 => (Level::<f32, HalfSpace, HardWall>::bytes(grid), size_of::<f32>()),
-            Precision::F64 => (Level::<f64, HalfSpace, HardWall>::bytes(grid), size_of::<f64>()),
+            Precision::F32 => (Level::<f32, HardWall>::bytes(grid), size_of::<f32>()),
+            Precision::F64 => (Level::<f64, HardWall>::bytes(grid), size_of::<f64>()),
         };
         // A converted series; a series through nodes is as large as a field and is made from a spectrum in f64.
         let (field, yields) = ((real * grid.points()) as u64, problem.hardness.is_some());
@@ -126,7 +128,7 @@ struct Start<'p> {
 impl<'p> Build<'p> for Start<'p> {
     type Built = Box<dyn Run + 'p>;
 
-    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
         let Start { problem, observer } = self;
         let mut cell = Cell::of(problem);
         let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
@@ -135,7 +137,6 @@ impl<'p> Build<'p> for Start<'p> {
             problem,
             cell,
             observer,
-            kernel,
             law,
             heights,
             rms_height,
@@ -175,11 +176,10 @@ fn series<T: Real>(problem: &Problem, cell: &mut Cell, flow: &PlasticFlow<T>) ->
     (series, rms)
 }
 
-struct Solver<'p, T: Real, K, L> {
+struct Solver<'p, T: Real, L> {
     problem: &'p Problem<'p>,
     cell: Cell,
     observer: &'p dyn Observer,
-    kernel: K,
     law: L,
     heights: Series<T>,
     rms_height: f64,
@@ -208,7 +208,7 @@ fn coarser(grid: Grid) -> Option<Grid> {
     (coarse.points() < grid.points()).then_some(coarse)
 }
 
-impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
+impl<'p, T: Real, L: Law> Solver<'p, T, L> {
     /// The law on a grid of the cell, with what a coarser one resolves.
     fn law_on(&self, grid: Grid) -> L {
         if grid == self.cell.grid {
@@ -224,16 +224,16 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         load: Load,
         iterations: &mut usize,
         resumed: Option<(Grid, Vec<T>, Pause)>,
-    ) -> (Level<'_, T, K, L>, Ended) {
+    ) -> (Level<'_, T, L>, Ended) {
         let problem = self.problem;
         let mut grids = vec![self.cell.grid];
         while let Some(next) = coarser(grids[grids.len() - 1]) {
             grids.push(next);
         }
-        let body = |grid: Grid, kernel: K| (kernel, self.law_on(grid));
+        let body = |grid: Grid| (problem.kernel, self.law_on(grid));
         let (mut level, mut pause) = match resumed {
             Some((grid, gap, pause)) => {
-                let mut level = Level::with_gap(grid, body(grid, self.kernel), &self.heights, self.cell, gap);
+                let mut level = Level::with_gap(grid, body(grid), &self.heights, self.cell, gap);
                 self.set_load(&mut level, load);
                 level.pressure = pause.pressure;
                 self.earlier_pairs.set(pause.earlier_pairs);
@@ -241,7 +241,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
             }
             None => {
                 let grid = grids[grids.len() - 1];
-                let mut level = Level::at_first_contact(grid, body(grid, self.kernel), &self.heights, self.cell);
+                let mut level = Level::at_first_contact(grid, body(grid), &self.heights, self.cell);
                 self.set_load(&mut level, load);
                 self.earlier_pairs.set(0.0);
                 (level, None)
@@ -255,21 +255,23 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
             if grid != first {
                 level.apply_pending();
                 if converged {
-                    let residuals = level.last;
-                    let cut = self.cell.is_padded().then(|| level.window.cut(&level.gap, level.grid().nx));
+                    let (residuals, window, coarse) = (level.last, level.window(), level.grid());
+                    let (energy, range) = (residuals.energy(level.pressure), level.law().range());
+                    let gap = level.gap();
+                    let cut = self.cell.is_padded().then(|| window.cut(gap, coarse.nx));
                     self.observer.coarse_grid_done(CoarseState {
-                        grid: self.cell.facing(level.grid()),
-                        gap: T::lend(cut.as_ref().unwrap_or(&level.gap)),
+                        grid: self.cell.facing(coarse),
+                        gap: T::lend(cut.as_deref().unwrap_or(gap)),
                         mean_gap: residuals.mean_gap,
-                        energy: residuals.energy(level.pressure),
-                        range: level.body.law.range(),
+                        energy,
+                        range,
                         error_estimates,
                     });
                 }
                 let fraction = level.grid().points() as f64 / self.cell.grid.points() as f64;
-                self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * fraction);
+                self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs * fraction);
                 level = if separated {
-                    let mut level = Level::at_first_contact(grid, body(grid, self.kernel), &self.heights, self.cell);
+                    let mut level = Level::at_first_contact(grid, body(grid), &self.heights, self.cell);
                     self.set_load(&mut level, load);
                     level
                 } else {
@@ -323,7 +325,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         }
     }
 
-    fn set_load(&self, level: &mut Level<T, K, L>, load: Load) {
+    fn set_load(&self, level: &mut Level<T, L>, load: Load) {
         match load {
             Load::Pressure(p) => level.pressure = p,
             Load::MeanGap(target) => {
@@ -334,11 +336,38 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         }
     }
 
+    /// The state and its ending at a load without adhesion at which no contact pressure acts.
+    fn without_contact(&self, load: Load) -> Option<(Level<'_, T, L>, Ending)> {
+        let untouched = || {
+            self.earlier_pairs.set(0.0);
+            Level::at_first_contact(self.cell.grid, (self.problem.kernel, self.law), &self.heights, self.cell)
+        };
+        match load {
+            _ if self.law.range() > 0.0 => None,
+            // First contact at zero pressure, separation under tension.
+            Load::Pressure(p) if p <= 0.0 => {
+                let mut level = untouched();
+                level.pressure = p;
+                Some((level, if p < 0.0 { Ending::Stopped(Stop::Detached) } else { Ending::Met }))
+            }
+            // Mean gaps at or beyond first contact.
+            Load::MeanGap(target) if L::HARD => {
+                let touch = *self.first_touch.get_or_init(|| mean(untouched().gap()));
+                (target >= touch).then(|| {
+                    let mut level = untouched();
+                    sweep::shift(level.gap_mut(), T::of(target - touch));
+                    (level, Ending::Met)
+                })
+            }
+            _ => None,
+        }
+    }
+
     /// Solves at the load. Under mean-gap control the pressure is the multiplier of the constraint: the force of the
     /// spring is added to it until the spring is relaxed (method of multipliers).
     fn solve_at(
         &self,
-        level: &mut Level<T, K, L>,
+        level: &mut Level<T, L>,
         load: Load,
         (tolerance, targets): (f64, Targets),
         iterations: &mut usize,
@@ -389,7 +418,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
 
     /// Residuals and interfacial stress of a level. Under mean-gap control the pressure becomes the one that balances the
     /// stress on open nodes.
-    fn balanced(&self, level: &mut Level<T, K, L>, load: Load) -> (Residuals, Vec<T>) {
+    fn balanced(&self, level: &mut Level<T, L>, load: Load) -> (Residuals, Vec<T>) {
         let (residuals, stress) = level.stress();
         let open = 1.0 - residuals.contact;
         let scale = self.task(load).scale(level.pressure, &residuals);
@@ -410,15 +439,14 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
 
     /// Gives the gap its imposed mean where the residual does not feel the difference: above a hard wall the gap is
     /// scaled, and one that is closed everywhere is opened where the stress is lowest; behind a soft wall it is shifted.
-    fn impose(&self, level: &mut Level<T, K, L>, target: f64) {
-        level.apply_pending();
-        let found = mean(&level.gap);
+    fn impose(&self, level: &mut Level<T, L>, target: f64) {
+        let found = mean(level.gap());
         if !L::HARD {
             let shift = T::of(target - found);
-            sweep::shift(&mut level.gap, shift);
+            sweep::shift(level.gap_mut(), shift);
         } else if found > 0.0 {
             let factor = T::of(target / found);
-            level.gap.iter_mut().for_each(|g| *g *= factor);
+            level.gap_mut().iter_mut().for_each(|g| *g *= factor);
         } else {
             let spring = std::mem::take(&mut level.spring);
             let (_, stress) = level.stress();
@@ -428,7 +456,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
             let Some(least) = least else { return };
             // The lowest pressure of full contact.
             level.pressure -= stress[least].wide();
-            level.gap[least] = T::of(target * level.gap.len() as f64);
+            level.gap_mut()[least] = T::of(target * stress.len() as f64);
         }
     }
 
@@ -453,7 +481,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
     }
 }
 
-impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+impl<T: Real, L: Law> Run for Solver<'_, T, L> {
     fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
         if let Some(displacement) = &snapshot.plastic {
             self.set_plastic_displacement(displacement);
@@ -496,36 +524,12 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let before = std::mem::take(&mut self.gap);
         let start = if warm { before } else { Vec::new() };
         let resumed = self.resumed.take();
-        let untouched = || {
-            self.earlier_pairs.set(0.0);
-            Level::at_first_contact(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell)
-        };
-        // Loads without adhesion at which no contact pressure acts.
-        let without_contact = match load {
-            _ if self.law.range() > 0.0 => None,
-            // First contact at zero pressure, separation under tension.
-            Load::Pressure(p) if p <= 0.0 => {
-                let mut level = untouched();
-                level.pressure = p;
-                Some((level, if p < 0.0 { Ending::Stopped(Stop::Detached) } else { Ending::Met }))
-            }
-            // Mean gaps at or beyond first contact.
-            Load::MeanGap(target) if L::HARD => {
-                let touch = *self.first_touch.get_or_init(|| mean(&untouched().gap));
-                (target >= touch).then(|| {
-                    let mut level = untouched();
-                    let extra = T::of(target - touch);
-                    sweep::shift(&mut level.gap, extra);
-                    (level, Ending::Met)
-                })
-            }
-            _ => None,
-        };
-        let (mut level, ended) = if let Some((level, ending)) = without_contact {
+        let (mut level, ended) = if let Some((level, ending)) = self.without_contact(load) {
             (level, Ended { ending, error_estimates: ErrorEstimates::default() })
         } else if warm && resumed.is_none() {
             self.earlier_pairs.set(0.0);
-            let mut level = Level::with_gap(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell, start);
+            let mut level =
+                Level::with_gap(self.cell.grid, (self.problem.kernel, self.law), &self.heights, self.cell, start);
             self.set_load(&mut level, load);
             level.prepare();
             let ended = self.solve_at(&mut level, load, (self.tolerance(load), problem.targets), &mut iterations, None);
@@ -537,7 +541,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         level.spring = Spring::default();
         let (mut residuals, stress) = self.balanced(&mut level, load);
         let (gap, pairs, pressure) =
-            (std::mem::take(&mut level.gap), level.pairs() + self.earlier_pairs.get(), level.pressure);
+            (std::mem::take(level.gap_mut()), level.pairs + self.earlier_pairs.get(), level.pressure);
         drop(level);
         let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);

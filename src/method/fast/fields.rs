@@ -1,0 +1,77 @@
+//! Arrays of a level and the sweeps over them: the part of the iteration that depends on where the arrays are.
+
+use crate::grid::{Grid, HalfSpectrum, Real};
+use crate::method::Precision;
+use crate::method::residuals::KKT;
+
+/// Multiplication of a spectrum of the linear problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Metric {
+    /// `K`, with this stiffness of the mean mode.
+    Stiffness { mean: f64 },
+    /// `K⁻¹`, with this stiffness of the mean mode.
+    Compliance { mean: f64 },
+}
+
+/// Spring that controls the mean gap; zero stiffness under load control.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Spring {
+    pub stiffness: f64,
+    pub target: f64,
+}
+
+/// Sums over a state: those of [`rows::trial`](super::rows::trial), and the elastic energy per area of the cell.
+pub(super) type StateSums = (f64, [f64; KKT + 1]);
+
+/// Gap, step, gradient and direction on the nodes of a grid, and their sweeps. `pending` is the multiple of the step
+/// that a sweep adds to the gap first, stopped by the wall. Energies and products of spectra are means over the cell,
+/// other sums are over its nodes.
+pub(super) trait Fields<T: Real> {
+    fn grid(&self) -> Grid;
+
+    /// Gap `[ny, nx]`, units of L.
+    fn gap(&mut self) -> &[T];
+
+    /// The gap to be changed.
+    fn gap_mut(&mut self) -> &mut Vec<T>;
+
+    /// Un-normalised transform of the gap.
+    fn transformed(self: Box<Self>) -> HalfSpectrum<T>;
+
+    /// Allocates the working arrays: all but the gap.
+    fn allocate(&mut self);
+
+    /// Adds the pending step to the gap.
+    fn apply(&mut self, pending: f64);
+
+    fn clear_step(&mut self);
+
+    /// Sums of the state at the gap plus `scale` times the step under a pressure on every node, without changing the gap;
+    /// its gradient replaces the last one. One transform pair, in `precision`.
+    fn trial(&mut self, scale: f64, pressure: f64, spring: Spring, precision: Precision) -> StateSums;
+
+    /// Sets direction and step to `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain
+    /// metric). Returns `Σ t d`, `Σ v'' d²` and `⟨d K d⟩`. Half a transform pair.
+    fn plain(&mut self, pending: f64, beta: f64, spring: f64) -> ([f64; 2], f64);
+
+    /// Sets the residual of the linear problem to `-t` on the free nodes and transforms it; step and direction become
+    /// zero. Returns `Σ r²`.
+    fn begin(&mut self, pending: f64) -> f64;
+
+    /// Multiplies the transformed residual or direction. Returns its product with the result.
+    fn multiply(&mut self, metric: Metric) -> f64;
+
+    /// Transforms the preconditioned residual `z` back, sets `d = z + β d` on the free nodes and transforms `d`. Returns
+    /// `Σ v'' d²`.
+    fn conjugate(&mut self, beta: f64) -> f64;
+
+    /// Transforms `K d` back, sets `x += α d` and `r -= α H d` on the free nodes and transforms `r`. Returns `Σ r²`.
+    fn descend(&mut self, alpha: f64) -> f64;
+
+    /// Sets the step to the direction.
+    fn step_along_direction(&mut self);
+
+    /// Releases the working arrays. Returns the sums of the state under a pressure on every node, and the interfacial
+    /// stress `p + K(g - h)`. One transform pair.
+    fn stress(&mut self, pressure: f64, spring: Spring) -> (StateSums, Vec<T>);
+}
