@@ -96,6 +96,9 @@ pub enum Error {
     /// A program is missing on this machine.
     #[error("{program} was not found; {how}")]
     MissingProgram { program: String, how: String },
+    /// A GPU failed.
+    #[error("{name} failed: {}; --device cpu solves without it", one_line(.said))]
+    Gpu { name: String, said: String },
     /// A command of the cluster's scheduler failed.
     #[error("{program}: {}", one_line(.said))]
     Cluster { program: String, said: String },
@@ -173,7 +176,8 @@ impl Error {
             Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
             Error::NotConverged { .. } | Error::PullOff { .. } | Error::AuxiliarySolve { .. } => 3,
             Error::Lammps { .. } => 4,
-            Error::Memory { .. } | Error::MissingProgram { .. } | Error::Output { .. } | Error::Cluster { .. } => 5,
+            Error::Memory { .. } | Error::MissingProgram { .. } | Error::Output { .. } => 5,
+            Error::Cluster { .. } | Error::Gpu { .. } => 5,
             Error::Io { source, .. } => match source.kind() {
                 StorageFull | QuotaExceeded | OutOfMemory => 5,
                 // A missing or unwritable path is a wrong argument.

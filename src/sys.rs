@@ -1,6 +1,8 @@
 //! The only unsafe code: memory and processor time of this process and its children, process groups, column access to
-//! matrices, and calls of LAMMPS's library.
+//! matrices, and calls of LAMMPS's and CUDA's libraries.
 
+#[cfg(feature = "cuda")]
+pub mod gpu;
 pub mod lammps_library;
 mod memory;
 

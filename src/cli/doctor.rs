@@ -76,6 +76,12 @@ impl Doctor {
                 advice: "--threads limits what is used",
             },
             Finding {
+                what: "GPU",
+                good: true,
+                found: crate::method::gpu(),
+                advice: "only for --device cuda, which solves large grids with `fast`",
+            },
+            Finding {
                 what: "memory",
                 good: true,
                 found: format!("{} available", memory(crate::sys::available_memory_bytes())),

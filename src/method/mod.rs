@@ -10,6 +10,7 @@ mod bicgstab;
 mod bvm;
 mod card;
 mod contact_method;
+mod device;
 mod equilibrium_check;
 mod estimate;
 mod experiment;
@@ -41,6 +42,7 @@ mod winkler;
 
 pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use contact_method::ContactMethod;
+pub use device::{Device, gpu};
 pub use estimate::{Estimate, Estimator, Started};
 pub use problem::{
     CoarseState, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Plan, Precision, Problem, Run, SnapshotRef,

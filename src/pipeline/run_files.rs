@@ -1,6 +1,7 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
 use crate::Result;
+use crate::method::Device;
 use crate::record::advice::AccuracyChoice;
 use crate::record::atomic_file::write_atomic;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
@@ -24,6 +25,7 @@ pub(super) struct Manifest<'a> {
     /// Grid, method, precision and tolerance that were chosen for the requested accuracy.
     accuracy: Option<&'a AccuracyChoice>,
     threads: usize,
+    device: Device,
     peak_rss_bytes: u64,
     stages: &'a [StageCost],
     stops: Vec<&'a str>,
@@ -38,6 +40,7 @@ impl<'a> Manifest<'a> {
             engine,
             accuracy: results.accuracy.as_ref(),
             threads: rayon::current_num_threads(),
+            device: Device::chosen(),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
             stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop.as_str()).collect(),

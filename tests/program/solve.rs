@@ -399,3 +399,26 @@ fn a_hardness_bounds_the_contact_stress() {
         assert!(stderr(&refused).contains(words), "{more:?}: {}", stderr(&refused));
     }
 }
+
+/// A GPU that the program cannot use, and a solver or a law that has no kernels for one.
+#[test]
+fn what_a_gpu_cannot_do_is_refused() {
+    let refused = |flags: &[&str]| {
+        let output = solve(&[&["--p-star", "0.01", "--device", "cuda"], flags].concat());
+        (output.status.code(), stderr(&output))
+    };
+    let (code, message) = refused(&[]);
+    if cfg!(feature = "cuda") {
+        let hardness = refused(&["--hardness", "0.3"]);
+        assert!(
+            hardness.0 == Some(2) && hardness.1.contains("hardness = 3e-1 E*; accepted: none with"),
+            "{hardness:?}"
+        );
+        let gfmd = refused(&["--method", "gfmd"]);
+        assert!(gfmd.0 == Some(2) && gfmd.1.contains("method gfmd: --device = cuda; accepted: cpu"), "{gfmd:?}");
+        assert!(code == Some(0) || code == Some(5) && message.contains("CUDA was not found"), "{message}");
+    } else {
+        assert_eq!(code, Some(2));
+        assert!(message.contains("--device = cuda; accepted: cpu: this program was built without"), "{message}");
+    }
+}

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::cli::output;
 use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
-use crate::method::{Problem, State, Stop};
+use crate::method::{Device, Problem, State, Stop};
 use crate::observe::{Leakage, contact_map};
 use crate::path::{self, LoadPath, Reached};
 use crate::record::load_table::{self, Dimension, ResultUnits};
@@ -162,6 +162,7 @@ impl<'a> SolveReporter<'a> {
             "ny": grid.ny,
             "precision": problem.precision,
             "threads": rayon::current_num_threads(),
+            "device": Device::chosen(),
             "kernel": problem.kernel.to_string(),
             "adhesion": self.used.to_string(),
             "wall": problem.wall.to_string(),

@@ -1,8 +1,9 @@
 use super::fields::{Fields, Metric, Spring, StateSums};
+use super::gpu::GpuSolver;
 use super::host::{Body, Host};
 use super::window::{Cell, Window};
-use crate::grid::{Grid, Real, Series, lowest};
-use crate::interface::{Elastic, Law};
+use crate::grid::{Grid, Real, lowest};
+use crate::interface::Law;
 use crate::method::Precision;
 use crate::method::residuals::{KKT, Residuals, curvature_of};
 use crate::method::sweep::{each_row, shift, weight_below, weighted_quantile};
@@ -10,6 +11,7 @@ use crate::method::sweep::{each_row, shift, weight_below, weighted_quantile};
 /// One grid of the hierarchy with its state and working arrays.
 pub(super) struct Level<'h, T: Real, L> {
     fields: Box<dyn Fields<T> + 'h>,
+    gpu: Option<&'h GpuSolver>,
     body: Body<'h, T, L>,
     cell: Cell,
     pub pressure: f64,
@@ -30,9 +32,10 @@ pub(super) struct Trial {
 }
 
 impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
-    fn of(fields: Host<'h, T, L>, body: Body<'h, T, L>, cell: Cell) -> Self {
+    fn of(fields: Box<dyn Fields<T> + 'h>, gpu: Option<&'h GpuSolver>, body: Body<'h, T, L>, cell: Cell) -> Self {
         Level {
-            fields: Box::new(fields),
+            fields,
+            gpu,
             body,
             cell,
             pressure: 0.0,
@@ -44,57 +47,52 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
     }
 
     /// A level at first contact, without displacement.
-    pub(super) fn at_first_contact(
-        grid: Grid,
-        (kernel, law): (Elastic, L),
-        heights: &'h Series<T>,
-        cell: Cell,
-    ) -> Self {
-        let body = Body { kernel, law, heights, window: cell.window(grid) };
-        let mut level = Self::of(Host::undeformed(grid, body), body, cell);
-        let (nx, window, gap) = (grid.nx, body.window, level.fields.gap_mut());
+    pub(super) fn at_first_contact(grid: Grid, body: Body<'h, T, L>, cell: Cell, gpu: Option<&'h GpuSolver>) -> Self {
+        let mut undeformed = Host::undeformed(grid, body);
+        let (nx, window, gap) = (grid.nx, body.window, undeformed.gap_mut());
         let rows = gap.chunks(nx).enumerate();
         let least = rows.map(|(y, gap)| lowest(&gap[..window.inside(y, nx)])).fold(T::infinity(), T::min);
         shift(gap, -least);
-        level
+        match gpu.filter(|gpu| gpu.takes(grid)) {
+            Some(gpu) => Self::of(gpu.with_gap(grid, body, std::mem::take(gap)), Some(gpu), body, cell),
+            None => Self::of(Box::new(undeformed), gpu, body, cell),
+        }
     }
 
     /// A level with this gap.
     pub(super) fn with_gap(
         grid: Grid,
-        (kernel, law): (Elastic, L),
-        heights: &'h Series<T>,
+        body: Body<'h, T, L>,
         cell: Cell,
+        gpu: Option<&'h GpuSolver>,
         gap: Vec<T>,
     ) -> Self {
-        let body = Body { kernel, law, heights, window: cell.window(grid) };
-        Self::of(Host::new(grid, body, gap), body, cell)
+        let fields = match gpu.filter(|gpu| gpu.takes(grid)) {
+            Some(gpu) => gpu.with_gap(grid, body, gap),
+            None => Box::new(Host::new(grid, body, gap)),
+        };
+        Self::of(fields, gpu, body, cell)
     }
 
     /// Fourier interpolation of the displacement of a coarser level to this grid.
     pub(super) fn refined(grid: Grid, law: L, coarse: Level<'h, T, L>) -> Self {
-        let Level { mut fields, body, cell, pressure, spring, last, .. } = coarse;
+        let Level { mut fields, gpu, body, cell, pressure, spring, last, .. } = coarse;
         let old = fields.grid();
-        let flows: Vec<bool> = match L::HARD && L::YIELDS {
-            true => fields.gap().iter().map(|g| *g < T::zero()).collect(),
-            false => Vec::new(),
-        };
         let window = cell.window(grid);
         let body = Body { law, window, ..body };
-        let mut level = Self::of(Host::refined(grid, body, old, fields.transformed()), body, cell);
-        if L::HARD {
-            each_row(level.fields.gap_mut(), grid.nx, |y, gap| {
-                let facing = &mut gap[..window.inside(y, grid.nx)];
-                if flows.is_empty() {
-                    return facing.iter_mut().for_each(|g| *g = g.max(T::zero()));
-                }
-                // Nodes flow where the coarse grid's next node does.
-                let row = (y * old.ny / grid.ny) * old.nx;
-                for (x, g) in facing.iter_mut().enumerate() {
-                    *g = if flows[row + x * old.nx / grid.nx] { -(-*g).max(T::zero()) } else { g.max(T::zero()) };
-                }
-            });
-        }
+        let mut level = if let Some(gpu) = gpu.filter(|gpu| gpu.takes(grid)) {
+            Self::of(gpu.refined(grid, body, fields), Some(gpu), body, cell)
+        } else {
+            let flows: Vec<bool> = match L::HARD && L::YIELDS {
+                true => fields.gap().iter().map(|g| *g < T::zero()).collect(),
+                false => Vec::new(),
+            };
+            let mut fine = Host::refined(grid, body, old, fields.transformed());
+            if L::HARD {
+                close(fine.gap_mut(), grid, window, (&flows, old));
+            }
+            Self::of(Box::new(fine), gpu, body, cell)
+        };
         (level.pressure, level.spring) = (pressure, spring);
         // Interpolation over a steep edge may lift all contact. The fraction in contact is kept.
         if L::HARD && pressure > 0.0 && level.is_padded() && !level.touches() {
@@ -289,4 +287,19 @@ impl<T: Real, L: Law> Level<'_, T, L> {
         self.pairs += 1.0;
         (self.residuals(&sums), stress)
     }
+}
+
+/// Sets overlap after an interpolation to zero. `flows`: which nodes of the coarse grid flow; none if empty.
+fn close<T: Real>(gap: &mut [T], grid: Grid, window: Window, (flows, old): (&[bool], Grid)) {
+    each_row(gap, grid.nx, |y, gap| {
+        let facing = &mut gap[..window.inside(y, grid.nx)];
+        if flows.is_empty() {
+            return facing.iter_mut().for_each(|g| *g = g.max(T::zero()));
+        }
+        // Nodes flow where the coarse grid's next node does.
+        let row = (y * old.ny / grid.ny) * old.nx;
+        for (x, g) in facing.iter_mut().enumerate() {
+            *g = if flows[row + x * old.nx / grid.nx] { -(-*g).max(T::zero()) } else { g.max(T::zero()) };
+        }
+    });
 }

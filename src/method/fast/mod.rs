@@ -10,6 +10,7 @@
 mod column;
 mod descent;
 mod fields;
+mod gpu;
 mod host;
 mod level;
 mod rows;
@@ -32,6 +33,8 @@ use crate::observe::Plasticity;
 use crate::{Error, Result};
 use descent::{Ended, GapSearch, Pause, Task, iterate};
 use fields::Spring;
+use gpu::GpuSolver;
+use host::Body;
 use level::Level;
 use std::cell::OnceCell;
 use std::time::Instant;
@@ -116,7 +119,7 @@ impl ContactMethod for Fast {
     }
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        Ok(Started::Solver(dispatch(problem, Start { problem, observer })))
+        Ok(Started::Solver(dispatch(problem, Start { problem, observer })?))
     }
 }
 
@@ -126,14 +129,15 @@ struct Start<'p> {
 }
 
 impl<'p> Build<'p> for Start<'p> {
-    type Built = Box<dyn Run + 'p>;
+    type Built = Result<Box<dyn Run + 'p>>;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
         let Start { problem, observer } = self;
         let mut cell = Cell::of(problem);
         let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
         let (gap, stress) = (Vec::new(), Vec::new());
-        Box::new(Solver {
+        Ok(Box::new(Solver {
+            gpu: GpuSolver::open(problem)?,
             problem,
             cell,
             observer,
@@ -148,7 +152,7 @@ impl<'p> Build<'p> for Start<'p> {
             first_touch: OnceCell::new(),
             flow: PlasticFlow::default(),
             resumed: None,
-        })
+        }))
     }
 }
 
@@ -180,6 +184,7 @@ struct Solver<'p, T: Real, L> {
     problem: &'p Problem<'p>,
     cell: Cell,
     observer: &'p dyn Observer,
+    gpu: Option<GpuSolver>,
     law: L,
     heights: Series<T>,
     rms_height: f64,
@@ -218,6 +223,15 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
         self.law.on_mesh(grid.dx().max(grid.dy())).on_nodes(nx, ny)
     }
 
+    fn body(&self, grid: Grid) -> Body<'_, T, L> {
+        let (kernel, window) = (self.problem.kernel, self.cell.window(grid));
+        Body { kernel, law: self.law_on(grid), heights: &self.heights, window }
+    }
+
+    fn at_first_contact(&self, grid: Grid) -> Level<'_, T, L> {
+        Level::at_first_contact(grid, self.body(grid), self.cell, self.gpu.as_ref())
+    }
+
     /// Nested iteration from the coarsest grid, or from a snapshot.
     fn nested(
         &self,
@@ -230,10 +244,9 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
         while let Some(next) = coarser(grids[grids.len() - 1]) {
             grids.push(next);
         }
-        let body = |grid: Grid| (problem.kernel, self.law_on(grid));
         let (mut level, mut pause) = match resumed {
             Some((grid, gap, pause)) => {
-                let mut level = Level::with_gap(grid, body(grid), &self.heights, self.cell, gap);
+                let mut level = Level::with_gap(grid, self.body(grid), self.cell, self.gpu.as_ref(), gap);
                 self.set_load(&mut level, load);
                 level.pressure = pause.pressure;
                 self.earlier_pairs.set(pause.earlier_pairs);
@@ -241,7 +254,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
             }
             None => {
                 let grid = grids[grids.len() - 1];
-                let mut level = Level::at_first_contact(grid, body(grid), &self.heights, self.cell);
+                let mut level = self.at_first_contact(grid);
                 self.set_load(&mut level, load);
                 self.earlier_pairs.set(0.0);
                 (level, None)
@@ -271,7 +284,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
                 let fraction = level.grid().points() as f64 / self.cell.grid.points() as f64;
                 self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs * fraction);
                 level = if separated {
-                    let mut level = Level::at_first_contact(grid, body(grid), &self.heights, self.cell);
+                    let mut level = self.at_first_contact(grid);
                     self.set_load(&mut level, load);
                     level
                 } else {
@@ -340,7 +353,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
     fn without_contact(&self, load: Load) -> Option<(Level<'_, T, L>, Ending)> {
         let untouched = || {
             self.earlier_pairs.set(0.0);
-            Level::at_first_contact(self.cell.grid, (self.problem.kernel, self.law), &self.heights, self.cell)
+            self.at_first_contact(self.cell.grid)
         };
         match load {
             _ if self.law.range() > 0.0 => None,
@@ -529,7 +542,7 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         } else if warm && resumed.is_none() {
             self.earlier_pairs.set(0.0);
             let mut level =
-                Level::with_gap(self.cell.grid, (self.problem.kernel, self.law), &self.heights, self.cell, start);
+                Level::with_gap(self.cell.grid, self.body(self.cell.grid), self.cell, self.gpu.as_ref(), start);
             self.set_load(&mut level, load);
             level.prepare();
             let ended = self.solve_at(&mut level, load, (self.tolerance(load), problem.targets), &mut iterations, None);
@@ -543,6 +556,9 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let (gap, pairs, pressure) =
             (std::mem::take(level.gap_mut()), level.pairs + self.earlier_pairs.get(), level.pressure);
         drop(level);
+        if let Some(failure) = self.gpu.as_ref().and_then(GpuSolver::failure) {
+            return Err(failure);
+        }
         let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
         let plasticity = self.yielded(&mut residuals, ended.ending == Ending::Met);

@@ -1,0 +1,41 @@
+use super::super::fields::Fields;
+use super::super::host::Body;
+use crate::grid::{Grid, Real};
+use crate::interface::Law;
+use crate::method::Problem;
+use crate::{Error, Result};
+
+/// The GPU of a program that was built without the feature.
+pub(crate) enum GpuSolver {}
+
+impl GpuSolver {
+    pub(crate) fn open(_: &Problem) -> Result<Option<Self>> {
+        Ok(None)
+    }
+
+    pub(crate) fn takes(&self, _: Grid) -> bool {
+        match *self {}
+    }
+
+    pub(crate) fn with_gap<'h, T: Real, L: Law + 'h>(
+        &'h self,
+        _: Grid,
+        _: Body<'h, T, L>,
+        _: Vec<T>,
+    ) -> Box<dyn Fields<T> + 'h> {
+        match *self {}
+    }
+
+    pub(crate) fn refined<'h, T: Real, L: Law + 'h>(
+        &'h self,
+        _: Grid,
+        _: Body<'h, T, L>,
+        _: Box<dyn Fields<T> + 'h>,
+    ) -> Box<dyn Fields<T> + 'h> {
+        match *self {}
+    }
+
+    pub(crate) fn failure(&self) -> Option<Error> {
+        match *self {}
+    }
+}
