@@ -1,3 +1,4 @@
+use super::runs::Runs;
 use crate::grid::UnionFind;
 
 /// Neighbours that belong to the same contact cluster.
@@ -24,18 +25,19 @@ pub struct Clusters {
 
 /// Connected contact clusters of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
 pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> Clusters {
-    let (mut label, mut sets, count) = joined(map, nx, connectivity);
-    // The root is the smallest label of the set, that of the first node.
-    let mut number = vec![NO_CLUSTER; count];
+    let (runs, mut sets) = connected(map, nx, connectivity);
+    let mut label = vec![NO_CLUSTER; map.len()];
+    // The root is the first run of the set.
+    let mut number = vec![NO_CLUSTER; runs.len()];
     let mut sizes = Vec::new();
-    for l in label.iter_mut().filter(|l| **l != NO_CLUSTER) {
-        let r = sets.root(*l) as usize;
+    for (run, (columns, y)) in runs.iter().enumerate() {
+        let r = sets.root(run as u32) as usize;
         if number[r] == NO_CLUSTER {
             number[r] = sizes.len() as u32;
             sizes.push(0);
         }
-        *l = number[r];
-        sizes[*l as usize] += 1;
+        sizes[number[r] as usize] += runs.nodes(run);
+        label[y * nx..][columns].fill(number[r]);
     }
     Clusters { label, sizes }
 }
@@ -43,47 +45,20 @@ pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> Clusters {
 /// Number of nodes of each connected contact cluster of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the
 /// order of the first nodes.
 pub fn cluster_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usize> {
-    let (_, mut sets, count) = joined(map, nx, connectivity);
-    let mut size = vec![0; count];
-    for l in 0..count as u32 {
-        size[sets.root(l) as usize] += 1;
+    let (runs, mut sets) = connected(map, nx, connectivity);
+    let mut size = vec![0; runs.len()];
+    for run in 0..runs.len() {
+        size[sets.root(run as u32) as usize] += runs.nodes(run);
     }
     size.retain(|s| *s > 0);
     size
 }
 
-/// Indices of the contact nodes ([`NO_CLUSTER`] elsewhere), the connected sets, and the number of contact nodes.
-fn joined(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, UnionFind, usize) {
-    let ny = map.len() / nx.max(1);
-    let mut label = vec![NO_CLUSTER; map.len()];
-    let mut count = 0;
-    for (i, _) in map.iter().enumerate().filter(|(_, m)| **m != 0) {
-        label[i] = count as u32;
-        count += 1;
-    }
-    let mut sets = UnionFind::new(count);
-    for y in 0..ny {
-        for x in 0..nx {
-            let here = label[y * nx + x];
-            if here == NO_CLUSTER {
-                continue;
-            }
-            let (right, left, below) = ((x + 1) % nx, (x + nx - 1) % nx, (y + 1) % ny);
-            let mut join = |x: usize, y: usize| {
-                let other = label[y * nx + x];
-                if other != NO_CLUSTER {
-                    sets.unite(here, other);
-                }
-            };
-            join(right, y);
-            join(x, below);
-            if connectivity == Connectivity::Eight {
-                join(right, below);
-                join(left, below);
-            }
-        }
-    }
-    (label, sets, count)
+/// Runs of contact nodes, and their connected sets.
+fn connected(map: &[u8], nx: usize, connectivity: Connectivity) -> (Runs, UnionFind) {
+    let runs = Runs::of(map, nx, |m| m != 0);
+    let sets = runs.connected(connectivity == Connectivity::Eight, |_, _| (), |()| ());
+    (runs, sets)
 }
 
 /// CPr: fraction of the contact area in clusters of at most each size (Müser et al. 2017, eq. 4: weighted by area).

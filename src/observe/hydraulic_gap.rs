@@ -1,4 +1,5 @@
-use crate::grid::{Field, UnionFind};
+use super::runs::Runs;
+use crate::grid::Field;
 use rayon::prelude::*;
 
 /// Equivalent hydraulic gap, in units of the gap: the uniform gap with the same leakage. Pressure-driven flow with the
@@ -71,23 +72,14 @@ impl Classes {
 /// Whether the nodes of a map `[ny, nx]` with the value `what` (0: open, 1: contact) percolate around the periodic cell
 /// along x and along y. `corners`: whether corner neighbours are connected.
 pub fn percolates(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
-    let ny = map.len() / nx.max(1);
-    let mut clusters: UnionFind<[i32; 2]> = UnionFind::new(map.len());
     let mut around = [false; 2];
-    let neighbours: &[(i32, i32)] = if corners { &[(1, 0), (0, 1), (1, 1), (-1, 1)] } else { &[(1, 0), (0, 1)] };
-    let is = |i: usize| (map[i] != 0) == (what != 0);
-    for y in 0..ny {
-        for x in (0..nx).filter(|x| is(y * nx + x)) {
-            for &(dx, dy) in neighbours {
-                let (x1, y1) = ((x as i64 + i64::from(dx)).rem_euclid(nx as i64) as usize, (y + dy as usize) % ny);
-                if is(y1 * nx + x1)
-                    && let Err(winding) = clusters.join((y * nx + x) as u32, (y1 * nx + x1) as u32, [dx, dy])
-                {
-                    around = [around[0] || winding[0] != 0, around[1] || winding[1] != 0];
-                }
-            }
-        }
-    }
+    let runs = Runs::of(map, nx, |m| (m != 0) == (what != 0));
+    // Offsets in columns and rows; that of a closed loop is zero unless it winds around the cell.
+    runs.connected(
+        corners,
+        |along, down| [along as i32, down],
+        |winding: [i32; 2]| around = [around[0] || winding[0] != 0, around[1] || winding[1] != 0],
+    );
     around
 }
 

@@ -8,6 +8,7 @@ mod hydraulic_gap;
 mod hysteresis;
 mod leakage;
 mod plasticity;
+mod runs;
 mod section;
 mod stiffness;
 

@@ -4,7 +4,7 @@ use super::continuum::{Keep, PathRequest, load_path, start};
 use super::folder::Key;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use crate::Result;
-use crate::grid::Grid;
+use crate::grid::{Grid, Series};
 use crate::interface::{Adhesion, RangeChoice};
 use crate::load::LoadStep;
 use crate::method::{self, ContactMethod, Heights, Problem, Targets};
@@ -15,6 +15,7 @@ use crate::record::results::{ContinuumResults, SurfaceResults};
 use crate::scene::{AdhesionScene, Case, ContinuumScene, REFERENCE_LOAD, Surface};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 /// Time per grid point and pair of Fourier transforms on one thread in f64, s. At 4096² a pair takes 190 ms, and vector
 /// operations half as much again. An order of magnitude for `--dry-run`.
@@ -63,6 +64,16 @@ impl<'a> SolvedHeights<'a> {
                 Heights::Nodes(self.nodes.get().expect("just set"))
             }
         })
+    }
+}
+
+/// Heights of a case for a plan, before there are any, and the bytes that they take: of a series with its copy in the precision
+/// of the solver.
+fn planned_heights(case: &Case) -> (Heights<'static>, u64) {
+    static NO_WAVES: LazyLock<Series<f64>> = LazyLock::new(Series::default);
+    match case.surface.series_bytes() {
+        Some(bytes) => (Heights::Series(&NO_WAVES), 2 * bytes),
+        None => (Heights::Nodes(&[]), 8 * case.grid.points() as u64),
     }
 }
 
@@ -192,12 +203,12 @@ impl Stage for SolveStage<'_> {
 
     fn cost(&self, machine: Machine) -> Cost {
         let case = self.case;
-        let problem = case.problem((&[][..]).into());
-        let own = solve_cost(case, case.grid, self.loads(), machine);
+        let (heights, bytes) = planned_heights(case);
+        let problem = case.problem(heights);
+        let own = method_cost(&problem, self.method(), self.loads(), machine);
+        let own = Cost { bytes: own.bytes + bytes, ..own };
         if self.variant != Variant::Primary {
-            let problem = Problem { adhesion: Adhesion::None, ..problem };
-            let cost = method_cost(&problem, self.method(), self.loads(), machine);
-            return Cost { bytes: cost.bytes.max(own.bytes), ..cost };
+            return own;
         }
         // The path adds the memory of its coarser grids and of the pull-off.
         let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();

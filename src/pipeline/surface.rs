@@ -4,7 +4,7 @@ use super::continuum::in_stage;
 use super::folder::Key;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use crate::Result;
-use crate::grid::Grid;
+use crate::grid::{Grid, Transform};
 use crate::record::npy;
 use crate::record::results::{
     CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, Statistic, SurfaceResults,
@@ -34,7 +34,10 @@ impl Stage for SurfaceStage<'_> {
 
     fn cost(&self, _: Machine) -> Cost {
         let points = self.case.grid.points();
-        Cost { bytes: 3 * 8 * points as u64, seconds: SECONDS_PER_POINT * points as f64 }
+        // Heights and their half spectrum; in addition the map that they are resampled from.
+        let fields = if self.case.surface.series_bytes().is_some() { 2 } else { 3 };
+        let spare = Transform::<f64>::spectrum_bytes(self.case.grid) - 8 * points as u64;
+        Cost { bytes: fields * 8 * points as u64 + spare, seconds: SECONDS_PER_POINT * points as f64 }
     }
 
     fn keys(&self, after: &[&Key]) -> Result<StageKeys> {

@@ -44,6 +44,15 @@ pub struct ResolvedSurface {
 }
 
 impl Surface {
+    /// Bytes of the Fourier series that defines the heights; `None` for a map.
+    pub fn series_bytes(&self) -> Option<u64> {
+        match self {
+            Surface::Synthesised { modes, .. } => Some(modes.series_bytes()),
+            Surface::Fourier { modes, .. } => Some(modes.series().bytes()),
+            Surface::Imported { .. } => None,
+        }
+    }
+
     /// The surface of a scene: synthesised, or that of its file, prepared, with the lowest point at 0 and low points touching first. The
     /// scene is complete ([`SurfaceFile::complete`]).
     ///

@@ -102,6 +102,12 @@ impl Modes {
         Series::from_modes(kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
     }
 
+    /// Bytes of [`Modes::series`].
+    pub fn series_bytes(&self) -> u64 {
+        let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
+        (kx_max as u64 + 1) * (2 * ky_max as u64 + 1) * size_of::<Complex<f64>>() as u64
+    }
+
     /// Warning if the grid does not resolve all modes of the spectrum.
     pub fn left_out_by(&self, grid: Grid) -> Option<String> {
         (!self.resolved_on(grid)).then(|| {
