@@ -57,3 +57,53 @@ fn planned_memory_is_what_is_used() {
     judge("fast with a hardness", planned_and_measured("fast", &["--hardness", "0.1"]));
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
+
+/// Plan of `run` for a scene of `points` per side in f32, by stage: name and bytes.
+fn plan_of_run(folder: &std::path::Path, points: usize) -> Vec<(String, f64)> {
+    let scene = folder.join(format!("{points}.toml"));
+    let text = format!(
+        "name = \"memory\"\n[surface]\ngrid = {points}\ncut_off_um = 2.0\n[load]\np_star = [0.02]\n[continuum]\nprecision = \"f32\"\n"
+    );
+    std::fs::write(&scene, text).expect("written");
+    let output = asperity().arg("run").arg(&scene).args(["--dry-run", "--json"]).output().expect("started");
+    let line = json_line(&output);
+    let stages = line["stages"].as_array().expect("stages");
+    stages.iter().map(|s| (s["name"].as_str().expect("a name").into(), s["bytes"].as_f64().expect("bytes"))).collect()
+}
+
+/// `run` needs the memory of the solve at any size, and its stages use what is planned.
+#[test]
+fn a_run_takes_the_memory_of_its_solve() {
+    /// The waves of the surface, which do not depend on the grid.
+    const WAVES: f64 = 0.02;
+    let scratch = tempfile::tempdir().expect("scratch");
+    for points in [8192_usize, 65_536] {
+        let solve = ["solve", "--challenge", &points.to_string(), "--cut-off", "0.02", "--pressure", "0.01"];
+        let output =
+            asperity().args(solve).args(["--precision", "f32", "--dry-run", "--json"]).output().expect("started");
+        let alone = json_line(&output)["bytes"].as_f64().expect("bytes");
+        for (stage, bytes) in plan_of_run(scratch.path(), points) {
+            assert!(bytes <= (1.0 + WAVES) * alone, "{points}, {stage}: {bytes:e}, the solve {alone:e}");
+        }
+    }
+    // The program itself takes what a small grid does.
+    let (planned, found) = (plan_of_run(scratch.path(), 2048), peaks_of_run(scratch.path(), 2048));
+    plan_of_run(scratch.path(), 64);
+    let small = peaks_of_run(scratch.path(), 64);
+    for (stage, bytes) in planned.iter().filter(|(name, _)| name != "report") {
+        let own = found[stage].as_f64().expect("a peak") - small[stage].as_f64().expect("a peak");
+        assert!(own <= FACTOR * bytes + FIXED, "{stage}: planned {bytes:e}, measured {own:e}");
+        assert!(*bytes <= UNUSED * own, "{stage}: planned {bytes:e}, measured {own:e}");
+    }
+}
+
+/// Largest resident memory of the stages of the planned run, bytes by stage.
+fn peaks_of_run(folder: &std::path::Path, points: usize) -> serde_json::Map<String, serde_json::Value> {
+    let (scene, out) = (folder.join(format!("{points}.toml")), folder.join(points.to_string()));
+    let run = asperity().args(["--threads", "1", "run"]).arg(scene).arg("--out").arg(&out).output();
+    assert!(run.as_ref().is_ok_and(|o| o.status.success()), "{run:?}");
+    let results = std::fs::read(out.join("results.json")).expect("results");
+    let results: serde_json::Value = serde_json::from_slice(&results).expect("JSON");
+    let stages = results["stages"].as_array().expect("stages");
+    stages.iter().map(|s| (s["name"].as_str().expect("a name").into(), s["peak_rss_bytes"].clone())).collect()
+}

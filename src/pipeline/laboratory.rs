@@ -13,6 +13,7 @@ use crate::record::npy;
 use crate::record::provenance::file_hash;
 use crate::record::results::{ContinuumResults, SurfaceResults};
 use crate::scene::{AdhesionScene, Case, ContinuumScene, REFERENCE_LOAD, Surface};
+use rustfft::num_complex::Complex;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -70,7 +71,7 @@ impl<'a> SolvedHeights<'a> {
 /// Heights of a case for a plan, before there are any, and the bytes that they take: of a series with its copy in the precision
 /// of the solver.
 fn planned_heights(case: &Case) -> (Heights<'static>, u64) {
-    static NO_WAVES: LazyLock<Series<f64>> = LazyLock::new(Series::default);
+    static NO_WAVES: LazyLock<Series<f64>> = LazyLock::new(|| Series::from_modes(0, 0, |_, _| Complex::default()));
     match case.surface.series_bytes() {
         Some(bytes) => (Heights::Series(&NO_WAVES), 2 * bytes),
         None => (Heights::Nodes(&[]), 8 * case.grid.points() as u64),
