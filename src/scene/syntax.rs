@@ -145,7 +145,9 @@ fn complaint_of(error: &toml::de::Error, text: &str, tree: Option<&DeTable>) -> 
     } else if let Some(key) = key {
         match message.rsplit_once(", expected ") {
             Some((what, known)) if what.starts_with("unknown field") => {
-                format!("{key} is no key of a scene; accepted: {}", list(known).replace('`', ""))
+                let known = list(known).replace('`', "");
+                let near = nearest(&key, &known).map_or(String::new(), |near| format!(" ({near} is one)"));
+                format!("{key} is no key of a scene{near}; accepted: {known}")
             }
             Some((what, known)) if what.starts_with("unknown variant") => {
                 format!("{key} = {found}; accepted: {}", list(known).replace('`', "\""))
@@ -183,6 +185,16 @@ fn key_at(table: &DeTable, span: &Range<usize>) -> Option<String> {
 /// The names of a message, without the words around them.
 fn list(known: &str) -> &str {
     known.strip_prefix("one of ").unwrap_or(known)
+}
+
+/// The known name that an unknown key, the last of a dotted path, is most like, if it is like one.
+fn nearest<'k>(key: &str, known: &'k str) -> Option<&'k str> {
+    /// `pstar` and `p_star` have 0.95, `surfaces` and `surface` 0.98, words without relation at most 0.7.
+    const LIKE: f64 = 0.85;
+    let key = key.rsplit('.').next().unwrap_or(key);
+    let names = known.split(", ").flat_map(|name| name.split(" or "));
+    let scored = names.map(|name| (strsim::jaro_winkler(key, name), name));
+    scored.filter(|(like, _)| *like >= LIKE).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
 }
 
 /// A Rust type in plain words.
@@ -267,7 +279,7 @@ mod tests {
             ),
             (
                 "name = \"a\"\n[load]\np_stars = [1]",
-                "line 3: load.p_stars is no key of a scene; accepted: p_star, p_star_range, pressure_mpa, force_mn, \
+                "line 3: load.p_stars is no key of a scene (p_star is one); accepted: p_star, p_star_range, pressure_mpa, force_mn, \
                  mean_gap_um, displacement_um, contact, unload, maps_at, pull_off",
             ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
