@@ -92,4 +92,4 @@ kills:
 lint:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
-	cargo clippy --lib --features cuda --locked -- -D warnings
+	cargo clippy --lib --tests --features cuda --locked -- -D warnings

@@ -2,7 +2,7 @@
 //! matrices, and calls of LAMMPS's and CUDA's libraries.
 
 #[cfg(feature = "cuda")]
-pub mod gpu;
+pub(crate) mod gpu;
 pub mod lammps_library;
 mod memory;
 

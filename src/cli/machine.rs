@@ -41,8 +41,17 @@ impl LammpsFlags {
 }
 
 /// Flags with a value that belong to a machine, of which a task has its own, or say what to do instead of running.
-const OF_MACHINE: [&str; 8] =
-    ["--machine", "--machines", "--threads", "--lammps", "--ranks", "--launcher", "--lammps-args", "--export"];
+const OF_MACHINE: [&str; 9] = [
+    "--machine",
+    "--machines",
+    "--threads",
+    "--device",
+    "--lammps",
+    "--ranks",
+    "--launcher",
+    "--lammps-args",
+    "--export",
+];
 
 impl MachineFlags {
     /// Name and settings of the machine; flags overrule how it starts LAMMPS. Default: this machine.

@@ -43,7 +43,7 @@ struct Arguments {
     /// Threads; 0 for all cores. Results do not depend on it.
     #[arg(long, global = true, default_value_t = 0, value_name = "N")]
     threads: usize,
-    /// Processor that the method `fast` solves on. Results agree within rounding.
+    /// Processor that the method `fast` solves on. Results agree within the tolerance of the solve.
     #[arg(long, global = true, value_enum, default_value = "cpu", env = "ASPERITY_DEVICE")]
     device: Device,
     #[command(subcommand)]
@@ -154,7 +154,7 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         .num_threads(arguments.threads)
         .build_global()
         .map_err(|e| Error::input("command line", "--threads", arguments.threads, format!("{} ({e})", accepted())))?;
-    arguments.device.choose()?;
+    arguments.device.choose();
     match arguments.command {
         Command::Init(c) => c.execute()?,
         Command::Run(c) => return c.execute(),

@@ -2,6 +2,7 @@
 
 use super::progress;
 use crate::atoms::lammps_command::LammpsCommand;
+use crate::method::Device;
 use crate::pipeline::sweep::{Outcome, PointFolder};
 use std::ffi::OsStr;
 use std::fs::File;
@@ -28,6 +29,9 @@ impl PointCommand {
     pub(super) fn arguments(flags: &[String], threads: usize, lammps: &LammpsCommand) -> Vec<String> {
         let mut arguments = flags.to_vec();
         arguments.extend(["--threads".into(), threads.to_string()]);
+        if Device::chosen() == Device::Cuda {
+            arguments.extend(["--device".into(), "cuda".into()]);
+        }
         let values = [
             ("--lammps", lammps.program.as_ref().map(|p| p.display().to_string())),
             ("--ranks", lammps.ranks.map(|n| n.to_string())),

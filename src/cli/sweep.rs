@@ -7,6 +7,7 @@ use super::run::StageFlags;
 use super::sweep_table::print;
 use super::{output, progress};
 use crate::cluster::{Machine, Workflow, WorkflowInput};
+use crate::method::Device;
 use crate::pipeline::sweep::{self, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
 use crate::record::results;
 use crate::report::number::{duration, memory};
@@ -151,7 +152,9 @@ impl SweepFlags {
         let fit = usize::try_from(have / bytes).unwrap_or(usize::MAX).max(1);
         let given = self.jobs.map(usize::from).or(machine.at_once);
         let ranks = machine.lammps.ranks.unwrap_or(sweep.ranks()).max(1);
-        let at_once = given.unwrap_or((cores / ranks).min(fit)).min(sweep.points.len()).max(1);
+        // Points on a GPU share its memory.
+        let gpu = (Device::chosen() == Device::Cuda).then_some(1);
+        let at_once = given.or(gpu).unwrap_or((cores / ranks).min(fit)).min(sweep.points.len()).max(1);
         if self.dry_run {
             return self.plan(sweep, at_once).map(|()| ExitCode::SUCCESS);
         }

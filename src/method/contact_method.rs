@@ -35,11 +35,10 @@ pub trait ContactMethod: Sync {
     /// `Input` for a problem that the method does not support.
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::hardness(problem, self.card())?;
-        require::device(self.card())?;
         self.prepare(problem, observer)
     }
 
-    /// [`ContactMethod::start`] of a problem whose hardness the method supports, on the chosen device.
+    /// [`ContactMethod::start`] of a problem whose hardness the method supports.
     ///
     /// # Errors
     /// As [`ContactMethod::start`].

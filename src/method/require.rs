@@ -1,6 +1,6 @@
 //! Requirements of methods with a limited scope. Each is an error of one line.
 
-use super::{Card, Device, Kind, Load, Problem};
+use super::{Card, Load, Problem};
 use crate::grid::{Grid, lowest, mean};
 use crate::interface::{Adhesion, Elastic, Wall};
 use crate::surface::{PowerSpectrum, Summit, SummitCurvature, SummitFit};
@@ -41,16 +41,6 @@ pub(super) fn hardness(problem: &Problem, card: &Card) -> Result<()> {
     };
     let of = if hardness.map().is_some() { "a map, mean " } else { "" };
     refuse(card.id, "hardness", format!("{of}{value:e} E*"), accepted)
-}
-
-/// The processor, for solvers without kernels for a GPU. Other methods than solvers have no use for one.
-pub(super) fn device(card: &Card) -> Result<()> {
-    match Device::chosen() {
-        Device::Cuda if card.kind == Kind::Solver && card.id != "fast" => {
-            refuse(card.id, "--device", "cuda", "cpu: of the solvers `fast` alone runs on a GPU")
-        }
-        _ => Ok(()),
-    }
 }
 
 /// A pressure that the contact can carry: below `largest`, the hardness less the attraction.

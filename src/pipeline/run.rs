@@ -11,6 +11,7 @@ use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
 use super::surface::SurfaceStage;
 use super::{Listener, engine};
+use crate::method::Device;
 use crate::path::unresolved_contact;
 use crate::record::atomic_file::write_atomic;
 use crate::record::methods::MethodResults;
@@ -52,6 +53,9 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     let out = out.into();
     // LAMMPS is looked up first: a missing program then costs no computing time and leaves no folder.
     let engine = case.atoms.as_ref().map(|_| engine(case)).transpose()?;
+    if case.solves() {
+        Device::check(&case.problem((&[][..]).into()), &case.scene.continuum.method)?;
+    }
     super::plan(case, rayon::current_num_threads(), None)?.fits()?;
     let folder = RunFolder::open(out)?;
     let out = out.path;

@@ -13,7 +13,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 /// Why an operation failed, in CUDA's words.
-pub type Failure = String;
+pub(crate) type Failure = String;
 
 /// Threads of a block.
 const THREADS: u32 = 256;
@@ -28,7 +28,7 @@ const STAGED: usize = 64 << 20;
 const SHARE: usize = 1 << 20;
 
 /// Memory of the GPU.
-pub struct Buffer {
+pub(crate) struct Buffer {
     bytes: CudaSlice<u8>,
 }
 
@@ -40,7 +40,7 @@ impl Buffer {
 
 /// An argument of a kernel.
 #[derive(Clone, Copy)]
-pub enum Argument<'b> {
+pub(crate) enum Argument<'b> {
     Int(i32),
     F32(f32),
     F64(f64),
@@ -48,7 +48,7 @@ pub enum Argument<'b> {
     Null,
 }
 
-pub struct Gpu {
+pub(crate) struct Gpu {
     stream: Arc<CudaStream>,
     functions: HashMap<&'static str, CudaFunction>,
     /// Sums of the blocks of a kernel.
@@ -65,13 +65,17 @@ fn words(error: impl Display) -> Failure {
 ///
 /// # Errors
 /// If a library of CUDA, a GPU or its driver is missing.
-pub fn card() -> Result<String, Failure> {
-    let context = first()?;
+pub(crate) fn card() -> Result<String, Failure> {
+    if let Some(library) = missing_library() {
+        return Err(format!("{library} is missing"));
+    }
+    let context = CudaContext::new(0).map_err(words)?;
     let (name, bytes) = (context.name().map_err(words)?, context.total_mem().map_err(words)?);
     Ok(format!("{name}, {:.0} GB", bytes as f64 / 1e9))
 }
 
-fn first() -> Result<Arc<CudaContext>, Failure> {
+/// A library of CUDA that is not found.
+pub(crate) fn missing_library() -> Option<&'static str> {
     // SAFETY: opening a library runs its initialisation only.
     let present = unsafe {
         [
@@ -80,23 +84,40 @@ fn first() -> Result<Arc<CudaContext>, Failure> {
             ("the library libcufft.so of the CUDA toolkit", fft_sys::is_culib_present()),
         ]
     };
-    if let Some((missing, _)) = present.iter().find(|(_, present)| !present) {
-        return Err(format!("{missing} was not found (LD_LIBRARY_PATH names its folder)"));
-    }
-    CudaContext::new(0).map_err(words)
+    present.into_iter().find(|(_, present)| !present).map(|(library, _)| library)
+}
+
+thread_local! {
+    /// GPUs of this thread with their kernels, by definitions. They are never released: the driver may end before them.
+    static OPENED: RefCell<Vec<(String, &'static Gpu)>> = const { RefCell::new(Vec::new()) };
 }
 
 impl Gpu {
-    /// Opens the first GPU and compiles the kernels of a source for it.
+    /// The first GPU with the kernels of a source, compiled for it with `-D…` definitions, or as compiled before by this
+    /// thread.
     ///
     /// # Errors
-    /// If a library of CUDA, a GPU or its driver is missing, and for a source that does not compile.
-    pub fn open(source: &str, definitions: &[String], kernels: &[&'static str]) -> Result<Self, Failure> {
-        let context = first()?;
+    /// Without a GPU, and for a source that does not compile. The libraries are there ([`missing_library`]).
+    pub(crate) fn with_kernels(
+        source: &str,
+        definitions: &str,
+        kernels: &[&'static str],
+    ) -> Result<&'static Self, Failure> {
+        let known = OPENED.with_borrow(|all| all.iter().find(|(key, _)| key == definitions).map(|(_, gpu)| *gpu));
+        if let Some(gpu) = known {
+            return Ok(gpu);
+        }
+        let gpu: &'static Gpu = Box::leak(Box::new(Self::open(source, definitions, kernels)?));
+        OPENED.with_borrow_mut(|all| all.push((definitions.into(), gpu)));
+        Ok(gpu)
+    }
+
+    fn open(source: &str, definitions: &str, kernels: &[&'static str]) -> Result<Self, Failure> {
+        let context = CudaContext::new(0).map_err(words)?;
         // SAFETY: all work is on one stream.
         unsafe { context.disable_event_tracking() };
         let (major, minor) = context.compute_capability().map_err(words)?;
-        let mut options: Vec<String> = definitions.iter().map(|d| format!("-D{d}")).collect();
+        let mut options: Vec<String> = definitions.split(' ').map(Into::into).collect();
         options.push(format!("--gpu-architecture=compute_{major}{minor}"));
         let compiled = compile_ptx_with_opts(source, CompileOptions { options, ..Default::default() });
         let module = context.load_module(compiled.map_err(|e| match e {
@@ -108,13 +129,13 @@ impl Gpu {
         let functions = kernels.iter().map(load).collect::<Result<_, Failure>>()?;
         let stream = context.default_stream();
         let sums = allocate(&stream, BLOCKS as usize * SUMS * size_of::<f64>())?;
-        // SAFETY: bytes have no invalid values.
-        let staging = unsafe { context.alloc_pinned::<u8>(STAGED) }.map_err(words)?;
+        // SAFETY: bytes have no invalid values. Without flags the processor reads through its caches.
+        let staging = unsafe { context.alloc_pinned_with_flags::<u8>(STAGED, 0) }.map_err(words)?;
         Ok(Gpu { stream, functions, sums, staging: RefCell::new(staging) })
     }
 
     /// Name of the card.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         self.stream.context().name().unwrap_or_else(|_| "GPU".into())
     }
 
@@ -122,7 +143,7 @@ impl Gpu {
     ///
     /// # Errors
     /// If CUDA does not say.
-    pub fn free_bytes(&self) -> Result<u64, Failure> {
+    pub(crate) fn free_bytes(&self) -> Result<u64, Failure> {
         self.stream.context().mem_get_info().map(|(free, _)| free as u64).map_err(words)
     }
 
@@ -130,7 +151,7 @@ impl Gpu {
     ///
     /// # Errors
     /// If the card has too little.
-    pub fn allocate(&self, bytes: usize) -> Result<Buffer, Failure> {
+    pub(crate) fn allocate(&self, bytes: usize) -> Result<Buffer, Failure> {
         allocate(&self.stream, bytes)
     }
 
@@ -138,7 +159,7 @@ impl Gpu {
     ///
     /// # Errors
     /// If the card has too little.
-    pub fn zeros(&self, bytes: usize) -> Result<Buffer, Failure> {
+    pub(crate) fn zeros(&self, bytes: usize) -> Result<Buffer, Failure> {
         let mut buffer = self.allocate(bytes)?;
         self.clear(&mut buffer)?;
         Ok(buffer)
@@ -148,7 +169,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub fn clear(&self, buffer: &mut Buffer) -> Result<(), Failure> {
+    pub(crate) fn clear(&self, buffer: &mut Buffer) -> Result<(), Failure> {
         self.stream.memset_zeros(&mut buffer.bytes).map_err(words)
     }
 
@@ -156,7 +177,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub fn upload<T: bytemuck::Pod>(&self, values: &[T], to: &mut Buffer) -> Result<(), Failure> {
+    pub(crate) fn upload<T: bytemuck::Pod>(&self, values: &[T], to: &mut Buffer) -> Result<(), Failure> {
         let mut staging = self.staging.borrow_mut();
         let staging = staging.as_mut_slice().map_err(words)?;
         for (k, from) in bytemuck::cast_slice::<T, u8>(values).chunks(STAGED).enumerate() {
@@ -173,7 +194,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub fn download<T: bytemuck::Pod>(&self, from: &Buffer, to: &mut [T]) -> Result<(), Failure> {
+    pub(crate) fn download<T: bytemuck::Pod>(&self, from: &Buffer, to: &mut [T]) -> Result<(), Failure> {
         let mut staging = self.staging.borrow_mut();
         let staging = staging.as_mut_slice().map_err(words)?;
         for (k, to) in bytemuck::cast_slice_mut::<T, u8>(to).chunks_mut(STAGED).enumerate() {
@@ -190,7 +211,12 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub fn launch(&self, kernel: &str, (width, rows): (usize, usize), arguments: &[Argument]) -> Result<(), Failure> {
+    pub(crate) fn launch(
+        &self,
+        kernel: &str,
+        (width, rows): (usize, usize),
+        arguments: &[Argument],
+    ) -> Result<(), Failure> {
         self.start(kernel, (width, rows), arguments, false).map(|_| ())
     }
 
@@ -198,7 +224,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub fn sums<const K: usize>(
+    pub(crate) fn sums<const K: usize>(
         &self,
         kernel: &str,
         (width, rows): (usize, usize),
@@ -260,10 +286,41 @@ fn allocate(stream: &Arc<CudaStream>, bytes: usize) -> Result<Buffer, Failure> {
     Ok(Buffer { bytes: bytes.map_err(words)? })
 }
 
+/// A plan of cuFFT.
+struct Plan(fft_sys::cufftHandle);
+
+impl Plan {
+    /// Of one direction, between rows of real and of complex elements, and the bytes of scratch memory that it needs.
+    fn new(
+        gpu: &Gpu,
+        [mut n, mut from, mut to]: [[i64; 2]; 3],
+        kind: fft_sys::cufftType,
+    ) -> Result<(Self, usize), Failure> {
+        let (before, after) = (from[0] * from[1], to[0] * to[1]);
+        let [n, from, to] = [&mut n, &mut from, &mut to].map(|a| a.as_mut_ptr());
+        let plan = Plan(fft::create().map_err(words)?);
+        // SAFETY: the arrays live through the call, and the stream longer than the plan.
+        unsafe {
+            fft::set_auto_allocation(plan.0, false).map_err(words)?;
+            let bytes = fft::make_plan_many64(plan.0, 2, n, from, 1, before, to, 1, after, kind, 1);
+            let bytes = bytes.map_err(words)?;
+            fft::set_stream(plan.0, gpu.stream.cu_stream().cast()).map_err(words)?;
+            Ok((plan, bytes))
+        }
+    }
+}
+
+impl Drop for Plan {
+    fn drop(&mut self) {
+        // SAFETY: created by `new` and destroyed once. An error leaves memory allocated, no more.
+        let _ = unsafe { fft::destroy(self.0) };
+    }
+}
+
 /// Un-normalised real transforms in place of `ny` rows of `nx` values, `2 (nx/2 + 1)` apart.
-pub struct GpuTransform {
-    forward: fft_sys::cufftHandle,
-    inverse: fft_sys::cufftHandle,
+pub(crate) struct GpuTransform {
+    forward: Plan,
+    inverse: Plan,
     double: bool,
 }
 
@@ -272,27 +329,14 @@ impl GpuTransform {
     ///
     /// # Errors
     /// For a size that cuFFT does not transform.
-    pub fn new(gpu: &Gpu, (nx, ny): (usize, usize), double: bool) -> Result<(Self, usize), Failure> {
+    pub(crate) fn new(gpu: &Gpu, (nx, ny): (usize, usize), double: bool) -> Result<(Self, usize), Failure> {
         use fft_sys::cufftType::{CUFFT_C2R, CUFFT_D2Z, CUFFT_R2C, CUFFT_Z2D};
         gpu.stream.context().bind_to_thread().map_err(words)?;
         let (r2c, c2r) = if double { (CUFFT_D2Z, CUFFT_Z2D) } else { (CUFFT_R2C, CUFFT_C2R) };
         let (half, rows) = ((nx / 2 + 1) as i64, ny as i64);
-        let (real, complex) = ([rows, 2 * half], [rows, half]);
-        let plan = |from: [i64; 2], to: [i64; 2], kind| {
-            let (mut n, mut from, mut to) = ([rows, nx as i64], from, to);
-            let (before, after) = (from[0] * from[1], to[0] * to[1]);
-            // SAFETY: the arrays live through the call, and the stream as long as the plan: the GPU outlives both.
-            unsafe {
-                let handle = fft::create()?;
-                fft::set_auto_allocation(handle, false)?;
-                let [n, from, to] = [&mut n, &mut from, &mut to].map(|a| a.as_mut_ptr());
-                let bytes = fft::make_plan_many64(handle, 2, n, from, 1, before, to, 1, after, kind, 1)?;
-                fft::set_stream(handle, gpu.stream.cu_stream().cast())?;
-                Ok::<_, fft::CufftError>((handle, bytes))
-            }
-        };
-        let (forward, bytes) = plan(real, complex, r2c).map_err(words)?;
-        let (inverse, more) = plan(complex, real, c2r).map_err(words)?;
+        let (n, real, complex) = ([rows, nx as i64], [rows, 2 * half], [rows, half]);
+        let (forward, bytes) = Plan::new(gpu, [n, real, complex], r2c)?;
+        let (inverse, more) = Plan::new(gpu, [n, complex, real], c2r)?;
         Ok((GpuTransform { forward, inverse, double }, bytes.max(more)))
     }
 
@@ -300,23 +344,23 @@ impl GpuTransform {
     ///
     /// # Errors
     /// Of cuFFT.
-    pub fn set_scratch(&self, scratch: &Buffer) -> Result<(), Failure> {
-        for plan in [self.forward, self.inverse] {
+    pub(crate) fn set_scratch(&self, scratch: &Buffer) -> Result<(), Failure> {
+        for plan in [&self.forward, &self.inverse] {
             // SAFETY: the buffer is as large as the plans need.
-            unsafe { fft::set_work_area(plan, scratch.address() as *mut _) }.map_err(words)?;
+            unsafe { fft::set_work_area(plan.0, scratch.address() as *mut _) }.map_err(words)?;
         }
         Ok(())
     }
 
     /// # Errors
     /// Of cuFFT.
-    pub fn forward(&self, data: &Buffer) -> Result<(), Failure> {
+    pub(crate) fn forward(&self, data: &Buffer) -> Result<(), Failure> {
         let at = data.address();
         // SAFETY: the buffer has the rows of the plan.
         let done = unsafe {
             match self.double {
-                true => fft::exec_d2z(self.forward, at as *mut _, at as *mut _),
-                false => fft::exec_r2c(self.forward, at as *mut _, at as *mut _),
+                true => fft::exec_d2z(self.forward.0, at as *mut _, at as *mut _),
+                false => fft::exec_r2c(self.forward.0, at as *mut _, at as *mut _),
             }
         };
         done.map_err(words)
@@ -324,24 +368,15 @@ impl GpuTransform {
 
     /// # Errors
     /// Of cuFFT.
-    pub fn inverse(&self, data: &Buffer) -> Result<(), Failure> {
+    pub(crate) fn inverse(&self, data: &Buffer) -> Result<(), Failure> {
         let at = data.address();
         // SAFETY: the buffer has the rows of the plan.
         let done = unsafe {
             match self.double {
-                true => fft::exec_z2d(self.inverse, at as *mut _, at as *mut _),
-                false => fft::exec_c2r(self.inverse, at as *mut _, at as *mut _),
+                true => fft::exec_z2d(self.inverse.0, at as *mut _, at as *mut _),
+                false => fft::exec_c2r(self.inverse.0, at as *mut _, at as *mut _),
             }
         };
         done.map_err(words)
-    }
-}
-
-impl Drop for GpuTransform {
-    fn drop(&mut self) {
-        for plan in [self.forward, self.inverse] {
-            // SAFETY: created by `new` and destroyed once. An error leaves memory allocated, no more.
-            let _ = unsafe { fft::destroy(plan) };
-        }
     }
 }

@@ -13,7 +13,7 @@ use super::file::COMMAND_LINE;
 use super::{output, progress::TerminalProgress};
 use crate::grid::{Grid, Series};
 use crate::load::Load;
-use crate::method::{self, ContactMethod, Heights, Kind, Precision, Problem, Stop};
+use crate::method::{self, ContactMethod, Device, Heights, Kind, Precision, Problem, Stop};
 use crate::observe::leakage_bytes;
 use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, subsurface_bytes};
 use crate::pipeline::{Key, Listener, Progress};
@@ -170,6 +170,7 @@ impl Solve {
             case.find_contact_pressures(&crate::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
         let method = method::find(&self.method).expect("checked with the scene");
+        Device::check(&case.problem((&[][..]).into()), method.card().id)?;
         let stored = StoredHeights::of(case.take_surface());
         if method.card().kind == Kind::Estimate {
             return estimated::run(&self, &case, stored.heights(), &progress);

@@ -162,7 +162,7 @@ impl<'a> SolveReporter<'a> {
             "ny": grid.ny,
             "precision": problem.precision,
             "threads": rayon::current_num_threads(),
-            "device": Device::chosen(),
+            "device": Device::of(problem, &self.solve.method),
             "kernel": problem.kernel.to_string(),
             "adhesion": self.used.to_string(),
             "wall": problem.wall.to_string(),

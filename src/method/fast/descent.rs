@@ -339,7 +339,11 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let problem = self.task.problem;
         let narrow = Problem { precision: Precision::F32, grid: self.level.grid(), ..problem.clone() };
         let floor = narrow.rounding_floor(self.task.rms_height, self.scale());
-        let rough = !L::ACTIVE && !self.careful && self.cycle.is_none() && self.residual() > ROUGH * floor;
+        let rough = self.level.tries_in_f32()
+            && !L::ACTIVE
+            && !self.careful
+            && self.cycle.is_none()
+            && self.residual() > ROUGH * floor;
         if rough { Precision::F32 } else { problem.precision }
     }
 

@@ -1,6 +1,6 @@
 //! Arrays of a level and the sweeps over them: the part of the iteration that depends on where the arrays are.
 
-use crate::grid::{Grid, HalfSpectrum, Real};
+use crate::grid::{Grid, Real};
 use crate::method::Precision;
 use crate::method::residuals::KKT;
 
@@ -35,11 +35,21 @@ pub(super) trait Fields<T: Real> {
     /// The gap to be changed.
     fn gap_mut(&mut self) -> &mut Vec<T>;
 
-    /// Un-normalised transform of the gap.
-    fn transformed(self: Box<Self>) -> HalfSpectrum<T>;
+    /// The gap without the other arrays.
+    fn into_gap(self: Box<Self>) -> Vec<T>;
+
+    /// Whether the device failed: nothing that was returned since then is a result.
+    fn has_failed(&self) -> bool {
+        false
+    }
 
     /// Allocates the working arrays: all but the gap.
     fn allocate(&mut self);
+
+    /// Whether trials in f32 are faster where the state has another precision.
+    fn tries_in_f32(&self) -> bool {
+        true
+    }
 
     /// Adds the pending step to the gap.
     fn apply(&mut self, pending: f64);
@@ -47,25 +57,24 @@ pub(super) trait Fields<T: Real> {
     fn clear_step(&mut self);
 
     /// Sums of the state at the gap plus `scale` times the step under a pressure on every node, without changing the gap;
-    /// its gradient replaces the last one. One transform pair, in `precision`.
+    /// its gradient replaces the last one. One transform pair, in `precision` if trials have it ([`Fields::tries_in_f32`]).
     fn trial(&mut self, scale: f64, pressure: f64, spring: Spring, precision: Precision) -> StateSums;
 
     /// Sets direction and step to `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain
     /// metric). Returns `Σ t d`, `Σ v'' d²` and `⟨d K d⟩`. Half a transform pair.
     fn plain(&mut self, pending: f64, beta: f64, spring: f64) -> ([f64; 2], f64);
 
-    /// Sets the residual of the linear problem to `-t` on the free nodes and transforms it; step and direction become
-    /// zero. Returns `Σ r²`.
+    /// Sets the residual of the linear problem to `-t` on the free nodes; step and direction become zero. Returns `Σ r²`.
     fn begin(&mut self, pending: f64) -> f64;
 
-    /// Multiplies the transformed residual or direction. Returns its product with the result.
+    /// Multiplies the residual of [`Fields::begin`] or [`Fields::descend`], or the direction of [`Fields::conjugate`], and
+    /// returns its product with the result, for the next of these. The transforms before and after it are parts of either.
     fn multiply(&mut self, metric: Metric) -> f64;
 
-    /// Transforms the preconditioned residual `z` back, sets `d = z + β d` on the free nodes and transforms `d`. Returns
-    /// `Σ v'' d²`.
+    /// Sets `d = z + β d` on the free nodes, with the preconditioned residual `z`. Returns `Σ v'' d²`.
     fn conjugate(&mut self, beta: f64) -> f64;
 
-    /// Transforms `K d` back, sets `x += α d` and `r -= α H d` on the free nodes and transforms `r`. Returns `Σ r²`.
+    /// Sets `x += α d` and `r -= α H d` on the free nodes, with `K d`. Returns `Σ r²`.
     fn descend(&mut self, alpha: f64) -> f64;
 
     /// Sets the step to the direction.

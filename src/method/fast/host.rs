@@ -104,9 +104,13 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
         host
     }
 
-    /// Fourier interpolation of the displacement of a coarser grid, given the transform of its gap. In Fourier space the
+    /// Fourier interpolation of the displacement of a coarser grid with this gap. In Fourier space the
     /// gap is that of the coarse grid for the modes that it resolves, and the heights for the others.
-    pub(super) fn refined(grid: Grid, body: Body<'h, T, L>, old: Grid, known: HalfSpectrum<T>) -> Self {
+    pub(super) fn refined(grid: Grid, body: Body<'h, T, L>, (old, gap): (Grid, Vec<T>)) -> Self {
+        let transform = Transform::new(old);
+        let mut known = transform.spectrum();
+        transform.forward(&gap, &mut known);
+        drop(gap);
         let resolves = |k: usize, n: usize| k == 0 || 2 * k < n;
         let mut host = Self::new(grid, body, vec![T::zero(); grid.points()]);
         let per_point = T::of(1.0 / old.points() as f64);
@@ -157,14 +161,14 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
         &mut self.gap
     }
 
-    fn transformed(self: Box<Self>) -> HalfSpectrum<T> {
-        let Host { transform, mut spectrum, gap, .. } = *self;
-        transform.forward(&gap, &mut spectrum);
-        spectrum
+    fn into_gap(self: Box<Self>) -> Vec<T> {
+        self.gap
     }
 
     fn allocate(&mut self) {
         let n = self.grid().points();
+        // Those of an earlier solve are released first.
+        (self.step, self.residual, self.direction) = Default::default();
         (self.step, self.residual, self.direction) = (vec![0.0; n], vec![0.0; n], vec![bf16::ZERO; n]);
     }
 

@@ -1,5 +1,5 @@
 use super::fields::{Fields, Metric, Spring, StateSums};
-use super::gpu::GpuSolver;
+use super::gpu::GpuLevels;
 use super::host::{Body, Host};
 use super::window::{Cell, Window};
 use crate::grid::{Grid, Real, lowest};
@@ -11,7 +11,7 @@ use crate::method::sweep::{each_row, shift, weight_below, weighted_quantile};
 /// One grid of the hierarchy with its state and working arrays.
 pub(super) struct Level<'h, T: Real, L> {
     fields: Box<dyn Fields<T> + 'h>,
-    gpu: Option<&'h GpuSolver>,
+    gpu: Option<&'h GpuLevels>,
     body: Body<'h, T, L>,
     cell: Cell,
     pub pressure: f64,
@@ -32,7 +32,7 @@ pub(super) struct Trial {
 }
 
 impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
-    fn of(fields: Box<dyn Fields<T> + 'h>, gpu: Option<&'h GpuSolver>, body: Body<'h, T, L>, cell: Cell) -> Self {
+    fn of(fields: Box<dyn Fields<T> + 'h>, gpu: Option<&'h GpuLevels>, body: Body<'h, T, L>, cell: Cell) -> Self {
         Level {
             fields,
             gpu,
@@ -47,7 +47,7 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
     }
 
     /// A level at first contact, without displacement.
-    pub(super) fn at_first_contact(grid: Grid, body: Body<'h, T, L>, cell: Cell, gpu: Option<&'h GpuSolver>) -> Self {
+    pub(super) fn at_first_contact(grid: Grid, body: Body<'h, T, L>, cell: Cell, gpu: Option<&'h GpuLevels>) -> Self {
         let mut undeformed = Host::undeformed(grid, body);
         let (nx, window, gap) = (grid.nx, body.window, undeformed.gap_mut());
         let rows = gap.chunks(nx).enumerate();
@@ -64,7 +64,7 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
         grid: Grid,
         body: Body<'h, T, L>,
         cell: Cell,
-        gpu: Option<&'h GpuSolver>,
+        gpu: Option<&'h GpuLevels>,
         gap: Vec<T>,
     ) -> Self {
         let fields = match gpu.filter(|gpu| gpu.takes(grid)) {
@@ -81,13 +81,13 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
         let window = cell.window(grid);
         let body = Body { law, window, ..body };
         let mut level = if let Some(gpu) = gpu.filter(|gpu| gpu.takes(grid)) {
-            Self::of(gpu.refined(grid, body, fields), Some(gpu), body, cell)
+            Self::of(gpu.refined(grid, body, (old, &fields.into_gap())), Some(gpu), body, cell)
         } else {
             let flows: Vec<bool> = match L::HARD && L::YIELDS {
                 true => fields.gap().iter().map(|g| *g < T::zero()).collect(),
                 false => Vec::new(),
             };
-            let mut fine = Host::refined(grid, body, old, fields.transformed());
+            let mut fine = Host::refined(grid, body, (old, fields.into_gap()));
             if L::HARD {
                 close(fine.gap_mut(), grid, window, (&flows, old));
             }
@@ -113,6 +113,16 @@ impl<T: Real, L: Law> Level<'_, T, L> {
 
     pub(super) fn law(&self) -> &L {
         &self.body.law
+    }
+
+    /// Whether the device of the fields failed.
+    pub(super) fn has_failed(&self) -> bool {
+        self.fields.has_failed()
+    }
+
+    /// Whether trials in f32 are faster where the state has another precision.
+    pub(super) fn tries_in_f32(&self) -> bool {
+        self.fields.tries_in_f32()
     }
 
     /// Gap `[ny, nx]` after the pending step, units of L.

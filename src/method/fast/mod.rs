@@ -24,8 +24,8 @@ use super::require::{self, refused};
 use super::residuals::Residuals;
 use super::sweep;
 use super::{
-    Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
-    Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
+    Card, CoarseState, ContactMethod, Criterion, Device, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan,
+    Precision, Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
 };
 use crate::grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
 use crate::interface::{HardWall, Kernel, Law};
@@ -33,7 +33,7 @@ use crate::observe::Plasticity;
 use crate::{Error, Result};
 use descent::{Ended, GapSearch, Pause, Task, iterate};
 use fields::Spring;
-use gpu::GpuSolver;
+use gpu::GpuLevels;
 use host::Body;
 use level::Level;
 use std::cell::OnceCell;
@@ -115,6 +115,11 @@ impl ContactMethod for Fast {
         // The continued heights of a padded cell are a field of their own.
         let continued = if yields && grid != problem.grid { size_of::<f64>() * grid.points() } else { 0 };
         let yielding = PlasticFlow::<f64>::bytes(problem) + continued as u64;
+        // With a GPU the host has the heights with their half spectrum, for first contact, and then gap and stress.
+        let level = match Device::of(problem, CARD.id) {
+            Device::Cpu => level,
+            Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
+        };
         Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
@@ -137,7 +142,7 @@ impl<'p> Build<'p> for Start<'p> {
         let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
         let (gap, stress) = (Vec::new(), Vec::new());
         Ok(Box::new(Solver {
-            gpu: GpuSolver::open(problem)?,
+            gpu: GpuLevels::open(problem)?,
             problem,
             cell,
             observer,
@@ -184,7 +189,7 @@ struct Solver<'p, T: Real, L> {
     problem: &'p Problem<'p>,
     cell: Cell,
     observer: &'p dyn Observer,
-    gpu: Option<GpuSolver>,
+    gpu: Option<GpuLevels>,
     law: L,
     heights: Series<T>,
     rms_height: f64,
@@ -267,7 +272,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
         for &grid in grids.iter().rev().skip_while(|g| **g != first) {
             if grid != first {
                 level.apply_pending();
-                if converged {
+                if converged && !level.has_failed() {
                     let (residuals, window, coarse) = (level.last, level.window(), level.grid());
                     let (energy, range) = (residuals.energy(level.pressure), level.law().range());
                     let gap = level.gap();
@@ -291,7 +296,6 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
                     Level::refined(grid, self.law_on(grid), level)
                 };
             }
-            level.prepare();
             let (tolerance, targets) = if grid == self.cell.grid {
                 (self.tolerance(load), problem.targets)
             } else {
@@ -299,6 +303,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
             };
             // After an interruption on a coarse grid its state is only interpolated to the finer ones.
             if outcome.is_none() {
+                level.prepare();
                 let ended = self.solve_at(&mut level, load, (tolerance, targets), iterations, pause.take());
                 error_estimates = ended.error_estimates;
                 (separated, converged) = (ended.ending == Ending::Stopped(Stop::Detached), ended.ending == Ending::Met);
@@ -393,7 +398,6 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
         let pressure = level.pressure;
         self.set_load(level, load);
         level.pressure = pressure;
-        level.prepare();
         // Where a coarse mesh pins contact lines, no pressure may give this mean gap.
         let coarse = level.grid() != self.cell.grid;
         let mut search = pause.as_ref().map_or_else(GapSearch::default, |pause| pause.search);
@@ -556,7 +560,7 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let (gap, pairs, pressure) =
             (std::mem::take(level.gap_mut()), level.pairs + self.earlier_pairs.get(), level.pressure);
         drop(level);
-        if let Some(failure) = self.gpu.as_ref().and_then(GpuSolver::failure) {
+        if let Some(failure) = self.gpu.as_ref().and_then(GpuLevels::failure) {
             return Err(failure);
         }
         let scale = self.task(load).scale(pressure, &residuals);

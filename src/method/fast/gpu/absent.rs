@@ -1,14 +1,16 @@
-use super::super::fields::Fields;
-use super::super::host::Body;
+use crate::Error;
+use crate::Result;
 use crate::grid::{Grid, Real};
 use crate::interface::Law;
 use crate::method::Problem;
-use crate::{Error, Result};
+
+use super::super::fields::Fields;
+use super::super::host::Body;
 
 /// The GPU of a program that was built without the feature.
-pub(crate) enum GpuSolver {}
+pub(crate) enum GpuLevels {}
 
-impl GpuSolver {
+impl GpuLevels {
     pub(crate) fn open(_: &Problem) -> Result<Option<Self>> {
         Ok(None)
     }
@@ -30,7 +32,7 @@ impl GpuSolver {
         &'h self,
         _: Grid,
         _: Body<'h, T, L>,
-        _: Box<dyn Fields<T> + 'h>,
+        _: (Grid, &[T]),
     ) -> Box<dyn Fields<T> + 'h> {
         match *self {}
     }

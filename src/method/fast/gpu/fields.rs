@@ -1,7 +1,7 @@
 use super::super::fields::{Fields, Metric, Spring, StateSums};
 use super::super::host::Body;
 use super::kernels::Kernels;
-use crate::grid::{Grid, HalfSpectrum, Real, Series, Transform};
+use crate::grid::{Grid, Real, Series};
 use crate::interface::{Elastic, Kernel, Law};
 use crate::method::residuals::KKT;
 use crate::method::{Heights, Precision, Problem};
@@ -10,7 +10,10 @@ use crate::sys::gpu::{Buffer, Failure, GpuTransform};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
-type Outcome<V> = Result<V, Failure>;
+type Tried<V> = Result<V, Failure>;
+
+/// Rows of a spectrum that are gathered at once.
+const ROWS: usize = 8;
 
 /// Which copy of the gap is the newer one.
 #[derive(Clone, Copy, PartialEq)]
@@ -39,9 +42,9 @@ struct Arrays {
     table: Option<Buffer>,
     waves: Waves,
     state: GpuTransform,
-    /// Of the linear problem in f32, if the state has another precision.
+    /// Plans of the linear problem in f32, if the state has another precision.
     linear: Option<GpuTransform>,
-    /// Of the transforms.
+    /// Scratch memory of the transforms.
     _scratch: Buffer,
 }
 
@@ -59,7 +62,7 @@ pub(super) struct OnGpu<'h, T: Real> {
     heights: &'h Series<T>,
     /// γ and ρ of the attraction on this grid.
     law: [f64; 2],
-    /// Of the host; it may be empty while the GPU has the newer copy.
+    /// The host's copy of the gap; empty until it is needed.
     gap: Vec<T>,
     newer: Newer,
     arrays: Option<Arrays>,
@@ -82,31 +85,36 @@ impl<'h, T: Real> OnGpu<'h, T> {
         OnGpu { kernels, grid, kernel, heights, law, gap, newer: Newer::Host, arrays: None }
     }
 
-    /// Bytes of the finest level, of the gap of the next coarser one, and of cuFFT's scratch memory, which was at most the
-    /// size of the transformed array.
-    pub(super) fn bytes(problem: &Problem) -> u64 {
+    /// Bytes of the finest level with the scratch memory of its plans. The gap, spectrum and scratch memory of the next
+    /// coarser grid are there before its working arrays, which are larger.
+    pub(super) fn bytes(kernels: &Kernels, problem: &Problem) -> Tried<u64> {
         let grid = problem.grid;
         let fields = (size_of::<T>() + 2 * size_of::<f32>() + size_of::<u16>()) * grid.points();
-        let table =
-            if problem.kernel == Elastic::HalfSpace { 0 } else { grid.half() * (grid.ny / 2 + 1) * size_of::<T>() };
+        let modes = grid.half() * (grid.ny / 2 + 1);
+        let table = if problem.kernel == Elastic::HalfSpace { 0 } else { modes * size_of::<T>() };
         let waves = match problem.heights {
             Heights::Series(waves) => waves.bytes() as usize / size_of::<f64>() * size_of::<T>(),
             Heights::Nodes(_) => work_bytes::<T>(grid),
         };
-        (fields + 2 * work_bytes::<T>(grid) + table + waves) as u64
+        let (_, _, scratch) = Self::plans(kernels, grid)?;
+        Ok((fields + work_bytes::<T>(grid) + table + waves + scratch) as u64)
+    }
+
+    /// Plans of the state, and of the linear problem if they are others; bytes of scratch memory for all.
+    fn plans(kernels: &Kernels, grid: Grid) -> Tried<(GpuTransform, Option<GpuTransform>, usize)> {
+        let (size, double) = ((grid.nx, grid.ny), size_of::<T>() == size_of::<f64>());
+        let (state, bytes) = GpuTransform::new(kernels.gpu, size, double)?;
+        if !double {
+            return Ok((state, None, bytes));
+        }
+        let (linear, more) = GpuTransform::new(kernels.gpu, size, false)?;
+        Ok((state, Some(linear), bytes.max(more)))
     }
 
     /// Memory and plans on the GPU.
-    fn arrays(&self) -> Outcome<Arrays> {
-        let (gpu, grid) = (&self.kernels.gpu, self.grid);
-        let size = (grid.nx, grid.ny);
-        let (state, mut scratch) = GpuTransform::new(gpu, size, size_of::<T>() == size_of::<f64>())?;
-        let mut linear = None;
-        if size_of::<T>() == size_of::<f64>() {
-            let (transform, bytes) = GpuTransform::new(gpu, size, false)?;
-            scratch = scratch.max(bytes);
-            linear = Some(transform);
-        }
+    fn arrays(&self) -> Tried<Arrays> {
+        let (gpu, grid) = (self.kernels.gpu, self.grid);
+        let (state, linear, scratch) = Self::plans(self.kernels, grid)?;
         // A buffer has an address.
         let scratch = gpu.allocate(scratch.max(1))?;
         state.set_scratch(&scratch)?;
@@ -124,7 +132,7 @@ impl<'h, T: Real> OnGpu<'h, T> {
     }
 
     /// Stiffness of the modes with `ky >= 0`, row by row.
-    fn table(&self) -> Outcome<Option<Buffer>> {
+    fn table(&self) -> Tried<Option<Buffer>> {
         if self.kernel == Elastic::HalfSpace {
             return Ok(None);
         }
@@ -136,7 +144,7 @@ impl<'h, T: Real> OnGpu<'h, T> {
         self.uploaded(&table).map(Some)
     }
 
-    fn uploaded<V: bytemuck::Pod>(&self, values: &[V]) -> Outcome<Buffer> {
+    fn uploaded<V: bytemuck::Pod>(&self, values: &[V]) -> Tried<Buffer> {
         let mut buffer = self.kernels.gpu.allocate(size_of_val(values).max(1))?;
         if !values.is_empty() {
             self.kernels.gpu.upload(values, &mut buffer)?;
@@ -145,23 +153,27 @@ impl<'h, T: Real> OnGpu<'h, T> {
     }
 
     /// The heights' coefficients on this grid, row by row.
-    fn waves(&self) -> Outcome<Waves> {
+    fn waves(&self) -> Tried<Waves> {
         let (heights, grid) = (self.heights, self.grid);
-        let (up, down) = heights.column(0, grid);
-        let (up, down) = (up.len(), down.len());
-        let width = (0..grid.half()).find(|&i| heights.column(i, grid).0.is_empty()).unwrap_or(grid.half());
+        let columns = (0..grid.half()).map(|i| heights.column(i, grid));
+        let columns: Vec<_> = columns.take_while(|(positive, _)| !positive.is_empty()).collect();
+        let (up, down) = columns.first().map_or((0, 0), |(positive, negative)| (positive.len(), negative.len()));
+        let width = columns.len();
         let mut rows = vec![Complex::<T>::default(); width * (up + down)];
-        rows.par_chunks_mut(width.max(1)).enumerate().for_each(|(row, to)| {
-            for (i, c) in to.iter_mut().enumerate() {
-                let (positive, negative) = heights.column(i, grid);
-                *c = if row < up { positive[row] } else { negative[row - up] };
+        // Some rows at a time, as neighbours in a column share cache lines.
+        rows.par_chunks_mut(ROWS * width.max(1)).enumerate().for_each(|(block, to)| {
+            for (i, (positive, negative)) in columns.iter().enumerate() {
+                for (row, to) in to.chunks_mut(width).enumerate() {
+                    let row = block * ROWS + row;
+                    to[i] = if row < up { positive[row] } else { negative[row - up] };
+                }
             }
         });
         Ok(Waves { coefficients: self.uploaded(&rows)?, width, up, down })
     }
 
     /// The arrays, with the newest gap.
-    fn ready(&mut self) -> Outcome<()> {
+    fn ready(&mut self) -> Tried<()> {
         if self.arrays.is_none() {
             self.arrays = Some(self.arrays()?);
         }
@@ -174,7 +186,7 @@ impl<'h, T: Real> OnGpu<'h, T> {
     }
 
     /// `action` with the arrays; `otherwise` after a failure.
-    fn attempt<V>(&mut self, otherwise: V, action: impl FnOnce(&Self, &Arrays, &Working) -> Outcome<V>) -> V {
+    fn attempt<V>(&mut self, otherwise: V, action: impl FnOnce(&Self, &Arrays, &Working) -> Tried<V>) -> V {
         let kernels = self.kernels;
         kernels.attempt(otherwise, || {
             self.ready()?;
@@ -202,7 +214,7 @@ impl<'h, T: Real> OnGpu<'h, T> {
     }
 
     /// Stiffness of the modes: wave numbers and table.
-    fn body<'b>(&self, arrays: &'b Arrays) -> [Argument<'b>; 5] {
+    fn stiffness<'b>(&self, arrays: &'b Arrays) -> [Argument<'b>; 5] {
         let grid = self.grid;
         let table = arrays.table.as_ref().map_or(Null, Argument::Buffer);
         [Int(grid.nx as i32), Int(grid.ny as i32), F64(grid.qx(1)), F64(grid.qy_step()), table]
@@ -213,20 +225,20 @@ impl<'h, T: Real> OnGpu<'h, T> {
     }
 
     /// Multiplies the transformed array by a metric, or only sums. Returns the product.
-    fn product(&self, arrays: &Arrays, metric: Metric, write: bool) -> Outcome<f64> {
+    fn product(&self, arrays: &Arrays, metric: Metric, write: bool) -> Tried<f64> {
         let (inverse, mean) = match metric {
             Metric::Stiffness { mean } => (0, mean),
             Metric::Compliance { mean } => (1, 1.0 / mean),
         };
         let n = self.grid.points() as f64;
         let rest = [Int(inverse), Int(i32::from(write)), F64(mean), F64(n), Argument::Buffer(&arrays.work)];
-        let arguments = [&self.body(arrays)[..], &rest].concat();
+        let arguments = [&self.stiffness(arrays)[..], &rest].concat();
         let [sum] = self.kernels.gpu.sums("multiplied", self.modes(), &arguments)?;
         Ok(sum / n / n)
     }
 
     /// Elastic stress of the gap in the transformed array. Returns the elastic energy.
-    fn elastic(&self, arrays: &Arrays, spring: Spring) -> Outcome<f64> {
+    fn elastic(&self, arrays: &Arrays, spring: Spring) -> Tried<f64> {
         let (n, waves) = (self.grid.points() as f64, &arrays.waves);
         arrays.state.forward(&arrays.work)?;
         let rest = [
@@ -239,25 +251,25 @@ impl<'h, T: Real> OnGpu<'h, T> {
             F64(n),
             Argument::Buffer(&arrays.work),
         ];
-        let arguments = [&self.body(arrays)[..], &rest].concat();
+        let arguments = [&self.stiffness(arrays)[..], &rest].concat();
         let [sum] = self.kernels.gpu.sums("displaced", self.modes(), &arguments)?;
         arrays.state.inverse(&arrays.work)?;
         Ok(0.5 * sum / n / n)
     }
 
-    /// See [`GpuSolver::refined`](super::GpuSolver::refined).
+    /// See [`GpuLevels::refined`](super::GpuLevels::refined).
     pub(super) fn interpolate(&mut self, old: Grid, gap: &[T]) {
         let kernels = self.kernels;
         kernels.attempt((), || {
             let arrays = self.arrays()?;
-            let gpu = &kernels.gpu;
+            let gpu = kernels.gpu;
             let (coarse, known) = (self.uploaded(gap)?, gpu.allocate(work_bytes::<T>(old))?);
             let (transform, scratch) = GpuTransform::new(gpu, (old.nx, old.ny), size_of::<T>() == size_of::<f64>())?;
             let scratch = gpu.allocate(scratch.max(1))?;
             transform.set_scratch(&scratch)?;
             let size = [Int(old.nx as i32), Int(old.ny as i32), Int(2 * old.half() as i32)];
             let rest = [Argument::Buffer(&coarse), Argument::Buffer(&known)];
-            gpu.launch("padded", (old.nx, old.ny), &[&size[..], &rest].concat())?;
+            gpu.launch("copy_to_work", (old.nx, old.ny), &[&size[..], &rest].concat())?;
             transform.forward(&known)?;
             let (grid, waves) = (self.grid, &arrays.waves);
             // Modes below the Nyquist modes of both grids.
@@ -309,12 +321,12 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
             if self.gap.len() != self.grid.points() {
                 self.gap = vec![T::zero(); self.grid.points()];
             }
-            let (arrays, gap) = (&self.arrays, &mut self.gap);
-            self.kernels.attempt((), || {
+            let (kernels, arrays, gap) = (self.kernels, &self.arrays, &mut self.gap);
+            let copied = kernels.attempt(false, || {
                 let arrays = arrays.as_ref().ok_or("no arrays")?;
-                self.kernels.gpu.download(&arrays.gap, gap)
+                kernels.gpu.download(&arrays.gap, gap).map(|()| true)
             });
-            self.newer = Newer::Neither;
+            self.newer = if copied { Newer::Neither } else { Newer::Gpu };
         }
         &self.gap
     }
@@ -325,24 +337,32 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
         &mut self.gap
     }
 
-    fn transformed(mut self: Box<Self>) -> HalfSpectrum<T> {
-        let transform = Transform::new(self.grid);
-        let mut spectrum = transform.spectrum();
-        transform.forward(self.gap(), &mut spectrum);
-        spectrum
+    fn into_gap(mut self: Box<Self>) -> Vec<T> {
+        std::mem::take(self.gap_mut())
+    }
+
+    fn has_failed(&self) -> bool {
+        self.kernels.has_failed()
+    }
+
+    /// A state in f64 is tried in f64.
+    fn tries_in_f32(&self) -> bool {
+        size_of::<T>() == size_of::<f32>()
     }
 
     fn allocate(&mut self) {
         let (kernels, n) = (self.kernels, self.grid.points());
         kernels.attempt((), || {
             self.ready()?;
-            let gpu = &kernels.gpu;
+            let (gpu, arrays) = (kernels.gpu, self.arrays.as_mut().ok_or("no arrays")?);
+            // Those of an earlier solve are released first.
+            arrays.working = None;
             let working = Working {
                 step: gpu.zeros(n * size_of::<f32>())?,
                 residual: gpu.zeros(n * size_of::<f32>())?,
                 direction: gpu.zeros(n * size_of::<u16>())?,
             };
-            self.arrays.as_mut().ok_or("no arrays")?.working = Some(working);
+            arrays.working = Some(working);
             Ok(())
         });
     }
@@ -367,7 +387,7 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
 
     fn trial(&mut self, scale: f64, pressure: f64, spring: Spring, _: Precision) -> StateSums {
         self.attempt(FAILED, |own, arrays, working| {
-            let gpu = &own.kernels.gpu;
+            let gpu = own.kernels.gpu;
             let state = [Argument::Buffer(&arrays.gap), real::<T>(scale), Argument::Buffer(&working.step)];
             let work = Argument::Buffer(&arrays.work);
             gpu.launch("shifted", own.nodes(), &[&own.size()[..], &state, &[work]].concat())?;
@@ -410,7 +430,6 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
                 Argument::Buffer(&arrays.work),
             ];
             let [sum] = own.kernels.gpu.sums("begin", own.nodes(), &[&own.size()[..], &fields].concat())?;
-            own.linear(arrays).forward(&arrays.work)?;
             Ok(sum)
         });
         self.newer = Newer::Gpu;
@@ -419,6 +438,7 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
 
     fn multiply(&mut self, metric: Metric) -> f64 {
         self.attempt(f64::NAN, |own, arrays, _| {
+            own.linear(arrays).forward(&arrays.work)?;
             let product = own.product(arrays, metric, true)?;
             own.linear(arrays).inverse(&arrays.work)?;
             Ok(product)
@@ -435,7 +455,6 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
             ];
             let arguments = [&own.size()[..], &fields, &own.attraction()].concat();
             let [sum] = own.kernels.gpu.sums("conjugate", own.nodes(), &arguments)?;
-            own.linear(arrays).forward(&arrays.work)?;
             Ok(sum)
         })
     }
@@ -452,7 +471,6 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
             ];
             let arguments = [&own.size()[..], &fields, &own.attraction()].concat();
             let [sum] = own.kernels.gpu.sums("descend", own.nodes(), &arguments)?;
-            own.linear(arrays).forward(&arrays.work)?;
             Ok(sum)
         })
     }
@@ -473,9 +491,9 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
         let mut stress = vec![T::zero(); n];
         let sums = kernels.attempt(FAILED, || {
             self.ready()?;
-            let (gpu, arrays) = (&kernels.gpu, self.arrays.as_ref().ok_or("no arrays")?);
+            let (gpu, arrays) = (kernels.gpu, self.arrays.as_ref().ok_or("no arrays")?);
             let (gap, work) = (Argument::Buffer(&arrays.gap), Argument::Buffer(&arrays.work));
-            gpu.launch("padded", self.nodes(), &[&self.size()[..], &[gap, work]].concat())?;
+            gpu.launch("copy_to_work", self.nodes(), &[&self.size()[..], &[gap, work]].concat())?;
             let elastic = self.elastic(arrays, spring)?;
             let field = gpu.allocate(n * size_of::<T>())?;
             let rest = [gap, work, real::<T>(pressure), Argument::Buffer(&field)];

@@ -82,7 +82,7 @@ extern "C" __global__ void shifted(int nx, int ny, int pitch, const REAL *gap, R
 }
 
 // work = gap.
-extern "C" __global__ void padded(int nx, int ny, int pitch, const REAL *gap, REAL *work) {
+extern "C" __global__ void copy_to_work(int nx, int ny, int pitch, const REAL *gap, REAL *work) {
     NODES work[(index)y * pitch + x] = gap[(index)y * nx + x];
 }
 

@@ -1,5 +1,5 @@
 use crate::method::Precision;
-use crate::sys::gpu::{Failure, Gpu};
+use crate::sys::gpu::{Failure, Gpu, missing_library};
 use crate::{Error, Result};
 use std::cell::RefCell;
 
@@ -7,7 +7,7 @@ use std::cell::RefCell;
 const KERNELS: [&str; 14] = [
     "apply_step",
     "shifted",
-    "padded",
+    "copy_to_work",
     "clipped",
     "trial",
     "plain",
@@ -23,22 +23,26 @@ const KERNELS: [&str; 14] = [
 
 /// A GPU with the kernels of a precision and a law, and its first failure.
 pub(super) struct Kernels {
-    pub gpu: Gpu,
+    pub gpu: &'static Gpu,
     /// Work of adhesion, E* L; zero without adhesion.
     pub work_of_adhesion: f64,
     failure: RefCell<Option<Failure>>,
 }
 
 impl Kernels {
-    /// Compiles the kernels for a precision of the state.
+    /// Compiles the kernels for a precision of the state, or takes those that were.
     ///
     /// # Errors
-    /// `MissingProgram` without CUDA or a GPU.
+    /// `MissingProgram` without the libraries of CUDA, `Gpu` if the card or the compilation fails.
     pub(super) fn compiled(precision: Precision, work_of_adhesion: f64) -> Result<Self> {
+        if let Some(library) = missing_library() {
+            let how = format!("{library} is missing (LD_LIBRARY_PATH names its folder)");
+            return Err(Error::MissingProgram { program: "CUDA".into(), how });
+        }
         let real = if precision == Precision::F64 { "double" } else { "float" };
-        let definitions = [format!("REAL={real}"), format!("LAW={}", i32::from(work_of_adhesion != 0.0))];
-        let gpu = Gpu::open(include_str!("kernels.cu"), &definitions, &KERNELS);
-        let gpu = gpu.map_err(|how| Error::MissingProgram { program: "CUDA".into(), how })?;
+        let definitions = format!("-DREAL={real} -DLAW={}", i32::from(work_of_adhesion != 0.0));
+        let gpu = Gpu::with_kernels(include_str!("kernels.cu"), &definitions, &KERNELS);
+        let gpu = gpu.map_err(|said| Error::Gpu { name: "the GPU".into(), said })?;
         Ok(Kernels { gpu, work_of_adhesion, failure: RefCell::default() })
     }
 
@@ -53,9 +57,13 @@ impl Kernels {
         })
     }
 
+    pub(super) fn has_failed(&self) -> bool {
+        self.failure.borrow().is_some()
+    }
+
     /// Why the GPU failed, if it did: results since then are not numbers.
     pub(super) fn failure(&self) -> Option<Error> {
-        let said = self.failure.borrow_mut().take()?;
+        let said = self.failure.borrow().clone()?;
         Some(Error::Gpu { name: self.gpu.name(), said })
     }
 }

@@ -7,9 +7,11 @@ mod fields;
 #[cfg(feature = "cuda")]
 mod kernels;
 #[cfg(feature = "cuda")]
-mod solver;
+mod levels;
+#[cfg(all(test, feature = "cuda"))]
+mod tests;
 
 #[cfg(not(feature = "cuda"))]
-pub(super) use absent::GpuSolver;
+pub(super) use absent::GpuLevels;
 #[cfg(feature = "cuda")]
-pub(super) use solver::GpuSolver;
+pub(super) use levels::GpuLevels;
