@@ -5,6 +5,7 @@
 pub(crate) mod gpu;
 pub mod lammps_library;
 mod memory;
+pub mod ranks;
 
 /// Largest resident set of this process so far, bytes (`VmHWM`); 0 where the kernel does not report it.
 pub fn peak_rss_bytes() -> u64 {
@@ -182,15 +183,7 @@ impl<T> ColumnBlock<'_, T> {
 
     /// Prefetches this block's part of row `y`. The row need not exist.
     pub fn fetch(&self, y: usize) {
-        #[cfg(target_arch = "x86_64")]
-        for line in (0..self.width * size_of::<T>()).step_by(64) {
-            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            let place = self.start.wrapping_add(y * self.stride + self.first).cast::<i8>().wrapping_add(line);
-            // SAFETY: a prefetch reads nothing that the program sees, and of an address that is not mapped nothing at all.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        let _ = y;
+        prefetch(self.start.wrapping_add(y * self.stride + self.first), self.width);
     }
 
     /// This block's part of row `y`.
@@ -200,6 +193,19 @@ impl<T> ColumnBlock<'_, T> {
         // columns, and `&mut self` keeps this block from lending two rows at once.
         unsafe { std::slice::from_raw_parts_mut(self.start.add(y * self.stride + self.first), self.width) }
     }
+}
+
+/// Prefetches `len` elements from `start` on, which need not exist.
+#[inline]
+pub fn prefetch<T>(start: *const T, len: usize) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..len * size_of::<T>()).step_by(64) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: a prefetch reads nothing that the program sees, and of an address that is not mapped nothing at all.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.cast::<i8>().wrapping_add(line)) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (start, len);
 }
 
 /// Kills a process and everything it started, provided it leads its own process group

@@ -19,8 +19,13 @@ pub struct HalfSpectrum<T> {
 }
 
 impl<T: Real> HalfSpectrum<T> {
-    pub(super) fn zeroed(grid: Grid) -> Self {
-        let len = grid.ny * grid.pitch();
+    /// `rows` rows of a grid.
+    pub(super) fn zeroed(grid: Grid, rows: usize) -> Self {
+        Self::of(rows * grid.pitch())
+    }
+
+    /// `len` zeros.
+    pub(super) fn of(len: usize) -> Self {
         let spare = LINE / size_of::<Complex<T>>();
         let elements = vec![Complex::default(); len + spare];
         // `align_offset` may fail; the rows then stay unaligned.

@@ -185,14 +185,13 @@ impl<T: Real> Series<T> {
         sums.iter().sum::<f64>().sqrt()
     }
 
-    /// Values on the nodes of a transform's grid, in its precision. `spectrum` is scratch space.
+    /// Values on the nodes of a transform's grid (of the rows of this rank), in its precision. `spectrum` is scratch space.
     pub fn on_nodes<U: Real>(&self, transform: &Transform<U>, spectrum: &mut [Complex<U>]) -> Vec<U> {
         let grid = transform.grid();
-        let mut field = vec![U::default(); grid.points()];
-        spectrum.par_iter_mut().for_each(|c| *c = Complex::default());
-        transform.inverse_after(spectrum, &mut field, &|i: usize, column: &mut [Complex<U>]| {
+        let mut field = vec![U::default(); transform.own_points()];
+        transform.inverse_filled(spectrum, &mut field, None, &|i, _, column| {
+            column.fill(Complex::default());
             self.add_to(i, grid, column, U::one());
-            0.0
         });
         field
     }

@@ -4,13 +4,19 @@
 //! A solver owns one half spectrum (see [`HalfSpectrum`]) and its real fields; transforms allocate no fields. The
 //! solver processes rows one by one with a [`Worker`], so the pointwise law and the sums are evaluated while a row is
 //! in cache, between the inverse row transforms of one pair and the forward row transforms of the next.
+//!
+//! Several ranks share a grid as slabs: each has some of the rows of every field and of the half spectrum. Only the column pass
+//! exchanges data (see [`Slab`]); results have the same bits on any number of ranks.
 
 use super::rows::Rows;
-use super::{COLUMNS, Grid, HalfSpectrum, Real};
+use super::slab::Slab;
+use super::{COLUMNS, Grid, HalfSpectrum, Real, block_sums};
 use crate::sys::ColumnBlocks;
+use crate::sys::ranks::Ranks;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -29,9 +35,10 @@ pub fn transformed_nodes() -> u64 {
     TRANSFORMED.load(Ordering::Relaxed)
 }
 
-/// Plans for one grid, shared by all threads.
+/// Plans for one grid, shared by all threads; with several ranks, each for its rows.
 pub struct Transform<T: Real> {
     grid: Grid,
+    slab: Slab<T>,
     rows: Rows<T>,
     forward_column: Arc<dyn Fft<T>>,
     inverse_column: Arc<dyn Fft<T>>,
@@ -58,8 +65,27 @@ impl<T: Real, F: Fn(usize, &mut [Complex<T>]) -> f64 + Sync> Filter<T> for F {
     }
 }
 
+/// Columns of a spectrum with all their rows.
+pub struct Columns<'s, T> {
+    pub(super) values: &'s [Complex<T>],
+    pub(super) pitch: usize,
+    /// Number of the first column.
+    pub(super) first: usize,
+}
+
+impl<T: Copy> Columns<'_, T> {
+    /// Row `y` of column `i`.
+    #[inline]
+    pub fn at(&self, y: usize, i: usize) -> Complex<T> {
+        self.values[y * self.pitch + i - self.first]
+    }
+}
+
+/// Sets column `i`, given the columns of another spectrum that include the one of this number, if that has it.
+pub type Fill<'f, T> = dyn Fn(usize, &Columns<'_, T>, &mut [Complex<T>]) + Sync + 'f;
+
 #[derive(Clone, Copy, PartialEq)]
-enum Direction {
+pub(super) enum Direction {
     Both,
     Forward,
     Inverse,
@@ -69,9 +95,15 @@ enum Direction {
 
 impl<T: Real> Transform<T> {
     pub fn new(grid: Grid) -> Self {
+        Self::shared(grid, &Ranks::default())
+    }
+
+    /// The same, of a grid whose rows these ranks share.
+    pub fn shared(grid: Grid, ranks: &Ranks) -> Self {
         let mut columns = FftPlanner::new();
         Transform {
             grid,
+            slab: Slab::new(grid, ranks),
             rows: Rows::new(grid.nx),
             forward_column: columns.plan_fft_forward(grid.ny),
             inverse_column: columns.plan_fft_inverse(grid.ny),
@@ -82,9 +114,38 @@ impl<T: Real> Transform<T> {
         self.grid
     }
 
+    /// The ranks that share the grid.
+    pub fn ranks(&self) -> &Ranks {
+        self.slab.ranks()
+    }
+
+    /// The rows of this rank: all where the grid is not shared.
+    pub fn own_rows(&self) -> Range<usize> {
+        self.slab.rows()
+    }
+
+    /// Nodes in the rows of this rank.
+    pub fn own_points(&self) -> usize {
+        self.own_rows().len() * self.grid.nx
+    }
+
+    /// The rows of all ranks of a field, on the first rank; nothing on the others.
+    pub fn gather_on_first<V: bytemuck::Pod>(&self, own: &[V]) -> Vec<V> {
+        self.ranks().gather_on_first(own, &self.slab.elements(self.grid.nx))
+    }
+
+    /// Adds the sums of all rows in order, given those of the rows of this rank.
+    pub fn sum_rows<const K: usize>(&self, own: &[[f64; K]]) -> [f64; K] {
+        if !self.ranks().are_several() {
+            return block_sums(own);
+        }
+        let all = self.ranks().gather(own.as_flattened(), &self.slab.elements(K));
+        block_sums(all.as_chunks::<K>().0)
+    }
+
     /// A zeroed half spectrum.
     pub fn spectrum(&self) -> HalfSpectrum<T> {
-        HalfSpectrum::zeroed(self.grid)
+        HalfSpectrum::zeroed(self.grid, self.own_rows().len())
     }
 
     /// Bytes of a half spectrum.
@@ -115,10 +176,11 @@ impl<T: Real> Transform<T> {
     /// As [`Transform::forward`], for a field whose rows `fill` writes.
     pub fn forward_of(&self, fill: impl Fn(usize, &mut [T]) + Sync, spectrum: &mut [Complex<T>]) {
         let fill: &(dyn Fn(usize, &mut [T]) + Sync) = &fill;
+        let top = self.own_rows().start;
         spectrum.par_chunks_mut(self.grid.pitch()).enumerate().for_each_init(
             || self.worker(),
             |worker, (y, spec)| {
-                fill(y, &mut worker.row);
+                fill(top + y, &mut worker.row);
                 worker.forward(spec);
             },
         );
@@ -156,16 +218,65 @@ impl<T: Real> Transform<T> {
         );
     }
 
-    /// Compiled once for all filters.
+    /// Half spectrum to real field, un-normalised, of a spectrum that `fill` sets column by column from that of `source`, a grid
+    /// shared by the same ranks or by none. The spectrum is overwritten.
+    pub fn inverse_filled(
+        &self,
+        spectrum: &mut [Complex<T>],
+        field: &mut [T],
+        source: Option<(&Transform<T>, &[Complex<T>])>,
+        fill: &Fill<'_, T>,
+    ) {
+        match self.ranks().are_several() {
+            true => self.slab.fill_columns(self, spectrum, source, fill),
+            false => {
+                let known = source.map_or(Columns { values: &[], pitch: 0, first: 0 }, |(from, values)| Columns {
+                    values,
+                    pitch: from.grid.pitch(),
+                    first: 0,
+                });
+                let filter = |i: usize, column: &mut [Complex<T>]| {
+                    fill(i, &known, column);
+                    0.0
+                };
+                self.pass((spectrum, self.grid.pitch(), 0), &filter, Direction::Inverse);
+            }
+        }
+        let (nx, pitch) = (self.grid.nx, self.grid.pitch());
+        spectrum.par_chunks_mut(pitch).zip(field.par_chunks_mut(nx)).for_each_init(
+            || self.worker(),
+            |worker, (spec, row)| {
+                worker.inverse(spec);
+                row.copy_from_slice(&worker.row);
+            },
+        );
+    }
+
     fn columns(&self, spectrum: &mut [Complex<T>], filter: &dyn Filter<T>, direction: Direction) -> f64 {
+        let sums = match self.ranks().are_several() {
+            true => self.slab.columns(self, spectrum, filter, direction),
+            false => self.pass((spectrum, self.grid.pitch(), 0), filter, direction),
+        };
+        sums.iter().sum()
+    }
+
+    /// Transforms the columns of a matrix of `ny` rows, `pitch` elements apart, whose first column has the number `first`. Returns the
+    /// sum of each block of columns. Compiled once for all filters.
+    pub(super) fn pass(
+        &self,
+        (matrix, pitch, first): (&mut [Complex<T>], usize, usize),
+        filter: &dyn Filter<T>,
+        direction: Direction,
+    ) -> Vec<f64> {
+        let (ny, half) = (self.grid.ny, (self.grid.half() - first).min(pitch));
         let times = if direction == Direction::Both { 2 } else { 1 };
-        TRANSFORMED.fetch_add(times * self.grid.points() as u64, Ordering::Relaxed);
-        let (ny, half) = (self.grid.ny, self.grid.half());
+        let nodes = (ny * self.grid.nx * half).div_ceil(self.grid.half());
+        TRANSFORMED.fetch_add(times * nodes as u64, Ordering::Relaxed);
         let stride = ny + PAD;
         let scratch = self.forward_column.get_inplace_scratch_len().max(self.inverse_column.get_inplace_scratch_len());
         let buffers = || (vec![Complex::default(); COLUMNS * stride], vec![Complex::default(); scratch]);
-        let blocks = ColumnBlocks::new(spectrum, self.grid.pitch(), COLUMNS);
-        let sums = blocks.map_init(buffers, |(columns, scratch), mut block| {
+        let blocks = ColumnBlocks::new(matrix, pitch, COLUMNS);
+        blocks.map_init(buffers, |(columns, scratch), mut block| {
             for y in 0..ny {
                 block.fetch(y + AHEAD);
                 let row = block.row(y);
@@ -180,7 +291,7 @@ impl<T: Real> Transform<T> {
                 if direction != Direction::Inverse {
                     self.forward_column.process_with_scratch(column, scratch);
                 }
-                sum += filter.apply(block.first() + c, column);
+                sum += filter.apply(first + block.first() + c, column);
                 if matches!(direction, Direction::Both | Direction::Inverse) {
                     self.inverse_column.process_with_scratch(column, scratch);
                 }
@@ -195,8 +306,7 @@ impl<T: Real> Transform<T> {
                 }
             }
             sum
-        });
-        sums.iter().sum()
+        })
     }
 }
 

@@ -1,13 +1,13 @@
 //! A sweep over the rows of fields and of their half spectrum, between the row and the column passes of a transform.
 
-use crate::grid::{Real, Transform, Worker, block_sums, sum_rows};
+use crate::grid::{Real, Transform, Worker, sum_rows};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
 /// What [`sweep`] does with a row.
 type Row<'r, T, F, S> = dyn Fn(&mut Worker<'_, T>, usize, &mut [Complex<T>], F) -> S + Sync + 'r;
 
-/// Calls `row(worker, y, spectrum, fields)` for every row `y` in parallel, with the transform's worker of the thread,
+/// Calls `row(worker, y, spectrum, fields)` for every row `y` (of this rank) in parallel, with the transform's worker of the thread,
 /// that row of the half spectrum and that row of the fields (`par_chunks` of `nx` nodes, zipped). The worker
 /// transforms the row in either direction, so a field is read and written once while it is in cache. Returns the
 /// values of the rows in order.
@@ -19,22 +19,23 @@ pub(super) fn sweep<T: Real, F: Send, S: Send>(
 ) -> Vec<S> {
     // Called through a pointer: rayon's part is then compiled once for all laws, not once for each.
     let row: &Row<'_, T, F, S> = &row;
+    let top = transform.own_rows().start;
     spectrum
         .par_chunks_mut(transform.grid().pitch())
         .zip(fields)
         .enumerate()
-        .map_init(|| transform.worker(), |worker, (y, (spectrum, fields))| row(worker, y, spectrum, fields))
+        .map_init(|| transform.worker(), |worker, (y, (spectrum, fields))| row(worker, top + y, spectrum, fields))
         .collect()
 }
 
-/// As [`sweep`]; the values of the rows are summed in order.
+/// As [`sweep`]; the values of the rows of all ranks are summed in order.
 pub(super) fn sweep_sums<T: Real, F: Send, const K: usize>(
     transform: &Transform<T>,
     spectrum: &mut [Complex<T>],
     fields: impl IndexedParallelIterator<Item = F>,
     row: impl Fn(&mut Worker<'_, T>, usize, &mut [Complex<T>], F) -> [f64; K] + Sync,
 ) -> [f64; K] {
-    block_sums(&sweep(transform, spectrum, fields, row))
+    transform.sum_rows(&sweep(transform, spectrum, fields, row))
 }
 
 /// Calls `row(y, values)` for every row of `nx` values of a field, in parallel.

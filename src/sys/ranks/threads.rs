@@ -1,0 +1,80 @@
+//! Ranks that are threads of one process, for tests of what ranks compute.
+
+use super::{Kind, Ranks};
+use bytemuck::Pod;
+use std::sync::{Arc, Barrier, Mutex};
+
+#[derive(Debug)]
+struct Shared {
+    posted: Mutex<Vec<Vec<u8>>>,
+    barrier: Barrier,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Rank {
+    own: usize,
+    count: usize,
+    shared: Arc<Shared>,
+}
+
+/// Runs `work` on `count` ranks. The results are in the order of the ranks.
+pub fn run<R: Send>(count: usize, work: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
+    let shared = Arc::new(Shared { posted: Mutex::new(vec![Vec::new(); count]), barrier: Barrier::new(count) });
+    let work = &work;
+    std::thread::scope(|scope| {
+        let of = |own| {
+            let rank = Rank { own, count, shared: shared.clone() };
+            scope.spawn(move || work(Ranks(Kind::Threads(rank))))
+        };
+        let started: Vec<_> = (0..count).map(of).collect();
+        started.into_iter().map(|thread| thread.join().expect("a rank that ended")).collect()
+    })
+}
+
+fn elements<E: Pod>(bytes: &[u8]) -> Vec<E> {
+    let mut elements = vec![E::zeroed(); bytes.len() / size_of::<E>()];
+    bytemuck::cast_slice_mut(&mut elements).copy_from_slice(bytes);
+    elements
+}
+
+impl Rank {
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    pub(super) fn own(&self) -> usize {
+        self.own
+    }
+
+    /// What every rank has posted.
+    fn all(&self, own: &[u8]) -> Vec<Vec<u8>> {
+        self.shared.posted.lock().expect("no rank has failed")[self.own] = own.to_vec();
+        self.shared.barrier.wait();
+        let all = self.shared.posted.lock().expect("no rank has failed").clone();
+        self.shared.barrier.wait();
+        all
+    }
+
+    pub(super) fn gather<E: Pod>(&self, own: &[E]) -> Vec<E> {
+        self.all(bytemuck::cast_slice(own)).iter().flat_map(|part| elements(part)).collect()
+    }
+
+    pub(super) fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {
+        let offset = |counts: &[usize]| counts[..self.own].iter().sum::<usize>();
+        let offsets: Vec<u64> = counts.iter().map(|n| *n as u64).collect();
+        let counts_of_all: Vec<usize> = self.gather(&offsets).into_iter().map(|n| n as usize).collect();
+        let all = self.all(bytemuck::cast_slice(send));
+        let mut to = 0;
+        for (rank, part) in all.iter().enumerate() {
+            let counts = &counts_of_all[rank * self.count..][..self.count];
+            let part: Vec<E> = elements(part);
+            let (from, n) = (offset(counts), counts[self.own]);
+            let n = if rank == self.own { expected[rank] } else { n };
+            assert_eq!(n, expected[rank], "rank {rank} sends as many elements as rank {} expects", self.own);
+            if rank != self.own {
+                receive[to..to + n].copy_from_slice(&part[from..from + n]);
+            }
+            to += n;
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Ranks of MPI.
+
+use bytemuck::Pod;
+use mpi::Threading;
+use mpi::datatype::{Partition, PartitionMut};
+use mpi::environment::{Universe, initialize_with_threading};
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
+
+/// Variables that launchers of MPI set.
+const LAUNCHERS: [&str; 4] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "MV2_COMM_WORLD_RANK"];
+
+/// Largest message, bytes: MPI counts with 32 bits.
+const MESSAGE: usize = 1 << 30;
+
+#[derive(Debug, Clone)]
+pub(super) struct World {
+    pub count: usize,
+    pub own: usize,
+    pub threads: usize,
+    pub on_this_machine: usize,
+}
+
+pub(super) fn is_launched() -> bool {
+    LAUNCHERS.iter().any(|name| std::env::var_os(name).is_some())
+}
+
+/// Starts MPI, for calls from this thread.
+pub(super) fn start() -> Option<(World, Universe)> {
+    let (universe, _) = initialize_with_threading(Threading::Funneled)?;
+    let world = universe.world();
+    let (count, own) = (world.size() as usize, world.rank() as usize);
+    let machine = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let hash = machine.bytes().fold(0_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(byte)));
+    let known = gather(&[rayon::current_num_threads() as u64, hash], &vec![2; count]);
+    let threads = known.iter().step_by(2).max().map_or(1, |t| *t as usize);
+    let on_this_machine = known.iter().skip(1).step_by(2).filter(|h| **h == hash).count();
+    Some((World { count, own, threads, on_this_machine }, universe))
+}
+
+/// Counts and offsets in bytes, of elements of `size` bytes.
+fn layout(counts: &[usize], size: usize) -> (Vec<i32>, Vec<i32>) {
+    let bytes = |n: usize| i32::try_from(n * size).expect("a message of less than 2 GiB");
+    let mut end = 0;
+    let offsets = counts.iter().map(|n| bytes(std::mem::replace(&mut end, end + n)));
+    let offsets = offsets.collect();
+    (counts.iter().map(|n| bytes(*n)).collect(), offsets)
+}
+
+pub(super) fn gather<E: Pod>(own: &[E], counts: &[usize]) -> Vec<E> {
+    let (bytes, offsets) = layout(counts, size_of::<E>());
+    let mut all = vec![E::zeroed(); counts.iter().sum()];
+    let own: &[u8] = bytemuck::cast_slice(own);
+    let mut receive = PartitionMut::new(bytemuck::cast_slice_mut::<_, u8>(&mut all), bytes, offsets);
+    SimpleCommunicator::world().all_gather_varcount_into(own, &mut receive);
+    all
+}
+
+impl World {
+    pub(super) fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {
+        let (mut counts, offsets) = layout(counts, size_of::<E>());
+        let (mut expected, places) = layout(expected, size_of::<E>());
+        (counts[self.own], expected[self.own]) = (0, 0);
+        let send: &[u8] = bytemuck::cast_slice(send);
+        let send = Partition::new(send, counts, offsets);
+        let mut receive = PartitionMut::new(bytemuck::cast_slice_mut::<_, u8>(receive), expected, places);
+        SimpleCommunicator::world().all_to_all_varcount_into(&send, &mut receive);
+    }
+
+    pub(super) fn gather_on_first<E: Pod>(&self, own: &[E], counts: &[usize]) -> Vec<E> {
+        let world = SimpleCommunicator::world();
+        let bytes: &[u8] = bytemuck::cast_slice(own);
+        if self.own > 0 {
+            bytes.chunks(MESSAGE).for_each(|part| world.process_at_rank(0).send(part));
+            return Vec::new();
+        }
+        let mut all = vec![E::zeroed(); counts.iter().sum()];
+        let (first, mut rest) = all.split_at_mut(own.len());
+        first.copy_from_slice(own);
+        for (rank, n) in counts.iter().enumerate().skip(1) {
+            let (part, after) = rest.split_at_mut(*n);
+            for part in bytemuck::cast_slice_mut::<_, u8>(part).chunks_mut(MESSAGE) {
+                world.process_at_rank(rank as i32).receive_into(part);
+            }
+            rest = after;
+        }
+        all
+    }
+}
+
+pub(super) fn first_says(say: bool) -> bool {
+    let mut said = [u8::from(say)];
+    SimpleCommunicator::world().process_at_rank(0).broadcast_into(&mut said[..]);
+    said[0] == 1
+}
+
+pub(super) fn abort(code: u8) -> ! {
+    SimpleCommunicator::world().abort(i32::from(code))
+}
