@@ -21,7 +21,7 @@ pub use real::{Field, Real};
 pub use series::Series;
 pub use smooth::{smoothed, spread};
 pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, mean_of, rms, sum_rows, total, vectorised};
-pub use transform::{Columns, Fill, Filter, Transform, Worker, next_fast_len, transformed_nodes};
+pub use transform::{Columns, Fill, Filter, SharedSpectrum, Transform, Worker, next_fast_len, transformed_nodes};
 pub use union_find::{Merged, Offset, UnionFind};
 
 use std::f64::consts::PI;

@@ -1,4 +1,4 @@
-use super::transform::{Columns, Direction, Fill, Filter};
+use super::transform::{Columns, Direction, Fill, Filter, SharedSpectrum};
 use super::{COLUMNS, Grid, HalfSpectrum, Real, Transform};
 use crate::sys::prefetch;
 use crate::sys::ranks::{Ranks, share};
@@ -76,8 +76,7 @@ impl<T: Real> Slab<T> {
 
     /// Elements of every rank, of which a row has `per_row`.
     pub(super) fn elements(&self, per_row: usize) -> Vec<usize> {
-        let count = self.ranks.count();
-        (0..count).map(|rank| share(self.grid.ny, count, rank).len() * per_row).collect()
+        self.ranks.shares(self.grid.ny, per_row)
     }
 
     /// The rounds, and the blocks of each rank in all of them.
@@ -130,22 +129,20 @@ impl<T: Real> Slab<T> {
         &self,
         transform: &Transform<T>,
         spectrum: &mut [Complex<T>],
-        source: Option<(&Transform<T>, &[Complex<T>])>,
+        source: Option<SharedSpectrum<'_, T>>,
         fill: &Fill<'_, T>,
     ) {
         let mut buffers = self.buffers.lock().unwrap_or_else(|e| e.into_inner());
         let Buffers { whole, parts, source: received } = &mut *buffers;
         for round in &self.rounds().0 {
             let own = round.own();
-            let known = match source {
-                None => Columns { values: &[], pitch: 0, first: 0 },
-                Some((from, values)) if !from.ranks().are_several() => {
-                    Columns { values, pitch: from.grid().pitch(), first: 0 }
-                }
-                Some((from, values)) => {
-                    let round = round.within(from.grid().pitch());
+            let known = match &source {
+                None => Columns::NONE,
+                Some(source) if !source.ranks.are_several() => source.columns(),
+                Some(SharedSpectrum { grid, ranks, values }) => {
+                    let round = round.within(grid.pitch());
                     let own = round.own();
-                    let values = Slab::new(from.grid(), from.ranks()).receive(values, &round, (received, parts));
+                    let values = Slab::new(*grid, ranks).receive(values, &round, (received, parts));
                     Columns { values, pitch: own.len(), first: own.start }
                 }
             };
@@ -293,8 +290,9 @@ mod tests {
         sums.push(transform.sum_columns(&mut spectrum, &filter::<T>));
         let refined = Transform::<T>::shared(fine, shared[1]);
         let (mut finer, mut values) = (refined.spectrum(), vec![T::zero(); refined.own_points()]);
+        let source = SharedSpectrum { grid, ranks: shared[0], values: &spectrum };
         let (low, high) = (grid.half().min(fine.half()), grid.ny.min(fine.ny));
-        refined.inverse_filled(&mut finer, &mut values, Some((&transform, &spectrum)), &|i, known, column| {
+        refined.inverse_filled(&mut finer, &mut values, Some(source), &|i, known, column| {
             column.fill(Complex::default());
             if i < low {
                 (0..high).for_each(|k| column[k] = known.at(k, i));

@@ -73,11 +73,30 @@ pub struct Columns<'s, T> {
     pub(super) first: usize,
 }
 
+impl<T> Columns<'_, T> {
+    pub(super) const NONE: Self = Columns { values: &[], pitch: 0, first: 0 };
+}
+
 impl<T: Copy> Columns<'_, T> {
     /// Row `y` of column `i`.
     #[inline]
     pub fn at(&self, y: usize, i: usize) -> Complex<T> {
         self.values[y * self.pitch + i - self.first]
+    }
+}
+
+/// The spectrum of a grid, and the ranks that share its rows.
+#[derive(Clone, Copy)]
+pub struct SharedSpectrum<'s, T> {
+    pub grid: Grid,
+    pub ranks: &'s Ranks,
+    pub values: &'s [Complex<T>],
+}
+
+impl<T> SharedSpectrum<'_, T> {
+    /// All columns, where one rank has them.
+    pub(super) fn columns(&self) -> Columns<'_, T> {
+        Columns { values: self.values, pitch: self.grid.pitch(), first: 0 }
     }
 }
 
@@ -224,17 +243,13 @@ impl<T: Real> Transform<T> {
         &self,
         spectrum: &mut [Complex<T>],
         field: &mut [T],
-        source: Option<(&Transform<T>, &[Complex<T>])>,
+        source: Option<SharedSpectrum<'_, T>>,
         fill: &Fill<'_, T>,
     ) {
         match self.ranks().are_several() {
             true => self.slab.fill_columns(self, spectrum, source, fill),
             false => {
-                let known = source.map_or(Columns { values: &[], pitch: 0, first: 0 }, |(from, values)| Columns {
-                    values,
-                    pitch: from.grid.pitch(),
-                    first: 0,
-                });
+                let known = source.as_ref().map_or(Columns::NONE, SharedSpectrum::columns);
                 let filter = |i: usize, column: &mut [Complex<T>]| {
                     fill(i, &known, column);
                     0.0

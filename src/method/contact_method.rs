@@ -35,6 +35,7 @@ pub trait ContactMethod: Sync {
     /// `Input` for a problem that the method does not support.
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::hardness(problem, self.card())?;
+        require::ranks(problem, self.card())?;
         self.prepare(problem, observer)
     }
 

@@ -4,6 +4,7 @@ use crate::interface::{Adhesion, Elastic, Hardness, Kernel, Wall};
 use crate::load::Load;
 use crate::observe::Plasticity;
 use crate::surface::{PowerSpectrum, non_periodic_gradient};
+use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use serde::de::DeserializeOwned;
@@ -135,6 +136,8 @@ pub struct Problem<'a> {
     pub targets: Targets,
     pub max_iterations: usize,
     pub settings: Settings,
+    /// The ranks that share the solve; one by default. Several are accepted by the method `fast` alone.
+    pub ranks: Ranks,
 }
 
 /// A pressure with adhesion counts as zero if its residual cannot be reduced to this many times its rounding.
@@ -161,6 +164,7 @@ impl<'a> Problem<'a> {
             max_iterations: 50_000,
             settings: Settings::default(),
             power: None,
+            ranks: Ranks::default(),
         }
     }
 

@@ -28,6 +28,15 @@ pub(super) fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
     }
 }
 
+/// One rank, except for the method that several can share.
+pub(super) fn ranks(problem: &Problem, card: &Card) -> Result<()> {
+    match problem.ranks.count() {
+        1 => Ok(()),
+        _ if card.id == "fast" => Ok(()),
+        n => refuse(card.id, "ranks", n, "one: several share a solve by the method `fast` alone"),
+    }
+}
+
 /// A hardness that is positive, and only for methods that model plastic flow.
 pub(super) fn hardness(problem: &Problem, card: &Card) -> Result<()> {
     let Some(hardness) = problem.hardness else { return Ok(()) };

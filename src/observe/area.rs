@@ -3,7 +3,7 @@ use std::f64::consts::LN_2;
 use std::f64::consts::PI;
 
 /// Contact area over the cell area.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContactArea {
     /// Contact nodes over all nodes. First order in the mesh size, because boundary nodes count fully.
     pub fraction: f64,
@@ -15,8 +15,12 @@ pub struct ContactArea {
     pub nodes: usize,
 }
 
-/// Contact area of a periodic cell: nodes with a gap of at most `threshold` (0 for a hard wall).
+/// Contact area of a periodic cell: nodes with a gap of at most `threshold` (0 for a hard wall). Zero of
+/// an empty field, which ranks have that do not report.
 pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
+    if gap.is_empty() {
+        return ContactArea::default();
+    }
     let [nodes, across_x, across_y] = match gap {
         Field::F32(gap) => counted(grid, gap, |g| f64::from(g) <= threshold),
         Field::F64(gap) => counted(grid, gap, |g| g <= threshold),

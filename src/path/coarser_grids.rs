@@ -251,6 +251,7 @@ pub(super) fn coarsened<'s>(
         precision: problem.precision,
         tolerance: TOLERANCE.max(problem.tolerance),
         max_iterations: problem.max_iterations,
+        ranks: problem.ranks.clone(),
         ..Problem::new(grid, Heights::Series(heights))
     }
 }

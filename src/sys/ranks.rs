@@ -19,6 +19,9 @@ pub fn launched() -> usize {
     COUNTS.iter().filter_map(|name| std::env::var(name).ok()?.parse().ok()).max().unwrap_or(1)
 }
 
+/// One rank.
+pub static ALONE: Ranks = Ranks(Kind::Alone);
+
 /// The ranks that share a solve, and the one of this process. The default is one alone.
 #[derive(Debug, Clone, Default)]
 pub struct Ranks(Kind);
@@ -110,20 +113,25 @@ impl Ranks {
         }
     }
 
-    /// Number of ranks on the machine of this one.
-    pub fn on_this_machine(&self) -> usize {
+    /// The sum of a number of every rank on the machine of this one.
+    pub fn sum_on_this_machine(&self, own: u64) -> u64 {
         match &self.0 {
-            Kind::Alone => 1,
+            Kind::Alone => own,
             #[cfg(feature = "mpi")]
-            Kind::World(world) => world.on_this_machine,
+            Kind::World(world) => world.sum_on_this_machine(own),
             #[cfg(test)]
-            Kind::Threads(rank) => rank.count(),
+            Kind::Threads(rank) => rank.gather(&[own]).iter().sum(),
         }
     }
 
     /// The rows of this rank, of `n`.
     pub fn share(&self, n: usize) -> Range<usize> {
         share(n, self.count(), self.own())
+    }
+
+    /// Elements of every rank, of `n` rows with `per_row` elements each.
+    pub fn shares(&self, n: usize, per_row: usize) -> Vec<usize> {
+        (0..self.count()).map(|rank| share(n, self.count(), rank).len() * per_row).collect()
     }
 
     /// Sends `counts[q]` elements of `send` to every other rank `q`, in order, and receives `expected[q]` elements from it. Elements of
@@ -171,14 +179,14 @@ impl Ranks {
         }
     }
 
-    /// What the first rank says. The others may ask `say` and are not heard.
-    pub fn first_says(&self, say: bool) -> bool {
+    /// What the first rank says.
+    pub fn first_says(&self, say: u8) -> u8 {
         match &self.0 {
             Kind::Alone => say,
             #[cfg(feature = "mpi")]
             Kind::World(_) => world::first_says(say),
             #[cfg(test)]
-            Kind::Threads(rank) => rank.gather(&[u8::from(say)])[0] == 1,
+            Kind::Threads(rank) => rank.gather(&[say])[0],
         }
     }
 
@@ -225,7 +233,7 @@ mod tests {
             ranks.exchange((&send, &counts), (&mut receive, &vec![own + 1; count]));
             let all = ranks.gather(&send[..own], &[0, 1, 2]);
             let first = ranks.gather_on_first(&send[..1], &[1; 3]);
-            (receive, all, first, ranks.first_says(own == 0), ranks.lowest(-(own as f64)))
+            (receive, all, first, ranks.first_says(7 - own as u8), ranks.lowest(-(own as f64)))
         });
         for (own, (receive, all, first, said, lowest)) in received.into_iter().enumerate() {
             let from = |s: usize| if s == own { 0 } else { (10 * s + own) as u64 };
@@ -233,7 +241,7 @@ mod tests {
             assert_eq!(receive, expected);
             assert_eq!(all, [10, 20, 21]);
             assert_eq!(first, if own == 0 { vec![0, 10, 20] } else { vec![] });
-            assert_eq!((said, lowest), (true, -2.0));
+            assert_eq!((said, lowest), (7, -2.0));
         }
     }
 }

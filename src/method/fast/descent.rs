@@ -435,7 +435,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
             };
             observer.snapshot(SnapshotRef {
                 grid,
-                gap: T::lend(self.level.gap()),
+                gap: T::lend(&self.level.whole_gap()),
                 auxiliary: None,
                 plastic: self.task.plastic,
                 progress: serde_json::to_value(pause).expect("plain numbers"),

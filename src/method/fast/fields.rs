@@ -25,7 +25,7 @@ pub(super) type StateSums = (f64, [f64; KKT + 1]);
 
 /// Gap, step, gradient and direction on the nodes of a grid, and their sweeps. `pending` is the multiple of the step
 /// that a sweep adds to the gap first, stopped by the wall. Energies and products of spectra are means over the cell,
-/// other sums are over its nodes.
+/// other sums are over its nodes. On several ranks, fields and spectra have the rows of this one, sums those of all.
 pub(super) trait Fields<T: Real> {
     fn grid(&self) -> Grid;
 

@@ -8,12 +8,14 @@
 use super::column::{Factor, multiply};
 use super::fields::{Fields, Metric, Spring, StateSums};
 use super::rows;
+use super::shared;
 use super::window::Window;
-use crate::grid::{Filter, Grid, HalfSpectrum, Real, Series, Transform};
+use crate::grid::{Columns, Filter, Grid, HalfSpectrum, Real, Series, SharedSpectrum, Transform};
 use crate::interface::{Elastic, Law};
 use crate::method::Precision;
 use crate::method::residuals::RowLaw;
 use crate::method::sweep::{each_row, sweep, sweep_sums};
+use crate::sys::ranks::Ranks;
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -62,8 +64,18 @@ pub(super) struct Body<'h, T, L> {
     /// Not stored on nodes: the column pass subtracts their Fourier series from the transform of the gap in `K(g - h)`.
     pub heights: &'h Series<T>,
     pub window: Window,
+    /// Those that share the problem.
+    pub ranks: &'h Ranks,
 }
 
+impl<'h, T, L> Body<'h, T, L> {
+    /// The ranks that share a grid.
+    pub(super) fn sharing(&self, grid: Grid) -> &'h Ranks {
+        shared::sharing(self.ranks, grid)
+    }
+}
+
+/// On several ranks, the arrays have the rows of this one.
 pub(super) struct Host<'h, T: Real, L> {
     body: Body<'h, T, L>,
     transform: Transform<T>,
@@ -84,12 +96,13 @@ pub(super) struct Host<'h, T: Real, L> {
 impl<'h, T: Real, L: Law> Host<'h, T, L> {
     /// With this gap, which may be empty until it is set, and without the working arrays.
     pub(super) fn new(grid: Grid, body: Body<'h, T, L>, gap: Vec<T>) -> Self {
-        let transform = Transform::<T>::new(grid);
+        let ranks = body.sharing(grid);
+        let transform = Transform::<T>::shared(grid, ranks);
         Host {
             body,
             spectrum: transform.spectrum(),
             transform,
-            narrow: Transform::<f32>::new(grid),
+            narrow: Transform::<f32>::shared(grid, ranks),
             gap,
             step: Vec::new(),
             residual: Vec::new(),
@@ -107,26 +120,27 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
     /// Fourier interpolation of the displacement of a coarser grid with this gap. In Fourier space the
     /// gap is that of the coarse grid for the modes that it resolves, and the heights for the others.
     pub(super) fn refined(grid: Grid, body: Body<'h, T, L>, (old, gap): (Grid, Vec<T>)) -> Self {
-        let transform = Transform::new(old);
+        let transform = Transform::shared(old, body.sharing(old));
         let mut known = transform.spectrum();
         transform.forward(&gap, &mut known);
         drop(gap);
         let resolves = |k: usize, n: usize| k == 0 || 2 * k < n;
-        let mut host = Self::new(grid, body, vec![T::zero(); grid.points()]);
+        let mut host = Self::new(grid, body, Vec::new());
+        host.gap = vec![T::zero(); host.transform.own_points()];
         let per_point = T::of(1.0 / old.points() as f64);
         // Modes below the Nyquist modes of both grids.
         let top = (0..=grid.ny / 2).rev().find(|&k| resolves(k, old.ny) && resolves(k, grid.ny)).unwrap_or(0);
-        let fill = |i: usize, column: &mut [Complex<T>]| {
+        let fill = |i: usize, known: &Columns<'_, T>, column: &mut [Complex<T>]| {
             column.fill(Complex::default());
             body.heights.add_to(i, grid, column, T::one());
             if resolves(i, old.nx) && resolves(i, grid.nx) {
-                let at = |row: usize| known[row * old.pitch() + i].scale(per_point);
+                let at = |row: usize| known.at(row, i).scale(per_point);
                 (0..=top).for_each(|k| column[k] = at(k));
                 (1..=top).for_each(|k| column[grid.ny - k] = at(old.ny - k));
             }
-            0.0
         };
-        host.transform.inverse_after(&mut host.spectrum, &mut host.gap, &fill);
+        let source = SharedSpectrum { grid: old, ranks: body.sharing(old), values: &known };
+        host.transform.inverse_filled(&mut host.spectrum, &mut host.gap, Some(source), &fill);
         host
     }
 
@@ -166,7 +180,7 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
     }
 
     fn allocate(&mut self) {
-        let n = self.grid().points();
+        let n = self.transform.own_points();
         // Those of an earlier solve are released first.
         (self.step, self.residual, self.direction) = Default::default();
         (self.step, self.residual, self.direction) = (vec![0.0; n], vec![0.0; n], vec![bf16::ZERO; n]);

@@ -1,12 +1,14 @@
 use super::fields::{Fields, Metric, Spring, StateSums};
 use super::gpu::GpuLevels;
 use super::host::{Body, Host};
+use super::shared;
 use super::window::{Cell, Window};
 use crate::grid::{Grid, Real, lowest};
 use crate::interface::Law;
 use crate::method::Precision;
 use crate::method::residuals::{KKT, Residuals, curvature_of};
 use crate::method::sweep::{each_row, shift, weight_below, weighted_quantile};
+use std::borrow::Cow;
 
 /// One grid of the hierarchy with its state and working arrays.
 pub(super) struct Level<'h, T: Real, L> {
@@ -52,7 +54,7 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
         let (nx, window, gap) = (grid.nx, body.window, undeformed.gap_mut());
         let rows = gap.chunks(nx).enumerate();
         let least = rows.map(|(y, gap)| lowest(&gap[..window.inside(y, nx)])).fold(T::infinity(), T::min);
-        shift(gap, -least);
+        shift(gap, -T::of(body.sharing(grid).lowest(least.wide())));
         match gpu.filter(|gpu| gpu.takes(grid)) {
             Some(gpu) => Self::of(gpu.with_gap(grid, body, std::mem::take(gap)), Some(gpu), body, cell),
             None => Self::of(Box::new(undeformed), gpu, body, cell),
@@ -125,13 +127,19 @@ impl<T: Real, L: Law> Level<'_, T, L> {
         self.fields.tries_in_f32()
     }
 
-    /// Gap `[ny, nx]` after the pending step, units of L.
+    /// Gap `[ny, nx]` after the pending step, units of L; on several ranks, the rows of this one.
     pub(super) fn gap(&mut self) -> &[T] {
         self.apply_pending();
         self.fields.gap()
     }
 
-    /// The same, to be changed.
+    /// The gap of all ranks on the first; of another, nothing or the same.
+    pub(super) fn whole_gap(&mut self) -> Cow<'_, [T]> {
+        let (ranks, grid) = (self.body.ranks, self.grid());
+        shared::whole(ranks, grid, self.gap())
+    }
+
+    /// The same of this rank, to be changed.
     pub(super) fn gap_mut(&mut self) -> &mut Vec<T> {
         self.apply_pending();
         self.fields.gap_mut()

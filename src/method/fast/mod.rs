@@ -14,6 +14,7 @@ mod gpu;
 mod host;
 mod level;
 mod rows;
+mod shared;
 mod window;
 
 use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
@@ -36,6 +37,7 @@ use fields::Spring;
 use gpu::GpuLevels;
 use host::Body;
 use level::Level;
+use shared::{Agreed, agreed, own_nodes, sharing, whole};
 use std::cell::OnceCell;
 use std::time::Instant;
 use window::{Cell, Window};
@@ -120,10 +122,12 @@ impl ContactMethod for Fast {
             Device::Cpu => level,
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
+        let level = shared::bytes(&problem.ranks, grid, level, field);
         Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+        shared::check(problem, CARD.id)?;
         Ok(Started::Solver(dispatch(problem, Start { problem, observer })?))
     }
 }
@@ -145,11 +149,11 @@ impl<'p> Build<'p> for Start<'p> {
             gpu: GpuLevels::open(problem)?,
             problem,
             cell,
-            observer,
+            observer: Agreed { observer, ranks: &problem.ranks },
             law,
             heights,
             rms_height,
-            patch: Default::default(),
+            lent: Default::default(),
             pressure: 0.0,
             gap,
             stress,
@@ -188,13 +192,14 @@ fn series<T: Real>(problem: &Problem, cell: &mut Cell, flow: &PlasticFlow<T>) ->
 struct Solver<'p, T: Real, L> {
     problem: &'p Problem<'p>,
     cell: Cell,
-    observer: &'p dyn Observer,
+    observer: Agreed<'p>,
     gpu: Option<GpuLevels>,
     law: L,
     heights: Series<T>,
     rms_height: f64,
-    /// Gap and stress on the non-padded part of a padded cell.
-    patch: (Vec<T>, Vec<T>),
+    /// Gap and stress of the last state where they are not those of the solver: on the facing nodes of a padded cell, or of
+    /// all ranks.
+    lent: (Vec<T>, Vec<T>),
     /// Pressure of the last load, the initial value of the next one under mean-gap control.
     pressure: f64,
     /// Gap of the last load; empty before the first.
@@ -229,8 +234,9 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
     }
 
     fn body(&self, grid: Grid) -> Body<'_, T, L> {
-        let (kernel, window) = (self.problem.kernel, self.cell.window(grid));
-        Body { kernel, law: self.law_on(grid), heights: &self.heights, window }
+        let Problem { kernel, ranks, .. } = self.problem;
+        let (law, window) = (self.law_on(grid), self.cell.window(grid));
+        Body { kernel: *kernel, law, heights: &self.heights, window, ranks }
     }
 
     fn at_first_contact(&self, grid: Grid) -> Level<'_, T, L> {
@@ -275,11 +281,11 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
                 if converged && !level.has_failed() {
                     let (residuals, window, coarse) = (level.last, level.window(), level.grid());
                     let (energy, range) = (residuals.energy(level.pressure), level.law().range());
-                    let gap = level.gap();
-                    let cut = self.cell.is_padded().then(|| window.cut(gap, coarse.nx));
+                    let gap = level.whole_gap();
+                    let cut = self.cell.is_padded().then(|| window.cut(&gap, coarse.nx));
                     self.observer.coarse_grid_done(CoarseState {
                         grid: self.cell.facing(coarse),
-                        gap: T::lend(cut.as_deref().unwrap_or(gap)),
+                        gap: T::lend(cut.as_deref().unwrap_or(&gap)),
                         mean_gap: residuals.mean_gap,
                         energy,
                         range,
@@ -333,7 +339,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
         Task {
             problem: self.problem,
             plastic: self.flow.lend(),
-            observer: self.observer,
+            observer: &self.observer,
             load,
             rms_height: self.rms_height,
             range: self.law.range(),
@@ -506,7 +512,8 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         // A snapshot may be of a coarser grid of the same cell.
         let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
         let (gap, pause) = snapshot.restore(grid, CARD.id)?;
-        self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
+        let own = own_nodes(&self.problem.ranks, grid);
+        self.resumed = Some((grid, gap[own].iter().map(|g| T::of(*g)).collect(), pause));
         Ok(())
     }
 
@@ -517,7 +524,8 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
 
     fn set_gap(&mut self, gap: &[f64]) {
         let narrow = |gap: &[f64]| gap.iter().map(|&g| T::of(g)).collect();
-        self.gap = if self.cell.is_padded() { narrow(&self.cell.continued(gap)) } else { narrow(gap) };
+        let own = own_nodes(&self.problem.ranks, self.cell.grid);
+        self.gap = if self.cell.is_padded() { narrow(&self.cell.continued(gap)) } else { narrow(&gap[own]) };
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
@@ -532,8 +540,11 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
             return Err(Error::input("method fast", "load", "a mean gap with a non-periodic body", "a pressure"));
         }
+        if matches!(load, Load::MeanGap(_)) && problem.ranks.are_several() {
+            return Err(refused(CARD.id, "load", "a mean gap on several ranks", "a pressure, or one rank"));
+        }
         require::below_hardness(load, self.law.max_pressure(), CARD.id)?;
-        self.stress = Vec::new();
+        (self.stress, self.lent) = Default::default();
         let mut iterations = 0;
         // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
         // nested iteration is faster than the start from the last load.
@@ -566,10 +577,15 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
         let plasticity = self.yielded(&mut residuals, ended.ending == Ending::Met);
+        let (ranks, grid) = (&problem.ranks, self.cell.grid);
         let (gap, stress) = if self.cell.is_padded() {
-            let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
-            self.patch = (window.cut(&self.gap, nx), window.cut(&self.stress, nx));
-            (&self.patch.0, &self.patch.1)
+            let window = self.cell.window(grid);
+            self.lent = (window.cut(&self.gap, grid.nx), window.cut(&self.stress, grid.nx));
+            (&self.lent.0, &self.lent.1)
+        } else if sharing(ranks, grid).are_several() {
+            let stress = std::mem::take(&mut self.stress);
+            self.lent = (whole(ranks, grid, &self.gap).into_owned(), whole(ranks, grid, &stress).into_owned());
+            (&self.lent.0, &self.lent.1)
         } else {
             (&self.gap, &self.stress)
         };
@@ -577,6 +593,8 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
         let check = equilibrium_check(&judged, L::HARD, self.rms_height, scale);
         let outcome = Outcome { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
-        Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(gap, stress) })
+        let state = outcome.state(gap, stress);
+        let stop = agreed(ranks, state.stop);
+        Ok(State { plastic: self.flow.lend(), plasticity, stop, ..state })
     }
 }

@@ -18,7 +18,8 @@ pub(super) struct World {
     pub count: usize,
     pub own: usize,
     pub threads: usize,
-    pub on_this_machine: usize,
+    /// Whether each rank is on the machine of this one.
+    here: Vec<bool>,
 }
 
 pub(super) fn is_launched() -> bool {
@@ -34,16 +35,15 @@ pub(super) fn start() -> Option<(World, Universe)> {
     let hash = machine.bytes().fold(0_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(byte)));
     let known = gather(&[rayon::current_num_threads() as u64, hash], &vec![2; count]);
     let threads = known.iter().step_by(2).max().map_or(1, |t| *t as usize);
-    let on_this_machine = known.iter().skip(1).step_by(2).filter(|h| **h == hash).count();
-    Some((World { count, own, threads, on_this_machine }, universe))
+    let here = known.iter().skip(1).step_by(2).map(|h| *h == hash).collect();
+    Some((World { count, own, threads, here }, universe))
 }
 
 /// Counts and offsets in bytes, of elements of `size` bytes.
 fn layout(counts: &[usize], size: usize) -> (Vec<i32>, Vec<i32>) {
     let bytes = |n: usize| i32::try_from(n * size).expect("a message of less than 2 GiB");
-    let mut end = 0;
-    let offsets = counts.iter().map(|n| bytes(std::mem::replace(&mut end, end + n)));
-    let offsets = offsets.collect();
+    let ends = counts.iter().scan(0, |end, n| Some(std::mem::replace(end, *end + n)));
+    let offsets = ends.map(bytes).collect();
     (counts.iter().map(|n| bytes(*n)).collect(), offsets)
 }
 
@@ -57,6 +57,10 @@ pub(super) fn gather<E: Pod>(own: &[E], counts: &[usize]) -> Vec<E> {
 }
 
 impl World {
+    pub(super) fn sum_on_this_machine(&self, own: u64) -> u64 {
+        gather(&[own], &vec![1; self.count]).iter().zip(&self.here).filter(|(_, here)| **here).map(|(n, _)| n).sum()
+    }
+
     pub(super) fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {
         let (mut counts, offsets) = layout(counts, size_of::<E>());
         let (mut expected, places) = layout(expected, size_of::<E>());
@@ -88,10 +92,10 @@ impl World {
     }
 }
 
-pub(super) fn first_says(say: bool) -> bool {
-    let mut said = [u8::from(say)];
+pub(super) fn first_says(say: u8) -> u8 {
+    let mut said = [say];
     SimpleCommunicator::world().process_at_rank(0).broadcast_into(&mut said[..]);
-    said[0] == 1
+    said[0]
 }
 
 pub(super) fn abort(code: u8) -> ! {
