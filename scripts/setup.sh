@@ -5,7 +5,8 @@
 #   scripts/setup.sh           fails without LAMMPS
 #   scripts/setup.sh --tests   prints a prominent message without LAMMPS and continues: its tests are skipped; also creates a Python
 #                              environment with the readers of results.nc and of frames, and installs Chromium for the tests of the report
-#                              and Slurm for those of sweeps on a cluster; continues without them, too
+#                              and Slurm for those of sweeps on a cluster, MPI and libclang for those of several ranks; continues without
+#                              them, too
 set -eu
 
 case "${1-}" in
@@ -59,7 +60,14 @@ has_slurm() {
 }
 wants_slurm() { [ "$need_lammps" = no ] && ! has_slurm; }
 
+# The build with the feature mpi (scripts/test-mpi.sh): a library of MPI, its launcher, and libclang, which reads its header.
+mpi_packages="libopenmpi-dev openmpi-bin libclang-dev"
+has_libclang() { find /usr/lib /usr/local/lib -name 'libclang*.so*' 2>/dev/null | grep -q .; }
+has_mpi() { has mpicc && has mpirun && has_libclang; }
+wants_mpi() { [ "$need_lammps" = no ] && ! has_mpi; }
+
 packages=""
+wants_mpi && packages="$packages $mpi_packages"
 wants_slurm && packages="$packages $slurm_packages"
 wants_browser && packages="$packages chromium"
 wants_axe && ! has npm && packages="$packages npm"
@@ -177,8 +185,19 @@ if wants_slurm; then
 
 WORDS
 fi
+if wants_mpi; then
+    cat >&2 <<'WORDS'
+
+*********************************************************************************
+***  MPI or libclang is missing and could not be installed: SOLVES ON SEVERAL ***
+***  RANKS ARE NOT TESTED.                                                    ***
+***  On Debian: apt-get install libopenmpi-dev openmpi-bin libclang-dev       ***
+*********************************************************************************
+
+WORDS
+fi
 if has_lammps; then
-    if wants_slurm || wants_python || wants_ovito || wants_browser || wants_axe; then :; else echo "setup: everything is installed" >&2; fi
+    if wants_mpi || wants_slurm || wants_python || wants_ovito || wants_browser || wants_axe; then :; else echo "setup: everything is installed" >&2; fi
 elif [ "$need_lammps" = no ]; then
     cat >&2 <<'WORDS'
 

@@ -31,7 +31,7 @@ fn hook(info: &PanicHookInfo) {
     let message = text.unwrap_or("a panic without a message");
     let place = info.location().map_or("unknown place".to_string(), |l| format!("{}:{}", l.file(), l.line()));
     let command: Vec<String> = std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect();
-    output::eprint(&line(message, &place, &command.join(" ")));
+    output::complain(&line(message, &place, &command.join(" ")));
 }
 
 /// Installs the report of panics, and runs the program. The result is its exit code, or [`EXIT_CODE`] after a panic of any

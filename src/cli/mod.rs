@@ -18,6 +18,7 @@ mod point;
 mod potential;
 mod programs;
 pub mod progress;
+mod ranks;
 mod report;
 mod run;
 mod solve;
@@ -40,7 +41,7 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "asperity", version, max_term_width = 110)]
 struct Arguments {
-    /// Threads; 0 for all cores. Results do not depend on it.
+    /// Threads (of each rank); 0 for all cores. Results do not depend on it.
     #[arg(long, global = true, default_value_t = 0, value_name = "N")]
     threads: usize,
     /// Processor that the method `fast` solves on. Results agree within the tolerance of the solve.
@@ -155,6 +156,9 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         .build_global()
         .map_err(|e| Error::input("command line", "--threads", arguments.threads, format!("{} ({e})", accepted())))?;
     arguments.device.choose();
+    if !matches!(arguments.command, Command::Solve(_) | Command::SlurmTask(_) | Command::LammpsHost(_)) {
+        ranks::expect_one()?;
+    }
     match arguments.command {
         Command::Init(c) => c.execute()?,
         Command::Run(c) => return c.execute(),
@@ -166,7 +170,7 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::SlurmTask(c) => return c.execute(),
         Command::LammpsHost(c) => return c.execute(),
         Command::Surface(c) => c.execute()?,
-        Command::Solve(c) => c.execute()?,
+        Command::Solve(c) => ranks::share(|ranks| c.execute(ranks))?,
         Command::Challenge(c) => return c.execute(),
         Command::Tradeoff(c) => return c.execute(),
         Command::Advise(c) => return c.execute(),

@@ -15,6 +15,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The first failure to write stdout.
 static FAILURE: Mutex<Option<std::io::Error>> = Mutex::new(None);
@@ -63,13 +64,31 @@ pub(super) fn path(path: &Path) -> String {
     chunks.map(shown).collect()
 }
 
+/// Whether another process prints what this one would.
+static SILENT: AtomicBool = AtomicBool::new(false);
+
+/// From now on [`print`] and [`eprint`] print nothing.
+pub(super) fn silence() {
+    SILENT.store(true, Ordering::Relaxed);
+}
+
 /// A line on stdout. Whether all lines were written is reported by `written`.
 pub fn print(line: &str) {
+    if SILENT.load(Ordering::Relaxed) {
+        return;
+    }
     note_failure(writeln!(std::io::stdout(), "{}", printable(line)));
 }
 
 /// A line on stderr; without stderr there is no place for a complaint.
 pub fn eprint(line: &str) {
+    if !SILENT.load(Ordering::Relaxed) {
+        complain(line);
+    }
+}
+
+/// A line on stderr of any process.
+pub fn complain(line: &str) {
     let _ = writeln!(std::io::stderr(), "{}", printable(line));
 }
 

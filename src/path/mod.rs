@@ -229,7 +229,8 @@ impl<'p> LoadPath<'p> {
         }
         let resolved =
             grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
-        let touch = self.separation_at_first_contact();
+        // For the report of the first rank.
+        let touch = if self.problem.ranks.is_first() { self.separation_at_first_contact() } else { 0.0 };
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
         let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
         for (i, &load) in self.loads.iter().enumerate().skip(first) {

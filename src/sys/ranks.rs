@@ -11,13 +11,17 @@ mod world;
 use bytemuck::Pod;
 use std::ops::Range;
 
-/// Variables in which launchers of MPI hand their processes the number of ranks.
-const COUNTS: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
+/// Variables in which launchers of MPI hand their processes the number of their rank, and of all ranks.
+const LAUNCHERS: [[&str; 2]; 2] = [["OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"], ["PMI_RANK", "PMI_SIZE"]];
 
-/// Number of ranks that a launcher has announced to this process; one without a launcher.
-pub fn launched() -> usize {
-    COUNTS.iter().filter_map(|name| std::env::var(name).ok()?.parse().ok()).max().unwrap_or(1)
+/// Number of this process and of all processes that a launcher of MPI has started with it: (0, 1) without a launcher.
+pub fn launched() -> (usize, usize) {
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    LAUNCHERS.iter().find_map(|[rank, count]| Some((number(rank)?, number(count)?))).unwrap_or((0, 1))
 }
+
+/// Exit code of all ranks after a panic of one (`EX_SOFTWARE` of sysexits.h).
+const PANICKED: u8 = 70;
 
 /// One rank.
 pub static ALONE: Ranks = Ranks(Kind::Alone);
@@ -50,6 +54,15 @@ impl Started {
     }
 }
 
+impl Drop for Started {
+    fn drop(&mut self) {
+        // The others would wait for this rank.
+        if std::thread::panicking() {
+            self.ranks.abort(PANICKED);
+        }
+    }
+}
+
 /// Starts MPI in a process that a launcher of MPI has started. `None` if this build has no MPI and there are several ranks.
 pub fn start() -> Option<Started> {
     #[cfg(feature = "mpi")]
@@ -63,7 +76,7 @@ pub fn start() -> Option<Started> {
         #[cfg(feature = "mpi")]
         _universe: None,
     };
-    (launched() == 1).then_some(alone)
+    (launched().1 == 1).then_some(alone)
 }
 
 /// Part `part` of `n` things in order, of `parts` parts whose sizes differ by one at most.

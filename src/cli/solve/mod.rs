@@ -4,6 +4,7 @@ mod cache;
 mod curve;
 mod estimated;
 mod flags;
+mod followers;
 mod loads;
 mod reporter;
 
@@ -22,8 +23,10 @@ use crate::record::provenance::file_hash;
 use crate::report::number::memory;
 use crate::scene::{Case, Surface};
 use crate::scene::{rename_keys, rename_keys_in};
+use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
 use cache::SolveCache;
+use followers::Found;
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -102,7 +105,9 @@ impl Solve {
             let after = flow + below(&problem);
             LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + after
         };
-        let (need, have) = (planned(problem.clone()), crate::sys::available_memory_bytes());
+        // Ranks on one machine share its memory.
+        let need = problem.ranks.sum_on_this_machine(planned(problem.clone()));
+        let have = crate::sys::available_memory_bytes();
         self.print_plan(method, problem.grid, need, have)?;
         if need > have {
             let advice = fitting(planned, problem, have);
@@ -158,10 +163,12 @@ impl Solve {
         SolveCache::write(out, &SolveCache { key, scene, states, pull_off })
     }
 
-    pub(super) fn execute(self) -> Result<()> {
+    pub(super) fn execute(self, ranks: &Ranks) -> Result<()> {
         let mut case = self.case()?;
         let progress = TerminalProgress::new();
         let names = self.flag_names();
+        let method = method::find(&self.method).expect("checked with the scene");
+        self.check_ranks(&case, method, ranks)?;
         case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));
         if let Some(provenance) = &case.provenance {
             progress.note(&provenance.to_string());
@@ -169,7 +176,6 @@ impl Solve {
         if !self.dry_run {
             case.find_contact_pressures(&crate::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
-        let method = method::find(&self.method).expect("checked with the scene");
         Device::check(&case.problem((&[][..]).into()), method.card().id)?;
         let stored = StoredHeights::of(case.take_surface());
         if method.card().kind == Kind::Estimate {
@@ -177,7 +183,8 @@ impl Solve {
         }
         let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
         // Of a map as it comes: the series that the default method makes of it takes no more.
-        let before = Before::now(self.planned(&case, method, &case.problem(stored.heights()), &loads)?);
+        let problem = Problem { ranks: ranks.clone(), ..case.problem(stored.heights()) };
+        let before = Before::now(self.planned(&case, method, &problem, &loads)?);
         if self.dry_run {
             return Ok(());
         }
@@ -186,8 +193,11 @@ impl Solve {
             "fast" if case.scene.continuum.is_periodic() => stored.into_series(case.grid),
             _ => stored,
         };
-        let problem = case.problem(stored.heights());
+        let problem = Problem { ranks: ranks.clone(), ..case.problem(stored.heights()) };
         let path = LoadPath::new(problem.clone(), method, case.range(), 0.0, &loads);
+        if !ranks.is_first() {
+            return self.follow(&case, &path, ranks);
+        }
         let mut reporter = SolveReporter::new(&self, &case, &problem, &path, loads.len(), before);
         let Some(out) = &self.out else {
             let begin = self.initial_gap(&case)?;
@@ -199,12 +209,14 @@ impl Solve {
         self.open_folder(out, &key)?;
         let finished = SolveCache::find(out, &solved_by, !self.no_verify, &|w| progress.warn(w));
         if let Some(finished) = finished {
+            Found::Finished.of_first(ranks);
             progress.note(&format!("finished already: results read from {}", out.display()));
             finished.states.into_iter().try_for_each(|line| reporter.again(line))?;
             reporter.unresolved().iter().for_each(|w| progress.warn(w));
             return finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line));
         }
         let (writer, begin) = self.resume(out, key, &mut reporter, &progress)?;
+        if begin.is_some() { Found::Checkpoint } else { Found::Nothing }.of_first(ranks);
         let begin = match begin {
             Some(checkpoint) => {
                 SolveCache::forget(out);

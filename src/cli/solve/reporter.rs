@@ -206,6 +206,9 @@ impl<'a> SolveReporter<'a> {
             "measured_bytes": self.growth.bytes(),
             "peak_rss_bytes": self.growth.peak_bytes(),
         });
+        if problem.ranks.are_several() {
+            line["ranks"] = json!(problem.ranks.count());
+        }
         line["length_x"] = json!(grid.lx * length);
         line["length_y"] = json!(grid.ly * length);
         line["modulus"] = json!(modulus);
