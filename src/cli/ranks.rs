@@ -55,6 +55,7 @@ pub(super) fn share(work: impl FnOnce(&Ranks) -> Result<()>) -> Result<()> {
         let own = match ranks.own() {
             0 => String::new(),
             rank => {
+                super::progress::end_at_signal();
                 std::thread::sleep(GRACE);
                 format!(" on rank {rank}")
             }

@@ -1,7 +1,11 @@
 use super::sums::root_of_squares;
 use super::{COLUMNS, Grid, Real, Transform, dot, signed_mode, vectorised};
+use crate::sys::ranks::{ALONE, Ranks};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
+
+/// Bytes of coefficients above which every rank computes all of them instead of receiving those of others.
+const LARGEST_GATHERED: usize = 1 << 30;
 
 /// A real periodic field without its mean, as the coefficients of its Fourier series `Σ a e^{iqr}` in a box of modes.
 ///
@@ -21,9 +25,22 @@ pub struct Series<T> {
 impl<T: Real> Series<T> {
     /// Modes up to kx_max and |ky| up to ky_max with the given amplitudes, without the mean.
     pub fn from_modes(kx_max: usize, ky_max: usize, amplitude: impl Fn(i64, i64) -> Complex<f64> + Sync) -> Self {
+        Self::from_modes_on(&ALONE, kx_max, ky_max, amplitude)
+    }
+
+    /// The same on every rank, each of which computes a part of the amplitudes.
+    pub fn from_modes_on(
+        ranks: &Ranks,
+        kx_max: usize,
+        ky_max: usize,
+        amplitude: impl Fn(i64, i64) -> Complex<f64> + Sync,
+    ) -> Self {
         let (width, height) = (kx_max + 1, 2 * ky_max + 1);
-        let mut coefficients = vec![Complex::default(); width * height];
-        coefficients.par_chunks_mut(height).enumerate().for_each(|(kx, column)| {
+        let ranks = if width * height * size_of::<Complex<T>>() < LARGEST_GATHERED { ranks } else { &ALONE };
+        let own = ranks.share(width);
+        let mut coefficients = vec![Complex::default(); own.len() * height];
+        coefficients.par_chunks_mut(height).enumerate().for_each(|(k, column)| {
+            let kx = own.start + k;
             for (j, value) in column.iter_mut().enumerate() {
                 if kx > 0 || j > 0 {
                     let a = amplitude(kx as i64, signed_mode(j, height));
@@ -31,6 +48,9 @@ impl<T: Real> Series<T> {
                 }
             }
         });
+        if ranks.are_several() {
+            coefficients = ranks.gather(&coefficients, &ranks.shares(width, height));
+        }
         Series { coefficients, width, height, nodes: None }
     }
 
@@ -234,6 +254,15 @@ mod tests {
             }
             let rms = super::super::rms(&field);
             assert!((series.rms() - rms).abs() < 1e-13, "{nx} x {ny}: {} {rms}", series.rms());
+        }
+    }
+
+    #[test]
+    fn ranks_compute_the_same_series_together() {
+        let amplitude = |kx: i64, ky: i64| Complex::new((7 * kx + ky) as f64, (kx - 3 * ky) as f64);
+        let alone = Series::<f64>::from_modes(4, 3, amplitude);
+        for found in crate::sys::ranks::threads::run(3, |ranks| Series::<f64>::from_modes_on(&ranks, 4, 3, amplitude)) {
+            assert_eq!(found.coefficients, alone.coefficients);
         }
     }
 

@@ -14,7 +14,7 @@ pub use coarser_grids::{CORRECTION, unresolved_contact};
 pub use estimator_input::EstimatorInput;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 
-use crate::grid::{Field, Grid, Series, lowest, mean};
+use crate::grid::{Field, Grid, Series, Transform, lowest, mean};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
 use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, SnapshotRef, State, Stop};
 use crate::observe::{ContactArea, FlowEdges, Leakage, contact_area};
@@ -153,8 +153,15 @@ impl<'p> LoadPath<'p> {
         if let Elastic::NonPeriodic(_) = self.problem.kernel {
             return 0.0;
         }
-        let heights = self.problem.heights.on_nodes(self.problem.grid);
-        mean(&heights) - lowest(&heights)
+        match self.problem.heights {
+            Heights::Nodes(nodes) => mean(nodes) - lowest(nodes),
+            // A series has no mean.
+            Heights::Series(series) => {
+                let transform = Transform::<f64>::shared(self.problem.grid, &self.problem.ranks);
+                let own = series.on_nodes(&transform, &mut transform.spectrum());
+                -self.problem.ranks.lowest(lowest(&own))
+            }
+        }
     }
 
     /// Memory and work of the path, including coarser grids and the states stored during separation.
@@ -229,8 +236,7 @@ impl<'p> LoadPath<'p> {
         }
         let resolved =
             grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
-        // For the report of the first rank.
-        let touch = if self.problem.ranks.is_first() { self.separation_at_first_contact() } else { 0.0 };
+        let touch = self.separation_at_first_contact();
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
         let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
         for (i, &load) in self.loads.iter().enumerate().skip(first) {

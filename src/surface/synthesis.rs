@@ -1,5 +1,6 @@
 use super::{Amplitudes, Spectrum};
 use crate::grid::{Grid, Real, Series, Transform, block_sums, interpolate, lowest, signed_mode};
+use crate::sys::ranks::{ALONE, Ranks};
 use rand::{Rng, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -98,8 +99,13 @@ impl Modes {
 
     /// The Fourier series of all modes of the spectrum, from which heights on any grid can be computed.
     pub fn series(&self) -> Series<f64> {
+        self.series_on(&ALONE)
+    }
+
+    /// The same on every rank, each of which computes a part of it.
+    pub fn series_on(&self, ranks: &Ranks) -> Series<f64> {
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
-        Series::from_modes(kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
+        Series::from_modes_on(ranks, kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
     }
 
     /// Bytes of [`Modes::series`].

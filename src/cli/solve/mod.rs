@@ -42,9 +42,9 @@ enum StoredHeights {
 
 impl StoredHeights {
     /// Of a spectrum and of coefficients the series: most often less than the nodes.
-    fn of(surface: Surface) -> Self {
+    fn of(surface: Surface, ranks: &Ranks) -> Self {
         match surface {
-            Surface::Synthesised { modes, .. } => StoredHeights::Series(modes.series()),
+            Surface::Synthesised { modes, .. } => StoredHeights::Series(modes.series_on(ranks)),
             Surface::Fourier { modes, .. } => StoredHeights::Series(modes.into_series()),
             Surface::Imported { heights, .. } => StoredHeights::Nodes(Arc::unwrap_or_clone(heights)),
         }
@@ -177,7 +177,7 @@ impl Solve {
             case.find_contact_pressures(&crate::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
         Device::check(&case.problem((&[][..]).into()), method.card().id)?;
-        let stored = StoredHeights::of(case.take_surface());
+        let stored = StoredHeights::of(case.take_surface(), ranks);
         if method.card().kind == Kind::Estimate {
             return estimated::run(&self, &case, stored.heights(), &progress);
         }

@@ -6,6 +6,7 @@ use mpi::datatype::{Partition, PartitionMut};
 use mpi::environment::{Universe, initialize_with_threading};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
+use std::time::{Duration, Instant};
 
 /// Variables that launchers of MPI set.
 const LAUNCHERS: [&str; 4] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "MV2_COMM_WORLD_RANK"];
@@ -39,6 +40,23 @@ pub(super) fn start() -> Option<(World, Universe)> {
     Some((World { count, own, threads, here }, universe))
 }
 
+/// Time for which a rank waits for the others without giving its core away, and its pauses afterwards.
+const BUSY: Duration = Duration::from_micros(100);
+const PAUSE: Duration = Duration::from_micros(50);
+
+/// Waits until all ranks have come here. What follows then exchanges data without waiting: in the operations of MPI a waiting rank uses
+/// its core all the time, also where the others share it or the first rank writes files.
+fn meet() {
+    let mut met = SimpleCommunicator::world().immediate_barrier();
+    let begun = Instant::now();
+    while let Err(waiting) = met.test() {
+        met = waiting;
+        if begun.elapsed() > BUSY {
+            std::thread::sleep(PAUSE);
+        }
+    }
+}
+
 /// Counts and offsets in bytes, of elements of `size` bytes.
 fn layout(counts: &[usize], size: usize) -> (Vec<i32>, Vec<i32>) {
     let bytes = |n: usize| i32::try_from(n * size).expect("a message of less than 2 GiB");
@@ -52,6 +70,7 @@ pub(super) fn gather<E: Pod>(own: &[E], counts: &[usize]) -> Vec<E> {
     let mut all = vec![E::zeroed(); counts.iter().sum()];
     let own: &[u8] = bytemuck::cast_slice(own);
     let mut receive = PartitionMut::new(bytemuck::cast_slice_mut::<_, u8>(&mut all), bytes, offsets);
+    meet();
     SimpleCommunicator::world().all_gather_varcount_into(own, &mut receive);
     all
 }
@@ -68,10 +87,12 @@ impl World {
         let send: &[u8] = bytemuck::cast_slice(send);
         let send = Partition::new(send, counts, offsets);
         let mut receive = PartitionMut::new(bytemuck::cast_slice_mut::<_, u8>(receive), expected, places);
+        meet();
         SimpleCommunicator::world().all_to_all_varcount_into(&send, &mut receive);
     }
 
     pub(super) fn gather_on_first<E: Pod>(&self, own: &[E], counts: &[usize]) -> Vec<E> {
+        meet();
         let world = SimpleCommunicator::world();
         let bytes: &[u8] = bytemuck::cast_slice(own);
         if self.own > 0 {
@@ -93,6 +114,7 @@ impl World {
 }
 
 pub(super) fn first_says(say: u8) -> u8 {
+    meet();
     let mut said = [say];
     SimpleCommunicator::world().process_at_rank(0).broadcast_into(&mut said[..]);
     said[0]
