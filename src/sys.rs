@@ -234,6 +234,14 @@ pub fn terminate(process: u32) {
     }
 }
 
+/// From now on SIGTERM ends this process at once, without a handler.
+pub fn end_at_termination() {
+    // SAFETY: the default action replaces a handler; no code of this process runs.
+    unsafe {
+        libc::signal(libc::SIGTERM, libc::SIG_DFL);
+    }
+}
+
 static USER_SIGNAL: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
 
 /// From now on SIGUSR1 is noted instead of ending the program.

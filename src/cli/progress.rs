@@ -75,11 +75,6 @@ pub fn compute() {
     COMPUTING.store(true, Ordering::Relaxed);
 }
 
-/// From now on a signal ends the program at once.
-pub(super) fn end_at_signal() {
-    STOPPING.store(true, Ordering::Relaxed);
-}
-
 impl Default for TerminalProgress {
     fn default() -> Self {
         Self::new()

@@ -49,13 +49,16 @@ pub(super) fn share(work: impl FnOnce(&Ranks) -> Result<()>) -> Result<()> {
         output::silence();
     }
     let ended = work(ranks).and_then(|()| output::written());
+    if !ranks.is_first() {
+        // The launcher ends this rank where the first has failed.
+        crate::sys::end_at_termination();
+    }
     if ranks.are_several()
         && let Err(error) = &ended
     {
         let own = match ranks.own() {
             0 => String::new(),
             rank => {
-                super::progress::end_at_signal();
                 std::thread::sleep(GRACE);
                 format!(" on rank {rank}")
             }

@@ -9,6 +9,7 @@ mod folder;
 mod program;
 
 use program::{asperity, json_line, stderr};
+use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -37,32 +38,31 @@ fn solved(ranks: usize, arguments: &[&str], out: &Path) -> Output {
 }
 
 /// Lines of results without what differs between two runs, and the bytes of all fields.
-fn results(output: &Output, out: &Path) -> (Vec<String>, Vec<(std::path::PathBuf, Vec<u8>)>) {
+fn results(output: &Output, out: &Path) -> (Vec<Value>, Vec<(std::path::PathBuf, Vec<u8>)>) {
     assert!(output.status.success(), "{}", stderr(output));
     let text = String::from_utf8_lossy(&output.stdout);
     let line = |line: &str| {
         let mut value = folder::of_the_scene(&serde_json::from_str(line).expect("a line of JSON"));
         value.as_object_mut().expect("an object").remove("ranks");
-        value.to_string()
+        value
     };
     (text.lines().map(line).collect(), folder::fields(out))
 }
 
-/// The same bytes of results and fields from 1, 2 and 4 ranks as without a launcher: f32 and f64, with and without adhesion, with one grid that
-/// is shared and with two, and with loads that follow each other on the branch of the first.
+/// The same bytes of results and fields as without a launcher: f32 and f64, with and without adhesion, and with a load that continues on the
+/// branch of another. On 512² points, the smallest grid that is shared.
 #[test]
 fn results_have_the_same_bytes_on_any_number_of_ranks() {
     let adhesion = ["--work-of-adhesion", "2e-5", "--adhesion-range", "2e-3"];
-    let cases: [(&str, &str, &str, &[&str], &[usize]); 5] = [
-        ("512", "f32", "0.05", &[], &[1, 2, 4]),
-        ("512", "f64", "0.05", &[], &[2]),
-        ("512", "f32", "0.02,0.05", &adhesion, &[2, 3]),
-        ("512", "f64", "0.05", &adhesion, &[4]),
-        ("1024", "f32", "0.02", &[], &[3]),
+    let cases: [(&str, &str, &[&str], &[usize]); 4] = [
+        ("f32", "0.05", &[], &[1, 2, 4]),
+        ("f64", "0.05", &[], &[2]),
+        ("f32", "0.02,0.05", &adhesion, &[3]),
+        ("f64", "0.05", &adhesion, &[2]),
     ];
     let scratch = tempfile::tempdir().expect("scratch");
-    for (case, (grid, precision, loads, more, counts)) in cases.into_iter().enumerate() {
-        let mut arguments = vec!["--challenge", grid, "--precision", precision, "--p-star", loads, "--tol", "1e-2"];
+    for (case, (precision, loads, more, counts)) in cases.into_iter().enumerate() {
+        let mut arguments = vec!["--challenge", "512", "--precision", precision, "--p-star", loads, "--tol", "1e-2"];
         arguments.extend(more);
         let run = |ranks: usize| {
             let out = scratch.path().join(format!("{case}-{ranks}"));
@@ -94,7 +94,7 @@ fn first_rank(out: &Path) -> Option<u32> {
 /// Interrupted on two ranks, resumed on three: as an uninterrupted solve on one.
 #[test]
 fn an_interrupted_solve_resumes_on_another_number_of_ranks() {
-    let arguments = ["--challenge", "512", "--precision", "f64", "--p-star", "0.05", "--tol", "1e-9"];
+    let arguments = ["--challenge", "512", "--precision", "f64", "--p-star", "0.05", "--tol", "1e-4"];
     let scratch = tempfile::tempdir().expect("scratch");
     let [whole, out] = ["whole", "parts"].map(|name| scratch.path().join(name));
     let expected = results(&solved(0, &arguments, &whole), &whole);
@@ -120,8 +120,9 @@ fn errors_end_all_ranks_with_one_message() {
     let scratch = tempfile::tempdir().expect("scratch");
     let absent = scratch.path().join("absent.npy");
     let solve = ["solve", "--challenge", "64", "--p-star", "0.05"];
+    let adhesion = ["--work-of-adhesion", "2e-5", "--adhesion-range", "2e-3"];
     for (arguments, code, part) in [
-        ([&solve[..], &["--pull-off"]].concat(), 2, "--pull-off = given on 2 ranks; accepted: "),
+        ([&solve[..], &adhesion, &["--pull-off"]].concat(), 2, "--pull-off = given on 2 ranks; accepted: "),
         ([&solve[..], &["--method", "bvm"]].concat(), 2, "--method = given on 2 ranks; accepted: fast"),
         ([&solve[..], &["--hardness", "0.1"]].concat(), 2, "--hardness"),
         ([&solve[..], &["--max-iterations", "1"]].concat(), 3, "without converging"),
@@ -133,7 +134,7 @@ fn errors_end_all_ranks_with_one_message() {
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
         assert_eq!(text.matches("asperity: error").count(), 1, "{arguments:?}: {text}");
         assert!(text.contains(part), "{arguments:?}: {text}");
-        assert!(output.stdout.is_empty(), "{arguments:?}");
+        assert!(output.stdout.is_empty() || code == 3, "{arguments:?}");
     }
 }
 
