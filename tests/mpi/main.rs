@@ -10,9 +10,9 @@ mod program;
 
 use program::{asperity, json_line, stderr};
 use serde_json::Value;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
 
 /// `asperity` with these arguments on some ranks; without a launcher for none.
 fn on(ranks: usize, arguments: &[&str]) -> Command {
@@ -99,15 +99,11 @@ fn an_interrupted_solve_resumes_on_another_number_of_ranks() {
     let [whole, out] = ["whole", "parts"].map(|name| scratch.path().join(name));
     let expected = results(&solved(0, &arguments, &whole), &whole);
     let mut command = on(2, &["solve", "--json", "--out", out.to_str().expect("UTF-8")]);
-    let mut running = command.args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started");
-    // The folder is made just before the first iteration.
-    let begun = Instant::now();
-    while !out.join(".asperity-solve").exists() {
-        assert!(begun.elapsed() < Duration::from_secs(600), "nothing has begun");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    std::thread::sleep(Duration::from_millis(50));
+    let mut running = command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("started");
+    let mut lines = BufReader::new(running.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    assert!(lines.any(|line| line.contains("fast on 512 x 512 points")), "the solve has not begun");
     first_rank(&out).into_iter().for_each(asperity::sys::terminate);
+    lines.for_each(drop);
     running.wait().expect("ended");
     // One that had finished before the signal is read again, with the same results.
     assert!(out.join("checkpoint.json").exists() || out.join("gap.npy").exists(), "neither a checkpoint nor results");
