@@ -1,6 +1,7 @@
 //! The periodic grid, its wave vectors, the real transform on it and sums whose order does not depend on threads.
 
 mod cell_list;
+mod columns;
 mod distance;
 mod half_spectrum;
 mod interpolate;
@@ -14,6 +15,7 @@ mod transform;
 mod union_find;
 
 pub use cell_list::CellList;
+pub use columns::{Columns, Fill, Filter, SharedSpectrum};
 pub use distance::{NO_NODE, minimum_image, nearest_marked};
 pub use half_spectrum::HalfSpectrum;
 pub use interpolate::{bilinear, interpolate};
@@ -21,7 +23,7 @@ pub use real::{Field, Real};
 pub use series::Series;
 pub use smooth::{smoothed, spread};
 pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, mean_of, rms, sum_rows, total, vectorised};
-pub use transform::{Columns, Fill, Filter, SharedSpectrum, Transform, Worker, next_fast_len, transformed_nodes};
+pub use transform::{Transform, Worker, next_fast_len, transformed_nodes};
 pub use union_find::{Merged, Offset, UnionFind};
 
 use std::f64::consts::PI;

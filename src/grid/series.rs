@@ -261,7 +261,7 @@ mod tests {
     fn ranks_compute_the_same_series_together() {
         let amplitude = |kx: i64, ky: i64| Complex::new((7 * kx + ky) as f64, (kx - 3 * ky) as f64);
         let alone = Series::<f64>::from_modes(4, 3, amplitude);
-        for found in crate::sys::ranks::threads::run(3, |ranks| Series::<f64>::from_modes_on(&ranks, 4, 3, amplitude)) {
+        for found in crate::sys::ranks::on_threads(3, |ranks| Series::<f64>::from_modes_on(&ranks, 4, 3, amplitude)) {
             assert_eq!(found.coefficients, alone.coefficients);
         }
     }

@@ -1,5 +1,5 @@
-use super::transform::{Columns, Direction, Fill, Filter, SharedSpectrum};
-use super::{COLUMNS, Grid, HalfSpectrum, Real, Transform};
+use super::columns::{Columns, SharedSpectrum};
+use super::{COLUMNS, Grid, HalfSpectrum, Real};
 use crate::sys::prefetch;
 use crate::sys::ranks::{Ranks, share};
 use rayon::prelude::*;
@@ -13,6 +13,9 @@ const BLOCKS: usize = 8;
 const ROWS: usize = 64;
 /// Distance of the prefetch in rows (see `transform`).
 const AHEAD: usize = 16;
+
+/// Columns with all their rows: the matrix, the distance of its rows, and the number of its first column.
+pub(super) type Matrix<'m, T> = (&'m mut [Complex<T>], usize, usize);
 
 /// The rows of one rank, and the column pass over the rows of all.
 ///
@@ -99,13 +102,13 @@ impl<T: Real> Slab<T> {
         (rounds, blocks_of)
     }
 
-    /// As [`Transform::pass`] over the spectrum of all ranks, given the rows of this one. Returns the sums of all blocks.
+    /// The column pass over the spectrum of all ranks, given the rows of this one: `pass` over the columns of each round, which are sent
+    /// back where it changes them. Returns the sums of all blocks.
     pub(super) fn columns(
         &self,
-        transform: &Transform<T>,
         spectrum: &mut [Complex<T>],
-        filter: &dyn Filter<T>,
-        direction: Direction,
+        changes: bool,
+        pass: &dyn Fn(Matrix<'_, T>) -> Vec<f64>,
     ) -> Vec<f64> {
         let mut buffers = self.buffers.lock().unwrap_or_else(|e| e.into_inner());
         let Buffers { whole, parts, .. } = &mut *buffers;
@@ -115,22 +118,22 @@ impl<T: Real> Slab<T> {
             let matrix = self.receive(spectrum, round, (whole, parts));
             let own = round.own();
             if !own.is_empty() {
-                sums.extend(transform.pass((matrix, own.len(), own.start), filter, direction));
+                sums.extend(pass((matrix, own.len(), own.start)));
             }
-            if direction != Direction::Sum {
+            if changes {
                 self.send_back(spectrum, round, (whole, parts));
             }
         }
         self.ordered(&sums, &blocks_of)
     }
 
-    /// The inverse column pass of a spectrum that `fill` sets (see [`Transform::inverse_filled`]).
+    /// The column pass over a spectrum that `pass` sets, given the columns of another one (see
+    /// [`inverse_filled`](super::Transform::inverse_filled)).
     pub(super) fn fill_columns(
         &self,
-        transform: &Transform<T>,
         spectrum: &mut [Complex<T>],
         source: Option<SharedSpectrum<'_, T>>,
-        fill: &Fill<'_, T>,
+        pass: &dyn Fn(Matrix<'_, T>, &Columns<'_, T>),
     ) {
         let mut buffers = self.buffers.lock().unwrap_or_else(|e| e.into_inner());
         let Buffers { whole, parts, source: received } = &mut *buffers;
@@ -146,13 +149,9 @@ impl<T: Real> Slab<T> {
                     Columns { values, pitch: own.len(), first: own.start }
                 }
             };
-            let filter = |i: usize, column: &mut [Complex<T>]| {
-                fill(i, &known, column);
-                0.0
-            };
             if !own.is_empty() {
                 let matrix = first_of(whole, self.grid.ny * own.len());
-                transform.pass((matrix, own.len(), own.start), &filter, Direction::Inverse);
+                pass((matrix, own.len(), own.start), &known);
             }
             self.send_back(spectrum, round, (whole, parts));
         }
@@ -262,7 +261,8 @@ fn first_of<T: Real>(buffer: &mut HalfSpectrum<T>, len: usize) -> &mut [Complex<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sys::ranks::threads;
+    use crate::grid::Transform;
+    use crate::sys::ranks::on_threads;
 
     /// Rows of a field on a grid.
     fn field<T: Real>(grid: Grid, rows: Range<usize>) -> Vec<T> {
@@ -309,7 +309,7 @@ mod tests {
         let (sums, fields) = passes::<T>(grid, fine, [&alone; 2]);
         for count in 1..=4 {
             for coarse_is_shared in [true, false] {
-                let found = threads::run(count, |ranks| {
+                let found = on_threads(count, |ranks| {
                     passes::<T>(grid, fine, [if coarse_is_shared { &ranks } else { &alone }, &ranks])
                 });
                 let what = format!("{} x {}, {count} ranks", grid.nx, grid.ny);

@@ -8,8 +8,9 @@
 //! Several ranks share a grid as slabs: each has some of the rows of every field and of the half spectrum. Only the column pass
 //! exchanges data (see [`Slab`]); results have the same bits on any number of ranks.
 
+use super::columns::{Columns, Direction, Fill, Filter, SharedSpectrum};
 use super::rows::Rows;
-use super::slab::Slab;
+use super::slab::{Matrix, Slab};
 use super::{COLUMNS, Grid, HalfSpectrum, Real, block_sums};
 use crate::sys::ColumnBlocks;
 use crate::sys::ranks::Ranks;
@@ -50,66 +51,6 @@ pub struct Worker<'t, T: Real> {
     scratch: Vec<Complex<T>>,
     /// Real row of `nx` points for the caller's data.
     pub row: Vec<T>,
-}
-
-/// A multiplication in Fourier space, a column at a time.
-pub trait Filter<T: Real>: Sync {
-    /// Multiplies column `i` (all `ny` rows in FFT order), including the `1/(nx·ny)` of the transform. Returns the
-    /// contribution of this column to a sum over the spectrum.
-    fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64;
-}
-
-impl<T: Real, F: Fn(usize, &mut [Complex<T>]) -> f64 + Sync> Filter<T> for F {
-    fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
-        self(i, column)
-    }
-}
-
-/// Columns of a spectrum with all their rows.
-pub struct Columns<'s, T> {
-    pub(super) values: &'s [Complex<T>],
-    pub(super) pitch: usize,
-    /// Number of the first column.
-    pub(super) first: usize,
-}
-
-impl<T> Columns<'_, T> {
-    pub(super) const NONE: Self = Columns { values: &[], pitch: 0, first: 0 };
-}
-
-impl<T: Copy> Columns<'_, T> {
-    /// Row `y` of column `i`.
-    #[inline]
-    pub fn at(&self, y: usize, i: usize) -> Complex<T> {
-        self.values[y * self.pitch + i - self.first]
-    }
-}
-
-/// The spectrum of a grid, and the ranks that share its rows.
-#[derive(Clone, Copy)]
-pub struct SharedSpectrum<'s, T> {
-    pub grid: Grid,
-    pub ranks: &'s Ranks,
-    pub values: &'s [Complex<T>],
-}
-
-impl<T> SharedSpectrum<'_, T> {
-    /// All columns, where one rank has them.
-    pub(super) fn columns(&self) -> Columns<'_, T> {
-        Columns { values: self.values, pitch: self.grid.pitch(), first: 0 }
-    }
-}
-
-/// Sets column `i`, given the columns of another spectrum that include the one of this number, if that has it.
-pub type Fill<'f, T> = dyn Fn(usize, &Columns<'_, T>, &mut [Complex<T>]) + Sync + 'f;
-
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Direction {
-    Both,
-    Forward,
-    Inverse,
-    /// Forward, only for the sum that the filter returns.
-    Sum,
 }
 
 impl<T: Real> Transform<T> {
@@ -247,7 +188,13 @@ impl<T: Real> Transform<T> {
         fill: &Fill<'_, T>,
     ) {
         match self.ranks().are_several() {
-            true => self.slab.fill_columns(self, spectrum, source, fill),
+            true => self.slab.fill_columns(spectrum, source, &|matrix, known| {
+                let filter = |i: usize, column: &mut [Complex<T>]| {
+                    fill(i, known, column);
+                    0.0
+                };
+                self.pass(matrix, &filter, Direction::Inverse);
+            }),
             false => {
                 let known = source.as_ref().map_or(Columns::NONE, SharedSpectrum::columns);
                 let filter = |i: usize, column: &mut [Complex<T>]| {
@@ -269,7 +216,10 @@ impl<T: Real> Transform<T> {
 
     fn columns(&self, spectrum: &mut [Complex<T>], filter: &dyn Filter<T>, direction: Direction) -> f64 {
         let sums = match self.ranks().are_several() {
-            true => self.slab.columns(self, spectrum, filter, direction),
+            true => {
+                let pass = |matrix: Matrix<'_, T>| self.pass(matrix, filter, direction);
+                self.slab.columns(spectrum, direction != Direction::Sum, &pass)
+            }
             false => self.pass((spectrum, self.grid.pitch(), 0), filter, direction),
         };
         sums.iter().sum()
@@ -277,12 +227,7 @@ impl<T: Real> Transform<T> {
 
     /// Transforms the columns of a matrix of `ny` rows, `pitch` elements apart, whose first column has the number `first`. Returns the
     /// sum of each block of columns. Compiled once for all filters.
-    pub(super) fn pass(
-        &self,
-        (matrix, pitch, first): (&mut [Complex<T>], usize, usize),
-        filter: &dyn Filter<T>,
-        direction: Direction,
-    ) -> Vec<f64> {
+    fn pass(&self, (matrix, pitch, first): Matrix<'_, T>, filter: &dyn Filter<T>, direction: Direction) -> Vec<f64> {
         let (ny, half) = (self.grid.ny, (self.grid.half() - first).min(pitch));
         let times = if direction == Direction::Both { 2 } else { 1 };
         let nodes = (ny * self.grid.nx * half).div_ceil(self.grid.half());

@@ -4,7 +4,7 @@
 //! in the same order, from the thread that started them.
 
 #[cfg(test)]
-pub mod threads;
+mod threads;
 #[cfg(feature = "mpi")]
 mod world;
 
@@ -77,6 +77,17 @@ pub fn start() -> Option<Started> {
         _universe: None,
     };
     (launched().1 == 1).then_some(alone)
+}
+
+/// Runs `work` on ranks that are threads of this process. The results are in the order of the ranks.
+#[cfg(test)]
+pub fn on_threads<R: Send>(count: usize, work: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
+    let work = &work;
+    std::thread::scope(|scope| {
+        let of = |rank| scope.spawn(move || work(Ranks(Kind::Threads(rank))));
+        let started: Vec<_> = threads::ranks(count).into_iter().map(of).collect();
+        started.into_iter().map(|thread| thread.join().expect("a rank that ended")).collect()
+    })
 }
 
 /// Part `part` of `n` things in order, of `parts` parts whose sizes differ by one at most.
@@ -237,7 +248,7 @@ mod tests {
     #[test]
     fn exchanged_elements_arrive_in_the_order_of_the_ranks() {
         let count = 3;
-        let received = threads::run(count, |ranks| {
+        let received = on_threads(count, |ranks| {
             let own = ranks.own();
             // q + 1 elements to rank q.
             let send: Vec<u64> = (0..count).flat_map(|q| vec![(10 * own + q) as u64; q + 1]).collect();

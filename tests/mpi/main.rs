@@ -107,7 +107,14 @@ fn an_interrupted_solve_resumes_on_another_number_of_ranks() {
     running.wait().expect("ended");
     // One that had finished before the signal is read again, with the same results.
     assert!(out.join("checkpoint.json").exists() || out.join("gap.npy").exists(), "neither a checkpoint nor results");
-    assert!(results(&solved(3, &arguments, &out), &out) == expected);
+    let mut found = results(&solved(3, &arguments, &out), &out);
+    let mut expected = expected;
+    for line in found.0.iter_mut().chain(&mut expected.0) {
+        // A resumed solve has no coarser grid to compare with, and counts the step that was interrupted.
+        ["discretisation", "fft_pairs"].map(|key| line.as_object_mut().expect("an object").remove(key));
+    }
+    assert_eq!(found.0, expected.0);
+    assert!(found.1 == expected.1, "fields");
 }
 
 /// Exit code and message, once and not once for each rank.

@@ -1,6 +1,6 @@
 //! `solve` on several ranks: what they cannot do, and the ranks that follow the first.
 
-use super::{CHECKPOINT, Solve};
+use super::flags::Solve;
 use crate::cli::file::COMMAND_LINE;
 use crate::load::Load;
 use crate::method::{ContactMethod, NoObserver, Stop};
@@ -9,6 +9,9 @@ use crate::scene::Case;
 use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
 use std::path::Path;
+
+/// Stem of the files of a checkpoint.
+pub(super) const CHECKPOINT: &str = "checkpoint";
 
 /// What the first rank finds in the folder of results.
 #[derive(Clone, Copy, PartialEq)]

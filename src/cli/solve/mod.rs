@@ -26,13 +26,11 @@ use crate::scene::{rename_keys, rename_keys_in};
 use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
 use cache::SolveCache;
-use followers::Found;
+use followers::{CHECKPOINT, Found};
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-const CHECKPOINT: &str = "checkpoint";
 
 /// Heights in the form in which they are stored.
 enum StoredHeights {

@@ -124,7 +124,7 @@ mod tests {
     use crate::interface::Adhesion;
     use crate::load::Load;
     use crate::method::{Precision, Settings, SolverSnapshot, find};
-    use crate::sys::ranks::threads;
+    use crate::sys::ranks::on_threads;
     use rustfft::num_complex::Complex;
     use std::sync::Mutex;
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -188,7 +188,7 @@ mod tests {
             ..Problem::new(Grid::unit(nx, ny), crate::method::Heights::Series(&series))
         };
         let on = |count: usize, loads: &[f64], stop_at: usize, resumed: Option<&SolverSnapshot>| {
-            threads::run(count, |ranks| {
+            on_threads(count, |ranks| {
                 // Only the first rank asks for a stop.
                 let stop_at = if ranks.is_first() { stop_at } else { 0 };
                 let observer = Interrupting { stop_at, ..Default::default() };
@@ -230,7 +230,7 @@ mod tests {
     fn problems_that_ranks_cannot_share_are_refused_in_one_line() {
         let series = heights();
         let grid = Grid::unit(32, 32);
-        let refused = threads::run(2, |ranks| {
+        let refused = on_threads(2, |ranks| {
             let problem = Problem { ranks, ..Problem::new(grid, crate::method::Heights::Series(&series)) };
             let hard = Problem { hardness: Some(crate::interface::Hardness::Uniform(0.1)), ..problem.clone() };
             let start = |id: &str, problem: &Problem| {

@@ -1,6 +1,5 @@
 //! Ranks that are threads of one process, for tests of what ranks compute.
 
-use super::{Kind, Ranks};
 use bytemuck::Pod;
 use std::sync::{Arc, Barrier, Mutex};
 
@@ -17,18 +16,10 @@ pub(super) struct Rank {
     shared: Arc<Shared>,
 }
 
-/// Runs `work` on `count` ranks. The results are in the order of the ranks.
-pub fn run<R: Send>(count: usize, work: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
+/// All ranks, in order.
+pub(super) fn ranks(count: usize) -> Vec<Rank> {
     let shared = Arc::new(Shared { posted: Mutex::new(vec![Vec::new(); count]), barrier: Barrier::new(count) });
-    let work = &work;
-    std::thread::scope(|scope| {
-        let of = |own| {
-            let rank = Rank { own, count, shared: shared.clone() };
-            scope.spawn(move || work(Ranks(Kind::Threads(rank))))
-        };
-        let started: Vec<_> = (0..count).map(of).collect();
-        started.into_iter().map(|thread| thread.join().expect("a rank that ended")).collect()
-    })
+    (0..count).map(|own| Rank { own, count, shared: shared.clone() }).collect()
 }
 
 fn elements<E: Pod>(bytes: &[u8]) -> Vec<E> {
