@@ -2,7 +2,7 @@
 """How shallow a block may be: blocks on a rigid, prescribed and elastic base, compared with the full depth of a scene.
 
 Runs `asperity run` for each block and prints at each load the contact atoms, the Jaccard index of the contact sites with the full block's, the
-difference of the mean gap, and the force evaluations; then atoms and wall time of LAMMPS. "Cells" counts lattice constants of atoms that
+difference of the mean gap, and the force evaluations; then atoms and wall time of LAMMPS, and with adhesion the pull-off. "Cells" counts lattice constants of atoms that
 move: those of an elastic base do.
 
     scripts/elastic-base.py --asperity target/release/asperity --scene configs/calcium-8nm.toml --depth 20 --out runs/elastic-base
@@ -48,7 +48,12 @@ def run(asperity, text, out, depth, kind, cells):
 
 def evaluations(results):
     steps = [s["force_evaluations"] for s in results["atoms"]["load_steps"]]
-    return steps[1:] if results["atoms"]["from_continuum"] else [sum(steps)]
+    return steps[1:] if results["atoms"].get("from_continuum") else [sum(steps)]
+
+
+def pull_off(results):
+    """Largest tension of the steps as -p*; 0 without adhesion."""
+    return max(0.0, *(-step["p_star"] for step in results["atoms"]["load_steps"]))
 
 
 def main():
@@ -85,6 +90,9 @@ def main():
                 f"| {first[0]} | {first[1]} | {state['p_star']:g} | {state['contacts']} | {both / max(either, 1):.3f} | {gap:+.4f} "
                 f"| {steps[k] if len(steps) > k else ''} | {f'{seconds:.1f}' if k == 0 else ''} |"
             )
+        if pull_off(full) > 0:
+            tension = pull_off(results)
+            print(f"|  |  | pull-off | p* = {-tension:.3e} | {tension / pull_off(full) - 1:+.2%} |  |  |  |")
 
 
 if __name__ == "__main__":

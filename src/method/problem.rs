@@ -4,7 +4,7 @@ use crate::interface::{Adhesion, Elastic, Hardness, Kernel, Wall};
 use crate::load::Load;
 use crate::observe::Plasticity;
 use crate::surface::{PowerSpectrum, non_periodic_gradient};
-use crate::sys::ranks::Ranks;
+use crate::sys::ranks::{ALONE, Ranks};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use serde::de::DeserializeOwned;
@@ -137,7 +137,7 @@ pub struct Problem<'a> {
     pub max_iterations: usize,
     pub settings: Settings,
     /// The ranks that share the solve; one by default. Several are accepted by the method `fast` alone.
-    pub ranks: Ranks,
+    pub ranks: &'a Ranks,
 }
 
 /// A pressure with adhesion counts as zero if its residual cannot be reduced to this many times its rounding.
@@ -164,7 +164,7 @@ impl<'a> Problem<'a> {
             max_iterations: 50_000,
             settings: Settings::default(),
             power: None,
-            ranks: Ranks::default(),
+            ranks: &ALONE,
         }
     }
 

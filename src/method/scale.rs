@@ -94,7 +94,7 @@ impl Scale {
             tolerance: problem.tolerance,
             targets: problem.targets,
             max_iterations: problem.max_iterations,
-            ranks: problem.ranks.clone(),
+            ranks: problem.ranks,
             settings: Settings { experiment: ExperimentSettings { optical_gap, ..experiment }, ..problem.settings },
         }
     }

@@ -251,7 +251,7 @@ pub(super) fn coarsened<'s>(
         precision: problem.precision,
         tolerance: TOLERANCE.max(problem.tolerance),
         max_iterations: problem.max_iterations,
-        ranks: problem.ranks.clone(),
+        ranks: problem.ranks,
         ..Problem::new(grid, Heights::Series(heights))
     }
 }

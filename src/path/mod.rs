@@ -157,7 +157,7 @@ impl<'p> LoadPath<'p> {
             Heights::Nodes(nodes) => mean(nodes) - lowest(nodes),
             // A series has no mean.
             Heights::Series(series) => {
-                let transform = Transform::<f64>::shared(self.problem.grid, &self.problem.ranks);
+                let transform = Transform::<f64>::shared(self.problem.grid, self.problem.ranks);
                 let own = series.on_nodes(&transform, &mut transform.spectrum());
                 -self.problem.ranks.lowest(lowest(&own))
             }

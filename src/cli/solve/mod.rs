@@ -181,7 +181,7 @@ impl Solve {
         }
         let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
         // Of a map as it comes: the series that the default method makes of it takes no more.
-        let problem = Problem { ranks: ranks.clone(), ..case.problem(stored.heights()) };
+        let problem = Problem { ranks, ..case.problem(stored.heights()) };
         let before = Before::now(self.planned(&case, method, &problem, &loads)?);
         if self.dry_run {
             return Ok(());
@@ -191,7 +191,7 @@ impl Solve {
             "fast" if case.scene.continuum.is_periodic() => stored.into_series(case.grid),
             _ => stored,
         };
-        let problem = Problem { ranks: ranks.clone(), ..case.problem(stored.heights()) };
+        let problem = Problem { ranks, ..case.problem(stored.heights()) };
         let path = LoadPath::new(problem.clone(), method, case.range(), 0.0, &loads);
         if !ranks.is_first() {
             return self.follow(&case, &path, ranks);

@@ -122,7 +122,7 @@ impl ContactMethod for Fast {
             Device::Cpu => level,
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
-        let level = shared::bytes(&problem.ranks, grid, level, field);
+        let level = shared::bytes(problem.ranks, grid, level, field);
         Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
@@ -149,7 +149,7 @@ impl<'p> Build<'p> for Start<'p> {
             gpu: GpuLevels::open(problem)?,
             problem,
             cell,
-            observer: Agreed { observer, ranks: &problem.ranks },
+            observer: Agreed { observer, ranks: problem.ranks },
             law,
             heights,
             rms_height,
@@ -512,7 +512,7 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         // A snapshot may be of a coarser grid of the same cell.
         let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
         let (gap, pause) = snapshot.restore(grid, CARD.id)?;
-        let own = own_nodes(&self.problem.ranks, grid);
+        let own = own_nodes(self.problem.ranks, grid);
         self.resumed = Some((grid, gap[own].iter().map(|g| T::of(*g)).collect(), pause));
         Ok(())
     }
@@ -524,7 +524,7 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
 
     fn set_gap(&mut self, gap: &[f64]) {
         let narrow = |gap: &[f64]| gap.iter().map(|&g| T::of(g)).collect();
-        let own = own_nodes(&self.problem.ranks, self.cell.grid);
+        let own = own_nodes(self.problem.ranks, self.cell.grid);
         self.gap = if self.cell.is_padded() { narrow(&self.cell.continued(gap)) } else { narrow(&gap[own]) };
     }
 
@@ -577,7 +577,7 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
         let plasticity = self.yielded(&mut residuals, ended.ending == Ending::Met);
-        let (ranks, grid) = (&problem.ranks, self.cell.grid);
+        let (ranks, grid) = (problem.ranks, self.cell.grid);
         let (gap, stress) = if self.cell.is_padded() {
             let window = self.cell.window(grid);
             self.lent = (window.cut(&self.gap, grid.nx), window.cut(&self.stress, grid.nx));

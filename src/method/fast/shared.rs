@@ -192,7 +192,7 @@ mod tests {
                 // Only the first rank asks for a stop.
                 let stop_at = if ranks.is_first() { stop_at } else { 0 };
                 let observer = Interrupting { stop_at, ..Default::default() };
-                let problem = Problem { ranks, ..problem.clone() };
+                let problem = Problem { ranks: &ranks, ..problem.clone() };
                 let found = path(&problem, loads, &observer, resumed);
                 (found, observer.last.into_inner().expect("one thread"), observer.seen.into_inner())
             })
@@ -231,7 +231,7 @@ mod tests {
         let series = heights();
         let grid = Grid::unit(32, 32);
         let refused = on_threads(2, |ranks| {
-            let problem = Problem { ranks, ..Problem::new(grid, crate::method::Heights::Series(&series)) };
+            let problem = Problem { ranks: &ranks, ..Problem::new(grid, crate::method::Heights::Series(&series)) };
             let hard = Problem { hardness: Some(crate::interface::Hardness::Uniform(0.1)), ..problem.clone() };
             let start = |id: &str, problem: &Problem| {
                 find(id)
@@ -243,7 +243,7 @@ mod tests {
             };
             let fast = find("fast").expect("registered");
             let mut run = fast.start(&problem, &crate::method::NoObserver).and_then(|s| s.solver()).expect("started");
-            let gap = run.equilibrate(Load::MeanGap(0.1)).err().expect("refused").to_string();
+            let gap = run.equilibrate(Load::MeanGap(0.1)).expect_err("refused").to_string();
             [start("fast", &hard), start("bvm", &problem), gap]
         });
         for text in refused.iter().flatten() {

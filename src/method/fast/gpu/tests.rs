@@ -9,6 +9,7 @@ use crate::grid::{Grid, Real, Series};
 use crate::interface::{Base, CubicHalfSpace, Elastic, Exponential, HardWall, Law, Layer};
 use crate::method::Precision;
 use crate::sys::gpu::missing_library;
+use crate::sys::ranks::ALONE;
 use rustfft::num_complex::Complex;
 
 /// Errors of sums and fields over the largest, in f32 and f64: of the state, and of the linear problem in f32.
@@ -42,7 +43,7 @@ fn compared<T: Real, L: Law>(grid: Grid, kernel: Elastic, law: L, heights: &Seri
         _ => (Precision::F64, TOLERANCES[1]),
     };
     let kernels = Kernels::compiled(precision, gamma).expect("a GPU");
-    let body = Body { kernel, law, heights, window: Window { nx: grid.nx, ny: grid.ny } };
+    let body = Body { kernel, law, heights, window: Window { nx: grid.nx, ny: grid.ny }, ranks: &ALONE };
     let gap: Vec<T> =
         (0..grid.points()).map(|i| T::of(1e-3 * ((i * 7919 % 1013) as f64 / 400.0 - 1.0).max(0.0))).collect();
     let mut host: Box<dyn Fields<T>> = Box::new(Host::new(grid, body, gap.clone()));
@@ -151,7 +152,13 @@ fn a_failure_ends_the_solve() {
     let grid = Grid::unit(32, 32);
     let heights = Series::<f64>::from_modes(2, 2, |_, _| Complex::new(1e-3, 0.0));
     let kernels = Kernels::compiled(Precision::F64, 0.0).expect("a GPU");
-    let body = Body { kernel: Elastic::HalfSpace, law: HardWall, heights: &heights, window: Window { nx: 32, ny: 32 } };
+    let body = Body {
+        kernel: Elastic::HalfSpace,
+        law: HardWall,
+        heights: &heights,
+        window: Window { nx: 32, ny: 32 },
+        ranks: &ALONE,
+    };
     let mut fields = OnGpu::new(&kernels, grid, body, vec![1e-3; grid.points()]);
     fields.allocate();
     assert!(fields.trial(0.0, 0.01, Spring::default(), Precision::F64).0.is_finite() && !fields.has_failed());
