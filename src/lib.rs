@@ -84,7 +84,10 @@ pub mod scene;
 #[doc(hidden)]
 pub mod surface;
 #[doc(hidden)]
-#[allow(unsafe_code, reason = "system calls: process groups, memory and time of processes; the library of LAMMPS")]
+#[allow(
+    unsafe_code,
+    reason = "system calls: process groups, memory and time of processes; the libraries of LAMMPS and CUDA"
+)]
 pub mod sys;
 #[doc(hidden)]
 pub mod units;

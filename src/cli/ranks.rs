@@ -10,7 +10,7 @@ use std::time::Duration;
 const GRACE: Duration = Duration::from_secs(10);
 
 /// How processes of a launcher work independently.
-const APART: &str = "for work of its own in each process unset OMPI_COMM_WORLD_SIZE and PMI_SIZE";
+const APART: &str = "for work of its own in each process unset OMPI_COMM_WORLD_SIZE, PMI_SIZE and MV2_COMM_WORLD_SIZE";
 
 /// Silences this process if it is not the first that a launcher has started.
 fn first_reports() {

@@ -2,7 +2,7 @@ use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::run::StageFlags;
 use super::{output, programs, progress::TerminalProgress};
-use crate::method::{self, ContactMethod, REGISTRY};
+use crate::method::{self, ContactMethod, Device, REGISTRY};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
@@ -71,6 +71,9 @@ pub(super) struct Tradeoff {
 
 impl Tradeoff {
     pub(super) fn execute(self) -> Result<ExitCode> {
+        if Device::chosen() == Device::Cuda {
+            return Err(Error::input(PLACE, "--device", "cuda", "cpu: costs of methods are compared on the processor"));
+        }
         let budget_seconds = self.budget.as_deref().map(|text| seconds("--budget", text)).transpose()?;
         if let Some(n) = self.repeats.filter(|n| !(1..=MOST_REPEATS).contains(n)) {
             return Err(Error::input(PLACE, "--repeats", n, format!("1 to {MOST_REPEATS} runs")));

@@ -11,13 +11,25 @@ mod world;
 use bytemuck::Pod;
 use std::ops::Range;
 
-/// Variables in which launchers of MPI hand their processes the number of their rank, and of all ranks.
-const LAUNCHERS: [[&str; 2]; 2] = [["OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"], ["PMI_RANK", "PMI_SIZE"]];
+/// Variables in which launchers of MPI hand their processes the number of their rank, and of all ranks. Where a launcher hands no
+/// count, MPI knows it.
+const LAUNCHERS: [(&str, Option<&str>); 4] = [
+    ("OMPI_COMM_WORLD_RANK", Some("OMPI_COMM_WORLD_SIZE")),
+    ("PMI_RANK", Some("PMI_SIZE")),
+    ("MV2_COMM_WORLD_RANK", Some("MV2_COMM_WORLD_SIZE")),
+    ("PMIX_RANK", None),
+];
 
 /// Number of this process and of all processes that a launcher of MPI has started with it: (0, 1) without a launcher.
 pub fn launched() -> (usize, usize) {
     let number = |name: &str| std::env::var(name).ok()?.parse().ok();
-    LAUNCHERS.iter().find_map(|[rank, count]| Some((number(rank)?, number(count)?))).unwrap_or((0, 1))
+    LAUNCHERS.iter().find_map(|(rank, count)| Some((number(rank)?, number((*count)?)?))).unwrap_or((0, 1))
+}
+
+/// Whether a launcher of MPI has started this process.
+#[cfg(feature = "mpi")]
+fn is_launched() -> bool {
+    LAUNCHERS.iter().any(|(rank, _)| std::env::var_os(rank).is_some())
 }
 
 /// Exit code of all ranks after a panic of one (`EX_SOFTWARE` of sysexits.h).
@@ -66,7 +78,7 @@ impl Drop for Started {
 /// Starts MPI in a process that a launcher of MPI has started. `None` if this build has no MPI and there are several ranks.
 pub fn start() -> Option<Started> {
     #[cfg(feature = "mpi")]
-    if world::is_launched() {
+    if is_launched() {
         let (world, universe) = world::start()?;
         let ranks = if world.count > 1 { Ranks(Kind::World(world)) } else { Ranks::default() };
         return Some(Started { ranks, _universe: Some(universe) });

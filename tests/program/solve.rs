@@ -407,6 +407,10 @@ fn what_a_gpu_cannot_do_is_refused() {
         let output = solve(&[&["--p-star", "0.01", "--device", "cuda"], flags].concat());
         (output.status.code(), stderr(&output))
     };
+    let tradeoff =
+        asperity().args(["tradeoff", "configs/continuum.toml", "--device", "cuda"]).output().expect("started");
+    assert_eq!(tradeoff.status.code(), Some(2));
+    assert!(stderr(&tradeoff).contains("--device = cuda; accepted: cpu: costs of methods"), "{}", stderr(&tradeoff));
     let (code, message) = refused(&[]);
     if cfg!(feature = "cuda") {
         let hardness = refused(&["--hardness", "0.3"]);

@@ -167,6 +167,7 @@ impl Solve {
         let names = self.flag_names();
         let method = method::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
+        Device::check(&case.problem((&[][..]).into()), method.card().id)?;
         case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));
         if let Some(provenance) = &case.provenance {
             progress.note(&provenance.to_string());
@@ -174,7 +175,6 @@ impl Solve {
         if !self.dry_run {
             case.find_contact_pressures(&crate::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
-        Device::check(&case.problem((&[][..]).into()), method.card().id)?;
         let stored = StoredHeights::of(case.take_surface(), ranks);
         if method.card().kind == Kind::Estimate {
             return estimated::run(&self, &case, stored.heights(), &progress);

@@ -8,9 +8,6 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
 use std::time::{Duration, Instant};
 
-/// Variables that launchers of MPI set.
-const LAUNCHERS: [&str; 4] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "MV2_COMM_WORLD_RANK"];
-
 /// Largest message, bytes: MPI counts with 32 bits.
 const MESSAGE: usize = 1 << 30;
 
@@ -21,10 +18,6 @@ pub(super) struct World {
     pub threads: usize,
     /// Whether each rank is on the machine of this one.
     here: Vec<bool>,
-}
-
-pub(super) fn is_launched() -> bool {
-    LAUNCHERS.iter().any(|name| std::env::var_os(name).is_some())
 }
 
 /// Starts MPI, for calls from this thread.

@@ -65,6 +65,23 @@ template <int K> __device__ void reduce(double *sums, double *out) {
     }
 }
 
+// Adds residual², residual, |t g|, g, v(g) and closed nodes of a node to the sums, with `t` the elastic stress plus
+// pressure, to which the traction of the law is added. Returns the residual of the optimality conditions.
+__device__ inline REAL add_state(double *sums, REAL g, REAL &t, REAL gamma, REAL rho) {
+    if (LAW) {
+        REAL b = boltzmann(g, rho);
+        t += gamma / rho * b;
+        sums[4] -= gamma * b;
+    }
+    REAL kkt = g > 0 || t < 0 ? t : 0;
+    sums[0] += (double)kkt * kkt;
+    sums[1] += kkt;
+    sums[2] += fabs((double)t * g);
+    sums[3] += g;
+    sums[5] += g <= 0;
+    return kkt;
+}
+
 // gap += scale * step, stopped by the wall.
 extern "C" __global__ void apply_step(int nx, int ny, REAL *gap, REAL scale, const float *step) {
     NODES {
@@ -94,7 +111,7 @@ extern "C" __global__ void clipped(int nx, int ny, int pitch, const REAL *work, 
     }
 }
 
-// Sums of the state gap + scale * step: residual², residual, |t g|, g, v(g), closed nodes, residual times the old one.
+// Sums of the state gap + scale * step (add_state), and of the residual times the old one.
 extern "C" __global__ void trial(int nx, int ny, int pitch, const REAL *gap, REAL scale, const float *step,
                                  const REAL *work, REAL pressure, float *residual, REAL gamma, REAL rho, double *out) {
     double sums[7] = {0};
@@ -104,17 +121,7 @@ extern "C" __global__ void trial(int nx, int ny, int pitch, const REAL *gap, REA
         float r = residual[i];
         float old = (float)before > 0 ? r : fminf(r, 0);
         REAL t = work[(index)y * pitch + x] + pressure;
-        if (LAW) {
-            REAL b = boltzmann(g, rho);
-            t += gamma / rho * b;
-            sums[4] -= gamma * b;
-        }
-        REAL kkt = g > 0 || t < 0 ? t : 0;
-        sums[0] += (double)kkt * kkt;
-        sums[1] += kkt;
-        sums[2] += fabs((double)t * g);
-        sums[3] += g;
-        sums[5] += g <= 0;
+        REAL kkt = add_state(sums, g, t, gamma, rho);
         sums[6] += (double)kkt * old;
         residual[i] = t;
     }
@@ -216,17 +223,7 @@ extern "C" __global__ void stress(int nx, int ny, int pitch, const REAL *gap, co
         index i = (index)y * nx + x;
         REAL g = gap[i], t = work[(index)y * pitch + x] + pressure;
         stress[i] = t;
-        if (LAW) {
-            REAL b = boltzmann(g, rho);
-            t += gamma / rho * b;
-            sums[4] -= gamma * b;
-        }
-        REAL kkt = g > 0 || t < 0 ? t : 0;
-        sums[0] += (double)kkt * kkt;
-        sums[1] += kkt;
-        sums[2] += fabs((double)t * g);
-        sums[3] += g;
-        sums[5] += g <= 0;
+        add_state(sums, g, t, gamma, rho);
     }
     reduce<6>(sums, out);
 }
