@@ -27,29 +27,51 @@ pub fn iterations(interval: Duration, atoms: u64, ranks: usize) -> usize {
     (interval.as_secs_f64() / one).clamp(1.0, 1e6) as usize
 }
 
-/// The two files of a step.
-fn files(folder: &Path, step: usize) -> [PathBuf; 2] {
-    ["a", "b"].map(|end| folder.join(format!("{PREFIX}{step}.{end}")))
-}
-
-/// The newest complete checkpoint of a step.
+/// The newest complete checkpoint of a step, of those that interrupt a minimisation.
+///
+/// LAMMPS also writes one where a minimisation has ended, at any iteration. A run continued from there would relax a
+/// state again that is already relaxed, so that a kill in this instant would change the results. Checkpoints are
+/// therefore used only at multiples of their interval, `checkpoint.STEP.INTERVAL.a` and `.b`.
 pub fn newest(folder: &Path, step: usize) -> Option<PathBuf> {
-    let written = |file: &PathBuf| -> Option<SystemTime> {
-        let whole = is_whole(file).unwrap_or(false);
-        whole.then(|| std::fs::metadata(file).and_then(|m| m.modified()).ok()).flatten()
+    let written = |file: &Path| -> Option<SystemTime> {
+        let name = file.file_name()?.to_str()?;
+        let interval: u64 = name.strip_prefix(&format!("{PREFIX}{step}."))?.split('.').next()?.parse().ok()?;
+        let used = iteration(file).ok()??.checked_rem(interval)? == 0;
+        used.then(|| std::fs::metadata(file).and_then(|m| m.modified()).ok()).flatten()
     };
-    let found = files(folder, step).into_iter().filter_map(|f| Some((written(&f)?, f)));
-    found.max().map(|(_, file)| file)
+    let paths = std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
+    paths.filter_map(|file| Some((written(&file)?, file))).max().map(|(_, file)| file)
 }
 
-/// Checks the end marker: after a kill or on a full disk LAMMPS may leave a truncated file without an error.
-fn is_whole(file: &Path) -> std::io::Result<bool> {
+/// The iteration of a complete restart file. After a kill or on a full disk LAMMPS may leave a truncated file without an
+/// error; it lacks the end marker.
+fn iteration(file: &Path) -> std::io::Result<Option<u64>> {
     let mut handle = File::open(file)?;
-    let mut tail = [0; 64];
+    let mut head = Vec::new();
+    (&mut handle).take(512).read_to_end(&mut head)?;
     let length = handle.metadata()?.len();
-    handle.seek(SeekFrom::Start(length.saturating_sub(tail.len() as u64)))?;
-    let read = handle.read(&mut tail)?;
-    Ok(tail[..read].windows(MARK.len()).any(|w| w == MARK))
+    handle.seek(SeekFrom::Start(length.saturating_sub(64)))?;
+    let mut tail = Vec::new();
+    handle.read_to_end(&mut tail)?;
+    let whole = tail.windows(MARK.len()).any(|w| w == MARK);
+    Ok(if whole { iteration_in(&head) } else { None })
+}
+
+/// The iteration in the header of a restart file (`read_restart.cpp` of LAMMPS): after the marker, the byte order and the
+/// revision, pairs of a key and a value, each key of four bytes. Texts begin with their length.
+fn iteration_in(head: &[u8]) -> Option<u64> {
+    const TEXTS: [i32; 2] = [0, 4];
+    const ITERATION: i32 = 5;
+    let int = |at: usize| Some(i32::from_ne_bytes(head.get(at..at + 4)?.try_into().ok()?));
+    let mut at = MARK.len() + 1 + 8;
+    loop {
+        let (key, value) = (int(at)?, at + 4);
+        match key {
+            ITERATION => return Some(u64::from_ne_bytes(head.get(value..value + 8)?.try_into().ok()?)),
+            _ if TEXTS.contains(&key) => at = value + 4 + usize::try_from(int(value)?).ok()?,
+            _ => at = value + 4,
+        }
+    }
 }
 
 /// Removes the checkpoints of all other steps.
@@ -85,29 +107,47 @@ fn keep(folder: &Path, kept: impl Fn(usize) -> bool) -> Result<()> {
 mod tests {
     use super::*;
 
+    /// Header of LAMMPS 29Sep2021: version, four sizes of integers, units, iteration.
+    fn restart_file(iteration: u64) -> Vec<u8> {
+        let ints = |list: &[i32]| list.iter().flat_map(|n| n.to_ne_bytes()).collect::<Vec<u8>>();
+        let mut file = [MARK, &[0], &ints(&[1, 2, 0, 12]), b"29 Sep 2021\0"].concat();
+        file.extend(ints(&[1, 4, 0x30, 4, 2, 4, 3, 8, 4, 6]));
+        file.extend(b"metal\0");
+        file.extend(ints(&[5]));
+        file.extend(iteration.to_ne_bytes());
+        file.extend([0; 400]);
+        file.extend(MARK);
+        file
+    }
+
     #[test]
-    fn the_newest_complete_file_is_used_and_other_steps_are_removed() {
+    fn the_newest_complete_file_within_a_minimisation_is_used_and_other_steps_are_removed() {
         let folder = tempfile::tempdir().expect("scratch");
         let path = |name: &str| folder.path().join(name);
-        let put = |name: &str, text: &[u8], age: u64| {
-            std::fs::write(path(name), text).expect("written");
+        let put = |name: &str, bytes: &[u8], age: u64| {
+            std::fs::write(path(name), bytes).expect("written");
             let time = SystemTime::now() - Duration::from_secs(age);
             File::options().write(true).open(path(name)).and_then(|f| f.set_modified(time)).expect("dated");
         };
-        let whole = [MARK, &[0; 400], MARK, &[0]].concat();
         assert_eq!(newest(folder.path(), 2), None);
-        put("checkpoint.1.a", &whole, 0);
-        put("checkpoint.2.a", &whole, 20);
-        put("checkpoint.2.b", &whole, 10);
-        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.b")));
+        put("checkpoint.1.50.a", &restart_file(100), 0);
+        put("checkpoint.2.50.a", &restart_file(250), 20);
+        put("checkpoint.2.50.b", &restart_file(300), 10);
+        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.50.b")));
+        // Written where the minimisation ended; another interval, as with another number of ranks.
+        put("checkpoint.2.50.b", &restart_file(317), 5);
+        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.50.a")));
+        put("checkpoint.2.317.a", &restart_file(317), 3);
+        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.317.a")));
         // Truncated during writing.
-        put("checkpoint.2.b", &whole[..300], 5);
-        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.a")));
-        put("checkpoint.2.a", b"", 0);
+        put("checkpoint.2.317.a", &restart_file(317)[..300], 2);
+        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.50.a")));
+        put("checkpoint.2.50.a", b"", 0);
         assert_eq!(newest(folder.path(), 2), None);
-        put("restart.1", &whole, 0);
+        put("restart.1", &restart_file(100), 0);
         keep_only(folder.path(), 2).expect("removed");
-        assert!(!path("checkpoint.1.a").exists() && path("checkpoint.2.a").exists() && path("restart.1").exists());
+        let exists = |name: &str| path(name).exists();
+        assert!(!exists("checkpoint.1.50.a") && exists("checkpoint.2.50.a") && exists("restart.1"));
     }
 
     #[test]

@@ -68,7 +68,7 @@ mod tests {
         assert!(empty != one && one != two && two != three);
         write("continuum/checkpoint.json", "{}");
         assert_eq!(progress_of(run.path()), three, "the same state, written again");
-        let more = ["matched/full-heights-checkpoint.json", "method-persson/load-1.json", "lammps/checkpoint.2.a"];
+        let more = ["matched/full-heights-checkpoint.json", "method-persson/load-1.json", "lammps/checkpoint.2.50.a"];
         for name in more {
             let before = progress_of(run.path());
             write(name, "{}");

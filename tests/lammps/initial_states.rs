@@ -180,3 +180,22 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     assert!((a.load / b.load - 1.0).abs() < 2e-3 && a.contacts.abs_diff(b.contacts) <= AT_THE_EDGE, "{a:?} {b:?}");
     assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < 0.01, "{a:?} {b:?}");
 }
+
+/// LAMMPS also writes a checkpoint where a minimisation ends; a kill before the frame is written must not continue from it.
+#[test]
+fn a_load_stopped_after_its_relaxation_repeats_it_with_the_same_results() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let case = smooth_case("");
+    let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
+    let job = built(&case, stopped.path());
+    let relax = "minimize      0.0 ${load_ftol} ${max_iterations} 100000\n";
+    let cut = format!("{relax}if \"$k == 1\" then \"quit 9\"\n");
+    let script = PRESCRIBED_LOAD_STEP.text.replace(relax, &cut);
+    std::fs::write(job.folder.join(PRESCRIBED_LOAD_STEP.file), script).expect("written");
+    engine.run(&job, &mut on).expect_err("stopped");
+    let written = |file: std::fs::DirEntry| file.file_name().to_string_lossy().starts_with("checkpoint.1.");
+    assert!(std::fs::read_dir(stopped.path()).expect("listed").flatten().any(written));
+    let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
+    assert_eq!(finished.history.steps, expected.history.steps);
+}

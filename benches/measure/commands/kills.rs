@@ -64,11 +64,11 @@ impl Kills {
                 kills += self.disturbed(name, &folder, (most, seconds), &mut random)?;
                 runs += 1;
                 let found = results(name, &folder.join("out"))?;
-                if found != whole {
+                if let Some(what) = difference(&whole, &found) {
                     return Err(Error::format(
                         folder.join("out"),
-                        "other results after kills",
-                        "those of folder whole",
+                        format!("{name}: {what} after kills"),
+                        "the results of folder whole",
                     ));
                 }
             }
@@ -212,6 +212,28 @@ fn quiet(mut command: Command) -> Command {
 
 /// Fields with their bytes, and results without times.
 type Found = (Vec<(PathBuf, Vec<u8>)>, Value);
+
+/// The first difference: a field's file, or a value with its path in the results.
+fn difference(whole: &Found, found: &Found) -> Option<String> {
+    let files = |found: &Found| found.0.iter().map(|(file, _)| file.clone()).collect::<Vec<_>>();
+    if files(whole) != files(found) {
+        return Some(format!("the fields {:?} in place of {:?}", files(found), files(whole)));
+    }
+    let field = whole.0.iter().zip(&found.0).find(|(a, b)| a != b);
+    field.map(|(a, _)| format!("another field {}", a.0.display())).or_else(|| different_value("", &whole.1, &found.1))
+}
+
+fn different_value(path: &str, whole: &Value, found: &Value) -> Option<String> {
+    match (whole, found) {
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            a.iter().zip(b.values()).find_map(|((key, a), b)| different_value(&format!("{path}.{key}"), a, b))
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            a.iter().zip(b).enumerate().find_map(|(i, (a, b))| different_value(&format!("{path}[{i}]"), a, b))
+        }
+        _ => (whole != found).then(|| format!("{path} = {found} in place of {whole}")),
+    }
+}
 
 fn results(name: &str, out: &Path) -> Result<Found> {
     let json = |file: &str| -> Result<Value> {
