@@ -21,8 +21,13 @@ pub use half_spectrum::HalfSpectrum;
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
+#[cfg(test)]
+pub(crate) use slab::SHARED;
+pub use slab::sharing;
 pub use smooth::{smoothed, spread};
-pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, mean_of, rms, sum_rows, total, vectorised};
+pub use sums::{
+    CHUNK, block_sums, dot, extent, lowest, mean, mean_of, rms, sum_rows, sums_of_ranks, total, vectorised,
+};
 pub use transform::{Transform, Worker, next_fast_len, transformed_nodes};
 pub use union_find::{Merged, Offset, UnionFind};
 

@@ -1,7 +1,7 @@
 use super::columns::{Columns, SharedSpectrum};
 use super::{COLUMNS, Grid, HalfSpectrum, Real};
 use crate::sys::prefetch;
-use crate::sys::ranks::{Ranks, share};
+use crate::sys::ranks::{ALONE, Ranks, share};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::ops::Range;
@@ -13,6 +13,14 @@ const BLOCKS: usize = 8;
 const ROWS: usize = 64;
 /// Distance of the prefetch in rows (see `transform`).
 const AHEAD: usize = 16;
+
+/// Points of the smallest grid that is shared. Coarser ones are held whole by every rank, which costs no communication.
+pub(crate) const SHARED: usize = if cfg!(test) { 80 * 80 } else { 1 << 18 };
+
+/// The ranks that share the rows of a grid.
+pub fn sharing(ranks: &Ranks, grid: Grid) -> &Ranks {
+    if grid.points() >= SHARED && grid.ny >= ranks.count() { ranks } else { &ALONE }
+}
 
 /// Columns with all their rows: the matrix, the distance of its rows, and the number of its first column.
 pub(super) type Matrix<'m, T> = (&'m mut [Complex<T>], usize, usize);

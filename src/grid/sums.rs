@@ -4,6 +4,7 @@
 //! in order, and the row sums are added in order.
 
 use super::Real;
+use crate::sys::ranks::Ranks;
 use rayon::prelude::*;
 
 /// `K` sums at once over rows `0..rows`, each row giving its own partial sums.
@@ -23,6 +24,14 @@ pub fn block_sums<const K: usize>(partial: &[[f64; K]]) -> [f64; K] {
         }
     }
     total
+}
+
+/// The sums of all rows in order, given those of the rows of this rank, of `ny`.
+pub fn sums_of_ranks<const K: usize>(ranks: &Ranks, ny: usize, own: &[[f64; K]]) -> [f64; K] {
+    if !ranks.are_several() {
+        return block_sums(own);
+    }
+    block_sums(ranks.gather(own.as_flattened(), &ranks.shares(ny, K)).as_chunks::<K>().0)
 }
 
 /// Runs a loop compiled for the widest vector instructions of this machine; `work` must be inlined. Results are

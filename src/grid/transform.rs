@@ -11,7 +11,7 @@
 use super::columns::{Columns, Direction, Fill, Filter, SharedSpectrum};
 use super::rows::Rows;
 use super::slab::{Matrix, Slab};
-use super::{COLUMNS, Grid, HalfSpectrum, Real, block_sums};
+use super::{COLUMNS, Grid, HalfSpectrum, Real, sums_of_ranks};
 use crate::sys::ColumnBlocks;
 use crate::sys::ranks::Ranks;
 use rayon::prelude::*;
@@ -96,11 +96,7 @@ impl<T: Real> Transform<T> {
 
     /// Adds the sums of all rows in order, given those of the rows of this rank.
     pub fn sum_rows<const K: usize>(&self, own: &[[f64; K]]) -> [f64; K] {
-        if !self.ranks().are_several() {
-            return block_sums(own);
-        }
-        let all = self.ranks().gather(own.as_flattened(), &self.slab.elements(K));
-        block_sums(all.as_chunks::<K>().0)
+        sums_of_ranks(self.ranks(), self.grid.ny, own)
     }
 
     /// A zeroed half spectrum.

@@ -4,8 +4,9 @@
 use super::residuals::{LOAD_BALANCE, LOAD_SHARE};
 use super::{Estimate, Estimator, Load, Problem, Started, State, Stop};
 use crate::Result;
-use crate::grid::{CHUNK, Real, block_sums, dot, total, vectorised};
+use crate::grid::{CHUNK, Grid, Real, dot, sharing, sums_of_ranks, total, vectorised};
 use crate::interface::Hardness;
+use crate::sys::ranks::Ranks;
 use rayon::prelude::*;
 
 /// How an iteration ended.
@@ -33,6 +34,9 @@ pub(super) struct EquilibriumCheck<'m> {
     pub scale: f64,
     /// Largest contact stress, E*; infinite without a hardness.
     pub hardness: Hardness<'m>,
+    pub grid: Grid,
+    /// Whose rows the fields are.
+    pub ranks: &'m Ranks,
 }
 
 /// Sums over the nodes of the final fields.
@@ -48,33 +52,33 @@ struct FieldSums {
     lowest_gap: f64,
 }
 
-/// Elements of a block, the unit of work of a thread.
-const BLOCK: usize = 4096;
-
 /// Difference between the final evaluation and that of the last iteration: they add in another order.
 const SLACK: f64 = 1.01;
 
 impl FieldSums {
-    fn of<T: Real>(gap: &[T], stress: &[T], hardness: Hardness) -> Self {
-        let blocks: Vec<([f64; 5], f64)> = gap
-            .par_chunks(BLOCK)
-            .zip(stress.par_chunks(BLOCK))
+    /// Collective. Sums are those of rows, the same on any number of ranks.
+    fn of<T: Real>(gap: &[T], stress: &[T], check: &EquilibriumCheck) -> Self {
+        let EquilibriumCheck { ranks, grid, .. } = *check;
+        let first = ranks.share(grid.ny).start;
+        let rows: Vec<([f64; 5], f64)> = gap
+            .par_chunks(grid.nx)
+            .zip(stress.par_chunks(grid.nx))
             .enumerate()
-            .map(|(block, (gap, stress))| {
+            .map(|(row, (gap, stress))| {
                 vectorised(
                     #[inline(always)]
-                    || Self::of_block(gap, stress, hardness.from_node(block * BLOCK)),
+                    || Self::of_row(gap, stress, check.hardness.from_node((first + row) * grid.nx)),
                 )
             })
             .collect();
-        let lowest_gap = blocks.iter().map(|b| b.1).fold(f64::INFINITY, f64::min);
-        let sums: Vec<[f64; 5]> = blocks.into_iter().map(|b| b.0).collect();
-        let [gap, gap_square, stress, residual_square, work] = block_sums(&sums);
+        let lowest_gap = ranks.lowest(rows.iter().map(|b| b.1).fold(f64::INFINITY, f64::min));
+        let sums: Vec<[f64; 5]> = rows.into_iter().map(|b| b.0).collect();
+        let [gap, gap_square, stress, residual_square, work] = sums_of_ranks(ranks, grid.ny, &sums);
         FieldSums { gap, gap_square, stress, residual_square, work, lowest_gap }
     }
 
     #[inline(always)]
-    fn of_block<T: Real>(gap: &[T], stress: &[T], hardness: Hardness) -> ([f64; 5], f64) {
+    fn of_row<T: Real>(gap: &[T], stress: &[T], hardness: Hardness) -> ([f64; 5], f64) {
         let (mut sums, mut lowest) = ([0.0; 5], [f64::INFINITY; CHUNK]);
         for (k, (gap, stress)) in gap.chunks(CHUNK).zip(stress.chunks(CHUNK)).enumerate() {
             let (n, hardness) = (gap.len(), hardness.chunk(k * CHUNK));
@@ -116,7 +120,7 @@ impl EquilibriumCheck<'_> {
     pub(super) fn decide<T: Real>(&self, ending: Ending, state: &State, gap: &[T], stress: &[T]) -> Stop {
         match ending {
             Ending::Stopped(stop) => stop,
-            Ending::Met => self.verdict(state, &FieldSums::of(gap, stress, self.hardness), gap.len() as f64),
+            Ending::Met => self.verdict(state, &FieldSums::of(gap, stress, self), self.grid.points() as f64),
         }
     }
 
@@ -235,6 +239,8 @@ pub(super) fn equilibrium_check<'m>(
         rms_height,
         scale,
         hardness: problem.hardness.unwrap_or(Hardness::NONE),
+        grid: problem.grid,
+        ranks: sharing(problem.ranks, problem.grid),
     }
 }
 

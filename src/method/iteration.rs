@@ -5,6 +5,7 @@ use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
 use super::residuals::Residuals;
 use super::{ErrorEstimates, Iteration, Load, Observer, Problem, SnapshotRef, State, Stop};
 use crate::grid::Real;
+use crate::sys::ranks::ALONE;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -23,9 +24,12 @@ pub(super) struct Outcome<'p> {
     pub error_estimates: ErrorEstimates,
 }
 
-impl Outcome<'_> {
+impl<'p> Outcome<'p> {
     /// State with gap and interfacial stress `[ny, nx]`, and the stop reason of the check.
-    pub(super) fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a> {
+    pub(super) fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a>
+    where
+        'p: 'a,
+    {
         let Outcome { load, pressure, check, residuals, .. } = self;
         let EquilibriumCheck { scale, rms_height, .. } = check;
         let balance = residuals.imbalance.abs() / scale;
@@ -33,6 +37,7 @@ impl Outcome<'_> {
             load,
             pressure,
             error_estimates: self.error_estimates,
+            ranks: check.ranks,
             gap: T::lend(gap),
             stress: T::lend(stress),
             mean_gap: residuals.mean_gap,
@@ -198,6 +203,7 @@ impl<'o, 'p> IterationControl<'o, 'p> {
         if stop || self.observer.snapshot_due() {
             self.observer.snapshot(SnapshotRef {
                 grid: self.problem.grid,
+                ranks: &ALONE,
                 gap: T::lend(gap),
                 auxiliary: Some(T::lend(auxiliary)),
                 plastic: None,

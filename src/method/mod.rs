@@ -35,6 +35,7 @@ mod scale;
 mod scgw;
 mod settings;
 mod sinusoid;
+mod snapshot;
 mod spots;
 mod srgw;
 mod sweep;
@@ -45,9 +46,10 @@ pub use contact_method::ContactMethod;
 pub use device::{Device, gpu};
 pub use estimate::{Estimate, Estimator, Started};
 pub use problem::{
-    CoarseState, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Plan, Precision, Problem, Run, SnapshotRef,
-    SolverSnapshot, State, Stop, Targets,
+    CoarseState, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Plan, Precision, Problem, Run, State, Stop,
+    Targets,
 };
+pub use snapshot::{SnapshotRef, SolverSnapshot};
 
 pub use registry::{REGISTRY, find, ids};
 pub use scale::{Scale, ScaledHeights, is_representable};

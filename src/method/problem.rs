@@ -1,4 +1,5 @@
 use super::settings::Settings;
+use super::snapshot::{SnapshotRef, SolverSnapshot};
 use crate::grid::{Field, Grid, Series, Transform, rms};
 use crate::interface::{Adhesion, Elastic, Hardness, Kernel, Wall};
 use crate::load::Load;
@@ -7,7 +8,6 @@ use crate::surface::{PowerSpectrum, non_periodic_gradient};
 use crate::sys::ranks::{ALONE, Ranks};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -395,6 +395,8 @@ pub struct State<'a> {
     pub load: Load,
     /// Mean pressure over E*, imposed or required by the mean gap.
     pub pressure: f64,
+    /// Whose rows the fields are, in order: on several ranks each has its own, one alone has whole fields.
+    pub ranks: &'a Ranks,
     /// Gap `[ny, nx]`, L: `g ≥ 0` with a hard wall, counted from the zero of the wall's force with a soft wall.
     pub gap: Field<'a>,
     /// Interfacial stress `[ny, nx]` over E*: contact plus adhesive, compression positive; its mean is the pressure.
@@ -490,67 +492,12 @@ impl Iteration {
     }
 }
 
-/// A state from which [`Run::resume`] can continue, with borrowed fields.
-#[derive(Debug, Clone)]
-pub struct SnapshotRef<'a> {
-    /// Present grid of the solver.
-    pub grid: Grid,
-    /// Gap `[ny, nx]`, L.
-    pub gap: Field<'a>,
-    /// A second field `[ny, nx]` that the method needs: velocities or a search direction.
-    pub auxiliary: Option<Field<'a>>,
-    /// Plastic displacement `[ny, nx]` of the loads before, L; `None` without.
-    pub plastic: Option<Field<'a>>,
-    /// Scalars of the iteration, in the method's own format.
-    pub progress: serde_json::Value,
-}
-
-/// A stored snapshot; fields as in [`SnapshotRef`].
-#[derive(Debug, Clone)]
-pub struct SolverSnapshot {
-    pub grid: Grid,
-    pub gap: Vec<f64>,
-    pub auxiliary: Option<Vec<f64>>,
-    pub plastic: Option<Vec<f64>>,
-    pub progress: serde_json::Value,
-}
-
-impl SolverSnapshot {
-    /// Gap `[ny, nx]` (L) and the scalars of method `id`.
-    ///
-    /// # Errors
-    /// `Input` if the snapshot is not of method `id` on `grid`.
-    pub fn restore<P: DeserializeOwned>(self, grid: Grid, id: &str) -> Result<(Vec<f64>, P)> {
-        let progress =
-            serde_json::from_value(self.progress).map_err(|e| foreign(grid, id, "progress", e.to_string()))?;
-        Ok((whole(self.gap, grid, id, "gap")?, progress))
-    }
-
-    /// Gap and auxiliary field `[ny, nx]`, and the scalars of method `id`.
-    ///
-    /// # Errors
-    /// As [`SolverSnapshot::restore`], and `Input` if there is no auxiliary field.
-    pub fn restore_pair<P: DeserializeOwned>(mut self, grid: Grid, id: &str) -> Result<(Vec<f64>, Vec<f64>, P)> {
-        let auxiliary = self.auxiliary.take().ok_or_else(|| foreign(grid, id, "auxiliary", "nothing".into()))?;
-        let (gap, progress) = self.restore(grid, id)?;
-        Ok((gap, whole(auxiliary, grid, id, "auxiliary")?, progress))
-    }
-}
-
-fn whole(field: Vec<f64>, grid: Grid, id: &str, key: &str) -> Result<Vec<f64>> {
-    let len = field.len();
-    if len == grid.points() { Ok(field) } else { Err(foreign(grid, id, key, format!("{len} values"))) }
-}
-
-fn foreign(grid: Grid, id: &str, key: &str, found: String) -> Error {
-    let accepted = format!("a snapshot of method {id} on {} x {} points", grid.nx, grid.ny);
-    Error::input("checkpoint", key, found, accepted)
-}
-
 /// State of a coarser grid in a nested iteration.
 #[derive(Debug, Clone, Copy)]
 pub struct CoarseState<'a> {
     pub grid: Grid,
+    /// Whose rows the gap is, as in [`State`].
+    pub ranks: &'a Ranks,
     pub gap: Field<'a>,
     pub mean_gap: f64,
     pub energy: f64,

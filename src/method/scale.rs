@@ -152,7 +152,7 @@ impl Scale {
     /// the product of two factors and underflow where the square of the unit does.
     pub fn state<'a>(
         self,
-        state: &State,
+        state: &State<'a>,
         load: Load,
         ([gap, stress], plastic): ([&'a [f64]; 2], Option<&'a [f64]>),
     ) -> State<'a> {
@@ -160,6 +160,7 @@ impl Scale {
         State {
             load,
             pressure: self.multiply(state.pressure),
+            ranks: state.ranks,
             gap: Field::F64(gap),
             stress: Field::F64(stress),
             mean_gap: self.multiply(state.mean_gap),

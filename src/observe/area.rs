@@ -1,4 +1,5 @@
-use crate::grid::{Field, Grid, Real, sum_rows};
+use crate::grid::{Field, Grid, Real, sum_rows, sums_of_ranks};
+use crate::sys::ranks::{ALONE, Ranks};
 use std::f64::consts::LN_2;
 use std::f64::consts::PI;
 
@@ -15,15 +16,16 @@ pub struct ContactArea {
     pub nodes: usize,
 }
 
-/// Contact area of a periodic cell: nodes with a gap of at most `threshold` (0 for a hard wall). Zero of
-/// an empty field, which ranks have that do not report.
+/// Contact area of a periodic cell: nodes with a gap of at most `threshold` (0 for a hard wall).
 pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
-    if gap.is_empty() {
-        return ContactArea::default();
-    }
+    contact_area_on_ranks(&ALONE, grid, gap, threshold)
+}
+
+/// As [`contact_area`], of a gap of which every rank has its rows. Collective: all ranks have the result.
+pub fn contact_area_on_ranks(ranks: &Ranks, grid: Grid, gap: Field, threshold: f64) -> ContactArea {
     let [nodes, across_x, across_y] = match gap {
-        Field::F32(gap) => counted(grid, gap, |g| f64::from(g) <= threshold),
-        Field::F64(gap) => counted(grid, gap, |g| g <= threshold),
+        Field::F32(gap) => counted(ranks, grid, gap, |g| f64::from(g) <= threshold),
+        Field::F64(gap) => counted(ranks, grid, gap, |g| g <= threshold),
     };
     let (dx, dy) = (grid.dx(), grid.dy());
     let cell = grid.lx * grid.ly;
@@ -36,16 +38,22 @@ pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
 }
 
 /// Contact nodes, and boundary edges crossed along x and along y.
-fn counted<T: Real>(grid: Grid, gap: &[T], touches: impl Fn(T) -> bool + Sync + Send) -> [f64; 3] {
-    let (nx, ny) = (grid.nx, grid.ny);
-    sum_rows(ny, |y| {
-        let (row, below) = (&gap[y * nx..][..nx], &gap[(y + 1) % ny * nx..][..nx]);
+fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], touches: impl Fn(T) -> bool + Sync + Send) -> [f64; 3] {
+    let (nx, rows) = (grid.nx, gap.len() / grid.nx);
+    // The row below the last one is the first of the next rank, which only several ranks exchange.
+    let first = &gap[..nx];
+    let firsts = if ranks.are_several() { ranks.gather(first, &vec![nx; ranks.count()]) } else { first.to_vec() };
+    let next = &firsts[(ranks.own() + 1) % ranks.count() * nx..][..nx];
+    let own = sum_rows(rows, |y| {
+        let row = &gap[y * nx..][..nx];
+        let below = if y + 1 < rows { &gap[(y + 1) * nx..][..nx] } else { next };
         let nodes = row.iter().filter(|g| touches(**g)).count();
         let seam = usize::from(touches(row[nx - 1]) != touches(row[0]));
         let along = row.iter().zip(&row[1..]).filter(|(a, b)| touches(**a) != touches(**b)).count();
         let across = row.iter().zip(below).filter(|(a, b)| touches(**a) != touches(**b)).count();
         [nodes, along + seam, across].map(|n| n as f64)
-    })
+    });
+    sums_of_ranks(ranks, ranks.count(), &[own])
 }
 
 /// 1 where the gap is at most `threshold`, else 0, as `[ny, nx]`.
@@ -56,6 +64,7 @@ pub fn contact_map(gap: Field, threshold: f64) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sys::ranks::on_threads;
 
     /// A rectangle across the periodic boundary.
     #[test]
@@ -136,5 +145,21 @@ mod tests {
             assert!((area.perimeter - 4.0).abs() < 1e-14, "{nx} x {ny}: {}", area.perimeter);
         }
         assert_eq!(contact_area(Grid::unit(1, 1), Field::F32(&[0.0]), 0.0).perimeter, 0.0);
+    }
+
+    /// The rows of all ranks, with edges between two ranks and across the seam.
+    #[test]
+    fn areas_are_those_of_one_rank_on_any_number() {
+        let grid = Grid { nx: 7, ny: 9, lx: 1.0, ly: 0.7 };
+        let gap: Vec<f64> = (0..63).map(|i| f64::from((i * i + 3 * i) % 7) - 2.0).collect();
+        let alone = contact_area(grid, Field::F64(&gap), 0.0);
+        assert!(alone.nodes > 0 && alone.perimeter > 0.0);
+        for count in [2, 3, 9] {
+            let found = on_threads(count, |ranks| {
+                let rows = ranks.share(grid.ny);
+                contact_area_on_ranks(&ranks, grid, Field::F64(&gap[rows.start * 7..rows.end * 7]), 0.0)
+            });
+            assert!(found.iter().all(|area| *area == alone), "{count} ranks");
+        }
     }
 }

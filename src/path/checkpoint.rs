@@ -1,10 +1,11 @@
 //! Checkpoints of load paths.
 
 use super::is_subsurface_map;
-use crate::grid::Grid;
+use crate::grid::{Grid, sharing};
 use crate::method::{Run, Scale, SnapshotRef, SolverSnapshot, State};
 use crate::record::hashed::{self, FileHash, Stored};
 use crate::record::npy;
+use crate::sys::ranks::{ALONE, Ranks};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -56,6 +57,12 @@ impl Checkpoint {
         }
     }
 
+    /// As [`Checkpoint::find`], of one whose files are verified already.
+    pub fn verified(folder: &Path, stem: &str, key: &str) -> Option<Checkpoint> {
+        let found = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
+        found.filter(|c| c.key == key).map(|c| Checkpoint { folder: folder.to_path_buf(), ..c })
+    }
+
     /// Whether `STEM.json` in `folder` is the checkpoint of another path than that of `key`.
     pub fn is_of_another(folder: &Path, stem: &str, key: &str) -> bool {
         let found = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
@@ -64,39 +71,40 @@ impl Checkpoint {
 
     /// The stored gap `[ny, nx]`.
     pub(super) fn gap(&self) -> Result<Vec<f64>> {
-        self.field(&self.gap)
+        self.field(&self.gap, &ALONE)
     }
 
     /// The stored plastic displacement `[ny, nx]`.
     pub(super) fn plastic(&self) -> Result<Option<Vec<f64>>> {
-        self.plastic.as_deref().map(|name| self.field(name)).transpose()
+        self.plastic.as_deref().map(|name| self.field(name, &ALONE)).transpose()
     }
 
-    fn field(&self, name: &str) -> Result<Vec<f64>> {
+    /// The rows of this rank.
+    fn field(&self, name: &str, ranks: &Ranks) -> Result<Vec<f64>> {
         let path = self.folder.join(name);
-        let field = npy::read(&path)?;
-        if (field.nx, field.ny) != (self.nx, self.ny) {
-            let found = format!("{} x {} values", field.nx, field.ny);
+        let stored = npy::Reader::open(&path)?;
+        if (stored.nx, stored.ny) != (self.nx, self.ny) {
+            let found = format!("{} x {} values", stored.nx, stored.ny);
             return Err(Error::format(&path, found, format!("{} x {}, as its checkpoint says", self.nx, self.ny)));
         }
-        Ok(field.values)
+        stored.rows(ranks.share(self.ny))
     }
 
-    /// Restores the stored state in `run`, which works in the unit `scale`.
-    pub(super) fn resume(&self, run: &mut dyn Run, scale: Scale) -> Result<()> {
-        let gap = self.gap()?;
+    /// Restores the stored state in `run`, which works in the unit `scale` on these ranks.
+    pub(super) fn resume(&self, run: &mut dyn Run, scale: Scale, ranks: &Ranks) -> Result<()> {
+        let grid = Grid::unit(self.nx, self.ny);
         match &self.progress {
             Value::Null => {
                 if let Some(plastic) = self.plastic()? {
                     run.set_plastic_displacement(&scale.gap(&plastic));
                 }
-                run.set_gap(&scale.gap(&gap));
+                run.set_gap(&scale.gap(&self.gap()?));
                 Ok(())
             }
             progress => run.resume(SolverSnapshot {
-                grid: Grid::unit(self.nx, self.ny),
-                gap,
-                auxiliary: self.auxiliary.as_deref().map(|name| self.field(name)).transpose()?,
+                grid,
+                gap: self.field(&self.gap, sharing(ranks, grid))?,
+                auxiliary: self.auxiliary.as_deref().map(|name| self.field(name, &ALONE)).transpose()?,
                 plastic: self.plastic()?,
                 progress: progress.clone(),
             }),
@@ -121,8 +129,10 @@ impl Inner {
     }
 }
 
-/// Writes checkpoints into a folder.
+/// Writes checkpoints into a folder. On several ranks each writes its rows of shared grids, and the first all else; every rank has a writer
+/// of the same files, whose calls are collective.
 pub struct CheckpointWriter {
+    ranks: Ranks,
     folder: PathBuf,
     stem: String,
     key: String,
@@ -147,7 +157,7 @@ impl CheckpointWriter {
     /// A writer of `STEM.json` and its fields.
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
         // The checkpoint that a run continues from is not overwritten before the next one is complete.
-        let first = Checkpoint::find(folder, stem, &key, &|_| {}).is_some_and(|c| c.gap.ends_with("-0.npy"));
+        let first = Checkpoint::verified(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
         let inner = Inner {
             finished,
             fields: Vec::new(),
@@ -156,7 +166,18 @@ impl CheckpointWriter {
             error: None,
             kept: false,
         };
-        CheckpointWriter { folder: folder.to_path_buf(), stem: stem.into(), key, inner: Mutex::new(inner) }
+        CheckpointWriter {
+            ranks: Ranks::default(),
+            folder: folder.to_path_buf(),
+            stem: stem.into(),
+            key,
+            inner: Mutex::new(inner),
+        }
+    }
+
+    /// The writer of one of several ranks.
+    pub fn on(self, ranks: &Ranks) -> Self {
+        CheckpointWriter { ranks: ranks.clone(), ..self }
     }
 
     fn inner(&self) -> std::sync::MutexGuard<'_, Inner> {
@@ -177,10 +198,10 @@ impl CheckpointWriter {
 
     /// Writes the gap of an interrupted load if its method has provided no snapshot.
     pub fn write_interrupted(&self, grid: Grid, state: &State) {
-        let kept = self.inner().kept;
+        let kept = self.ranks.first_says(self.inner().kept.into()) == 1;
         if !kept {
-            let (gap, plastic, progress) = (state.gap, state.plastic, Value::Null);
-            self.write(&SnapshotRef { grid, gap, auxiliary: None, plastic, progress });
+            let State { ranks, gap, plastic, .. } = *state;
+            self.write(&SnapshotRef { grid, ranks, gap, auxiliary: None, plastic, progress: Value::Null });
         }
     }
 
@@ -194,15 +215,24 @@ impl CheckpointWriter {
     pub fn write(&self, snapshot: &SnapshotRef) {
         let clock = Instant::now();
         let mut inner = self.inner();
-        let turn = inner.count % 2;
+        let turn = self.ranks.first_says((inner.count % 2) as u8);
         let Grid { nx, ny, .. } = snapshot.grid;
-        let field_to = |name: &str, field| npy::write_field(&self.folder.join(name), nx, ny, field, 1.0);
+        let field_to = |name: &str, field| {
+            npy::write_field_on_ranks(snapshot.ranks, &self.folder.join(name), [nx, ny], field, 1.0)
+        };
         let gap = format!("{}-{turn}.npy", self.stem);
         let auxiliary = snapshot.auxiliary.map(|field| (format!("{}-auxiliary-{turn}.npy", self.stem), field));
         let plastic = snapshot.plastic.map(|field| (format!("{}-plastic-{turn}.npy", self.stem), field));
         let mut more = auxiliary.iter().chain(&plastic);
+        if !self.ranks.is_first() && !snapshot.ranks.are_several() {
+            return;
+        }
         let written =
             field_to(&gap, snapshot.gap).and_then(|()| more.try_for_each(|(name, field)| field_to(name, *field)));
+        if !self.ranks.is_first() {
+            // The first has the error of every rank.
+            return;
+        }
         let checkpoint = Checkpoint {
             key: self.key.clone(),
             finished: inner.finished.clone(),
@@ -273,7 +303,7 @@ mod tests {
         let mut run = Taken::default();
         Checkpoint::find(folder, "c", "key", &|w| panic!("{w}"))
             .expect("a checkpoint")
-            .resume(&mut run, Scale::ONE)
+            .resume(&mut run, Scale::ONE, &ALONE)
             .expect("whole");
         run.0.expect("taken up")
     }
@@ -290,6 +320,7 @@ mod tests {
             let field = Field::F64(&[1.0, 2.0]);
             let snapshot = SnapshotRef {
                 grid: Grid::unit(2, 1),
+                ranks: &ALONE,
                 gap: field,
                 auxiliary: None,
                 plastic: None,
@@ -333,6 +364,7 @@ mod tests {
             let (gap, auxiliary) = ([n, n + 0.1], [n + 0.2, n + 0.3]);
             writer.write(&SnapshotRef {
                 grid: Grid::unit(2, 1),
+                ranks: &ALONE,
                 gap: Field::F64(&gap),
                 auxiliary: Some(Field::F64(&auxiliary)),
                 plastic: None,

@@ -7,7 +7,7 @@ use crate::method::{
     CoarseState, ContactMethod, ErrorEstimates, Heights, Iteration, Load, Observer, Problem, Run, Scale, SnapshotRef,
     Stop, find,
 };
-use crate::observe::{ContactArea, contact_area};
+use crate::observe::{ContactArea, contact_area_on_ranks};
 use crate::record::results::{Discretisation, Extrapolated, PullOff, ValueWithError};
 use crate::{Error, Result};
 use std::ops::ControlFlow;
@@ -206,7 +206,7 @@ impl Observer for CoarseGridResults<'_> {
     }
 
     fn coarse_grid_done(&self, state: CoarseState) {
-        let area = contact_area(state.grid, state.gap, self.threshold);
+        let area = contact_area_on_ranks(state.ranks, state.grid, state.gap, self.threshold);
         let level = GridResult::new(state.grid, state.range, &area, state.mean_gap, state.error_estimates);
         self.passed.lock().unwrap_or_else(|e| e.into_inner()).push(level);
         self.observer.coarse_grid_done(state);
@@ -291,7 +291,7 @@ impl<'s> CoarseSolver<'s> {
         self.start = (self.pulls_off && state.stop == Stop::Converged).then(|| SeparationStart::of(&state));
         match state.stop {
             Stop::Converged => {
-                let area = contact_area(grid, state.gap, self.threshold);
+                let area = contact_area_on_ranks(state.ranks, grid, state.gap, self.threshold);
                 Ok(Some(GridResult::new(
                     grid,
                     self.problem.adhesion.range(),

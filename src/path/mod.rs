@@ -16,8 +16,8 @@ pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes,
 
 use crate::grid::{Field, Grid, Series, Transform, lowest, mean};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
-use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, SnapshotRef, State, Stop};
-use crate::observe::{ContactArea, FlowEdges, Leakage, contact_area};
+use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, State, Stop};
+use crate::observe::{ContactArea, FlowEdges, Leakage, contact_area_on_ranks};
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
 use crate::{Error, Result};
 use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
@@ -249,7 +249,7 @@ impl<'p> LoadPath<'p> {
                 false => Vec::new(),
             };
             let state = run.equilibrate(load)?;
-            let area = contact_area(self.problem.grid, state.gap, self.threshold);
+            let area = contact_area_on_ranks(state.ranks, self.problem.grid, state.gap, self.threshold);
             let converged = state.stop == Stop::Converged;
             let (mut discretisation, mut extrapolated) = (None, None);
             if converged {
@@ -271,14 +271,7 @@ impl<'p> LoadPath<'p> {
             }
         }
         let Some(last) = last.filter(|_| pulls_off) else { return Ok(None) };
-        coarse_results.finish(SnapshotRef {
-            grid: self.problem.grid,
-            gap: Field::F64(&last.gap),
-            auxiliary: None,
-            // A separation with a hardness is refused.
-            plastic: None,
-            progress: serde_json::Value::Null,
-        });
+        coarse_results.finish(last.snapshot(self.problem.grid));
         let found = pull_off::search(&mut *run, &self.problem, scale, last)?;
         let coarse = coarse_solvers.first_mut().map(|coarse| coarse.pull_off(scale)).transpose()?.flatten();
         Ok(Some(match coarse {
@@ -349,7 +342,7 @@ impl<'p> LoadPath<'p> {
             }
         }
         if finished < self.loads.len() {
-            checkpoint.resume(run, scale)?;
+            checkpoint.resume(run, scale, self.problem.ranks)?;
             return Ok((finished, None));
         }
         if let Some(plastic) = checkpoint.plastic()? {

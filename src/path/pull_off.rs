@@ -1,7 +1,9 @@
-use crate::grid::Grid;
-use crate::method::{Load, Problem, Run, Scale, State, Stop};
+use crate::grid::{Field, Grid};
+use crate::method::{Load, Problem, Run, Scale, SnapshotRef, State, Stop};
 use crate::record::results::PullOff;
+use crate::sys::ranks::ALONE;
 use crate::{Error, Result};
+use serde_json::Value;
 
 /// Step of the mean gap during separation: the first, over the larger of mean gap and range, and the growth factor.
 const FIRST_STEP: f64 = 0.02;
@@ -50,6 +52,13 @@ pub(super) struct SeparationStart {
 impl SeparationStart {
     pub(super) fn of(state: &State) -> Self {
         SeparationStart { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
+    }
+
+    /// For a checkpoint before the search.
+    pub(super) fn snapshot(&self, grid: Grid) -> SnapshotRef<'_> {
+        let gap = Field::F64(&self.gap);
+        // A separation with a hardness, or on several ranks, is refused.
+        SnapshotRef { grid, ranks: &ALONE, gap, auxiliary: None, plastic: None, progress: Value::Null }
     }
 }
 
@@ -294,6 +303,7 @@ mod tests {
             let pressure = -self.tension(mean_gap);
             self.gap = [if mean_gap > self.maxima[self.maxima.len() - 1].0 { mean_gap } else { 0.0 }];
             Ok(State {
+                ranks: &ALONE,
                 plastic: None,
                 plasticity: None,
                 load,

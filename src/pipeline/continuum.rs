@@ -199,7 +199,14 @@ fn stored_state(
     let stress = match keep.stress {
         true if problem.adhesion == Adhesion::None => {
             let file = format!("{name}-stress.npy");
-            npy::write_contact_pressure(&at.folder.join(&file), [grid.nx, grid.ny], state.gap, state.stress, 1.0)?;
+            npy::write_contact_pressure(
+                state.ranks,
+                &at.folder.join(&file),
+                [grid.nx, grid.ny],
+                state.gap,
+                state.stress,
+                1.0,
+            )?;
             Some(in_stage(at.stage, &file))
         }
         true => Some(write("stress", state.stress)?),

@@ -5,6 +5,10 @@ use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::sys::ranks::Ranks;
+
+/// Beginning of the names of files that are not complete.
+const PARTIAL: &str = ".partial-";
 
 /// A temporary file next to its final name; deleted unless [`AtomicFile::commit`] succeeds.
 pub struct AtomicFile {
@@ -17,7 +21,7 @@ impl AtomicFile {
     pub fn open(path: &Path) -> Result<Self> {
         let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".partial-");
+        builder.prefix(PARTIAL);
         // The default mode of a temporary file is 0600; these files are for others, so the umask decides.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -55,6 +59,49 @@ pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut AtomicFile) -> io::Resul
     let mut file = AtomicFile::open(path)?;
     fill(&mut file).map_err(Error::io("write", path))?;
     file.commit()
+}
+
+/// As [`write_atomic`], a file of `bytes` bytes that begins with `head`, of which every rank writes its part at its place: `fill` from
+/// byte `start` on. The folder is one that all ranks share. Collective: an error of one rank is one of all.
+pub fn write_atomic_on_ranks(
+    ranks: &Ranks,
+    path: &Path,
+    (head, bytes): (&[u8], u64),
+    start: u64,
+    fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // The same name on all ranks.
+    let partial = path.with_file_name(format!("{PARTIAL}{name}"));
+    let create = || {
+        let mut file = File::create(&partial)?;
+        file.write_all(head)?;
+        file.set_len(bytes)
+    };
+    let write = || {
+        let mut file = File::options().write(true).open(&partial)?;
+        file.seek(SeekFrom::Start(start))?;
+        let mut file = BufWriter::with_capacity(1 << 18, file);
+        fill(&mut file)?;
+        file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data()
+    };
+    let written = of_all(ranks, if ranks.is_first() { create() } else { Ok(()) }).and_then(|()| of_all(ranks, write()));
+    let done = match &written {
+        _ if !ranks.is_first() => Ok(()),
+        Ok(()) => std::fs::rename(&partial, path),
+        // There may be none.
+        Err(_) => std::fs::remove_file(&partial).or(Ok(())),
+    };
+    written.and(of_all(ranks, done)).map_err(Error::io("write", path))
+}
+
+/// The own error, or that of another rank.
+fn of_all(ranks: &Ranks, own: io::Result<()>) -> io::Result<()> {
+    /// Of errors that do not come from the system: an error of input or output.
+    const EIO: i32 = 5;
+    let number = own.as_ref().err().map_or(0, |e| e.raw_os_error().unwrap_or(EIO));
+    let lowest = ranks.lowest(-f64::from(number));
+    own.and(if lowest < 0.0 { Err(io::Error::from_raw_os_error(-lowest as i32)) } else { Ok(()) })
 }
 
 /// Opens a file for reading and returns its length in bytes. A pipe or a device has no length; opening one may block, and

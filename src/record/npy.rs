@@ -5,13 +5,15 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
+use std::ops::Range;
 use std::path::Path;
 
 use ndarray_npy::npy::header::{Header, Layout};
 
-use super::atomic_file::{miscount, open_regular, write_atomic};
+use super::atomic_file::{miscount, open_regular, write_atomic, write_atomic_on_ranks};
 use crate::error::{Error, Result};
 use crate::grid;
+use crate::sys::ranks::{ALONE, Ranks};
 
 /// A map in memory: row-major `[ny, nx]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,47 +57,90 @@ const BLOCK: usize = 4096;
 
 /// Writes `[ny, nx]` values, row by row from y = 0. Returns an error unless the iterator has exactly `nx·ny` values.
 pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIterator<Item = T>) -> Result<()> {
-    write_atomic(path, |w| {
-        let descriptor = format!("'{}'", T::DESCRIPTOR).parse().map_err(std::io::Error::other)?;
-        let header = Header { type_descriptor: descriptor, layout: Layout::Standard, shape: vec![ny, nx] };
-        header.write(&mut *w).map_err(std::io::Error::other)?;
-        let mut values = values.into_iter().map(T::stored);
-        let mut block = Vec::with_capacity(BLOCK);
-        let mut count = 0;
-        loop {
-            block.clear();
-            block.extend(values.by_ref().take(BLOCK));
-            count += block.len();
-            if count > nx * ny {
-                return Err(miscount("values", "more", nx * ny));
-            }
-            w.write_all(bytemuck::cast_slice(&block))?;
-            if block.len() < BLOCK {
-                break;
-            }
+    write_on_ranks(&ALONE, path, [nx, ny], values)
+}
+
+/// As [`write`], of the values of the rows of this rank. Collective.
+pub fn write_on_ranks<T: Element>(
+    ranks: &Ranks,
+    path: &Path,
+    [nx, ny]: [usize; 2],
+    values: impl IntoIterator<Item = T>,
+) -> Result<()> {
+    let head = header(T::DESCRIPTOR, [nx, ny]).map_err(Error::io("write", path))?;
+    let rows = ranks.share(ny);
+    let own = rows.len() * nx;
+    if !ranks.are_several() {
+        return write_atomic(path, |w| w.write_all(&head).and_then(|()| write_values(w, own, values)));
+    }
+    let place = |row: usize| (head.len() + row * nx * size_of::<T>()) as u64;
+    write_atomic_on_ranks(ranks, path, (&head, place(ny)), place(rows.start), |w| write_values(w, own, values))
+}
+
+fn header(descriptor: &str, [nx, ny]: [usize; 2]) -> std::io::Result<Vec<u8>> {
+    let type_descriptor = format!("'{descriptor}'").parse().map_err(std::io::Error::other)?;
+    let mut head = Vec::new();
+    let header = Header { type_descriptor, layout: Layout::Standard, shape: vec![ny, nx] };
+    header.write(&mut head).map_err(std::io::Error::other)?;
+    Ok(head)
+}
+
+/// Writes `wanted` values.
+fn write_values<T: Element>(
+    to: &mut impl Write,
+    wanted: usize,
+    values: impl IntoIterator<Item = T>,
+) -> std::io::Result<()> {
+    let mut values = values.into_iter().map(T::stored);
+    let mut block = Vec::with_capacity(BLOCK);
+    let mut count = 0;
+    loop {
+        block.clear();
+        block.extend(values.by_ref().take(BLOCK));
+        count += block.len();
+        if count > wanted {
+            return Err(miscount("values", "more", wanted));
         }
-        if count < nx * ny { Err(miscount("values", count, nx * ny)) } else { Ok(()) }
-    })
+        to.write_all(bytemuck::cast_slice(&block))?;
+        if block.len() < BLOCK {
+            break;
+        }
+    }
+    if count < wanted { Err(miscount("values", count, wanted)) } else { Ok(()) }
 }
 
 /// Writes a field times `unit` in its own precision. Positive values stay positive, because a zero gap means contact.
 pub fn write_field(path: &Path, nx: usize, ny: usize, field: grid::Field, unit: f64) -> Result<()> {
-    let narrow = |v: &f32| {
-        let scaled = f64::from(*v) * unit;
-        let rounded = scaled as f32;
-        if rounded == 0.0 && scaled > 0.0 { f32::MIN_POSITIVE } else { rounded }
-    };
+    write_field_on_ranks(&ALONE, path, [nx, ny], field, unit)
+}
+
+/// As [`write_field`], of the rows of this rank. Collective.
+pub fn write_field_on_ranks(
+    ranks: &Ranks,
+    path: &Path,
+    shape: [usize; 2],
+    field: grid::Field,
+    unit: f64,
+) -> Result<()> {
     match field {
-        grid::Field::F32(values) => write(path, nx, ny, values.iter().map(narrow)),
-        grid::Field::F64(values) => write(path, nx, ny, values.iter().map(|v| v * unit)),
+        grid::Field::F32(values) => write_on_ranks(ranks, path, shape, values.iter().map(|v| narrow(*v, unit))),
+        grid::Field::F64(values) => write_on_ranks(ranks, path, shape, values.iter().map(|v| v * unit)),
     }
 }
 
+/// A value times `unit`; positive values stay positive.
+fn narrow(v: f32, unit: f64) -> f32 {
+    let scaled = f64::from(v) * unit;
+    let rounded = scaled as f32;
+    if rounded == 0.0 && scaled > 0.0 { f32::MIN_POSITIVE } else { rounded }
+}
+
 /// Writes the contact pressure: the stress where the gap is closed, exactly zero elsewhere. Solvers leave there what their tolerance
-/// permits, of either sign.
+/// permits, of either sign. Of fields `[nx, ny]` of which every rank has its rows. Collective.
 pub fn write_contact_pressure(
+    ranks: &Ranks,
     path: &Path,
-    [nx, ny]: [usize; 2],
+    shape: [usize; 2],
     gap: grid::Field,
     stress: grid::Field,
     unit: f64,
@@ -103,11 +148,12 @@ pub fn write_contact_pressure(
     let closed = |i: usize| gap.at(i) <= 0.0;
     match stress {
         grid::Field::F32(values) => {
-            let values: Vec<f32> = (0..values.len()).map(|i| if closed(i) { values[i] } else { 0.0 }).collect();
-            write_field(path, nx, ny, grid::Field::F32(&values), unit)
+            let values = (0..values.len()).map(|i| if closed(i) { narrow(values[i], unit) } else { 0.0 });
+            write_on_ranks(ranks, path, shape, values)
         }
         grid::Field::F64(values) => {
-            write(path, nx, ny, (0..values.len()).map(|i| if closed(i) { values[i] * unit } else { 0.0 }))
+            let values = (0..values.len()).map(|i| if closed(i) { values[i] * unit } else { 0.0 });
+            write_on_ranks(ranks, path, shape, values)
         }
     }
 }
@@ -248,6 +294,18 @@ impl Reader {
         let (file, length) = open_regular(path)?;
         Self::of(BufReader::with_capacity(1 << 18, file), length, path)
     }
+
+    /// Reads some rows of a field in C order.
+    pub fn rows(mut self, rows: Range<usize>) -> Result<Vec<f64>> {
+        if self.fortran {
+            return Err(Error::format(&self.path, "columns one after another", "rows one after another, C order"));
+        }
+        let before = (rows.start * self.nx * self.stored.bytes()) as i64;
+        self.source.seek_relative(before).map_err(Error::io("read", &self.path))?;
+        let mut values = Vec::with_capacity(rows.len() * self.nx);
+        Reader { ny: rows.len(), ..self }.for_each_row(|_, row| values.extend_from_slice(row))?;
+        Ok(values)
+    }
 }
 
 /// The parser of headers explains syntax errors in several lines; the last one names what was expected.
@@ -352,6 +410,7 @@ pub fn read_flags(path: &Path) -> Result<Field<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sys::ranks::on_threads;
     use ndarray::{Array2, ShapeBuilder};
 
     fn scratch() -> (tempfile::TempDir, std::path::PathBuf) {
@@ -486,5 +545,34 @@ mod tests {
             write(&path, n, 1, (0..n).map(|i| i as f64)).unwrap();
             assert!(read(&path).unwrap().values.iter().enumerate().all(|(i, v)| *v == i as f64), "{n}");
         }
+    }
+
+    /// The file of one rank on any number; one that fails on a rank is an error of all, and leaves nothing.
+    #[test]
+    fn ranks_write_their_rows_into_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let values: Vec<f32> = (0..5 * 11).map(|i| i as f32 * 0.37 - 4.0).collect();
+        let alone = folder.path().join("alone.npy");
+        write(&alone, 5, 11, values.clone()).unwrap();
+        for count in [2, 3, 11] {
+            let path = folder.path().join(format!("{count}.npy"));
+            let read = on_threads(count, |ranks| {
+                let rows = ranks.share(11);
+                let own = &values[rows.start * 5..rows.end * 5];
+                write_on_ranks(&ranks, &path, [5, 11], own.iter().copied()).unwrap();
+                (
+                    Reader::open(&path).unwrap().rows(rows).unwrap(),
+                    own.iter().map(|v| f64::from(*v)).collect::<Vec<_>>(),
+                )
+            });
+            assert!(read.into_iter().all(|(found, own)| found == own), "{count} ranks");
+            assert!(std::fs::read(&path).unwrap() == std::fs::read(&alone).unwrap(), "{count} ranks");
+        }
+        let failed = on_threads(3, |ranks| {
+            let rows = if ranks.own() == 1 { 0..1 } else { ranks.share(11) };
+            write_on_ranks(&ranks, &folder.path().join("short.npy"), [5, 11], values[..rows.len() * 5].iter().copied())
+        });
+        assert!(failed.into_iter().all(|written| written.is_err()));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
     }
 }

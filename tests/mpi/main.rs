@@ -50,19 +50,21 @@ fn results(output: &Output, out: &Path) -> (Vec<Value>, Vec<(std::path::PathBuf,
 }
 
 /// The same bytes of results and fields as without a launcher: f32 and f64, with and without adhesion, and with a load that continues on the
-/// branch of another. On 512² points, the smallest grid that is shared.
+/// branch of another, and quantities that need whole fields. On 1024² points the two finest grids are shared, on 512² one.
 #[test]
 fn results_have_the_same_bytes_on_any_number_of_ranks() {
     let adhesion = ["--work-of-adhesion", "2e-5", "--adhesion-range", "2e-3"];
-    let cases: [(&str, &str, &[&str], &[usize]); 4] = [
-        ("f32", "0.05", &[], &[1, 2, 4]),
-        ("f64", "0.05", &[], &[2]),
-        ("f32", "0.02,0.05", &adhesion, &[3]),
-        ("f64", "0.05", &adhesion, &[2]),
+    let whole = ["--leakage", "--elastic-stress", "--subsurface", "0.001", "--poisson", "0.3"];
+    let cases: [([&str; 3], &[&str], &[usize]); 5] = [
+        (["512", "f32", "0.05"], &whole, &[3]),
+        (["1024", "f32", "0.05"], &[], &[1, 2, 4]),
+        (["1024", "f64", "0.05"], &[], &[2]),
+        (["1024", "f32", "0.02,0.05"], &adhesion, &[3]),
+        (["1024", "f64", "0.05"], &adhesion, &[2]),
     ];
     let scratch = tempfile::tempdir().expect("scratch");
-    for (case, (precision, loads, more, counts)) in cases.into_iter().enumerate() {
-        let mut arguments = vec!["--challenge", "512", "--precision", precision, "--p-star", loads, "--tol", "1e-2"];
+    for (case, ([points, precision, loads], more, counts)) in cases.into_iter().enumerate() {
+        let mut arguments = vec!["--challenge", points, "--precision", precision, "--p-star", loads, "--tol", "1e-2"];
         arguments.extend(more);
         let run = |ranks: usize| {
             let out = scratch.path().join(format!("{case}-{ranks}"));

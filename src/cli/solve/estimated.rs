@@ -1,6 +1,6 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
-use super::reporter::load_name;
+use super::fields::load_name;
 use super::{Solve, cache};
 use crate::Result;
 use crate::cli::{output, progress::TerminalProgress};

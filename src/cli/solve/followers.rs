@@ -1,13 +1,16 @@
 //! `solve` on several ranks: what they cannot do, and the ranks that follow the first.
 
+use super::fields::FieldWriter;
 use super::flags::Solve;
 use crate::cli::file::COMMAND_LINE;
 use crate::load::Load;
-use crate::method::{ContactMethod, NoObserver, Stop};
-use crate::path::{Begin, Checkpoint, LoadPath};
+use crate::method::{ContactMethod, Iteration, Observer, SnapshotRef, Stop};
+use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
 use crate::scene::Case;
 use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
+use serde_json::Value;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Stem of the files of a checkpoint.
@@ -61,36 +64,60 @@ impl Solve {
         }
     }
 
-    /// The part of a rank that neither prints nor writes files. What the first rank reports of a load is no error here.
+    /// The part of a rank that does not print: it writes its rows of the fields. What the first rank reports of a load is no error here.
     ///
     /// # Errors
     /// Those of this rank alone, such as a checkpoint that it cannot read.
     pub(super) fn follow(&self, case: &Case, path: &LoadPath, ranks: &Ranks) -> Result<()> {
-        let begin = match &self.out {
-            None => self.initial_gap(case)?,
-            Some(out) => match Found::Nothing.of_first(ranks) {
-                Found::Finished => return Ok(()),
-                Found::Nothing => self.initial_gap(case)?,
-                Found::Checkpoint => Some(self.same_checkpoint(out, ranks)?),
-            },
+        let (begin, writer) = match &self.out {
+            None => (self.initial_gap(case)?, None),
+            Some(out) => {
+                let found = Found::Nothing.of_first(ranks);
+                if found == Found::Finished {
+                    return Ok(());
+                }
+                let key = self.key()?;
+                let checkpoint = match found {
+                    Found::Checkpoint => Some(Begin::Checkpoint(Box::new(same_checkpoint(out, &key, ranks)?))),
+                    _ => self.initial_gap(case)?,
+                };
+                (checkpoint, Some(CheckpointWriter::new(out, CHECKPOINT, key, Vec::new()).on(ranks)))
+            }
         };
+        let fields = FieldWriter::new(self, case, path, case.load_steps().len());
         let mut last = Stop::Converged;
-        let ended = path.walk(begin, false, &NoObserver, |_, reached| {
-            last = reached.state.stop;
+        let ended = path.walk(begin, false, &OwnRows(writer.as_ref()), |i, Reached { state, .. }| {
+            last = state.stop;
+            if last == Stop::Interrupted {
+                writer.iter().for_each(|w| w.write_interrupted(path.problem().grid, &state));
+                return Err(Error::Interrupted);
+            }
+            fields.state(i, &state)?;
+            writer.iter().for_each(|w| w.load_finished(Value::Null));
             if last == Stop::Converged { Ok(()) } else { Err(Error::Interrupted) }
         });
         // The first rank says why, and ends all.
         if last == Stop::Converged { ended.map(|_| ()) } else { Ok(()) }
     }
+}
 
-    /// The checkpoint from which the first rank continues.
-    fn same_checkpoint(&self, out: &Path, ranks: &Ranks) -> Result<Begin> {
-        match Checkpoint::find(out, CHECKPOINT, &self.key()?, &|_| {}) {
-            Some(checkpoint) => Ok(Begin::Checkpoint(Box::new(checkpoint))),
-            None => {
-                let found = format!("{} (the checkpoint is not readable on rank {})", out.display(), ranks.own());
-                Err(Error::input(COMMAND_LINE, "--out", found, "a folder that all ranks share"))
-            }
-        }
+/// Writes the rows of this rank into the checkpoints that the first rank decides on.
+struct OwnRows<'a>(Option<&'a CheckpointWriter>);
+
+impl Observer for OwnRows<'_> {
+    fn iteration(&self, _: Iteration) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
+
+    fn snapshot(&self, snapshot: SnapshotRef) {
+        self.0.iter().for_each(|writer| writer.write(&snapshot));
+    }
+}
+
+/// The checkpoint from which the first rank continues.
+fn same_checkpoint(out: &Path, key: &str, ranks: &Ranks) -> Result<Checkpoint> {
+    Checkpoint::verified(out, CHECKPOINT, key).ok_or_else(|| {
+        let found = format!("{} (the checkpoint is not readable on rank {})", out.display(), ranks.own());
+        Error::input(COMMAND_LINE, "--out", found, "a folder that all ranks share")
+    })
 }

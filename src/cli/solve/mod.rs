@@ -3,6 +3,7 @@
 mod cache;
 mod curve;
 mod estimated;
+mod fields;
 mod flags;
 mod followers;
 mod loads;
@@ -26,6 +27,7 @@ use crate::scene::{rename_keys, rename_keys_in};
 use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
 use cache::SolveCache;
+use fields::file_name;
 use followers::{CHECKPOINT, Found};
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
@@ -97,10 +99,15 @@ impl Solve {
         problem: &Problem,
         loads: &[Load],
     ) -> Result<u64> {
-        let flow = if self.leakage { leakage_bytes(case.grid) } else { 0 };
-        let below = |problem: &Problem| if self.subsurface.is_empty() { 0 } else { subsurface_bytes(problem) };
+        // What only the first rank does, of whole fields.
+        let gathered = if problem.ranks.are_several() { (size_of::<f64>() * case.grid.points()) as u64 } else { 0 };
+        let flow = if self.leakage { leakage_bytes(case.grid) + gathered } else { 0 };
+        let below = |problem: &Problem| match self.subsurface.is_empty() {
+            true => 0,
+            false => subsurface_bytes(problem) + gathered,
+        };
         let planned = |problem: Problem| {
-            let after = flow + below(&problem);
+            let after = if problem.ranks.is_first() { flow + below(&problem) } else { 0 };
             LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + after
         };
         // Ranks on one machine share its memory.
@@ -213,12 +220,14 @@ impl Solve {
             reporter.unresolved().iter().for_each(|w| progress.warn(w));
             return finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line));
         }
-        let (writer, begin) = self.resume(out, key, &mut reporter, &progress)?;
-        if begin.is_some() { Found::Checkpoint } else { Found::Nothing }.of_first(ranks);
-        let begin = match begin {
+        let checkpoint = self.resume(out, &key, &mut reporter, &progress)?;
+        if checkpoint.is_some() { Found::Checkpoint } else { Found::Nothing }.of_first(ranks);
+        let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
+        let writer = CheckpointWriter::new(out, CHECKPOINT, key, finished).on(ranks);
+        let begin = match checkpoint {
             Some(checkpoint) => {
                 SolveCache::forget(out);
-                Some(checkpoint)
+                Some(Begin::Checkpoint(Box::new(checkpoint)))
             }
             None => {
                 let begin = self.initial_gap(&case)?;
@@ -243,12 +252,12 @@ impl Solve {
     fn resume(
         &self,
         out: &Path,
-        key: String,
+        key: &str,
         reporter: &mut SolveReporter,
         progress: &TerminalProgress,
-    ) -> Result<(CheckpointWriter, Option<Begin>)> {
-        let checkpoint = Checkpoint::find(out, CHECKPOINT, &key, &|w| progress.warn(w));
-        if !self.overwrite && Checkpoint::is_of_another(out, CHECKPOINT, &key) {
+    ) -> Result<Option<Checkpoint>> {
+        let checkpoint = Checkpoint::find(out, CHECKPOINT, key, &|w| progress.warn(w));
+        if !self.overwrite && Checkpoint::is_of_another(out, CHECKPOINT, key) {
             let found = format!("{} (holds the checkpoint of another solve)", out.display());
             let accepted = "another folder, that solve's own command to finish it, or --overwrite to replace it";
             return Err(Error::input(COMMAND_LINE, "--out", found, accepted));
@@ -262,7 +271,7 @@ impl Solve {
             });
         }
         finished.iter().try_for_each(|line| reporter.again(line.clone()))?;
-        Ok((CheckpointWriter::new(out, CHECKPOINT, key, finished), checkpoint.map(|c| Begin::Checkpoint(Box::new(c)))))
+        Ok(checkpoint)
     }
 
     /// Solves load by load, then the pull-off if requested, whose line of JSON is returned.
@@ -293,7 +302,7 @@ impl Solve {
                     Ok(())
                 }
                 stop => {
-                    let file = self.out.as_ref().map(|o| o.join(reporter.name(i, "partial-", "gap.npy")));
+                    let file = self.out.as_ref().map(|o| o.join(file_name(i, loads, stop, "gap.npy")));
                     Err(state.not_converged(id, stop, tolerance, file))
                 }
             }

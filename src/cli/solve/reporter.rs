@@ -2,12 +2,13 @@
 
 use super::Solve;
 use super::curve::{self, in_unit};
+use super::fields::{FieldWriter, OfFields, file_name};
 use crate::Result;
 use crate::cli::output;
 use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
 use crate::method::{Device, Problem, State, Stop};
-use crate::observe::{Leakage, contact_map};
+use crate::observe::Leakage;
 use crate::path::{self, LoadPath, Reached};
 use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::record::provenance::Provenance;
@@ -34,6 +35,7 @@ pub(super) struct SolveReporter<'a> {
     used: Adhesion,
     problem: Problem<'a>,
     subsurface: Option<SubsurfaceRequest>,
+    fields: FieldWriter<'a>,
     /// Of a hardness that is a map, over E*.
     hardness_map: Option<HardnessMapResults>,
     criterion: String,
@@ -82,6 +84,7 @@ impl<'a> SolveReporter<'a> {
             criterion: path.method().criterion(&problem.settings).to_string(),
             problem,
             subsurface: case.subsurface(),
+            fields: FieldWriter::new(solve, case, path, loads),
             hardness_map: case.hardness.as_ref().and_then(|h| h.about_map()).cloned(),
             resolved_gradient,
             planned_bytes,
@@ -90,11 +93,6 @@ impl<'a> SolveReporter<'a> {
             lines: Vec::new(),
             cpu,
         }
-    }
-
-    /// Name of a file of load `i`.
-    pub(super) fn name(&self, i: usize, prefix: &str, name: &str) -> String {
-        if self.loads == 1 { format!("{prefix}{name}") } else { format!("{prefix}{}-{name}", load_name(i, self.loads)) }
     }
 
     /// Reports a state of an interrupted or finished solve.
@@ -123,34 +121,17 @@ impl<'a> SolveReporter<'a> {
     /// Reports a state and writes its files. Returns its line of JSON.
     pub(super) fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
         let before = std::mem::replace(&mut self.cpu, crate::sys::cpu_seconds());
-        let mut line = self.line(reached, self.cpu - before);
-        self.add_subsurface(i, &reached.state, &mut line)?;
-        let (solve, state, grid) = (self.solve, &reached.state, self.problem.grid);
-        if let Some(out) = &solve.out {
-            let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
-            // The name distinguishes a state that did not converge.
-            let prefix = if state.stop == Stop::Converged { "" } else { "partial-" };
-            let path = |name: &str| out.join(self.name(i, prefix, name));
-            npy::write_field(&path("gap.npy"), grid.nx, grid.ny, state.gap, length)?;
-            if self.used == Adhesion::None {
-                npy::write_contact_pressure(&path("stress.npy"), [grid.nx, grid.ny], state.gap, state.stress, modulus)?;
-            } else {
-                npy::write_field(&path("stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
-            }
-            if let Some(plastic) = state.plastic {
-                npy::write_field(&path("plastic.npy"), grid.nx, grid.ny, plastic, length)?;
-            }
-            if solve.elastic_stress {
-                npy::write_field(&path("elastic-stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
-            }
-            npy::write(&path("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
-            json::write(&path("solve.json"), &line)?;
+        let fields = self.fields.state(i, &reached.state)?;
+        let mut line = self.line(reached, &fields, self.cpu - before);
+        self.add_subsurface(i, &reached.state, &fields, &mut line)?;
+        if let Some(out) = &self.solve.out {
+            json::write(&out.join(file_name(i, self.loads, reached.state.stop, "solve.json")), &line)?;
         }
         self.report(line.clone())?;
         Ok(line)
     }
 
-    fn line(&self, reached: &Reached, cpu_seconds: f64) -> Value {
+    fn line(&self, reached: &Reached, fields: &OfFields, cpu_seconds: f64) -> Value {
         let Reached { state, area, discretisation, extrapolated, displacement, .. } = reached;
         let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
         let (problem, grid) = (&self.problem, self.problem.grid);
@@ -180,7 +161,7 @@ impl<'a> SolveReporter<'a> {
             "contact_fraction": area.fraction,
             "contact_fraction_corrected": area.corrected,
             // Without adhesion all contact is compressive.
-            "contact_fraction_compressive": (self.requested != Adhesion::None).then(|| compressive_fraction(state)),
+            "contact_fraction_compressive": (self.requested != Adhesion::None).then_some(fields.compressive),
             "perimeter": area.perimeter / length,
             "mean_gap": state.mean_gap * length,
             "displacement": displacement * length,
@@ -216,7 +197,7 @@ impl<'a> SolveReporter<'a> {
         line["provenance"] = json!(self.provenance);
         line["version"] = json!(env!("CARGO_PKG_VERSION"));
         if self.solve.leakage {
-            self.add_leakage(state, &mut line);
+            self.add_leakage(fields.gap(state), &mut line);
         }
         if let Some(found) = state.plasticity {
             line["hardness"] = json!(problem.hardness.map(|h| h.mean() * modulus));
@@ -243,23 +224,25 @@ impl<'a> SolveReporter<'a> {
     }
 
     /// Adds the stress below the surface to the line of a state, and writes its maps.
-    fn add_subsurface(&self, i: usize, state: &State, line: &mut Value) -> Result<()> {
+    fn add_subsurface(&self, i: usize, state: &State, fields: &OfFields, line: &mut Value) -> Result<()> {
         let Some(request) = self.subsurface.as_ref().filter(|_| state.stop == Stop::Converged) else { return Ok(()) };
         let (Scales { length_m: length, modulus_pa: modulus }, grid) = (self.scales, self.problem.grid);
-        let found = path::subsurface(request, (grid, self.problem.kernel), state.stress, |depth, quantity, values| {
-            let Some(out) = &self.solve.out else { return Ok(None) };
-            let name = self.name(i, "", &format!("{}.npy", path::subsurface_map(quantity, depth)));
-            npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
-            Ok(Some(name))
-        })?;
+        let found =
+            path::subsurface(request, (grid, self.problem.kernel), fields.stress(state), |depth, quantity, values| {
+                let Some(out) = &self.solve.out else { return Ok(None) };
+                let map = format!("{}.npy", path::subsurface_map(quantity, depth));
+                let name = file_name(i, self.loads, state.stop, &map);
+                npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
+                Ok(Some(name))
+            })?;
         line["subsurface"] = json!(found.in_units(length, modulus));
         Ok(())
     }
 
     /// Adds the flow through the gap to the line of a state: conductivities as the cube of a length, and the gaps.
-    fn add_leakage(&self, state: &State, line: &mut Value) {
+    fn add_leakage(&self, gap: Field, line: &mut Value) {
         let cube = self.scales.length_m.powi(3);
-        let flow = path::leakage(&self.problem, state.gap, 0.0).map(|flow| Leakage {
+        let flow = path::leakage(&self.problem, gap, 0.0).map(|flow| Leakage {
             conductivity: flow.conductivity.map(|k| k * cube),
             effective_medium: flow.effective_medium * cube,
             ..flow
@@ -313,18 +296,6 @@ impl<'a> SolveReporter<'a> {
         output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
         Ok(())
     }
-}
-
-/// Name of load `i` of `count` in file names: numbers of equal length sort as the loads do.
-pub(super) fn load_name(i: usize, count: usize) -> String {
-    let digits = count.to_string().len();
-    format!("load-{:0digits$}", i + 1)
-}
-
-/// Fraction of the nodes that are in contact and under compression.
-fn compressive_fraction(state: &State) -> f64 {
-    let (n, presses) = (state.gap.len(), |i: &usize| state.gap.at(*i) <= 0.0 && state.stress.at(*i) > 0.0);
-    (0..n).filter(presses).count() as f64 / n as f64
 }
 
 /// Rows of the stress below the surface, if it was requested.

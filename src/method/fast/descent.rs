@@ -435,7 +435,8 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
             };
             observer.snapshot(SnapshotRef {
                 grid,
-                gap: T::lend(&self.level.whole_gap()),
+                ranks: self.level.ranks(),
+                gap: T::lend(self.level.gap()),
                 auxiliary: None,
                 plastic: self.task.plastic,
                 progress: serde_json::to_value(pause).expect("plain numbers"),

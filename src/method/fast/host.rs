@@ -8,9 +8,8 @@
 use super::column::{Factor, multiply};
 use super::fields::{Fields, Metric, Spring, StateSums};
 use super::rows;
-use super::shared;
 use super::window::Window;
-use crate::grid::{Columns, Filter, Grid, HalfSpectrum, Real, Series, SharedSpectrum, Transform};
+use crate::grid::{Columns, Filter, Grid, HalfSpectrum, Real, Series, SharedSpectrum, Transform, sharing};
 use crate::interface::{Elastic, Law};
 use crate::method::Precision;
 use crate::method::residuals::RowLaw;
@@ -71,7 +70,7 @@ pub(super) struct Body<'h, T, L> {
 impl<'h, T, L> Body<'h, T, L> {
     /// The ranks that share a grid.
     pub(super) fn sharing(&self, grid: Grid) -> &'h Ranks {
-        shared::sharing(self.ranks, grid)
+        sharing(self.ranks, grid)
     }
 }
 

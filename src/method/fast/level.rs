@@ -1,14 +1,13 @@
 use super::fields::{Fields, Metric, Spring, StateSums};
 use super::gpu::GpuLevels;
 use super::host::{Body, Host};
-use super::shared;
 use super::window::{Cell, Window};
 use crate::grid::{Grid, Real, lowest};
 use crate::interface::Law;
 use crate::method::Precision;
 use crate::method::residuals::{KKT, Residuals, curvature_of};
 use crate::method::sweep::{each_row, shift, weight_below, weighted_quantile};
-use std::borrow::Cow;
+use crate::sys::ranks::Ranks;
 
 /// One grid of the hierarchy with its state and working arrays.
 pub(super) struct Level<'h, T: Real, L> {
@@ -104,7 +103,7 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
     }
 }
 
-impl<T: Real, L: Law> Level<'_, T, L> {
+impl<'h, T: Real, L: Law> Level<'h, T, L> {
     pub(super) fn grid(&self) -> Grid {
         self.fields.grid()
     }
@@ -133,10 +132,9 @@ impl<T: Real, L: Law> Level<'_, T, L> {
         self.fields.gap()
     }
 
-    /// The gap of all ranks on the first; of another, nothing or the same.
-    pub(super) fn whole_gap(&mut self) -> Cow<'_, [T]> {
-        let (ranks, grid) = (self.body.ranks, self.grid());
-        shared::whole(ranks, grid, self.gap())
+    /// The ranks of whose rows the gap is.
+    pub(super) fn ranks(&self) -> &'h Ranks {
+        self.body.sharing(self.grid())
     }
 
     /// The same of this rank, to be changed.

@@ -37,7 +37,7 @@ use fields::Spring;
 use gpu::GpuLevels;
 use host::Body;
 use level::Level;
-use shared::{Agreed, agreed, own_nodes, sharing, whole};
+use shared::{Agreed, agreed, own_nodes};
 use std::cell::OnceCell;
 use std::time::Instant;
 use window::{Cell, Window};
@@ -122,7 +122,7 @@ impl ContactMethod for Fast {
             Device::Cpu => level,
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
-        let level = shared::bytes(problem.ranks, grid, level, field);
+        let level = shared::bytes(problem.ranks, grid, level);
         Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
@@ -197,8 +197,7 @@ struct Solver<'p, T: Real, L> {
     law: L,
     heights: Series<T>,
     rms_height: f64,
-    /// Gap and stress of the last state where they are not those of the solver: on the facing nodes of a padded cell, or of
-    /// all ranks.
+    /// Gap and stress of the last state on the facing nodes of a padded cell.
     lent: (Vec<T>, Vec<T>),
     /// Pressure of the last load, the initial value of the next one under mean-gap control.
     pressure: f64,
@@ -281,11 +280,12 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
                 if converged && !level.has_failed() {
                     let (residuals, window, coarse) = (level.last, level.window(), level.grid());
                     let (energy, range) = (residuals.energy(level.pressure), level.law().range());
-                    let gap = level.whole_gap();
-                    let cut = self.cell.is_padded().then(|| window.cut(&gap, coarse.nx));
+                    let (ranks, gap) = (level.ranks(), level.gap());
+                    let cut = self.cell.is_padded().then(|| window.cut(gap, coarse.nx));
                     self.observer.coarse_grid_done(CoarseState {
                         grid: self.cell.facing(coarse),
-                        gap: T::lend(cut.as_deref().unwrap_or(&gap)),
+                        ranks,
+                        gap: T::lend(cut.as_deref().unwrap_or(gap)),
                         mean_gap: residuals.mean_gap,
                         energy,
                         range,
@@ -511,9 +511,9 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         }
         // A snapshot may be of a coarser grid of the same cell.
         let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
-        let (gap, pause) = snapshot.restore(grid, CARD.id)?;
         let own = own_nodes(self.problem.ranks, grid);
-        self.resumed = Some((grid, gap[own].iter().map(|g| T::of(*g)).collect(), pause));
+        let (gap, pause) = snapshot.restore_rows(grid, own.len() / grid.nx, CARD.id)?;
+        self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
         Ok(())
     }
 
@@ -577,14 +577,9 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
         let plasticity = self.yielded(&mut residuals, ended.ending == Ending::Met);
-        let (ranks, grid) = (problem.ranks, self.cell.grid);
         let (gap, stress) = if self.cell.is_padded() {
-            let window = self.cell.window(grid);
+            let (grid, window) = (self.cell.grid, self.cell.window(self.cell.grid));
             self.lent = (window.cut(&self.gap, grid.nx), window.cut(&self.stress, grid.nx));
-            (&self.lent.0, &self.lent.1)
-        } else if sharing(ranks, grid).are_several() {
-            let stress = std::mem::take(&mut self.stress);
-            self.lent = (whole(ranks, grid, &self.gap).into_owned(), whole(ranks, grid, &stress).into_owned());
             (&self.lent.0, &self.lent.1)
         } else {
             (&self.gap, &self.stress)
@@ -594,7 +589,7 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let check = equilibrium_check(&judged, L::HARD, self.rms_height, scale);
         let outcome = Outcome { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
         let state = outcome.state(gap, stress);
-        let stop = agreed(ranks, state.stop);
+        let stop = agreed(problem.ranks, state.stop);
         Ok(State { plastic: self.flow.lend(), plasticity, stop, ..state })
     }
 }

@@ -1,45 +1,23 @@
 //! Solves that several ranks share: which grids are shared, and what the ranks agree on.
 //!
 //! Every rank runs the same iteration. Sums have the same bits on all ranks, so that decisions from them agree without communication.
-//! What one rank alone knows (requests to stop, checkpoints that are due, the check of the whole fields) the first rank decides.
+//! What one rank alone knows (requests to stop, checkpoints that are due) the first rank decides.
 
-use crate::grid::{Grid, Real};
+use crate::grid::{Grid, sharing};
 use crate::method::{CoarseState, Device, Iteration, Observer, Problem, SnapshotRef, Stop, require};
-use crate::sys::ranks::{ALONE, Ranks};
+use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
-use std::borrow::Cow;
 use std::ops::{ControlFlow, Range};
 
-/// Points of the smallest grid that is shared. Coarser ones are held whole by every rank, which costs no communication.
-const SHARED: usize = if cfg!(test) { 80 * 80 } else { 1 << 18 };
-
-/// The ranks that share a grid.
-pub(super) fn sharing(ranks: &Ranks, grid: Grid) -> &Ranks {
-    if grid.points() >= SHARED && grid.ny >= ranks.count() { ranks } else { &ALONE }
-}
-
-/// Bytes of this rank, given those of a level on one, and of a field: the first also gathers gap and stress.
-pub(super) fn bytes(ranks: &Ranks, grid: Grid, level: u64, field: u64) -> u64 {
-    let ranks = sharing(ranks, grid);
-    match ranks.are_several() {
-        true => level.div_ceil(ranks.count() as u64) + if ranks.is_first() { 2 * field } else { 0 },
-        false => level,
-    }
+/// Bytes of this rank, given those of a level on one.
+pub(super) fn bytes(ranks: &Ranks, grid: Grid, level: u64) -> u64 {
+    level.div_ceil(sharing(ranks, grid).count() as u64)
 }
 
 /// The nodes of this rank in a field of the whole grid.
 pub(super) fn own_nodes(ranks: &Ranks, grid: Grid) -> Range<usize> {
     let rows = sharing(ranks, grid).share(grid.ny);
     rows.start * grid.nx..rows.end * grid.nx
-}
-
-/// The field of which every rank has its rows: the whole on the first rank, nothing on the others.
-pub(super) fn whole<'f, T: Real>(ranks: &Ranks, grid: Grid, own: &'f [T]) -> Cow<'f, [T]> {
-    let ranks = sharing(ranks, grid);
-    match ranks.are_several() {
-        true => ranks.gather_on_first(own, &ranks.shares(grid.ny, grid.nx)).into(),
-        false => own.into(),
-    }
 }
 
 /// The stop reason that the first rank has found.
@@ -110,17 +88,14 @@ impl Observer for Agreed<'_> {
     }
 
     fn snapshot(&self, snapshot: SnapshotRef) {
-        // The others have no gap.
-        if self.ranks.is_first() {
-            self.observer.snapshot(snapshot);
-        }
+        self.observer.snapshot(snapshot);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::Series;
+    use crate::grid::{Field, SHARED, Series};
     use crate::interface::Adhesion;
     use crate::load::Load;
     use crate::method::{Precision, Settings, SolverSnapshot, find};
@@ -153,10 +128,15 @@ mod tests {
         }
 
         fn snapshot(&self, s: SnapshotRef) {
-            let gap = s.gap.to_vec();
+            let gap = whole(s.ranks, s.grid, s.gap);
             let taken = SolverSnapshot { grid: s.grid, gap, auxiliary: None, plastic: None, progress: s.progress };
             *self.last.lock().expect("one thread") = Some(taken);
         }
+    }
+
+    /// The field of which every rank has its rows.
+    fn whole(ranks: &Ranks, grid: Grid, own: Field) -> Vec<f64> {
+        ranks.gather(&own.to_vec(), &ranks.shares(grid.ny, grid.nx))
     }
 
     /// What the states of a path have in common on all ranks, and the bits of gap and stress of the last.
@@ -166,14 +146,16 @@ mod tests {
         let fast = find("fast").expect("registered");
         let mut run = fast.start(problem, observer).and_then(|s| s.solver()).expect("started");
         if let Some(snapshot) = resumed {
-            run.resume(snapshot.clone()).expect("of this problem");
+            let gap = snapshot.gap[own_nodes(problem.ranks, snapshot.grid)].to_vec();
+            run.resume(SolverSnapshot { gap, ..snapshot.clone() }).expect("of this problem");
         }
         let (mut numbers, mut fields) = (Vec::new(), Vec::new());
         for &p in loads {
             let s = run.equilibrate(Load::Pressure(p)).expect("a load");
             let of = [s.mean_gap, s.energy, s.residual, s.load_error, s.complementarity].map(f64::to_bits);
             numbers.push(format!("{of:x?} {:?} {:?} {} {}", s.stop, s.error_estimates, s.iterations, s.fft_pairs));
-            fields = s.gap.to_vec().into_iter().chain(s.stress.to_vec()).map(f64::to_bits).collect();
+            fields =
+                [s.gap, s.stress].iter().flat_map(|f| whole(s.ranks, problem.grid, *f)).map(f64::to_bits).collect();
         }
         (numbers, fields)
     }
@@ -204,14 +186,14 @@ mod tests {
         for count in [2, 3] {
             let found = on(count, &loads, 0, None);
             assert!(found.iter().all(|f| f.0.0 == expected.0), "{what}, {count} ranks: numbers");
-            assert!(found[0].0.1 == expected.1, "{what}, {count} ranks: fields");
+            assert!(found.iter().all(|f| f.0.1 == expected.1), "{what}, {count} ranks: fields");
         }
         // Interrupted on two ranks and resumed on others, on a grid that is shared.
         let (uninterrupted, _, iterations) = &on(1, &loads[..1], 0, None)[0];
         let stopped = on(2, &loads[..1], iterations - 3, None);
         assert!(stopped.iter().all(|f| f.0.0[0].contains("Interrupted")), "{what}: {:?}", stopped[0].0.0);
         let snapshot = stopped[0].1.as_ref().expect("a snapshot");
-        assert!(snapshot.grid.points() >= SHARED && stopped[1].1.is_none(), "{what}: {:?}", snapshot.grid);
+        assert!(snapshot.grid.points() >= SHARED, "{what}: {:?}", snapshot.grid);
         for count in [1, 3] {
             let found = on(count, &loads[..1], 0, Some(snapshot));
             assert!(found[0].0.1 == uninterrupted.1, "{what}: resumed on {count} ranks");

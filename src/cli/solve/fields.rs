@@ -1,0 +1,114 @@
+//! Fields of the states of a solve, of which every rank has its rows: their files, and what the report needs of them.
+
+use super::Solve;
+use crate::Result;
+use crate::grid::{Field, Grid, sums_of_ranks};
+use crate::interface::Adhesion;
+use crate::method::{State, Stop};
+use crate::observe::contact_map;
+use crate::path::LoadPath;
+use crate::record::npy;
+use crate::scene::Case;
+use crate::units::Scales;
+use std::path::Path;
+
+/// What all ranks do with the fields of a state.
+pub(super) struct FieldWriter<'a> {
+    solve: &'a Solve,
+    out: Option<&'a Path>,
+    /// Number of loads.
+    loads: usize,
+    adhesive: bool,
+    subsurface: bool,
+    grid: Grid,
+    scales: Scales,
+}
+
+/// What the report needs of the fields of all ranks.
+pub(super) struct OfFields {
+    /// Fraction of the nodes that are in contact and under compression.
+    pub compressive: f64,
+    /// Whole fields on the first of several ranks, where a quantity needs them.
+    gap: Option<Vec<f64>>,
+    stress: Option<Vec<f64>>,
+}
+
+impl OfFields {
+    /// The gap `[ny, nx]`, on the first rank, for the flow through it.
+    pub(super) fn gap<'f>(&'f self, state: &State<'f>) -> Field<'f> {
+        self.gap.as_deref().map_or(state.gap, Field::F64)
+    }
+
+    /// The stress `[ny, nx]`, on the first rank, for the stress below it.
+    pub(super) fn stress<'f>(&'f self, state: &State<'f>) -> Field<'f> {
+        self.stress.as_deref().map_or(state.stress, Field::F64)
+    }
+}
+
+impl<'a> FieldWriter<'a> {
+    pub(super) fn new(solve: &'a Solve, case: &Case, path: &LoadPath, loads: usize) -> Self {
+        FieldWriter {
+            solve,
+            out: solve.out.as_deref(),
+            loads,
+            adhesive: path.adhesion() != Adhesion::None,
+            subsurface: case.subsurface().is_some(),
+            grid: path.problem().grid,
+            scales: case.scales,
+        }
+    }
+
+    /// Writes the fields of load `i`. Collective.
+    ///
+    /// # Errors
+    /// I/O, on any rank.
+    pub(super) fn state(&self, i: usize, state: &State) -> Result<OfFields> {
+        self.write(i, state)?;
+        let (ranks, grid) = (state.ranks, self.grid);
+        let presses = |i: &usize| state.gap.at(*i) <= 0.0 && state.stress.at(*i) > 0.0;
+        let own = (0..state.gap.len()).filter(presses).count() as f64;
+        let [presses] = sums_of_ranks(ranks, ranks.count(), &[[own]]);
+        let whole = |is_needed: bool, field: Field| {
+            let gather = || ranks.gather_on_first(&field.to_vec(), &ranks.shares(grid.ny, grid.nx));
+            (is_needed && ranks.are_several()).then(gather)
+        };
+        Ok(OfFields {
+            compressive: presses / grid.points() as f64,
+            gap: whole(self.solve.leakage, state.gap),
+            stress: whole(self.subsurface && state.stop == Stop::Converged, state.stress),
+        })
+    }
+
+    fn write(&self, i: usize, state: &State) -> Result<()> {
+        let Some(out) = self.out else { return Ok(()) };
+        let (ranks, shape) = (state.ranks, [self.grid.nx, self.grid.ny]);
+        let Scales { length_m: length, modulus_pa: modulus } = self.scales;
+        let path = |name: &str| out.join(file_name(i, self.loads, state.stop, name));
+        let write = |name: &str, field, unit| npy::write_field_on_ranks(ranks, &path(name), shape, field, unit);
+        write("gap.npy", state.gap, length)?;
+        if self.adhesive {
+            write("stress.npy", state.stress, modulus)?;
+        } else {
+            npy::write_contact_pressure(ranks, &path("stress.npy"), shape, state.gap, state.stress, modulus)?;
+        }
+        if let Some(plastic) = state.plastic {
+            write("plastic.npy", plastic, length)?;
+        }
+        if self.solve.elastic_stress {
+            write("elastic-stress.npy", state.stress, modulus)?;
+        }
+        npy::write_on_ranks(ranks, &path("contact.npy"), shape, contact_map(state.gap, 0.0))
+    }
+}
+
+/// Name of a file of load `i` of `count`. It distinguishes a state that did not converge.
+pub(super) fn file_name(i: usize, count: usize, stop: Stop, name: &str) -> String {
+    let prefix = if stop == Stop::Converged { "" } else { "partial-" };
+    if count == 1 { format!("{prefix}{name}") } else { format!("{prefix}{}-{name}", load_name(i, count)) }
+}
+
+/// Name of load `i` of `count` in file names: numbers of equal length sort as the loads do.
+pub(super) fn load_name(i: usize, count: usize) -> String {
+    let digits = count.to_string().len();
+    format!("load-{:0digits$}", i + 1)
+}
