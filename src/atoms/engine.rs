@@ -141,6 +141,7 @@ impl LammpsEngine {
     /// `Input` for more ranks than cores without a launcher, `MissingProgram` without the launcher.
     pub fn with_command(mut self, command: LammpsCommand) -> Result<Self> {
         command.check()?;
+        command.check_accelerator(&self.styles)?;
         self.start = command;
         Ok(self)
     }
@@ -167,6 +168,13 @@ impl LammpsEngine {
     /// Path of the program.
     pub fn program(&self) -> &Path {
         &self.program
+    }
+
+    /// Names of the installed packages that accelerate styles.
+    pub fn accelerators(&self) -> String {
+        let known = ["OPT", "OPENMP", "INTEL", "GPU", "KOKKOS"];
+        let found: Vec<&str> = known.into_iter().filter(|name| self.styles.has("package", name)).collect();
+        if found.is_empty() { "none that accelerates styles".into() } else { found.join(", ") }
     }
 
     /// Styles that jobs with adhesion need and this LAMMPS lacks.

@@ -1,6 +1,7 @@
 //! How LAMMPS is started on a machine.
 
 use super::search_path::search_path;
+use super::styles::Styles;
 use crate::{Error, Result, sys};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -8,6 +9,12 @@ use std::process::Command;
 
 /// Place of the number of ranks in a launcher.
 const RANKS: &str = "{ranks}";
+
+/// Flags of LAMMPS that choose accelerated styles.
+const SUFFIX: [&str; 2] = ["-sf", "-suffix"];
+
+/// Key of an error about the arguments.
+pub const ARGUMENTS: &str = "arguments";
 
 /// Most MPI ranks of a launcher.
 const MOST_RANKS: usize = 65_536;
@@ -49,7 +56,39 @@ impl LammpsCommand {
 
     /// Whether the arguments choose the accelerated styles.
     pub(super) fn chooses_styles(&self) -> bool {
-        self.args.iter().any(|a| a == "-sf" || a == "-suffix")
+        self.args.iter().any(|a| SUFFIX.contains(&a.as_str()))
+    }
+
+    /// Whether a LAMMPS with these styles can run jobs with the accelerator that the arguments choose.
+    ///
+    /// # Errors
+    /// `Input` with what is missing.
+    pub(super) fn check_accelerator(&self, styles: &Styles) -> Result<()> {
+        let given = |flags: [&str; 2], value: &str| {
+            self.args.windows(2).any(|words| flags.contains(&words[0].as_str()) && words[1] == value)
+        };
+        let (kokkos, gpu) = (given(SUFFIX, "kk") || given(["-k", "-kokkos"], "on"), given(SUFFIX, "gpu"));
+        let accepted = match () {
+            () if kokkos && !styles.has("package", "KOKKOS") => "a LAMMPS with the package KOKKOS, or no -k and -sf kk",
+            // Other minimisers keep no momentum, and a style without KOKKOS stops LAMMPS.
+            () if kokkos && !styles.has("minimize", "fire/kk") => {
+                "a LAMMPS with the minimize style fire/kk, a later one, or no -k and -sf kk"
+            }
+            () if gpu && !styles.has("package", "GPU") => "a LAMMPS with the package GPU, or no -sf gpu",
+            // Lists built on the GPU do not leave out pairs of types, which hybrid styles do.
+            () if gpu && !given(["neigh", "neigh"], "no") => {
+                "-sf gpu -pk gpu N neigh no, with N GPUs: hybrid pair styles need neighbour lists of the processor"
+            }
+            () => return Ok(()),
+        };
+        Err(Error::input("LAMMPS", ARGUMENTS, self.args.join(" "), accepted))
+    }
+
+    /// The whole command, for people.
+    pub fn line(&self, program: &Path) -> String {
+        let command = self.start(program);
+        let words = [command.get_program()].into_iter().chain(command.get_args()).map(|w| w.to_string_lossy());
+        words.chain(self.args.iter().map(|a| a.into())).collect::<Vec<_>>().join(" ")
     }
 
     /// Whether this machine can start that many ranks. A launcher may start them on other machines.
@@ -144,6 +183,34 @@ mod tests {
         assert!(of(None).check().expect_err("too many").to_string().contains("the cores of this machine"));
         let missing = of(Some("no-such-launcher -n {ranks}")).check().expect_err("missing").to_string();
         assert!(missing.contains("no-such-launcher"), "{missing}");
+    }
+
+    /// A program that has the package without the minimiser, as KOKKOS had before fire/kk, is refused with it.
+    #[test]
+    fn accelerators_that_cannot_run_jobs_are_refused_with_the_remedy() {
+        let with = |args: &str, packages: &str, minimizers: &str| {
+            let help =
+                format!("Installed packages:\n\n{packages}\n\nList of styles\n\n* Minimize styles:\n\n{minimizers}\n");
+            let args = args.split_whitespace().map(str::to_string).collect();
+            LammpsCommand { args, ..LammpsCommand::default() }.check_accelerator(&Styles::parse(&help))
+        };
+        for (args, packages, minimizers, part) in [
+            ("-k on g 1 -sf kk", "OPT", "fire", "the package KOKKOS"),
+            ("-k on t 4", "KOKKOS", "fire", "fire/kk"),
+            ("-sf gpu -pk gpu 1 neigh no", "OPT", "fire", "the package GPU"),
+            ("-suffix gpu -pk gpu 1", "GPU", "fire", "neigh no"),
+        ] {
+            let refused = with(args, packages, minimizers).expect_err(args).to_string();
+            assert!(refused.contains(part) && refused.contains(args), "{refused}");
+        }
+        for (args, packages, minimizers) in [
+            ("-k on g 1 -sf kk", "KOKKOS", "fire fire/kk"),
+            ("-sf gpu -pk gpu 1 neigh no", "GPU", "fire"),
+            ("-sf omp -pk omp 4", "OPENMP", "fire"),
+            ("-k off", "OPT", "fire"),
+        ] {
+            with(args, packages, minimizers).expect(args);
+        }
     }
 
     #[test]

@@ -32,14 +32,19 @@ impl PointCommand {
         if Device::chosen() == Device::Cuda {
             arguments.extend(["--device".into(), "cuda".into()]);
         }
+        arguments.extend(Self::of_lammps(lammps));
+        arguments
+    }
+
+    /// Flags that start LAMMPS in this way.
+    pub(super) fn of_lammps(lammps: &LammpsCommand) -> Vec<String> {
         let values = [
             ("--lammps", lammps.program.as_ref().map(|p| p.display().to_string())),
             ("--ranks", lammps.ranks.map(|n| n.to_string())),
             ("--launcher", lammps.launcher.clone()),
             ("--lammps-args", (!lammps.args.is_empty()).then(|| lammps.args.join(" "))),
         ];
-        arguments.extend(values.into_iter().filter_map(|(flag, value)| Some(format!("{flag}={}", value?))));
-        arguments
+        values.into_iter().filter_map(|(flag, value)| Some(format!("{flag}={}", value?))).collect()
     }
 
     /// Runs the point; stops it when `stopping` says so. A failure comes with the exit code.

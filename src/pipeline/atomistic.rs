@@ -14,6 +14,7 @@ use crate::atoms::external_dump::DumpTrajectory;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::job::{Crystal, Job, Loading, POTENTIAL_FILE};
 use crate::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, RelaxationSettings};
+use crate::atoms::lammps_command::ARGUMENTS;
 use crate::atoms::load_history::StepRecord;
 use crate::atoms::potential::Potential;
 use crate::atoms::progress::Progress;
@@ -115,7 +116,11 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
         },
         other => other.with_context(case.file.display(), Some("atoms.program")),
     })?;
-    let engine = engine.with_command(command).map_err(|e| e.with_context(case.file.display(), Some("atoms.ranks")))?;
+    let engine = engine.with_command(command).map_err(|e| match &e {
+        // Arguments belong to the machine, not to the scene.
+        Error::Input { list, .. } if list.iter().any(|c| c.key == ARGUMENTS) => e,
+        _ => e.with_context(case.file.display(), Some("atoms.ranks")),
+    })?;
     Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
 }
 

@@ -463,3 +463,37 @@ fn a_sweep_is_exported_for_workflow_programs() {
     let log = fs::read_to_string(folder.path().join("out/logs/max-iterations-50000_seed-1.log")).expect("a log");
     assert!(log.contains("done before"), "{log}");
 }
+
+/// LAMMPS of a cluster is that of its set-up lines; arguments that it cannot run are refused with the remedy.
+#[test]
+fn the_doctor_examines_the_lammps_of_a_machine() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let folder = scratch.path().join("bin");
+    let program = folder.join("lmp-of-the-cluster");
+    fs::create_dir(&folder).expect("made");
+    let help = "Large-scale Atomic/Molecular Massively Parallel Simulator - 1 Jan 2030\n\nInstalled packages:\n\n\
+                KOKKOS OPT\n\nList of styles\n\n* Minimize styles:\n\ncg fire\n";
+    fs::write(&program, format!("#!/bin/sh\ncat <<'END'\n{help}END\n")).expect("written");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+    let machines = scratch.path().join("machines.toml");
+    let cluster = |setup: &str, args: &str| {
+        let lammps = "program = \"lmp-of-the-cluster\"\nranks = 64\nlauncher = \"env {ranks}\"";
+        let text =
+            format!("[a]\nengine = \"slurm\"\ncpus = 64\nsetup = [{setup:?}]\n[a.lammps]\n{lammps}\nargs = {args}\n");
+        fs::write(&machines, text).expect("written");
+        asperity().args(["doctor", "--machine", "a", "--json", "--machines"]).arg(&machines).output().expect("started")
+    };
+    let path = format!("export PATH={}:$PATH", folder.display());
+    let finding = |output: &Output, what: &str| -> String {
+        let list = json_line(output)["findings"].as_array().expect("a list").clone();
+        let of = list.iter().find(|f| f["what"] == what).expect("a finding");
+        of["found"].as_str().expect("text").to_string()
+    };
+    let output = cluster(&path, "[]");
+    assert_eq!(finding(&output, "LAMMPS"), "LAMMPS 1 Jan 2030");
+    assert_eq!(finding(&output, "LAMMPS packages"), "OPT, KOKKOS");
+    assert!(finding(&output, "LAMMPS command").ends_with("lmp-of-the-cluster"));
+    let output = cluster(&path, "[\"-k\", \"on\", \"-sf\", \"kk\"]");
+    assert!(finding(&output, "LAMMPS command").contains("fire/kk"));
+    assert_eq!(cluster("no-such-command-of-a-cluster", "[]").status.code(), Some(127));
+}
