@@ -2,6 +2,7 @@ use crate::grid::Grid;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use std::sync::Mutex;
 
 /// Distribution of the moduli of modes; phases are uniform in both cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -47,6 +48,25 @@ pub struct Expected {
     pub power_prefactor: f64,
 }
 
+/// Modes that a sum has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kept {
+    /// Of at least this wavelength.
+    Above(f64),
+    /// Below the Nyquist modes of a grid of nx x ny points.
+    On(usize, usize),
+}
+
+impl Kept {
+    fn has(self, kx: i64, ky: i64, n: f64) -> bool {
+        let below_nyquist = |k: i64, points: usize| k == 0 || 2 * k < points as i64;
+        match self {
+            Kept::Above(low_pass) => n * low_pass <= 1.0 + 1e-9,
+            Kept::On(nx, ny) => below_nyquist(kx, nx) && below_nyquist(ky, ny),
+        }
+    }
+}
+
 impl Spectrum {
     /// The challenge's spectrum: H = 0.8, λ_r = L/5, λ_s = L/1000, rms gradient 1.
     pub const CHALLENGE: Spectrum =
@@ -73,16 +93,32 @@ impl Spectrum {
     /// Ensemble values, by summing over every mode of the cell whose wavelength is at least `low_pass` (0 for all).
     /// The normalisation is always that of the whole spectrum.
     pub fn expected(&self, aspect: f64, low_pass: f64) -> Expected {
-        self.ensemble(aspect, |_, _, n| n * low_pass <= 1.0 + 1e-9)
+        self.known(aspect, Kept::Above(low_pass))
     }
 
     /// The same for the modes that a grid resolves, as in `Modes::heights`.
     pub fn expected_on(&self, grid: Grid) -> Expected {
-        let below_nyquist = |k: i64, n: usize| k == 0 || 2 * k < n as i64;
-        self.ensemble(grid.ly / grid.lx, |kx, ky, _| below_nyquist(kx, grid.nx) && below_nyquist(ky, grid.ny))
+        self.known(grid.ly / grid.lx, Kept::On(grid.nx, grid.ny))
     }
 
-    fn ensemble(&self, aspect: f64, kept: impl Fn(i64, i64, f64) -> bool + Sync) -> Expected {
+    /// The sums, or those of an earlier call: the points of a sweep have few spectra.
+    fn known(&self, aspect: f64, kept: Kept) -> Expected {
+        static KNOWN: Mutex<Vec<(Spectrum, f64, Kept, Expected)>> = Mutex::new(Vec::new());
+        const MOST: usize = 16;
+        let known = || KNOWN.lock().unwrap_or_else(|e| e.into_inner());
+        if let Some(found) = known().iter().find(|k| (k.0, k.1, k.2) == (*self, aspect, kept)) {
+            return found.3;
+        }
+        let sums = self.ensemble(aspect, kept);
+        let mut known = known();
+        if known.len() == MOST {
+            known.remove(0);
+        }
+        known.push((*self, aspect, kept, sums));
+        sums
+    }
+
+    fn ensemble(&self, aspect: f64, kept: Kept) -> Expected {
         let (kx_max, ky_max) = self.largest_modes(aspect);
         // A quarter of the lattice with weights: power depends on |q| only.
         let rows: Vec<[f64; 8]> = (0..=ky_max)
@@ -99,7 +135,7 @@ impl Spectrum {
                     let w = if kx == 0 { 1.0 } else { 2.0 } * if ky == 0 { 1.0 } else { 2.0 };
                     let q = 2.0 * PI;
                     sum[0] += w * c * q * q * n2;
-                    if !kept(kx, ky, n2.sqrt()) {
+                    if !kept.has(kx, ky, n2.sqrt()) {
                         continue;
                     }
                     sum[1] += w * c;

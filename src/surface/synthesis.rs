@@ -5,6 +5,7 @@ use rand::{Rng, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 /// One realisation of a spectrum, which defines the amplitude of every mode.
 ///
@@ -17,19 +18,30 @@ pub struct Modes {
     /// Extent of the cell in y over that in x.
     aspect: f64,
     seed: u64,
-    scale: f64,
+    /// Factor of all amplitudes, computed where it is first needed: it takes the sum over all modes, which plans do without.
+    scale: OnceLock<f64>,
 }
 
 impl Modes {
     pub fn new(spectrum: Spectrum, seed: u64, aspect: f64) -> Self {
-        let mut modes = Modes { spectrum, aspect, seed, scale: 1.0 };
-        let gradient = modes.rms_gradient(0.0);
-        modes.scale = if gradient > 0.0 { spectrum.rms_gradient / gradient } else { 0.0 };
-        modes
+        Modes { spectrum, aspect, seed, scale: OnceLock::new() }
+    }
+
+    fn scale(&self) -> f64 {
+        // Not `get_or_init`: a thread that waits within the sum may run another task that needs the same factor.
+        self.scale.get().copied().unwrap_or_else(|| {
+            let gradient = self.scaled_gradient(0.0, 1.0);
+            let scale = if gradient > 0.0 { self.spectrum.rms_gradient / gradient } else { 0.0 };
+            *self.scale.get_or_init(|| scale)
+        })
     }
 
     /// Complex amplitude of mode (kx, ky): `h(r) = Σ a e^{iqr}` over all modes, with `a(-q) = a(q)*`.
     pub fn amplitude(&self, kx: i64, ky: i64) -> Complex<f64> {
+        self.scaled_amplitude(kx, ky, self.scale())
+    }
+
+    fn scaled_amplitude(&self, kx: i64, ky: i64, scale: f64) -> Complex<f64> {
         let n = (kx as f64).hypot(ky as f64 / self.aspect);
         let power = self.spectrum.relative_power(n);
         if power == 0.0 {
@@ -47,12 +59,16 @@ impl Modes {
             Amplitudes::Fixed => 1.0,
         };
         let (sin, cos) = libm::sincos(2.0 * PI * u2);
-        let a = Complex::new(cos, sin) * (modulus * power.sqrt() * self.scale);
+        let a = Complex::new(cos, sin) * (modulus * power.sqrt() * scale);
         if mirrored { a.conj() } else { a }
     }
 
     /// rms gradient of the modes with wavelength of at least `low_pass` (0 for all).
     pub fn rms_gradient(&self, low_pass: f64) -> f64 {
+        self.scaled_gradient(low_pass, self.scale())
+    }
+
+    fn scaled_gradient(&self, low_pass: f64, scale: f64) -> f64 {
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
         let rows: Vec<[f64; 1]> = (-ky_max..=ky_max)
             .into_par_iter()
@@ -62,7 +78,7 @@ impl Modes {
                     let n2 = (kx * kx) as f64 + (ky as f64 / self.aspect).powi(2);
                     if n2.sqrt() * low_pass <= 1.0 + 1e-9 {
                         let weight = if kx == 0 { 1.0 } else { 2.0 };
-                        sum += weight * 4.0 * PI * PI * n2 * self.amplitude(kx, ky).norm_sqr();
+                        sum += weight * 4.0 * PI * PI * n2 * self.scaled_amplitude(kx, ky, scale).norm_sqr();
                     }
                 }
                 [sum]
@@ -78,6 +94,7 @@ impl Modes {
         let transform = Transform::<T>::new(grid);
         let mut spectrum = transform.spectrum();
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
+        let scale = self.scale();
         spectrum.par_chunks_mut(grid.pitch()).enumerate().for_each(|(j, row)| {
             let ky = signed_mode(j, grid.ny);
             if ky.abs() > ky_max || 2 * ky.unsigned_abs() as usize >= grid.ny && ky != 0 {
@@ -87,7 +104,7 @@ impl Modes {
                 let kx = i as i64;
                 let n = (kx as f64).hypot(ky as f64 / self.aspect);
                 if kx <= kx_max && (2 * i < grid.nx || i == 0) && n * low_pass <= 1.0 + 1e-9 {
-                    let a = self.amplitude(kx, ky);
+                    let a = self.scaled_amplitude(kx, ky, scale);
                     *value = Complex::new(T::of(a.re), T::of(a.im));
                 }
             }
@@ -105,7 +122,8 @@ impl Modes {
     /// The same on every rank, each of which computes a part of it.
     pub fn series_on(&self, ranks: &Ranks) -> Series<f64> {
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
-        Series::from_modes_on(ranks, kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
+        let scale = self.scale();
+        Series::from_modes_on(ranks, kx_max as usize, ky_max as usize, |kx, ky| self.scaled_amplitude(kx, ky, scale))
     }
 
     /// Bytes of [`Modes::series`].
@@ -251,5 +269,17 @@ mod tests {
         let m = moments(grid, &heights);
         assert!((m.rms_gradient - 1.0).abs() < 1e-12);
         assert!((m.rms_height / spectrum.expected(0.5, 0.0).rms_height - 1.0).abs() < 1e-12);
+    }
+
+    /// Nothing is summed before it is needed, and threads that need it at once have the same.
+    #[test]
+    fn amplitudes_are_normalised_where_they_are_needed() {
+        let spectrum = Spectrum { lambda_s: 1.0 / 40.0, ..Spectrum::CHALLENGE };
+        let modes = Modes::new(spectrum, 3, 1.0);
+        assert!(modes.scale.get().is_none());
+        let heights = |modes: &Modes| modes.heights::<f64>(Grid::unit(32, 32), 0.0);
+        let found: Vec<Vec<f64>> = (0..8).into_par_iter().map(|_| heights(&modes)).collect();
+        assert!(found.iter().all(|h| *h == found[0]));
+        assert!((modes.rms_gradient(0.0) / spectrum.rms_gradient - 1.0).abs() < 1e-12);
     }
 }

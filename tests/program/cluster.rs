@@ -497,3 +497,25 @@ fn the_doctor_examines_the_lammps_of_a_machine() {
     assert!(finding(&output, "LAMMPS command").contains("fire/kk"));
     assert_eq!(cluster("no-such-command-of-a-cluster", "[]").status.code(), Some(127));
 }
+
+/// Points of a statistical method are planned without their surfaces, and share a task.
+#[test]
+fn a_thousand_points_of_a_statistical_method_are_one_task() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    for (name, text) in [
+        ("machines.toml", "[a]\nengine = \"slurm\"\n"),
+        (
+            "scene.toml",
+            "name = \"a\"\n[surface]\ngrid = 128\n[load]\np_star = [0.01]\n[continuum]\nmethod = \"persson\"\n",
+        ),
+        ("sweep.toml", "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..1000\"\n"),
+    ] {
+        fs::write(scratch.path().join(name), text).expect("written");
+    }
+    let mut command = asperity();
+    command.args(["sweep", "sweep.toml", "--machine", "a", "--out", "out", "--dry-run"]).current_dir(scratch.path());
+    let output = command.output().expect("started");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("1000 of 1000 points in 1 task"), "{text}{}", stderr(&output));
+    assert!(text.contains("--array=0-0"), "{text}");
+}
