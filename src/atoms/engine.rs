@@ -141,9 +141,17 @@ impl LammpsEngine {
     /// `Input` for more ranks than cores without a launcher, `MissingProgram` without the launcher.
     pub fn with_command(mut self, command: LammpsCommand) -> Result<Self> {
         command.check()?;
-        command.check_accelerator(&self.styles)?;
+        self.check_accelerator(&command)?;
         self.start = command;
         Ok(self)
+    }
+
+    /// Whether jobs can run with the accelerator that the arguments choose.
+    ///
+    /// # Errors
+    /// `Input` with what is missing.
+    pub fn check_accelerator(&self, command: &LammpsCommand) -> Result<()> {
+        command.check_accelerator(&self.styles)
     }
 
     /// Limits the time of one call of `run`; finished steps are kept and the next call continues.
@@ -263,10 +271,9 @@ impl LammpsEngine {
         if job.spec.protocol.prescribed().is_some() {
             let often = minimizer_checkpoint::iterations(self.checkpoint_interval, job.atoms(), self.start.ranks());
             command.args(["-var", "restart_every", &often.to_string()]);
-            if let Some(file) =
-                minimizer_checkpoint::newest(&job.folder, done.len()).as_deref().and_then(Path::file_name)
-            {
-                let begun: usize = done.iter().map(|r| r.iterations).sum();
+            let begun: usize = done.iter().map(|r| r.iterations).sum();
+            let newest = minimizer_checkpoint::newest(&job.folder, done.len(), (begun + often) as u64);
+            if let Some(file) = newest.as_deref().and_then(Path::file_name) {
                 command
                     .args([
                         "-var",

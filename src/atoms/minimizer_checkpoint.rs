@@ -27,49 +27,62 @@ pub fn iterations(interval: Duration, atoms: u64, ranks: usize) -> usize {
     (interval.as_secs_f64() / one).clamp(1.0, 1e6) as usize
 }
 
-/// The newest complete checkpoint of a step, of those that interrupt a minimisation.
+/// The two files of a step.
+fn files(folder: &Path, step: usize) -> [PathBuf; 2] {
+    ["a", "b"].map(|end| folder.join(format!("{PREFIX}{step}.{end}")))
+}
+
+/// The newest complete checkpoint of a step, of those at iteration `from` or later: the iteration at which the load began plus the
+/// interval of checkpoints.
 ///
-/// LAMMPS also writes one where a minimisation has ended, at any iteration. A run continued from there would relax a
-/// state again that is already relaxed, so that a kill in this instant would change the results. Checkpoints are
-/// therefore used only at multiples of their interval, `checkpoint.STEP.INTERVAL.a` and `.b`.
-pub fn newest(folder: &Path, step: usize) -> Option<PathBuf> {
-    let written = |file: &Path| -> Option<SystemTime> {
-        let name = file.file_name()?.to_str()?;
-        let interval: u64 = name.strip_prefix(&format!("{PREFIX}{step}."))?.split('.').next()?.parse().ok()?;
-        let used = iteration(file).ok()??.checked_rem(interval)? == 0;
+/// LAMMPS also writes one where a minimisation ends. Without this limit a small block, whose load takes less than the interval, would be
+/// relaxed again from its relaxed state if it is killed before its frame is written, and have other results than without the kill. An
+/// earlier state is worth no more than one interval.
+pub fn newest(folder: &Path, step: usize, from: u64) -> Option<PathBuf> {
+    let written = |file: &PathBuf| -> Option<SystemTime> {
+        let used = iteration(file)? >= from;
         used.then(|| std::fs::metadata(file).and_then(|m| m.modified()).ok()).flatten()
     };
-    let paths = std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
-    paths.filter_map(|file| Some((written(&file)?, file))).max().map(|(_, file)| file)
+    let found = files(folder, step).into_iter().filter_map(|file| Some((written(&file)?, file)));
+    found.max().map(|(_, file)| file)
 }
 
 /// The iteration of a complete restart file. After a kill or on a full disk LAMMPS may leave a truncated file without an
 /// error; it lacks the end marker.
-fn iteration(file: &Path) -> std::io::Result<Option<u64>> {
-    let mut handle = File::open(file)?;
-    let mut head = Vec::new();
-    (&mut handle).take(512).read_to_end(&mut head)?;
-    let length = handle.metadata()?.len();
-    handle.seek(SeekFrom::Start(length.saturating_sub(64)))?;
-    let mut tail = Vec::new();
-    handle.read_to_end(&mut tail)?;
+pub fn iteration(file: &Path) -> Option<u64> {
+    let ends = || -> std::io::Result<[Vec<u8>; 2]> {
+        let mut handle = File::open(file)?;
+        let (mut head, mut tail) = (Vec::new(), Vec::new());
+        (&mut handle).take(512).read_to_end(&mut head)?;
+        let length = handle.metadata()?.len();
+        handle.seek(SeekFrom::Start(length.saturating_sub(64)))?;
+        handle.read_to_end(&mut tail)?;
+        Ok([head, tail])
+    };
+    let [head, tail] = ends().ok()?;
     let whole = tail.windows(MARK.len()).any(|w| w == MARK);
-    Ok(if whole { iteration_in(&head) } else { None })
+    if whole { iteration_in(&head) } else { None }
 }
 
 /// The iteration in the header of a restart file (`read_restart.cpp` of LAMMPS): after the marker, the byte order and the
 /// revision, pairs of a key and a value, each key of four bytes. Texts begin with their length.
 fn iteration_in(head: &[u8]) -> Option<u64> {
     const TEXTS: [i32; 2] = [0, 4];
+    const SIZE: i32 = 3;
     const ITERATION: i32 = 5;
     let int = |at: usize| Some(i32::from_ne_bytes(head.get(at..at + 4)?.try_into().ok()?));
-    let mut at = MARK.len() + 1 + 8;
+    let (mut at, mut size) = (MARK.len() + 1 + 8, 8);
     loop {
         let (key, value) = (int(at)?, at + 4);
         match key {
+            ITERATION if size == 4 => return u64::try_from(int(value)?).ok(),
             ITERATION => return Some(u64::from_ne_bytes(head.get(value..value + 8)?.try_into().ok()?)),
             _ if TEXTS.contains(&key) => at = value + 4 + usize::try_from(int(value)?).ok()?,
-            _ => at = value + 4,
+            _ => {
+                // Bytes of an iteration: four in builds with small integers.
+                size = if key == SIZE { int(value)? } else { size };
+                at = value + 4;
+            }
         }
     }
 }
@@ -108,20 +121,21 @@ mod tests {
     use super::*;
 
     /// Header of LAMMPS 29Sep2021: version, four sizes of integers, units, iteration.
-    fn restart_file(iteration: u64) -> Vec<u8> {
+    fn restart_file(iteration: u64, size: i32) -> Vec<u8> {
         let ints = |list: &[i32]| list.iter().flat_map(|n| n.to_ne_bytes()).collect::<Vec<u8>>();
         let mut file = [MARK, &[0], &ints(&[1, 2, 0, 12]), b"29 Sep 2021\0"].concat();
-        file.extend(ints(&[1, 4, 0x30, 4, 2, 4, 3, 8, 4, 6]));
+        file.extend(ints(&[1, 4, 0x30, 4, 2, 4, 3, size, 4, 6]));
         file.extend(b"metal\0");
         file.extend(ints(&[5]));
-        file.extend(iteration.to_ne_bytes());
+        file.extend(&iteration.to_ne_bytes()[..size as usize]);
+        file.extend(ints(&[6, 3]));
         file.extend([0; 400]);
         file.extend(MARK);
         file
     }
 
     #[test]
-    fn the_newest_complete_file_within_a_minimisation_is_used_and_other_steps_are_removed() {
+    fn the_newest_complete_file_beyond_the_first_interval_is_used_and_other_steps_are_removed() {
         let folder = tempfile::tempdir().expect("scratch");
         let path = |name: &str| folder.path().join(name);
         let put = |name: &str, bytes: &[u8], age: u64| {
@@ -129,25 +143,21 @@ mod tests {
             let time = SystemTime::now() - Duration::from_secs(age);
             File::options().write(true).open(path(name)).and_then(|f| f.set_modified(time)).expect("dated");
         };
-        assert_eq!(newest(folder.path(), 2), None);
-        put("checkpoint.1.50.a", &restart_file(100), 0);
-        put("checkpoint.2.50.a", &restart_file(250), 20);
-        put("checkpoint.2.50.b", &restart_file(300), 10);
-        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.50.b")));
-        // Written where the minimisation ended; another interval, as with another number of ranks.
-        put("checkpoint.2.50.b", &restart_file(317), 5);
-        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.50.a")));
-        put("checkpoint.2.317.a", &restart_file(317), 3);
-        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.317.a")));
+        let newest = |from: u64| newest(folder.path(), 2, from);
+        assert_eq!(newest(0), None);
+        put("checkpoint.1.a", &restart_file(90, 8), 0);
+        put("checkpoint.2.a", &restart_file(250, 8), 20);
+        put("checkpoint.2.b", &restart_file(300, 4), 10);
+        assert_eq!(newest(150), Some(path("checkpoint.2.b")));
+        assert_eq!((newest(300), newest(301)), (Some(path("checkpoint.2.b")), None));
         // Truncated during writing.
-        put("checkpoint.2.317.a", &restart_file(317)[..300], 2);
-        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.50.a")));
-        put("checkpoint.2.50.a", b"", 0);
-        assert_eq!(newest(folder.path(), 2), None);
-        put("restart.1", &restart_file(100), 0);
+        put("checkpoint.2.b", &restart_file(300, 8)[..300], 5);
+        assert_eq!(newest(150), Some(path("checkpoint.2.a")));
+        put("checkpoint.2.a", b"", 0);
+        assert_eq!(newest(0), None);
+        put("restart.1", &restart_file(100, 8), 0);
         keep_only(folder.path(), 2).expect("removed");
-        let exists = |name: &str| path(name).exists();
-        assert!(!exists("checkpoint.1.50.a") && exists("checkpoint.2.50.a") && exists("restart.1"));
+        assert!(!path("checkpoint.1.a").exists() && path("checkpoint.2.a").exists() && path("restart.1").exists());
     }
 
     #[test]

@@ -15,6 +15,9 @@ pub(super) struct Doctor {
     machine: MachineFlags,
     #[command(flatten)]
     lammps: LammpsFlags,
+    /// Ranks run on other nodes than this one.
+    #[arg(long, hide = true)]
+    elsewhere: bool,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -36,7 +39,7 @@ impl Doctor {
         if submits(&machine) && !machine.setup.is_empty() {
             return self.after_setup(&machine);
         }
-        let findings = findings(&machine);
+        let findings = findings(&machine, self.elsewhere || submits(&machine));
         let good = findings.iter().all(|f| f.good);
         if self.json {
             output::json_line(&serde_json::json!({ "good": good, "findings": findings }))?;
@@ -54,18 +57,19 @@ impl Doctor {
     /// Runs this command in a login shell after the set-up lines of the machine, as its jobs do.
     fn after_setup(&self, machine: &Machine) -> Result<ExitCode> {
         let program = std::env::current_exe().map_err(Error::io("find", "this program"))?;
-        let mut words = vec![program.display().to_string(), "doctor".into()];
+        let mut words = vec![program.display().to_string(), "doctor".into(), "--elsewhere".into()];
         words.extend(PointCommand::of_lammps(&machine.lammps));
         words.extend(self.json.then(|| "--json".into()));
         let words: Vec<String> = words.iter().map(|word| shell_quoted(word)).collect();
-        let script = format!("set -e\n{}\nexec {}", machine.setup.join("\n"), words.join(" "));
+        // What the lines print is none of the findings.
+        let script = format!("set -e\n{{\n{}\n}} >&2\nexec {}", machine.setup.join("\n"), words.join(" "));
         let status = Command::new("bash").args(["-l", "-c", &script]).status().map_err(Error::io("start", "bash"))?;
         Ok(ExitCode::from(status.code().and_then(|c| u8::try_from(c).ok()).unwrap_or(1)))
     }
 }
 
 /// What this machine has, with LAMMPS as a machine of machines.toml starts it.
-fn findings(machine: &Machine) -> Vec<Finding> {
+fn findings(machine: &Machine, elsewhere: bool) -> Vec<Finding> {
     let engine = LammpsEngine::find(machine.lammps.program.as_deref());
     let (lammps, styles) = match &engine {
         Ok(e) => (e.describe().to_string(), e.missing_styles()),
@@ -74,6 +78,8 @@ fn findings(machine: &Machine) -> Vec<Finding> {
     let mpirun =
         std::env::var_os("PATH").is_some_and(|p| std::env::split_paths(&p).any(|d| d.join("mpirun").is_file()));
     let start = match &engine {
+        // The cores of this node do not count.
+        Ok(e) if elsewhere => e.check_accelerator(&machine.lammps).map(|()| machine.lammps.line(e.program())),
         Ok(e) => e.clone().with_command(machine.lammps.clone()).map(|_| machine.lammps.line(e.program())),
         Err(_) => Ok("not found".into()),
     };
@@ -102,8 +108,7 @@ fn findings(machine: &Machine) -> Vec<Finding> {
         },
         Finding {
             what: "LAMMPS command",
-            // The nodes of a cluster have other cores than this one.
-            good: start.is_ok() || submits(machine),
+            good: start.is_ok(),
             found: start.unwrap_or_else(|e| e.to_string()),
             advice: "--ranks, --launcher and --lammps-args, or a machine of machines.toml",
         },

@@ -34,7 +34,7 @@ pub(super) fn expect_one() -> Result<()> {
     }
 }
 
-/// Runs `work` on all ranks. The first prints and writes files. An error of any rank ends all of them with one message.
+/// Runs `work` on all ranks. The first prints. An error of any rank ends all of them with one message.
 ///
 /// # Errors
 /// Those of `work` on one rank; several ranks that this build cannot start.

@@ -1,7 +1,7 @@
 //! Progress of a task within a turn.
 
+use crate::atoms::minimizer_checkpoint;
 use std::path::Path;
-use std::time::UNIX_EPOCH;
 
 /// A number that changes when a run folder gains work that a later turn continues: finished stages and, where stages are continued, load
 /// steps of LAMMPS, finished loads of estimators, checkpoints.
@@ -21,10 +21,8 @@ pub fn progress_of(run: &Path, continues_stages: bool) -> u64 {
             "load_steps.csv" => text(),
             name if name.ends_with("checkpoint.json") || is_load(name) => text(),
             // Of LAMMPS, binary.
-            name if name.starts_with("checkpoint.") => {
-                let changed = meta.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok());
-                format!("{} {}", meta.len(), changed.unwrap_or_default().as_nanos())
-            }
+            // A turn that only repeats the iterations of the turn before makes none.
+            name if name.starts_with("checkpoint.") => format!("{:?}", minimizer_checkpoint::iteration(&path)),
             _ => return 0,
         };
         let hash = blake3::hash(format!("{} {state}", path.display()).as_bytes());
@@ -68,7 +66,7 @@ mod tests {
         assert!(empty != one && one != two && two != three);
         write("continuum/checkpoint.json", "{}");
         assert_eq!(progress_of(run.path()), three, "the same state, written again");
-        let more = ["matched/full-heights-checkpoint.json", "method-persson/load-1.json", "lammps/checkpoint.2.50.a"];
+        let more = ["matched/full-heights-checkpoint.json", "method-persson/load-1.json", "lammps/checkpoint.2.a"];
         for name in more {
             let before = progress_of(run.path());
             write(name, "{}");

@@ -40,10 +40,7 @@ pub fn contact_area_on_ranks(ranks: &Ranks, grid: Grid, gap: Field, threshold: f
 /// Contact nodes, and boundary edges crossed along x and along y.
 fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], touches: impl Fn(T) -> bool + Sync + Send) -> [f64; 3] {
     let (nx, rows) = (grid.nx, gap.len() / grid.nx);
-    // The row below the last one is the first of the next rank, which only several ranks exchange.
-    let first = &gap[..nx];
-    let firsts = if ranks.are_several() { ranks.gather(first, &vec![nx; ranks.count()]) } else { first.to_vec() };
-    let next = &firsts[(ranks.own() + 1) % ranks.count() * nx..][..nx];
+    let next = &first_row_of_next(ranks, &gap[..nx]);
     let own = sum_rows(rows, |y| {
         let row = &gap[y * nx..][..nx];
         let below = if y + 1 < rows { &gap[(y + 1) * nx..][..nx] } else { next };
@@ -54,6 +51,18 @@ fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], touches: impl Fn(T) ->
         [nodes, along + seam, across].map(|n| n as f64)
     });
     sums_of_ranks(ranks, ranks.count(), &[own])
+}
+
+/// The row below the last one of this rank: the first of the next, given the first of this one.
+fn first_row_of_next<T: Real>(ranks: &Ranks, first: &[T]) -> Vec<T> {
+    let (own, count) = (ranks.own(), ranks.count());
+    let mut next = first.to_vec();
+    if count > 1 {
+        let from =
+            |rank: usize| (0..count).map(|r| if r == rank % count { first.len() } else { 0 }).collect::<Vec<_>>();
+        ranks.exchange((first, &from(own + count - 1)), (&mut next, &from(own + 1)));
+    }
+    next
 }
 
 /// 1 where the gap is at most `threshold`, else 0, as `[ny, nx]`.

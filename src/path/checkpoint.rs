@@ -57,8 +57,8 @@ impl Checkpoint {
         }
     }
 
-    /// As [`Checkpoint::find`], of one whose files are verified already.
-    pub fn verified(folder: &Path, stem: &str, key: &str) -> Option<Checkpoint> {
+    /// As [`Checkpoint::find`], without reading the files that it names.
+    pub fn unverified(folder: &Path, stem: &str, key: &str) -> Option<Checkpoint> {
         let found = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
         found.filter(|c| c.key == key).map(|c| Checkpoint { folder: folder.to_path_buf(), ..c })
     }
@@ -157,7 +157,7 @@ impl CheckpointWriter {
     /// A writer of `STEM.json` and its fields.
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
         // The checkpoint that a run continues from is not overwritten before the next one is complete.
-        let first = Checkpoint::verified(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
+        let first = Checkpoint::unverified(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
         let inner = Inner {
             finished,
             fields: Vec::new(),

@@ -14,7 +14,7 @@ pub use coarser_grids::{CORRECTION, unresolved_contact};
 pub use estimator_input::EstimatorInput;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 
-use crate::grid::{Field, Grid, Series, Transform, lowest, mean};
+use crate::grid::{Field, Grid, Series, Transform, lowest, mean, sharing};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
 use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, State, Stop};
 use crate::observe::{ContactArea, FlowEdges, Leakage, contact_area_on_ranks};
@@ -176,8 +176,9 @@ impl<'p> LoadPath<'p> {
             _ => 0,
         };
         let separation = if pulls_off { pull_off::FIELDS * field } else { 0 };
+        let shared = sharing(self.problem.ranks, self.problem.grid).count() as u64;
         // Heights in their own unit, and the fields of a state converted back.
-        let converted = if Scale::of(&self.problem.heights).is_one() { 0 } else { 3 * field };
+        let converted = if Scale::of(&self.problem.heights).is_one() { 0 } else { 3 * field / shared };
         let coarser = grids.iter().map(coarse).sum::<u64>();
         let steps = if self.end_steps { end_steps::FIELDS * field } else { 0 };
         Plan { bytes: own.bytes + steps + series + separation + converted + coarser, ..own }

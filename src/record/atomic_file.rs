@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::sys::ranks::Ranks;
 
 /// Beginning of the names of files that are not complete.
-const PARTIAL: &str = ".partial-";
+pub const PARTIAL: &str = ".partial-";
 
 /// A temporary file next to its final name; deleted unless [`AtomicFile::commit`] succeeds.
 pub struct AtomicFile {
@@ -71,8 +71,9 @@ pub fn write_atomic_on_ranks(
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // The same name on all ranks.
-    let partial = path.with_file_name(format!("{PARTIAL}{name}"));
+    // The same on all ranks, and another than that of other runs.
+    let run = ranks.gather(&[std::process::id()], &vec![1; ranks.count()])[0];
+    let partial = path.with_file_name(format!("{PARTIAL}{run}-{name}"));
     let create = || {
         let mut file = File::create(&partial)?;
         file.write_all(head)?;

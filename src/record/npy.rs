@@ -300,6 +300,7 @@ impl Reader {
         if self.fortran {
             return Err(Error::format(&self.path, "columns one after another", "rows one after another, C order"));
         }
+        fits(&self.path, 8 * (rows.len() * self.nx) as u64)?;
         let before = (rows.start * self.nx * self.stored.bytes()) as i64;
         self.source.seek_relative(before).map_err(Error::io("read", &self.path))?;
         let mut values = Vec::with_capacity(rows.len() * self.nx);

@@ -133,7 +133,7 @@ impl Ranks {
         self.count() > 1
     }
 
-    /// Whether this rank prints and writes files.
+    /// Whether this rank prints, and writes the files of which each rank has no part.
     pub fn is_first(&self) -> bool {
         self.own() == 0
     }

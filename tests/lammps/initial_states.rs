@@ -164,7 +164,7 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
         .expect("written");
     engine.run(&job, &mut on).expect_err("stopped");
     assert_eq!(left(stopped.path()).len(), 2);
-    let state = minimizer_checkpoint::newest(stopped.path(), 2).expect("a state");
+    let state = minimizer_checkpoint::newest(stopped.path(), 2, 0).expect("a state");
 
     // The job is written again, as the same command does.
     let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
@@ -181,7 +181,8 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < 0.01, "{a:?} {b:?}");
 }
 
-/// LAMMPS also writes a checkpoint where a minimisation ends; a kill before the frame is written must not continue from it.
+/// LAMMPS also writes a checkpoint where a minimisation ends; a small block that is killed before its frame is written does not continue
+/// from it.
 #[test]
 fn a_load_stopped_after_its_relaxation_repeats_it_with_the_same_results() {
     let Some(engine) = lammps(1) else { return };

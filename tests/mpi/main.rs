@@ -55,10 +55,12 @@ fn results(output: &Output, out: &Path) -> (Vec<Value>, Vec<(std::path::PathBuf,
 fn results_have_the_same_bytes_on_any_number_of_ranks() {
     let adhesion = ["--work-of-adhesion", "2e-5", "--adhesion-range", "2e-3"];
     let whole = ["--leakage", "--elastic-stress", "--subsurface", "0.001", "--poisson", "0.3"];
-    let cases: [([&str; 3], &[&str], &[usize]); 5] = [
+    let cases: [([&str; 3], &[&str], &[usize]); 6] = [
         (["512", "f32", "0.05"], &whole, &[3]),
         (["1024", "f32", "0.05"], &[], &[1, 2, 4]),
         (["1024", "f64", "0.05"], &[], &[2]),
+        // Held whole by each rank.
+        (["256", "f64", "0.05"], &[], &[2]),
         (["1024", "f32", "0.02,0.05"], &adhesion, &[3]),
         (["1024", "f64", "0.05"], &adhesion, &[2]),
     ];

@@ -477,13 +477,13 @@ fn the_doctor_examines_the_lammps_of_a_machine() {
     fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
     let machines = scratch.path().join("machines.toml");
     let cluster = |setup: &str, args: &str| {
-        let lammps = "program = \"lmp-of-the-cluster\"\nranks = 64\nlauncher = \"env {ranks}\"";
+        let lammps = "program = \"lmp-of-the-cluster\"\nranks = 64";
         let text =
             format!("[a]\nengine = \"slurm\"\ncpus = 64\nsetup = [{setup:?}]\n[a.lammps]\n{lammps}\nargs = {args}\n");
         fs::write(&machines, text).expect("written");
         asperity().args(["doctor", "--machine", "a", "--json", "--machines"]).arg(&machines).output().expect("started")
     };
-    let path = format!("export PATH={}:$PATH", folder.display());
+    let path = format!("echo loaded; export PATH={}:$PATH", folder.display());
     let finding = |output: &Output, what: &str| -> String {
         let list = json_line(output)["findings"].as_array().expect("a list").clone();
         let of = list.iter().find(|f| f["what"] == what).expect("a finding");
@@ -494,7 +494,7 @@ fn the_doctor_examines_the_lammps_of_a_machine() {
     assert_eq!(finding(&output, "LAMMPS packages"), "OPT, KOKKOS");
     assert!(finding(&output, "LAMMPS command").ends_with("lmp-of-the-cluster"));
     let output = cluster(&path, "[\"-k\", \"on\", \"-sf\", \"kk\"]");
-    assert!(finding(&output, "LAMMPS command").contains("fire/kk"));
+    assert!(finding(&output, "LAMMPS command").contains("fire/kk") && output.status.code() == Some(5));
     assert_eq!(cluster("no-such-command-of-a-cluster", "[]").status.code(), Some(127));
 }
 

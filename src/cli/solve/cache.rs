@@ -1,6 +1,7 @@
 //! The folder of a solve, and the results of a finished one, which the same command reports instead of solving again.
 
 use crate::path::is_subsurface_map;
+use crate::record::atomic_file::PARTIAL;
 use crate::record::hashed::{self, Stored};
 use crate::record::{json, load_table};
 use crate::scene::Scene;
@@ -67,7 +68,9 @@ pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
         let name = entry.file_name();
         let Some(name) = name.to_str() else { continue };
         let is_start = || start.is_some() && fs::canonicalize(entry.path()).ok() == start;
-        if is_of_state(of_state(name.strip_prefix("partial-").unwrap_or(name))) && !is_start() {
+        let is_field = is_of_state(of_state(name.strip_prefix("partial-").unwrap_or(name)));
+        // What an interrupted write has left.
+        if (is_field || name.starts_with(PARTIAL)) && !is_start() {
             fs::remove_file(entry.path()).map_err(Error::io("remove", &entry.path()))?;
         }
     }
@@ -134,8 +137,14 @@ mod tests {
         let folder = tempfile::tempdir().expect("scratch");
         let path = |name: &str| folder.path().join(name);
         open(folder.path()).expect("empty");
-        let states =
-            ["gap.npy", "partial-stress.npy", "load-12-contact.npy", "partial-load-2-solve.json", "pull-off.json"];
+        let states = [
+            "gap.npy",
+            "partial-stress.npy",
+            "load-12-contact.npy",
+            "partial-load-2-solve.json",
+            "pull-off.json",
+            ".partial-7-gap.npy",
+        ];
         let others = ["my-gap.npy", "load-x-gap.npy", "heights.npy"];
         states.iter().chain(&others).for_each(|name| fs::write(path(name), "x").expect("written"));
         clear(folder.path(), Some(&path("load-12-contact.npy"))).expect("cleared");

@@ -2,13 +2,14 @@
 
 use super::Solve;
 use crate::Result;
-use crate::grid::{Field, Grid, sums_of_ranks};
+use crate::grid::{Field, Grid, sum_rows, sums_of_ranks};
 use crate::interface::Adhesion;
 use crate::method::{State, Stop};
 use crate::observe::contact_map;
 use crate::path::LoadPath;
 use crate::record::npy;
 use crate::scene::Case;
+use crate::sys::ranks::Ranks;
 use crate::units::Scales;
 use std::path::Path;
 
@@ -18,16 +19,19 @@ pub(super) struct FieldWriter<'a> {
     out: Option<&'a Path>,
     /// Number of loads.
     loads: usize,
-    adhesive: bool,
+    /// Whether there is adhesion on this grid, and whether it was requested.
+    adhesive: [bool; 2],
     subsurface: bool,
     grid: Grid,
+    /// Those of the problem; a small grid is whole on each.
+    ranks: &'a Ranks,
     scales: Scales,
 }
 
 /// What the report needs of the fields of all ranks.
 pub(super) struct OfFields {
-    /// Fraction of the nodes that are in contact and under compression.
-    pub compressive: f64,
+    /// Fraction of the nodes that are in contact and under compression, where adhesion was requested.
+    pub compressive: Option<f64>,
     /// Whole fields on the first of several ranks, where a quantity needs them.
     gap: Option<Vec<f64>>,
     stress: Option<Vec<f64>>,
@@ -46,14 +50,15 @@ impl OfFields {
 }
 
 impl<'a> FieldWriter<'a> {
-    pub(super) fn new(solve: &'a Solve, case: &Case, path: &LoadPath, loads: usize) -> Self {
+    pub(super) fn new(solve: &'a Solve, case: &Case, path: &LoadPath<'a>, loads: usize) -> Self {
         FieldWriter {
             solve,
             out: solve.out.as_deref(),
             loads,
-            adhesive: path.adhesion() != Adhesion::None,
+            adhesive: [path.adhesion(), case.adhesion].map(|law| law != Adhesion::None),
             subsurface: case.subsurface().is_some(),
             grid: path.problem().grid,
+            ranks: path.problem().ranks,
             scales: case.scales,
         }
     }
@@ -66,27 +71,34 @@ impl<'a> FieldWriter<'a> {
         self.write(i, state)?;
         let (ranks, grid) = (state.ranks, self.grid);
         let presses = |i: &usize| state.gap.at(*i) <= 0.0 && state.stress.at(*i) > 0.0;
-        let own = (0..state.gap.len()).filter(presses).count() as f64;
-        let [presses] = sums_of_ranks(ranks, ranks.count(), &[[own]]);
+        let in_row = |y: usize| [(y * grid.nx..(y + 1) * grid.nx).filter(presses).count() as f64];
+        // Without adhesion all contact is compressive.
+        let compressive = self.adhesive[1].then(|| {
+            let own = sum_rows(state.gap.len() / grid.nx, in_row);
+            let [nodes] = sums_of_ranks(ranks, ranks.count(), &[own]);
+            nodes / grid.points() as f64
+        });
         let whole = |is_needed: bool, field: Field| {
             let gather = || ranks.gather_on_first(&field.to_vec(), &ranks.shares(grid.ny, grid.nx));
             (is_needed && ranks.are_several()).then(gather)
         };
         Ok(OfFields {
-            compressive: presses / grid.points() as f64,
+            compressive,
             gap: whole(self.solve.leakage, state.gap),
             stress: whole(self.subsurface && state.stop == Stop::Converged, state.stress),
         })
     }
 
     fn write(&self, i: usize, state: &State) -> Result<()> {
-        let Some(out) = self.out else { return Ok(()) };
+        let Some(out) = self.out.filter(|_| self.ranks.is_first() || state.ranks.are_several()) else {
+            return Ok(());
+        };
         let (ranks, shape) = (state.ranks, [self.grid.nx, self.grid.ny]);
         let Scales { length_m: length, modulus_pa: modulus } = self.scales;
         let path = |name: &str| out.join(file_name(i, self.loads, state.stop, name));
         let write = |name: &str, field, unit| npy::write_field_on_ranks(ranks, &path(name), shape, field, unit);
         write("gap.npy", state.gap, length)?;
-        if self.adhesive {
+        if self.adhesive[0] {
             write("stress.npy", state.stress, modulus)?;
         } else {
             npy::write_contact_pressure(ranks, &path("stress.npy"), shape, state.gap, state.stress, modulus)?;

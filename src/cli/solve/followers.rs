@@ -116,7 +116,7 @@ impl Observer for OwnRows<'_> {
 
 /// The checkpoint from which the first rank continues.
 fn same_checkpoint(out: &Path, key: &str, ranks: &Ranks) -> Result<Checkpoint> {
-    Checkpoint::verified(out, CHECKPOINT, key).ok_or_else(|| {
+    Checkpoint::unverified(out, CHECKPOINT, key).ok_or_else(|| {
         let found = format!("{} (the checkpoint is not readable on rank {})", out.display(), ranks.own());
         Error::input(COMMAND_LINE, "--out", found, "a folder that all ranks share")
     })

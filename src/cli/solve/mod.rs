@@ -100,14 +100,17 @@ impl Solve {
         loads: &[Load],
     ) -> Result<u64> {
         // What only the first rank does, of whole fields.
-        let gathered = if problem.ranks.are_several() { (size_of::<f64>() * case.grid.points()) as u64 } else { 0 };
-        let flow = if self.leakage { leakage_bytes(case.grid) + gathered } else { 0 };
+        let gathered = |problem: &Problem| match problem.ranks.are_several() {
+            true => (size_of::<f64>() * problem.grid.points()) as u64,
+            false => 0,
+        };
+        let flow = |problem: &Problem| if self.leakage { leakage_bytes(problem.grid) + gathered(problem) } else { 0 };
         let below = |problem: &Problem| match self.subsurface.is_empty() {
             true => 0,
-            false => subsurface_bytes(problem) + gathered,
+            false => subsurface_bytes(problem) + gathered(problem),
         };
         let planned = |problem: Problem| {
-            let after = if problem.ranks.is_first() { flow + below(&problem) } else { 0 };
+            let after = if problem.ranks.is_first() { flow(&problem) + below(&problem) } else { 0 };
             LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + after
         };
         // Ranks on one machine share its memory.

@@ -160,8 +160,7 @@ impl<'a> SolveReporter<'a> {
             "criterion": self.criterion,
             "contact_fraction": area.fraction,
             "contact_fraction_corrected": area.corrected,
-            // Without adhesion all contact is compressive.
-            "contact_fraction_compressive": (self.requested != Adhesion::None).then_some(fields.compressive),
+            "contact_fraction_compressive": fields.compressive,
             "perimeter": area.perimeter / length,
             "mean_gap": state.mean_gap * length,
             "displacement": displacement * length,
