@@ -10,7 +10,7 @@ PREFIX ?= $(HOME)/.local
 SECONDS ?= 60
 INPUTS ?= 100000
 
-.PHONY: help install wheel manylinux docs demo test bench fuzz damage kills bench-peers measured verify-advice claims lint
+.PHONY: help install wheel manylinux docs demo test bench fuzz damage kills bench-peers measured verify-advice claims errors lint
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
@@ -24,6 +24,7 @@ help:
 	@echo "make measured  write the tables of advise, and docs/trade-off-series.md (an hour on two idle cores)"
 	@echo "make verify-advice  compare advice with results on five other seeds and two other spectra (half an hour)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
+	@echo "make errors  test how often the stated errors cover the truth, and write docs/errors.md (half an hour)"
 	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
 	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000)"
 	@echo "make kills  kill every long command, 200 times in all, and compare the results"
@@ -80,6 +81,11 @@ verify-advice:
 claims:
 	cargo build --release --locked
 	scripts/claims.py --asperity target/release/asperity $(if $(ALL),--all)
+
+errors:
+	cargo build --release --locked
+	@scripts/setup.sh --tests
+	scripts/errors.py --asperity target/release/asperity --write docs/errors.md
 
 fuzz:
 	scripts/fuzz.sh $(SECONDS)

@@ -15,14 +15,14 @@ fn main() -> asperity::Result<()> {
     let path = problem.load_path_with_pull_off(&loads)?;
     for state in &path.states {
         println!(
-            "{:9} p/E* {:.3}: contact fraction {:.4}, mean gap {:.5} L",
+            "{:9} p/E* {:.3}: contact area {:.4}, mean gap {:.5} L",
             format!("{:?}", state.branch),
             state.mean_pressure,
-            state.area.corrected,
+            state.contact_area,
             state.mean_gap
         );
     }
-    println!("hysteresis work {:.2e} E* L", path.hysteresis_work());
+    println!("dissipation {:.2e} E* L", path.dissipation());
     let pull_off = path.pull_off.as_ref().expect("it was requested");
     println!("pull-off at p/E* = {:.4}, mean gap {:.4} L", pull_off.mean_pressure, pull_off.mean_gap);
 
@@ -30,8 +30,8 @@ fn main() -> asperity::Result<()> {
     let unloading: Vec<_> = path.branch(Branch::Unloading).collect();
     for (loading, unloading) in path.branch(Branch::Loading).zip(unloading.iter().rev()) {
         assert_eq!(loading.load, unloading.load);
-        assert!(unloading.area.corrected > loading.area.corrected);
+        assert!(unloading.contact_area > loading.contact_area);
     }
-    assert!(path.hysteresis_work() > 0.0 && pull_off.mean_pressure < 0.0);
+    assert!(path.dissipation() > 0.0 && pull_off.mean_pressure < 0.0);
     Ok(())
 }

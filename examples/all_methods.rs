@@ -27,7 +27,7 @@ fn main() -> asperity::Result<()> {
         println!(
             "{:14} {:8.4} {:>9} {:>6}  {}",
             method.id,
-            found.contact_fraction,
+            found.contact_area,
             or_dash(found.mean_gap, 5),
             or_dash(agreement.map(|a| a.aligned.kappa), 2),
             found.criterion

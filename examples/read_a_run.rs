@@ -17,8 +17,8 @@ fn print(folder: &Path) -> asperity::Result<()> {
     run.warnings.iter().for_each(|warning| println!("warning: {warning}"));
     for state in &run.states {
         println!(
-            "{:?} p* = {:<8} {:.3e} Pa: contact fraction {:.4}, mean gap {:.3e} m",
-            state.branch, state.p_star, state.pressure_pa, state.contact_fraction, state.mean_gap_m
+            "{:?} p* = {:<8} {:.3e} Pa: contact area {:.4}, mean gap {:.3e} m",
+            state.branch, state.p_star, state.pressure_pa, state.contact_area, state.mean_gap_m
         );
         let (Some(gap), Some(pressure)) = (run.gap(state)?, run.pressure(state)?) else { continue };
         let sizes = clusters(gap.mapv(|g| g <= 0.0).view(), Connectivity::Eight).sizes;

@@ -14,9 +14,9 @@ fn main() -> asperity::Result<()> {
 
     let pressure = 0.5;
     let state = Problem::new(surface, 25.0).solve(pressure)?;
-    println!("contact fraction {:.4}, mean gap {:.1} nm", state.area.corrected, state.mean_gap);
-    if let Some(area) = state.grid_error.and_then(|e| e.area) {
-        println!("the contact fraction changes by {:.1} % from half the nodes per side", 100.0 * area);
+    println!("contact area {:.4}, mean gap {:.1} nm", state.contact_area, state.mean_gap);
+    if let Some(error) = state.contact_area_error {
+        println!("the error of the contact area is {error:.4}");
     }
     println!("largest pressure {:.2} MPa", state.pressure.iter().copied().fold(0.0, f64::max));
     println!("{} contact clusters", state.clusters().sizes.len());

@@ -100,7 +100,7 @@ def large(asperity, n, cpu):
     per_pair = (stalled["seconds"] - gpu["seconds"]) / (stalled["fft_pairs"] - gpu["fft_pairs"])
     cells = [f"{n}²", f"{loads[0]['seconds']:.2f}" if cpu else "", f"{gpu['seconds']:.2f}", f"{gpu['fft_pairs']:.1f}"]
     cells += [f"{1e3 * per_pair:.2f}", f"{BYTES * n * n / per_pair / 1e12:.2f}"]
-    cells += [f"{abs(gpu[key] / loads[0][key] - 1):.1e}" if cpu else "" for key in ("contact_fraction", "mean_gap")]
+    cells += [f"{abs(gpu[key] / loads[0][key] - 1):.1e}" if cpu else "" for key in ("contact_area", "mean_gap")]
     print("| " + " | ".join(cells) + " |", flush=True)
 
 

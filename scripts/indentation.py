@@ -91,10 +91,10 @@ force_tolerance_ev_per_angstrom = 0.1
     results = json.loads((run / "results.json").read_text())
     for state, load in zip(results["atoms"]["states"], results["comparison"]["loads"]):
         walls = {m["id"]: m for m in load["continuum"]}
-        area = load["atoms"]["contact_fraction"]
+        area = load["atoms"]["contact_area"]
         row = [name, f"{math.sqrt(area / math.pi) * length / radius:.3f}", state["contacts"], f"{state['contact_stress_gpa']:.2f}"]
         row.append(state["defects"]["atoms"])
-        row += [f"{100 * (walls[wall]['contact_fraction'] / area - 1):+.0f}" for wall in ("compliant_wall", "yielding_wall")]
+        row += [f"{100 * (walls[wall]['contact_area'] / area - 1):+.0f}" for wall in ("compliant_wall", "yielding_wall")]
         gaps = [load[f"{wall}_mean_gap_angstrom"] for wall in ("atoms", "compliant_wall", "yielding_wall")]
         row += [f"{gap - gaps[0]:+.2f}" for gap in gaps[1:]]
         print("\t".join(map(str, row)), flush=True)

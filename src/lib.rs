@@ -16,7 +16,7 @@
 //! let heights = Array2::from_shape_fn((64, 64), |(y, x)| 0.1 * wave(x) * wave(y));
 //! let surface = Surface::from_array(heights.view(), 10.0, Touching::HighPoints)?;
 //! let state = Problem::new(surface, 25.0).solve(0.2)?;
-//! println!("contact {:.1} %, mean gap {:.4} µm", 100.0 * state.area.corrected, state.mean_gap);
+//! println!("contact {:.1} %, mean gap {:.4} µm", 100.0 * state.contact_area, state.mean_gap);
 //! assert!((state.pressure.mean().unwrap() - 0.2).abs() < 1e-8);
 //! # Ok::<(), asperity::Error>(())
 //! ```

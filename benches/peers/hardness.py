@@ -95,7 +95,7 @@ def main():
         found = json.loads(run(PYTHON, "-c", DIFFERENCES, *fields, hardness, AT_HARDNESS))
         times = own["cpu_seconds"], peer["cpu_seconds"]
         print(
-            f"{ratio:<5} {100 * own['contact_fraction']:6.2f} %  {found['contact']:14} {found['flow']:5} {found['stress']:10.1e}"
+            f"{ratio:<5} {100 * own['contact_area']:6.2f} %  {found['contact']:14} {found['flow']:5} {found['stress']:10.1e}"
             f" {times[0]:29.2f} {times[1]:17.2f} {times[1] / times[0]:6.0f} {over[0]:20.2f} {over[1]:5.2f}",
             flush=True,
         )

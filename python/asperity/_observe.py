@@ -15,10 +15,10 @@ from ._surface import as_map, real
 
 @dataclass(frozen=True)
 class ContactArea:
-    """Contact area of a gap map: fraction corrected for the perimeter, fraction of nodes, perimeter per area, nodes."""
+    """Contact area of a gap map over that of the cell, contact nodes over all nodes, perimeter per area, number of contact nodes."""
 
-    corrected: float
-    fraction: float
+    contact_area: float
+    contact_nodes: float
     perimeter: float
     nodes: int
 

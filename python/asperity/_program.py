@@ -125,9 +125,12 @@ class RunState:
     branch: str
     p_star: float
     pressure_pa: float
-    contact_fraction: float
+    contact_area: float
+    contact_area_error: float | None
+    contact_nodes: float
     mean_gap_m: float
-    contact_fraction_error: float | None
+    mean_gap_error_m: float | None
+    stiffness_pa_per_m: float | None
 
 
 class Run:
@@ -235,12 +238,12 @@ class Run:
         ny, nx = values.shape
         return plot_map(values, (self.length_m, self.length_m * ny / nx), (quantity, unit), "m", **options)
 
-    def plot_curve(self, x: str = "p_star", y: str = "contact_fraction", **options: Any) -> Any:
+    def plot_curve(self, x: str = "p_star", y: str = "contact_area", **options: Any) -> Any:
         """One number of the states over another by matplotlib. Options are `ax` and those of ``Axes.plot``; returns the axes."""
         from ._plot import plot_curve
 
         numbers = {f.name: [getattr(s, f.name) for s in self.states] for f in fields(RunState)}
-        return plot_curve(numbers, x, y, {"pressure_pa": "Pa", "mean_gap_m": "m"}, **options)
+        return plot_curve(numbers, x, y, {"pressure_pa": "Pa", "mean_gap_m": "m", "mean_gap_error_m": "m", "stiffness_pa_per_m": "Pa/m"}, **options)
 
     @property
     def report(self) -> Path:
@@ -254,7 +257,7 @@ class Run:
         return f"<Run {self.name!r} in {self.folder}: {len(self.states)} states>"
 
     def _repr_html_(self) -> str:
-        rows = ((s.branch, s.p_star, f"{100 * s.contact_fraction:.4g} %", s.mean_gap_m) for s in self.states)
+        rows = ((s.branch, s.p_star, f"{100 * s.contact_area:.4g} %", s.mean_gap_m) for s in self.states)
         return table(("branch", "p*", "contact", "mean gap / m"), rows)
 
 

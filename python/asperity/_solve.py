@@ -80,13 +80,16 @@ class State:
         Gap, interfacial pressure (compression positive, with the adhesive stress), and whether a node is in contact.
     mean_pressure, mean_gap : float
         Means of the two.
-    contact_fraction : float
-        Contact area over the area of the cell. Nodes on the edge of the contact represent less than a pixel of contact: from the
-        fraction of nodes an amount proportional to the perimeter is subtracted, which converges faster with the grid.
-    contact_fraction_nodes : float
-        Fraction of nodes in contact.
-    contact_fraction_error, mean_gap_error : float or None
-        Relative changes from the grid of half the nodes per side.
+    contact_area : float
+        Contact area over the area of the cell: the best value. Under a hard wall nodes on the edge of the contact represent less than
+        a pixel of contact; their excess is subtracted.
+    contact_nodes : float
+        Contact nodes over all nodes.
+    stiffness : float or None
+        Contact stiffness, the derivative of the mean pressure by the approach without change of the contact. None without contact, at
+        full contact, and where the state is unstable under an imposed pressure.
+    contact_area_error, mean_gap_error, stiffness_error : float or None
+        Errors of these, of the same units. None where a part of the error is not known.
     perimeter : float
         Perimeter of the contact per area.
     energy, elastic_energy, interaction_energy : float
@@ -121,10 +124,12 @@ class State:
     contact: Flags
     mean_pressure: float
     mean_gap: float
-    contact_fraction: float
-    contact_fraction_nodes: float
-    contact_fraction_error: float | None
+    contact_area: float
+    contact_nodes: float
+    contact_area_error: float | None
     mean_gap_error: float | None
+    stiffness: float | None
+    stiffness_error: float | None
     perimeter: float
     energy: float
     elastic_energy: float
@@ -195,7 +200,7 @@ class State:
     def __repr__(self) -> str:
         return (
             f"<State {self.branch}: mean pressure {self.mean_pressure:.6g} {self.pressure_unit}".rstrip()
-            + f", contact {100 * self.contact_fraction:.4g} %, mean gap {self.mean_gap:.6g} {self.length_unit}".rstrip()
+            + f", contact {100 * self.contact_area:.4g} %, mean gap {self.mean_gap:.6g} {self.length_unit}".rstrip()
             + ">"
         )
 
@@ -205,9 +210,9 @@ class PullOff:
     """The largest tensile pressure of an equilibrium on separation, with its errors."""
 
     mean_pressure: float
-    pressure_error: float
+    pressure_error: float | None
     mean_gap: float
-    mean_gap_error: float
+    mean_gap_error: float | None
 
 
 #: Numbers of a state in the order of tables.
@@ -228,10 +233,13 @@ class LoadPath(Sequence[State]):
         One for each load, in their order.
     pull_off : PullOff or None
         Where it was requested.
+    adhesive : bool
+        Whether the surfaces attract each other.
     """
 
     states: tuple[State, ...]
     pull_off: PullOff | None = None
+    adhesive: bool = False
 
     def __len__(self) -> int:
         return len(self.states)
@@ -248,17 +256,17 @@ class LoadPath(Sequence[State]):
             raise InputError(f"branch = {name!r}; accepted: loading, unloading")
         return tuple(state for state in self.states if state.branch == name)
 
-    def hysteresis_work(self) -> float:
-        """Work per area that a closed path dissipates, by trapezoids over the mean gap.
+    def dissipation(self) -> float:
+        """Energy per area that the path dissipates, open or closed: the work of the load less the change of the stored energy.
 
-        Raises
-        ------
-        InputError
-            If the path does not end at its first load.
+        With adhesion an estimate by trapezoids from the first load on, which finer loads improve; otherwise the plastic work since
+        first contact.
         """
-        if len(self) < 2 or self[0].load != self[-1].load:
-            raise InputError("hysteresis_work = an open path; accepted: a path that ends at its first load")
-        return _asperity.hysteresis_work([(s.mean_pressure, s.mean_gap - s.mean_plastic_displacement) for s in self.states])
+        path = [
+            (s.mean_pressure, s.mean_gap - s.mean_plastic_displacement, s.elastic_energy + s.interaction_energy, s.plastic_work)
+            for s in self.states
+        ]
+        return _asperity.dissipation(path, self.adhesive)
 
     @property
     def curve(self) -> pandas.DataFrame:
@@ -276,7 +284,8 @@ class LoadPath(Sequence[State]):
         per_area = f"{pressure} {length}" if pressure and length else ""
         load = {"pressure": pressure, "mean_gap": length, "displacement": length}.get(self.states[0].control, "1")
         return (
-            {name: length for name in ("gap", "mean_gap", "mean_plastic_displacement")}
+            {name: length for name in ("gap", "mean_gap", "mean_gap_error", "mean_plastic_displacement")}
+            | {name: f"{pressure}/{length}" if pressure and length else "" for name in ("stiffness", "stiffness_error")}
             | {name: pressure for name in ("pressure", "mean_pressure")}
             | {name: per_area for name in ("energy", "elastic_energy", "interaction_energy", "plastic_work")}
             | {"load": load, "seconds": "s", "perimeter": f"1/{length}" if length else ""}
@@ -293,13 +302,14 @@ class LoadPath(Sequence[State]):
         def of(name: str, dimensions: tuple[str, ...]) -> tuple[tuple[str, ...], Any, dict[str, str]]:
             return dimensions, np.stack([np.asarray(getattr(s, name)) for s in self.states]), {"units": units.get(name, "1")}
 
-        numbers = [n for n in NUMBERS if n not in ("control", "branch", "contact_fraction_error", "mean_gap_error")]
+        optional = ("contact_area_error", "mean_gap_error", "stiffness", "stiffness_error")
+        numbers = [n for n in NUMBERS if n not in ("control", "branch", *optional)]
         data = {name: of(name, ("load_step", "y", "x")) for name in ("gap", "pressure", "contact")}
         data |= {name: of(name, ("load_step",)) for name in numbers}
         data |= {name: (("load_step",), np.array([s.observed.get(name, np.nan) for s in self.states]), {}) for name in first.observed}
-        for name in ("contact_fraction_error", "mean_gap_error"):
+        for name in optional:
             values = [getattr(s, name) for s in self.states]
-            data[name] = (("load_step",), np.array([np.nan if v is None else v for v in values]), {"units": "1"})
+            data[name] = (("load_step",), np.array([np.nan if v is None else v for v in values]), {"units": units.get(name, "1")})
         coordinates = {
             "x": ("x", np.arange(nx) * lx / nx, {"units": length}),
             "y": ("y", np.arange(ny) * ly / ny, {"units": length}),
@@ -309,7 +319,7 @@ class LoadPath(Sequence[State]):
         found: xarray.Dataset = needed("xarray").Dataset(data, coordinates, about)
         return found
 
-    def plot_curve(self, x: str = "mean_pressure", y: str = "contact_fraction", **options: Any) -> Any:
+    def plot_curve(self, x: str = "mean_pressure", y: str = "contact_area", **options: Any) -> Any:
         """One number of the states over another by matplotlib, one line for each branch. Options are `ax` and those of ``Axes.plot``;
         returns the axes."""
         from ._plot import plot_curve
@@ -322,7 +332,7 @@ class LoadPath(Sequence[State]):
         return "\n".join([f"<LoadPath of {len(self)} states>", *(f"  {state!r}" for state in self.states)])
 
     def _repr_html_(self) -> str:
-        columns = ("branch", "mean_pressure", "contact_fraction", "mean_gap", "iterations", "seconds")
+        columns = ("branch", "mean_pressure", "contact_area", "mean_gap", "iterations", "seconds")
         observed = list(self.states[0].observed) if self.states else []
         units = self.units
         head = [label(c, units.get(c, "")) for c in (*columns, *observed)]
@@ -335,7 +345,7 @@ class Estimate:
 
     method: str
     criterion: str
-    contact_fraction: float
+    contact_area: float
     mean_gap: float | None
     gap: Map | None
     pressure: Map | None
@@ -527,7 +537,7 @@ def solve(
     >>> import asperity
     >>> surface = asperity.Surface.from_spectrum(64, seed=1, lambda_s=1 / 8)
     >>> path = asperity.solve(surface, 1.0, p_star=[0.02, 0.05])
-    >>> [round(state.contact_fraction, 3) for state in path]
+    >>> [round(state.contact_area, 3) for state in path]
     [0.04, 0.102]
 
     An observable of your own:
@@ -573,7 +583,7 @@ def solve(
         pulled, error = _asperity.solve(problem, loads, bool(pull_off), settings, _threads(threads), calls)
         if error is None:
             shown(0.0, states[-1].iterations, states[-1].residual)
-    path = LoadPath(tuple(states), None if pulled is None else PullOff(**pulled))
+    path = LoadPath(tuple(states), None if pulled is None else PullOff(**pulled), adhesion is not None)
     if error is not None:
         error.load_path = path  # type: ignore[attr-defined]
         raise error

@@ -114,14 +114,14 @@ def compare(surface: Surface, modulus: float, pressure: float) -> pandas.DataFra
     and pressure from asperity, over their means.
     """
     state = solve(surface, modulus, pressure=pressure, tolerance=1e-10, progress=False)[0]
-    own = Estimate("asperity", "zero gap", state.contact_fraction_nodes, state.mean_gap, state.gap, state.pressure, state.contact, state.seconds)
+    own = Estimate("asperity", "zero gap", state.contact_nodes, state.mean_gap, state.gap, state.pressure, state.contact, state.seconds)
     rows = []
     for found in (own, tamaas(surface, modulus, pressure), contact_mechanics(surface, modulus, pressure)):
         assert found.gap is not None and found.pressure is not None
         rows.append(
             {
                 "program": found.method,
-                "contact": found.contact_fraction,
+                "contact": found.contact_area,
                 "mean gap": found.mean_gap,
                 "gap off by": float(abs(found.gap - state.gap).max()) / state.mean_gap,
                 "pressure off by": float(abs(found.pressure - state.pressure).max()) / state.mean_pressure,

@@ -21,7 +21,7 @@ mod _asperity {
     #[pymodule_export]
     use crate::runs::FinishedRun;
     #[pymodule_export]
-    use crate::solve::{estimate, hysteresis_work, memory, solve, subsurface};
+    use crate::solve::{dissipation, estimate, memory, solve, subsurface};
     #[pymodule_export]
     use crate::surface::Surface;
 

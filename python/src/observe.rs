@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 #[pyfunction]
 pub(crate) fn contact_area(gap: PyReadonlyArray2<'_, f64>, threshold: f64, cell: (f64, f64)) -> (f64, f64, f64, usize) {
     let area = asperity::contact_area(gap.as_array(), threshold, Cell { x: cell.0, y: cell.1 });
-    (area.corrected, area.fraction, area.perimeter, area.nodes)
+    (area.contact_area, area.contact_nodes, area.perimeter, area.count)
 }
 
 #[pyfunction]

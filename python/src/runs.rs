@@ -16,9 +16,12 @@ struct RunState {
     branch: &'static str,
     p_star: f64,
     pressure_pa: f64,
-    contact_fraction: f64,
+    contact_area: f64,
+    contact_area_error: Option<f64>,
+    contact_nodes: f64,
     mean_gap_m: f64,
-    contact_fraction_error: Option<f64>,
+    mean_gap_error_m: Option<f64>,
+    stiffness_pa_per_m: Option<f64>,
 }
 
 /// A map, or none where the run stored none.
@@ -56,9 +59,12 @@ impl FinishedRun {
             branch: if s.branch == Branch::Loading { "loading" } else { "unloading" },
             p_star: s.p_star,
             pressure_pa: s.pressure_pa,
-            contact_fraction: s.contact_fraction,
+            contact_area: s.contact_area,
+            contact_area_error: s.contact_area_error,
+            contact_nodes: s.contact_nodes,
             mean_gap_m: s.mean_gap_m,
-            contact_fraction_error: s.area_grid_error,
+            mean_gap_error_m: s.mean_gap_error_m,
+            stiffness_pa_per_m: s.stiffness_pa_per_m,
         };
         self.0.states.iter().map(row).collect()
     }

@@ -4,6 +4,7 @@
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::law::TabulatedLaw;
 use crate::surface::Surface;
+use asperity::observe::WorkPoint;
 use asperity::{
     Adhesion, AdhesionLaw, Body, Branch, Cell, Estimate, Hardness, Loads, Monitor, Plasticity, Precision, Problem,
     Progress, PullOff, RangeChoice, State, Targets,
@@ -237,13 +238,13 @@ fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
     let plastic = state.plastic_displacement.map(|map| fixed(py, PyArray2::from_owned_array(py, map))).transpose()?;
     dict.set_item("plastic_displacement", plastic)?;
     let none = Plasticity { flowing: 0.0, displaced: 0.0, displacement: 0.0, work: 0.0 };
-    let (area, flow) = (state.area, state.plasticity.unwrap_or(none));
+    let flow = state.plasticity.unwrap_or(none);
     for (key, value) in [
         ("mean_pressure", state.mean_pressure),
         ("mean_gap", state.mean_gap),
-        ("contact_fraction", area.corrected),
-        ("contact_fraction_nodes", area.fraction),
-        ("perimeter", area.perimeter),
+        ("contact_area", state.contact_area),
+        ("contact_nodes", state.contact_nodes),
+        ("perimeter", state.perimeter),
         ("energy", state.energy),
         ("elastic_energy", state.elastic_energy),
         ("interaction_energy", state.interaction_energy),
@@ -257,8 +258,14 @@ fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
     ] {
         dict.set_item(key, value)?;
     }
-    dict.set_item("contact_fraction_error", state.grid_error.and_then(|e| e.area))?;
-    dict.set_item("mean_gap_error", state.grid_error.and_then(|e| e.mean_gap))?;
+    for (key, value) in [
+        ("contact_area_error", state.contact_area_error),
+        ("mean_gap_error", state.mean_gap_error),
+        ("stiffness", state.stiffness),
+        ("stiffness_error", state.stiffness_error),
+    ] {
+        dict.set_item(key, value)?;
+    }
     dict.set_item("iterations", state.iterations)?;
     Ok(dict)
 }
@@ -272,9 +279,9 @@ fn fixed<'py, T: numpy::Element>(py: Python<'py>, array: Bound<'py, PyArray2<T>>
 
 fn pull_off_dict<'py>(py: Python<'py>, found: &PullOff) -> PyResult<Bound<'py, PyDict>> {
     [
-        ("mean_pressure", found.mean_pressure),
+        ("mean_pressure", Some(found.mean_pressure)),
         ("pressure_error", found.pressure_error),
-        ("mean_gap", found.mean_gap),
+        ("mean_gap", Some(found.mean_gap)),
         ("mean_gap_error", found.mean_gap_error),
     ]
     .into_py_dict(py)
@@ -293,7 +300,7 @@ pub(crate) fn estimate<'py>(
     let dict = PyDict::new(py);
     dict.set_item("method", found.method)?;
     dict.set_item("criterion", found.criterion)?;
-    dict.set_item("contact_fraction", found.contact_fraction)?;
+    dict.set_item("contact_area", found.contact_area)?;
     dict.set_item("mean_gap", found.mean_gap)?;
     dict.set_item("gap", found.gap.map(|gap| fixed(py, PyArray2::from_owned_array(py, gap))).transpose()?)?;
     dict.set_item("pressure", found.pressure.map(|p| fixed(py, PyArray2::from_owned_array(py, p))).transpose()?)?;
@@ -302,10 +309,16 @@ pub(crate) fn estimate<'py>(
     Ok(dict)
 }
 
-/// -∮ p dū of a closed path of mean pressures and mean gaps.
+/// Energy per area that a path dissipates: pressure, separation, stored energy and plastic work of each state.
 #[pyfunction]
-pub(crate) fn hysteresis_work(path: Vec<(f64, f64)>) -> f64 {
-    asperity::observe::hysteresis_work(&path)
+pub(crate) fn dissipation(path: Vec<[f64; 4]>, adhesive: bool) -> f64 {
+    let point = |[pressure, separation, stored, plastic_work]: [f64; 4]| WorkPoint {
+        pressure,
+        separation,
+        stored,
+        plastic_work,
+    };
+    asperity::observe::dissipation(&path.into_iter().map(point).collect::<Vec<_>>(), adhesive)
 }
 
 /// Values `[ny, nx]`, the largest of them, and where it is along x and y.

@@ -16,7 +16,7 @@ from conftest import rough
 def test_observables_of_a_state_are_those_of_its_maps() -> None:
     state = asperity.solve(rough(), 1.0, pressure=0.1)[0]
     area = asperity.contact_area(state.gap, state.cell)
-    assert (area.corrected, area.perimeter) == (state.contact_fraction, state.perimeter)
+    assert (area.contact_area, area.perimeter) == (state.contact_area, state.perimeter)
     assert state.clusters().sizes == asperity.clusters(state.contact).sizes
     assert sum(state.clusters().sizes) == state.contact.sum()
     assert state.percolation() == asperity.percolation(state.contact)
@@ -27,7 +27,7 @@ def test_distributions_contain_every_node() -> None:
     state = asperity.solve(rough(), 1.0, pressure=0.1)[0]
     gaps = state.gap_distribution(np.linspace(0, state.gap.max() / 2, 20))
     assert np.isclose(gaps.fractions.sum() + gaps.delta + gaps.below + gaps.above, 1, rtol=1e-12)
-    assert gaps.delta == state.contact_fraction_nodes
+    assert gaps.delta == state.contact_nodes
     pressures = state.pressure_distribution(np.linspace(0, state.pressure.max(), 20))
     assert np.isclose(pressures.fractions.sum() + pressures.below + pressures.above, state.contact.mean(), rtol=1e-12)
     assert np.isclose((pressures.density * np.diff(pressures.edges)).sum(), pressures.fractions.sum())

@@ -56,7 +56,7 @@ def test_runs_agree_with_solves(scene: Path, tmp_path: Path) -> None:
     assert run.heights is not None
     surface = asperity.Surface.from_array(run.heights / run.length_m, 1.0, touching="low-points")
     state = asperity.solve(surface, 1.0, pressure=run.states[0].pressure_pa / run.modulus_pa)[0]
-    assert np.isclose(state.contact_fraction, run.states[0].contact_fraction, rtol=1e-9)
+    assert np.isclose(state.contact_area, run.states[0].contact_area, rtol=1e-9)
 
 
 def test_results_open_in_xarray(scene: Path, tmp_path: Path) -> None:

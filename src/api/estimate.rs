@@ -13,8 +13,8 @@ pub struct Estimate {
     pub method: &'static str,
     /// What the method counts as contact.
     pub criterion: String,
-    /// Contact area over the area of the cell, corrected for the perimeter where contact is counted on nodes.
-    pub contact_fraction: f64,
+    /// Contact area over the area of the cell: the best value.
+    pub contact_area: f64,
     /// Mean gap, where the method has one.
     pub mean_gap: Option<f64>,
     /// Gap `[ny, nx]`, where the method has one.
@@ -32,7 +32,7 @@ impl Estimate {
         Estimate {
             method: method.card().id,
             criterion: method.criterion(settings).to_string(),
-            contact_fraction: state.area.corrected,
+            contact_area: state.contact_area,
             mean_gap: Some(state.mean_gap),
             gap: Some(state.gap),
             pressure: Some(state.pressure),
@@ -53,7 +53,7 @@ impl Estimate {
         Estimate {
             method: method.card().id,
             criterion: method.criterion(&reduced.settings).to_string(),
-            contact_fraction: state.area(),
+            contact_area: state.numbers.contact_area,
             mean_gap: found.mean_gap.map(|g| g * length),
             gap: found.gap.map(|gap| scaled_map(gap, length)),
             pressure: found.stress.map(|stress| scaled_map(stress, modulus)),

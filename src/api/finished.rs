@@ -39,12 +39,18 @@ pub struct FinishedState {
     pub p_star: f64,
     /// Mean pressure, Pa.
     pub pressure_pa: f64,
-    /// Contact area over the area of the cell, corrected for the perimeter.
-    pub contact_fraction: f64,
+    /// Contact area over the area of the cell: the best value.
+    pub contact_area: f64,
+    /// Its error, of the same unit; none where a part of it is not known.
+    pub contact_area_error: Option<f64>,
+    /// Contact nodes over all nodes.
+    pub contact_nodes: f64,
     /// Mean gap, m.
     pub mean_gap_m: f64,
-    /// Grid-convergence estimate of the contact fraction, a relative change.
-    pub area_grid_error: Option<f64>,
+    /// Its error, m.
+    pub mean_gap_error_m: Option<f64>,
+    /// Contact stiffness, Pa/m.
+    pub stiffness_pa_per_m: Option<f64>,
     /// Files of the maps in the run folder; `None` if they were not stored.
     gap_file: Option<String>,
     stress_file: Option<String>,
@@ -63,9 +69,12 @@ impl FinishedRun {
             branch: s.branch,
             p_star: s.numbers.p_star,
             pressure_pa: s.numbers.pressure * modulus,
-            contact_fraction: s.contact_fraction_corrected,
+            contact_area: s.numbers.contact_area,
+            contact_area_error: s.numbers.contact_area_error,
+            contact_nodes: s.contact_nodes,
             mean_gap_m: s.mean_gap * length,
-            area_grid_error: s.discretisation.and_then(|d| d.area),
+            mean_gap_error_m: s.mean_gap_error.map(|e| e * length),
+            stiffness_pa_per_m: s.numbers.stiffness.map(|k| k * modulus / length),
             gap_file: s.numbers.gap_map.clone(),
             stress_file: s.numbers.stress_map.clone(),
         };

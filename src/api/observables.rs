@@ -3,7 +3,8 @@
 use super::arrays::{Cell, flags, map, row_major};
 use crate::grid::{Field, Grid};
 use crate::observe::{
-    self, Connectivity, ContactArea, Distribution, NO_CLUSTER, median_cluster_size, percolates, stress_distribution,
+    self, Connectivity, ContactArea, Distribution, Edges, NO_CLUSTER, median_cluster_size, percolates,
+    stress_distribution,
 };
 use ndarray::{Array2, ArrayView2};
 
@@ -41,8 +42,8 @@ pub struct PressureDistribution {
     pub contact: Distribution,
 }
 
-/// Contact area of a gap map: nodes with a gap of at most `threshold` (0 for a hard wall). The perimeter is in units of one over
-/// the unit of the cell.
+/// Contact area of a gap map of an elastic body under a hard wall: nodes with a gap of at most `threshold`, at 0
+/// without the excess that they count along their edges. The perimeter is in units of one over the unit of the cell.
 ///
 /// ```
 /// use asperity::{Cell, contact_area};
@@ -51,12 +52,13 @@ pub struct PressureDistribution {
 /// let mut gap = Array2::from_elem((8, 8), 1.0);
 /// gap[(3, 3)] = 0.0;
 /// let area = contact_area(gap.view(), 0.0, Cell { x: 8.0, y: 8.0 });
-/// assert_eq!((area.nodes, area.fraction), (1, 1.0 / 64.0));
+/// assert_eq!((area.count, area.contact_nodes), (1, 1.0 / 64.0));
 /// // Four edges of length 1 in a cell of area 64.
 /// assert_eq!(area.perimeter, 4.0 / 64.0);
 /// ```
 pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell) -> ContactArea {
-    let area = observe::contact_area(cell.grid(&gap), Field::F64(&row_major(gap)), threshold);
+    let edges = if threshold > 0.0 { Edges { threshold, ..Edges::COUNTED } } else { Edges::ELASTIC };
+    let area = observe::contact_area(cell.grid(&gap), Field::F64(&row_major(gap)), edges);
     ContactArea { perimeter: area.perimeter / cell.x, ..area }
 }
 

@@ -282,7 +282,7 @@ impl Problem {
         let mut states = Vec::new();
         let case = self.case(loads, pull_off)?;
         let pull_off = self.path(case, pull_off, &NoObserver, |state| states.push(state))?;
-        Ok(LoadPath { states, pull_off })
+        Ok(LoadPath { states, pull_off, is_adhesive: self.adhesion.is_some() })
     }
 
     fn path(
@@ -311,6 +311,7 @@ impl Problem {
                 let advice = "a surface with fewer nodes or Precision::F32 needs less".into();
                 return Err(Error::Memory { what, need, have, advice });
             }
+            let path = path.with_stiffness();
             let pulled = path.walk(begin, pull_off, observer, |i, reached| {
                 require_converged(&reached, method.card(), path.problem().tolerance, [i + 1, targets.len()])?;
                 let mut state =

@@ -5,7 +5,7 @@ use super::arrays::{Cell, map};
 use super::body::Body;
 use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
 use crate::load::{Branch, Load, LoadStep};
-use crate::observe::{Connectivity, ContactArea, Plasticity, contact_map, hysteresis_work};
+use crate::observe::{Connectivity, Plasticity, WorkPoint, contact_map, dissipation};
 use crate::path::Reached;
 use crate::record::results::{self, Discretisation};
 use ndarray::Array2;
@@ -36,9 +36,22 @@ pub struct State {
     pub mean_pressure: f64,
     /// Mean of the gap.
     pub mean_gap: f64,
-    /// Contact area over the area of the cell, counted and corrected for the perimeter, and the perimeter per area.
-    pub area: ContactArea,
-    /// Free energy per area.
+    /// Error of the mean gap; none where a part of it is not known.
+    pub mean_gap_error: Option<f64>,
+    /// Contact area over the area of the cell: the best value.
+    pub contact_area: f64,
+    /// Its error, of the same unit.
+    pub contact_area_error: Option<f64>,
+    /// Contact nodes over all nodes.
+    pub contact_nodes: f64,
+    /// Perimeter of the contact per area of the cell.
+    pub perimeter: f64,
+    /// Contact stiffness, the derivative of the mean pressure by the approach without change of the contact; none without contact, at
+    /// full contact and where the state is unstable under an imposed pressure.
+    pub stiffness: Option<f64>,
+    /// Its error, of the same unit.
+    pub stiffness_error: Option<f64>,
+    /// Free energy per area: the elastic part, that of the interaction, and that of the load (pressure times mean gap).
     pub energy: f64,
     /// Its elastic part.
     pub elastic_energy: f64,
@@ -59,7 +72,7 @@ pub struct State {
 /// Grid-convergence estimate: relative changes from the grid of half the nodes per side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridError {
-    /// Of the perimeter-corrected contact fraction; none where the contact has too few nodes.
+    /// Of the contact area; none where the contact has too few nodes.
     pub area: Option<f64>,
     /// Of the mean gap; none where it was imposed or is nearly zero.
     pub mean_gap: Option<f64>,
@@ -96,7 +109,13 @@ impl State {
             }),
             mean_pressure: state.pressure * modulus,
             mean_gap: state.mean_gap * length,
-            area: ContactArea { perimeter: area.perimeter / length, ..*area },
+            mean_gap_error: reached.mean_gap_error().map(|e| e * length),
+            contact_area: area.contact_area,
+            contact_area_error: reached.contact_area_error(),
+            contact_nodes: area.contact_nodes,
+            perimeter: area.perimeter / length,
+            stiffness: state.stiffness.map(|k| k * modulus / length),
+            stiffness_error: reached.stiffness_error().map(|e| e * modulus / length),
             energy: state.energy * energy_unit,
             elastic_energy: state.elastic_energy * energy_unit,
             interaction_energy: state.interaction_energy * energy_unit,
@@ -141,6 +160,7 @@ pub struct LoadPath {
     pub states: Vec<State>,
     /// The largest tensile pressure, where it was requested.
     pub pull_off: Option<PullOff>,
+    pub(super) is_adhesive: bool,
 }
 
 impl LoadPath {
@@ -149,10 +169,17 @@ impl LoadPath {
         self.states.iter().filter(move |s| s.branch == branch)
     }
 
-    /// Work per area that a closed path dissipates, -∮ p dū, by trapezoids over the mean gap less the mean plastic displacement.
-    pub fn hysteresis_work(&self) -> f64 {
-        let path: Vec<(f64, f64)> = self.states.iter().map(|s| (s.mean_pressure, s.separation())).collect();
-        hysteresis_work(&path)
+    /// Energy per area that the path dissipates, open or closed: the work of the load less the change of the stored energy. With
+    /// adhesion an estimate by trapezoids from the first load on, otherwise the plastic work since first contact.
+    pub fn dissipation(&self) -> f64 {
+        let point = |s: &State| WorkPoint {
+            pressure: s.mean_pressure,
+            separation: s.separation(),
+            stored: s.elastic_energy + s.interaction_energy,
+            plastic_work: s.plasticity.map_or(0.0, |p| p.work),
+        };
+        let path: Vec<WorkPoint> = self.states.iter().map(point).collect();
+        dissipation(&path, self.is_adhesive)
     }
 }
 
@@ -161,21 +188,21 @@ impl LoadPath {
 pub struct PullOff {
     /// Mean pressure, negative.
     pub mean_pressure: f64,
-    /// Its change from the grid of half the nodes per side, or within the last bracket if that is more.
-    pub pressure_error: f64,
+    /// Its error; none without a pull-off on the grid of half the nodes per side.
+    pub pressure_error: Option<f64>,
     /// Mean gap there.
     pub mean_gap: f64,
     /// As `pressure_error`.
-    pub mean_gap_error: f64,
+    pub mean_gap_error: Option<f64>,
 }
 
 impl PullOff {
     pub(super) fn new(length: f64, modulus: f64, found: &results::PullOff) -> Self {
         PullOff {
             mean_pressure: found.pressure * modulus,
-            pressure_error: found.pressure_error * modulus,
+            pressure_error: found.pressure_error.map(|e| e * modulus),
             mean_gap: found.mean_gap * length,
-            mean_gap_error: found.mean_gap_error * length,
+            mean_gap_error: found.mean_gap_error.map(|e| e * length),
         }
     }
 }

@@ -17,9 +17,9 @@ const SPAN: [f64; 2] = [1e-3, 0.1];
 /// Relative tolerance for "within the symbol size" of the paper's figure.
 const SYMBOL_SIZE: f64 = 0.2;
 
-/// All contact fractions are perimeter-corrected, which removes the discretisation error at the edges of clusters.
+/// All contact areas are best values, without the excess of nodes along the edges of clusters.
 fn area(s: &StateResults) -> f64 {
-    s.contact_fraction_corrected
+    s.numbers.contact_area
 }
 
 /// Values that the statements are about.

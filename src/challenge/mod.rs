@@ -121,8 +121,7 @@ impl<'a> ChallengeData<'a> {
     /// States of the loading branch with enough contact nodes.
     fn touching(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         let nodes = (c.nx * c.ny) as f64;
-        Self::loading(c)
-            .filter(move |s| s.numbers.contact_fraction * nodes >= ENOUGH_NODES && s.contact_fraction_corrected > 0.0)
+        Self::loading(c).filter(move |s| s.contact_nodes * nodes >= ENOUGH_NODES && s.numbers.contact_area > 0.0)
     }
 
     /// Observables at the reference load, with and without adhesion.

@@ -81,7 +81,8 @@ fn solved(adhesive: bool) -> ContinuumResults {
                 index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
                 p_star: p,
                 pressure: p,
-                contact_fraction: area,
+                contact_area: area,
+                contact_area_error: None,
                 patches: Some(3000),
                 load_error: 0.0,
                 stop: "converged".into(),
@@ -95,7 +96,9 @@ fn solved(adhesive: bool) -> ContinuumResults {
                 stress_map: None,
             },
             criterion: "zero gap".into(),
-            contact_fraction_corrected: area,
+            contact_nodes: area,
+            mean_gap_error: None,
+            elastic_energy: 0.0,
             mean_gap: mean_gap_um(p) / UM,
             uncertainty: Vec::new(),
             energy: 0.0,
@@ -110,7 +113,6 @@ fn solved(adhesive: bool) -> ContinuumResults {
             extrapolated: None,
             hysteresis: None,
             observed: Some(observed(area, adhesive)),
-            steps: Vec::new(),
             leakage: None,
         }
     });
@@ -129,7 +131,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
         range: adhesive.then_some(range),
         resolved_gradient: Some(1.0),
         states: states.into(),
-        hysteresis_work: None,
+        dissipation: None,
         percolation: None,
         onset: Default::default(),
         pull_off: None,
@@ -249,7 +251,7 @@ fn seen(c: &mut ContinuumResults) -> &mut Observed {
 }
 
 fn grow(c: &mut ContinuumResults, factor: f64) {
-    c.states.iter_mut().for_each(|s| s.contact_fraction_corrected *= factor);
+    c.states.iter_mut().for_each(|s| s.numbers.contact_area *= factor);
 }
 
 fn steepen(r: &mut Results, slope: f64) {
@@ -268,12 +270,12 @@ fn one_number_changed_fails_a_statement() {
         ("S04c", |r| r.surface.statistics[2].realised += 0.001),
         ("S04d", |r| r.surface.statistics[3].realised += 0.6),
         ("S05", |r| grow(with(r), 1.15)),
-        ("S06", |r| at(with(r), 0.01).contact_fraction_corrected = 0.036),
-        ("S07a", |r| at(without(r), 5e-3).contact_fraction_corrected *= 1.25),
-        ("S07b", |r| at(without(r), 0.4).contact_fraction_corrected *= 0.75),
-        ("S08", |r| at(with(r), 0.1).contact_fraction_corrected *= 0.6),
-        ("S09", |r| at(without(r), 2e-3).contact_fraction_corrected *= 1.25),
-        ("S10", |r| at(with(r), 1e-3).contact_fraction_corrected *= 1.6),
+        ("S06", |r| at(with(r), 0.01).numbers.contact_area = 0.036),
+        ("S07a", |r| at(without(r), 5e-3).numbers.contact_area *= 1.25),
+        ("S07b", |r| at(without(r), 0.4).numbers.contact_area *= 0.75),
+        ("S08", |r| at(with(r), 0.1).numbers.contact_area *= 0.6),
+        ("S09", |r| at(without(r), 2e-3).numbers.contact_area *= 1.25),
+        ("S10", |r| at(with(r), 1e-3).numbers.contact_area *= 1.6),
         ("A01", |r| at(without(r), 0.01).mean_gap *= 1.17),
         ("A02", |r| at(without(r), 0.01).numbers.stiffness = Some(3.5)),
         ("A03", |r| r.surface.psd.iter_mut().for_each(|p| p.realised *= p.mode.powf(0.2))),
@@ -442,7 +444,7 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
 }
 
 fn area_of(c: &mut ContinuumResults, p: f64, factor: f64) {
-    at(c, p).contact_fraction_corrected *= factor;
+    at(c, p).numbers.contact_area *= factor;
 }
 
 /// Between nodes 49 nm apart an extremum of radius 40 nm is up to 14.9 nm higher than the highest node.

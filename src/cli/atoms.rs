@@ -175,14 +175,10 @@ fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: 
         vec![
             s.p_star.to_string(),
             s.contacts.to_string(),
-            percent(s.contact_fraction),
+            percent(s.contact_area),
             significant(s.mean_gap_angstrom, 4),
             significant(s.contact_stress_gpa, 3),
-            s.criteria
-                .iter()
-                .map(|w| format!("{} {}", w.id, percent(w.contact_fraction)))
-                .collect::<Vec<_>>()
-                .join(", "),
+            s.criteria.iter().map(|w| format!("{} {}", w.id, percent(w.contact_area))).collect::<Vec<_>>().join(", "),
         ]
     });
     output::print(&output::table(

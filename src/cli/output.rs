@@ -176,8 +176,7 @@ fn methods(list: &[MethodResults], um: f64) {
             vec![
                 name.clone(),
                 trimmed(s.numbers.p_star, 4),
-                percent(s.numbers.contact_fraction),
-                s.contact_fraction_corrected.map_or_else(dash, percent),
+                percent(s.numbers.contact_area),
                 s.mean_gap.map_or_else(dash, |g| significant(g * um, 4)),
                 s.numbers.patches.map_or_else(dash, |n| n.to_string()),
                 s.median_cluster_area.map_or_else(dash, |a| significant(a * um * um, 3)),
@@ -185,7 +184,7 @@ fn methods(list: &[MethodResults], um: f64) {
             ]
         })
     });
-    let head = ["method", "p*", "contact", "corrected", "mean gap / µm", "clusters", "median / µm²", "time"];
+    let head = ["method", "p*", "contact", "mean gap / µm", "clusters", "median / µm²", "time"];
     print(&table(&head, lines));
     for m in list {
         if let Some(why) = &m.unavailable_reason {
@@ -217,7 +216,7 @@ pub fn chosen(c: &AccuracyChoice) -> String {
 /// States of a load path, with the change from half the points per side.
 fn states(c: &ContinuumResults, um: f64) {
     let known = c.states.iter().any(|s| s.discretisation.is_some());
-    let mut head = vec!["p*", "contact", "corrected", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
+    let mut head = vec!["p*", "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
     if known {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
@@ -226,8 +225,7 @@ fn states(c: &ContinuumResults, um: f64) {
         c.states.iter().map(|s| {
             let mut row = vec![
                 trimmed(s.numbers.p_star, 4) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
-                percent(s.numbers.contact_fraction),
-                percent(s.contact_fraction_corrected),
+                percent(s.numbers.contact_area),
                 significant(s.mean_gap * um, 4),
                 s.numbers.patches.map_or("-".into(), |n| n.to_string()),
                 format!("{:.1e}", s.residual),
@@ -241,7 +239,7 @@ fn states(c: &ContinuumResults, um: f64) {
         }),
     ));
     if known {
-        print("grid: relative change from half the points per side, of corrected contact and mean gap");
+        print("grid: relative errors of contact area and mean gap, from the changes to half the points per side");
     }
 }
 
@@ -265,9 +263,9 @@ fn adhesion(c: &ContinuumResults, um: f64) {
         }
     }
     if let Some(p) = &c.pull_off {
-        let error = |e: f64| format!(" ± {}", significant(e, 2));
+        let error = |e: Option<f64>| e.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
         let pull = significant(-p.pressure, 4) + &error(p.pressure_error);
-        let gap = significant(p.mean_gap * um, 4) + &error(p.mean_gap_error * um);
+        let gap = significant(p.mean_gap * um, 4) + &error(p.mean_gap_error.map(|e| e * um));
         print(&format!("pull-off: largest tension ({pull}) E*, at a mean gap of ({gap}) µm"));
     }
 }
@@ -281,7 +279,7 @@ pub fn comparison(results: &Results) {
         let atoms = vec![
             load.p_star.to_string(),
             format!("atoms: {}", load.atoms.criterion),
-            percent(load.atoms.contact_fraction),
+            percent(load.atoms.contact_area),
             "".into(),
             "".into(),
             significant(load.atoms_mean_gap_angstrom, 4),
@@ -290,7 +288,7 @@ pub fn comparison(results: &Results) {
             vec![
                 "".into(),
                 m.criterion.clone(),
-                percent(m.contact_fraction),
+                percent(m.contact_area),
                 pair(&m.overlap, &m.shifted, |o| o.jaccard),
                 pair(&m.overlap, &m.shifted, |o| o.kappa),
                 load.mean_gap_angstrom(&m.id).map_or_else(String::new, |gap| significant(gap, 4)),

@@ -19,7 +19,7 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
             "failed": failed,
         }));
     }
-    let shown = ["contact_fraction", "mean_gap", "kappa"];
+    let shown = ["contact_area", "mean_gap", "kappa"];
     let rows = ensemble.statistics.iter().filter(|s| shown.contains(&s.of.quantity.as_str())).map(|s| {
         let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
         let error = s.sample.standard_error.map_or("-".into(), |e| significant(e, 2));

@@ -161,7 +161,7 @@ mod tests {
             source: source.into(),
             load: 0,
             branch: Branch::Loading,
-            quantity: "contact_fraction".into(),
+            quantity: "contact_area".into(),
             unit: "1".into(),
         };
         Observation { of, p_star: 0.01, value }

@@ -58,7 +58,7 @@ impl Sites {
             id: criterion.id().into(),
             criterion: criterion.label(),
             offset_angstrom: criterion.offset_angstrom(),
-            contact_fraction: here.iter().filter(|c| **c).count() as f64 / here.len() as f64,
+            contact_area: here.iter().filter(|c| **c).count() as f64 / here.len() as f64,
             overlap: overlap(here, atoms),
             shifted: overlap(&shifted, atoms),
             map,
@@ -170,7 +170,7 @@ mod tests {
             SiteCriterion::OffsetWall(0.3),
             None,
         );
-        assert_eq!((agreement.contact_fraction, agreement.overlap.jaccard, agreement.offset_angstrom), (0.5, 0.5, 0.3));
+        assert_eq!((agreement.contact_area, agreement.overlap.jaccard, agreement.offset_angstrom), (0.5, 0.5, 0.3));
         assert_eq!(agreement.shifted.jaccard, 1.0);
     }
 }

@@ -135,10 +135,7 @@ fn quantities<S: serde::Serializer>(supports: &fn(Quantity) -> Support, to: S) -
     to.collect_map(Quantity::OUTPUTS.map(|q| (q, supports(q))))
 }
 
-/// Support by a field solver: everything follows from the fields, the stiffness from neighbouring loads.
-pub(super) fn fields(quantity: Quantity) -> Support {
-    match quantity {
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        _ => Support::Full,
-    }
+/// Support by a field solver: everything follows from the fields.
+pub(super) fn fields(_: Quantity) -> Support {
+    Support::Full
 }

@@ -210,7 +210,7 @@ fn of_estimate(found: &Estimate) -> Stop {
     if found.stop != Stop::Converged {
         return found.stop;
     }
-    let scalars = [found.pressure, found.contact_fraction, found.load_error, found.residual];
+    let scalars = [found.pressure, found.contact_area, found.load_error, found.residual];
     let lengths = [found.mean_gap, found.stiffness].into_iter().flatten();
     let fields = [found.gap, found.stress].into_iter().flatten();
     let finite = scalars.into_iter().chain(lengths).all(f64::is_finite)
@@ -219,7 +219,7 @@ fn of_estimate(found: &Estimate) -> Stop {
     let met = found.residual <= (SLACK + 1.0) * found.tolerance;
     match () {
         () if !finite => Stop::Diverged,
-        () if !(0.0..=1.0).contains(&found.contact_fraction) || !met => Stop::Rejected,
+        () if !(0.0..=1.0).contains(&found.contact_area) || !met => Stop::Rejected,
         () => Stop::Converged,
     }
 }
@@ -331,15 +331,15 @@ mod tests {
     /// An estimate that is no number, no fraction, or beyond its own tolerance is not accepted.
     #[test]
     fn damaged_estimates_are_not_accepted() {
-        let good = Estimate { contact_fraction: 0.5, ..Estimate::at(0.1) };
+        let good = Estimate { contact_area: 0.5, ..Estimate::at(0.1) };
         assert_eq!(of_estimate(&good), Stop::Converged);
         let gap = [0.0, f64::NAN];
         for (bad, stop) in [
-            (Estimate { contact_fraction: f64::NAN, ..good.clone() }, Stop::Diverged),
+            (Estimate { contact_area: f64::NAN, ..good.clone() }, Stop::Diverged),
             (Estimate { mean_gap: Some(f64::INFINITY), ..good.clone() }, Stop::Diverged),
             (Estimate { gap: Some(&gap), ..good.clone() }, Stop::Diverged),
-            (Estimate { contact_fraction: 1.5, ..good.clone() }, Stop::Rejected),
-            (Estimate { contact_fraction: -0.1, ..good.clone() }, Stop::Rejected),
+            (Estimate { contact_area: 1.5, ..good.clone() }, Stop::Rejected),
+            (Estimate { contact_area: -0.1, ..good.clone() }, Stop::Rejected),
             (Estimate { residual: 1e-3, tolerance: 1e-4, ..good.clone() }, Stop::Rejected),
             (Estimate { stop: Stop::IterationLimit, ..good.clone() }, Stop::IterationLimit),
         ] {

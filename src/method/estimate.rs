@@ -10,7 +10,7 @@ pub struct Estimate<'a> {
     /// Mean pressure.
     pub pressure: f64,
     /// Contact fraction by the criterion of the card.
-    pub contact_fraction: f64,
+    pub contact_area: f64,
     pub mean_gap: Option<f64>,
     /// dp/dū, if the method provides it; otherwise it follows from neighbouring loads. E*/L.
     pub stiffness: Option<f64>,
@@ -42,7 +42,7 @@ impl Estimate<'_> {
         Estimate {
             load: Load::Pressure(pressure),
             pressure,
-            contact_fraction: 0.0,
+            contact_area: 0.0,
             mean_gap: None,
             stiffness: None,
             contact: None,

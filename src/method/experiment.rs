@@ -151,7 +151,7 @@ impl Estimator for Laboratory<'_> {
         self.gap = correlated(grid, &self.printed, &self.last, settings.correlation_window);
         let touching = self.contact.iter().map(|c| usize::from(*c)).sum::<usize>();
         Ok(Estimate {
-            contact_fraction: touching as f64 / grid.points() as f64,
+            contact_area: touching as f64 / grid.points() as f64,
             contact: Some(&self.contact),
             gap: Some(&self.gap),
             seconds: clock.elapsed().as_secs_f64(),

@@ -42,6 +42,7 @@ impl<'p> Outcome<'p> {
             stress: T::lend(stress),
             mean_gap: residuals.mean_gap,
             separation: residuals.mean_separation,
+            stiffness: None,
             energy: residuals.energy(pressure),
             elastic_energy: residuals.elastic,
             interaction_energy: residuals.interaction,

@@ -9,6 +9,7 @@ mod bem_bspline;
 mod bicgstab;
 mod bvm;
 mod card;
+mod contact_area;
 mod contact_method;
 mod device;
 mod equilibrium_check;
@@ -45,6 +46,7 @@ pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use contact_method::ContactMethod;
 pub use device::{Device, gpu};
 pub use estimate::{Estimate, Estimator, Started};
+pub use fast::contact_stiffness;
 pub use problem::{
     CoarseState, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Plan, Precision, Problem, Run, State, Stop,
     Targets,

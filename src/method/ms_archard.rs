@@ -159,7 +159,7 @@ impl Estimator for Stack<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
-        let (mut contact_fraction, mut gap, mut iterations) = (1.0, 0.0, 0);
+        let (mut contact_area, mut gap, mut iterations) = (1.0, 0.0, 0);
         let (mut on_band, mut unbalanced) = (pressure, 0.0_f64);
         let mut stop = Stop::Converged;
         for band in &self.bands {
@@ -170,17 +170,17 @@ impl Estimator for Stack<'_> {
             let (x, tried) = band.pressed(on_band, &self.adhesion);
             iterations += tried;
             // The band contributes its gap within the contact area of the longer bands.
-            gap += contact_fraction * band.amplitude * sinusoid::mean_gap(x);
+            gap += contact_area * band.amplitude * sinusoid::mean_gap(x);
             let pull = band.pull(x, &self.adhesion);
             if x < 1.0 {
                 unbalanced = unbalanced.max((x * band.gradient / (on_band + pull) - 1.0).abs());
             }
-            let touching = sinusoid::contact_fraction(x);
-            contact_fraction *= touching;
+            let touching = sinusoid::contact_area(x);
+            contact_area *= touching;
             on_band = (on_band + pull) / touching;
         }
         Ok(Estimate {
-            contact_fraction,
+            contact_area,
             mean_gap: Some(gap),
             load_error: unbalanced,
             stop,

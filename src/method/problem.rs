@@ -135,6 +135,8 @@ pub struct Problem<'a> {
     /// Accuracy targets in addition to the tolerance.
     pub targets: Targets,
     pub max_iterations: usize,
+    /// Whether the contact stiffness of each state is found, too.
+    pub stiffness: bool,
     pub settings: Settings,
     /// The ranks that share the solve; one by default. Several are accepted by the method `fast` alone.
     pub ranks: &'a Ranks,
@@ -162,6 +164,7 @@ impl<'a> Problem<'a> {
             tolerance: 1e-8,
             targets: Targets::default(),
             max_iterations: 50_000,
+            stiffness: false,
             settings: Settings::default(),
             power: None,
             ranks: &ALONE,
@@ -405,6 +408,9 @@ pub struct State<'a> {
     /// Work conjugate of the pressure, L: the mean gap; of a non-periodic body, minus the rigid approach from first
     /// contact.
     pub separation: f64,
+    /// Contact stiffness dp/dū, E*/L: of a change of the separation during which no node comes into contact or leaves it, and none flows.
+    /// `None` if it was not requested, without contact, at full contact, and where the state is unstable under an imposed pressure.
+    pub stiffness: Option<f64>,
     /// Free energy per area, E*·L: elastic + interaction + pressure times mean gap.
     pub energy: f64,
     pub elastic_energy: f64,
@@ -499,7 +505,11 @@ pub struct CoarseState<'a> {
     /// Whose rows the gap is, as in [`State`].
     pub ranks: &'a Ranks,
     pub gap: Field<'a>,
+    /// Mean pressure over E*.
+    pub pressure: f64,
     pub mean_gap: f64,
+    /// As of a [`State`].
+    pub stiffness: Option<f64>,
     pub energy: f64,
     /// Range of the adhesion on this grid, L.
     pub range: f64,

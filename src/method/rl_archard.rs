@@ -14,7 +14,7 @@ use super::{
 };
 use crate::Result;
 use crate::grid::{Grid, Series, Transform};
-use crate::observe::contact_area;
+use crate::observe::{Edges, contact_area};
 use crate::surface::PowerSpectrum;
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -158,12 +158,12 @@ impl Estimator for Layered<'_> {
         let problem = Problem { grid: self.grid, heights: Heights::Nodes(&self.heights), ..self.problem.clone() };
         let mut run = super::fast::Fast.start(&problem, self.observer)?.solver()?;
         let state = run.equilibrate(Load::Pressure(pressure))?;
-        let long = contact_area(self.grid, state.gap, 0.0).fraction;
+        let long = contact_area(self.grid, state.gap, Edges::COUNTED).contact_nodes;
         // An interrupted solve may have no contact.
-        let layer = if long > 0.0 { sinusoid::contact_fraction(pressure / long / self.layer.flat) } else { 0.0 };
+        let layer = if long > 0.0 { sinusoid::contact_area(pressure / long / self.layer.flat) } else { 0.0 };
         let points = self.grid.points() as f64 / self.problem.grid.points() as f64;
         Ok(Estimate {
-            contact_fraction: long * layer,
+            contact_area: long * layer,
             fft_pairs: state.fft_pairs * points,
             seconds: clock.elapsed().as_secs_f64(),
             ..Estimate::solved(pressure, &state, self.problem.tolerance)

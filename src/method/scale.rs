@@ -94,6 +94,7 @@ impl Scale {
             tolerance: problem.tolerance,
             targets: problem.targets,
             max_iterations: problem.max_iterations,
+            stiffness: problem.stiffness,
             ranks: problem.ranks,
             settings: Settings { experiment: ExperimentSettings { optical_gap, ..experiment }, ..problem.settings },
         }
@@ -165,6 +166,8 @@ impl Scale {
             stress: Field::F64(stress),
             mean_gap: self.multiply(state.mean_gap),
             separation: self.multiply(state.separation),
+            // A ratio of two numbers of this unit.
+            stiffness: state.stiffness,
             energy: energy(state.energy),
             elastic_energy: energy(state.elastic_energy),
             interaction_energy: energy(state.interaction_energy),

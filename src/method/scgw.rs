@@ -204,7 +204,7 @@ impl Estimator for Asperities<'_> {
         let (gap, slope) = summits.bearing_gap(d);
         Ok(Estimate {
             // Independent asperities may cover more than the cell.
-            contact_fraction: found.area.min(1.0),
+            contact_area: found.area.min(1.0),
             mean_gap: Some(gap),
             stiffness: (slope > 0.0).then_some(found.stiffness / slope),
             load_error: (found.pressure / pressure - 1.0).abs(),

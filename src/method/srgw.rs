@@ -230,7 +230,7 @@ impl Estimator for Path<'_> {
         let mean_gap = require::undeformed_gap(&self.heights, depth, &mut self.gap);
         let scale = self.problem.stress_scale(self.problem.heights.rms(), pressure);
         Ok(Estimate {
-            contact_fraction: (patches.iter().sum::<f64>() / (grid.lx * grid.ly)).min(1.0),
+            contact_area: (patches.iter().sum::<f64>() / (grid.lx * grid.ly)).min(1.0),
             mean_gap: Some(mean_gap),
             gap: Some(&self.gap),
             stress: Some(&self.stress),

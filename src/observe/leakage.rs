@@ -17,12 +17,26 @@ pub struct Leakage {
     pub ratio: Option<f64>,
     /// Conjugate-gradient iterations of both directions.
     pub iterations: [usize; 2],
+    /// Errors of the hydraulic gaps along x and y, units of the gap; absent where they are not known, as of a gap without flow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_errors: Option<[f64; 2]>,
 }
 
 impl Leakage {
     /// Uniform gaps with the solved conductivity along x and y.
     pub fn hydraulic_gaps(&self) -> [f64; 2] {
         self.conductivity.map(f64::cbrt)
+    }
+
+    /// With the errors that follow from the hydraulic gaps on the grid with half the points along each side, and from the relative
+    /// change of the mean gap: twice the change, and the share of the mean gap. Where a direction is sealed on one of the grids, none.
+    pub fn with_errors_from(self, coarser: Option<([f64; 2], f64)>) -> Self {
+        let gaps = self.hydraulic_gaps();
+        let errors = |(coarse, share): ([f64; 2], f64)| {
+            let flows = gaps.iter().chain(&coarse).all(|gap| *gap > 0.0);
+            flows.then(|| std::array::from_fn(|i| 2.0 * (gaps[i] - coarse[i]).abs() + share * gaps[i]))
+        };
+        Leakage { gap_errors: coarser.and_then(errors), ..self }
     }
 }
 
@@ -73,7 +87,7 @@ pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Opti
     let ((kx, x), (ky, y)) = (x?, y?);
     let (effective_medium, mean) = (hydraulic_gap(gap, threshold).powi(3), 0.5 * (kx + ky));
     let ratio = (mean > 0.0).then(|| effective_medium / mean);
-    Some(Leakage { conductivity: [kx, ky], effective_medium, ratio, iterations: [x, y] })
+    Some(Leakage { conductivity: [kx, ky], effective_medium, ratio, iterations: [x, y], gap_errors: None })
 }
 
 /// Bytes of [`leakage`] on a grid: both directions, each with conductances and diagonal, right-hand side and four vectors

@@ -3,9 +3,9 @@
 mod area;
 mod cluster_areas;
 mod clusters;
+mod dissipation;
 mod distribution;
 mod hydraulic_gap;
-mod hysteresis;
 mod leakage;
 mod plasticity;
 mod runs;
@@ -19,18 +19,18 @@ fn drawn(text: &str) -> (Vec<u8>, usize) {
     (rows.concat().bytes().map(|b| u8::from(b != b'.')).collect(), rows[0].len())
 }
 
-pub use area::{ContactArea, contact_area, contact_area_on_ranks, contact_map};
+pub use area::{ContactArea, ELASTIC_EDGE, Edges, contact_area, contact_area_on_ranks, contact_map};
 pub use cluster_areas::ClusterAreas;
 pub use clusters::{
     Clusters, Connectivity, NO_CLUSTER, cluster_sizes, clusters, constriction_conductance, cumulative_area,
     effective_clusters, median_cluster_size, median_counting_error, share_counting_error, size_distribution,
 };
+pub use dissipation::{WorkPoint, dissipation};
 pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,
 };
 pub use hydraulic_gap::{hydraulic_gap, percolates};
-pub use hysteresis::hysteresis_work;
 pub use leakage::{FlowEdges, Leakage, leakage, leakage_bytes};
 pub use plasticity::Plasticity;
 pub use section::{along_y, column_at};
-pub use stiffness::{Stiffness, stiffness};
+pub use stiffness::stiffness;

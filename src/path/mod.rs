@@ -3,33 +3,38 @@
 
 mod checkpoint;
 mod coarser_grids;
-mod end_steps;
 mod estimator_input;
 mod pull_off;
 mod subsurface;
+mod uncertainty;
 mod unit;
 
 pub use checkpoint::{Checkpoint, CheckpointWriter};
-pub use coarser_grids::{CORRECTION, unresolved_contact};
+pub use coarser_grids::{edge_uncertainty, unresolved_contact};
 pub use estimator_input::EstimatorInput;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 
 use crate::grid::{Field, Grid, Series, Transform, lowest, mean, sharing};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
-use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, State, Stop};
-use crate::observe::{ContactArea, FlowEdges, Leakage, contact_area_on_ranks};
+use crate::method::{
+    ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, State, Stop, contact_stiffness,
+};
+use crate::observe::{ContactArea, FlowEdges, Leakage};
+use crate::record::quantity::Quantity;
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
+use crate::record::uncertainty::{UncertaintyComponent, total};
 use crate::{Error, Result};
 use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
 use pull_off::SeparationStart;
 
-/// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a non-periodic surface.
-pub fn leakage(problem: &Problem, gap: Field, threshold: f64) -> Option<Leakage> {
+/// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a non-periodic surface. `coarser`: hydraulic
+/// gaps on the next coarser grid ([`Reached::coarser_gaps`]), for the errors.
+pub fn leakage(problem: &Problem, gap: Field, threshold: f64, coarser: Option<([f64; 2], f64)>) -> Option<Leakage> {
     let edges = match problem.kernel {
         Elastic::NonPeriodic(_) => FlowEdges::TwoSides,
         _ => FlowEdges::Periodic,
     };
-    crate::observe::leakage(problem.grid, gap, threshold, edges)
+    Some(crate::observe::leakage(problem.grid, gap, threshold, edges)?.with_errors_from(coarser))
 }
 
 /// A problem and its sequence of loads.
@@ -44,8 +49,8 @@ pub struct LoadPath<'p> {
     loads: &'p [Load],
     /// Whether the discretisation error is estimated.
     with_error: bool,
-    /// Whether loads without a neighbour get a small step ([`LoadPath::with_end_steps`]).
-    end_steps: bool,
+    /// Whether the flow through the gap of the next coarser grid is solved.
+    leakage: bool,
 }
 
 /// A state of the load path; the last one may not have converged.
@@ -58,8 +63,28 @@ pub struct Reached<'a> {
     /// Displacement of the far field from first contact, L: with a periodic body the mean gap at first contact minus the
     /// mean gap, else the rigid approach.
     pub displacement: f64,
-    /// Pressure (E*) and [`State::separation`] (L) of small steps next to this load.
-    pub steps: Vec<[f64; 2]>,
+    /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it, if the flow was
+    /// requested.
+    pub coarser_gaps: Option<([f64; 2], f64)>,
+    /// What the numbers are uncertain by.
+    pub uncertainty: Vec<UncertaintyComponent>,
+}
+
+impl Reached<'_> {
+    /// Error of the contact area over the area of the cell; `None` where a part of it is not known.
+    pub fn contact_area_error(&self) -> Option<f64> {
+        total(&self.uncertainty, Quantity::ContactArea).map(|share| share * self.area.contact_area)
+    }
+
+    /// Error of the mean gap, of the same unit.
+    pub fn mean_gap_error(&self) -> Option<f64> {
+        total(&self.uncertainty, Quantity::MeanGap).map(|share| share * self.state.mean_gap.abs())
+    }
+
+    /// Error of the contact stiffness, of the same unit.
+    pub fn stiffness_error(&self) -> Option<f64> {
+        total(&self.uncertainty, Quantity::Stiffness).zip(self.state.stiffness).map(|(share, k)| share * k)
+    }
 }
 
 /// Initial state of a path other than first contact.
@@ -89,7 +114,7 @@ impl<'p> LoadPath<'p> {
             threshold,
             loads,
             with_error: true,
-            end_steps: false,
+            leakage: false,
         }
     }
 
@@ -98,10 +123,14 @@ impl<'p> LoadPath<'p> {
         LoadPath { with_error: false, ..self }
     }
 
-    /// With small steps at the ends of the branches, where the method is nested and no adhesion makes the state depend
-    /// on the path.
-    pub fn with_end_steps(self) -> Self {
-        LoadPath { end_steps: self.is_nested() && !self.has_history(), ..self }
+    /// With the flow through the gaps of the next coarser grid, for the errors of the leakage.
+    pub fn with_leakage(self, requested: bool) -> Self {
+        LoadPath { leakage: requested && !self.problem.ranks.are_several(), ..self }
+    }
+
+    /// With the contact stiffness of each state.
+    pub fn with_stiffness(self) -> Self {
+        LoadPath { problem: Problem { stiffness: true, ..self.problem }, ..self }
     }
 
     /// Whether a state depends on the loads before it.
@@ -180,8 +209,7 @@ impl<'p> LoadPath<'p> {
         // Heights in their own unit, and the fields of a state converted back.
         let converted = if Scale::of(&self.problem.heights).is_one() { 0 } else { 3 * field / shared };
         let coarser = grids.iter().map(coarse).sum::<u64>();
-        let steps = if self.end_steps { end_steps::FIELDS * field } else { 0 };
-        Plan { bytes: own.bytes + steps + series + separation + converted + coarser, ..own }
+        Plan { bytes: own.bytes + series + separation + converted + coarser, ..own }
     }
 
     /// This load on the next coarser grid, if no other solve has provided it: for a solve from a given gap or a
@@ -200,7 +228,7 @@ impl<'p> LoadPath<'p> {
             }
         };
         let problem = coarsened(&self.problem, grid, series, self.requested);
-        CoarseSolver::start(&problem, self.threshold, false, observer)?.follow(load)
+        CoarseSolver::start(&problem, (self.threshold, self.leakage), false, observer)?.follow(load)
     }
 
     /// [`LoadPath::walk`] of a path in the unit `scale`, which the gap of a checkpoint may not have.
@@ -212,7 +240,8 @@ impl<'p> LoadPath<'p> {
         observer: &dyn Observer,
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
     ) -> Result<Option<PullOff>> {
-        let (coarse_results, silent) = (CoarseGridResults::new(observer, self.threshold), StopOnly(observer));
+        let (coarse_results, silent) =
+            (CoarseGridResults::new(observer, &self.problem, (self.threshold, self.leakage)), StopOnly(observer));
         // From a given gap, coarser grids might end on another branch.
         let given = matches!(begin, Some(Begin::Gap(_))) && self.problem.adhesion != Adhesion::None;
         let grids = if given { Vec::new() } else { self.coarser_grids_followed(pulls_off) };
@@ -233,11 +262,12 @@ impl<'p> LoadPath<'p> {
         for problem in &problems {
             // Pull-off is computed only on the finest of the coarser grids.
             let pulls_off = pulls_off && coarse_solvers.is_empty();
-            coarse_solvers.push(CoarseSolver::start(problem, self.threshold, pulls_off, &silent)?);
+            let flow = (self.threshold, self.leakage && coarse_solvers.is_empty());
+            coarse_solvers.push(CoarseSolver::start(problem, flow, pulls_off, &silent)?);
         }
         let resolved =
             grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
-        let touch = self.separation_at_first_contact();
+        let (touch, rms_height) = (self.separation_at_first_contact(), self.problem.heights.rms());
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
         let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
         for (i, &load) in self.loads.iter().enumerate().skip(first) {
@@ -245,28 +275,37 @@ impl<'p> LoadPath<'p> {
             for solver in &mut coarse_solvers {
                 coarse.extend(solver.follow(load)?);
             }
-            let steps = match self.end_steps {
-                true => end_steps::solve(self.method, &self.problem, self.loads, i, &silent)?,
-                false => Vec::new(),
-            };
-            let state = run.equilibrate(load)?;
-            let area = contact_area_on_ranks(state.ranks, self.problem.grid, state.gap, self.threshold);
+            let mut state = run.equilibrate(load)?;
             let converged = state.stop == Stop::Converged;
-            let (mut discretisation, mut extrapolated) = (None, None);
+            if converged && self.problem.stiffness && !self.is_nested() {
+                state.stiffness = contact_stiffness(&self.problem, &state)?;
+            }
+            let area = self.problem.contact_area(&state, self.threshold);
+            let (mut discretisation, mut extrapolated, mut coarser_gaps) = (None, None, None);
             if converged {
                 let range = self.problem.adhesion.range();
-                let fine = GridResult::new(self.problem.grid, range, &area, state.mean_gap, state.error_estimates);
+                let fine = GridResult::new(&state, self.problem.grid, range, &area);
                 let next = match self.next_coarser(coarse_results.take(), coarse.first().copied()) {
                     None if coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
                     known => known,
                 };
-                (discretisation, extrapolated) = self.errors(load, next, &coarse, fine, resolved);
+                coarser_gaps = next.and_then(|next| Some((next.gaps?, (next.mean_gap / state.mean_gap - 1.0).abs())));
+                (discretisation, extrapolated) = self.errors(load, next, &coarse, fine, (rms_height, resolved));
             }
             if pulls_off && converged && i + 1 == self.loads.len() {
                 last = Some(SeparationStart::of(&state));
             }
             let displacement = touch - state.separation;
-            visit(i, Reached { state, area, discretisation, extrapolated, displacement, steps })?;
+            let uncertainty = uncertainty::components(&uncertainty::Known {
+                problem: &self.problem,
+                requested: self.requested,
+                rms_height,
+                state: &state,
+                area: &area,
+                discretisation,
+                extrapolated,
+            });
+            visit(i, Reached { state, area, discretisation, extrapolated, displacement, coarser_gaps, uncertainty })?;
             if !converged {
                 return Ok(None);
             }
@@ -277,7 +316,8 @@ impl<'p> LoadPath<'p> {
         let coarse = coarse_solvers.first_mut().map(|coarse| coarse.pull_off(scale)).transpose()?.flatten();
         Ok(Some(match coarse {
             Some((grid, pull)) => pull_off::compared(found, grid, pull),
-            None => found,
+            // The bracket alone says nothing of the grid.
+            None => PullOff { pressure_error: None, mean_gap_error: None, ..found },
         }))
     }
 
@@ -297,9 +337,8 @@ impl<'p> LoadPath<'p> {
         next: Option<GridResult>,
         coarse: &[GridResult],
         fine: GridResult,
-        resolved: bool,
+        (rms_height, resolved): (f64, bool),
     ) -> (Option<Discretisation>, Option<Extrapolated>) {
-        let rms_height = self.problem.heights.rms();
         let discretisation = next.map(|next| coarser_grids::discretisation(&next, &fine, rms_height));
         let extrapolated = self.extrapolated(coarse, fine, resolved);
         match load {

@@ -226,20 +226,23 @@ impl Search<'_, '_> {
         Ok(PullOff {
             pressure: best.pressure,
             mean_gap: best.mean_gap,
-            mean_gap_error,
-            pressure_error,
+            mean_gap_error: Some(mean_gap_error),
+            pressure_error: Some(pressure_error),
             coarser: None,
             curve: self.curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
         })
     }
 }
 
-/// `found` with errors of at least the change from the coarser grid.
+/// Changes from the coarser grid that are the error of a pull-off, in addition to its bracket.
+const CHANGES: f64 = 3.0;
+
+/// `found` with the errors of its bracket and of the change from the coarser grid.
 pub(super) fn compared(found: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
     let change = (found.pressure - coarse.pressure).abs();
     PullOff {
-        pressure_error: found.pressure_error.max(change),
-        mean_gap_error: found.mean_gap_error.max((found.mean_gap - coarse.mean_gap).abs()),
+        pressure_error: found.pressure_error.map(|e| e + CHANGES * change),
+        mean_gap_error: found.mean_gap_error.map(|e| e + CHANGES * (found.mean_gap - coarse.mean_gap).abs()),
         coarser: Some([grid.nx, grid.ny]),
         ..found
     }
@@ -312,6 +315,7 @@ mod tests {
                 stress: Field::F64(&[0.0]),
                 mean_gap,
                 separation: mean_gap,
+                stiffness: None,
                 energy: 0.0,
                 elastic_energy: 0.0,
                 interaction_energy: 0.0,
@@ -348,9 +352,11 @@ mod tests {
                 let from = SeparationStart { mean_gap: 0.02, pressure, gap };
                 let found = search(&mut curve, &problem, Scale::of(&problem.heights), from).expect("a maximum");
                 let miss = [found.pressure + expected.1, found.mean_gap - expected.0].map(f64::abs);
-                assert!(miss[0] <= found.pressure_error + 1e-15, "{k}: {miss:?} {found:?}");
-                assert!(miss[1] <= found.mean_gap_error + 1e-15, "{k}: {miss:?} {found:?}");
-                assert!(found.pressure_error < 2e-3 * expected.1, "{k}: {}", found.pressure_error);
+                let [pressure_error, mean_gap_error] =
+                    [found.pressure_error, found.mean_gap_error].map(|e| e.expect("of the bracket"));
+                assert!(miss[0] <= pressure_error + 1e-15, "{k}: {miss:?} {found:?}");
+                assert!(miss[1] <= mean_gap_error + 1e-15, "{k}: {miss:?} {found:?}");
+                assert!(pressure_error < 2e-3 * expected.1, "{k}: {pressure_error}");
             }
         }
     }

@@ -39,7 +39,7 @@ impl LoadPath<'_> {
             threshold: scale.divide(self.threshold),
             loads: &loads,
             with_error: self.with_error,
-            end_steps: self.end_steps,
+            leakage: self.leakage,
         };
         let begin = begin.map(|begin| match begin {
             Begin::Gap(gap) => Begin::Gap(scale.gap(&gap).into_owned()),
@@ -52,12 +52,10 @@ impl LoadPath<'_> {
             let plastic = reached.state.plastic.map(|field| scale.field(field));
             let fields = ([&fields[0][..], &fields[1]], plastic.as_deref());
             let state = scale.state(&reached.state, self.loads[i], fields);
-            let steps = reached.steps.iter().map(|step| step.map(|v| scale.multiply(v))).collect();
             let extrapolated = reached.extrapolated.map(|e| extrapolated(scale, e));
-            visit(
-                i,
-                Reached { state, extrapolated, displacement: scale.multiply(reached.displacement), steps, ..reached },
-            )
+            let displacement = scale.multiply(reached.displacement);
+            let coarser_gaps = reached.coarser_gaps.map(|(gaps, share)| (gaps.map(|gap| scale.multiply(gap)), share));
+            visit(i, Reached { state, extrapolated, displacement, coarser_gaps, ..reached })
         })?;
         Ok(pulled.map(|found| pull_off(scale, found)))
     }
@@ -85,9 +83,9 @@ fn extrapolated(scale: Scale, found: Extrapolated) -> Extrapolated {
 fn pull_off(scale: Scale, found: PullOff) -> PullOff {
     PullOff {
         pressure: scale.multiply(found.pressure),
-        pressure_error: scale.multiply(found.pressure_error),
+        pressure_error: found.pressure_error.map(|e| scale.multiply(e)),
         mean_gap: scale.multiply(found.mean_gap),
-        mean_gap_error: scale.multiply(found.mean_gap_error),
+        mean_gap_error: found.mean_gap_error.map(|e| scale.multiply(e)),
         curve: found.curve.into_iter().map(|point| point.map(|v| scale.multiply(v))).collect(),
         ..found
     }
@@ -109,10 +107,11 @@ impl Observer for InUnit<'_> {
     }
 
     fn coarse_grid_done(&self, state: CoarseState) {
-        let CoarseState { gap, mean_gap, energy, range, .. } = state;
+        let CoarseState { gap, pressure, mean_gap, energy, range, .. } = state;
         let gap = self.scale.field(gap);
         self.observer.coarse_grid_done(CoarseState {
             gap: Field::F64(&gap),
+            pressure: self.scale.multiply(pressure),
             mean_gap: self.scale.multiply(mean_gap),
             energy: self.scale.multiply(self.scale.multiply(energy)),
             range: self.scale.multiply(range),

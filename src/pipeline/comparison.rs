@@ -207,10 +207,7 @@ impl Comparison<'_> {
         Ok(LoadComparison {
             p_star: state.p_star,
             registration: registration(grid, &atoms_map, &compliant_map),
-            atoms: CriterionArea {
-                criterion: self.atoms.contact_criterion(),
-                contact_fraction: state.contact_fraction,
-            },
+            atoms: CriterionArea { criterion: self.atoms.contact_criterion(), contact_area: state.contact_area },
             continuum: self.criteria(i, gaps, &contacts, &touching)?,
             atoms_mean_gap_angstrom: state.mean_gap_angstrom,
             hard_wall_mean_gap_angstrom: hard.mean_gap * length,

@@ -1,14 +1,13 @@
 //! Equilibria of the continuum along a load path.
 
 use super::Progress;
-use super::budget::budget;
 use super::observed::observed;
 use super::stage::StageContext;
 use crate::grid::{Field, Grid};
-use crate::interface::{Adhesion, Elastic, RangeChoice, SubsurfaceRequest};
+use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{self, Problem, Stop};
-use crate::observe::{Leakage, hysteresis_work, leakage_bytes, stiffness};
+use crate::observe::{Leakage, WorkPoint, dissipation, leakage_bytes};
 use crate::path::{self, Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{
@@ -51,8 +50,6 @@ pub(super) struct PathRequest<'a> {
     /// Whether the flow through the gap is solved.
     pub leakage: bool,
     pub subsurface: Option<SubsurfaceRequest>,
-    /// Small load steps at the ends of the path.
-    pub stiffness_steps: bool,
     pub criterion: String,
     /// Which fields of a load's state are stored.
     pub keep: &'a dyn Fn(&LoadStep) -> Keep,
@@ -68,7 +65,8 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
     let path = LoadPath::new(request.problem.clone(), method, request.range, request.threshold, &loads);
     let path = if request.wants.grid_error { path } else { path.without_error() };
-    let path = if request.wants.stiffness || request.stiffness_steps { path.with_end_steps() } else { path };
+    let path = if request.wants.stiffness { path.with_stiffness() } else { path };
+    let path = path.with_leakage(request.leakage);
     let problem = path.problem();
     let grid = problem.grid;
     check_memory(&path, &request)?;
@@ -110,14 +108,14 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
         Err(e) => return Err(e),
     };
     writer.remove_files();
-    set_contact_stiffness(&mut states, matches!(problem.kernel, Elastic::NonPeriodic(_)));
     let (percolation, onset) = (percolation(&states), Onset::of(&states));
-    let hysteresis_work = request.hysteresis.then(|| compare_branches(&mut states, request.steps));
-    let range = range_results(request.problem.adhesion, path.adhesion(), grid);
-    let rms_height = problem.heights.rms();
-    for state in &mut states {
-        state.uncertainty = budget(problem, rms_height, range.as_ref(), state);
+    if request.hysteresis {
+        compare_branches(&mut states, request.steps);
     }
+    let adhesive = request.problem.adhesion != Adhesion::None;
+    let has_history = adhesive || problem.hardness.is_some();
+    let dissipation = has_history.then(|| dissipation(&work_points(&states, request.steps), adhesive));
+    let range = range_results(request.problem.adhesion, path.adhesion(), grid);
     Ok(ContinuumResults {
         method: method.card().id.into(),
         kernel: problem.kernel.to_string(),
@@ -130,7 +128,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
         range,
         resolved_gradient: Some(problem.resolved_gradient()),
         states,
-        hysteresis_work,
+        dissipation,
         percolation,
         onset,
         pull_off,
@@ -238,7 +236,7 @@ fn flow(
     if !request.leakage {
         return None;
     }
-    let found = path::leakage(problem, reached.state.gap, request.threshold);
+    let found = path::leakage(problem, reached.state.gap, request.threshold, reached.coarser_gaps);
     if found.is_none() {
         at.listener.warn(&format!("load {}: the flow through the gap did not converge", step.number()));
     }
@@ -258,37 +256,6 @@ pub(super) fn range_results(requested: Adhesion, used: Adhesion, grid: Grid) -> 
     })
 }
 
-/// Sets the contact stiffness along each branch. The state at load reversal belongs to both branches, and is evaluated
-/// with the first.
-fn set_contact_stiffness(states: &mut [StateResults], non_periodic: bool) {
-    // Of a body that is not periodic the rigid approach is conjugate to the pressure.
-    let separation =
-        |s: &StateResults| if non_periodic { -s.numbers.displacement.unwrap_or(f64::NAN) } else { s.separation() };
-    let mut first = 0;
-    while first < states.len() {
-        let kind = states.get(first + 1).map_or(states[first].branch, |s| s.branch);
-        let length = 1 + states[first + 1..].iter().take_while(|s| s.branch == kind).count();
-        let branch = &mut states[first..first + length];
-        // Small steps are at the ends of a branch; that of a reversal is beyond it, on the first branch.
-        let rises = length == 1 || branch[1].numbers.pressure > branch[0].numbers.pressure;
-        // Pressure (E*) and separation (L) along the branch.
-        let mut curve: Vec<(f64, f64)> = branch.iter().map(|s| (s.numbers.pressure, separation(s))).collect();
-        let small_step = |state: &StateResults, at_higher_pressure: bool| {
-            let step = |&[p, g]: &[f64; 2]| (p, g);
-            state.steps.iter().map(step).find(|(p, _)| (*p > state.numbers.pressure) == at_higher_pressure)
-        };
-        curve.extend(small_step(&branch[length - 1], rises));
-        let before = small_step(&branch[0], !rises).filter(|_| branch[0].numbers.stiffness.is_none());
-        let curve: Vec<(f64, f64)> = before.into_iter().chain(curve).collect();
-        let slopes = stiffness(&curve).into_iter().skip(usize::from(before.is_some()));
-        for (state, k) in branch.iter_mut().zip(slopes).filter(|(s, _)| s.numbers.stiffness.is_none()) {
-            state.numbers.stiffness = k.map(|k| k.value);
-            state.numbers.stiffness_error = k.and_then(|k| k.error);
-        }
-        first += if first + length == states.len() { length } else { length - 1 }.max(1);
-    }
-}
-
 /// Loads p* between which the gap ceases to percolate on the loading branch: the last load at which it percolates along
 /// both x and y, and the next load.
 fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
@@ -300,26 +267,35 @@ fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
     loading.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
 
-/// Sets the changes of the unloading states relative to the loading states at the same load. Returns the hysteresis
-/// work per cycle.
-fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
+/// Sets the changes of the unloading states relative to the loading states at the same load.
+fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) {
     let change = |now: f64, then: f64| if now == then { 0.0 } else { (now - then) / then.abs().max(f64::MIN_POSITIVE) };
     for step in steps {
         let Some(same) = step.counterpart else { continue };
-        let (area, mean_gap) = (states[same].numbers.contact_fraction, states[same].mean_gap);
+        let (area, mean_gap) = (states[same].numbers.contact_area, states[same].mean_gap);
         let state = &mut states[step.index];
         state.hysteresis = Some(Hysteresis {
-            area: change(state.numbers.contact_fraction, area),
+            area: change(state.numbers.contact_area, area),
             mean_gap: change(state.mean_gap, mean_gap),
         });
     }
-    // Where the branches do not differ significantly, the difference in mean gap is solver error and not work.
-    let gap = |step: &LoadStep| match (states[step.index].hysteresis, step.counterpart) {
-        (Some(h), Some(same)) if !h.is_significant() => states[same].separation(),
-        _ => states[step.index].separation(),
+}
+
+/// The path as its work needs it. Where the branches do not differ significantly, the difference between them is solver error and not
+/// work: both have the state of the first.
+fn work_points(states: &[StateResults], steps: &[LoadStep]) -> Vec<WorkPoint> {
+    let point = |step: &LoadStep| {
+        let state = &states[step.index];
+        let same = step.counterpart.filter(|_| state.hysteresis.is_some_and(|h| !h.is_significant()));
+        let s = same.map_or(state, |same| &states[same]);
+        WorkPoint {
+            pressure: s.numbers.pressure,
+            separation: s.separation(),
+            stored: s.elastic_energy + s.interaction_energy,
+            plastic_work: state.plasticity.map_or(0.0, |p| p.work),
+        }
     };
-    let path: Vec<(f64, f64)> = steps.iter().map(|step| (states[step.index].numbers.pressure, gap(step))).collect();
-    hysteresis_work(&path)
+    steps.iter().map(point).collect()
 }
 
 /// The numbers of a state.
@@ -338,10 +314,11 @@ fn summary(
             index: step.index,
             p_star: step.p_star_at(state.pressure, request.gradient),
             pressure: state.pressure,
-            contact_fraction: area.fraction,
+            contact_area: area.contact_area,
+            contact_area_error: reached.contact_area_error(),
             displacement: Some(reached.displacement),
-            stiffness_error: None,
-            stiffness: None,
+            stiffness: state.stiffness,
+            stiffness_error: reached.stiffness_error(),
             patches: observed.as_ref().map(Observed::patches),
             gap_map,
             stress_map,
@@ -353,9 +330,11 @@ fn summary(
         },
         branch: step.branch,
         criterion: request.criterion.clone(),
-        contact_fraction_corrected: area.corrected,
+        contact_nodes: area.contact_nodes,
         mean_gap: state.mean_gap,
+        mean_gap_error: reached.mean_gap_error(),
         energy: state.energy,
+        elastic_energy: state.elastic_energy,
         interaction_energy: state.interaction_energy,
         residual: state.residual,
         complementarity: state.complementarity,
@@ -364,10 +343,9 @@ fn summary(
         mean_gap_error_estimate: state.error_estimates.mean_gap,
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
-        uncertainty: Vec::new(),
+        uncertainty: reached.uncertainty.clone(),
         hysteresis: None,
         observed,
-        steps: reached.steps.clone(),
         leakage: None,
         plasticity: state.plasticity,
         plastic_map: None,

@@ -22,18 +22,26 @@ pub(super) fn write(out: &Path, results: &Results) -> Result<()> {
 fn row(s: &StateResults, um: f64, mpa: f64) -> Value {
     let (n, work) = (&s.numbers, um * mpa);
     let gaps = s.leakage.map(|l| l.hydraulic_gaps());
+    let errors = s.leakage.and_then(|l| l.gap_errors);
     json!({
         "unloading": u8::from(s.branch == Branch::Unloading),
         "pressure": n.pressure * mpa,
         "p_star": n.p_star,
-        "contact_fraction": n.contact_fraction,
-        "contact_fraction_corrected": s.contact_fraction_corrected,
+        "contact_area": n.contact_area,
+        "contact_area_error": n.contact_area_error,
+        "contact_nodes": s.contact_nodes,
         "mean_gap": s.mean_gap * um,
+        "mean_gap_error": s.mean_gap_error.map(|e| e * um),
         "displacement": n.displacement.map(|d| d * um),
         "stiffness": n.stiffness.map(|k| k * mpa / um),
+        "stiffness_error": n.stiffness_error.map(|k| k * mpa / um),
         "hydraulic_gap_x": gaps.map(|g| g[0] * um),
+        "hydraulic_gap_x_error": errors.map(|g| g[0] * um),
         "hydraulic_gap_y": gaps.map(|g| g[1] * um),
+        "hydraulic_gap_y_error": errors.map(|g| g[1] * um),
         "energy": s.energy * work,
+        "elastic_energy": s.elastic_energy * work,
+        "interaction_energy": s.interaction_energy * work,
         "flowing_fraction": s.plasticity.map(|p| p.flowing),
         "displaced_fraction": s.plasticity.map(|p| p.displaced),
         "mean_plastic_displacement": s.plasticity.map(|p| p.displacement * um),

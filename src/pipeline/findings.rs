@@ -55,7 +55,7 @@ fn of_hardness(load: &LoadComparison, hardness: f64, walls: [(&CriterionMatch, S
         "p* = {}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % (the atoms deviate by {over}), κ = {}, \
          mean gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {over_without}, κ = {}, the mean gap {:.3} Å.",
         load.p_star,
-        100.0 * with.contact_fraction,
+        100.0 * with.contact_area,
         kappa(with),
         load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
         load.atoms_mean_gap_angstrom,
@@ -79,18 +79,18 @@ pub(super) fn findings(
     for (load, state) in loads.iter().zip(&matched.hard.states) {
         let [hard, offset, compliant, yielding @ ..] = &load.continuum[..] else { continue };
         let stress =
-            effective_pressure(atoms, state) * atoms.modulus_gpa / load.atoms.contact_fraction.max(f64::MIN_POSITIVE);
-        let over = |m: &CriterionMatch| load.atoms.contact_fraction / m.contact_fraction - 1.0;
+            effective_pressure(atoms, state) * atoms.modulus_gpa / load.atoms.contact_area.max(f64::MIN_POSITIVE);
+        let over = |m: &CriterionMatch| load.atoms.contact_area / m.contact_area - 1.0;
         list.push(format!(
             "p* = {}: {} of the surface atoms are in contact. Hard wall, zero gap: {} (the atoms deviate by {}). Compliant \
              wall, with the contact criterion of the atoms: {} (deviation {}), κ = {}, for a misaligned map {}. {}. The mean \
              contact stress of {:.1} GPa compresses the wall by {:.2} Å. Offset wall, shifted by {:.2} Å: {} (deviation {}), \
              κ = {}.",
             load.p_star,
-            percent(load.atoms.contact_fraction),
-            percent(hard.contact_fraction),
+            percent(load.atoms.contact_area),
+            percent(hard.contact_area),
             percent(over(hard)),
-            percent(compliant.contact_fraction),
+            percent(compliant.contact_area),
             percent(over(compliant)),
             kappa(&compliant.overlap),
             kappa(&compliant.shifted),
@@ -98,7 +98,7 @@ pub(super) fn findings(
             stress,
             atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3),
             offset.offset_angstrom,
-            percent(offset.contact_fraction),
+            percent(offset.contact_area),
             percent(over(offset)),
             kappa(&offset.overlap),
         ));

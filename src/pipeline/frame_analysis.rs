@@ -126,7 +126,7 @@ impl<'a> FrameAnalyzer<'a> {
             index: step.index,
             branch: step.branch,
             p_star,
-            contact_fraction: touching.fraction(),
+            contact_area: touching.fraction(),
             contacts,
             contacts_below_surface: touching.below_surface,
             mean_gap_angstrom: mean(&gap),
@@ -165,7 +165,7 @@ impl<'a> FrameAnalyzer<'a> {
             id: id.into(),
             criterion,
             atoms: found.ids.len(),
-            contact_fraction: found.fraction(),
+            contact_area: found.fraction(),
         };
         let pressed = contact_by(frame, &sites, |k| forces.normal[k] > 0.0);
         let loaded = contact_by(frame, &sites, |k| forces.normal[k] > least);
@@ -186,7 +186,7 @@ impl<'a> FrameAnalyzer<'a> {
             by("compressed", "the indenter's normal force presses".into(), &pressed),
             by("force_threshold", format!("the indenter presses with more than {least} eV/Å"), &loaded),
             ContactByCriterion {
-                contact_fraction: area / sites.length().powi(2),
+                contact_area: area / sites.length().powi(2),
                 ..by("voronoi_area", "Voronoi share of the atoms within the distance".into(), touching)
             },
         ]

@@ -283,7 +283,6 @@ pub(super) fn laboratory(
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,
         subsurface: case.subsurface().filter(|_| primary),
-        stiffness_steps: primary && scene.continuum.stiffness_steps,
         criterion,
         keep: &|step| {
             let keep = maps && case.stores_maps(step);

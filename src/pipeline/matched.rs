@@ -169,7 +169,7 @@ fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent;
         UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
     };
     [
-        part(Quantity::ContactArea, state.contact_fraction_corrected, deep.contact_fraction_corrected),
+        part(Quantity::ContactArea, state.numbers.contact_area, deep.numbers.contact_area),
         part(Quantity::MeanGap, state.mean_gap, deep.mean_gap),
     ]
 }
@@ -247,7 +247,6 @@ fn solve(
         threshold: 0.0,
         leakage: false,
         subsurface: None,
-        stiffness_steps: false,
         criterion: matching.criterion.into(),
         keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
         wants: case.requested_outputs(),

@@ -11,7 +11,7 @@ use crate::interface::Adhesion;
 use crate::load::{Load, LoadStep};
 use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
 use crate::observe::{
-    ClusterAreas, Connectivity, cluster_sizes, contact_area, gap_distribution, stiffness, stress_distribution,
+    ClusterAreas, Connectivity, Edges, cluster_sizes, contact_area, gap_distribution, stiffness, stress_distribution,
 };
 use crate::path::EstimatorInput;
 use crate::record::hashed::{self, Stored};
@@ -125,7 +125,7 @@ pub(super) fn of_atoms(
         let problem = Problem { adhesion: case.adhesion, ..Problem::new(grid, &[][..]) };
         let pressure = s.p_star * case.gradient;
         let found = Estimate {
-            contact_fraction: s.contact_fraction,
+            contact_area: s.contact_area,
             mean_gap: Some(s.mean_gap_angstrom / atoms.length_angstrom),
             contact: Some(&contact),
             gap: Some(&gap),
@@ -138,7 +138,7 @@ pub(super) fn of_atoms(
         state.contact_map = Some(s.contact_map.clone());
         results.states.push(state);
     }
-    set_contact_stiffness(&mut results.states);
+    set_differences(&mut results.states);
     Ok(results)
 }
 
@@ -165,12 +165,11 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
 }
 
 /// Sets the contact stiffness from neighbouring loads where the method gives none.
-fn set_contact_stiffness(states: &mut [MethodState]) {
+fn set_differences(states: &mut [MethodState]) {
     let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.numbers.pressure, s.mean_gap?))).collect();
     let with_gap = states.iter_mut().filter(|s| s.mean_gap.is_some());
     for (state, k) in with_gap.zip(stiffness(&points)).filter(|(s, _)| s.numbers.stiffness.is_none()) {
-        state.numbers.stiffness = k.map(|k| k.value);
-        state.numbers.stiffness_error = k.and_then(|k| k.error);
+        state.numbers.stiffness = k;
     }
 }
 
@@ -281,7 +280,7 @@ fn estimate(
         watch.next();
         Ok(())
     })?;
-    set_contact_stiffness(states);
+    set_differences(states);
     Ok(())
 }
 
@@ -315,15 +314,16 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
     });
     // Contact defined by a solved gap includes a rim of nodes too many and needs the perimeter correction. Contact
     // defined by overlap has no such bias.
-    let of_gaps = matches!(card.criterion, Criterion::ZeroGap | Criterion::Optical { .. });
-    let corrected =
-        touching.filter(|_| e.contact.is_some() && of_gaps).map(|open| contact_area(grid, open, 0.0).corrected);
+    let edges = if card.criterion == Criterion::ZeroGap { Edges::ELASTIC } else { Edges::COUNTED };
+    let counted = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, edges));
+    let area = counted.filter(|_| edges.excess > 0.0).map_or(e.contact_area, |found| found.contact_area);
     MethodState {
         numbers: StateNumbers {
             index: step.index,
             p_star: step.p_star_at(e.pressure, gradient),
             pressure: e.pressure,
-            contact_fraction: e.contact_fraction,
+            contact_area: area,
+            contact_area_error: None,
             displacement: None,
             stiffness_error: None,
             stiffness: e.stiffness,
@@ -336,8 +336,8 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
             fft_pairs: e.fft_pairs,
             seconds: e.seconds,
         },
-        contact_fraction_corrected: corrected,
-        contact_fraction_compressive: None,
+        contact_nodes: counted.map(|area| area.contact_nodes),
+        contact_nodes_compressive: None,
         mean_gap: e.mean_gap,
         median_cluster_area: clusters.as_ref().and_then(ClusterAreas::median),
         median_cluster_area_compressive: None,

@@ -6,7 +6,6 @@
 mod accuracy;
 mod atom_stages;
 mod atomistic;
-mod budget;
 mod comparison;
 mod continuum;
 mod curve;

@@ -84,8 +84,7 @@ fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k
         p_star: step.imposed_p_star(),
         temperature_k: samples.mean(|b| b.temperature_k),
         load: samples.mean(|b| b.load / load),
-        contact_fraction: samples
-            .mean(|b| b.contact_probability.iter().sum::<f64>() / b.contact_probability.len() as f64),
+        contact_area: samples.mean(|b| b.contact_probability.iter().sum::<f64>() / b.contact_probability.len() as f64),
         mean_gap_angstrom: mean(&samples.blocks.iter().map(gap).collect::<Vec<f64>>()),
         majority_contact: share(|p| p > 0.5),
         any_contact: share(|p| p > 0.0),

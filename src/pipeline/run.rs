@@ -151,7 +151,7 @@ impl Running<'_> {
             let loads = solved
                 .states
                 .iter()
-                .map(|s| (trimmed(s.numbers.p_star, 4), s.numbers.contact_fraction, s.discretisation.as_ref()));
+                .map(|s| (trimmed(s.numbers.p_star, 4), s.numbers.contact_area, s.discretisation.as_ref()));
             unresolved_contact("p* = ", loads).into_iter().for_each(|text| self.warn(text));
             found.primary = Some(solved);
         }

@@ -128,7 +128,7 @@ pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
             index: state.numbers.index as u32,
             scalars: LoadScalars {
                 p_star: state.numbers.p_star,
-                contact_fraction: state.numbers.contact_fraction,
+                contact_area: state.numbers.contact_area,
                 criterion: state.criterion.clone(),
                 mean_gap: state.mean_gap * length,
                 patches: state.numbers.patches,
@@ -150,7 +150,7 @@ pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
             index: state.index as u32,
             scalars: LoadScalars {
                 p_star: state.p_star,
-                contact_fraction: state.contact_fraction,
+                contact_area: state.contact_area,
                 criterion: "indenter atom within d_c".into(),
                 mean_gap: state.mean_gap_angstrom,
                 ..LoadScalars::default()

@@ -25,8 +25,8 @@ pub(super) fn unloading(
         if let Some(before) = step.counterpart.and_then(|k| at_step(loading, k)) {
             changes.push(BranchChange {
                 p_star: state.p_star,
-                contact_fraction_loading: before.contact_fraction,
-                contact_fraction_unloading: state.contact_fraction,
+                contact_area_loading: before.contact_area,
+                contact_area_unloading: state.contact_area,
                 mean_gap_angstrom: state.mean_gap_angstrom - before.mean_gap_angstrom,
             });
         }

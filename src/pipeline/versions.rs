@@ -101,7 +101,7 @@ pub(super) fn versions(
         ModelChainStep {
             id: side.id.into(),
             criterion: side.criterion,
-            contact_fraction: fraction,
+            contact_area: fraction,
             mean_gap_angstrom: side.mean_gap_angstrom,
             contact_stress_gpa: (fraction > 0.0).then(|| pressure_gpa / fraction),
             patches: sizes.len(),
@@ -140,7 +140,7 @@ mod tests {
         for v in &found {
             assert_eq!((v.gap.delta, v.gap.below, v.gap.above), (0.25, 0.0, 0.0));
             assert!((v.gap.total() - 1.0).abs() < 1e-12 && (v.stress.total() - 1.0).abs() < 1e-12);
-            assert_eq!((v.contact_fraction, v.contact_stress_gpa), (0.25, Some(8.0)));
+            assert_eq!((v.contact_area, v.contact_stress_gpa), (0.25, Some(8.0)));
             // Two clusters: a row of three sites, and a single site. The area of a node is (10 nm / 4)² = 6.25 nm².
             assert_eq!((v.patches, v.median_cluster_area_nm2), (2, Some(3.0 * 6.25)));
             assert_eq!(v.patch_area.last(), Some(&[3.0 * 6.25, 1.0]));

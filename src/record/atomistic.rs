@@ -14,7 +14,7 @@ pub struct ContactByCriterion {
     pub atoms: usize,
     /// Contact atoms of the surface layer over all atoms of that layer; for "voronoi_area": Voronoi area of the
     /// contact atoms over the area of the cell.
-    pub contact_fraction: f64,
+    pub contact_area: f64,
 }
 
 /// Normal force of the indenter on the atoms as a smooth stress field.
@@ -83,7 +83,7 @@ pub struct AtomState {
     pub branch: Branch,
     pub p_star: f64,
     /// Contact atoms of the surface layer over all atoms of that layer.
-    pub contact_fraction: f64,
+    pub contact_area: f64,
     pub contacts: usize,
     /// Contact atoms that were initially below the surface layer: more than a few indicate plastic flow.
     pub contacts_below_surface: usize,
@@ -136,8 +136,8 @@ pub struct Unloading {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BranchChange {
     pub p_star: f64,
-    pub contact_fraction_loading: f64,
-    pub contact_fraction_unloading: f64,
+    pub contact_area_loading: f64,
+    pub contact_area_unloading: f64,
     /// Mean gap on unloading minus mean gap on loading, Å.
     pub mean_gap_angstrom: f64,
 }
@@ -184,7 +184,7 @@ pub struct NvtState {
     /// Load on the indenter over the prescribed load.
     pub load: ValueWithError,
     /// Contact probability averaged over the surface layer.
-    pub contact_fraction: ValueWithError,
+    pub contact_area: ValueWithError,
     pub mean_gap_angstrom: ValueWithError,
     /// Fraction of the surface atoms with a contact probability above one half.
     pub majority_contact: f64,

@@ -70,7 +70,7 @@ impl LoadComparison {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CriterionArea {
     pub criterion: String,
-    pub contact_fraction: f64,
+    pub contact_area: f64,
 }
 
 /// Contact of the continuum under one criterion, compared with the contact of the atoms at the same surface sites.
@@ -81,7 +81,7 @@ pub struct CriterionMatch {
     pub criterion: String,
     /// Offset of the atoms from the surface of the continuum before the distance criterion is applied, Å.
     pub offset_angstrom: f64,
-    pub contact_fraction: f64,
+    pub contact_area: f64,
     pub overlap: Overlap,
     /// Agreement of a map shifted by a third and a fifth of the cell: chance agreement.
     pub shifted: Overlap,
@@ -134,7 +134,7 @@ pub struct ModelChainStep {
     /// "full_heights", "hard_wall", "offset_wall", "compliant_wall" or "atoms".
     pub id: String,
     pub criterion: String,
-    pub contact_fraction: f64,
+    pub contact_area: f64,
     pub mean_gap_angstrom: f64,
     /// Mean pressure over the contact fraction, GPa; absent without contact.
     pub contact_stress_gpa: Option<f64>,

@@ -31,9 +31,11 @@ pub struct ContinuumResults {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved_gradient: Option<f64>,
     pub states: Vec<StateResults>,
-    /// Work of a loading-unloading cycle per area: -∮ p dū, units of E* L.
+    /// Energy per area that the load path dissipates, open or closed, units of E* L: the work of the load less the change of the stored
+    /// energy. With adhesion by trapezoids from the first load on, otherwise the plastic work since first contact. Absent for a
+    /// body without history.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hysteresis_work: Option<f64>,
+    pub dissipation: Option<f64>,
     /// Percolation of the gap along x and y on the loading branch: the last load p* with percolation and the first
     /// without. Absent if the load path does not bracket the transition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -103,18 +105,20 @@ pub struct RangeResults {
     pub resolution_used: f64,
 }
 
-/// Grid convergence: relative change of a result from the grid with half the points along each side to this grid. It
-/// bounds the remaining error of results that converge at first order or faster.
+/// Relative errors by the grid, from the changes to the grid with half the points along each side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Discretisation {
-    /// Change of the perimeter-corrected contact fraction; at least a third of the correction. Absent if the contact
+    /// Of the contact area: its change, and a third of the excess of an elastic edge for every edge. Absent if the contact
     /// is too small for a meaningful relative change.
     pub area: Option<f64>,
     /// Whether `area` is only a bound: the error of the coarser solution exceeded the difference of the grids.
     pub area_is_bound: bool,
-    /// Change of the mean gap; absent if the mean gap is prescribed or close to zero.
+    /// Of the mean gap: its change, and that of the contact area. Absent if the mean gap is prescribed or close to zero.
     pub mean_gap: Option<f64>,
     pub mean_gap_is_bound: bool,
+    /// Of the contact stiffness: twice its change, if it is known on both grids.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
     /// Points of the coarser grid along x and y.
     pub coarser: [usize; 2],
 }
@@ -125,7 +129,7 @@ pub struct Discretisation {
 pub struct Extrapolated {
     /// Requested range over the range used on this grid.
     pub range: f64,
-    /// Perimeter-corrected contact fraction.
+    /// Contact area over the area of the cell.
     pub area: ValueWithError,
     /// Units of L; absent if the mean gap is prescribed.
     pub mean_gap: Option<ValueWithError>,
@@ -138,12 +142,14 @@ pub struct PullOff {
     pub pressure: f64,
     /// Mean gap at that pressure, units of L.
     pub mean_gap: f64,
-    /// Change of the pressure from the grid with half the points along each side, or within the last bracket if that
-    /// is larger.
-    pub pressure_error: f64,
+    /// Three times the change of the pressure from the grid with half the points along each side, and the change within the last
+    /// bracket. Absent without a pull-off on that grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure_error: Option<f64>,
     /// The same for the mean gap.
-    pub mean_gap_error: f64,
-    /// Points of the coarser grid along x and y; absent if the errors are those of the bracket alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_gap_error: Option<f64>,
+    /// Points of the coarser grid along x and y.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coarser: Option<[usize; 2]>,
     /// Mean gap and pressure of the equilibria found, sorted by mean gap.
@@ -157,10 +163,15 @@ pub struct StateResults {
     pub numbers: StateNumbers,
     pub branch: Branch,
     pub criterion: String,
-    /// Perimeter-corrected contact fraction.
-    pub contact_fraction_corrected: f64,
+    /// Contact nodes over all nodes: the count from which the contact area is found.
+    pub contact_nodes: f64,
     pub mean_gap: f64,
+    /// Error of the mean gap, L; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_gap_error: Option<f64>,
+    /// Free energy: elastic, of the interaction, and of the load (pressure times mean gap).
     pub energy: f64,
+    pub elastic_energy: f64,
     /// Energy of adhesion and wall; 0 without them.
     pub interaction_energy: f64,
     pub residual: f64,
@@ -183,10 +194,6 @@ pub struct StateResults {
     /// Distributions, clusters and derived observables.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observed: Option<Observed>,
-    /// Small load steps next to this load, for its contact stiffness: pressure (E*) and separation (L), the mean gap
-    /// without its plastic part; of a body that is not periodic minus the displacement.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub steps: Vec<[f64; 2]>,
     /// Solved flow through the gap, if requested; conductivities in L³.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leakage: Option<Leakage>,
@@ -313,7 +320,7 @@ pub struct Compressive {
 /// Observables of a state. Lengths in L, areas in L², stresses in E*.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Observed {
-    /// Mean pressure over the contact fraction (not perimeter-corrected); absent without contact.
+    /// Mean pressure over the contact nodes; absent without contact.
     pub mean_contact_pressure: Option<f64>,
     /// Pr(u) in bins of equal width, and in bins of equal ratio; contact is the delta.
     pub gap: Distribution,

@@ -29,22 +29,27 @@ pub enum Dimension {
 }
 
 /// Columns of `curve.csv`, each a key of a row.
-const COLUMNS: [(&str, Dimension); 24] = [
+const COLUMNS: [(&str, Dimension); 29] = [
     ("unloading", Dimension::None),
     ("pressure", Dimension::Stress),
     ("p_star", Dimension::None),
-    ("contact_fraction", Dimension::None),
-    ("contact_fraction_corrected", Dimension::None),
-    ("contact_fraction_compressive", Dimension::None),
+    ("contact_area", Dimension::None),
+    ("contact_area_error", Dimension::None),
+    ("contact_nodes", Dimension::None),
+    ("contact_nodes_compressive", Dimension::None),
     ("mean_gap", Dimension::Length),
+    ("mean_gap_error", Dimension::Length),
     ("displacement", Dimension::Length),
     ("stiffness", Dimension::Stiffness),
+    ("stiffness_error", Dimension::Stiffness),
     ("hydraulic_gap_x", Dimension::Length),
+    ("hydraulic_gap_x_error", Dimension::Length),
     ("hydraulic_gap_y", Dimension::Length),
+    ("hydraulic_gap_y_error", Dimension::Length),
     ("hydraulic_gap_effective_medium", Dimension::Length),
     ("energy", Dimension::Work),
     ("elastic_energy", Dimension::Work),
-    ("adhesion_energy", Dimension::Work),
+    ("interaction_energy", Dimension::Work),
     ("flowing_fraction", Dimension::None),
     ("displaced_fraction", Dimension::None),
     ("mean_plastic_displacement", Dimension::Length),

@@ -59,7 +59,7 @@ pub struct LoadScalars {
     /// Mean pressure over E* times the rms gradient.
     pub p_star: f64,
     /// Contact fraction of the cell or of the surface atoms.
-    pub contact_fraction: f64,
+    pub contact_area: f64,
     /// Contact criterion.
     pub criterion: String,
     pub mean_gap: f64,

@@ -48,12 +48,12 @@ pub struct Missing {
 pub struct MethodState {
     #[serde(flatten)]
     pub numbers: StateNumbers,
-    /// Perimeter-corrected contact fraction, for methods with a contact map.
+    /// Contact nodes over all nodes, for methods with a contact map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact_fraction_corrected: Option<f64>,
+    pub contact_nodes: Option<f64>,
     /// Fraction of nodes in contact under compression, for solvers with adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact_fraction_compressive: Option<f64>,
+    pub contact_nodes_compressive: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -91,8 +91,8 @@ impl MethodState {
         let o = s.observed.as_ref();
         MethodState {
             numbers: s.numbers.clone(),
-            contact_fraction_corrected: Some(s.contact_fraction_corrected),
-            contact_fraction_compressive: o.and_then(|o| Some(o.compressive?.fraction)),
+            contact_nodes: Some(s.contact_nodes),
+            contact_nodes_compressive: o.and_then(|o| Some(o.compressive?.fraction)),
             mean_gap: Some(s.mean_gap),
             median_cluster_area: o.and_then(|o| o.median_cluster_area),
             median_cluster_area_compressive: o.and_then(|o| o.compressive?.median_cluster_area),
@@ -103,11 +103,6 @@ impl MethodState {
             contact_stress: o.map(|o| o.contact_stress.clone()),
             contact_map: None,
         }
-    }
-
-    /// Contact fraction for comparisons: perimeter-corrected if available.
-    pub fn area(&self) -> f64 {
-        self.contact_fraction_corrected.unwrap_or(self.numbers.contact_fraction)
     }
 }
 

@@ -91,7 +91,7 @@ impl Quantity {
     /// Definition of the error of a quantity of [`Quantity::COMPARED`].
     pub fn error_definition(self) -> &'static str {
         match self {
-            Quantity::ContactArea => "relative deviation, perimeter-corrected where contact is a map of nodes",
+            Quantity::ContactArea => "relative deviation",
             Quantity::MeanGap => "deviation over the mean gap, or over a hundredth of the rms height if that is larger",
             Quantity::Stiffness => "relative deviation",
             Quantity::GapMap => {

@@ -10,16 +10,19 @@ pub struct StateNumbers {
     pub p_star: f64,
     /// Mean pressure over E*.
     pub pressure: f64,
-    /// Contact fraction by the method's own criterion.
-    pub contact_fraction: f64,
+    /// Contact area over the area of the cell, by the method's own criterion: the best value.
+    pub contact_area: f64,
+    /// Its error, of the same unit; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_area_error: Option<f64>,
     /// Displacement of the far field from first contact, L: of a periodic body the mean gap at first contact minus the
     /// mean gap, else the rigid approach. Absent for estimates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<f64>,
-    /// Contact stiffness dp/dū, E*/L: computed by the method, or from the neighbouring loads of the same branch.
+    /// Contact stiffness dp/dū, E*/L, without change of the contact; of estimates as the method defines it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
-    /// Error of the stiffness from the spacing of the loads; absent where it is not known.
+    /// Error of the stiffness, of the same unit; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness_error: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -15,22 +15,16 @@ pub enum UncertaintySource {
     Solver,
     /// Round-off of the fields, converted in the same way.
     Precision,
-    /// Contact criterion at the perimeter of clusters: a third of the perimeter correction.
-    Criterion,
-    /// Distance of the loads from which the contact stiffness is computed.
-    LoadStep,
     /// Finite depth of the atoms' block: the change from a half-space on the same heights.
     Depth,
 }
 
 impl UncertaintySource {
-    pub const ALL: [UncertaintySource; 7] = [
+    pub const ALL: [UncertaintySource; 5] = [
         UncertaintySource::Grid,
         UncertaintySource::Range,
         UncertaintySource::Solver,
         UncertaintySource::Precision,
-        UncertaintySource::Criterion,
-        UncertaintySource::LoadStep,
         UncertaintySource::Depth,
     ];
 
@@ -40,8 +34,6 @@ impl UncertaintySource {
             UncertaintySource::Range => "range of the adhesion",
             UncertaintySource::Solver => "solver",
             UncertaintySource::Precision => "precision",
-            UncertaintySource::Criterion => "contact criterion",
-            UncertaintySource::LoadStep => "load step",
             UncertaintySource::Depth => "finite depth",
         }
     }
@@ -66,7 +58,9 @@ pub struct ValueWithError {
     pub error: f64,
 }
 
-/// Relative uncertainty of a quantity: the sum of the known components; `None` if none is known.
+/// Relative error of a quantity: the sum of its components, of which none may be unknown. `None` without the component of the grid, too.
 pub fn total(components: &[UncertaintyComponent], quantity: Quantity) -> Option<f64> {
-    components.iter().filter(|c| c.quantity == quantity).filter_map(|c| c.relative).reduce(|a, b| a + b)
+    let of = || components.iter().filter(|c| c.quantity == quantity);
+    of().find(|c| c.source == UncertaintySource::Grid)?;
+    of().map(|c| c.relative).sum()
 }

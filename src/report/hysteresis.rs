@@ -1,10 +1,11 @@
 use super::number::trimmed;
 use crate::record::results::{ContinuumResults, Hysteresis};
 
-/// One sentence on the hysteresis of a load cycle; `None` without an unloading branch. `work` formats energies per
-/// area, units of E* L.
+/// One sentence on the hysteresis of a load path; `None` for a body without history and without an unloading branch. `work` formats
+/// energies per area, units of E* L.
 pub fn hysteresis_sentence(c: &ContinuumResults, work: impl Fn(f64) -> String) -> Option<String> {
-    let dissipated = work(c.hysteresis_work?);
+    c.states.iter().find_map(|s| s.hysteresis)?;
+    let dissipated = c.dissipation.map_or(String::new(), |w| format!(" The path dissipates {}.", work(w)));
     let changes: Vec<String> = c
         .states
         .iter()
@@ -13,9 +14,6 @@ pub fn hysteresis_sentence(c: &ContinuumResults, work: impl Fn(f64) -> String) -
         .collect();
     Some(match changes.as_slice() {
         [] => "Unloading retraces loading: the contact at each load is the same to 0.1 %.".into(),
-        list => format!(
-            "Hysteresis: on unloading the contact differs by {}. The cycle dissipates {dissipated}.",
-            list.join(", ")
-        ),
+        list => format!("Hysteresis: on unloading the contact differs by {}.{dissipated}", list.join(", ")),
     })
 }

@@ -1,14 +1,16 @@
-//! Loads that are given as contact fractions: the pressures that produce them.
+//! Loads that are given as contact areas: the pressures that produce them.
 
 use super::Case;
 use super::load::estimated_p_star;
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Observer, Started, Stop};
-use crate::observe::contact_map;
 use crate::{Error, Result};
 
-/// Relative deviation of the contact fraction that is accepted, or one node if that is more: contact changes by whole nodes.
+/// Relative deviation of the contact area that is accepted, or one node if that is more: contact changes by whole nodes.
 const CONTACT_TOLERANCE: f64 = 1e-3;
+
+/// Relative distance of two pressures between which the contact jumps past a target.
+const JUMP: f64 = 1e-7;
 
 /// Solves per fraction. Regula falsi with the Illinois rule takes 4 to 10.
 const MOST_SOLVES: usize = 60;
@@ -65,7 +67,7 @@ impl Case {
             if state.stop != Stop::Converged {
                 return Err(state.not_converged(method.card().id, state.stop, problem.tolerance, None));
             }
-            Ok(contact_map(state.gap, 0.0).into_iter().map(f64::from).sum::<f64>() * node)
+            Ok(problem.contact_area(&state, 0.0).contact_area)
         };
         targets
             .iter()
@@ -101,9 +103,7 @@ fn root(target: f64, guess: f64, tolerance: f64, contact: &mut impl FnMut(f64) -
         side = here;
         *(if off < 0.0 { &mut low } else { &mut high }) = Some([x, off]);
         x = match (low, high) {
-            (Some([a, fa]), Some([b, fb])) if (b - a).abs() > f64::EPSILON * a.abs().max(1.0) => {
-                (a * fb - b * fa) / (fb - fa)
-            }
+            (Some([a, fa]), Some([b, fb])) if (b - a).abs() > JUMP => (a * fb - b * fa) / (fb - fa),
             (Some(_), Some(_)) => return Ok(None),
             // Contact is about proportional to the pressure.
             (Some([a, fa]), None) => a + (target / (target + fa).max(target / 10.0)).ln().max(0.1),

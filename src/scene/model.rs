@@ -353,10 +353,6 @@ pub struct ContinuumScene {
     /// Stress below the surface at each load.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub subsurface: Option<SubsurfaceScene>,
-    /// Solve a small load step at each end of a load path without adhesion, for the contact stiffness there. Otherwise
-    /// that is the slope of the line to the neighbouring load.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub stiffness_steps: bool,
 }
 
 impl Default for ContinuumScene {
@@ -380,7 +376,6 @@ impl Default for ContinuumScene {
             hardness_map: None,
             hardness_map_unit_mpa: None,
             leakage: false,
-            stiffness_steps: false,
             subsurface: None,
         }
     }

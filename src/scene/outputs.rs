@@ -41,13 +41,13 @@ pub struct RequestedOutputs {
     pub grid_error: bool,
     /// The surface's power spectrum and moments.
     pub spectrum: bool,
-    /// Small load steps at the ends of the branches, for the contact stiffness; a scene may request them.
+    /// Contact stiffness of each state.
     pub stiffness: bool,
 }
 
 impl RequestedOutputs {
     pub const EVERYTHING: RequestedOutputs =
-        RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true, stiffness: false };
+        RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true, stiffness: true };
 
     /// Outputs that a quantity needs. The grid error is that of the table by which the setting was chosen.
     pub fn of(quantity: Quantity) -> RequestedOutputs {

@@ -73,7 +73,7 @@ fn atoms_compute_only_what_is_requested() {
     // LAMMPS runs the same steps with bit-identical results; its frames contain three layers of the block instead of
     // twelve.
     assert_eq!(full.evaluations, lean.evaluations);
-    assert_eq!((all.contact_fraction, all.mean_gap_angstrom), (few.contact_fraction, few.mean_gap_angstrom));
+    assert_eq!((all.contact_area, all.mean_gap_angstrom), (few.contact_area, few.mean_gap_angstrom));
     assert!(2 * lean.frame_bytes < full.frame_bytes, "{} {}", lean.frame_bytes, full.frame_bytes);
     assert!(lean.results.warnings.iter().any(|w| w.contains("atoms.plasticity")), "{:?}", lean.results.warnings);
     // No stress field, no Voronoi cells, no visualisation frame, no slip analysis.

@@ -43,7 +43,7 @@ fn contact_at_constant_temperature_is_a_probability_with_an_error() {
     assert_eq!((probability.len(), error.len()), (200, 200));
     assert!(probability.iter().all(|p| (0.0..=1.0).contains(p)) && error.iter().all(|e| (0.0..0.3).contains(e)));
     let mean = probability.iter().sum::<f64>() / 200.0;
-    assert!((mean - state.contact_fraction.value).abs() < 1e-6);
+    assert!((mean - state.contact_area.value).abs() < 1e-6);
     // Atoms in contact at 0 K are often in contact; atoms 1 Å away never are.
     let touching: Vec<bool> =
         npy::read_flags(&folder.path().join(still.contact_map.replace("contact.npy", "site-contact.npy")))
@@ -60,7 +60,7 @@ fn contact_at_constant_temperature_is_a_probability_with_an_error() {
     let (near, many) = of(&|i| touching[i]);
     let (far, others) = of(&|i| gap[i] > 1.0);
     assert!(many > 20 && others > 20 && near > 0.75 && far < 0.01, "{near} of {many}, {far} of {others}");
-    assert!(state.contact_fraction.error > 0.0 && state.contact_fraction.error < 0.05, "{:?}", state.contact_fraction);
+    assert!(state.contact_area.error > 0.0 && state.contact_area.error < 0.05, "{:?}", state.contact_area);
     // Vibrations increase the separation slightly.
     let further = state.mean_gap_angstrom.value - still.mean_gap_angstrom;
     assert!(further.abs() < 0.3 && state.mean_gap_angstrom.error < 0.05, "{further} {:?}", state.mean_gap_angstrom);

@@ -38,8 +38,8 @@ fn unloads_along_the_loading_curve(found: &AtomsResults, back: &Unloading) {
     assert_eq!(found.states.len(), LOADS.len());
     assert_eq!(back.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), [LOADS[0]]);
     for change in &back.changes {
-        let more = change.contact_fraction_unloading - change.contact_fraction_loading;
-        assert!(change.contact_fraction_loading > 0.05 && more.abs() < 1.5 * ONE_ATOM, "{change:?}");
+        let more = change.contact_area_unloading - change.contact_area_loading;
+        assert!(change.contact_area_loading > 0.05 && more.abs() < 1.5 * ONE_ATOM, "{change:?}");
         assert!(change.mean_gap_angstrom.abs() < 0.01, "{change:?}");
     }
     assert_eq!(back.changes.len(), 1);

@@ -26,13 +26,15 @@ const SOLVED: f64 = 1e-6;
 const SINGLE: f64 = 1e-2;
 
 /// Keys of `solve --json` that scripts rely on.
-const SOLVE_KEYS: [&str; 16] = [
+const SOLVE_KEYS: [&str; 18] = [
     "method",
     "nx",
     "ny",
     "pressure",
-    "contact_fraction",
-    "contact_fraction_corrected",
+    "contact_area",
+    "contact_area_error",
+    "contact_nodes",
+    "stiffness",
     "mean_gap",
     "load_error",
     "residual",
@@ -158,7 +160,7 @@ fn output_of_solve_for_scripts() {
             assert!(!solved[key].is_null(), "{method}: {key} is missing in {solved}");
         }
         assert_eq!((solved["method"].as_str(), solved["stop"].as_str()), (Some(method), Some("converged")));
-        assert!((0.005..0.5).contains(&number(&solved, "contact_fraction")), "{solved}");
+        assert!((0.005..0.5).contains(&number(&solved, "contact_area")), "{solved}");
         assert!(number(&solved, "residual") <= 1e-8 && number(&solved, "load_error").abs() < 1e-9, "{solved}");
         // The files agree with the output.
         let (gap, contact) =
@@ -166,7 +168,7 @@ fn output_of_solve_for_scripts() {
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
         assert_relative_eq!(mean(&gap.values), number(&solved, "mean_gap"), max_relative = ROUNDING);
         let touching = contact.values.iter().map(|c| f64::from(*c)).sum::<f64>() / contact.values.len() as f64;
-        assert_relative_eq!(touching, number(&solved, "contact_fraction"), max_relative = ROUNDING);
+        assert_relative_eq!(touching, number(&solved, "contact_nodes"), max_relative = ROUNDING);
         let stress = npy::read(&out.join("stress.npy")).expect("read");
         assert_relative_eq!(mean(&stress.values), 0.25, max_relative = 1e-9);
         let kept: Value = serde_json::from_slice(&std::fs::read(out.join("solve.json")).expect("read")).expect("JSON");
@@ -195,7 +197,7 @@ fn the_methods_agree() {
             "--json",
         ])
     });
-    assert_eq!(solved[0]["contact_fraction"], solved[1]["contact_fraction"]);
+    assert_eq!(solved[0]["contact_area"], solved[1]["contact_area"]);
     for key in ["mean_gap", "energy"] {
         assert_relative_eq!(number(&solved[0], key), number(&solved[1], key), max_relative = SOLVED);
     }
@@ -218,12 +220,12 @@ fn units_change_nothing() {
             answer(&[&["solve", "--heights", word(file), "--gamma", &gamma, "--rho", &rho], &flags[..]].concat())
         };
         let (a, b) = (solve(&reduced, 1.0, 1.0), solve(&scaled, LENGTHS, STRESSES));
-        assert_eq!(a["contact_fraction"], b["contact_fraction"]);
+        assert_eq!(a["contact_area"], b["contact_area"]);
         assert_relative_eq!(number(&a, "mean_gap"), number(&b, "mean_gap") / LENGTHS, max_relative = ROUNDING);
         let energy = number(&b, "energy") / (LENGTHS * STRESSES);
         assert_relative_eq!(number(&a, "energy"), energy, max_relative = ROUNDING);
         assert_relative_eq!(number(&a, "perimeter"), number(&b, "perimeter") * LENGTHS, max_relative = ROUNDING);
-        assert_eq!(number(&a, "adhesion_energy") < 0.0, adhesive, "{a}");
+        assert_eq!(number(&a, "interaction_energy") < 0.0, adhesive, "{a}");
     }
 }
 
@@ -234,7 +236,7 @@ fn adhesion_pulls() {
     let plain = ["solve", "--heights", word(&file), "--pressure", "0.01", "--json"];
     let free = answer(&plain);
     let adhesive = answer(&[&plain[..], &["--gamma", "1e-4", "--rho", "0.01"]].concat());
-    assert!(number(&adhesive, "contact_fraction") > number(&free, "contact_fraction"), "{adhesive} {free}");
+    assert!(number(&adhesive, "contact_area") > number(&free, "contact_area"), "{adhesive} {free}");
     assert!(number(&adhesive, "mean_gap") < number(&free, "mean_gap"), "{adhesive} {free}");
     // All inputs that mean no adhesion give the same result.
     let zero = answer(&[&plain[..], &["--gamma", "0", "--rho", "0.01"]].concat());
@@ -255,7 +257,7 @@ fn lines_and_rectangles_are_solved() {
     assert_eq!((number(&two, "nx"), number(&two, "ny")), (128.0, 8.0));
     // A profile that is constant along y is the same problem on a strip of any width.
     for other in [&two, &solve(&strip, &["--length-y", "3"])] {
-        assert_eq!(one["contact_fraction"], other["contact_fraction"]);
+        assert_eq!(one["contact_area"], other["contact_area"]);
         assert_relative_eq!(number(&one, "mean_gap"), number(other, "mean_gap"), max_relative = SOLVED);
     }
     // A wave along y is stiffer in the shorter cell.
@@ -273,10 +275,10 @@ fn high_points_touch_first_when_flipped() {
         answer(&[&["solve", "--heights", word(file), "--pressure", "0.01", "--json"], more].concat())
     };
     let (straight, flipped) = (solve(&low, &[]), solve(&high, &["--flip"]));
-    assert_eq!(straight["contact_fraction"], flipped["contact_fraction"]);
+    assert_eq!(straight["contact_area"], flipped["contact_area"]);
     assert_relative_eq!(number(&straight, "mean_gap"), number(&flipped, "mean_gap"), max_relative = ROUNDING);
     let other_side = solve(&low, &["--flip"]);
-    assert_ne!(straight["contact_fraction"], other_side["contact_fraction"], "the flip does nothing");
+    assert_ne!(straight["contact_area"], other_side["contact_area"], "the flip does nothing");
     // A sign declared in a file is used, and `--flip` is refused.
     let declared = scratch.surface("declared.npy");
     let said = error_message(&["solve", "--heights", word(&declared), "--pressure", "0.01", "--flip"], 2);
@@ -293,11 +295,7 @@ fn single_precision_is_single() {
     let plain = ["solve", "--heights", word(&file), "--length", "100", "--pressure", "0.02", "--json"];
     let (double, single) = (answer(&plain), answer(&[&plain[..], &["--precision", "f32"]].concat()));
     assert_eq!(single["precision"], "f32");
-    assert_relative_eq!(
-        number(&double, "contact_fraction"),
-        number(&single, "contact_fraction"),
-        max_relative = SINGLE
-    );
+    assert_relative_eq!(number(&double, "contact_area"), number(&single, "contact_area"), max_relative = SINGLE);
     assert_relative_eq!(number(&double, "mean_gap"), number(&single, "mean_gap"), max_relative = SINGLE);
     assert_ne!(double["mean_gap"], single["mean_gap"], "f32 is f64 in disguise");
 }

@@ -45,7 +45,7 @@ fn units_of_any_size() {
         assert!(output.status.success(), "{}", stderr(&output));
         let answer = json_line(&output);
         let units = [1.0, length, length * stress, length * stress, 1.0 / length];
-        let keys = ["contact_fraction", "mean_gap", "energy", "adhesion_energy", "perimeter"];
+        let keys = ["contact_area", "mean_gap", "energy", "interaction_energy", "perimeter"];
         let number = |key: &str| answer[key].as_f64().expect("a number");
         keys.iter().zip(units).map(|(key, unit)| number(key) / unit).collect::<Vec<f64>>()
     };
@@ -177,7 +177,7 @@ fn ranges_that_no_grid_resolves_are_warned_of() {
         assert!(stderr(&output).contains("does not resolve the adhesion"), "{}", stderr(&output));
         let answer = json_line(&output);
         assert!(answer["cohesive_resolution"].as_f64().is_some_and(|c| c < 1.4), "{answer}");
-        assert!(["energy", "mean_gap", "adhesion_energy"].iter().all(|k| answer[*k].is_f64()), "{answer}");
+        assert!(["energy", "mean_gap", "interaction_energy"].iter().all(|k| answer[*k].is_f64()), "{answer}");
     }
     let output = solve(&file, &["--pressure", "0.02", "--gamma", "1e-3", "--rho", "0.01"]);
     assert!(output.status.success() && !stderr(&output).contains("warning"), "{}", stderr(&output));

@@ -193,7 +193,7 @@ fn solving_on_coefficients_is_solving_on_their_heights() {
     let waves = solved("series.dat", &["--fourier", "series", "--grid", "8"]);
     let map = solved("square.npy", &[]);
     assert_eq!(waves["nx"], 8);
-    for key in ["contact_fraction", "mean_gap"] {
+    for key in ["contact_area", "mean_gap"] {
         let [a, b] = [&waves, &map].map(|v| v[key].as_f64().expect("a number"));
         assert!((a - b).abs() < 1e-6 * b.abs().max(1e-3), "{key}: {a} and {b}");
     }

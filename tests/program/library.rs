@@ -72,15 +72,66 @@ fn states_have_the_bits_of_the_command_line() {
     let lines = solve(&["--pressure", "0.5"], out.path());
     let state = problem().solve(0.5).expect("solved");
     let number = |key: &str| lines[0][key].as_f64();
-    assert_eq!(Some(state.area.fraction), number("contact_fraction"));
-    assert_eq!(Some(state.area.corrected), number("contact_fraction_corrected"));
-    assert_eq!(Some(state.area.perimeter), number("perimeter"));
+    assert_eq!(Some(state.contact_area), number("contact_area"));
+    assert_eq!(state.contact_area_error, number("contact_area_error"));
+    assert_eq!(Some(state.contact_nodes), number("contact_nodes"));
+    assert_eq!(Some(state.perimeter), number("perimeter"));
     assert_eq!(Some(state.mean_gap), number("mean_gap"));
+    assert_eq!(state.mean_gap_error, number("mean_gap_error"));
+    assert_eq!((state.stiffness, state.stiffness_error), (number("stiffness"), number("stiffness_error")));
+    assert!(
+        state.contact_area_error.is_some()
+            && state.stiffness_error.is_some()
+            && state.contact_area < state.contact_nodes
+    );
     assert_eq!(Some(state.energy), number("energy"));
     assert_eq!(Some(state.mean_pressure), number("pressure"));
     assert_eq!(state.grid_error.and_then(|e| e.area), lines[0]["discretisation"]["area"].as_f64());
     assert!(state.gap == stored(&out.path().join("gap.npy")));
     assert!(state.pressure == stored(&out.path().join("stress.npy")));
+}
+
+/// One state by `solve`, its `curve.csv`, `run`, its `curve.csv` and `results.json`, and the library: the same number under the same name.
+#[test]
+fn a_state_has_the_same_numbers_on_every_face() {
+    /// Conversion of units, and the solver's tolerance, where the unit of the heights differs.
+    const CONVERTED: f64 = 1e-6;
+    let folder = tempfile::tempdir().expect("scratch");
+    let line = solve(&["--pressure", "0.5"], &folder.path().join("solve")).remove(0);
+    let state = problem().solve(0.5).expect("solved");
+    let map = std::fs::canonicalize(MAP).expect("a path");
+    let scene = format!(
+        "name = \"faces\"\n[laboratory]\nlength_um = 20\ncontact_modulus_mpa = 25\n[surface]\nheights = {map:?}\n\
+         touching = \"high-points\"\n[load]\npressure_mpa = [0.5]\n"
+    );
+    std::fs::write(folder.path().join("faces.toml"), scene).expect("written");
+    let out = folder.path().join("run");
+    let run =
+        asperity().arg("run").arg(folder.path().join("faces.toml")).arg("--out").arg(&out).output().expect("started");
+    assert!(run.status.success(), "{}", stderr(&run));
+    let results: Value =
+        serde_json::from_slice(&std::fs::read(out.join("results.json")).expect("there")).expect("JSON");
+    let finished = asperity::FinishedRun::read(&out).expect("a run").states.remove(0);
+    let column = |folder: &Path, name: &str| -> f64 {
+        let text = std::fs::read_to_string(folder.join("curve.csv")).expect("a table");
+        let mut lines = text.lines().filter(|l| !l.starts_with('#'));
+        let at = lines.next().expect("a head").split(',').position(|h| h.trim() == name);
+        let at = at.unwrap_or_else(|| panic!("no {name} in {text}"));
+        lines.next().expect("a load").split(',').nth(at).expect("a value").trim().parse().expect("a number")
+    };
+    let of = |value: Option<f64>| value.expect("known");
+    for (name, library, read) in [
+        ("contact_area", state.contact_area, finished.contact_area),
+        ("contact_area_error", of(state.contact_area_error), of(finished.contact_area_error)),
+        ("contact_nodes", state.contact_nodes, finished.contact_nodes),
+    ] {
+        let stored = &results["continuum"]["states"][0][name];
+        let [solved, stored] = [&line[name], stored].map(|v| v.as_f64().expect("a number"));
+        assert_eq!((solved, read), (library, stored), "{name}");
+        for found in [stored, column(&folder.path().join("solve"), name), column(&out, name)] {
+            assert!((found / library - 1.0).abs() < CONVERTED, "{name}: {found} {library}");
+        }
+    }
 }
 
 #[test]
@@ -92,7 +143,7 @@ fn adhesive_load_paths_have_the_bits_of_the_command_line() {
     let problem = Problem { adhesion: Some(adhesion), ..problem() };
     let path = problem.load_path_with_pull_off(&Loads::Pressure(vec![0.5, 1.0, 0.5])).expect("solved");
     for (state, line) in path.states.iter().zip(&lines) {
-        assert_eq!(Some(state.area.corrected), line["contact_fraction_corrected"].as_f64());
+        assert_eq!(Some(state.contact_area), line["contact_area"].as_f64());
         assert_eq!(Some(state.mean_gap), line["mean_gap"].as_f64());
     }
     let pull_off = path.pull_off.expect("it was requested");
@@ -101,7 +152,7 @@ fn adhesive_load_paths_have_the_bits_of_the_command_line() {
 
 /// Loads of other kinds and a map that does not repeat.
 #[test]
-fn contact_fractions_have_the_bits_of_the_command_line() {
+fn contact_areas_have_the_bits_of_the_command_line() {
     let out = tempfile::tempdir().expect("scratch");
     let lines = solve(&["--contact", "0.05", "--non-periodic"], out.path());
     let problem = Problem { body: Body::NonPeriodic, ..problem() };
@@ -117,8 +168,7 @@ fn methods_that_estimate_have_the_bits_of_the_command_line() {
         let lines = solve(&["--pressure", "0.5", "--method", id], &out.path().join(id));
         let found = Problem { method: id.into(), ..problem() }.estimate(0.5).expect("estimated");
         let line = &lines[0];
-        let fraction = line["contact_fraction_corrected"].as_f64().or(line["contact_fraction"].as_f64());
-        assert_eq!(Some(found.contact_fraction), fraction, "{id}");
+        assert_eq!(Some(found.contact_area), line["contact_area"].as_f64(), "{id}");
         assert_eq!(found.mean_gap, line["mean_gap"].as_f64(), "{id}");
     }
 }

@@ -72,7 +72,7 @@ fn delivers(kind: Kind, s: &MethodState, quantity: Quantity) -> bool {
         }
         Quantity::GapPdf => s.gap.is_some(),
         Quantity::StressPdf => s.stress.is_some(),
-        Quantity::ContactArea => s.numbers.contact_fraction > 0.0,
+        Quantity::ContactArea => s.numbers.contact_area > 0.0,
         Quantity::MeanGap => s.mean_gap.is_some_and(|g| g > 0.0),
         Quantity::Stiffness => s.numbers.stiffness.is_some_and(|k| k > 0.0),
     }
@@ -170,7 +170,7 @@ fn solve_takes_methods_that_estimate() {
         assert!(output.status.success(), "{id}: {}", stderr(&output));
         let line = json_line(&output);
         assert_eq!(line["method"], id);
-        assert!(line["contact_fraction"].as_f64().is_some_and(|a| a > 0.0 && a < 1.0), "{id}: {line}");
+        assert!(line["contact_area"].as_f64().is_some_and(|a| a > 0.0 && a < 1.0), "{id}: {line}");
         let pull = ["--pull-off", "--gamma", "1e-5", "--rho", "1e-3"];
         let output = asperity().args(command).arg(id).args(pull).output().expect("started");
         assert_eq!(output.status.code(), Some(2), "{id}");
@@ -233,8 +233,8 @@ fn used_ranges_and_compressive_contact_are_reported() {
     assert_eq!(results["continuum"]["range"]["used"], results["continuum"]["range"]["requested"]);
     assert_eq!(of("fft-ia").criterion, "zero gap; area under compressive stress reported as well");
     let state = &of("fft-ia").states[0];
-    let presses = state.contact_fraction_compressive.expect("with adhesion");
-    assert!(presses > 0.0 && presses < state.numbers.contact_fraction, "{presses} {}", state.numbers.contact_fraction);
+    let presses = state.contact_nodes_compressive.expect("with adhesion");
+    assert!(presses > 0.0 && presses < state.numbers.contact_area, "{presses} {}", state.numbers.contact_area);
     let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
     assert!(page.contains("bicgstab uses a range of adhesion of"));
     let grid = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.02", "--gamma", "2e-5"];
@@ -244,7 +244,7 @@ fn used_ranges_and_compressive_contact_are_reported() {
     let line = json_line(&output);
     let [requested, used] = ["requested", "used"].map(|k| line["range"][k].as_f64().expect("a length"));
     assert!((used / range.used - 1.0).abs() < 1e-9 && (requested / range.requested - 1.0).abs() < 1e-9, "{line}");
-    assert!(line["contact_fraction_compressive"].as_f64().is_some_and(|c| c > 0.0), "{line}");
+    assert!(line["contact_nodes_compressive"].as_f64().is_some_and(|c| c > 0.0), "{line}");
 }
 
 /// A listener that ignores progress and stops the run once a file exists.

@@ -74,7 +74,7 @@ fn read_by_all(file: &Path, flags: &[&str], keys: &str) -> [Value; 3] {
     std::fs::write(&scene, toml).expect("written");
     let run = answer(&["run", text(&scene), "--json", "--overwrite", "--out", text(&folder.join("run"))]);
     let states = &run["results"]["continuum"]["states"][0];
-    assert_eq!(solved["contact_fraction"], states["contact_fraction"]);
+    assert_eq!(solved["contact_area"], states["contact_area"]);
     let mut of_run = run["results"]["surface"]["provenance"].clone();
     of_run["rms_gradient"] = solved["resolved_gradient"].clone();
     [surface, solved["provenance"].clone(), of_run]
@@ -189,7 +189,7 @@ fn a_prepared_map_needs_no_flags() {
         let solved = answer(&["solve", text(&out), "--modulus", "2GPa", "--pressure", "1MPa", "--json"]);
         assert_eq!(solved["provenance"]["preparation"], surface["preparation"]);
         assert_eq!(solved["provenance"]["touching"], "high-points");
-        let [a, b] = [&direct, &solved].map(|s| number(s, "contact_fraction"));
+        let [a, b] = [&direct, &solved].map(|s| number(s, "contact_area"));
         assert!((a / b - 1.0).abs() < CONTACT, "{a} {b}");
     }
 }
@@ -217,7 +217,7 @@ fn a_written_map_replaces_and_declares_nothing_unknown() {
 
 /// The same load in different units and quantities is the same state.
 #[test]
-fn loads_are_pressures_forces_gaps_or_contact_fractions() {
+fn loads_are_pressures_forces_gaps_or_contact_areas() {
     let scratch = tempfile::tempdir().expect("scratch");
     let file = scratch.path().join("export.txt");
     export(&file, waves);
@@ -230,7 +230,7 @@ fn loads_are_pressures_forces_gaps_or_contact_fractions() {
     };
     let reference = &solve(&["--modulus", "2GPa", "--pressure", "10MPa"])[0];
     let same = |other: &Value| {
-        assert_eq!(reference["contact_fraction"], other["contact_fraction"]);
+        assert_eq!(reference["contact_area"], other["contact_area"]);
         let [a, b] = [reference, other].map(|s| number(s, "mean_gap"));
         assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
     };
@@ -242,18 +242,18 @@ fn loads_are_pressures_forces_gaps_or_contact_fractions() {
     let [gap, displacement] = ["mean_gap", "displacement"].map(|key| number(reference, key).to_string());
     same(&solve(&["--modulus", "2GPa", "--mean-gap", &gap])[0]);
     same(&solve(&["--modulus", "2GPa", "--displacement", &displacement])[0]);
-    let contact = number(reference, "contact_fraction");
-    let found = number(&solve(&["--modulus", "2GPa", "--contact", &contact.to_string()])[0], "contact_fraction");
+    let contact = number(reference, "contact_area");
+    let found = number(&solve(&["--modulus", "2GPa", "--contact", &contact.to_string()])[0], "contact_area");
     assert!((found - contact).abs() <= (CONTACT * contact).max(1.0 / (NX * NY) as f64) + ROUNDING, "{found} {contact}");
     let percent = format!("{}%", 100.0 * contact);
-    assert_eq!(number(&solve(&["--modulus", "2GPa", "--contact", &percent])[0], "contact_fraction"), found);
+    assert_eq!(number(&solve(&["--modulus", "2GPa", "--contact", &percent])[0], "contact_area"), found);
     // The file has heights in m: 50 mJ/m² are 5e-11 GPa m.
     let adhesive = |[work, range, thickness]: [&str; 3]| {
         let flags = ["--modulus", "2GPa", "--pressure", "10MPa", "--work-of-adhesion", work, "--adhesion-range", range];
         solve(&[&flags[..], &["--thickness", thickness]].concat())
     };
     let [named, plain] = [["50mJ/m2", "200nm", "5um"], ["5e-11", "2e-7", "5e-6"]].map(adhesive);
-    for key in ["energy", "mean_gap", "contact_fraction"] {
+    for key in ["energy", "mean_gap", "contact_area"] {
         let [named, plain] = [&named, &plain].map(|states| number(&states[0], key));
         assert!((named / plain - 1.0).abs() < ROUNDING, "{key}: {named} {plain}");
     }
@@ -291,8 +291,7 @@ fn the_folder_of_a_solve_has_a_table_and_clean_pressures() {
     assert!(solve("1MPa,10MPa", &[]).status.success());
     let curve = std::fs::read_to_string(out.join("curve.csv")).expect("a curve");
     let head: Vec<&str> = curve.lines().next().expect("a header").split(',').collect();
-    for column in ["load", "pressure_GPa", "p_star", "contact_fraction", "mean_gap_m", "displacement_m", "energy_GPa_m"]
-    {
+    for column in ["load", "pressure_GPa", "p_star", "contact_area", "mean_gap_m", "displacement_m", "energy_GPa_m"] {
         assert!(head.contains(&column), "{head:?}");
     }
     assert_eq!(curve.lines().count(), 3);
@@ -345,7 +344,7 @@ fn a_run_does_not_replace_another_scene() {
     let (run, solve) = (columns(&path("run")), columns(&solved));
     let both = |of: &[String], other: &[String]| of.iter().filter(|c| other.contains(c)).cloned().collect::<Vec<_>>();
     assert_eq!(both(&run, &solve), both(&solve, &run));
-    for column in ["load", "pressure", "contact_fraction", "mean_gap", "displacement", "energy", "residual"] {
+    for column in ["load", "pressure", "contact_area", "mean_gap", "displacement", "energy", "residual"] {
         assert!(
             run.contains(&column.to_string()) && solve.contains(&column.to_string()),
             "{column}: {run:?} {solve:?}"

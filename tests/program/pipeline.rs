@@ -185,7 +185,7 @@ fn a_hardness_of_the_crystal_repeats_no_atoms_and_lowers_the_mean_gap() {
         let (results, _) = bench.results(&scene, "run");
         let load = &results["comparison"]["loads"][0];
         let wall = load["continuum"].as_array().expect("criteria").iter().find(|m| m["id"] == "yielding_wall");
-        let contact = wall.expect("the wall with hardness")["contact_fraction"].as_f64().expect("a number");
+        let contact = wall.expect("the wall with hardness")["contact_area"].as_f64().expect("a number");
         let gap = |key: &str| load[key].as_f64().expect("a number");
         let gaps = ["compliant_wall_mean_gap_angstrom", "yielding_wall_mean_gap_angstrom"].map(gap);
         let stages = results["stages"].as_array().expect("stages").clone();
@@ -311,7 +311,7 @@ fn adhesive_atoms_run_to_the_end() {
     let (free, _) = bench.results(&bench.scene("[0.01]", COARSE, ""), "free");
     let adhesion = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 2.071\n";
     let (sticky, _) = bench.results(&bench.scene("[0.01]", COARSE, adhesion), "sticky");
-    let fraction = |r: &Value| r["atoms"]["states"][0]["contact_fraction"].as_f64().expect("a fraction");
+    let fraction = |r: &Value| r["atoms"]["states"][0]["contact_area"].as_f64().expect("a fraction");
     assert!(fraction(&sticky) > fraction(&free), "{} {}", fraction(&sticky), fraction(&free));
     for kind in ["hard_wall", "compliant_wall"] {
         let law = sticky["comparison"][kind]["adhesion"].as_str().expect("a law").to_string();

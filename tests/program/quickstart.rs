@@ -54,17 +54,17 @@ fn the_quickstart_gives_the_documented_results() {
         assert!(
             solved.states.iter().all(|s| s.numbers.stop == "converged" && s.numbers.load_error.abs() < LOAD_BALANCE)
         );
-        assert!(solved.states.windows(2).all(|w| w[1].numbers.contact_fraction > w[0].numbers.contact_fraction));
+        assert!(solved.states.windows(2).all(|w| w[1].numbers.contact_area > w[0].numbers.contact_area));
         assert!(solved.states.windows(2).all(|w| w[1].mean_gap < w[0].mean_gap));
     }
 
     assert_eq!(comparison.loads.iter().map(|l| l.p_star).collect::<Vec<_>>(), LOADS);
     for load in &comparison.loads {
-        let (atoms, matched) = (load.atoms.contact_fraction, criterion(load, "compliant_wall"));
-        let ratio = matched.contact_fraction / atoms;
+        let (atoms, matched) = (load.atoms.contact_area, criterion(load, "compliant_wall"));
+        let ratio = matched.contact_area / atoms;
         println!(
             "p* = {}: atoms {atoms:.5}, matched {:.5}, κ {:.3}",
-            load.p_star, matched.contact_fraction, matched.overlap.kappa
+            load.p_star, matched.contact_area, matched.overlap.kappa
         );
         assert!((ratio - 1.0).abs() <= FRACTION, "p* = {}: {ratio:.3} of the atoms' contact", load.p_star);
         let apart = load.atoms_mean_gap_angstrom - load.compliant_wall_mean_gap_angstrom;

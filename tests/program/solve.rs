@@ -35,7 +35,7 @@ fn loads_one_after_another() {
     let path = [&STICKY[..], &["--pressure", "0.01,0.03", "--out", out.to_str().expect("UTF-8")]].concat();
     let states = lines(&path);
     assert_eq!(states.len(), 2);
-    assert!(number(&states[1], "contact_fraction") > number(&states[0], "contact_fraction"));
+    assert!(number(&states[1], "contact_area") > number(&states[0], "contact_area"));
     for (i, state) in states.iter().enumerate() {
         assert!(state["discretisation"]["area"].as_f64().is_some_and(|d| d > 0.0), "{state}");
         for name in ["gap.npy", "stress.npy", "contact.npy", "solve.json"] {
@@ -80,7 +80,7 @@ fn adhesion_ranges_are_reported() {
     assert!(number(&mesh, "cohesive_resolution") < 1.0);
     assert_eq!(with_range("true", "1e-3")["range"]["used"].as_f64(), Some(1e-3));
     let far = with_range("extrapolate", "4e-3");
-    let found = &far["extrapolated"]["contact_fraction"];
+    let found = &far["extrapolated"]["contact_area"];
     assert!(found["error"].as_f64().is_some_and(|e| e > 0.0), "{far}");
     assert!(with_range("extrapolate", "6e-3")["extrapolated"].is_null());
     // If the three grids give no estimate, the output states this.
@@ -141,7 +141,7 @@ fn a_map_is_its_waves() {
             asperity().args(dimensionless(&flags)).output().expect("started")
         };
         let answer = json_line(&of_map(&["--pressure", "0.02"]));
-        for key in ["mean_gap", "contact_fraction", "resolved_gradient"] {
+        for key in ["mean_gap", "contact_area", "resolved_gradient"] {
             let (found, expected) = (number(&answer, key), number(waves, key));
             assert!((found / expected - 1.0).abs() < agree, "{precision} {key}: {found} {expected}");
         }
@@ -272,9 +272,9 @@ fn solve_and_run_give_the_same_numbers_and_warnings() {
     let lines: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
     assert_eq!(lines.len(), states.len());
     for (line, state) in lines.iter().zip(states) {
-        assert_eq!(line["contact_fraction"], state["contact_fraction"]);
+        assert_eq!(line["contact_nodes"], state["contact_nodes"]);
         assert_eq!(line["stop"], state["stop"]);
-        for key in ["pressure", "mean_gap", "energy", "contact_fraction_corrected"] {
+        for key in ["pressure", "mean_gap", "energy", "contact_area"] {
             let (found, expected) = (number(line, key), number(state, key));
             assert!((found / expected - 1.0).abs() < ROUNDING, "{key}: {found} {expected}");
         }
@@ -374,7 +374,7 @@ fn a_hardness_bounds_the_contact_stress() {
     let of = |k: usize, key: &str| number(&lines[k], key);
     assert!(of(1, "flowing_fraction") > 0.01 && of(2, "flowing_fraction") == 0.0);
     assert_eq!(of(2, "mean_plastic_displacement"), of(1, "mean_plastic_displacement"));
-    assert!(of(2, "contact_fraction") > of(0, "contact_fraction"));
+    assert!(of(2, "contact_area") > of(0, "contact_area"));
     let field = |name: &str| asperity::record::npy::read(&out.join(name)).expect("a field").values;
     let (stress, plastic) = (field("load-2-stress.npy"), field("load-2-plastic.npy"));
     let most = stress.iter().copied().fold(0.0, f64::max);

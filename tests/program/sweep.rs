@@ -40,14 +40,14 @@ fn means_are_those_of_the_runs() {
         .map(|seed| {
             let text = fs::read_to_string(out.join(format!("points/seed-{seed}/results.json"))).expect("a run");
             let results: Value = serde_json::from_str(&text).expect("JSON");
-            results["continuum"]["states"][1]["contact_fraction_corrected"].as_f64().expect("a number")
+            results["continuum"]["states"][1]["contact_area"].as_f64().expect("a number")
         })
         .collect();
     let mean = areas.iter().sum::<f64>() / 3.0;
     let error = (areas.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / 2.0 / 3.0).sqrt();
     assert!(error > 1e-4, "three seeds are three surfaces");
     let found = ensemble(&out);
-    let is = |s: &&Value| s["source"] == "continuum" && s["load"] == 1 && s["quantity"] == "contact_fraction";
+    let is = |s: &&Value| s["source"] == "continuum" && s["load"] == 1 && s["quantity"] == "contact_area";
     let statistic = found["statistics"].as_array().expect("a list").iter().find(is).expect("the area");
     let number = |key: &str| statistic[key].as_f64().expect("a number");
     assert!((number("mean") - mean).abs() < 1e-15 && (number("standard_error") - error).abs() < 1e-15);
@@ -98,7 +98,7 @@ fn combinations_share_a_figure_and_a_warning() {
     let (file, out) = (written(scratch.path(), "sweep.toml", text), scratch.path().join("out"));
     let (code, _, said) = swept("sweep", &file, &out, &[]);
     assert_eq!(code, Some(0), "{said}");
-    let drawing = fs::read_to_string(out.join("figures/ensemble-contact_fraction.svg")).expect("drawn");
+    let drawing = fs::read_to_string(out.join("figures/ensemble-contact_area.svg")).expect("drawn");
     for hurst in ["surface.hurst = 0.5", "surface.hurst = 0.8"] {
         assert_eq!(drawing.matches(&format!(">{hurst}<")).count(), 1, "{hurst}");
     }

@@ -27,7 +27,8 @@ maps = {
 curves = {
     "p_star": [s["p_star"] for s in states],
     "pressure": [s["pressure"] * modulus for s in states],
-    "contact_fraction": [s["contact_fraction"] for s in states],
+    "contact_area": [s["contact_area"] for s in states],
+    "contact_nodes": [s["contact_nodes"] for s in states],
     "mean_gap": [s["mean_gap"] * length for s in states],
     "stiffness": [np.nan if s.get("stiffness") is None else s["stiffness"] * modulus / length for s in states],
     "hydraulic_gap": [s["observed"]["hydraulic_gap"] * length for s in states],
@@ -66,7 +67,7 @@ with xarray.open_dataset(folder / "results.nc", engine="h5netcdf") as data:
     np.testing.assert_array_equal(data[along].values, [k + 1 for k in stored])
     at = data.gap.sel({along: 2}).sel(x=x[5], y=x[7], method="nearest")
     np.testing.assert_allclose(float(at), maps["gap"][stored.index(1), 7, 5], rtol=1e-15)
-    fractions = [states[k]["contact_fraction"] for k in stored]
+    fractions = [states[k]["contact_nodes"] for k in stored]
     np.testing.assert_allclose(data.contact.mean(("y", "x")), fractions, rtol=1e-12)
     # Densities times widths, and the delta of the contact, are all nodes: bins of equal width.
     for name in ("gap", "stress"):
@@ -80,7 +81,7 @@ with xarray.open_dataset(folder / "results.nc", engine="h5netcdf") as data:
         rows = state["observed"]["patch_area"]
         np.testing.assert_allclose(share[k, : len(rows)], [r[1] for r in rows], rtol=1e-15)
         assert np.isnan(share[k, len(rows) :]).all()
-    assert "criterion" in data.contact_fraction.attrs
+    assert "criterion" in data.contact_area.attrs
 
 with netCDF4.Dataset(folder / "results.nc") as data:
     assert data.variables["gap"].dimensions == (along, "y", "x")

@@ -48,7 +48,8 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
             index: usize::from(p_star > 0.01),
             p_star,
             pressure: 0.08 * p_star,
-            contact_fraction: share,
+            contact_area: 0.9 * share,
+            contact_area_error: Some(0.9 * share * 0.0312),
             patches: Some(17),
             load_error: 2e-4,
             stop: "converged".into(),
@@ -62,9 +63,11 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
             stress_map: stress,
         },
         criterion: "gap = 0".into(),
-        contact_fraction_corrected: 0.9 * share,
+        contact_nodes: share,
         mean_gap: gap.iter().sum::<f64>() / gap.len() as f64,
+        mean_gap_error: None,
         interaction_energy: 0.0,
+        elastic_energy: 1e-6,
         energy: -1e-6,
         residual: 7e-5,
         complementarity: 1e-9,
@@ -77,6 +80,7 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
             area_is_bound: false,
             mean_gap: Some(0.0017),
             mean_gap_is_bound: true,
+            stiffness: None,
             coarser: [N / 2, N / 2],
         }),
         extrapolated: Some(Extrapolated {
@@ -93,7 +97,7 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
             },
             UncertaintyComponent {
                 quantity: Quantity::ContactArea,
-                source: UncertaintySource::Criterion,
+                source: UncertaintySource::Solver,
                 relative: Some(0.0078),
                 is_bound: false,
             },
@@ -112,7 +116,6 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
         ],
         hysteresis: None,
         observed: Some(observed(gap)),
-        steps: Vec::new(),
         leakage: None,
     }
 }
@@ -175,13 +178,13 @@ pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, sto
         pull_off: Some(PullOff {
             pressure: -0.0021,
             mean_gap: 0.012,
-            pressure_error: 3e-4,
-            mean_gap_error: 1e-4,
+            pressure_error: Some(3e-4),
+            mean_gap_error: Some(1e-4),
             coarser: Some([N / 2, N / 2]),
             curve: vec![[0.010, 0.001], [0.012, -0.0021], [0.016, -0.0007]],
         }),
         pull_off_failure: None,
-        hysteresis_work: None,
+        dissipation: None,
         percolation: Some([0.2, 0.3]),
         onset: Default::default(),
     }
@@ -199,7 +202,7 @@ pub(crate) fn atoms(folder: &Path) -> AtomsResults {
             index: i - 1,
             branch: Branch::Loading,
             p_star,
-            contact_fraction: contacts as f64 / (N * N) as f64,
+            contact_area: contacts as f64 / (N * N) as f64,
             contacts,
             contacts_below_surface: 0,
             mean_gap_angstrom: 9.713,
@@ -280,11 +283,11 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
         npy::write(&folder.join(&name), N, N, flags.iter().map(|f| *f as u8)).unwrap();
         (id, name)
     });
-    let a_match = |id: &str, offset_angstrom, contact_fraction, kappa| CriterionMatch {
+    let a_match = |id: &str, offset_angstrom, contact_area, kappa| CriterionMatch {
         id: id.into(),
         criterion: format!("raised by {offset_angstrom} Å"),
         offset_angstrom,
-        contact_fraction,
+        contact_area,
         overlap: overlap(kappa),
         shifted: overlap(0.031),
         map: maps.iter().find(|m| m.0 == id).map(|m| m.1.clone()),
@@ -292,11 +295,11 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
     let loads = atoms.states.iter().zip(&hard.states).zip(&soft.states).map(|((a, h), s)| LoadComparison {
         p_star: a.p_star,
         registration: [0, 0],
-        atoms: CriterionArea { criterion: "distance < 3.62 Å".into(), contact_fraction: a.contact_fraction },
+        atoms: CriterionArea { criterion: "distance < 3.62 Å".into(), contact_area: a.contact_area },
         continuum: vec![
-            a_match("hard_wall", 0.0, h.numbers.contact_fraction, 0.71),
-            a_match("offset_wall", 0.3, 1.3 * h.numbers.contact_fraction, 0.78),
-            a_match("compliant_wall", 0.0, 1.2 * h.numbers.contact_fraction, 0.8347),
+            a_match("hard_wall", 0.0, h.numbers.contact_area, 0.71),
+            a_match("offset_wall", 0.3, 1.3 * h.numbers.contact_area, 0.78),
+            a_match("compliant_wall", 0.0, 1.2 * h.numbers.contact_area, 0.8347),
         ],
         atoms_mean_gap_angstrom: 9.713,
         hard_wall_mean_gap_angstrom: 9.402,

@@ -27,8 +27,8 @@ fn the_unloading_branch_and_the_pull_off_of_the_atoms_are_shown() {
         states: Vec::new(),
         changes: vec![BranchChange {
             p_star: 0.01,
-            contact_fraction_loading: 0.1,
-            contact_fraction_unloading: 0.125,
+            contact_area_loading: 0.1,
+            contact_area_unloading: 0.125,
             mean_gap_angstrom: -0.0432,
         }],
         separated: Some(true),
@@ -142,7 +142,7 @@ fn criteria_model_chain_and_yield_are_shown() {
             id: id.into(),
             criterion: format!("what is {id}"),
             atoms: 77,
-            contact_fraction: share,
+            contact_area: share,
         };
         state.criteria = vec![way("distance", 0.1), way("voronoi_area", 0.0981)];
         let map = store(&folder, &format!("atoms-stress-{i}.npy"), &grid(|x, y| 3.0 * height(x, y).max(0.0))).unwrap();
@@ -165,7 +165,7 @@ fn criteria_model_chain_and_yield_are_shown() {
         let version = |(id, fraction): (&&str, f64)| ModelChainStep {
             id: (*id).into(),
             criterion: "some".into(),
-            contact_fraction: fraction,
+            contact_area: fraction,
             mean_gap_angstrom: 9.2,
             contact_stress_gpa: Some(5.1),
             patches: 12,
@@ -234,8 +234,8 @@ fn what_a_hardness_explains_is_on_the_first_screen() {
     let set = |results: &mut Results, elastic: f64, hard: f64| {
         for load in &mut results.comparison.as_mut().unwrap().loads {
             let mut with = load.continuum[2].clone();
-            load.continuum[2].contact_fraction = elastic * load.atoms.contact_fraction;
-            (with.id, with.contact_fraction) = ("yielding_wall".into(), hard * load.atoms.contact_fraction);
+            load.continuum[2].contact_area = elastic * load.atoms.contact_area;
+            (with.id, with.contact_area) = ("yielding_wall".into(), hard * load.atoms.contact_area);
             with.overlap.kappa = 0.9123;
             load.continuum.truncate(3);
             load.continuum.push(with);
@@ -281,7 +281,7 @@ fn numbers_of_the_first_screen_are_in_the_results() {
             let loads = &results.comparison.as_ref().expect("compared").loads;
             let off = |l: &LoadComparison| {
                 let continuum = l.continuum.iter().find(|m| m.id == "compliant_wall").expect("compliant wall");
-                (l.atoms.contact_fraction / continuum.contact_fraction - 1.0).abs()
+                (l.atoms.contact_area / continuum.contact_area - 1.0).abs()
             };
             let worst = loads.iter().max_by(|a, b| off(a).total_cmp(&off(b))).expect("loads").p_star;
             assert!(page.contains(&format!("differ most at p* = {worst}, where the atoms have ")), "{worst}");
@@ -378,9 +378,8 @@ fn a_loading_cycle_is_described_by_its_extremes() {
     (results.atoms, results.comparison) = (None, None);
     let c = results.continuum.as_mut().unwrap();
     let of = |p_star: f64, area: f64, branch: Branch| StateResults {
-        contact_fraction_corrected: area,
         mean_gap: 0.01 - 0.1 * p_star,
-        numbers: StateNumbers { p_star, ..c.states[0].numbers.clone() },
+        numbers: StateNumbers { p_star, contact_area: area, ..c.states[0].numbers.clone() },
         branch,
         ..c.states[0].clone()
     };

@@ -205,7 +205,7 @@ fn computed(results: &Results) -> Vec<f64> {
             // Sums of the known components of the uncertainty, and with them the errors of area, gap and contact stress.
             let (area, gap) = (total(s, Quantity::ContactArea), total(s, Quantity::MeanGap));
             let pressure = s.observed.as_ref().and_then(|o| o.mean_contact_pressure).unwrap_or(0.0);
-            list.extend([area, gap, area * s.contact_fraction_corrected, gap * s.mean_gap, area * pressure]);
+            list.extend([area, gap, area * s.numbers.contact_area, gap * s.mean_gap, area * pressure]);
             // Work per unit area stated in mJ/m², and how much a range is enlarged.
             list.extend(s.hysteresis.as_ref().map(|_| 0.0));
         }
@@ -219,7 +219,7 @@ fn computed(results: &Results) -> Vec<f64> {
         }
         // The contact stress of the elastic continuum at the surface sites.
         for (load, s) in c.loads.iter().zip(&c.compliant_wall.states) {
-            list.extend(load.continuum.iter().map(|m| s.numbers.pressure / m.contact_fraction));
+            list.extend(load.continuum.iter().map(|m| s.numbers.pressure / m.contact_area));
         }
     }
     // Deviations of the statistics of the surface from their expected values.
@@ -239,8 +239,8 @@ fn computed(results: &Results) -> Vec<f64> {
                 .unloading
                 .iter()
                 .flat_map(|u| &u.changes)
-                .filter(|c| c.contact_fraction_loading > 0.0)
-                .map(|c| c.contact_fraction_unloading / c.contact_fraction_loading - 1.0),
+                .filter(|c| c.contact_area_loading > 0.0)
+                .map(|c| c.contact_area_unloading / c.contact_area_loading - 1.0),
         );
         list.extend(atoms.load_steps.iter().map(|s| s.max_force_ev_per_angstrom));
     }
@@ -274,10 +274,10 @@ fn deviations(states: &[StateResults], load: &LoadComparison) -> Vec<f64> {
         s.uncertainty.iter().filter(|u| u.quantity == Quantity::ContactArea).filter_map(|u| u.relative).sum()
     });
     let of = |m: f64| {
-        let ratio = load.atoms.contact_fraction / m;
+        let ratio = load.atoms.contact_area / m;
         [ratio, ratio - 1.0, area * ratio, area * m]
     };
-    load.continuum.iter().filter(|m| m.contact_fraction > 0.0).flat_map(|m| of(m.contact_fraction)).collect()
+    load.continuum.iter().filter(|m| m.contact_area > 0.0).flat_map(|m| of(m.contact_area)).collect()
 }
 
 /// Numbers of the page that are neither stored nor computed from stored numbers.

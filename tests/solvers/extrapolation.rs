@@ -55,7 +55,7 @@ fn the_stated_error_covers_the_true_one() {
             let mut found = None;
             let walked = path.walk(None, false, &NoObserver, |_, r| {
                 assert_eq!(r.state.stop, Stop::Converged);
-                found = Some((r.area.corrected, r.state.mean_gap, r.extrapolated));
+                found = Some((r.area.contact_area, r.state.mean_gap, r.extrapolated));
                 Ok(())
             });
             walked.expect("a path");

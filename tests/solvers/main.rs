@@ -3,6 +3,7 @@
 mod adhesive_analytic;
 mod analytic;
 mod asperities;
+mod edges;
 mod extrapolation;
 mod extremes;
 mod extremes_adhesion;
@@ -19,5 +20,6 @@ mod program;
 mod refinement;
 mod scales;
 mod statistical;
+mod stiffness;
 mod subsurface;
 mod variants;

@@ -63,7 +63,7 @@ fn contact(problem: &Problem, method: &'static dyn ContactMethod, pressure: f64,
             assert_eq!((state.load, state.pressure), (loads[0], pressure * factor), "{what}");
             let highest = (0..state.stress.len()).map(|i| state.stress.at(i)).fold(0.0, f64::max);
             let mean_gap = Some(state.mean_gap / factor);
-            found = Some(Contact { fraction: reached.area.fraction, mean_gap, highest: Some(highest / factor) });
+            found = Some(Contact { fraction: reached.area.contact_nodes, mean_gap, highest: Some(highest / factor) });
             Ok(())
         });
         assert!(ended.is_ok(), "{what}: {}", ended.err().map(|e| e.to_string()).unwrap_or_default());
@@ -72,7 +72,7 @@ fn contact(problem: &Problem, method: &'static dyn ContactMethod, pressure: f64,
         let ended = input.walk((&loads, 0), &NoObserver, |_, _, e| {
             assert_eq!((e.load, e.pressure), (loads[0], pressure * factor), "{what}");
             let highest = e.stress.map(|s| s.iter().copied().fold(0.0, f64::max) / factor);
-            found = Some(Contact { fraction: e.contact_fraction, mean_gap: e.mean_gap.map(|g| g / factor), highest });
+            found = Some(Contact { fraction: e.contact_area, mean_gap: e.mean_gap.map(|g| g / factor), highest });
             Ok(())
         });
         assert!(ended.is_ok(), "{what}: {}", ended.err().map(|e| e.to_string()).unwrap_or_default());

@@ -27,7 +27,7 @@ pub(super) struct Methods {
 /// Output of `solve --json` of solvers and estimators.
 #[derive(Deserialize)]
 struct Solved {
-    contact_fraction: f64,
+    contact_area: f64,
     cpu_seconds: f64,
     planned_bytes: u64,
     measured_bytes: u64,
@@ -104,7 +104,7 @@ fn row(method: &str, r: &Run) -> Vec<String> {
     vec![
         method.into(),
         format!("{}²", r.size),
-        significant(s.contact_fraction, 3),
+        significant(s.contact_area, 3),
         significant(s.cpu_seconds, 2),
         format!("{:.1e}", s.cpu_seconds / (r.size * r.size) as f64),
         memory(s.planned_bytes),

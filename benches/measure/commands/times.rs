@@ -42,7 +42,7 @@ struct Time {
 /// Output of `solve --json`.
 #[derive(Deserialize)]
 struct Solved {
-    contact_fraction: f64,
+    contact_area: f64,
     fft_pairs: f64,
     seconds: f64,
     cpu_seconds: f64,
@@ -135,7 +135,7 @@ fn cells(rho: Option<f64>, [single, all]: &[Vec<Solved>; 2], pair_cpu: [f64; 2])
     let optional = |v: Option<f64>| v.map_or("-".into(), |v| significant(v, 3));
     vec![
         rho,
-        percent(first.contact_fraction),
+        percent(first.contact_area),
         format!("{:.1}", first.fft_pairs),
         significant(cpu_seconds, 3),
         significant(seconds, 3),

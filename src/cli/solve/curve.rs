@@ -23,8 +23,7 @@ pub(super) fn head(units: &ResultUnits) -> String {
     let cells = [
         "load".to_string(),
         named("pressure", Dimension::Stress),
-        "contact".into(),
-        "corrected".into(),
+        "contact area".into(),
         named("mean gap", Dimension::Length),
         "load error".into(),
         "residual".into(),
@@ -45,8 +44,7 @@ pub(super) fn line(number: usize, state: &Value) -> String {
     row(&[
         number.to_string(),
         number_of("pressure").map_or_else(dash, |v| significant(v, 6)),
-        text("contact_fraction", &percent),
-        text("contact_fraction_corrected", &percent),
+        text("contact_area", &percent),
         text("mean_gap", &|v| significant(v, 6)),
         text("load_error", &power),
         text("residual", &power),
@@ -54,7 +52,7 @@ pub(super) fn line(number: usize, state: &Value) -> String {
     ])
 }
 
-fn row(cells: &[String; 8]) -> String {
+fn row(cells: &[String; 7]) -> String {
     let [first, rest @ ..] = cells;
     rest.iter().fold(format!("{first:>5}"), |row, cell| format!("{row} {cell:>WIDTH$}"))
 }

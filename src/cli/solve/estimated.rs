@@ -99,8 +99,8 @@ fn line(scales: Scales, method: &dyn ContactMethod, problem: &Problem, found: &E
         "gamma": problem.adhesion.work_of_adhesion() * modulus * length,
         "range": used.range() * length,
         "pressure": found.pressure * modulus,
-        "contact_fraction": state.numbers.contact_fraction,
-        "contact_fraction_corrected": state.contact_fraction_corrected,
+        "contact_area": state.numbers.contact_area,
+        "contact_nodes": state.contact_nodes,
         "mean_gap": state.mean_gap.map(|g| g * length),
         "stiffness": state.numbers.stiffness.map(|k| k * modulus / length),
         "patches": state.numbers.patches,
@@ -128,11 +128,8 @@ fn table(line: &Value) -> String {
         ("method", text("method")),
         ("mean pressure", or_reason("pressure", "", &plain)),
         ("contact is", text("criterion")),
-        ("contact", or_reason("contact_fraction", "contact_area", &percent)),
+        ("contact", or_reason("contact_area", "contact_area", &percent)),
     ];
-    if let Some(corrected) = line["contact_fraction_corrected"].as_f64() {
-        rows.push(("contact, perimeter-corrected", percent(corrected)));
-    }
     if line["gamma"].as_f64().is_some_and(|g| g > 0.0) {
         rows.push(("work of adhesion", or_reason("gamma", "", &|g| significant(g, 4))));
         rows.push(("range of adhesion", or_reason("range", "", &|r| significant(r, 4))));

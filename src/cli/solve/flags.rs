@@ -234,7 +234,6 @@ impl Solve {
             mean_gap_tolerance: self.mean_gap_tolerance,
             initial_gap: self.initial_gap.clone(),
             leakage: self.leakage,
-            stiffness_steps: false,
             subsurface: self.subsurface(units)?,
             periodic: None,
             layer: thickness.map(|thickness_um| LayerScene {

@@ -203,6 +203,7 @@ impl Solve {
         };
         let problem = Problem { ranks, ..case.problem(stored.heights()) };
         let path = LoadPath::new(problem.clone(), method, case.range(), 0.0, &loads);
+        let path = path.with_stiffness().with_leakage(self.leakage);
         if !ranks.is_first() {
             return self.follow(&case, &path, ranks);
         }

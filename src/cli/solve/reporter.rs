@@ -158,15 +158,15 @@ impl<'a> SolveReporter<'a> {
             "pressure": state.pressure * modulus,
             "p_star": state.pressure / self.gradient,
             "criterion": self.criterion,
-            "contact_fraction": area.fraction,
-            "contact_fraction_corrected": area.corrected,
-            "contact_fraction_compressive": fields.compressive,
+            "contact_area": area.contact_area,
+            "contact_nodes": area.contact_nodes,
+            "contact_nodes_compressive": fields.compressive,
             "perimeter": area.perimeter / length,
             "mean_gap": state.mean_gap * length,
             "displacement": displacement * length,
             "discretisation": discretisation,
             "extrapolated": extrapolated.map(|e| json!({
-                "contact_fraction": e.area,
+                "contact_area": e.area,
                 "mean_gap": e.mean_gap.map(|g| json!({ "value": g.value * length, "error": g.error * length })),
             })),
             "load_error": state.load_error,
@@ -175,7 +175,7 @@ impl<'a> SolveReporter<'a> {
             "complementarity": state.complementarity,
             "energy": state.energy * energy,
             "elastic_energy": state.elastic_energy * energy,
-            "adhesion_energy": state.interaction_energy * energy,
+            "interaction_energy": state.interaction_energy * energy,
             "error_estimates": state.error_estimates,
             "stop": state.stop.to_string(),
             "iterations": state.iterations,
@@ -189,6 +189,10 @@ impl<'a> SolveReporter<'a> {
         if problem.ranks.are_several() {
             line["ranks"] = json!(problem.ranks.count());
         }
+        line["contact_area_error"] = json!(reached.contact_area_error());
+        line["mean_gap_error"] = json!(reached.mean_gap_error().map(|e| e * length));
+        line["stiffness"] = json!(state.stiffness.map(|k| k * modulus / length));
+        line["stiffness_error"] = json!(reached.stiffness_error().map(|e| e * modulus / length));
         line["length_x"] = json!(grid.lx * length);
         line["length_y"] = json!(grid.ly * length);
         line["modulus"] = json!(modulus);
@@ -196,7 +200,7 @@ impl<'a> SolveReporter<'a> {
         line["provenance"] = json!(self.provenance);
         line["version"] = json!(env!("CARGO_PKG_VERSION"));
         if self.solve.leakage {
-            self.add_leakage(fields.gap(state), &mut line);
+            self.add_leakage(fields.gap(state), reached.coarser_gaps, &mut line);
         }
         if let Some(found) = state.plasticity {
             line["hardness"] = json!(problem.hardness.map(|h| h.mean() * modulus));
@@ -217,7 +221,7 @@ impl<'a> SolveReporter<'a> {
         let changes: Vec<Option<Discretisation>> =
             self.lines.iter().map(|line| Discretisation::deserialize(&line["discretisation"]).ok()).collect();
         let loads = self.lines.iter().zip(&changes).enumerate().map(|(i, (line, change))| {
-            ((i + 1).to_string(), line["contact_fraction"].as_f64().unwrap_or(0.0), change.as_ref())
+            ((i + 1).to_string(), line["contact_area"].as_f64().unwrap_or(0.0), change.as_ref())
         });
         path::unresolved_contact("load ", loads).map(|text| rename_keys_in(&text, &self.solve.flag_names()))
     }
@@ -239,9 +243,10 @@ impl<'a> SolveReporter<'a> {
     }
 
     /// Adds the flow through the gap to the line of a state: conductivities as the cube of a length, and the gaps.
-    fn add_leakage(&self, gap: Field, line: &mut Value) {
+    fn add_leakage(&self, gap: Field, coarser: Option<([f64; 2], f64)>, line: &mut Value) {
         let cube = self.scales.length_m.powi(3);
-        let flow = path::leakage(&self.problem, gap, 0.0).map(|flow| Leakage {
+        let flow = path::leakage(&self.problem, gap, 0.0, coarser).map(|flow| Leakage {
+            gap_errors: flow.gap_errors.map(|errors| errors.map(|e| e * self.scales.length_m)),
             conductivity: flow.conductivity.map(|k| k * cube),
             effective_medium: flow.effective_medium * cube,
             ..flow
@@ -251,6 +256,9 @@ impl<'a> SolveReporter<'a> {
             let [x, y] = flow.hydraulic_gaps();
             line["hydraulic_gap_x"] = json!(x);
             line["hydraulic_gap_y"] = json!(y);
+            let errors = flow.gap_errors.map_or([None; 2], |errors| errors.map(Some));
+            line["hydraulic_gap_x_error"] = json!(errors[0]);
+            line["hydraulic_gap_y_error"] = json!(errors[1]);
             line["hydraulic_gap_effective_medium"] = json!(flow.effective_medium.cbrt());
         }
     }
@@ -261,9 +269,9 @@ impl<'a> SolveReporter<'a> {
         let curve: Vec<[f64; 2]> = found.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
         let line = json!({
             "pull_off_pressure": found.pressure * modulus,
-            "pull_off_pressure_error": found.pressure_error * modulus,
+            "pull_off_pressure_error": found.pressure_error.map(|e| e * modulus),
             "mean_gap": found.mean_gap * length,
-            "mean_gap_error": found.mean_gap_error * length,
+            "mean_gap_error": found.mean_gap_error.map(|e| e * length),
             "coarser": found.coarser,
             "curve": curve,
         });
@@ -288,8 +296,8 @@ impl<'a> SolveReporter<'a> {
         let pull = with_error(-number("pull_off_pressure").unwrap_or(f64::NAN), number("pull_off_pressure_error"), 6);
         let gap = with_error(number("mean_gap").unwrap_or(f64::NAN), number("mean_gap_error"), 4);
         let from = match &line["coarser"] {
-            Value::Array(points) => format!("the change from {} x {} points", points[0], points[1]),
-            _ => "the last bracket on this grid; the error of the grid is not known".to_string(),
+            Value::Array(points) => format!("the changes to {} x {} points", points[0], points[1]),
+            _ => "none: the error by the grid is not known".to_string(),
         };
         let rows = [("largest tension", pull), ("at the mean gap", gap), ("source of the errors", from)];
         output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
@@ -308,6 +316,23 @@ fn below_the_surface(line: &Value, units: &ResultUnits) -> Vec<(&'static str, St
     largest.into_iter().chain(share).collect()
 }
 
+/// A share of the cell with its error, in percent.
+fn share(line: &Value, key: &str) -> String {
+    let percentage = |v: &Value, digits: usize| v.as_f64().map(|v| significant(100.0 * v, digits));
+    let error = percentage(&line[format!("{key}_error")], 2).map_or(String::new(), |e| format!(" ± {e}"));
+    format!("{}{error} % of the cell", percentage(&line[key], 3).unwrap_or_default())
+}
+
+/// A value with its error and unit.
+fn with_error(line: &Value, key: &str, (units, dimension): (&ResultUnits, Dimension)) -> String {
+    let error = line[format!("{key}_error")].as_f64().map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
+    let value = in_unit(units, line[key].as_f64().unwrap_or(f64::NAN), dimension);
+    match value.split_once(' ') {
+        Some((number, unit)) => format!("{number}{error} {unit}"),
+        None => value + &error,
+    }
+}
+
 /// A state for people, from its line of JSON.
 fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
@@ -317,19 +342,22 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let separated = line["stop"] == Stop::Detached.to_string();
     let of_contact = |text: String| if separated { "–".to_string() } else { text };
     let sized = |key: &str, dimension| of_contact(in_unit(units, number(&line[key]), dimension));
-    let counted = format!("contact ({})", line["criterion"].as_str().unwrap_or_default());
     let mut rows = vec![
         ("mean pressure", in_unit(units, number(&line["pressure"]), Dimension::Stress)),
-        (counted.as_str(), of_contact(percent(number(&line["contact_fraction"])))),
-        ("contact, perimeter-corrected", of_contact(percent(number(&line["contact_fraction_corrected"])))),
+        ("contact is", line["criterion"].as_str().unwrap_or_default().to_string()),
+        ("contact area", of_contact(share(line, "contact_area"))),
+        ("contact nodes", of_contact(percent(number(&line["contact_nodes"])))),
     ];
-    if let Some(presses) = line["contact_fraction_compressive"].as_f64() {
+    if let Some(presses) = line["contact_nodes_compressive"].as_f64() {
         rows.push(("part under compression", of_contact(percent(presses))));
     }
-    rows.push(("mean gap", sized("mean_gap", Dimension::Length)));
+    rows.push(("mean gap", of_contact(with_error(line, "mean_gap", (units, Dimension::Length)))));
     rows.push(("displacement from first contact", sized("displacement", Dimension::Length)));
+    if line["stiffness"].is_number() {
+        rows.push(("contact stiffness", of_contact(with_error(line, "stiffness", (units, Dimension::Stiffness)))));
+    }
     if line["leakage"].is_object() {
-        let gap = |key: &str| in_unit(units, number(&line[key]), Dimension::Length);
+        let gap = |key: &str| with_error(line, key, (units, Dimension::Length));
         rows.push((
             "equivalent hydraulic gap along x, y",
             format!("{}, {}", gap("hydraulic_gap_x"), gap("hydraulic_gap_y")),
@@ -349,8 +377,8 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
         let [nx, ny] = d.coarser;
         let gap = change(d.mean_gap, d.mean_gap_is_bound);
         let area = change(d.area, d.area_is_bound);
-        rows.push(("relative change of contact", format!("{area}, from {nx} x {ny} points")));
-        rows.push(("relative change of the mean gap", gap));
+        rows.push(("error by the grid: contact area", format!("{area}, from {nx} x {ny} points")));
+        rows.push(("error by the grid: mean gap", gap));
     }
     let enlarged = line["range"]["requested"] != line["range"]["used"];
     if range == RangeChoice::Extrapolate && enlarged && !separated && line["extrapolated"].is_null() {
@@ -358,7 +386,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     }
     if let Some(e) = line["extrapolated"].as_object() {
         let of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));
-        if let Some((area, error)) = of("contact_fraction") {
+        if let Some((area, error)) = of("contact_area") {
             let contact = format!("{} ± {} % of the cell", significant(100.0 * area, 3), significant(100.0 * error, 2));
             rows.push(("at the true range: contact", contact));
         }

@@ -67,6 +67,9 @@ pub(super) trait Fields<T: Real> {
     /// Sets the residual of the linear problem to `-t` on the free nodes; step and direction become zero. Returns `Σ r²`.
     fn begin(&mut self, pending: f64) -> f64;
 
+    /// Sets the gradient `t` to this value on all nodes.
+    fn set_gradient(&mut self, value: f32);
+
     /// Multiplies the residual of [`Fields::begin`] or [`Fields::descend`], or the direction of [`Fields::conjugate`], and
     /// returns its product with the result, for the next of these. The transforms before and after it are parts of either.
     fn multiply(&mut self, metric: Metric) -> f64;

@@ -245,6 +245,10 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
         sum
     }
 
+    fn set_gradient(&mut self, value: f32) {
+        self.residual.fill(value);
+    }
+
     fn multiply(&mut self, metric: Metric) -> f64 {
         let filter = Multiplied { grid: self.grid(), kernel: &self.body.kernel, metric };
         self.narrow.filter_columns(first_bytes(&mut self.spectrum), &filter)

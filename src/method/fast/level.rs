@@ -9,6 +9,15 @@ use crate::method::residuals::{KKT, Residuals, curvature_of};
 use crate::method::sweep::{each_row, shift, weight_below, weighted_quantile};
 use crate::sys::ranks::Ranks;
 
+/// Right side of the linear problem of the contact stiffness, over the lowest hardness up to E*.
+const TANGENT_GRADIENT: f64 = 0.25;
+
+/// Two gains in succession below this share of the compliance end its linear problem.
+const TANGENT_ACCURACY: f64 = 1e-4;
+
+/// Iterations of that problem at most; it takes 8 to 20.
+const TANGENT_LIMIT: usize = 200;
+
 /// One grid of the hierarchy with its state and working arrays.
 pub(super) struct Level<'h, T: Real, L> {
     fields: Box<dyn Fields<T> + 'h>,
@@ -254,6 +263,49 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
             beta = rz / old;
         }
         Some(excess * n / facing)
+    }
+
+    /// Contact stiffness of the present gap, E*/L: the closed nodes stay closed, the others are free. The change `x` of the gap under a
+    /// change of the mean stress by one solves `H x = 1` on the free nodes; its mean, a product of right side and solution, is a sum
+    /// over the steps of conjugate gradients that converges twice as fast as `x`. `mean` is the stiffness of the mean mode in the
+    /// preconditioner. `None` without free nodes or without contact, at negative curvature, and if stopped. Needs the working arrays.
+    pub(super) fn stiffness(&mut self, mean: f64, stopping: &dyn Fn() -> bool) -> Option<f64> {
+        self.apply_pending();
+        // Below every hardness, so that no closed node counts as flowing.
+        let gradient = self.law().max_pressure().min(1.0) * TANGENT_GRADIENT;
+        self.fields.set_gradient(gradient as f32);
+        let gradient = f64::from(gradient as f32);
+        let n = self.grid().points() as f64;
+        if self.fields.begin(0.0) == 0.0 {
+            return None;
+        }
+        let inverse = Metric::Compliance { mean };
+        let mut rz = self.fields.multiply(inverse);
+        let (mut beta, mut compliance, mut small) = (0.0, 0.0, 0);
+        for _ in 0..TANGENT_LIMIT {
+            if stopping() {
+                return None;
+            }
+            let law_curvature = self.fields.conjugate(beta);
+            let elastic = self.fields.multiply(Metric::Stiffness { mean: 0.0 });
+            let curvature = curvature_of(elastic, law_curvature / n);
+            if curvature <= 0.0 || rz <= 0.0 || curvature.is_nan() || rz.is_nan() {
+                return None;
+            }
+            let gain = rz * rz / curvature;
+            compliance += gain;
+            small = if gain <= TANGENT_ACCURACY * compliance { small + 1 } else { 0 };
+            if small == 2 {
+                let per_facing = n / self.window().points() as f64;
+                let found = per_facing / (compliance / (gradient * gradient) + self.cell.mean_compliance());
+                return found.is_finite().then_some(found);
+            }
+            self.fields.descend(rz / curvature);
+            let old = rz;
+            rz = self.fields.multiply(inverse);
+            beta = rz / old;
+        }
+        None
     }
 
     /// The pressure on the facing nodes averaged over the whole cell, the mean of the elastic stress.

@@ -25,8 +25,8 @@ use super::require::{self, refused};
 use super::residuals::Residuals;
 use super::sweep;
 use super::{
-    Card, CoarseState, ContactMethod, Criterion, Device, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan,
-    Precision, Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
+    Card, CoarseState, ContactMethod, Criterion, Device, ErrorEstimates, Heights, Kind, Load, Needs, NoObserver,
+    Observer, Plan, Precision, Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
 };
 use crate::grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
 use crate::interface::{HardWall, Kernel, Law};
@@ -141,11 +141,16 @@ impl<'p> Build<'p> for Start<'p> {
     type Built = Result<Box<dyn Run + 'p>>;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
-        let Start { problem, observer } = self;
+        Ok(Box::new(Solver::<T, L>::new(self.problem, self.observer, law)?))
+    }
+}
+
+impl<'p, T: Real, L: Law> Solver<'p, T, L> {
+    fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, law: L) -> Result<Self> {
         let mut cell = Cell::of(problem);
         let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
         let (gap, stress) = (Vec::new(), Vec::new());
-        Ok(Box::new(Solver {
+        Ok(Solver {
             gpu: GpuLevels::open(problem)?,
             problem,
             cell,
@@ -161,7 +166,37 @@ impl<'p> Build<'p> for Start<'p> {
             first_touch: OnceCell::new(),
             flow: PlasticFlow::default(),
             resumed: None,
-        }))
+        })
+    }
+}
+
+/// Contact stiffness of a state of any method ([`State::stiffness`]).
+///
+/// # Errors
+/// As [`ContactMethod::start`].
+pub fn contact_stiffness(problem: &Problem, state: &State) -> Result<Option<f64>> {
+    let problem = Problem { stiffness: true, ..problem.clone() };
+    dispatch(&problem, Tangent { problem: &problem, state })
+}
+
+struct Tangent<'p, 's> {
+    problem: &'p Problem<'p>,
+    state: &'s State<'s>,
+}
+
+impl<'p> Build<'p> for Tangent<'p, '_> {
+    type Built = Result<Option<f64>>;
+
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
+        let Tangent { problem, state } = self;
+        let mut solver = Solver::<T, L>::new(problem, &NoObserver, law)?;
+        solver.set_gap(&state.gap.to_vec());
+        let grid = solver.cell.grid;
+        let gap = std::mem::take(&mut solver.gap);
+        let mut level = Level::with_gap(grid, solver.body(grid), solver.cell, None, gap);
+        (level.pressure, level.last.contact) = (state.pressure, 1.0);
+        level.prepare();
+        Ok(solver.stiffness(&mut level, state.load))
     }
 }
 
@@ -278,15 +313,21 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
             if grid != first {
                 level.apply_pending();
                 if converged && !level.has_failed() {
+                    // The grid next to the problem's own serves the error of the result.
+                    let next = coarser(self.cell.grid).is_some_and(|g| g == level.grid());
+                    let stiffness = if next { self.stiffness(&mut level, load) } else { None };
                     let (residuals, window, coarse) = (level.last, level.window(), level.grid());
                     let (energy, range) = (residuals.energy(level.pressure), level.law().range());
-                    let (ranks, gap) = (level.ranks(), level.gap());
+                    let (ranks, pressure) = (level.ranks(), level.pressure);
+                    let gap = level.gap();
                     let cut = self.cell.is_padded().then(|| window.cut(gap, coarse.nx));
                     self.observer.coarse_grid_done(CoarseState {
                         grid: self.cell.facing(coarse),
                         ranks,
                         gap: T::lend(cut.as_deref().unwrap_or(gap)),
+                        pressure,
                         mean_gap: residuals.mean_gap,
+                        stiffness,
                         energy,
                         range,
                         error_estimates,
@@ -347,6 +388,27 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
             earlier_pairs: self.earlier_pairs.get(),
             search: GapSearch::default(),
         }
+    }
+
+    /// Contact stiffness of a level, if it is requested. Flowing nodes are held, as closed ones: the body unloads elastically.
+    fn stiffness(&self, level: &mut Level<'_, T, L>, load: Load) -> Option<f64> {
+        let touches = level.last.contact > 0.0 || self.law.range() > 0.0;
+        if !self.problem.stiffness || !touches {
+            return None;
+        }
+        level.apply_pending();
+        // Of the rigid approach: the stiffness at small loads is about the pressure over half the rms height.
+        let scale = self.task(load).scale(level.pressure, &level.last);
+        let approach = scale / (0.5 * self.rms_height).max(f64::MIN_POSITIVE);
+        let mean = approach.min(self.problem.stiffest_mode().max(1.0));
+        let stopping = || self.observer.stop_requested();
+        if !(L::HARD && L::YIELDS) {
+            return level.stiffness(mean, &stopping);
+        }
+        let held = level.gap().iter().map(|g| g.max(T::zero())).collect();
+        let mut held = Level::with_gap(level.grid(), self.body(level.grid()), self.cell, None, held);
+        held.prepare();
+        held.stiffness(mean, &stopping)
     }
 
     fn set_load(&self, level: &mut Level<T, L>, load: Load) {
@@ -567,6 +629,11 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         };
         // The pressure now includes the force of the spring.
         level.spring = Spring::default();
+        // Before the stress, which takes the place of the working arrays.
+        let stiffness = match ended.ending {
+            Ending::Met => self.stiffness(&mut level, load),
+            Ending::Stopped(_) => None,
+        };
         let (mut residuals, stress) = self.balanced(&mut level, load);
         let (gap, pairs, pressure) =
             (std::mem::take(level.gap_mut()), level.pairs + self.earlier_pairs.get(), level.pressure);
@@ -590,6 +657,6 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         let outcome = Outcome { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
         let state = outcome.state(gap, stress);
         let stop = agreed(problem.ranks, state.stop);
-        Ok(State { plastic: self.flow.lend(), plasticity, stop, ..state })
+        Ok(State { plastic: self.flow.lend(), plasticity, stop, stiffness, ..state })
     }
 }

@@ -103,6 +103,11 @@ impl Cell {
         field
     }
 
+    /// Compliance of the mean mode of a padded cell, else 0.
+    pub(super) fn mean_compliance(&self) -> f64 {
+        self.compliance
+    }
+
     /// Elastic energy of the mean mode per facing area under a pressure on the facing nodes, and the mean gap of the
     /// cell at zero approach, from which the work of the load is counted.
     pub(super) fn mean_mode(&self, pressure: f64) -> (f64, f64) {

@@ -226,7 +226,7 @@ impl Estimator for Path<'_> {
         paint(spots.grid, painted, &mut self.stress);
         let patches: Vec<f64> = touching.iter().map(Asperity::area).collect();
         Ok(Estimate {
-            contact_fraction: (patches.iter().sum::<f64>() / (lx * ly)).min(1.0),
+            contact_area: (patches.iter().sum::<f64>() / (lx * ly)).min(1.0),
             mean_gap: (widest <= WIDEST * lx.min(ly)).then(|| (self.mean_height - spots.depth).max(0.0)),
             stress: Some(&self.stress),
             patches: Some(patches),

@@ -7,7 +7,7 @@
 //! detaches is redistributed to the remaining contact, so that the contact carries exactly the pressure; in the
 //! published theory it is lost.
 
-use super::roughening::{Band, contact_fraction, full_contact_energy, relaxed};
+use super::roughening::{Band, contact_area, full_contact_energy, relaxed};
 use crate::method::Stop;
 use std::f64::consts::SQRT_2;
 
@@ -57,7 +57,7 @@ pub(super) struct Cascade {
 /// Contact at a pressure.
 #[derive(Debug, Clone)]
 pub(super) struct Contact {
-    pub contact_fraction: f64,
+    pub contact_area: f64,
     /// Relative error of the mean stress.
     pub load_error: f64,
     /// Relative change of the contact fraction in the last sweep.
@@ -140,7 +140,7 @@ impl Cascade {
         let touching = *sweep.fractions.last().expect("bands are not empty");
         let elastic = self.elastic_beyond(&sweep)[0];
         Contact {
-            contact_fraction: touching,
+            contact_area: touching,
             load_error: (sweep.load / pressure - 1.0).abs(),
             residual,
             energy: elastic - self.gamma * touching,
@@ -156,8 +156,8 @@ impl Cascade {
         let energy = |from: usize| {
             let whole = before(from).max(f64::MIN_POSITIVE);
             let part = |k: usize| {
-                let contact_fraction = 0.5 * (before(k) + sweep.fractions[k]);
-                self.steps[k].energy * contact_fraction * relaxed(self.relaxed, contact_fraction / whole)
+                let contact_area = 0.5 * (before(k) + sweep.fractions[k]);
+                self.steps[k].energy * contact_area * relaxed(self.relaxed, contact_area / whole)
             };
             (from..self.steps.len()).map(part).sum::<f64>()
         };
@@ -195,7 +195,7 @@ impl Cascade {
         let first = (0..self.steps.len()).find(|&k| self.steps[k].variance.sqrt() >= RESOLVED * ds);
         let first = first.unwrap_or(self.steps.len() - 1);
         let mut fractions: Vec<f64> = (0..=first)
-            .map(|k| contact_fraction(self.c, pressure + tension[k], 2.0 * self.c * self.c * self.steps[k].variance))
+            .map(|k| contact_area(self.c, pressure + tension[k], 2.0 * self.c * self.c * self.steps[k].variance))
             .collect();
         let start = pressure + tension[first];
         let most = tension[first..].iter().copied().fold(0.0, f64::max);
@@ -303,15 +303,15 @@ mod tests {
         for (gamma, mesh) in [(0.0, Resolution::DEFAULT), (0.0, FINE), (2e-5, Resolution::DEFAULT), (2e-5, FINE)] {
             let cascade = cascade(gamma, mesh);
             let at = |p: f64| cascade.solve(p, None, &never);
-            let [tiny, small] = [1e-6, 1e-3].map(|p| at(p).contact_fraction / p);
+            let [tiny, small] = [1e-6, 1e-3].map(|p| at(p).contact_area / p);
             assert!((tiny / small - 1.0).abs() < 1e-3, "{gamma}, {mesh:?}: {tiny} {small}");
             if gamma == 0.0 {
                 for p in [1e-5, 1e-3, 0.01, 0.1, 0.5, 2.0] {
                     let exact = libm::erf(2f64.sqrt() * p);
                     assert!(
-                        (at(p).contact_fraction / exact - 1.0).abs() < 1e-3,
+                        (at(p).contact_area / exact - 1.0).abs() < 1e-3,
                         "{mesh:?}, {p}: {} {exact}",
-                        at(p).contact_fraction
+                        at(p).contact_area
                     );
                 }
             }
@@ -323,7 +323,7 @@ mod tests {
     fn contact_is_complete_at_large_pressures() {
         for p in [6.0, 1e6] {
             let found = cascade(2e-5, Resolution::DEFAULT).solve(p, None, &never);
-            assert_eq!((found.contact_fraction, found.load_error, found.stop), (1.0, 0.0, Stop::Converged), "{p}");
+            assert_eq!((found.contact_area, found.load_error, found.stop), (1.0, 0.0, Stop::Converged), "{p}");
         }
     }
 
@@ -334,10 +334,10 @@ mod tests {
             let [usual, fine] = [Resolution::DEFAULT, FINE].map(|mesh| cascade(2e-5, mesh).solve(p, None, &never));
             assert_eq!((usual.stop, fine.stop), (Stop::Converged, Stop::Converged));
             assert!(
-                (usual.contact_fraction / fine.contact_fraction - 1.0).abs() < 3e-3,
+                (usual.contact_area / fine.contact_area - 1.0).abs() < 3e-3,
                 "{p}: {} {}",
-                usual.contact_fraction,
-                fine.contact_fraction
+                usual.contact_area,
+                fine.contact_area
             );
         }
     }

@@ -1,6 +1,6 @@
 //! Distribution of gaps (Almqvist, Campañá, Prodanov & Persson, J. Mech. Phys. Solids 59 (2011) 2355).
 
-use super::roughening::{Band, Opening, Rules, contact_fraction, gap_sum};
+use super::roughening::{Band, Opening, Rules, contact_area, gap_sum};
 use crate::observe::{Distribution, linear_edges};
 use std::f64::consts::{PI, SQRT_2};
 
@@ -16,7 +16,7 @@ const LEAST_LOST: f64 = 1e-3;
 /// Area that loses contact when a band is added.
 struct SeparatedArea {
     /// Fraction of the area.
-    contact_fraction: f64,
+    contact_area: f64,
     /// Centre of the Gaussian.
     gap: f64,
     /// Its standard deviation: the rms height of the shorter waves.
@@ -50,7 +50,7 @@ pub(super) fn gap_distribution(
             return None;
         }
         shorter -= band.height;
-        let after = contact_fraction(c, pressure, band.after());
+        let after = contact_area(c, pressure, band.after());
         let (lost, last) = (touching - after, k + 1 == bands.len());
         if lost < LEAST_LOST && !(last && lost > 0.0) {
             continue;
@@ -65,9 +65,8 @@ pub(super) fn gap_distribution(
     }
     let top = separated.iter().map(|p| p.gap + REACH * p.rough).fold(0.0, f64::max);
     let edges = linear_edges(0.0, if top > 0.0 { top } else { 1.0 }, BINS);
-    let up_to: Vec<f64> =
-        edges.iter().map(|&u| separated.iter().map(|p| p.contact_fraction * p.up_to(u)).sum()).collect();
-    let all: f64 = separated.iter().map(|p| p.contact_fraction).sum();
+    let up_to: Vec<f64> = edges.iter().map(|&u| separated.iter().map(|p| p.contact_area * p.up_to(u)).sum()).collect();
+    let all: f64 = separated.iter().map(|p| p.contact_area).sum();
     let fractions = up_to.windows(2).map(|w| w[1] - w[0]).collect();
     Some((Distribution { fractions, delta: touching, below: 0.0, above: all - up_to[BINS], edges }, evaluations))
 }
@@ -78,20 +77,16 @@ impl SeparatedArea {
 
     /// A mirrored Gaussian with the mean `gap`: of the width `rough`, or narrower about zero where a Gaussian of this
     /// width has a larger mirrored mean.
-    fn of(contact_fraction: f64, gap: f64, rough: f64) -> Self {
+    fn of(contact_area: f64, gap: f64, rough: f64) -> Self {
         if gap <= rough * (2.0 / PI).sqrt() {
-            return SeparatedArea { contact_fraction, gap: 0.0, rough: gap * (0.5 * PI).sqrt() };
+            return SeparatedArea { contact_area, gap: 0.0, rough: gap * (0.5 * PI).sqrt() };
         }
         let (mut low, mut high) = (0.0, gap);
         for _ in 0..Self::HALVINGS {
             let centre = 0.5 * (low + high);
-            if (SeparatedArea { contact_fraction, gap: centre, rough }).mean() < gap {
-                low = centre
-            } else {
-                high = centre
-            }
+            if (SeparatedArea { contact_area, gap: centre, rough }).mean() < gap { low = centre } else { high = centre }
         }
-        SeparatedArea { contact_fraction, gap: high, rough }
+        SeparatedArea { contact_area, gap: high, rough }
     }
 
     fn mean(&self) -> f64 {

@@ -22,7 +22,7 @@ use crate::Result;
 use crate::interface::Adhesion;
 use crate::observe::{Distribution, StressDistribution, linear_edges};
 use adhesive::{Cascade, Contact, Resolution};
-use roughening::{Band, Opening, Rules, bands, contact_fraction, gap_sum};
+use roughening::{Band, Opening, Rules, bands, contact_area, gap_sum};
 use std::f64::consts::SQRT_2;
 use std::time::Instant;
 
@@ -139,8 +139,8 @@ const LOAD_RATIO: f64 = 1.4;
 const CLOSED: f64 = 2.5;
 
 impl Theory<'_> {
-    fn contact_fraction(&self, pressure: f64) -> f64 {
-        contact_fraction(self.c, pressure, self.gradient.powi(2))
+    fn contact_area(&self, pressure: f64) -> f64 {
+        contact_area(self.c, pressure, self.gradient.powi(2))
     }
 
     /// Mean gap, `-dū/d ln p`, and the number of evaluations.
@@ -157,7 +157,7 @@ impl Theory<'_> {
         const REACH: f64 = 6.0;
         const BINS: usize = 120;
         let width = self.gradient / self.c;
-        let touching = self.contact_fraction(pressure);
+        let touching = self.contact_area(pressure);
         let up_to = |s: f64| touching + 0.5 * (libm::erf((s - pressure) / width) - libm::erf((s + pressure) / width));
         let edges = linear_edges(0.0, pressure + REACH * width / SQRT_2, BINS);
         let fractions = edges.windows(2).map(|e| up_to(e[1]) - up_to(e[0])).collect();
@@ -171,7 +171,7 @@ impl Theory<'_> {
         let stopping = || self.observer.stop_requested();
         let (gaps, more) = gaps::gap_distribution(&self.bands, self.c, pressure, &self.opening, stopping)?;
         Some(Estimate {
-            contact_fraction: self.contact_fraction(pressure),
+            contact_area: self.contact_area(pressure),
             mean_gap: Some(gap),
             // No stiffness is defined in full contact.
             stiffness: (fall > 0.0).then_some(pressure / fall),
@@ -210,7 +210,7 @@ impl Theory<'_> {
         let here = &found.last().expect("the pressure itself").0;
         let (gap, _, _) = self.gap(pressure);
         Estimate {
-            contact_fraction: here.contact_fraction,
+            contact_area: here.contact_area,
             mean_gap: Some((gap + correction).max(0.0)),
             load_error: here.load_error,
             residual: found.iter().map(|f| f.0.residual).fold(0.0, f64::max),

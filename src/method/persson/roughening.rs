@@ -44,8 +44,8 @@ pub(super) fn bands(power: &PowerSpectrum) -> Vec<Band> {
 
 /// Elastic energy in partial contact over that of full contact at the same contact fraction: `γ + (1 - γ) P²` (Yang &
 /// Persson, J. Phys.: Condens. Matter 20 (2008) 215214).
-pub(super) fn relaxed(gamma: f64, contact_fraction: f64) -> f64 {
-    gamma + (1.0 - gamma) * contact_fraction * contact_fraction
+pub(super) fn relaxed(gamma: f64, contact_area: f64) -> f64 {
+    gamma + (1.0 - gamma) * contact_area * contact_area
 }
 
 /// `F(x) = ∫ [γ + 3 (1-γ) erf²t] exp(-t²) dt/t` from x to ∞, the pressure-dependent factor of the mean gap.
@@ -156,7 +156,7 @@ pub(super) fn full_contact_energy(band: &Band) -> f64 {
 }
 
 /// Contact fraction at a mean square gradient g², `erf(c p/g)`.
-pub(super) fn contact_fraction(c: f64, pressure: f64, gradient: f64) -> f64 {
+pub(super) fn contact_area(c: f64, pressure: f64, gradient: f64) -> f64 {
     if gradient > 0.0 { libm::erf(c * pressure / gradient.sqrt()) } else { 1.0 }
 }
 

@@ -196,7 +196,7 @@ impl Estimator for Springs<'_> {
         self.gap.iter_mut().zip(&self.contact).filter(|(_, c)| **c != 0).for_each(|(g, _)| *g = 0.0);
         let touching = self.contact.iter().map(|c| usize::from(*c)).sum::<usize>();
         Ok(Estimate {
-            contact_fraction: touching as f64 / self.contact.len() as f64,
+            contact_area: touching as f64 / self.contact.len() as f64,
             mean_gap: Some(mean(&self.gap)),
             contact: Some(&self.contact),
             gap: Some(&self.gap),

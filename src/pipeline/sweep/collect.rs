@@ -44,7 +44,7 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, sc
         let (load, branch, p_star) = at(s);
         let observed = s.observed.as_ref();
         let values = [
-            ("contact_fraction", "1", Some(s.contact_fraction_corrected)),
+            ("contact_area", "1", Some(s.numbers.contact_area)),
             ("mean_gap", "um", Some(s.mean_gap * um)),
             ("stiffness", "MPa/um", s.numbers.stiffness.map(|k| k * mpa / um)),
             ("energy", "J/m2", Some(s.energy * um * mpa)),
@@ -68,7 +68,7 @@ fn method(list: &mut Vec<Observation>, m: &MethodResults, scales: ScalesSi) {
     for s in &m.states {
         let n = &s.numbers;
         let values = [
-            ("contact_fraction", "1", Some(s.contact_fraction_corrected.unwrap_or(n.contact_fraction))),
+            ("contact_area", "1", Some(n.contact_area)),
             ("mean_gap", "um", s.mean_gap.map(|g| g * um)),
             ("stiffness", "MPa/um", n.stiffness.map(|k| k * mpa / um)),
             ("clusters", "1", n.patches.map(|n| n as f64)),
@@ -82,14 +82,14 @@ fn method(list: &mut Vec<Observation>, m: &MethodResults, scales: ScalesSi) {
 fn comparison(list: &mut Vec<Observation>, c: &ComparisonResults) {
     for (load, l) in c.loads.iter().enumerate() {
         let values = [
-            ("contact_fraction", "1", Some(l.atoms.contact_fraction)),
+            ("contact_area", "1", Some(l.atoms.contact_area)),
             ("mean_gap", "angstrom", Some(l.atoms_mean_gap_angstrom)),
             ("clusters", "1", Some(l.atoms_patches as f64)),
         ];
         add(list, ("atoms", load, Branch::Loading, l.p_star), &values);
         for m in &l.continuum {
             let values = [
-                ("contact_fraction", "1", Some(m.contact_fraction)),
+                ("contact_area", "1", Some(m.contact_area)),
                 ("mean_gap", "angstrom", l.mean_gap_angstrom(&m.id)),
                 ("kappa", "1", Some(m.overlap.kappa)),
                 ("jaccard", "1", Some(m.overlap.jaccard)),

@@ -6,7 +6,6 @@ use crate::compare::accuracy::{
 };
 use crate::method::Kind;
 use crate::observe::Distribution;
-use crate::path::CORRECTION;
 use crate::record::methods::MethodState;
 use crate::record::npy;
 use crate::record::quantity::Quantity;
@@ -94,12 +93,15 @@ pub(super) fn maps(
 
 fn number(state: &MethodState, quantity: Quantity) -> Option<f64> {
     match quantity {
-        Quantity::ContactArea => Some(state.area()),
+        Quantity::ContactArea => Some(state.numbers.contact_area),
         Quantity::MeanGap => state.mean_gap,
         Quantity::Stiffness => state.numbers.stiffness,
         _ => None,
     }
 }
+
+/// Share of the excess of counted nodes that counts as uncertainty of a reference's area, at least.
+const EDGES: f64 = 1.0 / 3.0;
 
 /// Numbers of the reference at each load, extrapolated from its grids (`levels`, coarse to fine).
 pub(super) fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
@@ -112,8 +114,9 @@ pub(super) fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
             // Without a value on every coarser grid, the finest grid is used alone.
             let values = values.unwrap_or_else(|| number(state, quantity).into_iter().collect());
             if let Some(mut found) = richardson(&values) {
+                let area = state.numbers.contact_area;
                 if let Some(u) = found.uncertainty.as_mut().filter(|_| quantity == Quantity::ContactArea) {
-                    *u = u.max(CORRECTION * (state.numbers.contact_fraction - state.area()).abs());
+                    *u = u.max(EDGES * (state.contact_nodes.unwrap_or(area) - area).abs());
                 }
                 numbers.insert(quantity, found);
             }

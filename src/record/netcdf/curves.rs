@@ -34,14 +34,14 @@ impl Scale {
 /// Name, factor, unit, long name and value of each scalar.
 type Column = (&'static str, Scale, &'static str, &'static str, fn(&StateResults) -> Option<f64>);
 
-const COLUMNS: [Column; 24] = [
+const COLUMNS: [Column; 26] = [
     ("p_star", Scale::One, "1", "mean pressure over E* times rms gradient", |s| Some(s.numbers.p_star)),
     ("pressure", Scale::Stress, "Pa", "mean pressure", |s| Some(s.numbers.pressure)),
-    ("contact_fraction", Scale::One, "1", "relative contact area, counted", |s| Some(s.numbers.contact_fraction)),
-    ("contact_fraction_corrected", Scale::One, "1", "relative contact area, perimeter-corrected", |s| {
-        Some(s.contact_fraction_corrected)
-    }),
+    ("contact_area", Scale::One, "1", "relative contact area", |s| Some(s.numbers.contact_area)),
+    ("contact_area_error", Scale::One, "1", "error of the relative contact area", |s| s.numbers.contact_area_error),
+    ("contact_nodes", Scale::One, "1", "contact nodes over all nodes", |s| Some(s.contact_nodes)),
     ("mean_gap", Scale::Length, "m", "mean gap", |s| Some(s.mean_gap)),
+    ("mean_gap_error", Scale::Length, "m", "error of the mean gap", |s| s.mean_gap_error),
     ("stiffness", Scale::Stiffness, "Pa m-1", "contact stiffness dp/du from neighbouring loads", |s| {
         s.numbers.stiffness
     }),
@@ -55,13 +55,13 @@ const COLUMNS: [Column; 24] = [
     }),
     ("residual", Scale::One, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
     ("load_error", Scale::One, "1", "relative error of the load", |s| Some(s.numbers.load_error)),
-    ("contact_fraction_change", Scale::One, "1", "relative change of the area from half the points per side", |s| {
+    ("contact_area_change", Scale::One, "1", "relative change of the area from half the points per side", |s| {
         s.discretisation.and_then(|d| d.area)
     }),
     ("mean_gap_change", Scale::One, "1", "relative change of the mean gap from half the points per side", |s| {
         s.discretisation.and_then(|d| d.mean_gap)
     }),
-    ("contact_fraction_extrapolated", Scale::One, "1", "area at the true range of the adhesion, corrected", |s| {
+    ("contact_area_extrapolated", Scale::One, "1", "area at the true range of the adhesion", |s| {
         s.extrapolated.map(|e| e.area.value)
     }),
     ("mean_gap_extrapolated", Scale::Length, "m", "mean gap at the true range of the adhesion", |s| {
@@ -88,7 +88,7 @@ const COLUMNS: [Column; 24] = [
         |s| s.observed.as_ref().and_then(|o| o.compressive?.median_cluster_area),
     ),
     (
-        "hysteresis_contact_fraction",
+        "hysteresis_contact_area",
         Scale::One,
         "1",
         "relative change of the area from the same load on the loading branch",
@@ -125,7 +125,7 @@ pub(super) fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Var
         }
     }
     let criterion = c.states.first().map_or(String::new(), |s| s.criterion.clone());
-    for v in variables.iter_mut().filter(|v| v.name.starts_with("contact_fraction")) {
+    for v in variables.iter_mut().filter(|v| v.name.starts_with("contact_area")) {
         v.attributes.push(("criterion".into(), Attribute::Text(criterion.clone())));
     }
     if let Some(p) = c.pull_off.as_ref().filter(|p| !p.curve.is_empty()) {

@@ -36,7 +36,7 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
         attributes.extend(words.map(|(key, value)| text(key, value)));
         let number = |key: &str, value: f64| (key.to_string(), Attribute::Number(value));
         attributes.extend(continuum.range.map(|r| number("range_m", r.used * length)));
-        attributes.extend(continuum.hysteresis_work.map(|w| number("hysteresis_work_j_m2", w * modulus * length)));
+        attributes.extend(continuum.dissipation.map(|w| number("dissipation_j_m2", w * modulus * length)));
         if let Some([open, sealed]) = continuum.percolation {
             attributes.extend([number("percolates_to_p_star", open), number("sealed_from_p_star", sealed)]);
         }
@@ -232,7 +232,7 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
         let along = ["atoms_load"];
         list.push(Variable::new("atoms_p_star", &along, curve(|s| s.p_star), "1", "load over E* times rms gradient"));
         let contact = "fraction of the surface atoms in contact";
-        list.push(Variable::new("atoms_contact_fraction", &along, curve(|s| s.contact_fraction), "1", contact));
+        list.push(Variable::new("atoms_contact_area", &along, curve(|s| s.contact_area), "1", contact));
         let gap = curve(|s| s.mean_gap_angstrom * ANGSTROM_M);
         list.push(Variable::new("atoms_mean_gap", &along, gap, "m", "mean gap of the atoms"));
         let files = |of: fn(&crate::record::results::AtomState) -> &String| -> Vec<PathBuf> {

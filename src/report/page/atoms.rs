@@ -16,7 +16,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
         .map(|s| {
             vec![
                 text(trimmed(s.p_star, 4)),
-                text(percent(s.contact_fraction)),
+                text(percent(s.contact_area)),
                 text(count(s.contacts)),
                 text(count(s.contacts_below_surface)),
                 text(format!("{}\u{a0}Å", significant(s.mean_gap_angstrom, 4))),

@@ -98,7 +98,7 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
         ),
         (8, gaps(writer, with, without), "Pr(u): distribution of the gap out of contact, at the reference load."),
         (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
-        (10, area(with, without), "Relative contact area (perimeter-corrected) against load."),
+        (10, area(with, without), "Relative contact area against load."),
         (11, contact_pressure(with, without), "Mean contact pressure against load, loading and unloading."),
         (
             12,
@@ -329,14 +329,14 @@ fn paths(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&State
 }
 
 fn area(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let mut curves = paths(with, without, |s| s.contact_fraction_corrected);
+    let mut curves = paths(with, without, |s| s.numbers.contact_area);
     let (label, theory) = theory(without);
     curves.push(formula((&label, THEORY), &curves, Axis::Log, theory));
     Plot::new((Axis::Log, Axis::Log), ("load p*", "relative contact area a_r"), curves)
 }
 
 fn contact_pressure(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let curves = paths(with, without, |s| s.numbers.p_star / s.contact_fraction_corrected);
+    let curves = paths(with, without, |s| s.numbers.p_star / s.numbers.contact_area);
     Plot::new((Axis::Log, Axis::Linear), ("load p*", "mean contact pressure p/(a_r E* ḡ)"), curves)
 }
 

@@ -93,12 +93,12 @@ fn overview(c: &ComparisonResults) -> Markup {
         .map(|load| {
             let area = |id: &str| {
                 let found = load.continuum.iter().find(|m| m.id == id);
-                text(found.map_or("–".into(), |m| percent(m.contact_fraction)))
+                text(found.map_or("–".into(), |m| percent(m.contact_area)))
             };
             let best = matched(load);
             vec![
                 text(trimmed(load.p_star, 4)),
-                html! { strong { (percent(load.atoms.contact_fraction)) } },
+                html! { strong { (percent(load.atoms.contact_area)) } },
                 area("hard_wall"),
                 area("offset_wall"),
                 area("compliant_wall"),
@@ -126,7 +126,7 @@ fn overview(c: &ComparisonResults) -> Markup {
 
 /// Relative deviation of the atoms' contact from that under a criterion; `None` if the latter is zero.
 pub(super) fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64> {
-    (m.contact_fraction > 0.0).then(|| load.atoms.contact_fraction / m.contact_fraction - 1.0)
+    (m.contact_area > 0.0).then(|| load.atoms.contact_area / m.contact_area - 1.0)
 }
 
 fn signed_percent(share: f64) -> String {
@@ -176,7 +176,7 @@ fn continuum_contact(writer: &FigureWriter, m: &CriterionMatch) -> Result<Option
         "yielding_wall" => "Compliant wall with hardness".into(),
         _ => "Compliant wall".into(),
     };
-    Ok(Some(Contact { title, map: flags(writer, file, LONGEST_SIDE)?, share: m.contact_fraction }))
+    Ok(Some(Contact { title, map: flags(writer, file, LONGEST_SIDE)?, share: m.contact_area }))
 }
 
 fn contact_maps(
@@ -210,7 +210,7 @@ fn contact_maps(
             drawn.push((contact, m));
         }
     }
-    let atoms_share = html! { (percent(load.atoms.contact_fraction)) " in contact (" (load.atoms.criterion) ")" };
+    let atoms_share = html! { (percent(load.atoms.contact_area)) " in contact (" (load.atoms.criterion) ")" };
     panels.push(draw("contact-atoms", "Atoms", &touching, BLUE, atoms_share)?);
     if let Some((contact, m)) = drawn.last() {
         if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
@@ -266,7 +266,7 @@ fn matches(load: &LoadComparison) -> Markup {
         .map(|m| {
             vec![
                 html! { strong { (m.label()) } ": " (m.criterion) },
-                text(percent(m.contact_fraction)),
+                text(percent(m.contact_area)),
                 text(load.mean_gap_angstrom(&m.id).map_or_else(String::new, angstrom)),
                 with_misaligned(m.overlap.kappa, m.shifted.kappa),
                 with_misaligned(m.overlap.jaccard, m.shifted.jaccard),
@@ -276,7 +276,7 @@ fn matches(load: &LoadComparison) -> Markup {
         })
         .chain([vec![
             html! { strong { "atoms" } ": " (load.atoms.criterion) },
-            text(percent(load.atoms.contact_fraction)),
+            text(percent(load.atoms.contact_area)),
             text(angstrom(load.atoms_mean_gap_angstrom)),
             html! {},
             html! {},

@@ -22,7 +22,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
         .iter()
         .map(|s| {
             let shares = s.criteria.iter().map(|w| {
-                html! { (percent(w.contact_fraction)) " " span.quiet { "(" (count(w.atoms)) ")" } }
+                html! { (percent(w.contact_area)) " " span.quiet { "(" (count(w.atoms)) ")" } }
             });
             [text(trimmed(s.p_star, 4))].into_iter().chain(shares).collect()
         })

@@ -18,14 +18,19 @@ use crate::report::plot::{
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
 const LONG_PATH: f64 = 30.0;
 
-/// Both figures; `None` without any load.
+/// The figures; `None` without any load.
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let area = area(writer, results)?;
     let gap = match &results.continuum {
         Some(c) => mean_gap(writer, c, results.non_adhesive.as_ref())?,
         None => None,
     };
-    Ok((area.is_some() || gap.is_some()).then(|| html! { @for figure in [area, gap].iter().flatten() { (figure) } }))
+    let stiffness = match &results.continuum {
+        Some(c) => contact_stiffness(writer, c)?,
+        None => None,
+    };
+    let figures: Vec<Markup> = [area, gap, stiffness].into_iter().flatten().collect();
+    Ok((!figures.is_empty()).then(|| html! { @for figure in &figures { (figure) } }))
 }
 
 /// Curves of a load path, one per branch, each starting at the first state of its branch. States that did not
@@ -66,22 +71,22 @@ fn area_plot(results: &Results) -> Plot {
     if let Some(c) = &results.continuum {
         let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
         let label = format!("{}{scale}", c.method);
-        curves.extend(branches(c, (&label, LABORATORY), &|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)));
+        curves.extend(branches(c, (&label, LABORATORY), &|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area)));
     }
     if let Some(c) = &results.non_adhesive {
-        let points = c.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)).collect();
+        let points = c.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area)).collect();
         curves.push(Curve { label: "without adhesion".into(), style: WITHOUT, points });
     }
     for m in results.methods.iter().filter(|m| !m.states.is_empty()) {
         let label = format!("{}{}", m.method, if m.adhesive { "" } else { ", without adhesion" });
-        let points = m.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.area())).collect();
+        let points = m.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area)).collect();
         curves.push(Curve { label, style: method_style(&m.method), points });
     }
     if let Some(c) = &results.comparison {
         curves.extend(criteria(c));
     }
     if let Some(a) = &results.atoms {
-        let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
+        let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_area)).collect();
         curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
         curves.extend(first_yield(a).map(|point| Curve {
             label: "first yield".into(),
@@ -107,6 +112,35 @@ fn area_plot(results: &Results) -> Plot {
     }
     let contact = if results.atoms.is_some() { "contact (% of cell or sites)" } else { "contact (% of the cell)" };
     Plot { include, ..Plot::new((axis, axis), ("reduced load p*", contact), curves) }
+}
+
+/// Contact stiffness of the solved states against p*, with bars of its error.
+fn contact_stiffness(writer: &FigureWriter, c: &ContinuumResults) -> Result<Option<Markup>> {
+    let unit = writer.scales.modulus_pa / writer.scales.length_m;
+    let known: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stiffness.is_some()).collect();
+    if known.len() < 2 {
+        return Ok(None);
+    }
+    let value = |s: &StateResults| s.numbers.stiffness.unwrap_or(f64::NAN);
+    let largest = known.iter().map(|s| value(s)).fold(0.0, f64::max) * unit;
+    let (scale, prefix) = si_scale(largest);
+    let solved = ContinuumResults { states: known.iter().map(|s| (*s).clone()).collect(), ..c.clone() };
+    let at = |s: &StateResults, k: f64| (s.numbers.p_star, k * unit / scale);
+    let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| at(s, value(s)));
+    for s in &known {
+        let Some(error) = s.numbers.stiffness_error.filter(|e| *e < value(s)) else { continue };
+        let points = [-1.0, 1.0].map(|side| at(s, value(s) + side * error)).into();
+        curves.push(Curve { label: String::new(), style: EXPECTED, points });
+    }
+    let axis = if c.states.iter().all(|s| s.numbers.p_star > 0.0) { Axis::Log } else { Axis::Linear };
+    let label = format!("contact stiffness ({prefix}Pa/m)");
+    let Some(svg) = writer.curves("stiffness", &Plot::new((axis, axis), ("reduced load p*", &label), curves))? else {
+        return Ok(None);
+    };
+    Ok(Some(figure(
+        svg,
+        html! { "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error." },
+    )))
 }
 
 /// The theory at the rms gradient that the atoms' scale resolves.
@@ -149,9 +183,8 @@ fn criteria(c: &ComparisonResults) -> Vec<Curve> {
         }
     }
     let curve = |id: &str| {
-        let of = |l: &LoadComparison| {
-            l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_fraction))
-        };
+        let of =
+            |l: &LoadComparison| l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_area));
         let (style, label): (Style, String) = match id {
             "hard_wall" => (HARD, "hard wall, gap = 0".into()),
             "offset_wall" => (THRESHOLD, "offset wall".into()),
@@ -176,8 +209,8 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let Some(svg) = writer.curves("area", &area_plot(results))? else { return Ok(None) };
     Ok(Some(figure(
         svg,
-        html! { "Contact fraction against reduced load. The curve at the laboratory scale is perimeter-corrected"
-        @if results.comparison.is_some() { "; those at the atoms’ scale are fractions of the surface sites, for comparison "
+        html! { "Contact area against reduced load"
+        @if results.comparison.is_some() { "; at the atoms’ scale fractions of the surface sites, for comparison "
             "with the atoms" } ". erf: Persson’s theory without adhesion, at the rms gradient that the grid"
         @if results.comparison.is_some() { " or the block of atoms" } " resolves." },
     )))
@@ -186,7 +219,7 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
 /// p* of first yield and the atoms' contact there (%), between the loads around it.
 fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
     let p_star = a.plasticity.as_ref()?.first_yield?;
-    let area = |s: &AtomState| 100.0 * s.contact_fraction;
+    let area = |s: &AtomState| 100.0 * s.contact_area;
     let above = a.states.iter().position(|s| s.p_star >= p_star)?;
     let (s1, (p0, a0)) = (
         &a.states[above],

@@ -160,7 +160,7 @@ fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
     html! {
         (numbers(&head, rows))
         p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area. Contact stiffness: derivative of "
-            "the mean pressure by the mean gap, from the neighbouring loads. Constriction conductance: clusters as independent circular "
+            "the mean pressure by the approach, without change of the contact. Constriction conductance: clusters as independent circular "
             "spots; conductance from stiffness: with their interaction; both relative to a cube of the cell's extent. Equivalent "
             "hydraulic gap: uniform gap with the same flow, by the effective medium, which seals at half contact. Percolates: connects "
             "around the periodic cell, contact by edges and corners, gap by edges." }

@@ -18,7 +18,7 @@ const COLOURS: [Rgb; 6] = [BLUE, ORANGE, GREEN, VERMILION, BLACK, PURPLE];
 
 /// Quantities that are drawn, with label and axis.
 const DRAWN: [(&str, &str, Axis); 3] = [
-    ("contact_fraction", "relative contact area", Axis::Log),
+    ("contact_area", "relative contact area", Axis::Log),
     ("mean_gap", "mean gap", Axis::Log),
     ("kappa", "Cohen’s κ with the atoms", Axis::Linear),
 ];
@@ -64,8 +64,7 @@ pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
 
 fn summary(e: &Ensemble) -> Markup {
     let count = |status: PointStatus| e.points.iter().filter(|p| p.status == status).count();
-    let largest =
-        e.differences.iter().filter(|d| d.of.quantity == "contact_fraction" && d.of.branch == Branch::Loading);
+    let largest = e.differences.iter().filter(|d| d.of.quantity == "contact_area" && d.of.branch == Branch::Loading);
     html! {
         @if let Some((d, r)) = largest.clone().filter_map(|d| Some((d, d.relative.as_ref()?))).next_back() {
             p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } ", at p* = "
@@ -111,7 +110,7 @@ fn warnings(e: &Ensemble) -> Markup {
 /// The mean contact area at the highest load of loading, one for each source and combination of the varied keys.
 fn highest_loads(e: &Ensemble) -> Vec<&Statistic> {
     let mut list: Vec<&Statistic> = Vec::new();
-    for s in e.statistics.iter().filter(|s| s.of.quantity == "contact_fraction" && s.of.branch == Branch::Loading) {
+    for s in e.statistics.iter().filter(|s| s.of.quantity == "contact_area" && s.of.branch == Branch::Loading) {
         match list.iter_mut().find(|l| l.group == s.group && l.of.source == s.of.source) {
             Some(known) if s.p_star > known.p_star => *known = s,
             Some(_) => {}
@@ -246,7 +245,7 @@ fn with_unit(label: &str, unit: &str) -> String {
 }
 
 fn differences(writer: &FigureWriter, e: &Ensemble, (k, group): (usize, &Group)) -> Result<Option<Markup>> {
-    let of = |d: &&Difference| d.group == *group && d.of.quantity == "contact_fraction";
+    let of = |d: &&Difference| d.group == *group && d.of.quantity == "contact_area";
     let relative =
         e.differences.iter().filter(of).filter_map(|d| {
             Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.p_star, d.relative.as_ref()?))

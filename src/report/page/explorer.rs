@@ -209,7 +209,7 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
     let of_continuum = |c: &ContinuumResults, load: &LoadComparison, m: &CriterionMatch, gap| -> Result<Fields> {
         let stress = stored(c, load, |s| s.numbers.stress_map.as_ref());
         Ok(Fields {
-            share: Some(m.contact_fraction),
+            share: Some(m.contact_area),
             contact: m.map.as_deref().map(|f| file(f, &flag)).transpose()?,
             gap,
             stress: stress.map(|f| file(&f, &|v| v * atoms.modulus_gpa)).transpose()?.map(smooth),
@@ -240,7 +240,7 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
             hard.push(of_continuum(wall, load, m, from_heights(wall, load)?)?);
         }
         block.push(Fields {
-            share: Some(load.atoms.contact_fraction),
+            share: Some(load.atoms.contact_area),
             contact: Some(file(&state.contact_map, &flag)?),
             gap: Some(file(&state.gap_map, &|v| v)?),
             stress: state.stress.as_ref().map(|s| file(&s.map, &|v| v)).transpose()?,
@@ -266,7 +266,7 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
     let stored = |s: &&StateResults| s.numbers.gap_map.is_some() && s.numbers.stop != "detached";
     let states: Vec<&StateResults> = c.states.iter().filter(stored).collect();
     let highest = states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
-    let pressure = |s: &&StateResults| s.numbers.pressure.abs() / s.numbers.contact_fraction.max(1e-3);
+    let pressure = |s: &&StateResults| s.numbers.pressure.abs() / s.numbers.contact_area.max(1e-3);
     let strongest = states.iter().map(pressure).fold(0.0, f64::max) * writer.scales.modulus_pa;
     let ((gap_factor, gap_prefix), (stress_factor, stress_prefix)) = (si_scale(highest), si_scale(strongest));
     let (mut loads, mut fields) = (Vec::new(), Vec::new());

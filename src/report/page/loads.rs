@@ -86,8 +86,10 @@ pub(super) fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [Str
             vec![
                 html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
                 text(pressure),
-                known(percent(s.numbers.contact_fraction)),
-                known(percent(s.contact_fraction_corrected)),
+                known(
+                    with_error(100.0 * s.numbers.contact_area, s.numbers.contact_area_error.map(|e| 100.0 * e)) + " %",
+                ),
+                known(percent(s.contact_nodes)),
                 known(gap),
                 s.numbers.patches.map_or_else(|| text("–"), |n| known(count(n))),
                 stop(s),
@@ -102,8 +104,8 @@ pub(super) fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [Str
     let head = [
         "p*",
         "mean pressure",
-        "contact",
-        "corrected",
+        "contact area",
+        "contact nodes",
         "mean gap",
         "clusters",
         "solver",
@@ -117,11 +119,17 @@ pub(super) fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [Str
     criteria.dedup();
     html! {
         (numbers(&head, rows))
-        p.quiet { "Contact criterion: " (criteria.join("; ")) ". Corrected: perimeter-corrected for the overcounting of nodes at the rim "
-            "of clusters. Clusters connect by edges or corners. Load error: relative deviation of the integrated stress from "
+        p.quiet { "Contact criterion: " (criteria.join("; ")) ". Contact area: nodes without the excess that they count along the edges of "
+            "clusters, with the error. Clusters connect by edges or corners. Load error: relative deviation of the integrated stress from "
             "the target load; residual: rms violation of equilibrium over the mean pressure. FFT pair: one forward and one "
             "inverse transform." }
     }
+}
+
+/// A value with its error.
+fn with_error(value: f64, error: Option<f64>) -> String {
+    let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
+    format!("{}{error}", significant(value, 3))
 }
 
 /// Label of a load on the unloading branch.
@@ -200,7 +208,7 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             gaps.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
             let names = (format!("contact-{}", i + 1), title("Contact"));
             let image = writer.map((&names.0, &names.1), &picture::contact(&contact, BLACK), length_m, Legend::None)?;
-            let share = html! { (percent(state.numbers.contact_fraction)) " in contact (black)" };
+            let share = html! { (percent(state.contact_nodes)) " in contact (black)" };
             contacts.extend(shown.contains(&i).then(|| panel(&names.1, image, share)));
         }
         if let Some(file) = &state.numbers.stress_map {

@@ -249,7 +249,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
     }
     Ok(html! {
         p { "Deviations are from " (own_name(results))
-            " Areas are by each method’s own criterion, perimeter-corrected where contact is a map of nodes." }
+            " Areas are by each method’s own criterion." }
         p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below each figure: what it does not show, and why." }
         @if loads.is_empty() { (table(writer, results, &own, None)) }
         @for load in &of_loads { (load) }
@@ -281,12 +281,13 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, index: Option<usiz
     };
     let own_row = |adhesive: bool| {
         let s = at_step(own.like(adhesive), index?)?;
-        let error = grid(adhesive).map_or(String::new(), |e| format!(" ± {} by the grid", percent(e * s.area())));
+        let error =
+            grid(adhesive).map_or(String::new(), |e| format!(" ± {} by the grid", percent(e * s.numbers.contact_area)));
         Some(vec![
             html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
             text(if adhesive { "with" } else { "without" }),
             text(results.continuum.iter().flat_map(|c| &c.states).next().map_or("", |s| &s.criterion)),
-            html! { (percent(s.area())) span.quiet { (error) } },
+            html! { (percent(s.numbers.contact_area)) span.quiet { (error) } },
             text(s.mean_gap.map_or("–".into(), |g| format!("{} µm", significant(g * um, 3)))),
             text(s.numbers.stiffness.map_or("–".into(), |k| significant(k, 3))),
             text(s.median_cluster_area.map_or("–".into(), |a| format!("{} µm²", significant(a * um * um, 3)))),
@@ -314,8 +315,8 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, index: Option<usiz
         } else if here.is_some() {
             cells.extend([
                 html! {
-                    (with(Quantity::ContactArea, &|s| Some(s.area()), &percent))
-                    @if let Some(presses) = here.and_then(|s| s.contact_fraction_compressive) {
+                    (with(Quantity::ContactArea, &|s| Some(s.numbers.contact_area), &percent))
+                    @if let Some(presses) = here.and_then(|s| s.contact_nodes_compressive) {
                         span.quiet { " (" (percent(presses)) " under compression)" }
                     }
                 },
@@ -451,8 +452,10 @@ fn points(
         states.iter().filter_map(|s| Some((s.numbers.p_star, of(s)?))).collect()
     };
     match kind.shows {
-        Shown::Area => return Ok(along(&|s| Some(s.area()))),
-        Shown::Pressure => return Ok(along(&|s| (s.area() > 0.0).then(|| s.numbers.p_star / s.area()))),
+        Shown::Area => return Ok(along(&|s| Some(s.numbers.contact_area))),
+        Shown::Pressure => {
+            return Ok(along(&|s| (s.numbers.contact_area > 0.0).then(|| s.numbers.p_star / s.numbers.contact_area)));
+        }
         Shown::MeanGap => return Ok(along(&|s| s.mean_gap.map(|g| g * um))),
         _ => {}
     }

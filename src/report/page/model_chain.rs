@@ -42,7 +42,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
     };
     let area = Plot {
         include: vec![(0.0, 0.0)],
-        ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact (%)"), along(&|v| 100.0 * v.contact_fraction))
+        ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact (%)"), along(&|v| 100.0 * v.contact_area))
     };
     let gap = Plot::new((Axis::Log, Axis::Linear), ("p*", "mean gap (Å)"), along(&|v| v.mean_gap_angstrom));
     let mut figures = Vec::new();
@@ -75,7 +75,7 @@ fn table(loads: &[&LoadComparison]) -> Markup {
             rows.push(vec![
                 text(if k == 0 { trimmed(load.p_star, 4) } else { String::new() }),
                 html! { strong { (look(&v.id).1) } },
-                text(percent(v.contact_fraction)),
+                text(percent(v.contact_area)),
                 text(format!("{}\u{a0}Å", significant(v.mean_gap_angstrom, 4))),
                 text(v.contact_stress_gpa.map_or("–".into(), |s| format!("{}\u{a0}GPa", significant(s, 3)))),
                 text(count(v.patches)),

@@ -21,7 +21,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResu
         let names = (format!("probability-{}", i + 1), format!("contact probability of the surface atoms at {title}"));
         let length = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;
         let image = writer.map((&names.0, &names.1), &picture::map(&small, range), length, legend)?;
-        let contact = state.contact_fraction;
+        let contact = state.contact_area;
         let words = format!("{} ± {}", percent(contact.value), percent(contact.error));
         drawn.push(panel(&title, image, html! { (words) " in contact" }));
         let still = atoms.states.iter().find(|s| (s.p_star / state.p_star - 1.0).abs() < 1e-6);
@@ -29,7 +29,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResu
         rows.push(vec![
             text(trimmed(state.p_star, 4)),
             text(words),
-            at_rest(still.map(|s| percent(s.contact_fraction))),
+            at_rest(still.map(|s| percent(s.contact_area))),
             text(percent(state.majority_contact)),
             text(percent(state.any_contact)),
             text(with_error(state.mean_gap_angstrom, "Å")),

@@ -47,8 +47,8 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         (
             "area-of-range",
             "relative contact area",
-            curves(&|s| s.contact_fraction_corrected),
-            "Contact area, perimeter-corrected, against Tabor’s parameter: short ranges to the right.",
+            curves(&|s| s.numbers.contact_area),
+            "Contact area against Tabor’s parameter: short ranges to the right.",
         ),
         ("mean-gap-of-range", "mean gap (µm)", curves(&|s| s.mean_gap * um), "Mean gap against Tabor’s parameter."),
     ] {
@@ -66,7 +66,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
                     text(significant(*mu, 3)),
                     text(significant(resolved, 3)),
                     text(trimmed(s.numbers.p_star, 4)),
-                    text(percent(s.contact_fraction_corrected)),
+                    text(percent(s.numbers.contact_area)),
                     text(si(s.mean_gap * writer.scales.length_m, "m", 4)),
                 ]
             })
@@ -77,7 +77,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
             "(R_c γ²/(E*² ρ³))^1/3 with the surface’s curvature radius R_c, " (si(tabor.radius * writer.scales.length_m, "m", 4))
             ", and the range used on the grid." }
         @for f in &figures { (f) }
-        (numbers(&["range", "Tabor parameter", "resolution", "p*", "contact, corrected", "mean gap"], rows))
+        (numbers(&["range", "Tabor parameter", "resolution", "p*", "contact area", "mean gap"], rows))
     })
 }
 

@@ -120,14 +120,14 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup>
     let (load, elastic, off) = worst(&|l, e, _| deviation(l, e))?;
     let (_, _, left) = worst(&|l, _, h| deviation(l, h))?;
     let state = at_load(&c.compliant_wall.states, load.p_star, |s: &StateResults| s.numbers.p_star)?;
-    let stress = state.numbers.pressure / elastic.contact_fraction * atoms.modulus_gpa * 1e9;
+    let stress = state.numbers.pressure / elastic.contact_area * atoms.modulus_gpa * 1e9;
     let lowest = |of: fn(&CriterionMatch) -> f64, hard: bool| {
         pairs.iter().map(|(_, e, h)| of(if hard { h } else { e })).fold(f64::INFINITY, f64::min)
     };
     let kappa = |hard| significant(lowest(|m| m.overlap.kappa, hard), 2);
     let shifted = pairs.iter().map(|(_, _, h)| h.shifted.kappa.abs()).fold(0.0, f64::max);
     let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
-    let share = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
+    let share = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
     let verb = if stress > hardness { "exceeds" } else { "is below" };
     let explains = if left.abs() < 0.5 * off.abs() { "explains it" } else { "does not explain it" };
     Some(html! {
@@ -155,8 +155,8 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
         format!(" (least at p* = {})", trimmed(least.p_star, 4))
     };
     let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
-    let atoms = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
-    let continuum = span(matches.iter().map(|(_, m)| m.contact_fraction), percent);
+    let atoms = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
+    let continuum = span(matches.iter().map(|(_, m)| m.contact_area), percent);
     let within = match doubt {
         Some(d) if off.abs() <= d => "within the uncertainty",
         Some(_) => "more than the uncertainty",
@@ -182,7 +182,7 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
     let path = if c.states.len() == 1 {
         format!(
             "the contact fraction is {}{} at p* = {}, the mean gap {}{}",
-            percent(first.contact_fraction_corrected),
+            percent(first.numbers.contact_area),
             plus_minus(first, Quantity::ContactArea),
             trimmed(first.numbers.p_star, 4),
             gap(first.mean_gap),
@@ -190,13 +190,13 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
         )
     } else {
         let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
-        let contact = span(of(|s| s.contact_fraction_corrected), percent);
+        let contact = span(of(|s| s.numbers.contact_area), percent);
         let both = turned(c).map_or(String::new(), |(loading, back)| {
             format!(
                 "; at p* = {} it is {} on loading and {} on unloading",
                 trimmed(back.numbers.p_star, 4),
-                percent(loading.contact_fraction_corrected),
-                percent(back.contact_fraction_corrected)
+                percent(loading.numbers.contact_area),
+                percent(back.numbers.contact_area)
             )
         });
         format!(
@@ -206,7 +206,7 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
             largest(c, Quantity::ContactArea)
         )
     };
-    let sentence = format!("{scale}{path} ({}, {}, perimeter-corrected; {stops}).", c.method, first.criterion);
+    let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);
     Some(super::figures::capitalised(&sentence))
 }
 
@@ -231,7 +231,7 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
         (back.branch == Branch::Unloading && back.numbers.stop == "converged").then_some(())?;
         let loading = loading.rfind(same)?;
         // Without hysteresis both branches have the same area.
-        let alike = percent(loading.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
+        let alike = percent(loading.numbers.contact_area) == percent(back.numbers.contact_area);
         (!alike).then_some((loading, back))
     };
     (0..c.states.len()).rev().find_map(pair)

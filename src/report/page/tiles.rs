@@ -74,8 +74,8 @@ fn tiles(results: &Results) -> Vec<Tile> {
         tiles.truncate(3);
         tiles.push(Tile {
             name: html! { "atoms in contact at p* = " (trimmed(state.p_star, 4)) },
-            value: percent(state.contact_fraction),
-            exact: Some(state.contact_fraction),
+            value: percent(state.contact_area),
+            exact: Some(state.contact_area),
             error: String::new(),
             note: format!("of the surface layer of {} moving atoms", count(atoms.deformable)),
         });
@@ -88,7 +88,7 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     let at = format!("p* = {}", trimmed(s.numbers.p_star, 4));
     let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
     let area = total(s, Quantity::ContactArea);
-    let contact = share(s.contact_fraction_corrected, area, "of the cell");
+    let contact = share(s.numbers.contact_area, area, "of the cell");
     // Why this contact is not that of the comparison.
     let resolved = results.comparison.as_ref().and_then(|m| c.resolved_gradient.zip(m.hard_wall.resolved_gradient));
     let resolved = resolved.map_or(String::new(), |(here, atoms)| {
@@ -99,9 +99,9 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
         Tile {
             name: html! { (term(Term::Contact)) " at " (at) (scale) },
             value: contact.0,
-            exact: Some(s.contact_fraction_corrected),
+            exact: Some(s.numbers.contact_area),
             error: contact.1,
-            note: format!("perimeter-corrected; {}{resolved}", c.method),
+            note: format!("{}{resolved}", c.method),
         },
         Tile {
             name: html! { "mean " (term(Term::Gap)) " at " (at) (scale) },
@@ -121,7 +121,10 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
         });
     }
     if let Some(p) = &c.pull_off {
-        let (value, error) = with_error(-p.pressure * pascal, p.pressure_error * pascal, "Pa");
+        let (value, error) = match p.pressure_error {
+            Some(e) => with_error(-p.pressure * pascal, e * pascal, "Pa"),
+            None => (si(-p.pressure * pascal, "Pa", 3), " ± not known".into()),
+        };
         tiles.push(Tile {
             name: html! { "pull-off stress" },
             value,
@@ -150,7 +153,7 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
                 .numbers
                 .stiffness_error
                 .map_or(" ± not known".into(), |e| format!(" ± {}", stiffness(e * unit, metres, 2))),
-            note: "derivative of the mean pressure by the mean gap".into(),
+            note: "derivative of the mean pressure by the approach".into(),
         });
     }
     tiles.truncate(4);
@@ -181,8 +184,8 @@ fn comparison_tiles(c: &ComparisonResults) -> Vec<Tile> {
             error,
             note: format!(
                 "{} of the atoms, {} of the continuum; ± is the continuum’s",
-                percent(load.atoms.contact_fraction),
-                percent(m.contact_fraction)
+                percent(load.atoms.contact_area),
+                percent(m.contact_area)
             ),
         }
     });
@@ -217,14 +220,14 @@ fn hardness_tiles(
         deviation(load, m).map_or(String::new(), |d| format!("the atoms have {}", more_or_less(d)))
     };
     vec![
-        contact("elastic continuum", elastic.contact_fraction, matched_uncertainty(c, load), of_atoms(elastic)),
+        contact("elastic continuum", elastic.contact_area, matched_uncertainty(c, load), of_atoms(elastic)),
         contact(
             "continuum with hardness",
-            hard.contact_fraction,
+            hard.contact_area,
             c.yielding_wall.as_ref().and_then(|y| uncertainty_at(y, load)),
             of_atoms(hard),
         ),
-        contact("atoms", load.atoms.contact_fraction, None, load.atoms.criterion.clone()),
+        contact("atoms", load.atoms.contact_area, None, load.atoms.criterion.clone()),
         kappa(
             &at,
             hard,

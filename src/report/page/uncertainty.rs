@@ -73,7 +73,7 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
 }
 
 /// Colours of the components of a bar, in the order of [`UncertaintySource::ALL`].
-const COLOURS: [&str; 7] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#999999", "#d55e00"];
+const COLOURS: [&str; 5] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#d55e00"];
 
 /// Uncertainty budget of area and mean gap: a bar chart for the load nearest to the reference, and a table of all
 /// loads.
@@ -82,9 +82,9 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.numbers.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Quantity::ContactArea, Quantity::MeanGap];
-    // Continuum solutions at laboratory scale have no depth component, and load steps are of the stiffness.
+    // Continuum solutions at laboratory scale have no depth component.
     let has = |source: UncertaintySource| {
-        !matches!(source, UncertaintySource::Depth | UncertaintySource::LoadStep)
+        source != UncertaintySource::Depth
             || c.states
                 .iter()
                 .any(|s| s.uncertainty.iter().any(|p| p.source == source && quantities.contains(&p.quantity)))
@@ -116,8 +116,7 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
             (numbers(&head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q))).collect()))
         }
         p.quiet { "At p* = " (trimmed(shown.numbers.p_star, 4)) ", relative. Grid: the change from the grid with half the points per side. Solver and "
-            "precision: the effect of a load error as large as the residual, or as the round-off of the fields. Contact "
-            "criterion: a third of the perimeter correction. " @if has(UncertaintySource::Depth) { "Finite depth: the change from a "
+            "precision: the effect of a load error as large as the residual, or as the round-off of the fields. " @if has(UncertaintySource::Depth) { "Finite depth: the change from a "
             "half-space. " } "Unknown components are not in the bars." }
     }
 }
@@ -127,7 +126,7 @@ pub(super) fn parts(s: &StateResults, quantity: Quantity) -> Vec<(UncertaintySou
     s.uncertainty.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
 }
 
-/// Relative uncertainty of a quantity: the sum of the known components; `None` if none is known.
+/// Relative error of a quantity; `None` if a component is not known.
 pub(super) fn total(s: &StateResults, quantity: Quantity) -> Option<f64> {
     crate::record::uncertainty::total(&s.uncertainty, quantity)
 }
@@ -167,6 +166,7 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             points: vec![(pulled.mean_gap * um, pulled.pressure * kpa)],
         },
     ];
+    let error = |e: Option<f64>, unit: &str| e.map_or(String::new(), |e| format!(" ± {}", si(e, unit, 2)));
     let labels = ("mean gap (µm)", "mean pressure (kPa)");
     let include = vec![(pulled.mean_gap * um, 0.0)];
     let plot = Plot { include, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) };
@@ -174,12 +174,12 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         p { "Pull-off: the contact sustains a tensile stress of at most "
             strong { (si(-pulled.pressure * writer.scales.modulus_pa, "Pa", 4)) }
-            " ± " (si(pulled.pressure_error * writer.scales.modulus_pa, "Pa", 2))
-            ", at a mean gap of " (si(pulled.mean_gap * writer.scales.length_m, "m", 4)) " ± "
-            (si(pulled.mean_gap_error * writer.scales.length_m, "m", 2)) ". "
+            (error(pulled.pressure_error.map(|e| e * writer.scales.modulus_pa), "Pa"))
+            ", at a mean gap of " (si(pulled.mean_gap * writer.scales.length_m, "m", 4))
+            (error(pulled.mean_gap_error.map(|e| e * writer.scales.length_m), "m")) ". "
             @match pulled.coarser {
-                Some([nx, ny]) => { "The errors are the changes from a grid of " (nx) " × " (ny) " nodes." }
-                None => { "The errors are those of the search on this grid; the grid error is not known." }
+                Some([nx, ny]) => { "The errors follow from the changes to a grid of " (nx) " × " (ny) " nodes." }
+                None => { "The error by the grid is not known." }
             } }
         @if let Some(curve) = curve {
             (figure(curve, html! { "Pressure over mean gap on the way apart. Where it is lowest, a pulled weight lets go." }))

@@ -33,14 +33,14 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unload
         .changes
         .iter()
         .map(|c| {
-            let change = match c.contact_fraction_loading {
+            let change = match c.contact_area_loading {
                 0.0 => "–".to_string(),
-                loading => percent(c.contact_fraction_unloading / loading - 1.0),
+                loading => percent(c.contact_area_unloading / loading - 1.0),
             };
             vec![
                 text(trimmed(c.p_star, 4)),
-                text(percent(c.contact_fraction_loading)),
-                text(percent(c.contact_fraction_unloading)),
+                text(percent(c.contact_area_loading)),
+                text(percent(c.contact_area_unloading)),
                 text(change),
                 text(format!("{}\u{a0}Å", significant(c.mean_gap_angstrom, 3))),
             ]

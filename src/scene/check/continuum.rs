@@ -113,12 +113,6 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
     c.unless(!extrapolates, key, "given with adhesion.range = \"extrapolate\"", "another range");
     c.unless(m.initial_gap.is_none(), key, "given with continuum.initial_gap", "none: a gap has no history of flow");
-    c.unless(
-        !m.stiffness_steps,
-        key,
-        "given with continuum.stiffness_steps",
-        "none: the steps would start from another surface",
-    );
     c.unless(scene.accuracy.is_none(), key, "given with [accuracy]", "none: the measured errors are of elastic bodies");
     let l = &scene.load;
     let needs_pressures =

@@ -419,6 +419,14 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
         sums
     }
 
+    fn set_gradient(&mut self, value: f32) {
+        let (kernels, n) = (self.kernels, self.grid.points());
+        kernels.attempt((), || {
+            let working = self.arrays.as_mut().and_then(|arrays| arrays.working.as_mut());
+            working.map_or(Ok(()), |working| kernels.gpu.upload(&vec![value; n], &mut working.residual))
+        });
+    }
+
     fn begin(&mut self, pending: f64) -> f64 {
         let sum = self.attempt(f64::NAN, |own, arrays, working| {
             let fields = [
