@@ -18,7 +18,7 @@ use crate::atoms::lammps_command::ARGUMENTS;
 use crate::atoms::load_history::StepRecord;
 use crate::atoms::potential::Potential;
 use crate::atoms::progress::Progress;
-use crate::atoms::properties::LmpCommand;
+use crate::atoms::run_script::LmpCommand;
 use crate::atoms::{centro_symmetry, damage, load_history, speed as measured};
 use crate::grid::Grid;
 use crate::record::atomic_file::write_atomic;
