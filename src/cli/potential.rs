@@ -4,6 +4,7 @@ use crate::atoms::engine::LammpsEngine;
 use crate::atoms::potential::{CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
 use crate::atoms::properties::{Card, Properties, measure};
 use crate::atoms::run_script::LmpCommand;
+use crate::pipeline::keep_crystal;
 use crate::record::atomic_file::write_atomic;
 use crate::report::number::significant;
 use crate::{Error, Result};
@@ -102,17 +103,23 @@ impl Potential {
         let engine = LammpsEngine::find(self.lammps.as_deref())?;
         let file = std::path::absolute(file).map_err(Error::io("find", file))?;
         let command = LmpCommand { program: engine.program().to_path_buf() };
-        measure(&command, scratch, &file, &self.element, self.lattice_constant)
+        let found = measure(&command, scratch, &file, &self.element, self.lattice_constant)?;
+        if self.lattice_constant.is_none() {
+            // Scenes of this potential need not measure it again.
+            keep_crystal(&file, &self.element, engine.describe(), &found.0)?;
+        }
+        Ok(found)
     }
 }
 
-/// Prints the structure, and what is not measured of it.
+/// Prints the structure, and what it is not good for.
 fn print_crystal(crystal: &MeasuredCrystal) {
     output::print(&format!("crystal of the lowest energy among fcc, bcc and hcp: {}", crystal.describe()));
     match crystal.structure {
-        Structure::Fcc | Structure::Bcc => {}
-        Structure::Hcp => {
-            output::print("elastic constants, E* and defects are measured for cubic crystals only");
-        }
+        Structure::Fcc => {}
+        Structure::Bcc => output::print("runs with atoms refuse it: their block is fcc"),
+        Structure::Hcp => output::print(
+            "runs with atoms refuse it: their block is fcc. Elastic constants, E* and defects are measured for cubic crystals only",
+        ),
     }
 }
