@@ -256,7 +256,7 @@ fn scene_of_sweeps(folder: &Path) -> Result<()> {
 }
 
 fn sweep(path: &Path) -> Result<usize> {
-    Sweep::read(path, &|_| {}).map(|sweep| sweep.points.iter().map(|p| p.scene.len()).sum())
+    Sweep::read(path, &|_, _| Ok(())).map(|sweep| sweep.points.iter().map(|p| p.scene.len()).sum())
 }
 
 /// Signs the contents of a file of `hashed` again: the hash protects against damage, not against what a program wrote

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::properties::{RunScript, results};
+use super::run_script::{RunScript, results};
 use crate::error::LammpsFailure;
 use crate::interface::{Bond, LatticeConstants};
 use crate::record::atomic_file::read_text;

@@ -14,7 +14,7 @@ use super::force_constants::{self, Crystal, ForceConstants};
 use super::job::{Job, POTENTIAL_FILE};
 use super::load_history::LoadHistory;
 use super::potential::SetflHeader;
-use super::properties::LmpCommand;
+use super::run_script::LmpCommand;
 use super::scripts::{SETUP, Script};
 use super::search_path::search_path;
 use crate::error::LammpsFailure;

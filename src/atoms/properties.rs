@@ -3,88 +3,16 @@
 //! The scripts are `lammps-inputs/properties/*.in`; each prints its results as lines `RES name value` and can be run
 //! by hand. [`measure`] runs the same files.
 
-use std::collections::BTreeMap;
-use std::io::ErrorKind;
-use std::os::unix::process::ExitStatusExt;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::atoms::lammps_command::without_relative_libraries;
-use crate::atoms::potential::SetflHeader;
-use crate::error::{Error, LammpsFailure, Result};
-use crate::interface::Cubic;
-use crate::sys;
+use crate::atoms::crystal::{self, Bench, MeasuredCrystal, Structure};
+use crate::atoms::run_script::RunScript;
+use crate::error::{Error, Result};
 use crate::units::J_M2_PER_EV_A2;
 
-/// Runs LAMMPS scripts: the program, or a replay of recorded output.
-pub trait RunScript {
-    /// Runs `script` (an absolute path) in the working directory `folder`, with `-var name words...` for each of
-    /// `vars`; several words define an index variable. Returns the screen output of LAMMPS.
-    fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String>;
-}
-
-/// LAMMPS as a single process without a time limit.
-#[derive(Debug, Clone)]
-pub struct LmpCommand {
-    pub program: PathBuf,
-}
-
-impl RunScript for LmpCommand {
-    fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
-        let log = script.file_stem().map_or("log.lammps".into(), |s| format!("{}.log", s.to_string_lossy()));
-        let mut command = Command::new(&self.program);
-        // One thread: the cells are too small for more, and LAMMPS warns if the variable is not set.
-        command.current_dir(folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
-        command.arg("-in").arg(script).arg("-log").arg(log);
-        without_relative_libraries(&mut command);
-        sys::die_with_parent(&mut command);
-        for (name, value) in vars {
-            command.arg("-var").arg(name).args(value.split_whitespace());
-        }
-        let output = command.output().map_err(|source| match source.kind() {
-            ErrorKind::NotFound if folder.is_dir() => Error::MissingProgram {
-                program: self.program.display().to_string(),
-                how: "install LAMMPS, or name its program".into(),
-            },
-            _ => Error::io("run", &self.program)(source),
-        })?;
-        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-        let complaint = |text: &str| text.lines().find(|l| l.starts_with("ERROR")).map(str::to_owned);
-        let failed = |failure| Error::Lammps { folder: folder.to_path_buf(), failure };
-        if let Some(line) = complaint(&printed).or_else(|| complaint(&String::from_utf8_lossy(&output.stderr))) {
-            return Err(failed(LammpsFailure::Message(line)));
-        }
-        match (output.status.code(), output.status.signal()) {
-            (Some(0), _) if printed.contains("Total wall time") => Ok(printed),
-            (Some(0), _) => Err(failed(LammpsFailure::Unfinished)),
-            (Some(code), _) => Err(failed(LammpsFailure::Status(code))),
-            (None, signal) => Err(failed(LammpsFailure::Signal(signal.unwrap_or(0)))),
-        }
-    }
-}
-
-/// Values of all lines `RES name value` of the output.
-///
-/// # Errors
-/// `Error::Lammps` if a value is not a finite number.
-pub fn results(folder: &Path, printed: &str) -> Result<BTreeMap<String, f64>> {
-    let mut found = BTreeMap::new();
-    for line in printed.lines().filter(|l| l.starts_with("RES ")) {
-        let mut words = line.split_whitespace().skip(1);
-        match (words.next(), words.next().and_then(|v| v.parse::<f64>().ok()).filter(|v| v.is_finite())) {
-            (Some(name), Some(value)) => found.insert(name.to_owned(), value),
-            _ => {
-                let failure = LammpsFailure::Output(format!("its result line '{line}' has no finite value"));
-                return Err(Error::Lammps { folder: folder.to_path_buf(), failure });
-            }
-        };
-    }
-    Ok(found)
-}
-
-/// Properties of the fcc crystal of a potential at 0 K.
+/// Properties of the cubic crystal of a potential at 0 K.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Properties {
@@ -94,104 +22,100 @@ pub struct Properties {
     pub c11_gpa: f64,
     pub c12_gpa: f64,
     pub c44_gpa: f64,
-    /// Contact modulus E* of the (001) surface, computed from the elastic constants, GPa.
+    /// Contact modulus E* of the (001) face, computed from the elastic constants, GPa: the harmonic mean over the directions in the
+    /// face, and for waves along \[100\] and \[110\].
     pub contact_modulus_gpa: f64,
+    pub contact_modulus_100_gpa: f64,
+    pub contact_modulus_110_gpa: f64,
     /// Vacancy formation energy, relaxed at fixed volume, eV.
     pub vacancy_ev: f64,
     /// Surface energy of (100), relaxed, J/m².
     pub surface_j_m2: f64,
-    /// Intrinsic (stable) and unstable stacking-fault energy on (111), relaxed along the normal, J/m².
-    pub stacking_fault_j_m2: f64,
-    pub unstable_fault_j_m2: f64,
-    /// Energy per atom of hcp minus that of fcc, eV.
-    pub hcp_minus_fcc_ev: f64,
+    /// Intrinsic (stable) and unstable stacking-fault energy on (111) of fcc, relaxed along the normal, J/m².
+    pub stacking_fault_j_m2: Option<f64>,
+    pub unstable_fault_j_m2: Option<f64>,
+    /// Energy per atom of bcc and of hcp minus that of fcc, eV; `None` for a structure without a minimum.
+    pub bcc_minus_fcc_ev: Option<f64>,
+    pub hcp_minus_fcc_ev: Option<f64>,
 }
 
-/// Strain of the central differences. Relative errors: 1e-6 from third-order elastic constants (strain squared), 1e-7
-/// from rounding of the printed stresses.
-const STRAIN: f64 = 1e-3;
-const GPA_PER_BAR: f64 = 1e-4;
-/// File name of the copy of the table in `folder`; LAMMPS splits paths at spaces.
-const TABLE: &str = "potential.eam.alloy";
+impl Properties {
+    /// What a property is, for people.
+    pub fn meaning(key: &str) -> &'static str {
+        match key {
+            "a0_angstrom" => "lattice constant",
+            "cohesive_energy_ev" => "energy per atom of isolated atoms minus that of the crystal",
+            "c11_gpa" | "c12_gpa" | "c44_gpa" => "elastic constant",
+            "contact_modulus_gpa" => "E* of the (001) face, harmonic mean over the directions of waves in it",
+            "contact_modulus_100_gpa" => "E* of the (001) face for waves along [100]",
+            "contact_modulus_110_gpa" => "E* of the (001) face for waves along [110]",
+            "vacancy_ev" => "formation energy of a vacancy",
+            "surface_j_m2" => "energy of the (100) surface",
+            "stacking_fault_j_m2" => "energy of the intrinsic stacking fault on (111); of fcc only",
+            "unstable_fault_j_m2" => "highest energy on the way to it",
+            "bcc_minus_fcc_ev" => "energy per atom of bcc minus that of fcc",
+            "hcp_minus_fcc_ev" => "energy per atom of hcp minus that of fcc",
+            _ => "",
+        }
+    }
+}
 
-const SCRIPTS: [(&str, &str); 5] = [
-    ("lattice.in", include_str!("../../lammps-inputs/properties/lattice.in")),
-    ("elastic.in", include_str!("../../lammps-inputs/properties/elastic.in")),
-    ("vacancy.in", include_str!("../../lammps-inputs/properties/vacancy.in")),
-    ("surface.in", include_str!("../../lammps-inputs/properties/surface.in")),
-    ("stacking_fault.in", include_str!("../../lammps-inputs/properties/stacking_fault.in")),
-];
+const VACANCY: (&str, &str) = ("vacancy.in", include_str!("../../lammps-inputs/properties/vacancy.in"));
+const SURFACE: (&str, &str) = ("surface.in", include_str!("../../lammps-inputs/properties/surface.in"));
+const FAULT: (&str, &str) = ("stacking_fault.in", include_str!("../../lammps-inputs/properties/stacking_fault.in"));
 
-/// Measures the fcc crystal of `element` in the table `setfl`; `a0_angstrom` is the initial value of the lattice
-/// constant. Scripts, a copy of the table and the logs remain in `folder`, which is created if necessary. Takes
-/// seconds on one core.
+/// Measures the crystal of `element` in the table `setfl` as [`crystal::measure`] does, and if it is cubic its defects. Scripts, a copy of
+/// the table and the logs remain in `folder`, which is created if necessary. Takes seconds on one core.
 ///
 /// # Errors
-/// `Error::Format` if the table is damaged or lacks the element; `Error::Lammps` if LAMMPS fails or a result is
-/// missing; `Error::Input` if the measured elastic constants violate crystal stability.
+/// Those of [`crystal::measure`].
 pub fn measure(
     lammps: &dyn RunScript,
     folder: &Path,
     setfl: &Path,
     element: &str,
-    a0_angstrom: f64,
-) -> Result<Properties> {
-    SetflHeader::read(setfl)?.element(setfl, element)?;
-    std::fs::create_dir_all(folder).map_err(Error::io("make", folder))?;
-    let folder = &folder.canonicalize().map_err(Error::io("open", folder))?;
-    std::fs::copy(setfl, folder.join(TABLE)).map_err(Error::io("copy", setfl))?;
-
-    let mut measured = BTreeMap::new();
-    let mut a0 = a0_angstrom;
-    for (name, text) in SCRIPTS {
-        let script = folder.join(name);
-        std::fs::write(&script, text).map_err(Error::io("write", &script))?;
-        let vars = [
-            ("potential", TABLE.to_owned()),
-            ("element", element.to_owned()),
-            ("a0", format!("{a0:.10}")),
-            ("strain", STRAIN.to_string()),
-        ];
-        measured.extend(results(folder, &lammps.run(folder, &script, &vars)?)?);
-        // `lattice.in` comes first: the other scripts use the relaxed lattice constant.
-        a0 = measured.get("a0").copied().unwrap_or(a0);
-    }
-    derive(folder, &measured)
+    near: Option<f64>,
+) -> Result<(MeasuredCrystal, Option<Properties>)> {
+    let bench = Bench::new(lammps, folder, setfl, element)?;
+    let found = crystal::measure_on(&bench, setfl, near)?;
+    let Some((c, face)) = found.elastic_constants.zip(found.face()?) else { return Ok((found, None)) };
+    let at = (found.structure, found.a0_angstrom);
+    let of = |script, name| bench.get(&bench.of_crystal(script, at)?, name);
+    let faults = match found.structure {
+        Structure::Fcc => Some(stacking_faults(&bench, at)?),
+        Structure::Bcc | Structure::Hcp => None,
+    };
+    let above_fcc = |s| Some(found.excess_ev(s)? - found.excess_ev(Structure::Fcc)?);
+    let properties = Properties {
+        a0_angstrom: found.a0_angstrom,
+        cohesive_energy_ev: found.cohesive_energy_ev(),
+        c11_gpa: c.c11_gpa,
+        c12_gpa: c.c12_gpa,
+        c44_gpa: c.c44_gpa,
+        contact_modulus_gpa: face.mean_gpa,
+        contact_modulus_100_gpa: face.along_100_gpa,
+        contact_modulus_110_gpa: face.along_110_gpa,
+        vacancy_ev: of(VACANCY, "vacancy")?,
+        surface_j_m2: of(SURFACE, "surface")? * J_M2_PER_EV_A2,
+        stacking_fault_j_m2: faults.map(|f| f[0] * J_M2_PER_EV_A2),
+        unstable_fault_j_m2: faults.map(|f| f[1] * J_M2_PER_EV_A2),
+        bcc_minus_fcc_ev: above_fcc(Structure::Bcc),
+        hcp_minus_fcc_ev: above_fcc(Structure::Hcp),
+    };
+    Ok((found, Some(properties)))
 }
 
-/// Converts the script results (bar, eV, eV/Å²) to [`Properties`].
-fn derive(folder: &Path, measured: &BTreeMap<String, f64>) -> Result<Properties> {
-    let get = |name: &str| {
-        measured.get(name).copied().ok_or_else(|| Error::Lammps {
-            folder: folder.to_path_buf(),
-            failure: LammpsFailure::Output(format!("it printed no line 'RES {name}'")),
-        })
-    };
-    // Stress is minus the pressure tensor.
-    let constant = |c: &str| -> Result<f64> {
-        Ok(-(get(&format!("{c}_plus"))? - get(&format!("{c}_minus"))?) / (2.0 * STRAIN) * GPA_PER_BAR)
-    };
-    let (c11_gpa, c12_gpa, c44_gpa) = (constant("xx")?, constant("yy")?, constant("xy")?);
-    let slide = (1..=10).map(|k| get(&format!("fault_{k}"))).collect::<Result<Vec<f64>>>()?;
+/// Stable and unstable stacking-fault energy, eV/Å².
+fn stacking_faults(bench: &Bench, at: (Structure, f64)) -> Result<[f64; 2]> {
+    let found = bench.of_crystal(FAULT, at)?;
+    let slide = (1..=10).map(|k| bench.get(&found, &format!("fault_{k}"))).collect::<Result<Vec<f64>>>()?;
     // The fault is a minimum at the end of the path. Along -[11-2] the energy rises all the way, to 0.0125 instead of
     // 0.0003 eV/Å², as planes end above each other.
     if slide[9] >= slide[8] {
-        let output = "the energy of its stacking fault rises to the end of the slip: the direction is not [11-2]";
-        return Err(Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(output.into()) });
+        let what = "the energy of its stacking fault rises to the end of the slip: the direction is not [11-2]";
+        return Err(bench.failed(what.into()));
     }
-    Ok(Properties {
-        a0_angstrom: get("a0")?,
-        cohesive_energy_ev: -get("energy")?,
-        c11_gpa,
-        c12_gpa,
-        c44_gpa,
-        contact_modulus_gpa: Cubic::new(c11_gpa, c12_gpa, c44_gpa)?.contact_modulus(),
-        vacancy_ev: get("vacancy")?,
-        surface_j_m2: get("surface")? * J_M2_PER_EV_A2,
-        stacking_fault_j_m2: slide[9] * J_M2_PER_EV_A2,
-        unstable_fault_j_m2: slide.iter().fold(0.0f64, |a, &b| a.max(b)) * J_M2_PER_EV_A2,
-        hcp_minus_fcc_ev: get("energy_hcp")? - get("energy")?,
-    })
+    Ok([slide[9], slide.iter().fold(0.0f64, |a, &b| a.max(b))])
 }
 
 /// Card of a potential (`potentials/Ca.toml`): provenance and measured properties.
@@ -235,7 +159,7 @@ impl Card {
         let columns = [found, &self.properties, &self.tolerance].map(named);
         let mut list = Vec::new();
         for ((found, stated), tolerance) in columns[0].iter().zip(columns[1]).zip(columns[2]) {
-            // Also true for NaN.
+            // Also true for NaN, which stands for what was not measured.
             if (found.1 - stated.1).abs().partial_cmp(&tolerance.1).is_none_or(|o| o.is_gt()) {
                 list.push(format!("{} is {}, stated {} ± {}", found.0, found.1, stated.1, tolerance.1));
             }
@@ -244,7 +168,8 @@ impl Card {
     }
 }
 
-fn named(p: &Properties) -> [(&'static str, f64); 11] {
+fn named(p: &Properties) -> [(&'static str, f64); 14] {
+    let of = |value: Option<f64>| value.unwrap_or(f64::NAN);
     [
         ("a0_angstrom", p.a0_angstrom),
         ("cohesive_energy_ev", p.cohesive_energy_ev),
@@ -252,21 +177,34 @@ fn named(p: &Properties) -> [(&'static str, f64); 11] {
         ("c12_gpa", p.c12_gpa),
         ("c44_gpa", p.c44_gpa),
         ("contact_modulus_gpa", p.contact_modulus_gpa),
+        ("contact_modulus_100_gpa", p.contact_modulus_100_gpa),
+        ("contact_modulus_110_gpa", p.contact_modulus_110_gpa),
         ("vacancy_ev", p.vacancy_ev),
         ("surface_j_m2", p.surface_j_m2),
-        ("stacking_fault_j_m2", p.stacking_fault_j_m2),
-        ("unstable_fault_j_m2", p.unstable_fault_j_m2),
-        ("hcp_minus_fcc_ev", p.hcp_minus_fcc_ev),
+        ("stacking_fault_j_m2", of(p.stacking_fault_j_m2)),
+        ("unstable_fault_j_m2", of(p.unstable_fault_j_m2)),
+        ("bcc_minus_fcc_ev", of(p.bcc_minus_fcc_ev)),
+        ("hcp_minus_fcc_ev", of(p.hcp_minus_fcc_ev)),
     ]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atoms::crystal::TABLE;
+    use std::path::PathBuf;
 
-    /// Output of LAMMPS for the calcium-type potential, by script.
-    const RECORDED: [(&str, &str); 5] = [
-        ("lattice.in", "noise\nRES a0 5.5883981287\nRES energy -1.8400004595\nRES energy_hcp -1.8382084265\n"),
+    /// Output of LAMMPS for the calcium-type potential, by script and, of several crystals, by crystal.
+    const RECORDED: [(&str, &str); 8] = [
+        // Energies around 48 volumes of which these are the minima and their neighbours.
+        (
+            "energy_volume.in",
+            "noise\nRES fcc_30 -1.80\nRES fcc_31 -1.84\nRES fcc_32 -1.81\nRES bcc_31 -1.81\nRES bcc_32 -1.82\nRES bcc_33 -1.80\n\
+             RES hcp_30 -1.79\nRES hcp_31 -1.83\nRES hcp_32 nan\nRES hcp_1 -9.0\nRES hcp_2 inf\n",
+        ),
+        ("lattice.in fcc", "RES a0 5.5883981287\nRES c0 5.5883981287\nRES energy -1.8400004595\n"),
+        ("lattice.in bcc", "RES a0 4.5788502799\nRES c0 4.5788502799\nRES energy -1.8255822198\n"),
+        ("lattice.in hcp", "RES a0 3.9460139697\nRES c0 6.5014218723\nRES energy -1.8382084265\n"),
         (
             "elastic.in",
             "RES xx_plus -304.873865\nRES yy_plus -199.3435637\nRES xy_plus -179.0509565\n\
@@ -281,19 +219,34 @@ mod tests {
         ),
     ];
 
-    /// Replays `RECORDED`, with one replacement.
-    struct Replay(&'static str, &'static str);
+    /// Replays `RECORDED`, with one replacement; the crystal and the lattice constant that the later scripts receive.
+    struct Replay(&'static str, &'static str, Structure, &'static str);
 
     impl RunScript for Replay {
         fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
             assert!(script.is_absolute() && script.is_file() && folder.join(TABLE).is_file());
             let name = script.file_name().unwrap().to_str().unwrap();
+            let of = |name: &str| vars.iter().find(|(n, _)| *n == name).map_or("", |(_, value)| value);
             // The relaxed lattice constant reaches the later scripts.
-            let a0 = &vars.iter().find(|(n, _)| *n == "a0").unwrap().1;
-            assert_eq!(a0, if name == "lattice.in" { "5.6000000000" } else { "5.5883981287" });
-            let text = RECORDED.iter().find(|(n, _)| *n == name).unwrap().1;
+            let expected = match (name, of("lattice")) {
+                ("energy_volume.in", _) => "",
+                // 43.7 Å³ per atom.
+                ("lattice.in", "fcc") => "5.5914",
+                ("lattice.in", "bcc") => "4.5525",
+                ("lattice.in", _) => "3.9537",
+                (_, lattice) if lattice == self.2.name() => self.3,
+                other => panic!("{other:?}"),
+            };
+            assert!(of("a0").starts_with(expected), "{name} {}: {}", of("lattice"), of("a0"));
+            let named = |n: &str| n == name || n == format!("{name} {}", of("lattice"));
+            let text = RECORDED.iter().find(|(n, _)| named(n)).unwrap().1;
             Ok(text.replace(self.0, self.1))
         }
+    }
+
+    /// The fcc crystal with one replacement in what LAMMPS prints.
+    fn fcc(good: &'static str, bad: &'static str) -> Replay {
+        Replay(good, bad, Structure::Fcc, "5.5883981287")
     }
 
     fn table() -> PathBuf {
@@ -303,7 +256,8 @@ mod tests {
     #[test]
     fn printed_results_become_properties_with_units() {
         let folder = tempfile::tempdir().unwrap();
-        let found = measure(&Replay("noise", ""), &folder.path().join("new"), &table(), "Ca", 5.6).unwrap();
+        let found = measure(&fcc("noise", ""), &folder.path().join("new"), &table(), "Ca", None).unwrap();
+        let found = found.1.unwrap();
         let card = Card::calcium().unwrap();
         assert!(card.deviations(&found).is_empty(), "{:?}", card.deviations(&found));
         let wrong = Properties { vacancy_ev: f64::NAN, a0_angstrom: 5.6, ..found };
@@ -321,9 +275,39 @@ mod tests {
             ("xy_plus -179", "xy_plus 179", "C44 = "),
             ("fault_9 0.0006843", "fault_9 0.0002", "direction is not [11-2]"),
         ] {
-            let message = measure(&Replay(good, bad), folder.path(), &table(), "Ca", 5.6).unwrap_err().to_string();
+            let message = measure(&fcc(good, bad), folder.path(), &table(), "Ca", None).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
+    }
+
+    /// Only what is measured of a structure is stated: a bcc crystal has no stacking fault of fcc, a hcp one no cubic elasticity.
+    #[test]
+    fn the_structure_of_the_lowest_energy_is_measured() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |replay: &Replay| measure(replay, folder.path(), &table(), "Ca", None);
+        let (crystal, found) =
+            of(&Replay("energy -1.8255822198", "energy -1.8425", Structure::Bcc, "4.5788502799")).unwrap();
+        let found = found.expect("cubic");
+        assert_eq!((crystal.structure, found.a0_angstrom), (Structure::Bcc, 4.5788502799));
+        assert_eq!((found.stacking_fault_j_m2, found.cohesive_energy_ev), (None, 1.8425));
+        assert!(found.bcc_minus_fcc_ev.is_some_and(|ev| (ev + 0.0025).abs() < 1e-6), "{found:?}");
+        let (crystal, found) = of(&Replay("energy -1.8382084265", "energy -1.8425", Structure::Hcp, "")).unwrap();
+        assert!(found.is_none() && crystal.structure == Structure::Hcp);
+        assert!(crystal.c_over_a.is_some_and(|c| (c - 1.6476).abs() < 1e-4), "{crystal:?}");
+        assert_eq!(
+            crystal.describe(),
+            "hcp, a0 = 3.94601 Å, c/a = 1.6476; fcc +2.50 meV per atom, bcc +16.92 meV per atom"
+        );
+        // 1.9 meV is within what potentials of fcc metals leave.
+        let (crystal, _) = of(&fcc("energy -1.8382084265", "energy -1.8419")).unwrap();
+        assert!(crystal.structure == Structure::Fcc && crystal.excess_ev(Structure::Hcp).unwrap() < 0.0);
+    }
+
+    #[test]
+    fn a_table_that_binds_no_crystal_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = measure(&fcc("RES", "RE"), folder.path(), &table(), "Ca", None).unwrap_err();
+        assert!(refused.exit_code() == 2 && refused.to_string().contains("binds Ca in none"), "{refused}");
     }
 
     #[test]
@@ -335,23 +319,7 @@ mod tests {
             }
         }
         let folder = tempfile::tempdir().unwrap();
-        let message = measure(&Never, folder.path(), &table(), "Cu", 3.6).unwrap_err().to_string();
+        let message = measure(&Never, folder.path(), &table(), "Cu", None).unwrap_err().to_string();
         assert!(message.contains("table of Ca, without Cu"), "{message}");
-    }
-
-    #[test]
-    fn a_missing_program_is_an_error() {
-        let folder = tempfile::tempdir().unwrap();
-        let script = folder.path().join("x.in");
-        let error = LmpCommand { program: "/no/such/lmp".into() }.run(folder.path(), &script, &[]).unwrap_err();
-        assert_eq!(error.exit_code(), 5, "{error}");
-        // Programs that end without the output of LAMMPS: `true` does not finish the script, `false` returns status
-        // 1.
-        for (program, failure) in [("true", LammpsFailure::Unfinished), ("false", LammpsFailure::Status(1))] {
-            match (LmpCommand { program: program.into() }).run(folder.path(), &script, &[]) {
-                Err(Error::Lammps { failure: found, .. }) => assert_eq!(found, failure),
-                other => panic!("{other:?}"),
-            }
-        }
     }
 }

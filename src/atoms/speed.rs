@@ -1,6 +1,6 @@
 //! Time of a force evaluation on this machine.
 
-use super::properties::RunScript;
+use super::run_script::RunScript;
 use crate::error::{Error, LammpsFailure, Result};
 use std::path::Path;
 

@@ -5,7 +5,7 @@ use crate::record::advice::Advice;
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::FILE;
 use crate::report::number::{duration, error_of, significant};
-use crate::scene::{Case, Surface};
+use crate::scene::{Case, Scene, Surface};
 use crate::units::fraction;
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -46,7 +46,12 @@ impl Advise {
             (None, Some(text)) => (Limit::Seconds(tradeoff::seconds("--budget", text)?), "--budget", text),
             (None, None) => return Err(Error::input(PLACE, "--error", "not given", "an error, or --budget")),
         };
-        let case = Case::read(&self.scene)?;
+        let mut scene = Scene::read(&self.scene)?;
+        if scene.leaves_constants_out() {
+            // Advice is of the continuum: nothing is measured for it.
+            scene.atoms = None;
+        }
+        let case = Case::resolve(scene, &self.scene)?;
         let (tables, provenance) = self.tables(&case)?;
         let advice = pipeline::advise(&tables, &case, quantity, limit, self.extrapolate)
             .map_err(|Unserved(accepted)| Error::input(PLACE, flag, value, accepted))?;

@@ -1,9 +1,10 @@
-use super::{output, progress::TerminalProgress};
+use super::{crystals, output, progress::TerminalProgress};
 use crate::atoms::engine::{LammpsEngine, ranks_warning};
 use crate::atoms::job::Job;
+use crate::atoms::lammps_command::LammpsCommand;
 use crate::pipeline::{self, Listener};
 use crate::report::number::{count, percent, significant};
-use crate::scene::{AtomsCase, Case};
+use crate::scene::{AtomsCase, Case, Scene};
 use crate::units::MAX_SECONDS;
 use crate::{Error, Result};
 use serde_json::json;
@@ -61,7 +62,10 @@ pub(super) enum Atoms {
 }
 
 fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
-    let case = Case::read(scene)?;
+    let mut read = Scene::read(scene)?;
+    let warnings = crystals::settle(&mut read, scene, &LammpsCommand::default(), false)?;
+    let mut case = Case::resolve(read, scene)?;
+    case.warnings.extend(warnings);
     case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {w}")));
     let atoms = case.atoms.clone();
     match atoms {

@@ -6,6 +6,7 @@ pub mod bug;
 mod challenge;
 mod cluster;
 mod completions;
+mod crystals;
 mod doctor;
 mod file;
 mod init;

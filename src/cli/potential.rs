@@ -1,11 +1,14 @@
 use super::output;
+use crate::atoms::crystal::{MeasuredCrystal, Structure};
 use crate::atoms::engine::LammpsEngine;
-use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
-use crate::atoms::properties::{Card, LmpCommand, Properties, measure};
+use crate::atoms::potential::{CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
+use crate::atoms::properties::{Card, Properties, measure};
+use crate::atoms::run_script::LmpCommand;
+use crate::pipeline::keep_crystal;
 use crate::record::atomic_file::write_atomic;
 use crate::report::number::significant;
 use crate::{Error, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Potential {
@@ -18,13 +21,14 @@ pub(super) struct Potential {
     /// Element that the file must have.
     #[arg(long, default_value = "Ca")]
     element: String,
-    /// Measure lattice constant, elastic constants, contact modulus and defect energies with LAMMPS (half a minute).
+    /// Find the crystal structure (fcc, bcc or hcp) with LAMMPS, and measure lattice constant, elastic constants, contact modulus of the
+    /// (001) face (mean over directions, along [100] and along [110]) and defect energies (half a minute).
     #[arg(long)]
     measure: bool,
     /// The LAMMPS program.
     #[arg(long, value_name = "FILE")]
     lammps: Option<PathBuf>,
-    /// Lattice constant from which the measurement starts, Å. Default: the file's own.
+    /// Of several minima of the energy, measure the one near this lattice constant, Å. Default: the lowest.
     #[arg(long, value_name = "ANGSTROM")]
     lattice_constant: Option<f64>,
     /// One line of JSON on stdout.
@@ -49,7 +53,10 @@ impl Potential {
         };
         let header = SetflHeader::read(&file)?;
         let element = header.element(&file, &self.element)?;
-        let measured = if self.measure { Some(self.properties(&file, &header, scratch.path())?) } else { None };
+        let (crystal, measured) = match self.measure.then(|| self.properties(&file, scratch.path())).transpose()? {
+            Some((crystal, properties)) => (Some(crystal), properties),
+            None => (None, None),
+        };
         let shipped = self.potential.is_none() && self.element == CALCIUM_ELEMENT.0;
         let deviations = match &measured {
             Some(m) if shipped => Some(Card::calcium()?.deviations(m)),
@@ -62,6 +69,7 @@ impl Potential {
                 "element": element.symbol,
                 "mass_u": element.mass_u,
                 "cutoff_angstrom": header.cutoff_angstrom,
+                "crystal": crystal,
                 "properties": measured,
                 "deviations": deviations,
             }));
@@ -74,12 +82,13 @@ impl Potential {
             element.mass_u,
             significant(header.cutoff_angstrom, 6)
         ));
+        crystal.iter().for_each(print_crystal);
         if let Some(m) = &measured {
             let rows = serde_json::to_value(m).ok().and_then(|v| v.as_object().cloned()).unwrap_or_default();
-            let number = |v: &serde_json::Value| v.as_f64().map_or(v.to_string(), |x| significant(x, 6));
+            let number = |v: &serde_json::Value| v.as_f64().map_or("-".into(), |x| significant(x, 6));
             output::print(&output::table(
-                &["property", "measured"],
-                rows.iter().map(|(k, v)| vec![k.clone(), number(v)]),
+                &["property", "measured", "what it is"],
+                rows.iter().map(|(k, v)| vec![k.clone(), number(v), Properties::meaning(k).into()]),
             ));
         }
         match deviations {
@@ -90,16 +99,27 @@ impl Potential {
         Ok(())
     }
 
-    fn properties(
-        &self,
-        file: &std::path::Path,
-        header: &SetflHeader,
-        scratch: &std::path::Path,
-    ) -> Result<Properties> {
+    fn properties(&self, file: &Path, scratch: &Path) -> Result<(MeasuredCrystal, Option<Properties>)> {
         let engine = LammpsEngine::find(self.lammps.as_deref())?;
-        let own = header.element(file, &self.element)?.a0_angstrom.unwrap_or(CALCIUM.a0);
         let file = std::path::absolute(file).map_err(Error::io("find", file))?;
         let command = LmpCommand { program: engine.program().to_path_buf() };
-        measure(&command, scratch, &file, &self.element, self.lattice_constant.unwrap_or(own))
+        let found = measure(&command, scratch, &file, &self.element, self.lattice_constant)?;
+        if self.lattice_constant.is_none() {
+            // Scenes of this potential need not measure it again.
+            keep_crystal(&file, &self.element, engine.describe(), &found.0)?;
+        }
+        Ok(found)
+    }
+}
+
+/// Prints the structure, and what it is not good for.
+fn print_crystal(crystal: &MeasuredCrystal) {
+    output::print(&format!("crystal of the lowest energy among fcc, bcc and hcp: {}", crystal.describe()));
+    match crystal.structure {
+        Structure::Fcc => {}
+        Structure::Bcc => output::print("runs with atoms refuse it: their block is fcc"),
+        Structure::Hcp => output::print(
+            "runs with atoms refuse it: their block is fcc. Elastic constants, E* and defects are measured for cubic crystals only",
+        ),
     }
 }

@@ -1,7 +1,8 @@
 //! Programs that a scene names. A scene may come from somebody else, so they are executed only on request.
 
+use crate::atoms::lammps_command::LammpsCommand;
 use crate::atoms::search_path::{find_lammps, search_path};
-use crate::scene::Case;
+use crate::scene::{Case, Scene};
 use crate::{Error, Result};
 use std::fs::canonicalize;
 use std::path::Path;
@@ -11,12 +12,20 @@ use std::path::Path;
 /// # Errors
 /// `Input`, which names the key and the flag.
 pub(super) fn check(case: &Case, allowed: bool) -> Result<()> {
+    check_scene((&case.scene, &case.file), &case.lammps, allowed)
+}
+
+/// The same before a scene is resolved. `here`: how LAMMPS is started.
+///
+/// # Errors
+/// Those of [`check`].
+pub(super) fn check_scene((scene, file): (&Scene, &Path), here: &LammpsCommand, allowed: bool) -> Result<()> {
     // A program that the machine names replaces that of the scene.
-    let replaced = case.lammps.program.is_some();
-    let named = case.scene.atoms.as_ref().and_then(|a| a.program.as_ref()).filter(|_| !replaced);
+    let replaced = here.program.is_some();
+    let named = scene.atoms.as_ref().and_then(|a| a.program.as_ref()).filter(|_| !replaced);
     let Some(program) = named.filter(|_| !allowed) else { return Ok(()) };
     let is_path = program.components().count() > 1;
-    let found = if is_path { Some(case.resolve_path(program)) } else { search_path(program) };
+    let found = if is_path { scene.lammps_command(file, here).program } else { search_path(program) };
     // A program that does not exist is reported as missing, with the remedy.
     let Some(found) = found.filter(|p| p.exists()) else { return Ok(()) };
     let same = |a: &Path, b: &Path| canonicalize(a).is_ok_and(|a| canonicalize(b).is_ok_and(|b| a == b));
@@ -24,5 +33,5 @@ pub(super) fn check(case: &Case, allowed: bool) -> Result<()> {
         return Ok(());
     }
     let accepted = "lmp or lammps of the search path; --allow-program executes this one, so read the scene first";
-    Err(Error::input(case.file.display(), "atoms.program", found.display(), accepted))
+    Err(Error::input(file.display(), "atoms.program", found.display(), accepted))
 }

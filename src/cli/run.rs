@@ -1,6 +1,6 @@
 use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, submits};
-use super::{file::refuse_grid, output, programs, progress::TerminalProgress};
+use super::{crystals, file::refuse_grid, output, programs, progress::TerminalProgress};
 use crate::method::Precision;
 use crate::pipeline::{self, OutFolder};
 use crate::record::import::Fourier;
@@ -69,8 +69,12 @@ impl Run {
         let mut scene = Scene::read(&self.scene)?;
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         self.overrule(&mut scene)?;
-        let mut case = pipeline::resolve_accuracy(scene, &self.scene)?;
         let (machine_name, machine) = self.machine.find(&self.lammps)?;
+        // A dry run does not execute what the scene names.
+        let allowed = self.stages.allow_program && !self.dry_run;
+        let warnings = crystals::settle(&mut scene, &self.scene, &machine.lammps, allowed)?;
+        let mut case = pipeline::resolve_accuracy(scene, &self.scene)?;
+        case.warnings.extend(warnings);
         case.lammps = machine.lammps.clone();
         if let Some(chosen) = &case.chosen {
             output::eprint(&output::chosen(chosen));

@@ -5,10 +5,11 @@ use super::machine::{LammpsFlags, MachineFlags, own_command, submits};
 use super::point::PointCommand;
 use super::run::StageFlags;
 use super::sweep_table::print;
-use super::{output, progress};
+use super::{crystals, output, programs, progress};
 use crate::cluster::{Machine, Workflow, WorkflowInput};
 use crate::method::Device;
-use crate::pipeline::sweep::{self, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
+use crate::pipeline::Crystals;
+use crate::pipeline::sweep::{self, ChangeScene, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
 use crate::record::results;
 use crate::report::number::{duration, memory};
 use crate::scene::Scene;
@@ -70,7 +71,7 @@ struct SweepFlags {
 
 impl Sweep {
     pub(super) fn execute(self) -> Result<ExitCode> {
-        let points = Points::read(&self.file, &|scene| self.flags.change(scene))?;
+        let points = self.flags.with_changes(|changes| Points::read(&self.file, changes))?;
         self.flags.execute(&points)
     }
 }
@@ -83,16 +84,26 @@ impl EnsembleArguments {
             let found = format!("{} with surface.heights = {}", self.scene.display(), heights.display());
             return Err(Error::input("command line", "--seeds", found, "a scene with a synthesised surface"));
         }
-        let points = Points::ensemble(&self.scene, &seeds, &|scene| self.flags.change(scene))?;
+        let points = self.flags.with_changes(|changes| Points::ensemble(&self.scene, &seeds, changes))?;
         self.flags.execute(&points)
     }
 }
 
 impl SweepFlags {
-    fn change(&self, scene: &mut Scene) {
-        if self.no_atoms {
-            scene.atoms = None;
-        }
+    /// Points whose scenes are changed as the flags say, with the constants of their potentials.
+    fn with_changes(&self, read: impl FnOnce(&ChangeScene) -> Result<Points>) -> Result<Points> {
+        let here = self.machine.find(&self.lammps)?.1.lammps;
+        let permit =
+            |scene: &Scene, file: &Path| programs::check_scene((scene, file), &here, self.stages.allow_program);
+        let measured = Crystals::new(&here, &permit);
+        read(&|scene, file| {
+            if self.no_atoms {
+                scene.atoms = None;
+            }
+            let warnings = crystals::settle_with(&measured, scene, file)?;
+            warnings.iter().for_each(|text| output::eprint(&format!("warning: {text}")));
+            Ok(())
+        })
     }
 
     fn execute(&self, sweep: &Points) -> Result<ExitCode> {

@@ -1,8 +1,8 @@
 use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::run::StageFlags;
-use super::{output, programs, progress::TerminalProgress};
-use crate::method::{self, ContactMethod, Device, REGISTRY};
+use super::{crystals, output, programs, progress::TerminalProgress};
+use crate::method::{self, ContactMethod, Device, REGISTRY, all_atom};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
@@ -89,9 +89,24 @@ impl Tradeoff {
             return Err(Error::input(PLACE, "--seed", seed, accepted));
         }
         scene.surface.seed = self.seed.unwrap_or(scene.surface.seed);
-        let mut case = Case::resolve(scene, &self.scene)?;
-        let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)));
         let machine = self.machine.find(&self.lammps)?;
+        let with_blocks = blocks.is_some();
+        if !with_blocks && !methods.iter().any(|m| m.card().id == all_atom::ID) {
+            // Without atoms nothing is measured for them.
+            scene.atoms = None;
+        }
+        let allowed = self.stages.allow_program;
+        let warnings = match crystals::settle(&mut scene, &self.scene, &machine.1.lammps, allowed) {
+            // As for a scene with its constants, methods without atoms are compared.
+            Err(e @ Error::MissingProgram { .. }) if !with_blocks => {
+                scene.atoms = None;
+                vec![format!("the atoms are left out: {e}")]
+            }
+            settled => settled?,
+        };
+        let mut case = Case::resolve(scene, &self.scene)?;
+        warnings.iter().for_each(|text| output::eprint(&format!("warning: {text}")));
+        let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)));
         case.lammps = machine.1.lammps.clone();
         programs::check(&case, self.stages.allow_program)?;
         if submits(&machine.1) {

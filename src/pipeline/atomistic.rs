@@ -14,11 +14,11 @@ use crate::atoms::external_dump::DumpTrajectory;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::job::{Crystal, Job, Loading, POTENTIAL_FILE};
 use crate::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, RelaxationSettings};
-use crate::atoms::lammps_command::ARGUMENTS;
+use crate::atoms::lammps_command::{ARGUMENTS, LammpsCommand};
 use crate::atoms::load_history::StepRecord;
 use crate::atoms::potential::Potential;
 use crate::atoms::progress::Progress;
-use crate::atoms::properties::LmpCommand;
+use crate::atoms::run_script::LmpCommand;
 use crate::atoms::{centro_symmetry, damage, load_history, speed as measured};
 use crate::grid::Grid;
 use crate::record::atomic_file::write_atomic;
@@ -106,22 +106,26 @@ fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
 pub fn engine(case: &Case) -> Result<LammpsEngine> {
     let scene = case.scene.atoms.as_ref().expect("a scene with atoms");
     let command = case.lammps_command();
-    let engine = LammpsEngine::find(command.program.as_deref()).map_err(|e| match e {
-        Error::MissingProgram { program, .. } => Error::MissingProgram {
-            program,
-            how: format!(
-                "install LAMMPS (Debian: apt-get install lammps) or give its path with --lammps, as lammps.program in machines.toml, or as atoms.program in {}",
-                case.file.display()
-            ),
-        },
-        other => other.with_context(case.file.display(), Some("atoms.program")),
-    })?;
-    let engine = engine.with_command(command).map_err(|e| match &e {
+    let engine = find_engine(&command, &case.file)?.with_command(command).map_err(|e| match &e {
         // Arguments belong to the machine, not to the scene.
         Error::Input { list, .. } if list.iter().any(|c| c.key == ARGUMENTS) => e,
         _ => e.with_context(case.file.display(), Some("atoms.ranks")),
     })?;
     Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
+}
+
+/// The LAMMPS of a command of the scene `file`, as one process without arguments.
+pub(super) fn find_engine(command: &LammpsCommand, file: &Path) -> Result<LammpsEngine> {
+    LammpsEngine::find(command.program.as_deref()).map_err(|e| match e {
+        Error::MissingProgram { program, .. } => Error::MissingProgram {
+            program,
+            how: format!(
+                "install LAMMPS (Debian: apt-get install lammps) or give its path with --lammps, as lammps.program in machines.toml, or as atoms.program in {}",
+                file.display()
+            ),
+        },
+        other => other.with_context(file.display(), Some("atoms.program")),
+    })
 }
 
 /// CPU time of LAMMPS on this machine with the potential of a case with atoms, s per atom and force evaluation. The

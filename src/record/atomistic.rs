@@ -220,7 +220,7 @@ pub struct AtomsResults {
     pub elastic_base: bool,
     pub a0_angstrom: f64,
     pub length_angstrom: f64,
-    /// Contact modulus E* of the block, GPa.
+    /// Contact modulus E* of the (001) face of the block, GPa: the harmonic mean over the directions in it.
     pub modulus_gpa: f64,
     /// Numbers of atoms: deformable, of the fixed base, of the indenter.
     pub deformable: usize,

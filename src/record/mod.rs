@@ -30,5 +30,6 @@ pub mod state_numbers;
 pub mod surface;
 pub mod tradeoff;
 pub mod uncertainty;
+pub mod user_cache;
 pub mod xyz;
 mod xyz_text;

@@ -13,6 +13,7 @@ use crate::atoms::job_spec::FORCE_TOLERANCE;
 use crate::atoms::nvt::NvtSettings;
 use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
+use crate::error::Complaint;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
 use crate::load::LoadStep;
@@ -143,8 +144,16 @@ fn crystal<'a>(problem: &LaboratoryProblem, a: &'a AtomsScene, place: &str) -> R
     let path = relative_to(problem.file, path);
     let header = SetflHeader::read(&path)?;
     let mass_u = header.element(&path, element)?.mass_u;
-    let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
-    let (a0, modulus_gpa) = known.expect("checked: both are given with another potential");
+    let constants = [
+        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
+        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
+    ];
+    let absent = constants.iter().filter(|(_, given)| given.is_none());
+    let accepted = "the value for atoms.potential (`asperity potential --measure` finds it)";
+    let list: Vec<Complaint> = absent.map(|(key, _)| Complaint::new(*key, "not given", accepted)).collect();
+    let [(_, Some(a0)), (_, Some(modulus_gpa))] = constants else {
+        return Err(Error::Input { place: place.into(), list });
+    };
     Ok((BlockCrystal { element, a0, modulus_gpa, cutoff_angstrom: header.cutoff_angstrom }, mass_u))
 }
 

@@ -30,10 +30,11 @@ pub struct AtomsScene {
     pub potential: Option<PathBuf>,
     /// Element of the block in that file.
     pub element: String,
-    /// Lattice constant in Å; must be given with another potential.
+    /// Lattice constant at 0 K, Å, of another potential: within 1 % of the one that LAMMPS measures for it. Default: that one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattice_constant_angstrom: Option<f64>,
-    /// Contact modulus of the (100) face in GPa; must be given with another potential.
+    /// Contact modulus E* of the (001) face, GPa, of another potential: the harmonic mean over the directions of waves in the face, which
+    /// axisymmetric and isotropically rough contacts have, not the modulus along `[100]`. Within 1 % of what LAMMPS measures. Default: that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_modulus_gpa: Option<f64>,
     /// Lennard-Jones energy of an indenter atom and an atom of the block, eV. Default: the challenge's 0.2145, with another potential in

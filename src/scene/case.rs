@@ -394,10 +394,7 @@ impl Case {
 
     /// How LAMMPS is started: as the scene says, unless `self.lammps` says otherwise.
     pub fn lammps_command(&self) -> LammpsCommand {
-        let Some(atoms) = &self.scene.atoms else { return self.lammps.clone() };
-        let path = |p: &PathBuf| if p.components().count() > 1 { self.resolve_path(p) } else { p.clone() };
-        let program = atoms.program.as_ref().map(path);
-        LammpsCommand { program, ranks: Some(atoms.ranks), ..LammpsCommand::default() }.overruled_by(&self.lammps)
+        self.scene.lammps_command(&self.file, &self.lammps)
     }
 
     /// MPI ranks of LAMMPS.

@@ -15,6 +15,7 @@ mod load;
 mod model;
 mod nvt;
 mod outputs;
+mod potential;
 mod repulsion;
 mod source;
 mod surface_file;

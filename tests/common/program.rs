@@ -3,7 +3,10 @@
 use std::process::{Command, Output};
 
 pub(crate) fn asperity() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_asperity"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_asperity"));
+    // Tests leave nothing in the user's cache.
+    command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+    command
 }
 
 pub(crate) fn stderr(output: &Output) -> String {

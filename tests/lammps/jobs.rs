@@ -9,7 +9,7 @@ use asperity::atoms::job::{Crystal, Job, Loading};
 use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, RelaxationSettings};
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::progress::Progress;
-use asperity::atoms::properties::LmpCommand;
+use asperity::atoms::run_script::LmpCommand;
 use asperity::pipeline::{Silent, build_job};
 use asperity::scene::{Case, Scene};
 use std::ops::ControlFlow;

@@ -11,6 +11,8 @@ mod lammps;
 mod load_steps;
 mod modulus;
 mod nvt;
+#[path = "../common/pair_crystal.rs"]
+mod pair_crystal;
 mod potential;
 mod repulsion;
 #[path = "../common/similar_crystal.rs"]

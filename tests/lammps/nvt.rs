@@ -6,7 +6,7 @@ use asperity::atoms::engine::LammpsEngine;
 use asperity::atoms::job::Job;
 use asperity::atoms::nvt::{BLOCKS, NvtSamples, NvtSettings};
 use asperity::atoms::potential::calcium_lattice_constant;
-use asperity::atoms::properties::RunScript;
+use asperity::atoms::run_script::RunScript;
 use asperity::pipeline::{Silent, run};
 use asperity::record::npy;
 use asperity::scene::Case;

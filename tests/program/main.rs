@@ -21,8 +21,11 @@ mod library;
 mod measure;
 mod methods;
 mod own_surface;
+#[path = "../common/pair_crystal.rs"]
+mod pair_crystal;
 mod pipeline;
 mod plastic;
+mod potentials;
 #[path = "../common/program.rs"]
 mod program;
 mod quickstart;

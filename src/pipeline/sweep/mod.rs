@@ -5,5 +5,5 @@ mod files;
 mod points;
 mod run;
 
-pub use points::{RANGE, Sweep, SweepPoint, whole_numbers};
+pub use points::{ChangeScene, RANGE, Sweep, SweepPoint, whole_numbers};
 pub use run::{Outcome, PointFolder, PointRunner, SweepListener, json_values, open, point, run, write_tables};

@@ -57,6 +57,9 @@ pub struct SweepPoint {
     pub ranks: usize,
 }
 
+/// Edits a scene before it is resolved. The path is that of its file.
+pub type ChangeScene<'a> = dyn Fn(&mut Scene, &Path) -> Result<()> + 'a;
+
 /// A checked sweep.
 #[derive(Debug, Clone)]
 pub struct Sweep {
@@ -75,7 +78,7 @@ impl Sweep {
     ///
     /// # Errors
     /// What is wrong with the file, and the first point whose scene is refused, with its values.
-    pub fn read(file: &Path, changes: &dyn Fn(&mut Scene)) -> Result<Sweep> {
+    pub fn read(file: &Path, changes: &ChangeScene) -> Result<Sweep> {
         let text = read_text(file)?;
         let accepted = "scene = \"FILE\" and [over] with lists or ranges of scene keys (docs/ensembles.md)";
         let found: SweepFile = toml::from_str(&text)
@@ -91,7 +94,7 @@ impl Sweep {
     ///
     /// # Errors
     /// As [`Sweep::read`].
-    pub fn ensemble(scene: &Path, seeds: &[i64], changes: &dyn Fn(&mut Scene)) -> Result<Sweep> {
+    pub fn ensemble(scene: &Path, seeds: &[i64], changes: &ChangeScene) -> Result<Sweep> {
         let values = seeds.iter().map(|s| Value::Integer(*s)).collect();
         let axis = Axis { key: crate::compare::ensemble::SEED.into(), values };
         Self::of((scene, None), &[axis], Combine::Product, (&scene.display().to_string(), changes))
@@ -101,7 +104,7 @@ impl Sweep {
         (scene, name): (&Path, Option<String>),
         axes: &[Axis],
         combine: Combine,
-        (place, changes): (&str, &dyn Fn(&mut Scene)),
+        (place, changes): (&str, &ChangeScene),
     ) -> Result<Sweep> {
         let text = read_text(scene)?;
         // The scene's own reader names line and column.
@@ -117,7 +120,11 @@ impl Sweep {
             let refused = |e: &dyn std::fmt::Display| Error::input(place, "over", &named, e.to_string());
             let text = toml::to_string(&table).map_err(|e| refused(&e))?;
             let mut parsed = Scene::parse(&text, Path::new("scene")).map_err(|e| refused(&accepted_by(&e)))?;
-            changes(&mut parsed);
+            changes(&mut parsed, scene).map_err(|e| match e {
+                // What is missing here is no fault of the values.
+                Error::MissingProgram { .. } | Error::Lammps { .. } => e,
+                _ => refused(&accepted_by(&e)),
+            })?;
             let case = Case::resolve(parsed, scene).map_err(|e| refused(&accepted_by(&e)))?;
             let portable = toml::to_string(&case.portable_scene()).map_err(|e| refused(&e))?;
             let label = label(axes, &values);

@@ -38,7 +38,7 @@ pub(super) fn section(results: &Results) -> Markup {
                 ". They are the units of length and of stress of the dimensionless problem."
                 @if let Some(atoms) = &results.atoms {
                     " The atoms solve the same problem on a smaller cell of " (si_given(atoms.length_angstrom * 1e-10, "m"))
-                    " with E* = " (trimmed(atoms.modulus_gpa, 4)) " GPa."
+                    " with E* = " (trimmed(atoms.modulus_gpa, 4)) " GPa, the harmonic mean over the directions of waves in its (001) face."
                 } }
             dt { "p*" }
             dd { "Reduced load: mean pressure over E* times the rms gradient of the surface. Loads are compared in it "

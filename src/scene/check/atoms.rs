@@ -117,15 +117,4 @@ fn constants(c: &mut Complaints, a: &AtomsScene) {
         let alone = given.filter(|_| a.potential.is_none());
         c.unless(alone.is_none(), key, alone.unwrap_or(0.0), "only together with atoms.potential");
     }
-    for (key, given) in [
-        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom.is_some()),
-        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa.is_some()),
-    ] {
-        c.unless(
-            a.potential.is_none() || given,
-            key,
-            "not given",
-            "the value for atoms.potential (`asperity potential --measure` finds it)",
-        );
-    }
 }

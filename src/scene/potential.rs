@@ -1,0 +1,34 @@
+//! What a scene says of its potential and of LAMMPS, before it is resolved.
+
+use super::Scene;
+use super::check::{complaints, missing_files};
+use super::model::relative_to;
+use crate::atoms::lammps_command::LammpsCommand;
+use std::path::{Path, PathBuf};
+
+impl Scene {
+    /// The potential that replaces the shipped one. `file`: of the scene.
+    pub fn potential(&self, file: &Path) -> Option<PathBuf> {
+        let path = self.atoms.as_ref()?.potential.as_ref()?;
+        Some(relative_to(file, path))
+    }
+
+    /// Whether constants of the crystal are left to the potential.
+    pub fn leaves_constants_out(&self) -> bool {
+        let absent = |a: &super::AtomsScene| a.lattice_constant_angstrom.is_none() || a.contact_modulus_gpa.is_none();
+        self.atoms.as_ref().is_some_and(|a| a.potential.is_some() && absent(a))
+    }
+
+    /// Whether there are no complaints about its values and the files that it names.
+    pub fn is_sound(&self, file: &Path) -> bool {
+        complaints(self).is_empty() && missing_files(self, file).is_empty()
+    }
+
+    /// How LAMMPS is started: as the scene says, unless `here` says otherwise.
+    pub fn lammps_command(&self, file: &Path, here: &LammpsCommand) -> LammpsCommand {
+        let Some(atoms) = &self.atoms else { return here.clone() };
+        let path = |p: &PathBuf| if p.components().count() > 1 { relative_to(file, p) } else { p.clone() };
+        let program = atoms.program.as_ref().map(path);
+        LammpsCommand { program, ranks: Some(atoms.ranks), ..LammpsCommand::default() }.overruled_by(here)
+    }
+}
