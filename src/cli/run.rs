@@ -148,7 +148,7 @@ impl Run {
             return plan.fits();
         }
         output::print(&output::table(
-            &["stage", "what", "memory", "time"],
+            &["stage", "what", "memory", "estimated time"],
             plan.stages.iter().map(|s| vec![s.name.clone(), s.what.clone(), memory(s.bytes), duration(s.seconds)]),
         ));
         output::print(&format!(

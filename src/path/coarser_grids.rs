@@ -78,10 +78,11 @@ const FEW_NODES: f64 = 10.0;
 const CLOSED: f64 = 1e-6;
 
 /// Changes of the stiffness from the coarser grid that are its error.
-const STIFFNESS_CHANGES: f64 = 2.0;
+const STIFFNESS_CHANGES: f64 = 3.0;
 
 /// Relative errors of the finer grid, from its changes to the coarser. Of the area the change and [`EDGE_UNCERTAINTY`]; of the mean gap the
-/// change and that of the area, as the gap of two grids may agree by chance; of the stiffness twice the change. If the estimated
+/// change and that of the area, as the gap of two grids may agree by chance; of the stiffness three times the change and the error of
+/// the area, for the same reason. If the estimated
 /// iteration error of the coarse result exceeds the change, the sum of both is reported as a bound. `make errors` tests them.
 pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height: f64) -> Discretisation {
     let relative = |c: f64, f: f64, error_estimates: Option<f64>| {
@@ -92,13 +93,18 @@ pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height:
     let area = relative(coarse.area, fine.area, coarse.error_estimates.area);
     let gap = relative(coarse.mean_gap, fine.mean_gap, coarse.error_estimates.mean_gap);
     let touches = fine.area * coarse.grid.points() as f64 >= FEW_NODES;
+    let area_error = area.0 + fine.edges / fine.area;
     let open = fine.mean_gap > CLOSED * rms_height;
     Discretisation {
-        area: touches.then_some(area.0 + fine.edges / fine.area),
+        area: touches.then_some(area_error),
         area_is_bound: touches && area.1,
         mean_gap: (open && touches).then_some(gap.0 + area.0),
         mean_gap_is_bound: open && touches && gap.1,
-        stiffness: coarse.stiffness.zip(fine.stiffness).map(|(c, f)| STIFFNESS_CHANGES * (f - c).abs() / f),
+        stiffness: coarse
+            .stiffness
+            .zip(fine.stiffness)
+            .filter(|_| touches)
+            .map(|(c, f)| STIFFNESS_CHANGES * (f - c).abs() / f + area_error),
         coarser: [coarse.grid.nx, coarse.grid.ny],
     }
 }
@@ -461,7 +467,7 @@ mod tests {
         let fine = GridResult { edges: 0.002, ..level(128, 0.0, 0.03) };
         assert!((relative(discretisation(&level(64, 0.0, 0.03), &fine, 1.0)) - 0.2 / 3.0).abs() < 1e-12);
         let [coarse, fine] = [10.0, 8.0].map(|k| GridResult { stiffness: Some(k), ..level(128, 0.0, 0.03) });
-        assert_eq!(discretisation(&coarse, &fine, 1.0).stiffness, Some(0.5));
+        assert_eq!(discretisation(&coarse, &fine, 1.0).stiffness, Some(0.75));
     }
 
     /// The iteration error of the coarser grid makes the change a bound. Very small contacts and mean gaps have no

@@ -9,7 +9,7 @@ use crate::atoms::run_script::LmpCommand;
 use crate::error::Complaint;
 use crate::record::provenance::file_hash;
 use crate::record::user_cache::UserCache;
-use crate::report::number::significant;
+use crate::report::number::trimmed;
 use crate::scene::Scene;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -297,9 +297,9 @@ fn compare(
 fn difference(given: f64, measured: f64) -> String {
     let ratio = given / measured;
     if (0.5..2.0).contains(&ratio) {
-        return format!("{} %", significant(100.0 * (ratio - 1.0).abs(), 3));
+        return format!("{} %", trimmed(100.0 * (ratio - 1.0).abs(), 3));
     }
-    format!("a factor of {}", significant(ratio.max(1.0 / ratio), 3))
+    format!("a factor of {}", trimmed(ratio.max(1.0 / ratio), 3))
 }
 
 /// A power of ten between the values suggests another unit.

@@ -116,7 +116,7 @@ pub struct Discretisation {
     /// Of the mean gap: its change, and that of the contact area. Absent if the mean gap is prescribed or close to zero.
     pub mean_gap: Option<f64>,
     pub mean_gap_is_bound: bool,
-    /// Of the contact stiffness: twice its change, if it is known on both grids.
+    /// Of the contact stiffness: three times its change and the error of the area, if it is known on both grids.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
     /// Points of the coarser grid along x and y.

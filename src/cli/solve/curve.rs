@@ -2,7 +2,7 @@
 
 use crate::method::Stop;
 use crate::record::load_table::{Dimension, ResultUnits};
-use crate::report::number::{percent, significant};
+use crate::report::number::significant;
 use serde_json::Value;
 
 /// A value with its unit, for people.
@@ -14,18 +14,25 @@ pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> 
     }
 }
 
+/// A share of the cell with its error, in percent.
+pub(super) fn share(line: &Value, key: &str) -> String {
+    let percentage = |v: &Value, digits: usize| v.as_f64().map(|v| significant(100.0 * v, digits));
+    let error = percentage(&line[format!("{key}_error")], 2).map_or(String::new(), |e| format!(" ± {e}"));
+    format!("{}{error} %", percentage(&line[key], 3).unwrap_or_default())
+}
+
 /// Width of the columns on the terminal.
-const WIDTH: usize = 18;
+const WIDTH: usize = 22;
 
 /// Head of the table on the terminal, of several loads.
 pub(super) fn head(units: &ResultUnits) -> String {
-    let named = |name: &str, dimension| units.of(dimension).map_or(name.to_string(), |unit| format!("{name} / {unit}"));
+    let named = |name: &str, dimension| units.of(dimension).map_or(name.to_string(), |unit| format!("{name} / {}", unit.replace('_', " ")));
     let cells = [
         "load".to_string(),
         named("pressure", Dimension::Stress),
         "contact area".into(),
         named("mean gap", Dimension::Length),
-        "load error".into(),
+        named("stiffness", Dimension::Stiffness),
         "residual".into(),
         "iterations".into(),
     ];
@@ -40,13 +47,14 @@ pub(super) fn line(number: usize, state: &Value) -> String {
     let separated = state["stop"] == Stop::Detached.to_string();
     let result = |key: &str| number_of(key).filter(|_| !separated);
     let text = |key: &str, show: &dyn Fn(f64) -> String| result(key).map_or_else(dash, show);
+    let error = |key: &str| result(key).map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
     let power = |v: f64| format!("{v:.1e}");
     row(&[
         number.to_string(),
         number_of("pressure").map_or_else(dash, |v| significant(v, 6)),
-        text("contact_area", &percent),
-        text("mean_gap", &|v| significant(v, 6)),
-        text("load_error", &power),
+        result("contact_area").map_or_else(dash, |_| share(state, "contact_area")),
+        text("mean_gap", &|v| significant(v, 6)) + &error("mean_gap_error"),
+        text("stiffness", &|v| significant(v, 4)) + &error("stiffness_error"),
         text("residual", &power),
         state["iterations"].as_u64().map_or_else(dash, |n| n.to_string()),
     ])

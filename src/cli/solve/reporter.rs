@@ -1,7 +1,7 @@
 //! Results of `solve`, as tables and as JSON.
 
 use super::Solve;
-use super::curve::{self, in_unit};
+use super::curve::{self, in_unit, share};
 use super::fields::{FieldWriter, OfFields, file_name};
 use crate::Result;
 use crate::cli::output;
@@ -316,13 +316,6 @@ fn below_the_surface(line: &Value, units: &ResultUnits) -> Vec<(&'static str, St
     largest.into_iter().chain(share).collect()
 }
 
-/// A share of the cell with its error, in percent.
-fn share(line: &Value, key: &str) -> String {
-    let percentage = |v: &Value, digits: usize| v.as_f64().map(|v| significant(100.0 * v, digits));
-    let error = percentage(&line[format!("{key}_error")], 2).map_or(String::new(), |e| format!(" ± {e}"));
-    format!("{}{error} % of the cell", percentage(&line[key], 3).unwrap_or_default())
-}
-
 /// A value with its error and unit.
 fn with_error(line: &Value, key: &str, (units, dimension): (&ResultUnits, Dimension)) -> String {
     let error = line[format!("{key}_error")].as_f64().map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
@@ -345,7 +338,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let mut rows = vec![
         ("mean pressure", in_unit(units, number(&line["pressure"]), Dimension::Stress)),
         ("contact is", line["criterion"].as_str().unwrap_or_default().to_string()),
-        ("contact area", of_contact(share(line, "contact_area"))),
+        ("contact area", of_contact(share(line, "contact_area") + " of the cell")),
         ("contact nodes", of_contact(percent(number(&line["contact_nodes"])))),
     ];
     if let Some(presses) = line["contact_nodes_compressive"].as_f64() {

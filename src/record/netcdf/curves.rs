@@ -34,7 +34,7 @@ impl Scale {
 /// Name, factor, unit, long name and value of each scalar.
 type Column = (&'static str, Scale, &'static str, &'static str, fn(&StateResults) -> Option<f64>);
 
-const COLUMNS: [Column; 26] = [
+const COLUMNS: [Column; 25] = [
     ("p_star", Scale::One, "1", "mean pressure over E* times rms gradient", |s| Some(s.numbers.p_star)),
     ("pressure", Scale::Stress, "Pa", "mean pressure", |s| Some(s.numbers.pressure)),
     ("contact_area", Scale::One, "1", "relative contact area", |s| Some(s.numbers.contact_area)),
@@ -42,9 +42,8 @@ const COLUMNS: [Column; 26] = [
     ("contact_nodes", Scale::One, "1", "contact nodes over all nodes", |s| Some(s.contact_nodes)),
     ("mean_gap", Scale::Length, "m", "mean gap", |s| Some(s.mean_gap)),
     ("mean_gap_error", Scale::Length, "m", "error of the mean gap", |s| s.mean_gap_error),
-    ("stiffness", Scale::Stiffness, "Pa m-1", "contact stiffness dp/du from neighbouring loads", |s| {
-        s.numbers.stiffness
-    }),
+    ("stiffness", Scale::Stiffness, "Pa m-1", "contact stiffness dp/du", |s| s.numbers.stiffness),
+    ("stiffness_error", Scale::Stiffness, "Pa m-1", "error of the contact stiffness", |s| s.numbers.stiffness_error),
     ("energy", Scale::Energy, "J m-2", "energy per area", |s| Some(s.energy)),
     ("interaction_energy", Scale::Energy, "J m-2", "energy per area of the interaction", |s| {
         Some(s.interaction_energy)
@@ -55,12 +54,6 @@ const COLUMNS: [Column; 26] = [
     }),
     ("residual", Scale::One, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
     ("load_error", Scale::One, "1", "relative error of the load", |s| Some(s.numbers.load_error)),
-    ("contact_area_change", Scale::One, "1", "relative change of the area from half the points per side", |s| {
-        s.discretisation.and_then(|d| d.area)
-    }),
-    ("mean_gap_change", Scale::One, "1", "relative change of the mean gap from half the points per side", |s| {
-        s.discretisation.and_then(|d| d.mean_gap)
-    }),
     ("contact_area_extrapolated", Scale::One, "1", "area at the true range of the adhesion", |s| {
         s.extrapolated.map(|e| e.area.value)
     }),

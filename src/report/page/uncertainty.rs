@@ -39,7 +39,7 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     let branches = c.states.iter().any(|s| s.branch == Branch::Unloading);
     let mut head = vec!["p*"];
     head.extend(branches.then_some("branch"));
-    head.extend(["relative change of contact", "relative change of mean gap", "energy above its minimum"]);
+    head.extend(["relative error of contact area", "relative error of mean gap", "energy above its minimum"]);
     if extrapolated {
         head.extend(["contact at the requested range", "mean gap at the requested range"]);
     }
@@ -63,10 +63,9 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     };
     html! {
         (numbers(&head, c.states.iter().map(row).collect()))
-        p.quiet { "Relative change of contact (corrected) and mean gap from the grid with half the points per side to this one; at first-"
-            "order convergence the remaining error is as large. “Below”: an upper bound, because the coarser solution was less "
-            "converged than the difference. –: too small for a relative change. Energy above its minimum: relative, as "
-            "estimated by the method."
+        p.quiet { "Relative errors of contact area and mean gap, from the changes to the grid with half the points per side. “Below”: a "
+            "bound, because the coarser solution was less converged than the difference. –: not known. Energy above its minimum: "
+            "relative, as estimated by the method."
             @if extrapolated { " At the requested range: extrapolated from three grids, each with the shortest range that it resolves; "
                 "errors are absolute, of the contact in percentage points; –: error as large as the value." } }
     }
