@@ -341,7 +341,10 @@ class LoadPath(Sequence[State]):
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """The contact under one load as any method gives it; maps are None where the method has none."""
+    """The contact under one load as any method gives it; maps are None where the method has none.
+
+    ``missing`` has the reasons for what the method does not deliver, at all or under this load.
+    """
 
     method: str
     criterion: str
@@ -351,6 +354,7 @@ class Estimate:
     pressure: Map | None
     contact: Flags | None
     seconds: float
+    missing: dict[str, str] = field(default_factory=dict)
 
 
 Loads = float | Sequence[float] | npt.NDArray[np.floating[Any]]
@@ -629,6 +633,8 @@ def estimate(
     >>> found = asperity.estimate(surface, 1.0, 0.05, method="persson")
     >>> found.gap is None
     True
+    >>> found.missing["gap_map"]
+    'statistical method without positions'
     """
     settings = _settings(body, adhesion, None, method=method)
     problem = (_native(surface), real("modulus", modulus))

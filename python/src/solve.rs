@@ -302,6 +302,7 @@ pub(crate) fn estimate<'py>(
     dict.set_item("criterion", found.criterion)?;
     dict.set_item("contact_area", found.contact_area)?;
     dict.set_item("mean_gap", found.mean_gap)?;
+    dict.set_item("missing", found.missing.into_py_dict(py)?)?;
     dict.set_item("gap", found.gap.map(|gap| fixed(py, PyArray2::from_owned_array(py, gap))).transpose()?)?;
     dict.set_item("pressure", found.pressure.map(|p| fixed(py, PyArray2::from_owned_array(py, p))).transpose()?)?;
     dict.set_item("contact", found.contact.map(|c| fixed(py, PyArray2::from_owned_array(py, c))).transpose()?)?;

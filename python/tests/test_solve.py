@@ -116,6 +116,24 @@ def test_every_solver_gives_the_same_state(surface: Surface, method: str) -> Non
     assert np.isclose(other[0].mean_gap, reference[0].mean_gap, rtol=tolerance)
 
 
+def test_first_contact_is_one_node_under_no_pressure(surface: Surface) -> None:
+    for load in ({"displacement": 0.0}, {"pressure": 0.0}, {"p_star": 0.0}):
+        state = solve(surface, 1.0, **load)[0]
+        assert state.contact.sum() == 1 and state.mean_pressure == 0 and state.mean_gap > 0
+
+
+def test_a_load_far_beyond_full_contact_warns_once(surface: Surface) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        solve(surface, 1.0, pressure=[0.1, 1e4, 1e5])
+    assert sum("check the units of load and modulus" in str(w.message) for w in caught) == 1
+
+
+def test_estimates_say_what_they_do_not_give(surface: Surface) -> None:
+    dense = asperity.estimate(surface, 1.0, 0.5, method="icha")
+    assert dense.mean_gap is None and "cell" in dense.missing["mean_gap"]
+
+
 def test_estimates_cover_the_other_methods(surface: Surface) -> None:
     for method in ("persson", "bvm", "winkler"):
         found = asperity.estimate(surface, 1.0, 0.1, method=method)

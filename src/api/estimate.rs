@@ -3,7 +3,7 @@
 use super::arrays::map;
 use super::state::State;
 use crate::load::LoadStep;
-use crate::method::{self, ContactMethod, Settings};
+use crate::method::{self, ContactMethod, Quantity, Settings};
 use ndarray::Array2;
 
 /// The contact under one load, as any method gives it: a solver of the fields or an estimate. Units are those of its [`Problem`](crate::Problem).
@@ -17,6 +17,8 @@ pub struct Estimate {
     pub contact_area: f64,
     /// Mean gap, where the method has one.
     pub mean_gap: Option<f64>,
+    /// Quantities that the method does not deliver, at all or under this load, with the reasons.
+    pub missing: Vec<(&'static str, &'static str)>,
     /// Gap `[ny, nx]`, where the method has one.
     pub gap: Option<Array2<f64>>,
     /// Interfacial pressure `[ny, nx]`, where the method has one.
@@ -34,6 +36,7 @@ impl Estimate {
             criterion: method.criterion(settings).to_string(),
             contact_area: state.contact_area,
             mean_gap: Some(state.mean_gap),
+            missing: Vec::new(),
             gap: Some(state.gap),
             pressure: Some(state.pressure),
             contact: Some(state.contact),
@@ -49,12 +52,16 @@ impl Estimate {
     ) -> Self {
         let step = LoadStep::single(found.pressure, 1.0);
         let state = crate::pipeline::state_of(method.card(), reduced, (&step, 1.0), found);
+        let (card, adhesive) = (method.card(), reduced.adhesion != crate::interface::Adhesion::None);
+        let never = Quantity::OUTPUTS.into_iter().filter_map(|q| Some((q.id(), card.unsupported_reason(q, adhesive)?)));
+        let missing = never.chain(found.undelivered.iter().map(|(q, why)| (q.id(), *why))).collect();
         let scaled_map = |values: &[f64], unit: f64| map(reduced.grid, values.iter().map(|v| v * unit).collect());
         Estimate {
             method: method.card().id,
             criterion: method.criterion(&reduced.settings).to_string(),
             contact_area: state.numbers.contact_area,
             mean_gap: found.mean_gap.map(|g| g * length),
+            missing,
             gap: found.gap.map(|gap| scaled_map(gap, length)),
             pressure: found.stress.map(|stress| scaled_map(stress, modulus)),
             contact: found.contact.map(|c| map(reduced.grid, c.iter().map(|&c| c != 0).collect())),

@@ -263,7 +263,8 @@ impl Problem {
     /// # Errors
     /// As [`Problem::solve`].
     pub fn memory(&self) -> Result<u64> {
-        let (case, method) = self.case(&Loads::Pressure(vec![self.contact_modulus]), false)?;
+        // Any load that is small.
+        let (case, method) = self.case(&Loads::Pressure(vec![1e-6 * self.contact_modulus]), false)?;
         self.surface.with_heights(false, |heights| {
             Ok(path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &[]).plan(false).bytes)
         })

@@ -61,6 +61,9 @@ impl Methods {
         for (reason, quantities, ids) in limits {
             output::print(&format!("{}: {}: {reason}", ids.join(", "), quantities.join(", ")));
         }
+        for (card, errors) in cards.iter().filter_map(|c| Some((c, c.measured_errors?))) {
+            output::print(&format!("{}: measured errors: {errors}", card.id));
+        }
         Ok(())
     }
 }

@@ -104,8 +104,8 @@ fn shares(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
 pub enum Hardness<'m> {
     /// The same at all nodes; infinite for an elastic body.
     Uniform(f64),
-    /// A value for each node of a grid, from the node `first` on.
-    Map { map: &'m HardnessMap, first: usize, unit: f64 },
+    /// A value for each node of a grid, from the node `first` on, over `unit`, and `plus`.
+    Map { map: &'m HardnessMap, first: usize, unit: f64, plus: f64 },
 }
 
 impl From<f64> for Hardness<'_> {
@@ -119,7 +119,7 @@ impl<'m> From<&'m HardnessMap> for Hardness<'m> {
     fn from(map: &'m HardnessMap) -> Self {
         match map.extent {
             (low, high) if low == high => Hardness::Uniform(low),
-            _ => Hardness::Map { map, first: 0, unit: 1.0 },
+            _ => Hardness::Map { map, first: 0, unit: 1.0, plus: 0.0 },
         }
     }
 }
@@ -132,7 +132,7 @@ impl<'m> Hardness<'m> {
     pub fn mean(&self) -> f64 {
         match self {
             Hardness::Uniform(value) => *value,
-            Hardness::Map { map, unit, .. } => map.mean / unit,
+            Hardness::Map { map, unit, plus, .. } => map.mean / unit + plus,
         }
     }
 
@@ -141,7 +141,7 @@ impl<'m> Hardness<'m> {
     pub fn at(&self, i: usize) -> f64 {
         match self {
             Hardness::Uniform(value) => *value,
-            Hardness::Map { map, first, unit } => map.nodes[first + i] / unit,
+            Hardness::Map { map, first, unit, plus } => map.nodes[first + i] / unit + plus,
         }
     }
 
@@ -150,10 +150,10 @@ impl<'m> Hardness<'m> {
     pub fn chunk(&self, i: usize) -> [f64; CHUNK] {
         match self {
             Hardness::Uniform(value) => [*value; CHUNK],
-            Hardness::Map { map, first, unit } => {
+            Hardness::Map { map, first, unit, plus } => {
                 let mut values = [f64::INFINITY; CHUNK];
                 let from = map.nodes.get(first + i..).unwrap_or(&[]);
-                values.iter_mut().zip(from).for_each(|(to, h)| *to = h / unit);
+                values.iter_mut().zip(from).for_each(|(to, h)| *to = h / unit + plus);
                 values
             }
         }
@@ -163,7 +163,7 @@ impl<'m> Hardness<'m> {
     #[inline(always)]
     pub fn from_node(self, i: usize) -> Self {
         match self {
-            Hardness::Map { map, first, unit } => Hardness::Map { map, first: first + i, unit },
+            Hardness::Map { map, first, unit, plus } => Hardness::Map { map, first: first + i, unit, plus },
             uniform => uniform,
         }
     }
@@ -171,7 +171,7 @@ impl<'m> Hardness<'m> {
     /// On another grid of the same area.
     pub fn on_nodes(self, nx: usize, ny: usize) -> Self {
         match self {
-            Hardness::Map { map, unit, .. } => Hardness::Map { map: map.on(nx, ny), first: 0, unit },
+            Hardness::Map { map, unit, plus, .. } => Hardness::Map { map: map.on(nx, ny), first: 0, unit, plus },
             uniform => uniform,
         }
     }
@@ -180,7 +180,16 @@ impl<'m> Hardness<'m> {
     pub fn in_units(self, by: f64) -> Self {
         match self {
             Hardness::Uniform(value) => Hardness::Uniform(value / by),
-            Hardness::Map { map, first, unit } => Hardness::Map { map, first, unit: unit * by },
+            Hardness::Map { map, first, unit, plus } => Hardness::Map { map, first, unit: unit * by, plus: plus / by },
+        }
+    }
+
+    /// Higher by this stress at all nodes.
+    #[inline(always)]
+    pub fn raised(self, by: f64) -> Self {
+        match self {
+            Hardness::Uniform(value) => Hardness::Uniform(value + by),
+            Hardness::Map { map, first, unit, plus } => Hardness::Map { map, first, unit, plus: plus + by },
         }
     }
 

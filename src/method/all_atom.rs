@@ -29,7 +29,7 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1016/j.cpc.2021.108171", "10.1007/s11249-017-0900-2"],
     papers: &[],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 impl ContactMethod for AllAtom {

@@ -35,7 +35,7 @@ static CARD: Card = Card {
     hardness: true,
     dois: &["10.1007/s11249-017-0980-z", "10.1007/s11249-017-0900-2"],
     papers: &[],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 /// Times a step that raises the energy is divided by four, for laws whose energy is not convex.

@@ -1,3 +1,4 @@
+use crate::record::measured_errors::MeasuredErrors;
 pub use crate::record::quantity::Quantity;
 use serde::Serialize;
 
@@ -93,10 +94,9 @@ pub struct Card {
     pub dois: &'static [&'static str],
     /// Sources without a DOI here: authors, journal, volume, year, page.
     pub papers: &'static [&'static str],
-    /// Measured relative errors of an estimate: root mean squares over the challenge's loads on 1024², of the mean gap up
-    /// to p* = 0.14, against `fast` on 2048² (`asperity tradeoff configs/challenge.toml`, docs/trade-off.md). Empty for
-    /// solvers, whose errors are those of their grid.
-    pub measured_errors: &'static [(Quantity, f64)],
+    /// Measured errors of an estimate, with the surface on which they were measured. None for solvers, whose errors are those of their
+    /// grid.
+    pub measured_errors: Option<&'static MeasuredErrors>,
 }
 
 /// Measured relative error from which on results of a method carry a warning.
@@ -105,15 +105,17 @@ const NOTABLE: f64 = 0.2;
 impl Card {
     /// One sentence on the quantities whose measured error is notable; `None` without any.
     pub fn warning(&self) -> Option<String> {
-        let notable = self.measured_errors.iter().filter(|(_, error)| *error > NOTABLE);
-        let list: Vec<String> = notable.map(|(q, error)| format!("{} by {:.0} %", q.name(), 100.0 * error)).collect();
+        let measured = self.measured_errors?;
+        let notable = measured.errors.iter().filter(|e| e.error > NOTABLE);
+        let list: Vec<String> = notable.map(|e| format!("{} by {:.0} %", e.quantity.name(), 100.0 * e.error)).collect();
         let spectra = if self.calibrated_on.is_some() {
             "; its constants are fitted, so that it may deviate more on other spectra"
         } else {
             ""
         };
-        let measured = "in the measured comparison with solved contacts";
-        (!list.is_empty()).then(|| format!("deviates in {} {measured}{spectra}", list.join(" and ")))
+        let (surface, reference) = (&measured.surface, &measured.reference);
+        let what = list.join(" and ");
+        (!list.is_empty()).then(|| format!("deviates in {what} from {reference}, measured on {surface}{spectra}"))
     }
 
     /// Whether the method models adhesion.

@@ -1,5 +1,6 @@
 use super::{Load, Run, State, Stop};
 use crate::observe::{Distribution, StressDistribution};
+use crate::record::quantity::Quantity;
 use crate::{Error, Result};
 
 /// Result at one load of a method that does not solve for the fields: the quantities that its card declares, and no
@@ -12,6 +13,8 @@ pub struct Estimate<'a> {
     /// Contact fraction by the criterion of the card.
     pub contact_area: f64,
     pub mean_gap: Option<f64>,
+    /// Quantities of the card that the method does not deliver at this load, with the reason.
+    pub undelivered: Vec<(Quantity, &'static str)>,
     /// dp/dū, if the method provides it; otherwise it follows from neighbouring loads. E*/L.
     pub stiffness: Option<f64>,
     /// 1 at nodes in contact, 0 elsewhere.
@@ -44,6 +47,7 @@ impl Estimate<'_> {
             pressure,
             contact_area: 0.0,
             mean_gap: None,
+            undelivered: Vec::new(),
             stiffness: None,
             contact: None,
             gap: None,

@@ -41,7 +41,7 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Bennett et al., Tribology Letters 65 (2017) 134"],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 fn supports(quantity: Quantity) -> Support {

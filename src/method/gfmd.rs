@@ -38,7 +38,7 @@ static CARD: Card = Card {
     hardness: true,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevB.74.075420", "10.1007/s11249-013-0288-4"],
     papers: &[],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 /// Square of the time step times the highest frequency. Verlet is stable up to 4; the paper's choices are 0.25 to 1.

@@ -46,7 +46,7 @@ pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use contact_method::ContactMethod;
 pub use device::{Device, gpu};
 pub use estimate::{Estimate, Estimator, Started};
-pub use fast::contact_stiffness;
+pub use fast::tangent::contact_stiffness;
 pub use problem::{
     CoarseState, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Plan, Precision, Problem, Run, State, Stop,
     Targets,

@@ -17,6 +17,7 @@ use super::{
 };
 use crate::Result;
 use crate::interface::{Adhesion, Law};
+use crate::record::measured_errors::{MeasuredError, MeasuredErrors};
 use crate::surface::PowerSpectrum;
 use std::time::Instant;
 
@@ -35,8 +36,11 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1957.0214"],
     papers: &["Jackson & Streator, Wear 261 (2006) 1337"],
-    measured_errors: &[(Quantity::ContactArea, 0.98), (Quantity::MeanGap, 0.57)],
+    measured_errors: Some(&MEASURED),
 };
+
+static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.98), MeasuredError::of_open_gap(0.57)];
+static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true);
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {

@@ -263,7 +263,7 @@ fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> 
         (Some(wall), adhesion, hardness) => {
             // A map is refused with a soft wall.
             let wall = YieldingWall::new(wall, hardness.map(|h| h.mean()));
-            builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
+            builder.build::<T, _, _>(kernel, WithAdhesion::new(wall, adhesion))
         }
     }
 }

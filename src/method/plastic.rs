@@ -77,7 +77,7 @@ impl<T: Real> PlasticFlow<T> {
         if mean == f64::INFINITY {
             return None;
         }
-        // The stress at which a node flows: its hardness less the attraction.
+        // The stress at which a node flows: its largest contact stress less the attraction.
         let stress = |i: usize| hardness.at(i) - law.traction(law.yield_gap());
         let (mut flowing, mut energy, is_map) = (0_usize, 0.0, hardness.map().is_some());
         if residuals.flow > 0.0 && converged {

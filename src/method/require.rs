@@ -52,7 +52,7 @@ pub(super) fn hardness(problem: &Problem, card: &Card) -> Result<()> {
     refuse(card.id, "hardness", format!("{of}{value:e} E*"), accepted)
 }
 
-/// A pressure that the contact can carry: below `largest`, the hardness less the attraction.
+/// A pressure that the contact can carry: below `largest`, at which every node flows.
 pub(super) fn below_hardness(load: Load, largest: f64, id: &str) -> Result<()> {
     match load {
         Load::MeanGap(g) if largest < f64::INFINITY => {
@@ -133,6 +133,16 @@ pub(super) fn undeformed_gap(heights: &[f64], depth: f64, gap: &mut Vec<f64>) ->
     gap.clear();
     gap.extend(heights.iter().map(|h| (h - depth).max(0.0)));
     mean(gap)
+}
+
+/// The contact fraction of spots with this total area over that of the cell. Beyond the whole cell independent spots overlap, and their
+/// sum is no contact fraction.
+pub(super) fn contact_of_spots(sum: f64, pressure: f64, id: &str) -> Result<f64> {
+    if sum <= 1.0 {
+        return Ok(sum);
+    }
+    let accepted = format!("a lower pressure: there its contact spots add up to {sum:.3} times the cell");
+    refuse(id, "pressure", format!("{pressure:e} E*"), accepted)
 }
 
 /// Summits of the surface, in the order of first contact.

@@ -10,6 +10,7 @@ use super::{
     Stop, Support,
 };
 use crate::Result;
+use crate::record::measured_errors::{MeasuredError, MeasuredErrors};
 use std::f64::consts::{PI, SQRT_2};
 use std::time::Instant;
 
@@ -28,8 +29,11 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Carbone, J. Mech. Phys. Solids 57 (2009) 1093", "Nayak, J. Lubr. Technol. 93 (1971) 398"],
-    measured_errors: &[(Quantity::ContactArea, 0.42), (Quantity::MeanGap, 2.22)],
+    measured_errors: Some(&MEASURED),
 };
+
+static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.42), MeasuredError::of_open_gap(2.22)];
+static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
@@ -203,8 +207,7 @@ impl Estimator for Asperities<'_> {
         let found = summits.above(d);
         let (gap, slope) = summits.bearing_gap(d);
         Ok(Estimate {
-            // Independent asperities may cover more than the cell.
-            contact_area: found.area.min(1.0),
+            contact_area: require::contact_of_spots(found.area, pressure, CARD.id)?,
             mean_gap: Some(gap),
             stiffness: (slope > 0.0).then_some(found.stiffness / slope),
             load_error: (found.pressure / pressure - 1.0).abs(),

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::Result;
 use crate::grid::{Grid, mean, sum_rows};
+use crate::record::measured_errors::{MeasuredError, MeasuredErrors};
 use crate::surface::{Summit, SummitFit};
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -34,8 +35,11 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1966.0242", "10.1098/rspa.1971.0141"],
     papers: &[],
-    measured_errors: &[(Quantity::ContactArea, 0.11), (Quantity::MeanGap, 2.17)],
+    measured_errors: Some(&MEASURED),
 };
+
+static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.11), MeasuredError::of_open_gap(2.17)];
+static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true);
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
@@ -227,10 +231,11 @@ impl Estimator for Path<'_> {
         self.depth = if stop == Stop::Detached { asperities.summits[0].height } else { depth };
         paint(grid, spots.iter().copied(), &mut self.stress);
         let patches: Vec<f64> = spots.iter().map(|s| PI * s.radius.powi(2)).collect();
+        let area = patches.iter().sum::<f64>() / (grid.lx * grid.ly);
         let mean_gap = require::undeformed_gap(&self.heights, depth, &mut self.gap);
         let scale = self.problem.stress_scale(self.problem.heights.rms(), pressure);
         Ok(Estimate {
-            contact_area: (patches.iter().sum::<f64>() / (grid.lx * grid.ly)).min(1.0),
+            contact_area: require::contact_of_spots(area, pressure, CARD.id)?,
             mean_gap: Some(mean_gap),
             gap: Some(&self.gap),
             stress: Some(&self.stress),

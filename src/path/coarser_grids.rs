@@ -1,5 +1,6 @@
 //! Discretisation errors from grids coarser than the problem's.
 
+use super::leakage::leakage;
 use super::pull_off::{self, SeparationStart};
 use crate::grid::{Field, Grid, Series};
 use crate::interface::RangeChoice;
@@ -59,7 +60,7 @@ impl GridResult {
 
 /// Hydraulic gaps of a coarse grid.
 fn flow_gaps(problem: &Problem, gap: Field, threshold: f64) -> Option<[f64; 2]> {
-    super::leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps())
+    leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps())
 }
 
 /// Uncertainty of the area per boundary edge, in areas of a node: a third of the excess of an elastic edge, of any kind of edge but steps.

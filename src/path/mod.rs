@@ -4,6 +4,7 @@
 mod checkpoint;
 mod coarser_grids;
 mod estimator_input;
+mod leakage;
 mod pull_off;
 mod subsurface;
 mod uncertainty;
@@ -12,14 +13,15 @@ mod unit;
 pub use checkpoint::{Checkpoint, CheckpointWriter};
 pub use coarser_grids::{edge_uncertainty, unresolved_contact};
 pub use estimator_input::EstimatorInput;
+pub use leakage::leakage;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 
-use crate::grid::{Field, Grid, Series, Transform, lowest, mean, sharing};
+use crate::grid::{Grid, Series, Transform, lowest, mean, sharing};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
 use crate::method::{
     ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, State, Stop, contact_stiffness,
 };
-use crate::observe::{ContactArea, FlowEdges, Leakage};
+use crate::observe::ContactArea;
 use crate::record::quantity::Quantity;
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
 use crate::record::uncertainty::{UncertaintyComponent, total};
@@ -27,14 +29,12 @@ use crate::{Error, Result};
 use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
 use pull_off::SeparationStart;
 
-/// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a non-periodic surface. `coarser`: hydraulic
-/// gaps on the next coarser grid ([`Reached::coarser_gaps`]), for the errors.
-pub fn leakage(problem: &Problem, gap: Field, threshold: f64, coarser: Option<([f64; 2], f64)>) -> Option<Leakage> {
-    let edges = match problem.kernel {
-        Elastic::NonPeriodic(_) => FlowEdges::TwoSides,
-        _ => FlowEdges::Periodic,
-    };
-    Some(crate::observe::leakage(problem.grid, gap, threshold, edges)?.with_errors_from(coarser))
+/// Displacement from first contact; zero where it is the rounding of two means of heights of this size in a precision of this `epsilon`.
+fn displacement(touch: f64, separation: f64, (size, epsilon): (f64, f64)) -> f64 {
+    /// Measured: up to 10.
+    const ROUNDING: f64 = 64.0;
+    let moved = touch - separation;
+    if moved.abs() <= ROUNDING * epsilon * size { 0.0 } else { moved }
 }
 
 /// A problem and its sequence of loads.
@@ -268,6 +268,7 @@ impl<'p> LoadPath<'p> {
         let resolved =
             grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
         let (touch, rms_height) = (self.separation_at_first_contact(), self.problem.heights.rms());
+        let rounding = (touch.abs().max(rms_height), self.problem.precision.epsilon());
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
         let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
         for (i, &load) in self.loads.iter().enumerate().skip(first) {
@@ -295,16 +296,9 @@ impl<'p> LoadPath<'p> {
             if pulls_off && converged && i + 1 == self.loads.len() {
                 last = Some(SeparationStart::of(&state));
             }
-            let displacement = touch - state.separation;
-            let uncertainty = uncertainty::components(&uncertainty::Known {
-                problem: &self.problem,
-                requested: self.requested,
-                rms_height,
-                state: &state,
-                area: &area,
-                discretisation,
-                extrapolated,
-            });
+            let displacement = displacement(touch, state.separation, rounding);
+            let errors = (discretisation, extrapolated);
+            let uncertainty = self.uncertainty((&state, &area), rms_height, errors);
             visit(i, Reached { state, area, discretisation, extrapolated, displacement, coarser_gaps, uncertainty })?;
             if !converged {
                 return Ok(None);
@@ -319,6 +313,25 @@ impl<'p> LoadPath<'p> {
             // The bracket alone says nothing of the grid.
             None => PullOff { pressure_error: None, mean_gap_error: None, ..found },
         }))
+    }
+
+    /// What the numbers of a state are uncertain by.
+    fn uncertainty(
+        &self,
+        (state, area): (&State, &ContactArea),
+        rms_height: f64,
+        (discretisation, extrapolated): (Option<Discretisation>, Option<Extrapolated>),
+    ) -> Vec<UncertaintyComponent> {
+        let (problem, requested) = (&self.problem, self.requested);
+        uncertainty::components(&uncertainty::Known {
+            problem,
+            requested,
+            rms_height,
+            state,
+            area,
+            discretisation,
+            extrapolated,
+        })
     }
 
     /// The result of the next coarser grid: of the nested method's own grids, or of a solve that follows the path. With plastic

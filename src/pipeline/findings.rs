@@ -113,6 +113,7 @@ pub(super) fn findings(
             ));
         }
     }
+    list.extend(few_contact_atoms(&found.states));
     list.push(yield_finding(&found.states, found.plasticity.as_ref()));
     list.extend(slip_at_the_base(&atoms.block, found.plasticity.as_ref()));
     let below = atoms.block.thickness() - atoms.block.deformable_thickness();
@@ -137,6 +138,27 @@ pub(super) fn findings(
         ));
     }
     list
+}
+
+/// Contact atoms below which a comparison is hardly more than a count: the counting error of 30 is 18 %, twice the difference between
+/// atoms and continuum that many surfaces show (8 to 10 %).
+const FEW_CONTACTS: usize = 30;
+
+/// The loads whose comparison rests on few contact atoms, with the counting error of each.
+pub(super) fn few_contact_atoms(states: &[AtomState]) -> Option<String> {
+    let few: Vec<String> = (states.iter().filter(|s| s.contacts < FEW_CONTACTS))
+        .map(|s| match s.contacts {
+            0 => format!("none at p* = {}", s.p_star),
+            n => format!("{n} at p* = {} (counting error {:.0} %)", s.p_star, 100.0 / (n as f64).sqrt()),
+        })
+        .collect();
+    (!few.is_empty()).then(|| {
+        format!(
+            "The comparison of atoms and continuum rests on fewer than {FEW_CONTACTS} contact atoms: {}. Smaller differences at these loads \
+             mean nothing; higher loads or a larger block (atoms.cells) have more contact atoms.",
+            few.join(", ")
+        )
+    })
 }
 
 /// Slip so close to a base that the base impedes it: the layers below an elastic base are harmonic, and the two next to the base interact with atoms that are coupled to them.
@@ -178,6 +200,41 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn state(p_star: f64, contacts: usize) -> AtomState {
+        AtomState {
+            index: 0,
+            branch: crate::load::Branch::Loading,
+            p_star,
+            contact_area: 0.01,
+            contacts,
+            contacts_below_surface: 0,
+            mean_gap_angstrom: 1.0,
+            contact_stress_gpa: 1.0,
+            contact_map: String::new(),
+            gap_map: String::new(),
+            frame: None,
+            indenter_shift_angstrom: 0.0,
+            criteria: Vec::new(),
+            sensitivity: Vec::new(),
+            stress: None,
+            defects: None,
+        }
+    }
+
+    /// Loads with few contact atoms are named with the counting error; thirty are enough.
+    #[test]
+    fn few_contact_atoms_are_named_with_their_error() {
+        let text =
+            few_contact_atoms(&[state(0.001, 0), state(0.003, 4), state(0.01, 29), state(0.03, 30)]).expect("few");
+        for part in
+            ["none at p* = 0.001", "4 at p* = 0.003 (counting error 50 %)", "29 at p* = 0.01 (counting error 19 %)"]
+        {
+            assert!(text.contains(part), "{text}");
+        }
+        assert!(!text.contains("0.03 "), "{text}");
+        assert_eq!(few_contact_atoms(&[state(0.03, 30), state(0.1, 500)]), None);
+    }
 
     #[test]
     fn slip_at_the_base_is_named_with_its_layer() {

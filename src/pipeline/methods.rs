@@ -154,6 +154,7 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
         criterion: method.criterion(settings).to_string(),
         calibrated_on: method.calibrated_on(settings).map(Into::into),
         warning: card.warning(),
+        measured_errors: card.measured_errors.cloned(),
         adhesive,
         range: None,
         unavailable_reason: None,
@@ -317,6 +318,15 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
     let edges = if card.criterion == Criterion::ZeroGap { Edges::ELASTIC } else { Edges::COUNTED };
     let counted = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, edges));
     let area = counted.filter(|_| edges.excess > 0.0).map_or(e.contact_area, |found| found.contact_area);
+    let mut missing: Vec<Missing> =
+        e.undelivered.iter().map(|(q, why)| Missing { quantity: q.id().into(), reason: (*why).into() }).collect();
+    // From the mean gaps of neighbouring loads, unless the method has an own one or never gives any.
+    if e.undelivered.iter().any(|(q, _)| *q == Quantity::MeanGap)
+        && e.stiffness.is_none()
+        && card.unsupported_reason(Quantity::Stiffness, adhesive).is_none()
+    {
+        missing.push(Missing { quantity: Quantity::Stiffness.id().into(), reason: "no mean gap at this load".into() });
+    }
     MethodState {
         numbers: StateNumbers {
             index: step.index,
@@ -339,6 +349,7 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
         contact_nodes: counted.map(|area| area.contact_nodes),
         contact_nodes_compressive: None,
         mean_gap: e.mean_gap,
+        missing,
         median_cluster_area: clusters.as_ref().and_then(ClusterAreas::median),
         median_cluster_area_compressive: None,
         patch_density: clusters.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),

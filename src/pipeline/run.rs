@@ -3,6 +3,7 @@
 use super::atom_stages::{AtomStages, CompareStage, FramesStage, LAMMPS, LammpsStage};
 use super::comparison::compare;
 use super::curve;
+use super::findings::few_contact_atoms;
 use super::folder::{AS_WRITTEN, Key, OutFolder, RunFolder};
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variants};
 use super::matched::Matched;
@@ -202,6 +203,7 @@ impl Running<'_> {
         if let Some(stage) = stages.nvt() {
             found.nvt = Some(self.execute(&stage, &[&lammps_key], out)?.0);
         }
+        few_contact_atoms(&found.states).into_iter().for_each(|text| self.warn(text));
         let mut after = vec![matched_key, atoms_key.clone()];
         if let Some(stage) = stages.yielding() {
             let (yielding, key) = self.execute(&stage, &[&after[0]], ())?;

@@ -1,6 +1,7 @@
 //! Results of the compared methods, as in `results.json`.
 
 use super::continuum::{ContinuumResults, RangeResults, StateResults};
+use super::measured_errors::MeasuredErrors;
 use super::state_numbers::StateNumbers;
 use crate::load::{AtLoad, Branch};
 use crate::observe::Distribution;
@@ -19,6 +20,9 @@ pub struct MethodResults {
     /// Quantities in which the method is known to deviate by much.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warning: Option<String>,
+    /// Measured errors of an estimate, and the surface on which they were measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_errors: Option<MeasuredErrors>,
     /// Whether the method was run with the scene's adhesion.
     pub adhesive: bool,
     /// For estimates only if requested and used range differ.
@@ -34,7 +38,7 @@ pub struct MethodResults {
     pub cpu_seconds: f64,
 }
 
-/// A quantity that a method does not provide, and the reason.
+/// A quantity that a method does not provide, at all or at one load, and the reason.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Missing {
     /// Id in `asperity methods --json`.
@@ -56,6 +60,9 @@ pub struct MethodState {
     pub contact_nodes_compressive: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
+    /// What the method delivers at other loads, but not at this one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<Missing>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub median_cluster_area: Option<f64>,
     /// Median cluster area of the contact under compression, for solvers with adhesion.
@@ -94,6 +101,7 @@ impl MethodState {
             contact_nodes: Some(s.contact_nodes),
             contact_nodes_compressive: o.and_then(|o| Some(o.compressive?.fraction)),
             mean_gap: Some(s.mean_gap),
+            missing: Vec::new(),
             median_cluster_area: o.and_then(|o| o.median_cluster_area),
             median_cluster_area_compressive: o.and_then(|o| o.compressive?.median_cluster_area),
             patch_density: o.map_or(Vec::new(), |o| o.patch_density.clone()),

@@ -20,6 +20,7 @@ pub mod import;
 pub mod json;
 pub mod load_table;
 pub mod mcap;
+pub mod measured_errors;
 pub mod methods;
 pub mod netcdf;
 pub mod npy;

@@ -9,7 +9,7 @@ use crate::atoms::lammps_command::LammpsCommand;
 use crate::error::Complaint;
 use crate::grid::Grid;
 use crate::interface::{
-    Adhesion, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall,
+    Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall,
 };
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
@@ -20,6 +20,13 @@ use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Load over that of full contact from which on it is no study of full contact but a wrong unit.
+const FAR_BEYOND: f64 = 10.0;
+
+/// Full-contact pressure of a random surface over its rms gradient: the stress of full contact has an rms of half the gradient, and its
+/// largest value on 10⁹ nodes is 6.5 times that.
+const RANDOM_FULL_CONTACT: f64 = 3.3;
 
 /// A scene, checked and resolved into reduced numbers.
 #[derive(Debug, Clone)]
@@ -146,6 +153,8 @@ impl Case {
             }
         }
         case.warnings.extend(case.mirrored_force_warning());
+        case.warnings.extend(case.far_load_warning());
+        case.warnings.extend(case.hardness_warning());
         case.refuse_closed()?;
         case.refuse_unrepresentable()?;
         if case.scene.atoms.is_some() {
@@ -171,6 +180,52 @@ impl Case {
             "load.force_mn acts on the mirrored cell, which has four times the area of the map: give four times the force on the map"
                 .to_string()
         })
+    }
+
+    /// A load so far beyond full contact that a unit is probably wrong.
+    fn far_load_warning(&self) -> Option<String> {
+        let pressures = self.load_steps.iter().map(|step| match step.target {
+            Load::Pressure(p) => p,
+            Load::MeanGap(_) => 0.0,
+        });
+        let highest = pressures.fold(0.0, f64::max);
+        // Cheap to see for nearly all loads; the exact pressure takes two transforms.
+        if highest <= FAR_BEYOND * RANDOM_FULL_CONTACT * self.gradient {
+            return None;
+        }
+        let full = match fits(self.grid) {
+            true => {
+                // The parts of a surface that is not periodic need at most the pressure of its periodic repetition.
+                let kernel = match self.kernel {
+                    Elastic::NonPeriodic(_) => Elastic::HalfSpace,
+                    kernel => kernel,
+                };
+                let heights = self.surface.heights(self.grid, 0.0);
+                Problem { kernel, ..Problem::new(self.grid, &heights) }.full_contact_pressure()
+            }
+            false => RANDOM_FULL_CONTACT * self.gradient,
+        };
+        // A flat surface is in full contact under any load.
+        (full > 0.0 && highest > FAR_BEYOND * full).then(|| {
+            let times = highest / full;
+            format!(
+                "the highest load, a mean pressure of {highest:.3e} E*, is {times:.2e} times the pressure of full contact, {full:.3e} E*: check the \
+                 units of load and modulus"
+            )
+        })
+    }
+
+    /// Where the body flows it carries the hardness and the attraction, of which the range used on the grid decides.
+    fn hardness_warning(&self) -> Option<String> {
+        let used = self.range().law(self.adhesion, self.grid.dx().max(self.grid.dy()));
+        self.hardness.as_ref().filter(|_| used != self.adhesion)?;
+        let [wanted, used] = [self.adhesion, used].map(|law| law.traction(0.0));
+        // A law without attraction at contact has nothing that depends on the range there.
+        (wanted != used).then(|| format!(
+            "hardness with adhesion: the body flows at a net stress of the hardness on any grid, but its contact stress there, the hardness \
+             plus the attraction at contact, depends on the range that this grid uses: an attraction of {used:.3e} E*, with the requested range \
+             {wanted:.3e} E*"
+        ))
     }
 
     /// What the grid leaves out of the spectrum, slopes and maps that suggest a wrong unit, a range of the adhesion that the grid

@@ -37,6 +37,11 @@ struct Sums {
 impl PowerSpectrum {
     /// Spectrum of the modes of a series that a grid resolves.
     pub fn from_series(series: &Series<f64>, grid: Grid) -> Self {
+        Self::of_waves(series, grid, |_, _| true)
+    }
+
+    /// The same of the waves (kx, ky) that are `wanted`.
+    pub fn of_waves(series: &Series<f64>, grid: Grid, wanted: impl Fn(i64, i64) -> bool) -> Self {
         let mut tally = Tally::default();
         for i in 0..grid.half() {
             let (up, down) = series.column(i, grid);
@@ -46,7 +51,10 @@ impl PowerSpectrum {
             let first = rows - down.len();
             let waves = up.iter().enumerate().chain(down.iter().enumerate().map(|(j, c)| (first + j, c)));
             for (j, c) in waves {
-                tally.add(grid.qx(i), TAU / grid.ly * signed_mode(j, rows) as f64, weight * c.norm_sqr());
+                let ky = signed_mode(j, rows);
+                if wanted(i as i64, ky) {
+                    tally.add(grid.qx(i), TAU / grid.ly * ky as f64, weight * c.norm_sqr());
+                }
             }
         }
         tally.power()

@@ -185,3 +185,17 @@ fn errors_name_the_value_and_the_remedy() {
     let pulled = problem().load_path_with_pull_off(&Loads::Pressure(vec![0.5])).expect_err("refused").to_string();
     assert!(pulled.contains("adhesion"), "{pulled}");
 }
+
+/// First contact by pressure and by displacement, and the warning of a load in a wrong unit.
+#[test]
+fn first_contact_and_far_loads_are_those_of_the_command_line() {
+    let states = [Loads::Pressure(vec![0.0]), Loads::Displacement(vec![0.0]), Loads::PStar(vec![0.0])]
+        .map(|loads| problem().load_path(&loads).expect("solved").states.remove(0));
+    for state in &states {
+        assert_eq!((state.mean_pressure, state.contact.iter().filter(|c| **c).count()), (0.0, 1));
+        assert_eq!(state.mean_gap, states[0].mean_gap);
+    }
+    let far = |p: f64| problem().warnings(&Loads::Pressure(vec![0.1, p, p])).expect("warnings");
+    let count = |list: Vec<String>| list.iter().filter(|w| w.contains("check the units of load and modulus")).count();
+    assert_eq!((count(far(1e6)), count(far(1.0))), (1, 0));
+}

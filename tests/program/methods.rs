@@ -104,6 +104,9 @@ fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
             faults.push(format!("{name}: {} delivered {any}/{all}, missing because {said:?}", quantity.name()));
         }
     }
+    if run.measured_errors.as_ref() != card.measured_errors {
+        faults.push(format!("{name}: other measured errors than on the card"));
+    }
     for s in &run.states {
         if s.numbers.load_error > LOAD_BALANCE {
             faults.push(format!("{name}: load error {}", s.numbers.load_error));
@@ -176,6 +179,83 @@ fn solve_takes_methods_that_estimate() {
         assert_eq!(output.status.code(), Some(2), "{id}");
         assert!(stderr(&output).contains("--pull-off"), "{id}: {}", stderr(&output));
     }
+}
+
+/// What a method does not give at a load is absent there, with the reason, in `solve` and in a run: no mean gap, and no stiffness from it.
+#[test]
+fn loads_without_a_mean_gap_say_why() {
+    let command =
+        ["solve", "--challenge", "128", "--cut-off", "0.1", "--seed", "6", "--method", "icha", "--p-star", "0.05,0.3"];
+    let output = asperity().args(command).arg("--json").output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let lines: Vec<serde_json::Value> = text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    assert!(
+        lines[0]["mean_gap"].as_f64().is_some_and(|g| g > 0.0) && lines[0]["missing"]["mean_gap"].is_null(),
+        "{}",
+        lines[0]
+    );
+    assert!(
+        lines[1]["mean_gap"].is_null() && lines[1]["missing"]["stiffness"] == "no mean gap at this load",
+        "{}",
+        lines[1]
+    );
+    let why = lines[1]["missing"]["mean_gap"].as_str().expect("a reason");
+    assert!(why.contains("overlap between the summits"), "{why}");
+    let output = asperity().args(command).output().expect("started");
+    assert!(String::from_utf8_lossy(&output.stdout).contains(&format!("– ({why})")));
+    let scene =
+        SCENE.replace("4.0", "10.0").replace("[0.005, 0.01, 0.02]", "[0.02, 0.05, 0.3]").replace("\"all\"", "\"icha\"");
+    let folder = tempfile::tempdir().expect("scratch");
+    let file = folder.path().join("sparse.toml");
+    std::fs::write(&file, scene).expect("written");
+    let out = folder.path().join("out");
+    let output = asperity().arg("run").arg(&file).arg("--out").arg(&out).arg("--json").output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let found: Vec<MethodResults> =
+        serde_json::from_value(json_line(&output)["results"]["methods"].clone()).expect("methods");
+    let states = &found[0].states;
+    assert!(states[..2].iter().all(|s| s.missing.is_empty() && s.mean_gap.is_some() && s.numbers.stiffness.is_some()));
+    assert!(states[2].mean_gap.is_none() && states[2].numbers.stiffness.is_none());
+    assert_eq!(states[2].missing.iter().map(|m| m.quantity.as_str()).collect::<Vec<_>>(), ["mean_gap", "stiffness"]);
+    assert!(std::fs::read_to_string(out.join("report.html")).expect("a report").contains(why));
+}
+
+/// Errors on cards carry the surface on which they were measured: in the table, in its JSON, in `solve` and in results.
+#[test]
+fn measured_errors_carry_their_surface() {
+    let output = asperity().args(["methods", "--json"]).output().expect("started");
+    let cards = json_line(&output)["methods"].as_array().expect("cards").clone();
+    let text = String::from_utf8(asperity().arg("methods").output().expect("started").stdout).expect("UTF-8");
+    for card in &cards {
+        let (id, errors) = (card["id"].as_str().expect("an id"), &card["measured_errors"]);
+        assert_eq!(errors.is_null(), method::find(id).expect("registered").card().measured_errors.is_none(), "{id}");
+        let line = text.lines().find(|l| l.starts_with(&format!("{id}: measured errors")));
+        let Some(list) = errors["errors"].as_array() else {
+            assert!(line.is_none(), "{id}");
+            continue;
+        };
+        assert!(
+            list.iter().all(|e| e["error"].as_f64().is_some() && e["p_star"].as_array().is_some_and(|p| p.len() > 1)),
+            "{id}"
+        );
+        let surface = &errors["surface"];
+        assert!(
+            surface["hurst"] == 0.8
+                && surface["grid"] == serde_json::json!([1024, 1024])
+                && surface["seeds"] == serde_json::json!([18])
+        );
+        let line = line.unwrap_or_else(|| panic!("{id} in the text"));
+        for part in ["H = 0.8", "seed 18", "1024 x 1024", "p* = 0.001 to 1"] {
+            assert!(line.contains(part), "{id}: {part}: {line}");
+        }
+    }
+    let command =
+        ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.01", "--json", "--method", "persson"];
+    let output = asperity().args(command).output().expect("started");
+    let persson = cards.iter().find(|c| c["id"] == "persson").expect("registered");
+    assert_eq!(json_line(&output)["measured_errors"], persson["measured_errors"]);
+    assert!(stderr(&output).contains("seed 18"), "{}", stderr(&output));
 }
 
 /// The method and `solve` report settings that change a criterion or replace a fitted constant.

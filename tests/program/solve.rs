@@ -229,6 +229,92 @@ fn what_a_path_cannot_do_is_refused() {
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
 }
 
+/// First contact is a state: one node touches under no pressure, however the load is given.
+#[test]
+fn first_contact_is_the_contact_of_one_node() {
+    let node = 1.0 / (64.0 * 64.0);
+    for flags in [
+        &["--displacement", "0"][..],
+        &["--pressure", "0"],
+        &["--p-star", "0"],
+        &["--displacement", "0,1e-4"],
+        &["--pressure", "0,0.01"],
+        &["--displacement", "0", "--precision", "f32"],
+        &["--displacement", "0", "--wall", "penalty", "--penalty-length", "0.01"],
+        &["--pressure", "0", "--thickness", "0.1"],
+        &["--pressure", "0", "--hardness", "0.1"],
+        &["--pressure", "0", "--non-periodic"],
+    ] {
+        let states = lines(flags);
+        let first = &states[0];
+        assert_eq!(number(first, "contact_nodes"), node, "{flags:?}: {first}");
+        assert_eq!((number(first, "pressure"), number(first, "displacement")), (0.0, 0.0), "{flags:?}");
+        assert_eq!(first["stop"], "converged", "{flags:?}");
+        assert!(number(first, "mean_gap") > 0.0);
+        assert!(states[1..].iter().all(|s| number(s, "pressure") > 0.0), "{flags:?}");
+    }
+    // Apart, no node touches.
+    let gap = number(&lines(&["--pressure", "0"])[0], "mean_gap");
+    let apart = &lines(&["--mean-gap", &(1.001 * gap).to_string()])[0];
+    assert_eq!((number(apart, "contact_nodes"), number(apart, "pressure")), (0.0, 0.0));
+    for (flags, word) in [(["--method", "bvm"], "only the method"), (["--method", "persson"], "only the method")] {
+        let refused = solve(&[&["--pressure", "0"][..], &flags].concat());
+        assert!(!refused.status.success() && stderr(&refused).contains(word), "{}", stderr(&refused));
+    }
+}
+
+/// A load far beyond full contact is probably one in another unit than the modulus: one warning, for any number of such loads.
+#[test]
+fn loads_far_beyond_full_contact_warn_once() {
+    let warned = |flags: &[&str]| stderr(&solve(flags)).matches("check the units of load and modulus").count();
+    assert_eq!(warned(&["--pressure", "0.01,2"]), 0);
+    assert_eq!(warned(&["--pressure", "1e3"]), 1);
+    assert_eq!(warned(&["--pressure", "1e3,1e4,1e5"]), 1);
+    assert_eq!(warned(&["--p-star", "1e3", "--thickness", "0.1"]), 1);
+    assert_eq!(warned(&["--pressure", "1e3", "--method", "persson"]), 1);
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("far.toml");
+    std::fs::write(
+        &file,
+        "name = \"far\"\nsurface = { grid = 32, cut_off_mode = 8 }\nload = { p_star = [0.1, 500] }\n",
+    )
+    .expect("written");
+    let run = asperity()
+        .arg("run")
+        .arg(&file)
+        .arg("--out")
+        .arg(scratch.path().join("far"))
+        .arg("--json")
+        .output()
+        .expect("started");
+    assert!(run.status.success(), "{}", stderr(&run));
+    let results = json_line(&run)["results"]["warnings"].to_string();
+    assert_eq!(results.matches("check the units").count(), 1, "{results}");
+    assert_eq!(stderr(&run).matches("check the units").count(), 1, "{}", stderr(&run));
+}
+
+/// With a range that the grid does not resolve, hardness and adhesion warn once of what depends on it; the body flows at a net stress of the
+/// hardness on every grid.
+#[test]
+fn hardness_with_adhesion_flows_at_the_hardness() {
+    /// Of the hardness, at residuals of 1e-8 of the pressure.
+    const STRESS: f64 = 1e-5;
+    let coarse =
+        ["--work-of-adhesion", "9e-4", "--adhesion-range", "1e-3", "--hardness", "0.2", "--pressure", "0.03,0.05"];
+    for (flags, warnings) in
+        [(coarse.to_vec(), 1), ([&coarse[..2], &["--adhesion-range", "1e-2"], &coarse[4..]].concat(), 0)]
+    {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let out = scratch.path().join("out");
+        let output = solve(&[&flags[..], &["--out", out.to_str().expect("UTF-8")]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(stderr(&output).matches("hardness with adhesion").count(), warnings, "{}", stderr(&output));
+        let stress = asperity::record::npy::read(&out.join("load-2-stress.npy")).expect("a map").values;
+        let most = stress.iter().copied().fold(0.0, f64::max);
+        assert!((most / 0.2 - 1.0).abs() < STRESS, "{flags:?}: {most}");
+    }
+}
+
 /// Both commands construct the same case: one map and one load path give the same results and warnings.
 #[test]
 fn solve_and_run_give_the_same_numbers_and_warnings() {

@@ -389,7 +389,7 @@ fn a_loading_cycle_is_described_by_its_extremes() {
     c.pull_off_failure = Some("fast stopped".into());
     results.write(folder.path()).unwrap();
     let page = page(folder.path()).replace('\u{a0}', " ");
-    let text = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm (± 1.00×10⁻⁵ % of it or less) and the contact 3.00 % to 22.0 % (± 3.12 % of it \
+    let text = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm and the contact 3.00 % to 22.0 % (± 3.12 % of it \
                 or less); at p* = 0.01 it is 5.00 % on loading and 8.00 % on unloading";
     assert!(page.contains(text), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
     let tile = "<data value=\"0.22\">22.00</data><span class=\"error\"> ± 0.69 % of the cell</span>";

@@ -4,6 +4,7 @@ mod adhesive_analytic;
 mod analytic;
 mod asperities;
 mod edges;
+mod estimates;
 mod extrapolation;
 mod extremes;
 mod extremes_adhesion;

@@ -26,7 +26,9 @@ const WIDTH: usize = 22;
 
 /// Head of the table on the terminal, of several loads.
 pub(super) fn head(units: &ResultUnits) -> String {
-    let named = |name: &str, dimension| units.of(dimension).map_or(name.to_string(), |unit| format!("{name} / {}", unit.replace('_', " ")));
+    let named = |name: &str, dimension| {
+        units.of(dimension).map_or(name.to_string(), |unit| format!("{name} / {}", unit.replace('_', " ")))
+    };
     let cells = [
         "load".to_string(),
         named("pressure", Dimension::Stress),

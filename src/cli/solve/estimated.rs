@@ -27,6 +27,8 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
     if solve.dry_run {
         return Ok(());
     }
+    // On a surface other than this one.
+    card.measured_errors.iter().for_each(|errors| progress.note(&format!("{}: measured errors: {errors}", card.id)));
     let key = solve.key()?;
     if let Some(out) = &solve.out {
         solve.open_folder(out, &key)?;
@@ -45,6 +47,7 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
         line["method"] = json!(card.id);
         line["criterion"] = json!(method.criterion(&problem.settings).to_string());
         line["calibrated_on"] = json!(method.calibrated_on(&problem.settings));
+        line["measured_errors"] = json!(card.measured_errors);
         line["resolved_gradient"] = json!(resolved_gradient);
         line["cpu_seconds"] = json!(cpu - before);
         line["planned_bytes"] = json!(plan.bytes);
@@ -52,10 +55,12 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
         line["peak_rss_bytes"] = json!(growth.peak_bytes());
         let adhesive = problem.adhesion != Adhesion::None;
         line["provenance"] = json!(case.provenance);
-        line["missing"] = Quantity::OUTPUTS
+        // What the method never gives, and what it does not give at this load.
+        let never = Quantity::OUTPUTS
             .into_iter()
-            .filter_map(|q| Some((q.id().to_string(), Value::from(card.unsupported_reason(q, adhesive)?))))
-            .collect();
+            .filter_map(|q| Some((q.id().to_string(), Value::from(card.unsupported_reason(q, adhesive)?))));
+        let here = line["missing"].as_object().into_iter().flatten().map(|(q, why)| (q.clone(), why.clone()));
+        line["missing"] = never.chain(here).collect();
         if let Some(out) = &solve.out {
             let name = |name: &str| match loads.len() {
                 1 => name.to_string(),
@@ -104,6 +109,7 @@ fn line(scales: Scales, method: &dyn ContactMethod, problem: &Problem, found: &E
         "mean_gap": state.mean_gap.map(|g| g * length),
         "stiffness": state.numbers.stiffness.map(|k| k * modulus / length),
         "patches": state.numbers.patches,
+        "missing": state.missing.iter().map(|m| (m.quantity.clone(), Value::from(m.reason.as_str()))).collect::<Value>(),
         "median_cluster_area": state.median_cluster_area.map(|a| a * length * length),
         "load_error": state.numbers.load_error,
         "stop": state.numbers.stop,

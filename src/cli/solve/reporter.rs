@@ -189,10 +189,7 @@ impl<'a> SolveReporter<'a> {
         if problem.ranks.are_several() {
             line["ranks"] = json!(problem.ranks.count());
         }
-        line["contact_area_error"] = json!(reached.contact_area_error());
-        line["mean_gap_error"] = json!(reached.mean_gap_error().map(|e| e * length));
-        line["stiffness"] = json!(state.stiffness.map(|k| k * modulus / length));
-        line["stiffness_error"] = json!(reached.stiffness_error().map(|e| e * modulus / length));
+        self.add_errors(reached, &mut line);
         line["length_x"] = json!(grid.lx * length);
         line["length_y"] = json!(grid.ly * length);
         line["modulus"] = json!(modulus);
@@ -214,6 +211,16 @@ impl<'a> SolveReporter<'a> {
             line["plastic_work"] = json!(found.work * energy);
         }
         line
+    }
+
+    /// Adds the contact stiffness and the stated errors to the line of a state.
+    fn add_errors(&self, reached: &Reached, line: &mut Value) {
+        let length = self.scales.length_m;
+        let per_length = self.scales.modulus_pa / length;
+        line["contact_area_error"] = json!(reached.contact_area_error());
+        line["mean_gap_error"] = json!(reached.mean_gap_error().map(|e| e * length));
+        line["stiffness"] = json!(reached.state.stiffness.map(|k| k * per_length));
+        line["stiffness_error"] = json!(reached.stiffness_error().map(|e| e * per_length));
     }
 
     /// A warning for loads whose contact the grid does not resolve.
@@ -326,6 +333,18 @@ fn with_error(line: &Value, key: &str, (units, dimension): (&ResultUnits, Dimens
     }
 }
 
+/// Rows of the flow through the gap, if it was requested.
+fn leakage(line: &Value, units: &ResultUnits) -> Vec<(&'static str, String)> {
+    if !line["leakage"].is_object() {
+        return Vec::new();
+    }
+    let gap = |key: &str| with_error(line, key, (units, Dimension::Length));
+    let ratio = line["leakage"]["ratio"].as_f64().map_or("–".into(), |r| significant(r, 3));
+    let medium = format!("{} (flow {ratio} times that solved)", gap("hydraulic_gap_effective_medium"));
+    let gaps = format!("{}, {}", gap("hydraulic_gap_x"), gap("hydraulic_gap_y"));
+    vec![("equivalent hydraulic gap along x, y", gaps), ("in effective-medium theory", medium)]
+}
+
 /// A state for people, from its line of JSON.
 fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
@@ -349,16 +368,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     if line["stiffness"].is_number() {
         rows.push(("contact stiffness", of_contact(with_error(line, "stiffness", (units, Dimension::Stiffness)))));
     }
-    if line["leakage"].is_object() {
-        let gap = |key: &str| with_error(line, key, (units, Dimension::Length));
-        rows.push((
-            "equivalent hydraulic gap along x, y",
-            format!("{}, {}", gap("hydraulic_gap_x"), gap("hydraulic_gap_y")),
-        ));
-        let ratio = line["leakage"]["ratio"].as_f64().map_or("–".into(), |r| significant(r, 3));
-        let medium = format!("{} (flow {ratio} times that solved)", gap("hydraulic_gap_effective_medium"));
-        rows.push(("in effective-medium theory", medium));
-    }
+    rows.extend(leakage(line, units));
     if line["flowing_fraction"].is_number() {
         rows.push(("flowing at the hardness", of_contact(percent(number(&line["flowing_fraction"])))));
         rows.push(("mean plastic displacement", sized("mean_plastic_displacement", Dimension::Length)));

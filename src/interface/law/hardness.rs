@@ -1,14 +1,16 @@
 use super::{Hardness, Law, SoftWall};
 
-/// A hard wall, with or without the attraction `law`, at which the contact stress is at most the hardness: where it
+/// A hard wall, with or without the attraction `law`, at which the interfacial stress is at most the hardness: where it
 /// reaches it, the body flows. The gap of a load step is then negative by the depth of that flow.
 ///
-/// The contact energy `H max(0, -g)` is convex, and its slope at zero gap takes every value from `-H` to 0: the bounds of
-/// the contact stress (Almqvist, Sahlin, Larsson & Glavatskih, Tribology International 40 (2007) 574). Solvers add the
-/// stress of the flow themselves; the attraction is constant below zero gap.
+/// What loads the body is the contact stress less the attraction, so that its flow does not depend on the range of the attraction. The
+/// contact stress is bounded by the hardness plus the attraction at contact: with `H` this sum, the contact energy `H max(0, -g)` is
+/// convex, and its slope at zero gap takes every value from `-H` to 0 (Almqvist, Sahlin, Larsson & Glavatskih, Tribology International 40
+/// (2007) 574). Solvers add the stress of the flow themselves; the attraction is constant below zero gap.
 #[derive(Debug, Clone, Copy)]
 pub struct Yielding<'m, L> {
     pub law: L,
+    /// Largest interfacial stress.
     pub hardness: Hardness<'m>,
 }
 
@@ -59,7 +61,7 @@ impl<L: Law> Law for Yielding<'_, L> {
 
     #[inline(always)]
     fn hardness(&self) -> Hardness<'_> {
-        self.hardness
+        self.hardness.raised(self.law.traction(0.0))
     }
 
     fn yield_gap(&self) -> f64 {
@@ -67,20 +69,24 @@ impl<L: Law> Law for Yielding<'_, L> {
     }
 }
 
-/// A soft wall whose repulsion is at most the hardness (units of E*, infinite without one). Beyond the gap at which it
+/// A soft wall whose repulsion, less an attraction, is at most the hardness (units of E*, infinite without one). Beyond the gap at which it
 /// reaches it, the body flows at constant stress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct YieldingWall {
     wall: SoftWall,
+    /// Largest interfacial stress.
     hardness: f64,
-    /// Gap at which the repulsion reaches the hardness, L; `-∞` without one.
+    /// Largest repulsion, E*: the hardness and the attraction at `gap`.
+    repulsion: f64,
+    /// Gap at which the repulsion reaches it, L; `-∞` without one.
     gap: f64,
 }
 
 impl YieldingWall {
     pub fn new(wall: SoftWall, hardness: Option<f64>) -> Self {
         let gap = hardness.map_or(f64::NEG_INFINITY, |h| wall.gap_at_pressure(h));
-        YieldingWall { wall, hardness: hardness.unwrap_or(f64::INFINITY), gap }
+        let hardness = hardness.unwrap_or(f64::INFINITY);
+        YieldingWall { wall, hardness, repulsion: hardness, gap }
     }
 }
 
@@ -110,7 +116,7 @@ impl Law for YieldingWall {
     }
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {
-        self.wall.gap_at_pressure(pressure.min(self.hardness))
+        self.wall.gap_at_pressure(pressure.min(self.repulsion))
     }
 
     #[inline]
@@ -124,17 +130,35 @@ impl Law for YieldingWall {
 
     #[inline(always)]
     fn hardness(&self) -> Hardness<'_> {
-        Hardness::Uniform(self.hardness)
+        Hardness::Uniform(self.repulsion)
     }
 
     fn yield_gap(&self) -> f64 {
         self.gap
     }
+
+    /// The repulsion and the attraction at the gap of first flow balance the hardness. The iteration rises to that repulsion; it is
+    /// accurate to rounding after a few steps, since the wall is much steeper than the attraction.
+    fn under<A: Law>(self, attraction: &A) -> Self {
+        const STEPS: usize = 60;
+        if self.hardness == f64::INFINITY {
+            return self;
+        }
+        let mut wall = YieldingWall::new(self.wall, Some(self.hardness));
+        for _ in 0..STEPS {
+            let repulsion = self.hardness + attraction.traction(wall.gap.max(self.wall.adhesion_floor()));
+            if repulsion == wall.repulsion {
+                break;
+            }
+            wall = YieldingWall { repulsion, gap: self.wall.gap_at_pressure(repulsion), ..wall };
+        }
+        wall
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Exponential, HardWall, LennardJonesWall};
+    use super::super::{Exponential, HardWall, LennardJonesWall, PenaltyWall, WithAdhesion};
     use super::*;
 
     const WALL: SoftWall = SoftWall::LennardJones(LennardJonesWall { strength: 30.0, sigma: 0.01 });
@@ -177,6 +201,32 @@ mod tests {
         assert_eq!(Yielding { law: HardWall, hardness: 0.1.into() }.max_pressure(), 0.1);
         assert_eq!(HardWall.max_pressure(), f64::INFINITY);
         let adhesion = Exponential { gamma: 1e-4, rho: 1e-3 };
-        assert!((Yielding { law: adhesion, hardness: 0.2.into() }.max_pressure() - 0.1).abs() < 1e-15);
+        assert!((Yielding { law: adhesion, hardness: 0.2.into() }.max_pressure() - 0.2).abs() < 1e-15);
+    }
+
+    /// The net stress of the flow is the hardness for every range of the attraction, with a hard wall and with soft ones.
+    #[test]
+    fn flow_stress_does_not_depend_on_the_range() {
+        /// Rounding of the gap of the soft walls, times their slope.
+        const ROUNDING: f64 = 1e-9;
+        let soft = [WALL, SoftWall::Penalty(PenaltyWall { length: 1e-3 })];
+        for rho in [1e-3, 4e-3, 2e-2] {
+            let adhesion = Exponential { gamma: 1e-4, rho };
+            let hard = Yielding { law: adhesion, hardness: 0.2.into() };
+            // Where the body flows: the largest contact stress less the attraction.
+            let net = hard.hardness().mean() - hard.traction(-1.0);
+            assert!((net - 0.2).abs() < 1e-15 && (hard.max_pressure() - 0.2).abs() < 1e-15, "{rho}: {net}");
+            for wall in soft {
+                let both = WithAdhesion::new(YieldingWall::new(wall, Some(0.2)), adhesion);
+                for depth in [1.0, 1.5, 3.0] {
+                    let net = -both.traction(depth * both.yield_gap());
+                    assert!((net - 0.2).abs() < ROUNDING, "{rho}, {wall:?}: {net}");
+                }
+                assert!((both.max_pressure() - 0.2).abs() < ROUNDING);
+                // On a coarser mesh the range is larger, and the flow stress the same.
+                let coarse = both.on_mesh(4.0);
+                assert!(coarse.range() > rho && (-coarse.traction(2.0 * coarse.yield_gap()) - 0.2).abs() < ROUNDING);
+            }
+        }
     }
 }

@@ -33,7 +33,7 @@ pub trait Law: Copy + Sync + Send {
     const ACTIVE: bool;
     /// Whether gaps are bounded below by zero. A soft wall has no bound.
     const HARD: bool;
-    /// Whether the contact stress may be bounded by a hardness.
+    /// Whether the interfacial stress may be bounded by a hardness.
     const YIELDS: bool = false;
 
     /// Traction at gap `g`, attraction positive (negative where a compliant wall repels).
@@ -62,7 +62,8 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
-    /// Largest contact stress of the nodes, units of E*: the hardness, infinite without one.
+    /// Largest contact stress of the nodes, units of E*, without the attraction: the hardness plus the attraction at contact, infinite
+    /// without a hardness.
     #[inline(always)]
     fn hardness(&self) -> Hardness<'_> {
         Hardness::NONE
@@ -73,7 +74,7 @@ pub trait Law: Copy + Sync + Send {
         f64::NEG_INFINITY
     }
 
-    /// Mean pressure (E*) above which no state is in equilibrium: every node carries the hardness less the attraction.
+    /// Mean pressure (E*) above which no state is in equilibrium: every node carries its largest contact stress less the attraction.
     fn max_pressure(&self) -> f64 {
         match self.hardness().mean() {
             hardness if hardness < f64::INFINITY => {
@@ -113,6 +114,11 @@ pub trait Law: Copy + Sync + Send {
     /// `dx` is at least [`COHESIVE_RESOLUTION`]: contact lines are then not pinned to the mesh.
     fn on_mesh(&self, _dx: f64) -> Self {
         *self
+    }
+
+    /// This wall together with an attraction: a hardness bounds the sum of both.
+    fn under<A: Law>(self, _attraction: &A) -> Self {
+        self
     }
 
     /// The law with the hardness of the nodes of another grid of the same area.
@@ -232,7 +238,13 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
     }
 
     fn on_mesh(&self, dx: f64) -> Self {
-        WithAdhesion { wall: self.wall.on_mesh(dx), adhesion: self.adhesion.on_mesh(dx) }
+        Self::new(self.wall.on_mesh(dx), self.adhesion.on_mesh(dx))
+    }
+}
+
+impl<W: Law, A: Law> WithAdhesion<W, A> {
+    pub fn new(wall: W, adhesion: A) -> Self {
+        WithAdhesion { wall: wall.under(&adhesion), adhesion }
     }
 }
 

@@ -48,7 +48,7 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 fn supports(quantity: Quantity) -> Support {

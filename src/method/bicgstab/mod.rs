@@ -42,7 +42,7 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1137/0913035"],
     papers: &[],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 fn supports(quantity: Quantity) -> Support {

@@ -39,7 +39,7 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1016/S0043-1648(99)00113-1"],
     papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 /// Error of the inner iteration over the change of the outer one.

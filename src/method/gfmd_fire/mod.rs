@@ -41,7 +41,7 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevLett.97.170201"],
     papers: &["Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103"],
-    measured_errors: &[],
+    measured_errors: None,
 };
 
 /// Square of the time step times the largest curvature; the semi-implicit Euler step is stable up to 4.

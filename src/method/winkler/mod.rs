@@ -17,6 +17,7 @@ use super::{
 };
 use crate::Result;
 use crate::grid::{mean, sum_rows};
+use crate::record::measured_errors::{MeasuredError, MeasuredErrors};
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -35,8 +36,11 @@ static CARD: Card = Card {
     hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
-    measured_errors: &[(Quantity::ContactArea, 1.05), (Quantity::MeanGap, 2.49)],
+    measured_errors: Some(&MEASURED),
 };
+
+static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(1.05), MeasuredError::of_open_gap(2.49)];
+static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {

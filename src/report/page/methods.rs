@@ -300,10 +300,12 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, index: Option<usiz
         type Of<'a> = &'a dyn Fn(&MethodState) -> Option<f64>;
         let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
             Some(v) => html! { (show(v)) span.quiet { (off(v, reference.and_then(of))) } },
-            None => match m.missing.iter().find(|m| m.quantity == quantity.id()) {
-                Some(missing) => html! { "– " span.quiet { "(" (missing.reason) ")" } },
-                None => text("–"),
-            },
+            None => {
+                match here.iter().flat_map(|s| &s.missing).chain(&m.missing).find(|m| m.quantity == quantity.id()) {
+                    Some(missing) => html! { "– " span.quiet { "(" (missing.reason) ")" } },
+                    None => text("–"),
+                }
+            }
         };
         let mut cells = vec![
             html! { (m.method) @if m.calibrated_on.is_some() { "*" } },

@@ -14,9 +14,14 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     kinds(c, load);
     load.p_star_range.iter().for_each(|r| load_range(c, r));
     let pressures = [("p_star", &load.p_star), ("pressure_mpa", &load.pressure_mpa), ("force_mn", &load.force_mn)];
-    each(c, &pressures, "a positive number: tension needs adhesion, and atoms are only pressed", |v| {
-        v > 0.0 || attracts && !atoms
-    });
+    match (atoms, attracts) {
+        (true, _) => each(c, &pressures, "a positive number: atoms are only pressed", |v| v > 0.0),
+        (false, false) => {
+            each(c, &pressures, "zero (first contact) or a positive number: tension needs adhesion", |v| v >= 0.0)
+        }
+        (false, true) => each(c, &pressures, "a number", |_| true),
+    }
+    first_contact(c, scene, &pressures);
     each(c, &[("mean_gap_um", &load.mean_gap_um)], "zero or a positive number", |v| v >= 0.0);
     each(c, &[("displacement_um", &load.displacement_um)], "zero or a positive number", |v| v >= 0.0);
     each(c, &[("contact", &load.contact)], "a fraction of the cell between 0 and 1", |v| v > 0.0 && v < 1.0);
@@ -72,6 +77,21 @@ fn kinds(c: &mut Complaints, load: &LoadScene) {
     if let [first, second, ..] = given[..] {
         c.unless(false, second, format!("given together with {first}"), "one kind of load");
     }
+}
+
+/// First contact without adhesion is given by the surface alone, and only `fast` takes it as a load.
+fn first_contact(c: &mut Complaints, scene: &Scene, pressures: &[(&str, &Vec<f64>)]) {
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    let zero = pressures.iter().find_map(|(key, list)| Some((key, list.iter().position(|v| *v == 0.0)?)));
+    let Some((key, i)) = zero.filter(|_| !attracts && scene.atoms.is_none()) else { return };
+    let own = &scene.continuum.method;
+    let others = own.as_str() != "auto" && method::find(own).is_some_and(|m| m.card().id != "fast");
+    c.unless(
+        !others && scene.continuum.compare_with.is_empty(),
+        &format!("load.{key}[{i}]"),
+        0,
+        "a positive number: only the method \"fast\" solves first contact",
+    );
 }
 
 /// Each value of lists of loads is finite and `good`.
