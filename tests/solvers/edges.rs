@@ -64,7 +64,7 @@ fn edges_under_a_penalty_wall() {
 #[test]
 fn edges_on_layers() {
     for (poisson, nodes, counted) in
-        [(0.0, 0.1, -0.01..0.06), (0.0, 3.0, 0.06..0.13), (0.5, 0.1, -0.16..-0.06), (0.5, 3.0, 0.06..0.13)]
+        [(0.0, 0.1, -0.01..0.06), (0.0, 3.0, 0.06..0.13), (0.5, 1.0, 0.04..0.11), (0.5, 3.0, 0.06..0.13)]
     {
         let body = Body::Layer { thickness: nodes / NODES as f64, poisson, base: Base::Bonded };
         let what = format!("layer of {nodes} nodes, ν = {poisson}");
@@ -98,7 +98,7 @@ fn flowing_edges() {
         }
         let problem = |s| Problem { hardness: Some(Hardness::Uniform(hardness)), ..Problem::new(s, 1.0) };
         if hardness > PRESSURES[1] {
-            assert_unbiased(&format!("hardness {hardness}"), problem, -0.02..0.12);
+            assert_unbiased(&format!("hardness {hardness}"), problem, -0.02..0.14);
         }
     }
 }

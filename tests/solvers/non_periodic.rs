@@ -190,8 +190,8 @@ fn displacement_from_first_contact() {
 /// Stiffness of Hertzian contact, dF/dδ = 2aE*, at every load of a path.
 #[test]
 fn stiffness_of_a_sphere() {
-    /// Discretisation: the radius of the contact is known to a fraction of a node, here 1/8 to 1/15 of it.
-    const NODES: f64 = 0.015;
+    /// A sixth of a node of radii of 8 to 15 nodes; measured up to 0.021.
+    const NODES: f64 = 0.025;
     let grid = Grid::unit(64, 64);
     let heights = sphere(grid, (32, 32));
     let radii = [0.12, 0.17, 0.24];
@@ -207,6 +207,6 @@ fn stiffness_of_a_sphere() {
         .unwrap();
     for ((k, error), a) in found.into_iter().zip(radii) {
         let miss = k / (2.0 * a) - 1.0;
-        assert!(miss.abs() < NODES && miss.abs() * k <= error.max(NODES * k), "{a}: {miss} {error}");
+        assert!(miss.abs() < NODES && miss.abs() * k <= error, "{a}: {miss} {error}");
     }
 }
