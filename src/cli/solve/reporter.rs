@@ -134,9 +134,8 @@ impl<'a> SolveReporter<'a> {
     fn line(&self, reached: &Reached, fields: &OfFields, cpu_seconds: f64) -> Value {
         let Reached { state, area, discretisation, extrapolated, displacement, .. } = reached;
         let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
-        let (problem, grid) = (&self.problem, self.problem.grid);
+        let (problem, grid, energy) = (&self.problem, self.problem.grid, modulus * length);
         let spacing = grid.dx().max(grid.dy());
-        let energy = modulus * length;
         let mut line = json!({
             "method": crate::method::find(&self.solve.method).map(|m| m.card().id),
             "nx": grid.nx,
