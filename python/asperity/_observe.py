@@ -20,7 +20,7 @@ class ContactArea:
     contact_area: float
     contact_nodes: float
     perimeter: float
-    nodes: int
+    count: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ def contact_area(gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: fl
     --------
     >>> import numpy as np, asperity
     >>> gap = np.ones((8, 8)); gap[3, 3] = 0
-    >>> asperity.contact_area(gap, (8.0, 8.0)).nodes
+    >>> asperity.contact_area(gap, (8.0, 8.0)).count
     1
     """
     return ContactArea(*_asperity.contact_area(finite_map("gap", gap), real("threshold", threshold), checked_cell(cell)))

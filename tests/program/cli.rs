@@ -175,7 +175,7 @@ fn output_of_solve_for_scripts() {
         assert_eq!(lasting(kept), lasting(solved));
     }
     let plain = call(&["solve", "--heights", word(&file), "--length", "100", "--pressure", "0.01"]);
-    let table = predicate::str::contains("contact (zero gap)").and(predicate::str::contains("converged"));
+    let table = predicate::str::contains("zero gap").and(predicate::str::contains("converged"));
     assert!(table.eval(&String::from_utf8_lossy(&plain.stdout)), "{plain:?}");
 }
 

@@ -18,7 +18,7 @@ pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> 
 pub(super) fn share(line: &Value, key: &str) -> String {
     let percentage = |v: &Value, digits: usize| v.as_f64().map(|v| significant(100.0 * v, digits));
     let error = percentage(&line[format!("{key}_error")], 2).map_or(String::new(), |e| format!(" ± {e}"));
-    format!("{}{error} %", percentage(&line[key], 3).unwrap_or_default())
+    format!("{}{error}\u{a0}%", percentage(&line[key], 3).unwrap_or_default())
 }
 
 /// Width of the columns on the terminal.
