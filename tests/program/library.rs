@@ -102,7 +102,7 @@ fn a_state_has_the_same_numbers_on_every_face() {
     let map = std::fs::canonicalize(MAP).expect("a path");
     let scene = format!(
         "name = \"faces\"\n[laboratory]\nlength_um = 20\ncontact_modulus_mpa = 25\n[surface]\nheights = {map:?}\n\
-         touching = \"high-points\"\n[load]\npressure_mpa = [0.5]\n"
+         unit = \"nm\"\ntouching = \"high-points\"\n[load]\npressure_mpa = [0.5]\n"
     );
     std::fs::write(folder.path().join("faces.toml"), scene).expect("written");
     let out = folder.path().join("run");
