@@ -64,7 +64,8 @@ impl Problem<'_> {
             return Edges { threshold, ..Edges::COUNTED };
         }
         let spacing = self.grid.dx().max(self.grid.dy());
-        let steps = contact_stress > 0.0 && self.adhesion == Adhesion::None;
+        // Flow bounds the stress, so that smooth slopes would count as steps.
+        let steps = contact_stress > 0.0 && self.adhesion == Adhesion::None && self.hardness.is_none();
         let step = if steps { STEP * contact_stress * spacing } else { f64::INFINITY };
         // Attraction closes nodes along the edge where the grid hardly resolves its range. Solved contacts: 1.9, 1.3, 1.15, 1.07 and
         // 1.02 at 1, 1.4, 2, 2.8 and 4 to 14. Below 1 the grid pins the edge, and no factor is known.
