@@ -160,6 +160,9 @@ const AREA: Bounded =
 /// Mean gap above 0 by its logarithm.
 const MEAN_GAP: Bounded = Bounded { of: |l| l.mean_gap, variable: f64::ln, value: f64::exp };
 
+/// Share of the relative error of the area that the mean gap has at least: consistent grids say nothing of what the finest lacks.
+const GAP_BY_AREA: f64 = 0.2;
+
 /// Linear and quadratic extrapolation to `range` from `levels`, ordered from coarse to fine. `resolved`: whether
 /// the coarsest grid resolves the roughness.
 ///
@@ -168,7 +171,7 @@ const MEAN_GAP: Bounded = Bounded { of: |l| l.mean_gap, variable: f64::ln, value
 /// If the results are not consistent (slopes of different sign or differing by more than a factor of 1.5) or the coarsest grid does
 /// not resolve the roughness, the error is the sum of that difference and the larger of the full change and the
 /// differences between the grids. The error of the quantity is the larger of its changes by the error of the variable up and down; that
-/// of the area also includes its uncertainty by edges.
+/// of the area also includes its uncertainty by edges, that of the mean gap a share of the relative error of the area.
 ///
 /// `None` for a quantity at a bound, and if the error is as large as the value.
 pub(super) fn extrapolated(range: f64, levels: &[GridResult], resolved: bool) -> Option<Extrapolated> {
@@ -181,7 +184,8 @@ pub(super) fn extrapolated(range: f64, levels: &[GridResult], resolved: bool) ->
         (value.is_finite() && error < value).then_some(ValueWithError { value, error })
     };
     let area = estimate(&AREA, fine.edges)?;
-    Some(Extrapolated { range: range / fine.range, area, mean_gap: estimate(&MEAN_GAP, 0.0) })
+    let least = GAP_BY_AREA * fine.mean_gap * area.error / area.value;
+    Some(Extrapolated { range: range / fine.range, area, mean_gap: estimate(&MEAN_GAP, least) })
 }
 
 /// The same in the variable of a quantity; `None` if it is not finite.
@@ -406,7 +410,8 @@ mod tests {
         assert!((found.area.value - (AREA.value)(value)).abs() < 1e-15, "{found:?}");
         let error = (line - logit(0.01)).abs().max(0.5 * (value - logit(0.04)).abs());
         assert!((found.area.error - ((AREA.value)(value + error) - (AREA.value)(value))).abs() < 1e-14);
-        assert_eq!((found.range, found.mean_gap), (0.25, Some(ValueWithError { value: 1.0, error: 0.0 })));
+        let least = 0.2 * found.area.error / found.area.value;
+        assert_eq!((found.range, found.mean_gap), (0.25, Some(ValueWithError { value: 1.0, error: least })));
         assert!(extrapolated(0.01, &levels[2..], true).is_none());
     }
 
