@@ -305,7 +305,7 @@ impl<'a> SolveReporter<'a> {
             Value::Array(points) => format!("the changes to {} x {} points", points[0], points[1]),
             _ => "none: the error by the grid is not known".to_string(),
         };
-        let rows = [("largest tension", pull), ("at the mean gap", gap), ("source of the errors", from)];
+        let rows = [("largest tension", pull), ("at the mean gap", gap), ("errors, estimated by", from)];
         output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
         Ok(())
     }

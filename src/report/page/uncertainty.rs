@@ -177,7 +177,7 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             ", at a mean gap of " (si(pulled.mean_gap * writer.scales.length_m, "m", 4))
             (error(pulled.mean_gap_error.map(|e| e * writer.scales.length_m), "m")) ". "
             @match pulled.coarser {
-                Some([nx, ny]) => { "The errors follow from the changes to a grid of " (nx) " × " (ny) " nodes." }
+                Some([nx, ny]) => { "The errors are estimates, from the changes to a grid of " (nx) " × " (ny) " nodes." }
                 None => { "The error by the grid is not known." }
             } }
         @if let Some(curve) = curve {
