@@ -10,6 +10,7 @@ use crate::method::{
 };
 use crate::observe::{ContactArea, ELASTIC_EDGE};
 use crate::record::results::{Discretisation, Extrapolated, PullOff, ValueWithError};
+use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -58,9 +59,14 @@ impl GridResult {
     }
 }
 
-/// Hydraulic gaps of a coarse grid.
-fn flow_gaps(problem: &Problem, gap: Field, threshold: f64) -> Option<[f64; 2]> {
-    leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps())
+/// Hydraulic gaps of a coarse grid; of several ranks on the first.
+fn flow_gaps(problem: &Problem, (ranks, gap): (&Ranks, Field), threshold: f64) -> Option<[f64; 2]> {
+    let of = |gap: Field| leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps());
+    if !ranks.are_several() {
+        return of(gap);
+    }
+    let whole = ranks.gather_on_first(&gap.to_vec(), &ranks.shares(problem.grid.ny, problem.grid.nx));
+    if ranks.is_first() { of(Field::F64(&whole)) } else { None }
 }
 
 /// Uncertainty of the area per boundary edge, in areas of a node: a third of the excess of an elastic edge, of any kind of edge but steps.
@@ -270,7 +276,7 @@ impl Observer for CoarseGridResults<'_> {
         let (area, edges) = (area.contact_area, edge_uncertainty(&area, grid));
         // Of the next coarser grid alone, which has at least a quarter of the points.
         let next = 4 * grid.points() >= self.problem.grid.points();
-        let gaps = if self.leakage && next { flow_gaps(&problem, gap, self.threshold) } else { None };
+        let gaps = if self.leakage && next { flow_gaps(&problem, (ranks, gap), self.threshold) } else { None };
         let level = GridResult { grid, range, area, edges, mean_gap, stiffness, gaps, error_estimates };
         self.passed.lock().unwrap_or_else(|e| e.into_inner()).push(level);
         self.observer.coarse_grid_done(state);
@@ -359,7 +365,7 @@ impl<'s> CoarseSolver<'s> {
             Stop::Converged => {
                 let area = self.problem.contact_area(&state, self.threshold);
                 let gaps = match self.leakage {
-                    true => flow_gaps(self.problem, state.gap, self.threshold),
+                    true => flow_gaps(self.problem, (state.ranks, state.gap), self.threshold),
                     false => None,
                 };
                 Ok(Some(GridResult { gaps, ..GridResult::new(&state, grid, self.problem.adhesion.range(), &area) }))

@@ -125,7 +125,7 @@ impl<'p> LoadPath<'p> {
 
     /// With the flow through the gaps of the next coarser grid, for the errors of the leakage.
     pub fn with_leakage(self, requested: bool) -> Self {
-        LoadPath { leakage: requested && !self.problem.ranks.are_several(), ..self }
+        LoadPath { leakage: requested, ..self }
     }
 
     /// With the contact stiffness of each state.
