@@ -284,7 +284,7 @@ The truth's own error is the change from half of its points. Where this exceeds 
 the case is *undecided*.
 
 - *covered*: share of the decided cases whose difference from the truth is at most the stated error.
-- *ratio*: that difference over the stated error. A small median tells that errors are wider than they need be.
+- *ratio*: that difference over the stated error. A small median shows that errors are wider than they need be.
 - *no error*: results without a stated error. *failed*: refused or not converged on one of the grids.
 - *pull-off pressure*: its error is an estimate, as the grids may lose different asperities last.
 - *time*, *memory*: forecasts of `--dry-run`, which are estimates: the ratio is that of measured to forecast, over a factor of 10 for

@@ -27,6 +27,6 @@ pub use observables::{
     pressure_distribution,
 };
 pub use problem::{Adhesion, Hardness, Monitor, Problem, Progress};
-pub use state::{GridError, LoadPath, PullOff, State};
+pub use state::{LoadPath, PullOff, State};
 pub use subsurface::{StressMap, SubsurfaceStress, subsurface};
 pub use surface::{FileOptions, MapOptions, Surface, SynthesisOptions};

@@ -7,7 +7,7 @@ use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percola
 use crate::load::{Branch, Load, LoadStep};
 use crate::observe::{Connectivity, Plasticity, WorkPoint, contact_map, dissipation};
 use crate::path::Reached;
-use crate::record::results::{self, Discretisation};
+use crate::record::results;
 use ndarray::Array2;
 
 /// An equilibrium. Units are those of its [`Problem`](crate::Problem).
@@ -57,8 +57,6 @@ pub struct State {
     pub elastic_energy: f64,
     /// Its part from the interaction of the surfaces.
     pub interaction_energy: f64,
-    /// Relative changes from the grid of half the nodes per side; none where that grid does not converge.
-    pub grid_error: Option<GridError>,
     /// Relative difference between the load and the forces across the interface.
     pub load_error: f64,
     /// rms residual over the mean pressure.
@@ -69,24 +67,9 @@ pub struct State {
     pub seconds: f64,
 }
 
-/// Grid-convergence estimate: relative changes from the grid of half the nodes per side.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GridError {
-    /// Of the contact area; none where the contact has too few nodes.
-    pub area: Option<f64>,
-    /// Of the mean gap; none where it was imposed or is nearly zero.
-    pub mean_gap: Option<f64>,
-}
-
-impl From<Discretisation> for GridError {
-    fn from(d: Discretisation) -> Self {
-        GridError { area: d.area, mean_gap: d.mean_gap }
-    }
-}
-
 impl State {
     pub(super) fn new((surface, modulus, body): (&Surface, f64, Body), step: &LoadStep, reached: &Reached) -> Self {
-        let Reached { state, area, discretisation, .. } = reached;
+        let Reached { state, area, .. } = reached;
         let (grid, length) = (surface.grid(), surface.length());
         let energy_unit = modulus * length;
         let field = |field: crate::grid::Field, unit: f64| map(grid, field.to_vec()).mapv_into(|v| v * unit);
@@ -119,7 +102,6 @@ impl State {
             energy: state.energy * energy_unit,
             elastic_energy: state.elastic_energy * energy_unit,
             interaction_energy: state.interaction_energy * energy_unit,
-            grid_error: discretisation.map(GridError::from),
             load_error: state.load_error,
             residual: state.residual,
             iterations: state.iterations,

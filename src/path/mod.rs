@@ -322,10 +322,12 @@ impl<'p> LoadPath<'p> {
         rms_height: f64,
         (discretisation, extrapolated): (Option<Discretisation>, Option<Extrapolated>),
     ) -> Vec<UncertaintyComponent> {
-        let (problem, requested) = (&self.problem, self.requested);
+        let problem = &self.problem;
+        // A method may use another range than that of the grid.
+        let enlarges = self.adhesion() != self.requested;
         uncertainty::components(&uncertainty::Known {
             problem,
-            requested,
+            enlarges,
             rms_height,
             state,
             area,

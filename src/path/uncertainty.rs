@@ -1,6 +1,5 @@
 //! Uncertainty components of the numbers of a state.
 
-use crate::interface::Adhesion;
 use crate::method::{Problem, State};
 use crate::observe::ContactArea;
 use crate::record::quantity::Quantity;
@@ -11,8 +10,8 @@ use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 pub(super) struct Known<'a> {
     /// With the adhesion used on its grid.
     pub problem: &'a Problem<'a>,
-    /// The adhesion as requested.
-    pub requested: Adhesion,
+    /// Whether the method uses another range of adhesion than the requested one.
+    pub enlarges: bool,
     /// Of the problem's heights, L.
     pub rms_height: f64,
     pub state: &'a State<'a>,
@@ -23,7 +22,7 @@ pub(super) struct Known<'a> {
 
 /// Uncertainty components of a state. Those of the mean gap apply where the load is imposed.
 pub(super) fn components(known: &Known) -> Vec<UncertaintyComponent> {
-    let &Known { problem, requested, rms_height, state, area, discretisation, extrapolated } = known;
+    let &Known { problem, enlarges, rms_height, state, area, discretisation, extrapolated } = known;
     let (area, gap) = (area.contact_area, state.mean_gap);
     let mut parts = Vec::new();
     let mut add = |quantity, source, relative: Option<f64>, is_bound| {
@@ -38,7 +37,7 @@ pub(super) fn components(known: &Known) -> Vec<UncertaintyComponent> {
             add(Quantity::Stiffness, UncertaintySource::Grid, d.stiffness, false);
         }
     }
-    if requested != problem.adhesion {
+    if enlarges {
         let far = extrapolated.map(|e| (e.area.value - area).abs() + e.area.error);
         let far_gap = extrapolated.and_then(|e| e.mean_gap).map(|g| (g.value - gap).abs() + g.error);
         add(Quantity::ContactArea, UncertaintySource::Range, far.map(|a| a / area), false);

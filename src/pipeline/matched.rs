@@ -96,7 +96,7 @@ impl Stage for MatchedStage<'_> {
             let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
             let deep = solve(case, atoms, (atoms.matched, &heights), deep, at)?;
             let pairs = found.states.iter_mut().zip(&deep.states);
-            pairs.for_each(|(state, deep)| state.uncertainty.extend(of_depth(state, deep)));
+            pairs.for_each(|(state, deep)| state.add_uncertainty(of_depth(state, deep)));
         }
         let compliant = compliant_wall(case, atoms, at)?;
         Ok(Matched { full, hard: found, compliant, yielding: None })

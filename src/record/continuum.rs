@@ -1,7 +1,8 @@
 //! Equilibria of the continuum along a load path, as in `results.json`. Lengths in L, areas in L², stresses in E*.
 
+use super::quantity::Quantity;
 use super::state_numbers::StateNumbers;
-use super::uncertainty::{UncertaintyComponent, ValueWithError};
+use super::uncertainty::{UncertaintyComponent, ValueWithError, total};
 use crate::load::{AtLoad, Branch};
 use crate::observe::{Distribution, Leakage, Plasticity};
 use serde::{Deserialize, Serialize};
@@ -276,6 +277,15 @@ impl SubsurfaceResults {
 }
 
 impl StateResults {
+    /// Adds components of the uncertainty, which the stated errors then contain.
+    pub fn add_uncertainty(&mut self, more: impl IntoIterator<Item = UncertaintyComponent>) {
+        self.uncertainty.extend(more);
+        let share = |quantity| total(&self.uncertainty, quantity);
+        let (area, gap) = (share(Quantity::ContactArea), share(Quantity::MeanGap));
+        self.numbers.contact_area_error = area.map(|share| share * self.numbers.contact_area);
+        self.mean_gap_error = gap.map(|share| share * self.mean_gap.abs());
+    }
+
     /// Work conjugate of the pressure for a periodic body, L: the mean gap less the mean plastic displacement.
     pub fn separation(&self) -> f64 {
         self.mean_gap - self.plasticity.map_or(0.0, |p| p.displacement)
