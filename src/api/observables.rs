@@ -3,7 +3,7 @@
 use super::arrays::{Cell, flags, map, row_major};
 use crate::grid::{Field, Grid};
 use crate::observe::{
-    self, Connectivity, ContactArea, Distribution, Edges, NO_CLUSTER, median_cluster_size, percolates,
+    self, Connectivity, ContactArea, ContactEdges, Distribution, NO_CLUSTER, median_cluster_size, percolates,
     stress_distribution,
 };
 use ndarray::{Array2, ArrayView2};
@@ -57,7 +57,8 @@ pub struct PressureDistribution {
 /// assert_eq!(area.perimeter, 4.0 / 64.0);
 /// ```
 pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell) -> ContactArea {
-    let edges = if threshold > 0.0 { Edges { threshold, ..Edges::COUNTED } } else { Edges::ELASTIC };
+    let edges =
+        if threshold > 0.0 { ContactEdges { threshold, ..ContactEdges::COUNTED } } else { ContactEdges::ELASTIC };
     let area = observe::contact_area(cell.grid(&gap), Field::F64(&row_major(gap)), edges);
     ContactArea { perimeter: area.perimeter / cell.x, ..area }
 }

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::Result;
 use crate::grid::{Grid, Series, Transform};
-use crate::observe::{Edges, contact_area};
+use crate::observe::{ContactEdges, contact_area};
 use crate::record::measured_errors::{MeasuredError, MeasuredErrors};
 use crate::surface::PowerSpectrum;
 use std::f64::consts::PI;
@@ -174,7 +174,7 @@ impl Estimator for Layered<'_> {
         let problem = Problem { grid: self.grid, heights: Heights::Nodes(&self.heights), ..self.problem.clone() };
         let mut run = super::fast::Fast.start(&problem, self.observer)?.solver()?;
         let state = run.equilibrate(Load::Pressure(pressure))?;
-        let long = contact_area(self.grid, state.gap, Edges::ELASTIC).contact_area;
+        let long = contact_area(self.grid, state.gap, ContactEdges::ELASTIC).contact_area;
         // An interrupted solve may have no contact.
         let layer = if long > 0.0 { self.layer.contact_area(pressure / long) } else { 0.0 };
         let points = self.grid.points() as f64 / self.problem.grid.points() as f64;

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
     use crate::grid::Grid;
     use crate::method::{self, Load, NoObserver, Problem, Stop};
-    use crate::observe::{self, Edges};
+    use crate::observe::{self, ContactEdges};
     use std::f64::consts::{PI, TAU};
 
     /// The limits in closed form, and monotony between them.
@@ -172,7 +172,7 @@ mod tests {
             let mut run = method::find("fast").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
             let state = run.equilibrate(Load::Pressure(x * PI * D)).unwrap();
             assert!(matches!(state.stop, Stop::Converged | Stop::RoundingFloor), "{x}: {}", state.stop);
-            sums.0 += observe::contact_area(grid, state.gap, Edges::ELASTIC).contact_area;
+            sums.0 += observe::contact_area(grid, state.gap, ContactEdges::ELASTIC).contact_area;
             sums.1 += state.mean_gap / D;
         }
         (sums.0 / offsets.len() as f64, sums.1 / offsets.len() as f64)

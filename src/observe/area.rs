@@ -24,7 +24,7 @@ pub struct ContactArea {
 
 /// What is known of the edges of a contact, from which its area is found.
 #[derive(Clone, Copy)]
-pub struct Edges<'a> {
+pub struct ContactEdges<'a> {
     /// Largest gap of a contact node.
     pub threshold: f64,
     /// Excess of counted contact per boundary edge, in areas of a node: [`ELASTIC_EDGE`], 0 where nodes are counted without bias.
@@ -35,12 +35,13 @@ pub struct Edges<'a> {
     pub flows: Option<&'a (dyn Fn(usize) -> bool + Sync)>,
 }
 
-impl Edges<'_> {
+impl ContactEdges<'_> {
     /// Of an elastic body under a hard wall.
-    pub const ELASTIC: Edges<'static> = Edges { excess: ELASTIC_EDGE, ..Edges::COUNTED };
+    pub const ELASTIC: ContactEdges<'static> = ContactEdges { excess: ELASTIC_EDGE, ..ContactEdges::COUNTED };
 
     /// Nodes at their count.
-    pub const COUNTED: Edges<'static> = Edges { threshold: 0.0, excess: 0.0, step: f64::INFINITY, flows: None };
+    pub const COUNTED: ContactEdges<'static> =
+        ContactEdges { threshold: 0.0, excess: 0.0, step: f64::INFINITY, flows: None };
 
     /// Excess of an edge over that of an elastic one, in halves: of a contact node, the node behind it, and the gap of the open node.
     ///
@@ -58,12 +59,12 @@ impl Edges<'_> {
 }
 
 /// Contact area of a periodic cell.
-pub fn contact_area(grid: Grid, gap: Field, edges: Edges) -> ContactArea {
+pub fn contact_area(grid: Grid, gap: Field, edges: ContactEdges) -> ContactArea {
     contact_area_on_ranks(&ALONE, grid, gap, edges)
 }
 
 /// As [`contact_area`], of a gap of which every rank has its rows. Collective: all ranks have the result.
-pub fn contact_area_on_ranks(ranks: &Ranks, grid: Grid, gap: Field, edges: Edges) -> ContactArea {
+pub fn contact_area_on_ranks(ranks: &Ranks, grid: Grid, gap: Field, edges: ContactEdges) -> ContactArea {
     let [nodes, along_x, along_y, halves, free] = match gap {
         Field::F32(gap) => counted(ranks, grid, gap, edges),
         Field::F64(gap) => counted(ranks, grid, gap, edges),
@@ -77,7 +78,7 @@ pub fn contact_area_on_ranks(ranks: &Ranks, grid: Grid, gap: Field, edges: Edges
 }
 
 /// Contact nodes, boundary edges crossed along x and along y, halves of an excess, and edges that are no steps.
-fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: Edges) -> [f64; 5] {
+fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: ContactEdges) -> [f64; 5] {
     let (nx, rows) = (grid.nx, gap.len() / grid.nx);
     let next = &first_row_of_next(ranks, &gap[..nx]);
     let touches = |g: T| g.wide() <= edges.threshold;
@@ -142,7 +143,7 @@ mod tests {
                 if !(2..8).contains(&x) && (3..6).contains(&y) { 0.0 } else { 1.0 }
             })
             .collect();
-        let area = contact_area(grid, Field::F64(&gap), Edges::ELASTIC);
+        let area = contact_area(grid, Field::F64(&gap), ContactEdges::ELASTIC);
         assert_eq!(area.count, 12);
         assert!((area.contact_nodes - 0.15).abs() < 1e-15);
         // Two sides of 3 nodes (dy = 0.05) and two of 4 (dx = 0.1) over a cell of 0.4.
@@ -168,7 +169,7 @@ mod tests {
         for (nodes, edges) in shapes {
             let mut gap = [1.0; 64];
             nodes.iter().for_each(|(x, y)| gap[8 * y + x] = 0.0);
-            let area = contact_area(grid, Field::F64(&gap), Edges::ELASTIC);
+            let area = contact_area(grid, Field::F64(&gap), ContactEdges::ELASTIC);
             assert!((area.perimeter - edges / 8.0).abs() < 1e-12, "{nodes:?}");
             assert!((area.contact_area - (nodes.len() as f64 - beta * edges) / 64.0).abs() < 1e-12, "{nodes:?}");
         }
@@ -181,7 +182,7 @@ mod tests {
         for touches in [|i: usize| i % 4 >= 2, |i: usize| i / 4 >= 1] {
             let gap: Vec<f64> = (0..12).map(|i| f64::from(u8::from(!touches(i)))).collect();
             // Two edges in each of three rows of height 1/3, or in each of four columns of width 1/4.
-            assert!((contact_area(grid, Field::F64(&gap), Edges::ELASTIC).perimeter - 2.0).abs() < 1e-12);
+            assert!((contact_area(grid, Field::F64(&gap), ContactEdges::ELASTIC).perimeter - 2.0).abs() < 1e-12);
         }
         for (threshold, map) in [(0.0, [1, 0, 1, 0]), (0.1, [1, 1, 1, 0])] {
             assert_eq!(contact_map(Field::F64(&[0.0, 0.1, -0.1, 0.2]), threshold), map);
@@ -192,10 +193,10 @@ mod tests {
     fn everything_and_nothing() {
         let grid = Grid::unit(4, 4);
         for gap in [Field::F64(&[0.0; 16]), Field::F32(&[0.0; 16])] {
-            let all = contact_area(grid, gap, Edges::ELASTIC);
+            let all = contact_area(grid, gap, ContactEdges::ELASTIC);
             assert_eq!((all.contact_nodes, all.contact_area, all.perimeter), (1.0, 1.0, 0.0));
         }
-        let none = contact_area(grid, Field::F32(&[1.0; 16]), Edges::ELASTIC);
+        let none = contact_area(grid, Field::F32(&[1.0; 16]), ContactEdges::ELASTIC);
         assert_eq!((none.contact_nodes, none.contact_area, none.count), (0.0, 0.0, 0));
     }
 
@@ -205,12 +206,12 @@ mod tests {
         let gap = [0.1, 0.3, 0.2, 0.4, 0.1];
         for (nx, ny) in [(1, 5), (5, 1)] {
             let grid = Grid { nx, ny, lx: 1.0, ly: 1.0 };
-            let area = contact_area(grid, Field::F64(&gap), Edges { threshold: 0.2, ..Edges::ELASTIC });
+            let area = contact_area(grid, Field::F64(&gap), ContactEdges { threshold: 0.2, ..ContactEdges::ELASTIC });
             assert_eq!((area.count, area.contact_nodes), (3, 0.6), "{nx} x {ny}");
             // Four boundary edges along the five nodes, each as long as the cell is wide.
             assert!((area.perimeter - 4.0).abs() < 1e-14, "{nx} x {ny}: {}", area.perimeter);
         }
-        assert_eq!(contact_area(Grid::unit(1, 1), Field::F32(&[0.0]), Edges::ELASTIC).perimeter, 0.0);
+        assert_eq!(contact_area(Grid::unit(1, 1), Field::F32(&[0.0]), ContactEdges::ELASTIC).perimeter, 0.0);
     }
 
     /// The rows of all ranks, with edges between two ranks and across the seam.
@@ -218,12 +219,17 @@ mod tests {
     fn areas_are_those_of_one_rank_on_any_number() {
         let grid = Grid { nx: 7, ny: 9, lx: 1.0, ly: 0.7 };
         let gap: Vec<f64> = (0..63).map(|i| f64::from((i * i + 3 * i) % 7) - 2.0).collect();
-        let alone = contact_area(grid, Field::F64(&gap), Edges::ELASTIC);
+        let alone = contact_area(grid, Field::F64(&gap), ContactEdges::ELASTIC);
         assert!(alone.count > 0 && alone.perimeter > 0.0);
         for count in [2, 3, 9] {
             let found = on_threads(count, |ranks| {
                 let rows = ranks.share(grid.ny);
-                contact_area_on_ranks(&ranks, grid, Field::F64(&gap[rows.start * 7..rows.end * 7]), Edges::ELASTIC)
+                contact_area_on_ranks(
+                    &ranks,
+                    grid,
+                    Field::F64(&gap[rows.start * 7..rows.end * 7]),
+                    ContactEdges::ELASTIC,
+                )
             });
             assert!(found.iter().all(|area| *area == alone), "{count} ranks");
         }

@@ -34,11 +34,14 @@ impl Leakage {
         let gaps = self.hydraulic_gaps();
         let errors = |(coarse, share): ([f64; 2], f64)| {
             let flows = gaps.iter().chain(&coarse).all(|gap| *gap > 0.0);
-            flows.then(|| std::array::from_fn(|i| 2.0 * (gaps[i] - coarse[i]).abs() + share * gaps[i]))
+            flows.then(|| std::array::from_fn(|i| CHANGES * (gaps[i] - coarse[i]).abs() + share * gaps[i]))
         };
         Leakage { gap_errors: coarser.and_then(errors), ..self }
     }
 }
+
+/// Changes of a hydraulic gap from the coarser grid that are its error: with the share of the mean gap they cover 96 % of 343 cases.
+const CHANGES: f64 = 2.0;
 
 /// Edges of the flow domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -19,7 +19,7 @@ fn drawn(text: &str) -> (Vec<u8>, usize) {
     (rows.concat().bytes().map(|b| u8::from(b != b'.')).collect(), rows[0].len())
 }
 
-pub use area::{ContactArea, ELASTIC_EDGE, Edges, contact_area, contact_area_on_ranks, contact_map};
+pub use area::{ContactArea, ContactEdges, ELASTIC_EDGE, contact_area, contact_area_on_ranks, contact_map};
 pub use cluster_areas::ClusterAreas;
 pub use clusters::{
     Clusters, Connectivity, NO_CLUSTER, cluster_sizes, clusters, constriction_conductance, cumulative_area,

@@ -11,7 +11,8 @@ use crate::interface::Adhesion;
 use crate::load::{Load, LoadStep};
 use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
 use crate::observe::{
-    ClusterAreas, Connectivity, Edges, cluster_sizes, contact_area, gap_distribution, stiffness, stress_distribution,
+    ClusterAreas, Connectivity, ContactEdges, cluster_sizes, contact_area, gap_distribution, stiffness,
+    stress_distribution,
 };
 use crate::path::EstimatorInput;
 use crate::record::hashed::{self, Stored};
@@ -315,7 +316,7 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
     });
     // Contact defined by a solved gap includes a rim of nodes too many and needs the perimeter correction. Contact
     // defined by overlap has no such bias.
-    let edges = if card.criterion == Criterion::ZeroGap { Edges::ELASTIC } else { Edges::COUNTED };
+    let edges = if card.criterion == Criterion::ZeroGap { ContactEdges::ELASTIC } else { ContactEdges::COUNTED };
     let counted = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, edges));
     let area = counted.filter(|_| edges.excess > 0.0).map_or(e.contact_area, |found| found.contact_area);
     let mut missing: Vec<Missing> =

@@ -4,7 +4,7 @@
 use asperity::grid::{Grid, mean};
 use asperity::interface::Adhesion;
 use asperity::method::{self, Load, NoObserver, Problem, Run, State, Stop};
-use asperity::observe::{Edges, contact_area};
+use asperity::observe::{ContactEdges, contact_area};
 use std::f64::consts::PI;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
@@ -79,7 +79,7 @@ impl Wave {
     }
 
     fn fraction(state: &State) -> f64 {
-        contact_area(Self::grid(state.gap.len()), state.gap, Edges::COUNTED).contact_nodes
+        contact_area(Self::grid(state.gap.len()), state.gap, ContactEdges::COUNTED).contact_nodes
     }
 }
 
@@ -223,8 +223,9 @@ fn jkr() {
     assert!((pull / 1.5 - 1.0).abs() < TOLERANCE, "pull-off {pull}");
     let (grid, heights) = (Grid::unit(n, n), paraboloid(n));
     let p = Problem { adhesion, tolerance: 1e-6, ..problem(grid, &heights) };
-    let area =
-        hold(&mut *start(&p, "fast"), Load::Pressure(0.0), |s| contact_area(grid, s.gap, Edges::ELASTIC).contact_area);
+    let area = hold(&mut *start(&p, "fast"), Load::Pressure(0.0), |s| {
+        contact_area(grid, s.gap, ContactEdges::ELASTIC).contact_area
+    });
     let radius = (area / PI).sqrt() / s;
     assert!((radius / (4.5 * PI).cbrt() - 1.0).abs() < TOLERANCE, "radius {radius}");
 }

@@ -4,7 +4,8 @@ use asperity::grid::{Grid, Transform};
 use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
 use asperity::method::{self, Heights, Load, NoObserver, Precision, Problem, State, Stop, Targets};
 use asperity::observe::{
-    Connectivity, Edges, cluster_sizes, contact_area, contact_map, gap_distribution, linear_edges, stress_distribution,
+    Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, gap_distribution, linear_edges,
+    stress_distribution,
 };
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
@@ -28,7 +29,7 @@ fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State
 }
 
 fn fraction(state: &State, grid: Grid) -> (f64, f64) {
-    let area = contact_area(grid, state.gap, Edges::ELASTIC);
+    let area = contact_area(grid, state.gap, ContactEdges::ELASTIC);
     (area.contact_nodes, area.contact_area)
 }
 
@@ -100,7 +101,7 @@ fn two_dimensional_sinusoid() {
     let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
     for (x, nodes, gap) in TABLE {
         solve(&problem(grid, &heights), "bvm", x * 2f64.sqrt() * PI * amplitude, |state| {
-            assert_eq!(contact_area(grid, state.gap, Edges::COUNTED).count, nodes, "x = {x}");
+            assert_eq!(contact_area(grid, state.gap, ContactEdges::COUNTED).count, nodes, "x = {x}");
             assert!((state.mean_gap / amplitude - gap).abs() < GAP, "x = {x}: {} {gap}", state.mean_gap / amplitude);
         });
     }
@@ -585,7 +586,7 @@ fn full_contact_begins_at_its_pressure() {
     for (share, all) in [(1.001, true), (0.99, false)] {
         let state = run.equilibrate(Load::Pressure(share * full)).unwrap();
         assert_eq!(state.stop, Stop::Converged);
-        assert_eq!(contact_area(grid, state.gap, Edges::COUNTED).contact_nodes == 1.0, all, "{share}");
+        assert_eq!(contact_area(grid, state.gap, ContactEdges::COUNTED).contact_nodes == 1.0, all, "{share}");
     }
     let refused = run.equilibrate(Load::MeanGap(0.0)).map(|s| s.stop).expect_err("refused").to_string();
     assert!(refused.contains("only under an imposed pressure"), "{refused}");

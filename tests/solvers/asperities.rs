@@ -7,7 +7,7 @@ use asperity::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall
 use asperity::method::{
     self, ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
 };
-use asperity::observe::{Connectivity, Edges, cluster_sizes, contact_area, contact_map, median_cluster_size};
+use asperity::observe::{Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, median_cluster_size};
 use asperity::surface::moments;
 use std::f64::consts::PI;
 
@@ -332,7 +332,7 @@ fn icha_on_rough_surfaces_agrees_with_fast() {
         for k in 0..2 {
             assert_eq!(found[k].stop, Stop::Converged);
             areas[k] += found[k].area;
-            exact[k] += contact_area(grid, Field::F64(&solved[k].gap), Edges::ELASTIC).contact_area;
+            exact[k] += contact_area(grid, Field::F64(&solved[k].gap), ContactEdges::ELASTIC).contact_area;
         }
         alone += single[1].area;
         println!(
@@ -519,7 +519,7 @@ fn measurements() {
         println!(
             "{n}²: a_t winkler/fast {:.2}; a fast {:.4} srgw {:.4} icha {:.4}; u fast {:.5} winkler {:.5} srgw {:.5} icha {:.5}; {:.1} s",
             typical(&springs.contact, n) / typical(&map, n),
-            contact_area(grid, Field::F64(&exact.gap), Edges::ELASTIC).contact_area,
+            contact_area(grid, Field::F64(&exact.gap), ContactEdges::ELASTIC).contact_area,
             single.area,
             interacting.area,
             exact.mean_gap,

@@ -3,7 +3,7 @@
 use crate::found::{near, path, problem, rough};
 use asperity::grid::Field;
 use asperity::method::{self, Estimator, Heights, Load, NoObserver, Problem, Quantity, Stop};
-use asperity::observe::{Edges, contact_area};
+use asperity::observe::{ContactEdges, contact_area};
 use asperity::surface::{Modes, PowerSpectrum, Spectrum, moments};
 
 fn estimator<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Estimator + 'p> {
@@ -83,7 +83,8 @@ fn rl_archard_counts_waves_once() {
         |problem: &Problem, p: f64| estimator(problem, "rl-archard").estimate(Load::Pressure(p)).unwrap().contact_area;
     for p in [0.01, 0.1, 0.3].map(|p| p * moments(grid, &heights).rms_gradient) {
         let own = problem(grid, &heights);
-        let exact = contact_area(grid, Field::F64(&path(&own, "fast", &[p])[0].gap), Edges::ELASTIC).contact_area;
+        let exact =
+            contact_area(grid, Field::F64(&path(&own, "fast", &[p])[0].gap), ContactEdges::ELASTIC).contact_area;
         let found = of(&own, p);
         println!("{p}: {}", found / exact);
         assert!(near(found, exact, HALF_OF_THE_POINTS), "{p}: {found} {exact}");

@@ -2,7 +2,7 @@
 
 use asperity::grid::Grid;
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{Edges, contact_area};
+use asperity::observe::{ContactEdges, contact_area};
 use asperity::surface::{Modes, Spectrum};
 
 /// A problem with the default settings of scenes and of `solve`.
@@ -32,7 +32,7 @@ impl Found {
             iterations: s.iterations,
             residual: s.residual,
             load_error: s.load_error,
-            area: contact_area(grid, s.gap, Edges::COUNTED).contact_nodes,
+            area: contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes,
             mean_gap: s.mean_gap,
             energy: s.energy,
             interaction: s.interaction_energy,

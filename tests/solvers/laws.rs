@@ -7,7 +7,7 @@ use asperity::interface::{
     WithAdhesion,
 };
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{Edges, contact_area};
+use asperity::observe::{ContactEdges, contact_area};
 use asperity::surface::{Modes, Spectrum};
 
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
@@ -144,7 +144,7 @@ fn flat_surfaces_rest_where_the_law_carries_the_load() {
 #[test]
 fn long_range_attraction_adds_to_the_pressure() {
     let (grid, heights) = rough(64);
-    let fraction = |s: &State| contact_area(grid, s.gap, Edges::COUNTED).contact_nodes;
+    let fraction = |s: &State| contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes;
     let (gamma, rho, pressure) = (50.0, 5000.0, 0.01);
     let plain = solve(&problem(grid, &heights), "bvm", pressure + gamma / rho, fraction);
     for adhesion in [Adhesion::exponential(gamma, rho), Adhesion::dugdale(gamma, rho)] {

@@ -3,7 +3,7 @@
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Elastic, NonPeriodic, RangeChoice};
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{Edges, contact_area};
+use asperity::observe::{ContactEdges, contact_area};
 use asperity::path::LoadPath;
 use std::f64::consts::PI;
 
@@ -66,7 +66,7 @@ fn hertz_without_images() {
             let work = force * approach / (grid.lx * grid.ly);
             assert!((s.elastic_energy / (0.4 * work) - 1.0).abs() < ENERGY, "{}", s.elastic_energy / work);
             assert!((s.energy / (-0.6 * work) - 1.0).abs() < ENERGY, "{}", s.energy / work);
-            let area = contact_area(grid, s.gap, Edges::ELASTIC).contact_area * grid.lx * grid.ly;
+            let area = contact_area(grid, s.gap, ContactEdges::ELASTIC).contact_area * grid.lx * grid.ly;
             assert!((area / (PI * a * a) - 1.0).abs() < AREA, "{area}");
             sum / grid.points() as f64
         });
@@ -87,7 +87,7 @@ fn a_shift_changes_nothing() {
         let found = [(48, 48), (24, 24), (70, 40)].map(|middle| {
             let heights = sphere(grid, middle);
             let p = Problem { adhesion, ..problem(grid, &heights) };
-            solve(&p, 1e-3, |s| (s.energy, s.elastic_energy, contact_area(grid, s.gap, Edges::COUNTED).count))
+            solve(&p, 1e-3, |s| (s.energy, s.elastic_energy, contact_area(grid, s.gap, ContactEdges::COUNTED).count))
         });
         for other in &found[1..] {
             assert!((other.0 / found[0].0 - 1.0).abs() < ENERGY, "{found:?}");
@@ -132,7 +132,7 @@ fn light_loads_on_steep_maps() {
         (0..grid.points()).map(|k| f64::from(from_centre(k).0.hypot(from_centre(k).1) >= radius)).collect();
     for pressure in [1e-2, 1e-5] {
         let (energy, contact) = solve(&Problem { tolerance: 1e-7, ..problem(grid, &punch) }, pressure, |s| {
-            (s.energy, contact_area(grid, s.gap, Edges::COUNTED).contact_nodes)
+            (s.energy, contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes)
         });
         let expected = -0.5 * pressure * pressure / (2.0 * radius);
         assert!((energy / expected - 1.0).abs() < PUNCH, "{pressure}: {energy} {expected}");

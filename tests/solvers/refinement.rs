@@ -4,7 +4,7 @@
 use asperity::grid::{Grid, mean};
 use asperity::interface::Adhesion;
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{Edges, contact_area};
+use asperity::observe::{ContactEdges, contact_area};
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::{PI, SQRT_2};
 
@@ -53,7 +53,7 @@ fn westergaard_is_of_second_order() {
             let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
             let heights: Vec<f64> = (0..n).map(|i| amplitude * (2.0 * PI * i as f64 / n as f64).cos()).collect();
             solve(&problem(grid, &heights), "fast", r * PI * amplitude, |s| {
-                let nodes = contact_area(grid, s.gap, Edges::COUNTED).count;
+                let nodes = contact_area(grid, s.gap, ContactEdges::COUNTED).count;
                 assert_eq!(nodes, (fraction * n as f64).round() as usize + 1, "r = {r}, {n} points");
                 (s.mean_gap / amplitude, s.energy / (PI * amplitude * amplitude))
             })
@@ -123,7 +123,7 @@ fn hertz_converges_at_second_order() {
             for force in FORCES {
                 let (a, approach, work) = under_force(force, shape, 1.0);
                 solve(&problem(grid, &heights), "fast", force, |s| {
-                    let area = contact_area(grid, s.gap, Edges::ELASTIC);
+                    let area = contact_area(grid, s.gap, ContactEdges::ELASTIC);
                     let disc = PI * a * a;
                     // The approach is measured from first contact at height zero.
                     found[0].push((plane - s.mean_gap) / approach - 1.0);
@@ -171,7 +171,7 @@ fn two_dimensional_sinusoid_converges_at_second_order() {
                 let wave = |i: usize| (q * (i as f64 - place) / n as f64).cos();
                 let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
                 solve(&problem(grid, &heights), "fast", pressure, |s| {
-                    let area = contact_area(grid, s.gap, Edges::ELASTIC);
+                    let area = contact_area(grid, s.gap, ContactEdges::ELASTIC);
                     found[0].push((amplitude - s.mean_gap) / approach - 1.0);
                     found[1].push(s.elastic_energy / (2.0 * work) - 1.0);
                     found[2].push(area.contact_nodes / discs - 1.0);
@@ -203,7 +203,7 @@ fn flat_punches_in_a_row() {
     let found = [40, 80, 160, 320, 640].map(|n| {
         let (grid, heights) = strip(n);
         solve(&problem(grid, &heights), "fast", pressure, |s| {
-            assert_eq!(contact_area(grid, s.gap, Edges::COUNTED).contact_nodes, 2.0 * half_width);
+            assert_eq!(contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes, 2.0 * half_width);
             let worst = (0..(3 * n) / 20)
                 .map(|i| {
                     let x = (i as f64 + 0.5) / n as f64;

@@ -4,7 +4,7 @@
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Base, Elastic, Layer, PenaltyWall, Wall};
 use asperity::method::{self, Estimate, Load, NoObserver, PerssonForm, Problem, Settings, Stop};
-use asperity::observe::{Distribution, Edges, StressDistribution, contact_area};
+use asperity::observe::{ContactEdges, Distribution, StressDistribution, contact_area};
 use asperity::surface::{Modes, PowerSpectrum, Spectrum};
 
 const SPECTRAL: [&str; 3] = ["persson", "scgw", "ms-archard"];
@@ -73,7 +73,7 @@ fn solved((grid, heights): (Grid, &[f64]), pressure: f64) -> Solved {
     let mut run = method::find("bvm").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged);
-    let area = contact_area(grid, state.gap, Edges::ELASTIC);
+    let area = contact_area(grid, state.gap, ContactEdges::ELASTIC);
     Solved {
         area: area.contact_area,
         touching: area.contact_nodes,
