@@ -22,6 +22,7 @@ fn changed_inputs_are_answered_in_time_and_in_proportion() {
     let failures = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
     for target in targets::TARGETS {
         let outcome = driver::run(target, 0, INPUTS, LIMIT, failures).unwrap_or_else(|e| panic!("{e}"));
+        assert!(outcome.read > 0, "{}: not even its valid files are read", target.name);
         assert!(outcome.refused > 0, "{}: every changed copy was read: {}", target.name, outcome.read);
     }
 }

@@ -89,7 +89,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
 
 fn under_tension(o: &Observed) -> Option<f64> {
     let compressive = o.compressive?;
-    (o.gap.delta > 0.0).then(|| 100.0 * (1.0 - compressive.fraction / o.gap.delta))
+    (o.gap.delta > 0.0).then(|| 100.0 * (1.0 - compressive.contact_nodes / o.gap.delta))
 }
 
 /// Density of tension outside contact in the last bin below zero stress, over that at half of the largest tension.

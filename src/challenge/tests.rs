@@ -57,7 +57,7 @@ fn observed(area: f64, adhesive: bool) -> Observed {
         patch_area: sizes.iter().map(|&a| [a / um2, cumulative(a)]).collect(),
         median_cluster_area: Some(3.0 / um2),
         compressive: Some(Compressive {
-            fraction: 0.6 * area,
+            contact_nodes: 0.6 * area,
             patches: 10,
             median_cluster_area: Some(1.0 / um2),
             median_cluster_area_error: Some(0.1 / um2),
@@ -300,7 +300,7 @@ fn one_number_changed_fails_a_statement() {
         ("S22", |r| {
             seen(without(r)).contact_stress.fractions.rotate_right(12);
         }),
-        ("S23a", |r| seen(with(r)).compressive.as_mut().unwrap().fraction = 0.0),
+        ("S23a", |r| seen(with(r)).compressive.as_mut().unwrap().contact_nodes = 0.0),
         ("S23b", |r| {
             let o = seen(with(r));
             let zero = o.stress.edges.iter().rposition(|e| *e <= 0.0).unwrap();

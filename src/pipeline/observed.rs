@@ -55,7 +55,7 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
         let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight);
         Compressive {
-            fraction: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
+            contact_nodes: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
             patches: sizes.len(),
             median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
             median_cluster_area_error: median_error(&sizes).map(|a| a * node),

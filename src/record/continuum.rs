@@ -114,7 +114,7 @@ pub struct Discretisation {
     pub area: Option<f64>,
     /// Whether `area` is only a bound: the error of the coarser solution exceeded the difference of the grids.
     pub area_is_bound: bool,
-    /// Of the mean gap: its change, and that of the contact area. Absent if the mean gap is prescribed or close to zero.
+    /// Of the mean gap: twice its change, and a twentieth of that of the contact area. Absent if the mean gap is prescribed or close to zero.
     pub mean_gap: Option<f64>,
     pub mean_gap_is_bound: bool,
     /// Of the contact stiffness: three times its change and the error of the area, if it is known on both grids.
@@ -318,7 +318,8 @@ impl Hysteresis {
 /// Contact by compressive stress, the criterion of methods with a smooth wall or adhesion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Compressive {
-    pub fraction: f64,
+    /// Contact nodes under compression over all nodes.
+    pub contact_nodes: f64,
     pub patches: usize,
     /// Area-weighted median of the cluster areas; absent without contact.
     pub median_cluster_area: Option<f64>,

@@ -12,7 +12,7 @@ use std::path::Path;
 pub const FILE: &str = "ensemble.json";
 
 /// Increased when a key changes its meaning.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
 /// Results of a sweep over keys of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -99,7 +99,7 @@ impl MethodState {
         MethodState {
             numbers: s.numbers.clone(),
             contact_nodes: Some(s.contact_nodes),
-            contact_nodes_compressive: o.and_then(|o| Some(o.compressive?.fraction)),
+            contact_nodes_compressive: o.and_then(|o| Some(o.compressive?.contact_nodes)),
             mean_gap: Some(s.mean_gap),
             missing: Vec::new(),
             median_cluster_area: o.and_then(|o| o.median_cluster_area),

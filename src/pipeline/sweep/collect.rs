@@ -51,7 +51,7 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, sc
             ("clusters", "1", s.numbers.patches.map(|n| n as f64)),
             ("mean_contact_pressure", "MPa", observed.and_then(|o| Some(o.mean_contact_pressure? * mpa))),
             ("median_cluster_area", "um2", observed.and_then(|o| Some(o.median_cluster_area? * um * um))),
-            ("compressive_fraction", "1", observed.and_then(|o| Some(o.compressive?.fraction))),
+            ("contact_nodes_compressive", "1", observed.and_then(|o| Some(o.compressive?.contact_nodes))),
             ("hydraulic_gap", "um", observed.map(|o| o.hydraulic_gap * um)),
             ("displacement", "um", s.numbers.displacement.map(|d| d * um)),
         ];

@@ -70,11 +70,11 @@ const COLUMNS: [Column; 25] = [
         "median cluster area: half of the contact area is in clusters up to it",
         |s| s.observed.as_ref().and_then(|o| o.median_cluster_area),
     ),
-    ("compressive_fraction", Scale::One, "1", "relative contact area under compression, counted", |s| {
-        s.observed.as_ref().and_then(|o| Some(o.compressive?.fraction))
+    ("contact_nodes_compressive", Scale::One, "1", "contact nodes under compression over all nodes", |s| {
+        s.observed.as_ref().and_then(|o| Some(o.compressive?.contact_nodes))
     }),
     (
-        "compressive_median_cluster_area",
+        "median_cluster_area_compressive",
         Scale::Area,
         "m2",
         "median cluster area of the contact under compression",
