@@ -2,7 +2,7 @@
 //! matrices, and calls of LAMMPS's and CUDA's libraries.
 
 #[cfg(feature = "cuda")]
-pub(crate) mod gpu;
+pub mod gpu;
 mod memory;
 pub mod ranks;
 

@@ -13,7 +13,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 /// Why an operation failed, in CUDA's words.
-pub(crate) type Failure = String;
+pub type Failure = String;
 
 /// Threads of a block.
 const THREADS: u32 = 256;
@@ -28,7 +28,7 @@ const STAGED: usize = 64 << 20;
 const SHARE: usize = 1 << 20;
 
 /// Memory of the GPU.
-pub(crate) struct Buffer {
+pub struct Buffer {
     bytes: CudaSlice<u8>,
 }
 
@@ -40,7 +40,7 @@ impl Buffer {
 
 /// An argument of a kernel.
 #[derive(Clone, Copy)]
-pub(crate) enum Argument<'b> {
+pub enum Argument<'b> {
     Int(i32),
     F32(f32),
     F64(f64),
@@ -48,7 +48,7 @@ pub(crate) enum Argument<'b> {
     Null,
 }
 
-pub(crate) struct Gpu {
+pub struct Gpu {
     stream: Arc<CudaStream>,
     functions: HashMap<&'static str, CudaFunction>,
     /// Sums of the blocks of a kernel.
@@ -65,7 +65,7 @@ fn words(error: impl Display) -> Failure {
 ///
 /// # Errors
 /// If a library of CUDA, a GPU or its driver is missing.
-pub(crate) fn card() -> Result<String, Failure> {
+pub fn card() -> Result<String, Failure> {
     if let Some(library) = missing_library() {
         return Err(format!("{library} is missing"));
     }
@@ -75,7 +75,7 @@ pub(crate) fn card() -> Result<String, Failure> {
 }
 
 /// A library of CUDA that is not found.
-pub(crate) fn missing_library() -> Option<&'static str> {
+pub fn missing_library() -> Option<&'static str> {
     // SAFETY: opening a library runs its initialisation only.
     let present = unsafe {
         [
@@ -98,7 +98,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Without a GPU, and for a source that does not compile. The libraries are there ([`missing_library`]).
-    pub(crate) fn with_kernels(
+    pub fn with_kernels(
         source: &str,
         definitions: &str,
         kernels: &[&'static str],
@@ -135,7 +135,7 @@ impl Gpu {
     }
 
     /// Name of the card.
-    pub(crate) fn name(&self) -> String {
+    pub fn name(&self) -> String {
         self.stream.context().name().unwrap_or_else(|_| "GPU".into())
     }
 
@@ -143,7 +143,7 @@ impl Gpu {
     ///
     /// # Errors
     /// If CUDA does not say.
-    pub(crate) fn free_bytes(&self) -> Result<u64, Failure> {
+    pub fn free_bytes(&self) -> Result<u64, Failure> {
         self.stream.context().mem_get_info().map(|(free, _)| free as u64).map_err(words)
     }
 
@@ -151,7 +151,7 @@ impl Gpu {
     ///
     /// # Errors
     /// If the card has too little.
-    pub(crate) fn allocate(&self, bytes: usize) -> Result<Buffer, Failure> {
+    pub fn allocate(&self, bytes: usize) -> Result<Buffer, Failure> {
         allocate(&self.stream, bytes)
     }
 
@@ -159,7 +159,7 @@ impl Gpu {
     ///
     /// # Errors
     /// If the card has too little.
-    pub(crate) fn zeros(&self, bytes: usize) -> Result<Buffer, Failure> {
+    pub fn zeros(&self, bytes: usize) -> Result<Buffer, Failure> {
         let mut buffer = self.allocate(bytes)?;
         self.clear(&mut buffer)?;
         Ok(buffer)
@@ -169,7 +169,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub(crate) fn clear(&self, buffer: &mut Buffer) -> Result<(), Failure> {
+    pub fn clear(&self, buffer: &mut Buffer) -> Result<(), Failure> {
         self.stream.memset_zeros(&mut buffer.bytes).map_err(words)
     }
 
@@ -177,7 +177,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub(crate) fn upload<T: bytemuck::Pod>(&self, values: &[T], to: &mut Buffer) -> Result<(), Failure> {
+    pub fn upload<T: bytemuck::Pod>(&self, values: &[T], to: &mut Buffer) -> Result<(), Failure> {
         let mut staging = self.staging.borrow_mut();
         let staging = staging.as_mut_slice().map_err(words)?;
         for (k, from) in bytemuck::cast_slice::<T, u8>(values).chunks(STAGED).enumerate() {
@@ -194,7 +194,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub(crate) fn download<T: bytemuck::Pod>(&self, from: &Buffer, to: &mut [T]) -> Result<(), Failure> {
+    pub fn download<T: bytemuck::Pod>(&self, from: &Buffer, to: &mut [T]) -> Result<(), Failure> {
         let mut staging = self.staging.borrow_mut();
         let staging = staging.as_mut_slice().map_err(words)?;
         for (k, to) in bytemuck::cast_slice_mut::<T, u8>(to).chunks_mut(STAGED).enumerate() {
@@ -211,7 +211,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub(crate) fn launch(
+    pub fn launch(
         &self,
         kernel: &str,
         (width, rows): (usize, usize),
@@ -224,7 +224,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub(crate) fn sums<const K: usize>(
+    pub fn sums<const K: usize>(
         &self,
         kernel: &str,
         (width, rows): (usize, usize),
@@ -318,7 +318,7 @@ impl Drop for Plan {
 }
 
 /// Un-normalised real transforms in place of `ny` rows of `nx` values, `2 (nx/2 + 1)` apart.
-pub(crate) struct GpuTransform {
+pub struct GpuTransform {
     forward: Plan,
     inverse: Plan,
     double: bool,
@@ -329,7 +329,7 @@ impl GpuTransform {
     ///
     /// # Errors
     /// For a size that cuFFT does not transform.
-    pub(crate) fn new(gpu: &Gpu, (nx, ny): (usize, usize), double: bool) -> Result<(Self, usize), Failure> {
+    pub fn new(gpu: &Gpu, (nx, ny): (usize, usize), double: bool) -> Result<(Self, usize), Failure> {
         use fft_sys::cufftType::{CUFFT_C2R, CUFFT_D2Z, CUFFT_R2C, CUFFT_Z2D};
         gpu.stream.context().bind_to_thread().map_err(words)?;
         let (r2c, c2r) = if double { (CUFFT_D2Z, CUFFT_Z2D) } else { (CUFFT_R2C, CUFFT_C2R) };
@@ -344,7 +344,7 @@ impl GpuTransform {
     ///
     /// # Errors
     /// Of cuFFT.
-    pub(crate) fn set_scratch(&self, scratch: &Buffer) -> Result<(), Failure> {
+    pub fn set_scratch(&self, scratch: &Buffer) -> Result<(), Failure> {
         for plan in [&self.forward, &self.inverse] {
             // SAFETY: the buffer is as large as the plans need.
             unsafe { fft::set_work_area(plan.0, scratch.address() as *mut _) }.map_err(words)?;
@@ -354,7 +354,7 @@ impl GpuTransform {
 
     /// # Errors
     /// Of cuFFT.
-    pub(crate) fn forward(&self, data: &Buffer) -> Result<(), Failure> {
+    pub fn forward(&self, data: &Buffer) -> Result<(), Failure> {
         let at = data.address();
         // SAFETY: the buffer has the rows of the plan.
         let done = unsafe {
@@ -368,7 +368,7 @@ impl GpuTransform {
 
     /// # Errors
     /// Of cuFFT.
-    pub(crate) fn inverse(&self, data: &Buffer) -> Result<(), Failure> {
+    pub fn inverse(&self, data: &Buffer) -> Result<(), Failure> {
         let at = data.address();
         // SAFETY: the buffer has the rows of the plan.
         let done = unsafe {
