@@ -155,7 +155,8 @@ impl Crate {
     /// The program and the crates it is made of.
     fn all(root: &Path) -> Vec<Self> {
         let of = |name: std::ffi::OsString| format!("crates/{}", name.to_str().expect("UTF-8"));
-        let folders = std::fs::read_dir(root.join("crates")).expect("a folder").map(|e| of(e.expect("an entry").file_name()));
+        let folders =
+            std::fs::read_dir(root.join("crates")).expect("a folder").map(|e| of(e.expect("an entry").file_name()));
         folders.chain([".".to_string()]).map(|folder| Self::read(root, &folder)).collect()
     }
 

@@ -29,8 +29,6 @@ pub use half_spectrum::HalfSpectrum;
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
-#[doc(hidden)]
-pub use slab::SHARED;
 pub use slab::sharing;
 pub use smooth::{smoothed, spread};
 pub use sums::{

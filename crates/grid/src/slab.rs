@@ -14,12 +14,9 @@ const ROWS: usize = 64;
 /// Distance of the prefetch in rows (see `transform`).
 const AHEAD: usize = 16;
 
-/// Points of the smallest grid that is shared. Coarser ones are held whole by every rank, which costs no communication.
-pub const SHARED: usize = if cfg!(any(test, feature = "thread-ranks")) { 80 * 80 } else { 1 << 18 };
-
 /// The ranks that share the rows of a grid.
 pub fn sharing(ranks: &Ranks, grid: Grid) -> &Ranks {
-    if grid.points() >= SHARED && grid.ny >= ranks.count() { ranks } else { &ALONE }
+    if grid.points() >= ranks.smallest_shared() && grid.ny >= ranks.count() { ranks } else { &ALONE }
 }
 
 /// Columns with all their rows: the matrix, the distance of its rows, and the number of its first column.

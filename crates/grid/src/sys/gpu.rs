@@ -98,11 +98,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Without a GPU, and for a source that does not compile. The libraries are there ([`missing_library`]).
-    pub fn with_kernels(
-        source: &str,
-        definitions: &str,
-        kernels: &[&'static str],
-    ) -> Result<&'static Self, Failure> {
+    pub fn with_kernels(source: &str, definitions: &str, kernels: &[&'static str]) -> Result<&'static Self, Failure> {
         let known = OPENED.with_borrow(|all| all.iter().find(|(key, _)| key == definitions).map(|(_, gpu)| *gpu));
         if let Some(gpu) = known {
             return Ok(gpu);
@@ -211,12 +207,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Of the card.
-    pub fn launch(
-        &self,
-        kernel: &str,
-        (width, rows): (usize, usize),
-        arguments: &[Argument],
-    ) -> Result<(), Failure> {
+    pub fn launch(&self, kernel: &str, (width, rows): (usize, usize), arguments: &[Argument]) -> Result<(), Failure> {
         self.start(kernel, (width, rows), arguments, false).map(|_| ())
     }
 

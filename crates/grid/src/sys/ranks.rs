@@ -3,7 +3,6 @@
 //! Without the feature `mpi` there is one rank, and every operation returns at once. Each operation is collective: all ranks call it
 //! in the same order, from the thread that started them.
 
-#[cfg(any(test, feature = "thread-ranks"))]
 mod threads;
 #[cfg(feature = "mpi")]
 mod world;
@@ -49,7 +48,6 @@ enum Kind {
     #[cfg(feature = "mpi")]
     World(world::World),
     /// Threads of one process, for tests.
-    #[cfg(any(test, feature = "thread-ranks"))]
     Threads(threads::Rank),
 }
 
@@ -91,8 +89,12 @@ pub fn start() -> Option<Started> {
     (launched().1 == 1).then_some(alone)
 }
 
-/// Runs `work` on ranks that are threads of this process. The results are in the order of the ranks.
-#[cfg(any(test, feature = "thread-ranks"))]
+/// Points of the smallest grid that ranks of MPI share, and of that which threads share: tests are of small grids.
+const SHARED: usize = 1 << 18;
+const SHARED_BY_THREADS: usize = 80 * 80;
+
+/// Runs `work` on ranks that are threads of this process, for tests. The results are in the order of the ranks.
+#[doc(hidden)]
 pub fn on_threads<R: Send>(count: usize, work: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
     let work = &work;
     std::thread::scope(|scope| {
@@ -113,9 +115,13 @@ impl Ranks {
             Kind::Alone => 1,
             #[cfg(feature = "mpi")]
             Kind::World(world) => world.count,
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(rank) => rank.count(),
         }
+    }
+
+    /// Points of the smallest grid that is shared. Coarser ones are held whole by every rank, which costs no communication.
+    pub fn smallest_shared(&self) -> usize {
+        if matches!(self.0, Kind::Threads(_)) { SHARED_BY_THREADS } else { SHARED }
     }
 
     /// Number of this rank.
@@ -124,7 +130,6 @@ impl Ranks {
             Kind::Alone => 0,
             #[cfg(feature = "mpi")]
             Kind::World(world) => world.own,
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(rank) => rank.own(),
         }
     }
@@ -144,7 +149,6 @@ impl Ranks {
             Kind::Alone => rayon::current_num_threads(),
             #[cfg(feature = "mpi")]
             Kind::World(world) => world.threads,
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(_) => 1,
         }
     }
@@ -155,7 +159,6 @@ impl Ranks {
             Kind::Alone => own,
             #[cfg(feature = "mpi")]
             Kind::World(world) => world.sum_on_this_machine(own),
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(rank) => rank.gather(&[own]).iter().sum(),
         }
     }
@@ -179,7 +182,6 @@ impl Ranks {
             }
             #[cfg(feature = "mpi")]
             Kind::World(world) => world.exchange((send, counts), (receive, expected)),
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(rank) => rank.exchange((send, counts), (receive, expected)),
         }
     }
@@ -191,7 +193,6 @@ impl Ranks {
             Kind::Alone => own.to_vec(),
             #[cfg(feature = "mpi")]
             Kind::World(_) => world::gather(own, counts),
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(rank) => rank.gather(own),
         }
     }
@@ -203,7 +204,6 @@ impl Ranks {
             Kind::Alone => own.to_vec(),
             #[cfg(feature = "mpi")]
             Kind::World(world) => world.gather_on_first(own, counts),
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(rank) => {
                 if self.is_first() {
                     rank.gather(own)
@@ -221,7 +221,6 @@ impl Ranks {
             Kind::Alone => say,
             #[cfg(feature = "mpi")]
             Kind::World(_) => world::first_says(say),
-            #[cfg(any(test, feature = "thread-ranks"))]
             Kind::Threads(rank) => rank.gather(&[say])[0],
         }
     }
