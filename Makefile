@@ -57,7 +57,7 @@ demo:
 test:
 	@scripts/setup.sh --tests
 	@rm -f target/tmp/skipped
-	@cargo test --locked -p asperity -p asperity-python; status=$$?; \
+	@cargo test --locked --workspace --exclude asperity-benches; status=$$?; \
 	scripts/test-python.sh || status=1; \
 	scripts/test-mpi.sh || status=1; \
 	if [ -s target/tmp/skipped ]; then echo "$$(wc -l < target/tmp/skipped) tests were SKIPPED:"; cat target/tmp/skipped; fi; \

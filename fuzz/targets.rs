@@ -12,13 +12,15 @@ use asperity::compare::advice::Tables;
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, RangeChoice};
 use asperity::method::{self, Heights, Load, NoObserver, Problem};
-use asperity::path::{Begin, Checkpoint, LoadPath};
+use asperity::path::LoadPath;
 use asperity::pipeline::RunFolder;
+use asperity::pipeline::checkpoint::Checkpoint;
 use asperity::pipeline::sweep::Sweep;
 use asperity::record::hashed::{self, FileHash};
 use asperity::record::import::{self, Content, Fourier, ImportOptions};
 use asperity::record::{atomic_file, npy, xyz};
 use asperity::scene::{Case, Scene};
+use asperity::sys::ranks::ALONE;
 use asperity::{Error, Result, report};
 use serde_json::{Map, Value};
 use std::io::{Seek, Write};
@@ -315,7 +317,7 @@ fn checkpoint(path: &Path) -> Result<usize> {
         let Some(begin) = find() else { return Err(Error::format("checkpoint", "not its key", "its key")) };
         assert!(problem.adhesion == Adhesion::None);
         let path = LoadPath::new(problem, found, RangeChoice::Mesh, 0.0, &loads).without_error();
-        path.walk(Some(Begin::Checkpoint(Box::new(begin))), false, &NoObserver, |_, _| Ok(()))?;
+        path.walk(Some(begin.begin(&ALONE)?), false, &NoObserver, |_, _| Ok(()))?;
     }
     Ok(0)
 }

@@ -50,7 +50,14 @@ pub use scene::{AdhesionLaw, Touching};
 pub use surface::{Amplitudes, Spectrum};
 
 #[doc(hidden)]
-pub mod atoms;
+pub use asperity_atoms as atoms;
+#[doc(hidden)]
+pub use asperity_contact::{interface, load, observe, path};
+#[doc(hidden)]
+pub use asperity_grid::{self as grid, error, sys, units};
+#[doc(hidden)]
+pub use asperity_surface as surface;
+
 #[doc(hidden)]
 pub mod challenge;
 #[doc(hidden)]
@@ -60,19 +67,11 @@ pub mod cluster;
 #[doc(hidden)]
 pub mod compare;
 #[doc(hidden)]
-pub mod error;
-#[doc(hidden)]
-pub mod grid;
-#[doc(hidden)]
-pub mod interface;
-#[doc(hidden)]
-pub mod load;
-#[doc(hidden)]
-pub mod method;
-#[doc(hidden)]
-pub mod observe;
-#[doc(hidden)]
-pub mod path;
+pub mod method {
+    //! All methods.
+    pub use asperity_contact::method::*;
+    pub use asperity_methods::*;
+}
 #[doc(hidden)]
 pub mod pipeline;
 #[doc(hidden)]
@@ -81,16 +80,6 @@ pub mod record;
 pub mod report;
 #[doc(hidden)]
 pub mod scene;
-#[doc(hidden)]
-pub mod surface;
-#[doc(hidden)]
-#[allow(
-    unsafe_code,
-    reason = "system calls: process groups, memory and time of processes; the libraries of LAMMPS and CUDA"
-)]
-pub mod sys;
-#[doc(hidden)]
-pub mod units;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -8,7 +8,8 @@ use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{self, Problem, Stop};
 use crate::observe::{Leakage, WorkPoint, dissipation, leakage_bytes};
-use crate::path::{self, Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
+use crate::path::{self, Begin, LoadPath, Reached};
+use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::record::npy;
 use crate::record::results::{
     ContinuumResults, HardnessMapResults, Hysteresis, Observed, Onset, RangeResults, StateNumbers, StateResults,
@@ -83,7 +84,10 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     }
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
     let writer = CheckpointWriter::new(folder, &stem, key, finished);
-    let begin = checkpoint.map(|c| Begin::Checkpoint(Box::new(c))).or(request.start.clone().map(Begin::Gap));
+    let begin = match checkpoint {
+        Some(checkpoint) => Some(checkpoint.begin(problem.ranks)?),
+        None => request.start.clone().map(Begin::Gap),
+    };
     let watch = Progress::new(listener, Some(&writer), &label, (states.len(), loads.len()));
     let walked = path.walk(begin, request.pull_off, &watch, |i, reached| {
         watch.next();

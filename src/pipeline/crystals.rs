@@ -7,7 +7,7 @@ use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Set
 use crate::atoms::properties::Card;
 use crate::atoms::run_script::LmpCommand;
 use crate::error::Complaint;
-use crate::record::provenance::file_hash;
+use crate::record::hashed::file_hash;
 use crate::record::user_cache::UserCache;
 use crate::report::number::trimmed;
 use crate::scene::Scene;

@@ -1,9 +1,9 @@
 use super::Listener;
 use crate::grid::transformed_nodes;
 use crate::record::file_lock::try_lock;
+use crate::record::hashed::file_hash;
 use crate::record::hashed::{self, Stored};
 use crate::record::json;
-use crate::record::provenance::file_hash;
 use crate::record::results::StageCost;
 use crate::{Error, Result, sys};
 use serde::de::DeserializeOwned;

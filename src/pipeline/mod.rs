@@ -6,6 +6,7 @@
 mod accuracy;
 mod atom_stages;
 mod atomistic;
+pub mod checkpoint;
 mod comparison;
 mod continuum;
 mod crystals;

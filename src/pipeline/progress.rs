@@ -1,6 +1,6 @@
 use super::Listener;
 use crate::method::{Iteration, Observer, SnapshotRef};
-use crate::path::CheckpointWriter;
+use crate::pipeline::checkpoint::CheckpointWriter;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

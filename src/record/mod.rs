@@ -4,33 +4,19 @@
 
 pub mod acceptance;
 pub mod advice;
-pub mod atomic_file;
-pub mod atomistic;
 pub mod comparison;
-pub mod continuum;
-pub mod csv;
-pub mod declared;
 pub mod downsample;
 pub mod ensemble;
-pub mod file_lock;
-pub mod hashed;
-pub mod height_map;
-pub mod heights;
-pub mod import;
-pub mod json;
 pub mod load_table;
 pub mod mcap;
-pub mod measured_errors;
 pub mod methods;
 pub mod netcdf;
-pub mod npy;
-pub mod provenance;
-pub mod quantity;
 pub mod results;
-pub mod state_numbers;
 pub mod surface;
 pub mod tradeoff;
-pub mod uncertainty;
-pub mod user_cache;
 pub mod xyz;
-mod xyz_text;
+
+pub use asperity_atoms::results as atomistic;
+pub use asperity_contact::{measured_errors, quantity, results as continuum, state_numbers, uncertainty};
+pub use asperity_surface::files::{atomic_file, csv, file_lock, hashed, json, npy, user_cache};
+pub use asperity_surface::{declared, height_map, heights, import, provenance};

@@ -5,7 +5,8 @@ use super::flags::Solve;
 use crate::cli::file::COMMAND_LINE;
 use crate::load::Load;
 use crate::method::{ContactMethod, Iteration, Observer, SnapshotRef, Stop};
-use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
+use crate::path::{LoadPath, Reached};
+use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::scene::Case;
 use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
@@ -78,7 +79,7 @@ impl Solve {
                 }
                 let key = self.key()?;
                 let checkpoint = match found {
-                    Found::Checkpoint => Some(Begin::Checkpoint(Box::new(same_checkpoint(out, &key, ranks)?))),
+                    Found::Checkpoint => Some(same_checkpoint(out, &key, ranks)?.begin(ranks)?),
                     _ => self.initial_gap(case)?,
                 };
                 (checkpoint, Some(CheckpointWriter::new(out, CHECKPOINT, key, Vec::new()).on(ranks)))

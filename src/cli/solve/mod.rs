@@ -17,10 +17,11 @@ use crate::grid::{Grid, Series};
 use crate::load::Load;
 use crate::method::{self, ContactMethod, Device, Heights, Kind, Precision, Problem, Stop};
 use crate::observe::leakage_bytes;
-use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, subsurface_bytes};
+use crate::path::{Begin, LoadPath, subsurface_bytes};
+use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::pipeline::{Key, Listener, Progress};
+use crate::record::hashed::file_hash;
 use crate::record::load_table::ResultUnits;
-use crate::record::provenance::file_hash;
 use crate::report::number::memory;
 use crate::scene::{Case, Surface};
 use crate::scene::{rename_keys, rename_keys_in};
@@ -231,7 +232,7 @@ impl Solve {
         let begin = match checkpoint {
             Some(checkpoint) => {
                 SolveCache::forget(out);
-                Some(Begin::Checkpoint(Box::new(checkpoint)))
+                Some(checkpoint.begin(ranks)?)
             }
             None => {
                 let begin = self.initial_gap(&case)?;

@@ -1,9 +1,9 @@
 //! Curves of `results.nc`: scalars of the states along the loads, and the separation curve.
 
-use super::variable::{Attribute, Data, Variable, counter};
 use crate::load::Branch;
 use crate::record::continuum::PullOff;
 use crate::record::results::{ContinuumResults, StateResults};
+use asperity_surface::files::netcdf::{Attribute, Data, Variable, counter};
 
 /// Factor from reduced to SI units.
 #[derive(Clone, Copy)]

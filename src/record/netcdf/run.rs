@@ -1,8 +1,6 @@
 //! Results of a run as a single NetCDF file in SI units: maps with coordinates, curves and distributions.
 
 use super::curves::curves;
-use super::file::write;
-use super::variable::{Attribute, Data, Variable, counter};
 use crate::error::Result;
 use crate::observe::Distribution;
 use crate::record::acceptance::AcceptanceCheck;
@@ -10,6 +8,8 @@ use crate::record::height_map::Sign;
 use crate::record::npy::Reader;
 use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults};
 use crate::units::ANGSTROM_M;
+use asperity_surface::files::netcdf::write;
+use asperity_surface::files::netcdf::{Attribute, Data, Variable, counter};
 use std::path::{Path, PathBuf};
 
 /// Name of the file in a run folder.

@@ -1,0 +1,549 @@
+//! Runs a job: LAMMPS runs as a child process, is monitored and can be stopped. Its result is accepted only after all
+//! checks.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::ErrorKind;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use super::block::BaseKind;
+use super::job::Job;
+use super::job_files::lock;
+use super::lammps_command::{LammpsCommand, without_relative_libraries};
+use super::lammps_host;
+use super::load_history::{self, LoadHistory, StepRecord};
+use super::minimizer_checkpoint;
+use super::progress::{Watch, Watcher};
+use super::search_path::{find_lammps, search_path};
+use super::styles::Styles;
+use crate::results::LoadStepResults;
+use asperity_grid::error::LammpsFailure;
+use asperity_grid::{Error, Result, sys};
+
+/// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
+/// negligible cost.
+const POLL: Duration = Duration::from_millis(40);
+
+/// Limits of `lmp -h`, which takes 0.1 s and prints 30 KB.
+const PROBE_LIMIT: Duration = Duration::from_secs(10);
+const MOST_PROBE_BYTES: u64 = 4 << 20;
+
+/// Forces are printed with three digits; a converged force may exceed the tolerance by this factor.
+const FORCE_ROUNDING: f64 = 1.001;
+
+/// Smallest number of atoms for a second rank. Waiting ranks spin: with 25 000 atoms on a busy machine two ranks took
+/// 17 s of processor time instead of 6 s; from 800 000 atoms on they took no more than one.
+const FEWEST_ATOMS_FOR_RANKS: u64 = 200_000;
+
+/// Warning for a number of ranks that is too large for the number of atoms.
+pub fn ranks_warning(ranks: usize, atoms: u64) -> Option<String> {
+    (ranks > 1 && atoms < FEWEST_ATOMS_FOR_RANKS).then(|| {
+        format!("{ranks} MPI ranks for {atoms} atoms: below {FEWEST_ATOMS_FOR_RANKS} atoms one is as fast, and faster on a busy machine")
+    })
+}
+
+/// A finished job.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    pub history: LoadHistory,
+    pub steps: Vec<LoadStepResults>,
+    /// The step after which an earlier run was continued.
+    pub resumed_from: Option<usize>,
+    /// Steps whose largest force exceeds the tolerance, or whose load was not reached.
+    pub unconverged: Vec<usize>,
+    /// Peak resident memory of LAMMPS in this call, bytes; 0 if unknown, as for several ranks.
+    pub peak_bytes: u64,
+}
+
+impl Finished {
+    fn collect(job: &Job, resumed_from: Option<usize>) -> Result<Finished> {
+        let history = LoadHistory::read(&job.folder)?;
+        let evaluations = read_evaluations(&job.folder)?;
+        let settings = &job.spec.settings;
+        let steps = history.steps.iter().map(|r| r.to_results(settings.load_unit, &evaluations)).collect();
+        let loose = |r: &&StepRecord| !r.load_converged || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
+        let unconverged = history.steps.iter().filter(loose).map(|r| r.step).collect();
+        Ok(Finished { history, steps, resumed_from, unconverged, peak_bytes: 0 })
+    }
+}
+
+/// LAMMPS with its styles.
+#[derive(Debug, Clone)]
+pub struct LammpsEngine {
+    program: PathBuf,
+    description: String,
+    styles: Styles,
+    start: LammpsCommand,
+    time_limit: Option<Duration>,
+    host: Option<PathBuf>,
+    checkpoint_interval: Duration,
+}
+
+impl LammpsEngine {
+    /// Finds the given program, or `lmp` or `lammps` in the search path.
+    ///
+    /// # Errors
+    /// `MissingProgram` when there is none or it is not LAMMPS.
+    pub fn find(given: Option<&Path>) -> Result<Self> {
+        let how = "install LAMMPS (Debian: apt install lammps) or give its path with --lammps";
+        let missing = |program: &str| Error::MissingProgram { program: program.into(), how: how.into() };
+        let program = match given {
+            Some(path) if path.as_os_str().as_encoded_bytes().first() == Some(&b'-') => {
+                let accepted = "a program whose name does not begin with a dash; a path may begin with ./";
+                return Err(Error::input("LAMMPS", "program", path.display(), accepted));
+            }
+            Some(path) if path.components().count() > 1 => {
+                path.is_file().then(|| path.to_path_buf()).ok_or_else(|| missing(&path.display().to_string()))?
+            }
+            Some(name) => search_path(name).ok_or_else(|| missing(&name.display().to_string()))?,
+            None => find_lammps().ok_or_else(|| missing("LAMMPS (lmp or lammps)"))?,
+        };
+        // The run has another working folder.
+        let program = std::path::absolute(&program).map_err(Error::io("find", &program))?;
+        let mut probe = Command::new(&program);
+        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat").stderr(Stdio::null());
+        let output = sys::probe(probe, PROBE_LIMIT, MOST_PROBE_BYTES).map_err(|e| match e.kind() {
+            ErrorKind::TimedOut => missing(&format!("LAMMPS as {} (-h took more than 10 s)", program.display())),
+            ErrorKind::FileTooLarge => missing(&format!("LAMMPS as {} (-h: {e})", program.display())),
+            _ => missing(&program.display().to_string()),
+        })?;
+        let styles = Styles::parse(&String::from_utf8_lossy(&output.stdout));
+        if styles.lists.is_empty() {
+            return Err(missing(&format!("LAMMPS as {}", program.display())));
+        }
+        let description = format!("LAMMPS {}", styles.version);
+        Ok(LammpsEngine {
+            program,
+            description,
+            styles,
+            start: LammpsCommand::default(),
+            time_limit: None,
+            host: None,
+            checkpoint_interval: minimizer_checkpoint::INTERVAL,
+        })
+    }
+
+    /// Sets the number of MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower
+    /// on a busy machine: waiting ranks spin.
+    ///
+    /// # Errors
+    /// `Input` for more ranks than cores, `MissingProgram` without mpirun.
+    pub fn with_ranks(self, ranks: usize) -> Result<Self> {
+        self.with_command(LammpsCommand { ranks: Some(ranks), ..LammpsCommand::default() })
+    }
+
+    /// Sets ranks, launcher and arguments. The program is that of [`LammpsEngine::find`].
+    ///
+    /// # Errors
+    /// `Input` for more ranks than cores without a launcher, `MissingProgram` without the launcher.
+    pub fn with_command(mut self, command: LammpsCommand) -> Result<Self> {
+        command.check()?;
+        self.check_accelerator(&command)?;
+        self.start = command;
+        Ok(self)
+    }
+
+    /// Whether jobs can run with the accelerator that the arguments choose.
+    ///
+    /// # Errors
+    /// `Input` with what is missing.
+    pub fn check_accelerator(&self, command: &LammpsCommand) -> Result<()> {
+        command.check_accelerator(&self.styles)
+    }
+
+    /// Limits the time of one call of `run`; finished steps are kept and the next call continues.
+    pub fn with_time_limit(mut self, limit: Option<Duration>) -> Self {
+        self.time_limit = limit;
+        self
+    }
+
+    /// Sets the `asperity` program that runs LAMMPS as a library for blocks on an elastic base. The default is this program, or that of
+    /// the search path.
+    pub fn with_host(mut self, program: PathBuf) -> Self {
+        self.host = Some(program);
+        self
+    }
+
+    /// Sets the time between two checkpoints of a load; the default is [`minimizer_checkpoint::INTERVAL`].
+    pub fn with_checkpoint_interval(mut self, interval: Duration) -> Self {
+        self.checkpoint_interval = interval;
+        self
+    }
+
+    /// Path of the program.
+    pub fn program(&self) -> &Path {
+        &self.program
+    }
+
+    /// Names of the installed packages that accelerate styles.
+    pub fn accelerators(&self) -> String {
+        let known = ["OPT", "OPENMP", "INTEL", "GPU", "KOKKOS"];
+        let found: Vec<&str> = known.into_iter().filter(|name| self.styles.has("package", name)).collect();
+        if found.is_empty() { "none that accelerates styles".into() } else { found.join(", ") }
+    }
+
+    /// Styles that jobs with adhesion need and this LAMMPS lacks.
+    pub fn missing_styles(&self) -> Vec<String> {
+        self.missing(true, true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
+    }
+
+    fn missing(&self, adhesion: bool, nvt: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let needed = [
+            ("pair", "hybrid/overlay"),
+            ("pair", "eam/alloy"),
+            ("pair", "lj/cut"),
+            ("minimize", "cg"),
+            ("minimize", "fire"),
+            ("compute", "coord/atom"),
+            ("compute", "property/atom"),
+            ("compute", "reduce"),
+            ("fix", "setforce"),
+            ("fix", "aveforce"),
+            ("fix", "store/state"),
+        ];
+        let adhesive = adhesion.then_some(("pair", "yukawa"));
+        let warm = [
+            ("fix", "nve"),
+            ("fix", "langevin"),
+            ("fix", "viscous"),
+            ("fix", "ave/atom"),
+            ("fix", "ave/time"),
+            ("compute", "temp"),
+        ];
+        needed
+            .into_iter()
+            .chain(adhesive)
+            .chain(warm.into_iter().filter(move |_| nvt))
+            .filter(|(kind, name)| !self.styles.has(kind, name))
+    }
+
+    fn check_styles(&self, job: &Job) -> Result<()> {
+        match self.missing(job.spec.interaction.adhesion.is_some(), job.spec.protocol.nvt().is_some()).next() {
+            None => Ok(()),
+            Some((kind, name)) => {
+                Err(failed(job, LammpsFailure::MissingStyle { missing: format!("the {kind} style {name}") }))
+            }
+        }
+    }
+
+    /// Measures what an elastic base needs, if the job has one. `watch` and the time limit end it after the present strain.
+    fn measure_base(&self, job: &Job, watcher: &mut Watcher, watch: &mut Watch) -> Result<()> {
+        let history = LoadHistory::read(&job.folder)?;
+        lammps_host::prepare(job, &self.program, &mut || {
+            if watcher.report(&history, watch).is_break() {
+                return Err(Error::Interrupted);
+            }
+            self.check_time(job, watcher.begun)
+        })
+    }
+
+    fn check_time(&self, job: &Job, begun: Instant) -> Result<()> {
+        match self.time_limit.filter(|limit| begun.elapsed() > *limit) {
+            Some(limit) => Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() })),
+            None => Ok(()),
+        }
+    }
+
+    fn command(&self, job: &Job, done: &[StepRecord]) -> Result<Command> {
+        let mut command = if job.spec.base == BaseKind::Elastic {
+            let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
+            let words = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
+            let mut command = self.start.start(&host);
+            command.args(words);
+            command
+        } else {
+            let mut command = self.start.start(&self.program);
+            command.args(["-in", job.script().file]);
+            command
+        };
+        command.args(["-nocite", "-log", &log_name(done.last().map(|r| r.step))]);
+        command.args(&self.start.args);
+        if self.styles.has("pair", "eam/alloy/opt") && !self.start.chooses_styles() {
+            // The `opt` variants are 8 to 10 % faster.
+            command.args(["-sf", "opt"]);
+        }
+        for (name, value) in job.variables(done, self.styles.has("dump", "custom/zstd")) {
+            command.args(["-var", &name, &value]);
+        }
+        if job.spec.protocol.prescribed().is_some() {
+            let often = minimizer_checkpoint::iterations(self.checkpoint_interval, job.atoms(), self.start.ranks());
+            command.args(["-var", "restart_every", &often.to_string()]);
+            let begun: usize = done.iter().map(|r| r.iterations).sum();
+            let newest = minimizer_checkpoint::newest(&job.folder, done.len(), (begun + often) as u64);
+            if let Some(file) = newest.as_deref().and_then(Path::file_name) {
+                command
+                    .args([
+                        "-var",
+                        "resume_mid",
+                        "1",
+                        "-var",
+                        "first_iteration",
+                        &begun.to_string(),
+                        "-var",
+                        "checkpoint",
+                    ])
+                    .arg(file);
+            }
+        }
+        without_relative_libraries(&mut command);
+        command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
+        sys::die_with_parent(&mut command);
+        Ok(command)
+    }
+}
+
+impl LammpsEngine {
+    /// Program and version, one line.
+    pub fn describe(&self) -> &str {
+        &self.description
+    }
+
+    /// Runs the job, or continues it after the last finished step, to its end. `watch` is called for every finished
+    /// step in order and repeatedly in between; `Break` stops the run.
+    ///
+    /// # Errors
+    /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
+    pub fn run(&self, job: &Job, watch: &mut Watch) -> Result<Finished> {
+        let begun = Instant::now();
+        let _lock = lock(&job.folder)?;
+        self.check_styles(job)?;
+        job.check_inputs()?;
+        if is_complete(job)? {
+            let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
+            return Finished::collect(job, all);
+        }
+        let (need, have) = (job.memory_bytes(self.start.ranks()), sys::available_memory_bytes());
+        if need > have {
+            let advice = "use fewer cells or a thinner block".into();
+            return Err(Error::Memory { what: format!("LAMMPS with {} atoms", job.atoms()), need, have, advice });
+        }
+        let finished = load_history::prepare_resume(&job.folder)?;
+        minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
+        let screen_file = job.folder.join("log.screen");
+        let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
+        let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
+        let mut watcher = Watcher::new(job, begun, finished);
+        self.measure_base(job, &mut watcher, watch)?;
+        let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps)?;
+        let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
+        let mut group = Group { child, ended: false };
+        let mut verified_steps = finished.map_or(0, |k| k + 1);
+        let mut peak_bytes = 0;
+        let status = loop {
+            if self.start.ranks() == 1 {
+                peak_bytes = sys::peak_rss_bytes_of(group.child.id()).max(peak_bytes);
+            }
+            // In this order, so that a step finished just before the end is still reported.
+            let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
+            // Set before any other error can occur: the process id may be reused once the child has been waited for.
+            group.ended = ended.is_some();
+            let history = match LoadHistory::read(&job.folder) {
+                Err(e @ Error::Format { .. }) => {
+                    drop(group);
+                    load_history::roll_back(&job.folder, verified_steps)?;
+                    return Err(failed(job, LammpsFailure::Output(format!("its load steps cannot be read: {e}"))));
+                }
+                other => other?,
+            };
+            let is_further = history.steps.len() > verified_steps;
+            for record in history.steps.iter().skip(verified_steps) {
+                if let Err(e) = load_history::verify_step(&job.folder, record.step) {
+                    drop(group);
+                    load_history::roll_back(&job.folder, record.step)?;
+                    let what = format!("what step {} left is not complete ({e}); is the disk full?", record.step);
+                    return Err(failed(job, LammpsFailure::Output(what)));
+                }
+                verified_steps = record.step + 1;
+            }
+            if is_further {
+                minimizer_checkpoint::keep_only(&job.folder, verified_steps)?;
+            }
+            watcher.read_progress(&history, &job.folder.join(log_name(finished)));
+            if watcher.report(&history, watch).is_break() {
+                return Err(Error::Interrupted);
+            }
+            if let Some(status) = ended {
+                break status;
+            }
+            self.check_time(job, begun)?;
+            std::thread::sleep(POLL);
+        };
+        let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
+        let (log, screen) = (read(&log_name(finished)), read("log.screen"));
+        run_status(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen))
+            .map_err(|f| failed(job, f))?;
+        check_load_steps(job)?;
+        Ok(Finished { peak_bytes, ..Finished::collect(job, finished)? })
+    }
+}
+
+/// A child process and its group; dropping it kills the group unless the child has ended.
+struct Group {
+    child: Child,
+    ended: bool,
+}
+
+impl Drop for Group {
+    fn drop(&mut self) {
+        if !self.ended {
+            sys::kill_process_group(self.child.id());
+            // A failed wait needs no action: the group has been killed.
+            let _ = self.child.wait();
+        }
+    }
+}
+
+fn failed(job: &Job, failure: LammpsFailure) -> Error {
+    Error::Lammps { folder: job.folder.clone(), failure }
+}
+
+/// Whether the job has ended and its last frame exists.
+fn is_complete(job: &Job) -> Result<bool> {
+    let history = LoadHistory::read(&job.folder)?;
+    let ended = job.end(&history.steps).is_some();
+    Ok(ended && history.last().is_some_and(|r| load_history::frame_file(&job.folder, r.step).is_ok()))
+}
+
+/// Checks that the load steps end where the job specifies, and that no atoms are missing.
+fn check_load_steps(job: &Job) -> Result<()> {
+    let history = LoadHistory::read(&job.folder)?;
+    let before = job.atoms();
+    if let Some(record) = history.steps.iter().find(|r| r.atoms != before) {
+        return Err(failed(job, LammpsFailure::AtomCount { before, after: record.atoms }));
+    }
+    if !is_complete(job)? {
+        let reached = history.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
+        return Err(failed(
+            job,
+            LammpsFailure::Output(format!("it ended regularly, but its load history stops {reached}")),
+        ));
+    }
+    Ok(())
+}
+
+/// Classifies the end of a run by exit status, log and screen output.
+fn run_status(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
+    // Other errors are consequences of the time limit; the interrupted step is not finished.
+    if log.contains("Wall time limit reached") {
+        let text = "its script's time limit (timer timeout) was reached; the same command resumes at the last step";
+        return Err(LammpsFailure::Output(text.into()));
+    }
+    if let Some(failure) = error_line(log).or_else(|| error_line(screen)) {
+        return Err(failure);
+    }
+    if let Some(signal) = status.signal() {
+        return Err(LammpsFailure::Signal(signal));
+    }
+    match status.code() {
+        Some(0) if log.contains("Total wall time") => Ok(()),
+        Some(0) => Err(LammpsFailure::Unfinished),
+        // Launchers and the dynamic loader say why, not LAMMPS.
+        code => Err(match screen.lines().rfind(|l| !l.trim().is_empty()) {
+            Some(last) => LammpsFailure::Output(format!(
+                "it ended with exit status {} and no error message of LAMMPS; log.screen ends with: {}",
+                code.unwrap_or(-1),
+                last.trim().chars().take(LONGEST_LINE).collect::<String>()
+            )),
+            None => LammpsFailure::Status(code.unwrap_or(-1)),
+        }),
+    }
+}
+
+/// Characters of a line of `log.screen` in a message.
+const LONGEST_LINE: usize = 200;
+
+/// Text of `ERROR: ...` or `ERROR on proc 3: ...` with the command; lost atoms are a separate failure.
+fn error_line(text: &str) -> Option<LammpsFailure> {
+    let mut lines = text.lines().skip_while(|l| !l.starts_with("ERROR"));
+    let line = lines.next()?.trim();
+    if let Some(counts) = line.split_once("Lost atoms: original ").map(|(_, rest)| rest) {
+        let numbers: Vec<u64> = counts.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+        if let [before, after, ..] = numbers[..] {
+            return Some(LammpsFailure::AtomCount { before, after });
+        }
+    }
+    let message = line.split_once(": ").map_or(line, |(_, rest)| rest);
+    let command = lines.find_map(|l| l.strip_prefix("Last command: "));
+    Some(LammpsFailure::Message(match command {
+        Some(command) => format!("{message}; last command: {}", command.trim()),
+        None => message.to_string(),
+    }))
+}
+
+fn log_name(finished: Option<usize>) -> String {
+    format!("log.{}", finished.map_or(0, |k| k + 1))
+}
+
+/// Force evaluations from all logs of a folder; later runs override earlier ones.
+fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
+    let mut logs: Vec<(usize, PathBuf)> = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
+        let path = entry.map_err(Error::io("list", folder))?.path();
+        let name = path.file_name().and_then(|n| n.to_str());
+        if let Some(first) = name.and_then(|n| n.strip_prefix("log.")).and_then(|n| n.parse().ok()) {
+            logs.push((first, path));
+        }
+    }
+    logs.sort();
+    let mut counts = BTreeMap::new();
+    for (_, path) in logs {
+        let text = std::fs::read(&path).map_err(Error::io("read", &path))?;
+        counts.extend(load_history::evaluations(&String::from_utf8_lossy(&text)));
+    }
+    Ok(counts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(code: i32) -> ExitStatus {
+        ExitStatus::from_raw(code << 8)
+    }
+
+    #[test]
+    fn several_ranks_for_few_atoms_give_a_warning() {
+        assert!(ranks_warning(2, 100_000).is_some_and(|c| c.contains("2 MPI ranks")));
+        assert_eq!((ranks_warning(1, 100), ranks_warning(2, 3_000_000)), (None, None));
+    }
+
+    #[test]
+    fn only_a_regular_end_is_accepted() {
+        let good = "Loop time\nTotal wall time: 0:00:03\n";
+        assert_eq!(run_status(status(0), good, ""), Ok(()));
+        assert_eq!(run_status(status(0), "Loop time\n", ""), Err(LammpsFailure::Unfinished));
+        assert_eq!(run_status(status(3), good, ""), Err(LammpsFailure::Status(3)));
+        assert_eq!(run_status(ExitStatus::from_raw(9), "", ""), Err(LammpsFailure::Signal(9)));
+        let launcher = run_status(status(1), "", "srun: error: Invalid MPI type 'pmix'\n\n").expect_err("a failure");
+        assert!(
+            launcher.to_string().ends_with("log.screen ends with: srun: error: Invalid MPI type 'pmix'"),
+            "{launcher}"
+        );
+        let lost = "ERROR: Lost atoms: original 792 current 710 (src/thermo.cpp:439)\nLast command: run 5\n";
+        assert_eq!(run_status(status(1), lost, ""), Err(LammpsFailure::AtomCount { before: 792, after: 710 }));
+        let forms = [
+            "ERROR: Unknown command: x (a.cpp:1)\nLast command: x\n",
+            "ERROR on proc 0: Unknown command: x (a.cpp:1)\nLast command: x\n",
+        ];
+        for text in forms {
+            let expected = LammpsFailure::Message("Unknown command: x (a.cpp:1); last command: x".into());
+            assert_eq!(run_status(status(1), "", text), Err(expected.clone()));
+            // Even with exit status 0 and the line of a regular end.
+            assert_eq!(run_status(status(0), &format!("{text}{good}"), ""), Err(expected));
+        }
+    }
+
+    #[test]
+    fn missing_styles_are_reported() {
+        for name in ["no-such-lammps", "/no/such/lammps", "true"] {
+            let error = LammpsEngine::find(Some(Path::new(name))).expect_err("missing");
+            assert_eq!(error.exit_code(), 5);
+            assert!(error.to_string().contains(name) && error.to_string().contains("--lammps"), "{error}");
+        }
+        let dash = LammpsEngine::find(Some(Path::new("-in"))).expect_err("refused");
+        assert!(dash.exit_code() == 2 && dash.to_string().contains("dash"), "{dash}");
+    }
+}

@@ -1,0 +1,253 @@
+//! Runs a job on an elastic base: LAMMPS as a library in this process, which gives the base its forces at every evaluation.
+//!
+//! The process is a child of the program that monitors the run ([`super::engine`]), because builds of LAMMPS without exceptions end the
+//! process at an error. It takes the arguments of the `lmp` program, prints what that prints, and writes the same files. Under `mpirun`
+//! each rank computes the forces of the whole base.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use super::block::BaseKind;
+use super::elastic_base::ElasticBase;
+use super::force_constants::{self, Crystal, ForceConstants};
+use super::job::{Job, POTENTIAL_FILE};
+use super::load_history::LoadHistory;
+use super::potential::SetflHeader;
+use super::run_script::LmpCommand;
+use super::scripts::{SETUP, Script};
+use super::search_path::search_path;
+use crate::lammps_library::{self, LammpsInstance};
+use asperity_grid::error::LammpsFailure;
+use asperity_grid::{Error, Result};
+use asperity_surface::files::json;
+
+/// Id of the fix of the base in `setup.in`.
+const FIX: &str = "base";
+
+/// Library and arguments of a run in the working folder.
+#[derive(Debug, Clone)]
+pub struct HostRun {
+    /// Path of the shared library, or a name that the loader finds.
+    pub library: PathBuf,
+    /// Date of the version of the `lmp` program, as 20210929.
+    pub version: i32,
+    /// MPI ranks that the launcher starts.
+    pub ranks: usize,
+    /// Arguments of `lmp`, without `-in`.
+    pub args: Vec<String>,
+}
+
+impl HostRun {
+    /// Runs the job in the working folder to its end.
+    ///
+    /// # Errors
+    /// `MissingProgram` without a library, `Lammps` if LAMMPS reports an error or has another version, `Format`, `Io`.
+    pub fn run(&self) -> Result<()> {
+        let folder = Path::new(".");
+        let job = Job::open(folder)?;
+        let constants: ForceConstants = json::read(&folder.join(force_constants::FILE))?;
+        let mut lammps = LammpsInstance::open(&self.library, &self.args).map_err(missing_library)?;
+        let failed =
+            |what: String| Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(what) };
+        let found = lammps.version();
+        if found != self.version {
+            let what = format!(
+                "its library has the version {found}, its program {}: they belong to two installations",
+                self.version
+            );
+            return Err(failed(what));
+        }
+        // Otherwise each rank would run the whole job in the same folder.
+        if usize::try_from(lammps.ranks()) != Ok(self.ranks) {
+            let what = format!(
+                "its library runs on {} ranks of {}: it was built with another MPI than the launcher's",
+                lammps.ranks(),
+                self.ranks
+            );
+            return Err(failed(what));
+        }
+        let script = job.script();
+        let step = script.step().ok_or_else(|| failed("no script of load steps".into()))?;
+        let history = LoadHistory::read(folder)?;
+        let mut load = history.last().map_or(0.0, |r| r.load);
+        let mut next = history.last().map_or(0, |r| r.step + 1);
+        header(&script).try_for_each(|line| lammps.command(line)).map_err(failed)?;
+        loop {
+            // Frees the boundary of the previous step.
+            lammps.clear().map_err(failed)?;
+            let mut base = ElasticBase::new(&job.block(), &constants, job.pressure_at(next, load))?;
+            let atoms = base.atoms();
+            let evaluate = Box::new(move |x: &[[f64; 3]], f: &mut [[f64; 3]]| base.forces(x, f));
+            lammps.file(SETUP.file).map_err(failed)?;
+            lammps.set_boundary(FIX, atoms, evaluate).and_then(|()| lammps.file(step.file)).map_err(failed)?;
+            let (reached, done) = lammps.step_ended().map_err(failed)?;
+            if done {
+                break;
+            }
+            load = reached;
+            next += 1;
+        }
+        lammps.close();
+        Ok(())
+    }
+}
+
+/// Name of the program, which has the hidden command `lammps-host`.
+const PROGRAM: &str = "asperity";
+
+/// The running program, where it has the command `lammps-host`.
+static OWN_PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+
+/// Makes the running program the default host, whatever the name of its file is. `main` calls it: another program that uses the library has
+/// no such command.
+pub fn use_this_program() {
+    if let Ok(program) = std::env::current_exe() {
+        OWN_PROGRAM.get_or_init(|| program);
+    }
+}
+
+/// The running program after [`use_this_program`], otherwise `asperity` of the search path.
+///
+/// # Errors
+/// `MissingProgram`.
+pub(super) fn host_program() -> Result<PathBuf> {
+    let own = OWN_PROGRAM.get().cloned();
+    let program = own.or_else(|| search_path(Path::new(PROGRAM))).ok_or_else(|| Error::MissingProgram {
+        program: PROGRAM.into(),
+        how: "an elastic base runs LAMMPS as a library in this program: put it into the search path".into(),
+    })?;
+    // The run has another working folder.
+    std::path::absolute(&program).map_err(Error::io("find", &program))
+}
+
+/// The program's arguments before those of LAMMPS, whose program and version these are.
+///
+/// # Errors
+/// `MissingProgram` without the library of that program, or for a version that is no date.
+pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
+    words(&find_library(program).map_err(missing_library)?, version, ranks)
+}
+
+fn words(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
+    let no_date = || missing_library(format!("its program has the version {version:?}, which is no date"));
+    let date = version_number(version).ok_or_else(no_date)?.to_string();
+    // Each of several ranks has a core of its own.
+    let threads = if ranks > 1 { 1 } else { rayon::current_num_threads() }.to_string();
+    let ranks = ranks.to_string();
+    let words = ["lammps-host", "--threads", &threads, "--version-date", &date, "--ranks", &ranks, "--library"];
+    Ok(words.map(OsString::from).into_iter().chain([library.into(), "--".into()]).collect())
+}
+
+fn missing_library(why: String) -> Error {
+    Error::MissingProgram {
+        program: format!("the shared library of LAMMPS ({why})"),
+        how: "an elastic base needs it in addition to the program (Debian: apt install lammps has both)".into(),
+    }
+}
+
+/// Measures the force constants of a job on an elastic base. They are measured anew for every run: that takes seconds, and a damaged file is
+/// not used. `proceed` is called before each of the strains.
+///
+/// # Errors
+/// Those of `proceed` and of [`ForceConstants::measure`].
+pub(super) fn prepare(job: &Job, lammps: &Path, proceed: &mut dyn FnMut() -> Result<()>) -> Result<()> {
+    if job.spec.base != BaseKind::Elastic {
+        return Ok(());
+    }
+    let table = job.folder.join(POTENTIAL_FILE);
+    let crystal = Crystal {
+        table: POTENTIAL_FILE,
+        element: &job.spec.element,
+        a0_angstrom: job.spec.a0_angstrom,
+        cutoff_angstrom: SetflHeader::read(&table)?.cutoff_angstrom,
+        highest_pressure: job.highest_pressure(),
+    };
+    let lammps = LmpCommand { program: lammps.to_path_buf() };
+    let constants = ForceConstants::measure(&lammps, &job.folder, crystal, proceed)?;
+    json::write(&job.folder.join(force_constants::FILE), &constants)
+}
+
+/// Commands before the loop of steps.
+fn header(script: &Script) -> impl Iterator<Item = &'static str> {
+    let lines = script.text.lines().take_while(|l| *l != "label step");
+    lines.filter(|l| !l.trim_start().starts_with('#') && !l.trim().is_empty())
+}
+
+/// Candidates for the library of a program: in its folder, in `lib` and `lib64` next to that, and as the loader finds it.
+fn libraries(program: &Path) -> Vec<PathBuf> {
+    let names = ["liblammps.so.0", "liblammps.so"];
+    let own = program.canonicalize().ok().and_then(|p| Some(p.parent()?.to_path_buf()));
+    let folders = own.iter().flat_map(|f| [f.clone(), f.join("../lib"), f.join("../lib64")]);
+    let installed = folders.flat_map(|f| names.map(|n| f.join(n))).filter(|p| p.is_file());
+    installed.chain(names.map(PathBuf::from)).collect()
+}
+
+/// Name of the shared library of a LAMMPS program that an elastic base uses.
+///
+/// # Errors
+/// One line: why none can be used.
+pub fn find_library(program: &Path) -> std::result::Result<PathBuf, String> {
+    let mut why = String::from("none");
+    for library in libraries(program) {
+        match lammps_library::check(&library) {
+            Ok(()) => return Ok(library),
+            Err(e) => why = e,
+        }
+    }
+    Err(why)
+}
+
+/// Date of a version of LAMMPS ("29 Sep 2021 - Update 2") as 20210929.
+fn version_number(version: &str) -> Option<i32> {
+    const MONTHS: &str = "JanFebMarAprMayJunJulAugSepOctNovDec";
+    let mut words = version.split_whitespace();
+    let (day, month, year) = (words.next()?, words.next()?, words.next()?);
+    let month = MONTHS.find(month.get(..3)?).filter(|at| at % 3 == 0)? / 3 + 1;
+    Some(year.parse::<i32>().ok()? * 10_000 + month as i32 * 100 + day.parse::<i32>().ok()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
+
+    #[test]
+    fn a_version_that_is_no_date_is_refused() {
+        let library = Path::new("/usr/lib/liblammps.so.0");
+        let found = words(library, "2 Aug 2023", 2).expect("a date");
+        assert!(found.contains(&library.into()) && found.contains(&"20230802".into()), "{found:?}");
+        let error = words(library, "unknown", 1).expect_err("refused");
+        assert!(error.exit_code() == 5 && error.to_string().contains("no date"), "{error}");
+    }
+
+    #[test]
+    fn versions_are_dates() {
+        assert_eq!(version_number("29 Sep 2021 - Update 2"), Some(20_210_929));
+        assert_eq!(version_number("2 Aug 2023"), Some(20_230_802));
+        assert_eq!(version_number("unknown"), None);
+    }
+
+    /// The loop of the scripts is the one that the host runs.
+    #[test]
+    fn scripts_are_a_loop_of_setup_and_step() {
+        for script in [DISPLACEMENT_RAMP, PRESCRIBED_LOAD] {
+            let step = script.step().expect("a loop");
+            let lines: Vec<&str> = script.text.lines().skip_while(|l| *l != "label step").collect();
+            let included = format!("include {}", step.file);
+            let expected = [
+                "label step",
+                "clear",
+                "include setup.in",
+                &included,
+                "if \"${done}\" then \"jump SELF finished\"",
+                "jump SELF step",
+                "label finished",
+            ];
+            assert_eq!(lines, expected, "{}", script.file);
+            // Continued lines would be several commands.
+            assert!(header(&script).all(|l| l.starts_with("variable ") && !l.ends_with('&')), "{}", script.file);
+        }
+        assert_eq!(NVT.step(), None);
+    }
+}

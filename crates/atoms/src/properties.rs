@@ -1,0 +1,325 @@
+//! Properties of the crystal of a potential at 0 K, measured with LAMMPS.
+//!
+//! The scripts are `lammps-inputs/properties/*.in`; each prints its results as lines `RES name value` and can be run
+//! by hand. [`measure`] runs the same files.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::crystal::{self, Bench, MeasuredCrystal, Structure};
+use crate::run_script::RunScript;
+use asperity_grid::error::{Error, Result};
+use asperity_grid::units::J_M2_PER_EV_A2;
+
+/// Properties of the cubic crystal of a potential at 0 K.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Properties {
+    pub a0_angstrom: f64,
+    /// Energy per atom of isolated atoms minus that of the crystal, eV.
+    pub cohesive_energy_ev: f64,
+    pub c11_gpa: f64,
+    pub c12_gpa: f64,
+    pub c44_gpa: f64,
+    /// Contact modulus E* of the (001) face, computed from the elastic constants, GPa: the harmonic mean over the directions in the
+    /// face, and for waves along \[100\] and \[110\].
+    pub contact_modulus_gpa: f64,
+    pub contact_modulus_100_gpa: f64,
+    pub contact_modulus_110_gpa: f64,
+    /// Vacancy formation energy, relaxed at fixed volume, eV.
+    pub vacancy_ev: f64,
+    /// Surface energy of (100), relaxed, J/m².
+    pub surface_j_m2: f64,
+    /// Intrinsic (stable) and unstable stacking-fault energy on (111) of fcc, relaxed along the normal, J/m².
+    pub stacking_fault_j_m2: Option<f64>,
+    pub unstable_fault_j_m2: Option<f64>,
+    /// Energy per atom of bcc and of hcp minus that of fcc, eV; `None` for a structure without a minimum.
+    pub bcc_minus_fcc_ev: Option<f64>,
+    pub hcp_minus_fcc_ev: Option<f64>,
+}
+
+impl Properties {
+    /// What a property is, for people.
+    pub fn meaning(key: &str) -> &'static str {
+        match key {
+            "a0_angstrom" => "lattice constant",
+            "cohesive_energy_ev" => "energy per atom of isolated atoms minus that of the crystal",
+            "c11_gpa" | "c12_gpa" | "c44_gpa" => "elastic constant",
+            "contact_modulus_gpa" => "E* of the (001) face, harmonic mean over the directions of waves in it",
+            "contact_modulus_100_gpa" => "E* of the (001) face for waves along [100]",
+            "contact_modulus_110_gpa" => "E* of the (001) face for waves along [110]",
+            "vacancy_ev" => "formation energy of a vacancy",
+            "surface_j_m2" => "energy of the (100) surface",
+            "stacking_fault_j_m2" => "energy of the intrinsic stacking fault on (111); of fcc only",
+            "unstable_fault_j_m2" => "highest energy on the way to it",
+            "bcc_minus_fcc_ev" => "energy per atom of bcc minus that of fcc",
+            "hcp_minus_fcc_ev" => "energy per atom of hcp minus that of fcc",
+            _ => "",
+        }
+    }
+}
+
+const VACANCY: (&str, &str) = ("vacancy.in", include_str!("../lammps-inputs/properties/vacancy.in"));
+const SURFACE: (&str, &str) = ("surface.in", include_str!("../lammps-inputs/properties/surface.in"));
+const FAULT: (&str, &str) = ("stacking_fault.in", include_str!("../lammps-inputs/properties/stacking_fault.in"));
+
+/// Measures the crystal of `element` in the table `setfl` as [`crystal::measure`] does, and if it is cubic its defects. Scripts, a copy of
+/// the table and the logs remain in `folder`, which is created if necessary. Takes seconds on one core.
+///
+/// # Errors
+/// Those of [`crystal::measure`].
+pub fn measure(
+    lammps: &dyn RunScript,
+    folder: &Path,
+    setfl: &Path,
+    element: &str,
+    near: Option<f64>,
+) -> Result<(MeasuredCrystal, Option<Properties>)> {
+    let bench = Bench::new(lammps, folder, setfl, element)?;
+    let found = crystal::measure_on(&bench, setfl, near)?;
+    let Some((c, face)) = found.elastic_constants.zip(found.face()?) else { return Ok((found, None)) };
+    let at = (found.structure, found.a0_angstrom);
+    let of = |script, name| bench.get(&bench.of_crystal(script, at)?, name);
+    let faults = match found.structure {
+        Structure::Fcc => Some(stacking_faults(&bench, at)?),
+        Structure::Bcc | Structure::Hcp => None,
+    };
+    let above_fcc = |s| Some(found.excess_ev(s)? - found.excess_ev(Structure::Fcc)?);
+    let properties = Properties {
+        a0_angstrom: found.a0_angstrom,
+        cohesive_energy_ev: found.cohesive_energy_ev(),
+        c11_gpa: c.c11_gpa,
+        c12_gpa: c.c12_gpa,
+        c44_gpa: c.c44_gpa,
+        contact_modulus_gpa: face.mean_gpa,
+        contact_modulus_100_gpa: face.along_100_gpa,
+        contact_modulus_110_gpa: face.along_110_gpa,
+        vacancy_ev: of(VACANCY, "vacancy")?,
+        surface_j_m2: of(SURFACE, "surface")? * J_M2_PER_EV_A2,
+        stacking_fault_j_m2: faults.map(|f| f[0] * J_M2_PER_EV_A2),
+        unstable_fault_j_m2: faults.map(|f| f[1] * J_M2_PER_EV_A2),
+        bcc_minus_fcc_ev: above_fcc(Structure::Bcc),
+        hcp_minus_fcc_ev: above_fcc(Structure::Hcp),
+    };
+    Ok((found, Some(properties)))
+}
+
+/// Stable and unstable stacking-fault energy, eV/Å².
+fn stacking_faults(bench: &Bench, at: (Structure, f64)) -> Result<[f64; 2]> {
+    let found = bench.of_crystal(FAULT, at)?;
+    let slide = (1..=10).map(|k| bench.get(&found, &format!("fault_{k}"))).collect::<Result<Vec<f64>>>()?;
+    // The fault is a minimum at the end of the path. Along -[11-2] the energy rises all the way, to 0.0125 instead of
+    // 0.0003 eV/Å², as planes end above each other.
+    if slide[9] >= slide[8] {
+        let what = "the energy of its stacking fault rises to the end of the slip: the direction is not [11-2]";
+        return Err(bench.failed(what.into()));
+    }
+    Ok([slide[9], slide.iter().fold(0.0f64, |a, &b| a.max(b))])
+}
+
+/// Card of a potential (`potentials/Ca.toml`): provenance and measured properties.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Card {
+    pub file: String,
+    /// BLAKE3 hash of the table, hexadecimal.
+    pub blake3: String,
+    pub licence: String,
+    pub element: String,
+    pub style: String,
+    pub units: String,
+    /// Functional form and reference of the fit.
+    pub source: String,
+    pub measured: Measured,
+    /// Stated values, and tolerances of a measurement in the same units.
+    pub properties: Properties,
+    pub tolerance: Properties,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    pub date: String,
+    pub lammps: String,
+}
+
+impl Card {
+    /// The card of the generated calcium-like potential.
+    ///
+    /// # Errors
+    /// `Error::Format` if the embedded file is not a valid card.
+    pub fn calcium() -> Result<Card> {
+        let text = include_str!("../potentials/Ca.toml");
+        toml::from_str(text).map_err(|e| Error::format("potentials/Ca.toml", e.message(), "a potential's card"))
+    }
+
+    /// One sentence for each property of `found` that deviates from the stated value by more than its tolerance.
+    pub fn deviations(&self, found: &Properties) -> Vec<String> {
+        let columns = [found, &self.properties, &self.tolerance].map(named);
+        let mut list = Vec::new();
+        for ((found, stated), tolerance) in columns[0].iter().zip(columns[1]).zip(columns[2]) {
+            // Also true for NaN, which stands for what was not measured.
+            if (found.1 - stated.1).abs().partial_cmp(&tolerance.1).is_none_or(|o| o.is_gt()) {
+                list.push(format!("{} is {}, stated {} ± {}", found.0, found.1, stated.1, tolerance.1));
+            }
+        }
+        list
+    }
+}
+
+fn named(p: &Properties) -> [(&'static str, f64); 14] {
+    let of = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    [
+        ("a0_angstrom", p.a0_angstrom),
+        ("cohesive_energy_ev", p.cohesive_energy_ev),
+        ("c11_gpa", p.c11_gpa),
+        ("c12_gpa", p.c12_gpa),
+        ("c44_gpa", p.c44_gpa),
+        ("contact_modulus_gpa", p.contact_modulus_gpa),
+        ("contact_modulus_100_gpa", p.contact_modulus_100_gpa),
+        ("contact_modulus_110_gpa", p.contact_modulus_110_gpa),
+        ("vacancy_ev", p.vacancy_ev),
+        ("surface_j_m2", p.surface_j_m2),
+        ("stacking_fault_j_m2", of(p.stacking_fault_j_m2)),
+        ("unstable_fault_j_m2", of(p.unstable_fault_j_m2)),
+        ("bcc_minus_fcc_ev", of(p.bcc_minus_fcc_ev)),
+        ("hcp_minus_fcc_ev", of(p.hcp_minus_fcc_ev)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crystal::TABLE;
+    use std::path::PathBuf;
+
+    /// Output of LAMMPS for the calcium-type potential, by script and, of several crystals, by crystal.
+    const RECORDED: [(&str, &str); 8] = [
+        // Energies around 48 volumes of which these are the minima and their neighbours.
+        (
+            "energy_volume.in",
+            "noise\nRES fcc_31 -1.80\nRES fcc_32 -1.84\nRES fcc_33 -1.81\nRES bcc_32 -1.81\nRES bcc_33 -1.82\nRES bcc_34 -1.80\n\
+             RES hcp_31 -1.79\nRES hcp_32 -1.83\nRES hcp_33 nan\nRES hcp_1 -9.0\nRES hcp_2 inf\n",
+        ),
+        ("lattice.in fcc", "RES a0 5.5883981287\nRES c0 5.5883981287\nRES energy -1.8400004595\n"),
+        ("lattice.in bcc", "RES a0 4.5788502799\nRES c0 4.5788502799\nRES energy -1.8255822198\n"),
+        ("lattice.in hcp", "RES a0 3.9460139697\nRES c0 6.5014218723\nRES energy -1.8382084265\n"),
+        (
+            "elastic.in",
+            "RES xx_plus -304.873865\nRES yy_plus -199.3435637\nRES xy_plus -179.0509565\n\
+             RES xx_minus 305.9771257\nRES yy_minus 200.4794338\nRES xy_minus 179.0509565\n",
+        ),
+        ("vacancy.in", "RES vacancy 1.211796\n"),
+        ("surface.in", "RES surface 0.02810262514\n"),
+        (
+            "stacking_fault.in",
+            "RES fault_1 0.0004290\nRES fault_2 0.001547\nRES fault_3 0.003022\nRES fault_4 0.004265\nRES fault_5 0.004726674\n\
+             RES fault_6 0.004295\nRES fault_7 0.003119\nRES fault_8 0.001733\nRES fault_9 0.0006843\nRES fault_10 0.0002809383\n",
+        ),
+    ];
+
+    /// Replays `RECORDED`, with one replacement; the crystal and the lattice constant that the later scripts receive.
+    struct Replay(&'static str, &'static str, Structure, &'static str);
+
+    impl RunScript for Replay {
+        fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
+            assert!(script.is_absolute() && script.is_file() && folder.join(TABLE).is_file());
+            let name = script.file_name().unwrap().to_str().unwrap();
+            let of = |name: &str| vars.iter().find(|(n, _)| *n == name).map_or("", |(_, value)| value);
+            // The relaxed lattice constant reaches the later scripts.
+            let expected = match (name, of("lattice")) {
+                ("energy_volume.in", _) => "",
+                // 43.68 Å³ per atom, of bcc 47.18.
+                ("lattice.in", "fcc") => "5.5903",
+                ("lattice.in", "bcc") => "4.5525",
+                ("lattice.in", _) => "3.9529",
+                (_, lattice) if lattice == self.2.name() => self.3,
+                other => panic!("{other:?}"),
+            };
+            assert!(of("a0").starts_with(expected), "{name} {}: {}", of("lattice"), of("a0"));
+            let named = |n: &str| n == name || n == format!("{name} {}", of("lattice"));
+            let text = RECORDED.iter().find(|(n, _)| named(n)).unwrap().1;
+            Ok(text.replace(self.0, self.1))
+        }
+    }
+
+    /// The fcc crystal with one replacement in what LAMMPS prints.
+    fn fcc(good: &'static str, bad: &'static str) -> Replay {
+        Replay(good, bad, Structure::Fcc, "5.5883981287")
+    }
+
+    fn table() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy")
+    }
+
+    #[test]
+    fn printed_results_become_properties_with_units() {
+        let folder = tempfile::tempdir().unwrap();
+        let found = measure(&fcc("noise", ""), &folder.path().join("new"), &table(), "Ca", None).unwrap();
+        let found = found.1.unwrap();
+        let card = Card::calcium().unwrap();
+        assert!(card.deviations(&found).is_empty(), "{:?}", card.deviations(&found));
+        let wrong = Properties { vacancy_ev: f64::NAN, a0_angstrom: 5.6, ..found };
+        let list = card.deviations(&wrong);
+        assert!(list.len() == 2 && list[0].starts_with("a0_angstrom is 5.6, stated 5.5884 ± "), "{list:?}");
+    }
+
+    #[test]
+    fn missing_or_infinite_results_name_themselves() {
+        let folder = tempfile::tempdir().unwrap();
+        for (good, bad, expected) in [
+            ("RES vacancy", "RE vacancy", "no line 'RES vacancy'"),
+            ("fault_7", "fault_77", "no line 'RES fault_7'"),
+            ("1.211796", "inf", "'RES vacancy inf'"),
+            ("xy_plus -179", "xy_plus 179", "C44 = "),
+            ("fault_9 0.0006843", "fault_9 0.0002", "direction is not [11-2]"),
+        ] {
+            let message = measure(&fcc(good, bad), folder.path(), &table(), "Ca", None).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    /// Only what is measured of a structure is stated: a bcc crystal has no stacking fault of fcc, a hcp one no cubic elasticity.
+    #[test]
+    fn the_structure_of_the_lowest_energy_is_measured() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |replay: &Replay| measure(replay, folder.path(), &table(), "Ca", None);
+        let (crystal, found) =
+            of(&Replay("energy -1.8255822198", "energy -1.8425", Structure::Bcc, "4.5788502799")).unwrap();
+        let found = found.expect("cubic");
+        assert_eq!((crystal.structure, found.a0_angstrom), (Structure::Bcc, 4.5788502799));
+        assert_eq!((found.stacking_fault_j_m2, found.cohesive_energy_ev), (None, 1.8425));
+        assert!(found.bcc_minus_fcc_ev.is_some_and(|ev| (ev + 0.0025).abs() < 1e-6), "{found:?}");
+        let (crystal, found) = of(&Replay("energy -1.8382084265", "energy -1.8425", Structure::Hcp, "")).unwrap();
+        assert!(found.is_none() && crystal.structure == Structure::Hcp);
+        assert!(crystal.c_over_a.is_some_and(|c| (c - 1.6476).abs() < 1e-4), "{crystal:?}");
+        assert_eq!(
+            crystal.describe(),
+            "hcp, a0 = 3.94601 Å, c/a = 1.6476; fcc +2.50 meV per atom, bcc +16.92 meV per atom"
+        );
+        // 1.9 meV is within what potentials of fcc metals leave.
+        let (crystal, _) = of(&fcc("energy -1.8382084265", "energy -1.8419")).unwrap();
+        assert!(crystal.structure == Structure::Fcc && crystal.excess_ev(Structure::Hcp).unwrap() < 0.0);
+    }
+
+    #[test]
+    fn a_table_that_binds_no_crystal_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = measure(&fcc("RES", "RE"), folder.path(), &table(), "Ca", None).unwrap_err();
+        assert!(refused.exit_code() == 2 && refused.to_string().contains("binds Ca in none"), "{refused}");
+    }
+
+    #[test]
+    fn a_table_without_the_element_is_refused_before_anything_runs() {
+        struct Never;
+        impl RunScript for Never {
+            fn run(&self, _: &Path, _: &Path, _: &[(&str, String)]) -> Result<String> {
+                panic!("LAMMPS was started")
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let message = measure(&Never, folder.path(), &table(), "Cu", None).unwrap_err().to_string();
+        assert!(message.contains("table of Ca, without Cu"), "{message}");
+    }
+}

@@ -1,0 +1,258 @@
+//! Results of the atomistic simulation, in the terms of `results.json`.
+
+use asperity_contact::load::{AtLoad, Branch};
+use asperity_contact::uncertainty::ValueWithError;
+use serde::{Deserialize, Serialize};
+
+/// Contact area of the atoms under one criterion.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContactByCriterion {
+    /// "distance", "compressed", "force_threshold" or "voronoi_area".
+    pub id: String,
+    pub criterion: String,
+    /// Number of contact atoms, all layers.
+    pub atoms: usize,
+    /// Contact atoms of the surface layer over all atoms of that layer; for "voronoi_area": Voronoi area of the
+    /// contact atoms over the area of the cell.
+    pub contact_area: f64,
+}
+
+/// Normal force of the indenter on the atoms as a smooth stress field.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AtomStress {
+    /// Standard deviation of the Gaussian that distributes each force, Å.
+    pub width_angstrom: f64,
+    /// Relative deviation of the integrated field from the load.
+    pub load_error: f64,
+    pub highest_gpa: f64,
+    /// `[ny, nx]` f64 map on the comparison grid, GPa.
+    pub map: String,
+}
+
+/// Defect atoms (centro-symmetry) at one load.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DefectAtoms {
+    /// Number of defect atoms at the nearest load step.
+    pub atoms: usize,
+    pub volume_nm3: f64,
+}
+
+/// Onset of plasticity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlasticityResults {
+    /// Number of atoms analysed per step, all below the masked layers.
+    pub atoms: usize,
+    pub masked_layers: usize,
+    /// Centro-symmetry parameter over a0² above which an atom is a defect atom.
+    pub threshold: f64,
+    /// Largest number of defect atoms without yield.
+    pub noise_atoms: usize,
+    /// p* and number of defect atoms of every step.
+    pub steps: Vec<[f64; 2]>,
+    /// p* of the first step above the noise; absent without yield.
+    pub first_yield: Option<f64>,
+    /// p* of the step before first yield: yield occurs between the two.
+    pub last_elastic: Option<f64>,
+    /// Layers between the base and the lowest defect atom of any step beyond the noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layers_above_base: Option<usize>,
+    /// Mean contact stress over the requested loads beyond first yield, GPa.
+    pub hardness_gpa: Option<f64>,
+}
+
+/// One load step.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LoadStepResults {
+    pub step: usize,
+    /// Descent of the indenter from its initial position.
+    pub displacement_angstrom: f64,
+    /// Normal force on the indenter, repulsion positive.
+    pub load_ev_per_angstrom: f64,
+    pub p_star: f64,
+    pub contacts: usize,
+    pub energy_ev: f64,
+    pub force_evaluations: usize,
+    pub max_force_ev_per_angstrom: f64,
+}
+
+/// The atoms at one load; for a displacement ramp interpolated between two load steps.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AtomState {
+    /// Index of the load step, from 0.
+    pub index: usize,
+    pub branch: Branch,
+    pub p_star: f64,
+    /// Contact atoms of the surface layer over all atoms of that layer.
+    pub contact_area: f64,
+    pub contacts: usize,
+    /// Contact atoms that were initially below the surface layer: more than a few indicate plastic flow.
+    pub contacts_below_surface: usize,
+    pub mean_gap_angstrom: f64,
+    /// Mean normal stress over the contact atoms' area.
+    pub contact_stress_gpa: f64,
+    /// Files of `[ny, nx]` maps on the comparison grid: contact (u8) and gap (f64, Å).
+    pub contact_map: String,
+    pub gap_map: String,
+    /// Extended XYZ file of the frame.
+    pub frame: Option<String>,
+    /// Correction of the interpolated indenter displacement that balances the load, Å.
+    pub indenter_shift_angstrom: f64,
+    /// Contact area under each criterion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub criteria: Vec<ContactByCriterion>,
+    /// Contact distance d_c (Å) and the contact fraction with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensitivity: Vec<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<AtomStress>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub defects: Option<DefectAtoms>,
+}
+
+impl AtLoad for AtomState {
+    fn index(&self) -> usize {
+        self.index
+    }
+}
+
+/// Unloading from the peak load.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Unloading {
+    /// Load step of the peak load.
+    pub reversal_step: usize,
+    /// The requested loads in decreasing order.
+    pub states: Vec<AtomState>,
+    /// Changes from the loading branch at the same loads, in the order of `states`.
+    pub changes: Vec<BranchChange>,
+    /// Whether the surfaces separated; for displacement ramps only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separated: Option<bool>,
+    /// Pull-off force, with adhesion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pull_off: Option<AtomPullOff>,
+}
+
+/// Change from loading to unloading at one load.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BranchChange {
+    pub p_star: f64,
+    pub contact_area_loading: f64,
+    pub contact_area_unloading: f64,
+    /// Mean gap on unloading minus mean gap on loading, Å.
+    pub mean_gap_angstrom: f64,
+}
+
+/// Largest tensile load of the atoms on unloading.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AtomPullOff {
+    pub step: usize,
+    /// Pull-off force (negative).
+    pub force_ev_per_angstrom: f64,
+    /// Increase of the tensile load over the last step: an upper bound of the error.
+    pub error_ev_per_angstrom: f64,
+    pub force_nn: f64,
+    pub p_star: f64,
+    /// Displacement of the indenter from its initial position (downwards), and its rise over the last step.
+    pub displacement_angstrom: f64,
+    pub step_angstrom: f64,
+    pub contacts: usize,
+}
+
+/// NVT runs from the relaxed states.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NvtResults {
+    pub temperature_k: f64,
+    /// Lattice constant at the temperature, to which the cell is expanded, Å.
+    pub lattice_constant_angstrom: f64,
+    /// Equilibration time and averaging time at each load, and time step, ps.
+    pub equilibration_ps: f64,
+    pub averaging_ps: f64,
+    pub timestep_ps: f64,
+    /// Number of time blocks; errors are computed from the scatter of the block averages.
+    pub blocks: usize,
+    pub states: Vec<NvtState>,
+}
+
+/// NVT run at one load. Errors are standard errors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NvtState {
+    /// Index of the load step, from 0.
+    pub index: usize,
+    pub p_star: f64,
+    /// Temperature of the deformable atoms.
+    pub temperature_k: ValueWithError,
+    /// Load on the indenter over the prescribed load.
+    pub load: ValueWithError,
+    /// Contact probability averaged over the surface layer.
+    pub contact_area: ValueWithError,
+    pub mean_gap_angstrom: ValueWithError,
+    /// Fraction of the surface atoms with a contact probability above one half.
+    pub majority_contact: f64,
+    /// Fraction of the surface atoms in contact in at least one sample.
+    pub any_contact: f64,
+    /// File of the `[ny, nx]` f64 map of the contact probability on the comparison grid.
+    pub probability_map: String,
+    /// Files of the contact probability of each surface site, and of its standard error.
+    pub site_probability: String,
+    pub site_error: String,
+}
+
+/// Lennard-Jones repulsion between indenter and block, cut off at its minimum, and contact distance d_c.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RepulsionResults {
+    pub epsilon_ev: f64,
+    pub sigma_angstrom: f64,
+    pub contact_distance_angstrom: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AtomsResults {
+    pub potential: String,
+    /// Version line of LAMMPS.
+    pub engine: String,
+    pub cells: usize,
+    pub depth_cells: usize,
+    /// Thickness of the elastic foundation, lattice constants; 0 for a rigid base.
+    #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
+    pub foundation_cells: usize,
+    /// Whether the lowest layers move under the forces of the crystal missing below them.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub elastic_base: bool,
+    pub a0_angstrom: f64,
+    pub length_angstrom: f64,
+    /// Contact modulus E* of the (001) face of the block, GPa: the harmonic mean over the directions in it.
+    pub modulus_gpa: f64,
+    /// Numbers of atoms: deformable, of the fixed base, of the indenter.
+    pub deformable: usize,
+    pub fixed: usize,
+    pub indenter: usize,
+    pub repulsion: RepulsionResults,
+    pub audit: Vec<AuditLine>,
+    /// True for prescribed loads started from the continuum's displacement field; false for a displacement ramp.
+    #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
+    pub from_continuum: bool,
+    pub load_steps: Vec<LoadStepResults>,
+    pub states: Vec<AtomState>,
+    /// Only with an unloading branch or pull-off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unloading: Option<Unloading>,
+    /// Only where the scene requests an NVT run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nvt: Option<NvtResults>,
+    /// Only where the scene requests it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<PlasticityResults>,
+}
+
+/// One dimensionless group of the scaling audit: target value of the scene, actual value of the simulation, and
+/// reason of a difference.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AuditLine {
+    pub group: String,
+    pub symbol: String,
+    pub target: f64,
+    pub actual: f64,
+    /// "kept", "changed" or "unreachable".
+    pub status: String,
+    pub reason: String,
+}

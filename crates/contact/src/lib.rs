@@ -1,0 +1,14 @@
+#![doc = include_str!("../README.md")]
+
+pub mod interface;
+pub mod load;
+pub mod measured_errors;
+pub mod method;
+pub mod observe;
+pub mod path;
+pub mod quantity;
+pub mod results;
+pub mod state_numbers;
+pub mod uncertainty;
+
+pub use asperity_grid::{Error, Result};

@@ -1,0 +1,43 @@
+use crate::interface::Law;
+use crate::method::Problem;
+use asperity_grid::Error;
+use asperity_grid::Result;
+use asperity_grid::{Grid, Real};
+
+use super::super::fields::Fields;
+use super::super::host::Body;
+
+/// The GPU of a program that was built without the feature.
+pub(crate) enum GpuLevels {}
+
+impl GpuLevels {
+    pub(crate) fn open(_: &Problem) -> Result<Option<Self>> {
+        Ok(None)
+    }
+
+    pub(crate) fn takes(&self, _: Grid) -> bool {
+        match *self {}
+    }
+
+    pub(crate) fn with_gap<'h, T: Real, L: Law + 'h>(
+        &'h self,
+        _: Grid,
+        _: Body<'h, T, L>,
+        _: Vec<T>,
+    ) -> Box<dyn Fields<T> + 'h> {
+        match *self {}
+    }
+
+    pub(crate) fn refined<'h, T: Real, L: Law + 'h>(
+        &'h self,
+        _: Grid,
+        _: Body<'h, T, L>,
+        _: (Grid, &[T]),
+    ) -> Box<dyn Fields<T> + 'h> {
+        match *self {}
+    }
+
+    pub(crate) fn failure(&self) -> Option<Error> {
+        match *self {}
+    }
+}

@@ -1,0 +1,100 @@
+//! Solves at an imposed mean gap.
+
+use super::Solver;
+use super::descent::{Ended, GapSearch, Pause, Task, iterate};
+use super::level::Level;
+use crate::interface::Law;
+use crate::method::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
+use crate::method::{Load, Stop, Targets, sweep};
+use asperity_grid::{Real, mean};
+
+/// Largest number of pressure corrections on a coarse grid under mean-gap control.
+const COARSE_CORRECTIONS: usize = 4;
+
+/// Corrections that do not halve an error at the level of rounding, after which the gap is given its mean, and how often
+/// it is.
+const STALLED: usize = 3;
+const IMPOSED: usize = 50;
+
+impl<T: Real, L: Law> Solver<'_, T, L> {
+    /// Solves at the load. Under mean-gap control the pressure is the multiplier of the constraint: the force of the
+    /// spring is added to it until the spring is relaxed (method of multipliers).
+    pub(super) fn solve_at(
+        &self,
+        level: &mut Level<T, L>,
+        load: Load,
+        (tolerance, targets): (f64, Targets),
+        iterations: &mut usize,
+        mut pause: Option<Pause>,
+    ) -> Ended {
+        let Load::MeanGap(target) = load else {
+            return iterate(&self.task(load), level, (tolerance, targets), iterations, pause);
+        };
+        // The stiffness of the spring depends on the grid.
+        let pressure = level.pressure;
+        self.set_load(level, load);
+        level.pressure = pressure;
+        // Where a coarse mesh pins contact lines, no pressure may give this mean gap.
+        let coarse = level.grid() != self.cell.grid;
+        let mut search = pause.as_ref().map_or_else(GapSearch::default, |pause| pause.search);
+        let rounded = EquilibriumCheck::load_tolerance(tolerance) * self.rms_height.max(target.abs());
+        let within = if coarse { rounded } else { self.gap_tolerance(target) };
+        loop {
+            let (pressure, begun) = (level.pressure, *iterations);
+            let task = Task { search, ..self.task(load) };
+            let ended = iterate(&task, level, (tolerance, targets), iterations, pause.take());
+            let miss = level.last.mean_gap - target;
+            level.pressure += level.spring.stiffness * miss;
+            search.corrections += 1;
+            if ended.ending != Ending::Met || miss.abs() <= within {
+                return ended;
+            }
+            if search.imposed > IMPOSED || coarse && search.corrections == COARSE_CORRECTIONS {
+                return Ended { ending: Ending::Stopped(Stop::IterationLimit), ..ended };
+            }
+            let moved = *iterations > begun;
+            if moved {
+                search.note(pressure, miss, level.spring.stiffness);
+            }
+            if let Some(stiffness) = search.secant {
+                level.pressure = pressure + stiffness * miss;
+            }
+            let hidden = !moved || miss.abs() <= rounded && search.stalled >= STALLED;
+            // Adhesion holds closed surfaces until the tension exceeds it.
+            let held = self.law.range() > 0.0 && level.last.mean_gap == 0.0;
+            if hidden && !coarse && !held {
+                (search.imposed, search.stalled) = (search.imposed + 1, 0);
+                self.impose(level, target);
+            }
+        }
+    }
+
+    /// Largest error of an imposed mean gap, L.
+    pub(super) fn gap_tolerance(&self, target: f64) -> f64 {
+        let check = equilibrium_check(self.problem, L::HARD, self.rms_height, 1.0);
+        EquilibriumCheck::load_tolerance(self.problem.tolerance) * check.gap_scale(target)
+    }
+
+    /// Gives the gap its imposed mean where the residual does not feel the difference: above a hard wall the gap is
+    /// scaled, and one that is closed everywhere is opened where the stress is lowest; behind a soft wall it is shifted.
+    pub(super) fn impose(&self, level: &mut Level<T, L>, target: f64) {
+        let found = mean(level.gap());
+        if !L::HARD {
+            let shift = T::of(target - found);
+            sweep::shift(level.gap_mut(), shift);
+        } else if found > 0.0 {
+            let factor = T::of(target / found);
+            level.gap_mut().iter_mut().for_each(|g| *g *= factor);
+        } else {
+            let spring = std::mem::take(&mut level.spring);
+            let (_, stress) = level.stress();
+            level.spring = spring;
+            level.prepare();
+            let least = (0..stress.len()).min_by(|&i, &j| stress[i].wide().total_cmp(&stress[j].wide()));
+            let Some(least) = least else { return };
+            // The lowest pressure of full contact.
+            level.pressure -= stress[least].wide();
+            level.gap_mut()[least] = T::of(target * stress.len() as f64);
+        }
+    }
+}

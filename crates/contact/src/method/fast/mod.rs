@@ -1,0 +1,526 @@
+//! The default field method: nested iteration with projected Newton steps whose linear problems are solved in f32.
+//!
+//! The problem is solved on grids from coarse to fine, each starting from the Fourier interpolation of the
+//! displacement on the previous one. The interpolation error is concentrated at contact lines, in the shortest waves,
+//! and is removed by a few conjugate-gradient steps in the plain metric (smoothing). The remaining error is global
+//! and is reduced by Newton steps on the free set. Their linear problems are preconditioned by the inverse stiffness
+//! in Fourier space, restricted to the free set on both sides; a restriction on one side would have another fixed
+//! point. With adhesion the range is adapted to each grid, so that no grid pins contact lines.
+
+mod column;
+mod descent;
+mod fields;
+mod gpu;
+mod host;
+mod level;
+mod mean_gap;
+mod rows;
+mod shared;
+pub(super) mod tangent;
+mod window;
+
+use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
+use super::iteration::Outcome;
+use super::operator::{Build, dispatch};
+use super::plastic::PlasticFlow;
+use super::require::{self, refused};
+use super::residuals::Residuals;
+use super::sweep;
+use super::{
+    Card, CoarseState, ContactMethod, Criterion, Device, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan,
+    Precision, Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
+};
+use crate::interface::{HardWall, Kernel, Law};
+use crate::observe::Plasticity;
+use asperity_grid::{Error, Result};
+use asperity_grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
+use descent::{Ended, GapSearch, Pause, Task};
+use fields::Spring;
+use gpu::GpuLevels;
+use host::Body;
+use level::Level;
+use shared::{Agreed, agreed, own_nodes};
+use std::cell::OnceCell;
+use std::time::Instant;
+use window::{Cell, Window};
+
+pub struct Fast;
+
+static CARD: Card = Card {
+    id: "fast",
+    paper_name: "-",
+    family: "boundary value",
+    kind: Kind::Solver,
+    needs: Needs::Heights,
+    criterion: Criterion::ZeroGap,
+    calibrated_on: None,
+    summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
+    supports: super::card::fields,
+    hardness: true,
+    dois: &["10.1007/s11249-017-0900-2"],
+    papers: &[],
+    measured_errors: None,
+};
+
+/// Grids with fewer than twice this number of points along a side are not halved along it.
+const COARSEST: usize = 64;
+
+/// Imbalance over the tolerance of the load balance above which the pressure of an imposed mean gap is taken from the
+/// final fields: the force of the spring contains the rounding error of the mean gap times a stiffness. Near separation
+/// it reached 1.5 of the tolerance on 512².
+const MULTIPLIER: f64 = 0.1;
+
+/// Tolerance of the residual on coarse grids; a smaller one does not reduce the work on the next grid. 5e-2 takes 3
+/// to 13 % fewer transform pairs in all, but makes the estimate of the discretisation error two to three times as
+/// large.
+const COARSE_TOLERANCE: f64 = 1e-2;
+
+/// Stiffness of the mean-gap control over that of the stiffest mode of the grid: far above the contact stiffness, so
+/// that few corrections of the pressure suffice, and no stiffer than modes that the solver handles anyway.
+const SPRING: f64 = 0.25;
+
+/// Largest residual over the pressure at which rounding on a padded cell counts as convergence: far below the
+/// discretisation error of any contact.
+const ROUNDED: f64 = 1e-5;
+
+/// Margin of the rounding error of a padded cell: the residual of a sphere on 128² under 1e-6 E* stalls at the bare
+/// estimate.
+const ROUNDING_MARGIN: f64 = 3.0;
+
+impl ContactMethod for Fast {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        let grid = Cell::of(problem).grid;
+        let (level, real) = match problem.precision {
+            Precision::F32 => (Level::<f32, HardWall>::bytes(grid), size_of::<f32>()),
+            Precision::F64 => (Level::<f64, HardWall>::bytes(grid), size_of::<f64>()),
+        };
+        // A converted series; a series through nodes is as large as a field and is made from a spectrum in f64.
+        let (field, yields) = ((real * grid.points()) as u64, problem.hardness.is_some());
+        let series = match problem.heights {
+            Heights::Series(s) if grid == problem.grid => {
+                let waves = s.bytes() / size_of::<f64>() as u64 * real as u64;
+                // Displaced heights have all waves of the grid.
+                if yields { waves.max(field) } else { waves }
+            }
+            _ => field,
+        };
+        // The continued heights of a padded cell are a field of their own.
+        let continued = if yields && grid != problem.grid { size_of::<f64>() * grid.points() } else { 0 };
+        let yielding = PlasticFlow::<f64>::bytes(problem) + continued as u64;
+        // With a GPU the host has the heights with their half spectrum, for first contact, and then gap and stress.
+        let level = match Device::of(problem, CARD.id) {
+            Device::Cpu => level,
+            Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
+        };
+        let level = shared::bytes(problem.ranks, grid, level);
+        Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
+    }
+
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+        shared::check(problem, CARD.id)?;
+        Ok(Started::Solver(dispatch(problem, Start { problem, observer })?))
+    }
+}
+
+struct Start<'p> {
+    problem: &'p Problem<'p>,
+    observer: &'p dyn Observer,
+}
+
+impl<'p> Build<'p> for Start<'p> {
+    type Built = Result<Box<dyn Run + 'p>>;
+
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
+        Ok(Box::new(Solver::<T, L>::new(self.problem, self.observer, law)?))
+    }
+}
+
+impl<'p, T: Real, L: Law> Solver<'p, T, L> {
+    fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, law: L) -> Result<Self> {
+        let mut cell = Cell::of(problem);
+        let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
+        let (gap, stress) = (Vec::new(), Vec::new());
+        Ok(Solver {
+            gpu: GpuLevels::open(problem)?,
+            problem,
+            cell,
+            observer: Agreed { observer, ranks: problem.ranks },
+            law,
+            heights,
+            rms_height,
+            lent: Default::default(),
+            pressure: 0.0,
+            gap,
+            stress,
+            earlier_pairs: std::cell::Cell::new(0.0),
+            first_touch: OnceCell::new(),
+            flow: PlasticFlow::default(),
+            resumed: None,
+        })
+    }
+}
+
+/// Heights of the surface after plastic flow, and their rms. Sets the origin of the approach of a padded cell.
+fn series<T: Real>(problem: &Problem, cell: &mut Cell, flow: &PlasticFlow<T>) -> (Series<T>, f64) {
+    if cell.is_padded() {
+        let mut nodes = problem.heights.on_nodes(problem.grid);
+        if flow.has_begun() {
+            nodes = (0..nodes.len()).map(|i| flow.height(&nodes, i)).collect();
+        }
+        let field = cell.continued(&nodes);
+        cell.mean_height = mean(&field) - lowest(&problem.heights.on_nodes(problem.grid));
+        return (Series::from_nodes(cell.grid, &field), rms(&nodes));
+    }
+    let series: Series<T> = match problem.heights {
+        Heights::Nodes(nodes) if flow.has_begun() => Series::through(problem.grid, |i| flow.height(nodes, i)),
+        Heights::Series(waves) if flow.has_begun() => {
+            let displacement = flow.displacement();
+            Series::through(problem.grid, |i| displacement[i].wide()).plus(waves)
+        }
+        Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
+        Heights::Series(series) => series.converted(),
+    };
+    let rms = series.rms();
+    (series, rms)
+}
+
+struct Solver<'p, T: Real, L> {
+    problem: &'p Problem<'p>,
+    cell: Cell,
+    observer: Agreed<'p>,
+    gpu: Option<GpuLevels>,
+    law: L,
+    heights: Series<T>,
+    rms_height: f64,
+    /// Gap and stress of the last state on the facing nodes of a padded cell.
+    lent: (Vec<T>, Vec<T>),
+    /// Pressure of the last load, the initial value of the next one under mean-gap control.
+    pressure: f64,
+    /// Gap of the last load; empty before the first.
+    gap: Vec<T>,
+    stress: Vec<T>,
+    /// Transform pairs of the coarser grids, in pairs of the problem's grid.
+    earlier_pairs: std::cell::Cell<f64>,
+    /// Mean gap at first contact, computed when a mean gap is imposed.
+    first_touch: OnceCell<f64>,
+    /// Flow of the finished loads, contained in the heights.
+    flow: PlasticFlow<T>,
+    /// State of a snapshot: grid, gap and iteration.
+    resumed: Option<(Grid, Vec<T>, Pause)>,
+}
+
+/// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform
+/// length.
+fn coarser(grid: Grid) -> Option<Grid> {
+    let half = |n: usize| if n >= 2 * COARSEST { next_fast_len(n.div_ceil(2)) } else { n };
+    let coarse = Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid };
+    (coarse.points() < grid.points()).then_some(coarse)
+}
+
+impl<'p, T: Real, L: Law> Solver<'p, T, L> {
+    /// The law on a grid of the cell, with what a coarser one resolves.
+    fn law_on(&self, grid: Grid) -> L {
+        if grid == self.cell.grid {
+            return self.law;
+        }
+        let Window { nx, ny } = self.cell.window(grid);
+        self.law.on_mesh(grid.dx().max(grid.dy())).on_nodes(nx, ny)
+    }
+
+    fn body(&self, grid: Grid) -> Body<'_, T, L> {
+        let Problem { kernel, ranks, .. } = self.problem;
+        let (law, window) = (self.law_on(grid), self.cell.window(grid));
+        Body { kernel: *kernel, law, heights: &self.heights, window, ranks }
+    }
+
+    fn at_first_contact(&self, grid: Grid) -> Level<'_, T, L> {
+        Level::at_first_contact(grid, self.body(grid), self.cell, self.gpu.as_ref())
+    }
+
+    /// Nested iteration from the coarsest grid, or from a snapshot.
+    fn nested(
+        &self,
+        load: Load,
+        iterations: &mut usize,
+        resumed: Option<(Grid, Vec<T>, Pause)>,
+    ) -> (Level<'_, T, L>, Ended) {
+        let problem = self.problem;
+        let mut grids = vec![self.cell.grid];
+        while let Some(next) = coarser(grids[grids.len() - 1]) {
+            grids.push(next);
+        }
+        let (mut level, mut pause) = match resumed {
+            Some((grid, gap, pause)) => {
+                let mut level = Level::with_gap(grid, self.body(grid), self.cell, self.gpu.as_ref(), gap);
+                self.set_load(&mut level, load);
+                level.pressure = pause.pressure;
+                self.earlier_pairs.set(pause.earlier_pairs);
+                (level, Some(pause))
+            }
+            None => {
+                let grid = grids[grids.len() - 1];
+                let mut level = self.at_first_contact(grid);
+                self.set_load(&mut level, load);
+                self.earlier_pairs.set(0.0);
+                (level, None)
+            }
+        };
+        let first = level.grid();
+        let (mut outcome, mut error_estimates): (Option<Ended>, _) = (None, ErrorEstimates::default());
+        // With its enlarged range a coarse grid may separate at a load at which the next one stays in contact.
+        let (mut separated, mut converged) = (false, false);
+        for &grid in grids.iter().rev().skip_while(|g| **g != first) {
+            if grid != first {
+                level.apply_pending();
+                if converged && !level.has_failed() {
+                    // The grid next to the problem's own serves the error of the result.
+                    let next = coarser(self.cell.grid).is_some_and(|g| g == level.grid());
+                    let stiffness = if next { self.stiffness(&mut level, load) } else { None };
+                    let (residuals, window, coarse) = (level.last, level.window(), level.grid());
+                    let (energy, range) = (residuals.energy(level.pressure), level.law().range());
+                    let (ranks, pressure) = (level.ranks(), level.pressure);
+                    let gap = level.gap();
+                    let cut = self.cell.is_padded().then(|| window.cut(gap, coarse.nx));
+                    self.observer.coarse_grid_done(CoarseState {
+                        grid: self.cell.facing(coarse),
+                        ranks,
+                        gap: T::lend(cut.as_deref().unwrap_or(gap)),
+                        pressure,
+                        mean_gap: residuals.mean_gap,
+                        stiffness,
+                        energy,
+                        range,
+                        error_estimates,
+                    });
+                }
+                let fraction = level.grid().points() as f64 / self.cell.grid.points() as f64;
+                self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs * fraction);
+                level = if separated {
+                    let mut level = self.at_first_contact(grid);
+                    self.set_load(&mut level, load);
+                    level
+                } else {
+                    Level::refined(grid, self.law_on(grid), level)
+                };
+            }
+            let (tolerance, targets) = if grid == self.cell.grid {
+                (self.tolerance(load), problem.targets)
+            } else {
+                (COARSE_TOLERANCE.max(self.tolerance(load)), Targets::default())
+            };
+            // After an interruption on a coarse grid its state is only interpolated to the finer ones.
+            if outcome.is_none() {
+                level.prepare();
+                let ended = self.solve_at(&mut level, load, (tolerance, targets), iterations, pause.take());
+                error_estimates = ended.error_estimates;
+                (separated, converged) = (ended.ending == Ending::Stopped(Stop::Detached), ended.ending == Ending::Met);
+                if grid == self.cell.grid || ended.ending == Ending::Stopped(Stop::Interrupted) {
+                    outcome = Some(ended);
+                }
+            }
+        }
+        (level, outcome.expect("the last grid is that of the problem"))
+    }
+
+    /// Tolerance of the residual. On a padded cell at least the rounding error of its free surface, which under light
+    /// loads exceeds the problem's tolerance, up to [`ROUNDED`].
+    fn tolerance(&self, load: Load) -> f64 {
+        let Load::Pressure(p) = load else { return self.problem.tolerance };
+        let facing = self.cell.window(self.cell.grid).points() as f64;
+        // The residual counts the nodes of the cell per facing node.
+        let nodes = (self.cell.grid.points() as f64 / facing).sqrt();
+        let floor = match self.cell.is_padded() {
+            true => ROUNDING_MARGIN * nodes * self.problem.rounding_floor(self.rms_height, p),
+            false => 0.0,
+        };
+        self.problem.tolerance.max(floor.min(ROUNDED))
+    }
+
+    fn task(&self, load: Load) -> Task<'_> {
+        Task {
+            problem: self.problem,
+            plastic: self.flow.lend(),
+            observer: &self.observer,
+            load,
+            rms_height: self.rms_height,
+            range: self.law.range(),
+            points: self.cell.grid.points(),
+            earlier_pairs: self.earlier_pairs.get(),
+            search: GapSearch::default(),
+        }
+    }
+
+    fn set_load(&self, level: &mut Level<T, L>, load: Load) {
+        match load {
+            Load::Pressure(p) => level.pressure = p,
+            Load::MeanGap(target) => {
+                level.pressure = self.pressure;
+                let stiffness = SPRING * Problem { grid: level.grid(), ..self.problem.clone() }.stiffest_mode();
+                level.spring = Spring { stiffness, target };
+            }
+        }
+    }
+
+    /// The state and its ending at a load without adhesion at which no contact pressure acts.
+    fn without_contact(&self, load: Load) -> Option<(Level<'_, T, L>, Ending)> {
+        let untouched = || {
+            self.earlier_pairs.set(0.0);
+            self.at_first_contact(self.cell.grid)
+        };
+        match load {
+            _ if self.law.range() > 0.0 => None,
+            // First contact at zero pressure, separation under tension.
+            Load::Pressure(p) if p <= 0.0 => {
+                let mut level = untouched();
+                level.pressure = p;
+                Some((level, if p < 0.0 { Ending::Stopped(Stop::Detached) } else { Ending::Met }))
+            }
+            // Mean gaps at or beyond first contact; a law that acts at open gaps is solved.
+            Load::MeanGap(target) if self.law.cutoff() <= 0.0 => {
+                let touch = *self.first_touch.get_or_init(|| mean(untouched().gap()));
+                // Means of nodes and of the series through them differ by rounding, measured up to 10 epsilon.
+                let (apart, rounding) = (target - touch, 64.0 * T::epsilon().wide() * touch);
+                (apart >= -rounding).then(|| {
+                    let mut level = untouched();
+                    sweep::shift(level.gap_mut(), T::of(if apart > rounding { apart } else { 0.0 }));
+                    (level, Ending::Met)
+                })
+            }
+            _ => None,
+        }
+    }
+
+    /// Residuals and interfacial stress of a level. Under mean-gap control the pressure becomes the one that balances the
+    /// stress on open nodes.
+    fn balanced(&self, level: &mut Level<T, L>, load: Load) -> (Residuals, Vec<T>) {
+        let (residuals, stress) = level.stress();
+        let open = 1.0 - residuals.contact;
+        let scale = self.task(load).scale(level.pressure, &residuals);
+        let allowed = MULTIPLIER * EquilibriumCheck::load_tolerance(self.tolerance(load)) * scale;
+        if matches!(load, Load::Pressure(_)) || open == 0.0 || residuals.imbalance.abs() <= allowed {
+            return (residuals, stress);
+        }
+        drop(stress);
+        level.pressure -= residuals.imbalance / open;
+        level.stress()
+    }
+
+    /// The heights of the surface after plastic flow, in place of those before.
+    fn displace(&mut self) {
+        self.heights = Series::default();
+        (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
+    }
+
+    /// Moves the flow of a load from its gap to the heights of the next.
+    fn yielded(&mut self, residuals: &mut Residuals, converged: bool) -> Option<Plasticity> {
+        let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
+        // The heights of a padded cell keep the origin of the approach.
+        let before = if self.cell.is_padded() { 0.0 } else { self.flow.mean() };
+        residuals.mean_separation -= before;
+        let layout = [window.nx, nx, window.points()];
+        let plasticity = self.flow.take(&self.law, &mut self.gap, (layout, converged), residuals)?;
+        if residuals.flow > 0.0 && converged {
+            self.displace();
+        }
+        Some(plasticity)
+    }
+}
+
+impl<T: Real, L: Law> Run for Solver<'_, T, L> {
+    fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
+        if let Some(displacement) = &snapshot.plastic {
+            self.set_plastic_displacement(displacement);
+        }
+        // A snapshot may be of a coarser grid of the same cell.
+        let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
+        let own = own_nodes(self.problem.ranks, grid);
+        let (gap, pause) = snapshot.restore_rows(grid, own.len() / grid.nx, CARD.id)?;
+        self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
+        Ok(())
+    }
+
+    fn set_plastic_displacement(&mut self, displacement: &[f64]) {
+        self.flow.set(displacement);
+        self.displace();
+    }
+
+    fn set_gap(&mut self, gap: &[f64]) {
+        let narrow = |gap: &[f64]| gap.iter().map(|&g| T::of(g)).collect();
+        let own = own_nodes(self.problem.ranks, self.cell.grid);
+        self.gap = if self.cell.is_padded() { narrow(&self.cell.continued(gap)) } else { narrow(&gap[own]) };
+    }
+
+    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+        let clock = Instant::now();
+        let problem = self.problem;
+        if let Load::MeanGap(g) = load
+            && !(g.is_finite() && (g > 0.0 || g == 0.0 && !L::HARD))
+        {
+            let accepted = "a positive length; a hard wall allows a zero mean gap only under an imposed pressure";
+            return Err(refused(CARD.id, "mean gap", g, accepted));
+        }
+        if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
+            return Err(Error::input("method fast", "load", "a mean gap with a non-periodic body", "a pressure"));
+        }
+        if matches!(load, Load::MeanGap(_)) && problem.ranks.are_several() {
+            return Err(refused(CARD.id, "load", "a mean gap on several ranks", "a pressure, or one rank"));
+        }
+        require::below_hardness(load, self.law.max_pressure(), CARD.id)?;
+        (self.stress, self.lent) = Default::default();
+        let mut iterations = 0;
+        // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
+        // nested iteration is faster than the start from the last load.
+        let warm = L::ACTIVE && !self.gap.is_empty();
+        let before = std::mem::take(&mut self.gap);
+        let start = if warm { before } else { Vec::new() };
+        let resumed = self.resumed.take();
+        let (mut level, ended) = if let Some((level, ending)) = self.without_contact(load) {
+            (level, Ended { ending, error_estimates: ErrorEstimates::default() })
+        } else if warm && resumed.is_none() {
+            self.earlier_pairs.set(0.0);
+            let mut level =
+                Level::with_gap(self.cell.grid, self.body(self.cell.grid), self.cell, self.gpu.as_ref(), start);
+            self.set_load(&mut level, load);
+            level.prepare();
+            let ended = self.solve_at(&mut level, load, (self.tolerance(load), problem.targets), &mut iterations, None);
+            (level, ended)
+        } else {
+            self.nested(load, &mut iterations, resumed)
+        };
+        // The pressure now includes the force of the spring.
+        level.spring = Spring::default();
+        // Before the stress, which takes the place of the working arrays.
+        let stiffness = match ended.ending {
+            Ending::Met => self.stiffness(&mut level, load),
+            Ending::Stopped(_) => None,
+        };
+        let (mut residuals, stress) = self.balanced(&mut level, load);
+        let (gap, pairs, pressure) =
+            (std::mem::take(level.gap_mut()), level.pairs + self.earlier_pairs.get(), level.pressure);
+        drop(level);
+        if let Some(failure) = self.gpu.as_ref().and_then(GpuLevels::failure) {
+            return Err(failure);
+        }
+        let scale = self.task(load).scale(pressure, &residuals);
+        (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
+        let plasticity = self.yielded(&mut residuals, ended.ending == Ending::Met);
+        let (gap, stress) = if self.cell.is_padded() {
+            let (grid, window) = (self.cell.grid, self.cell.window(self.cell.grid));
+            self.lent = (window.cut(&self.gap, grid.nx), window.cut(&self.stress, grid.nx));
+            (&self.lent.0, &self.lent.1)
+        } else {
+            (&self.gap, &self.stress)
+        };
+        let Ended { ending, error_estimates } = ended;
+        let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
+        let check = equilibrium_check(&judged, L::HARD, self.rms_height, scale);
+        let outcome = Outcome { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
+        let state = outcome.state(gap, stress);
+        let stop = agreed(problem.ranks, state.stop);
+        Ok(State { plastic: self.flow.lend(), plasticity, stop, stiffness, ..state })
+    }
+}

@@ -1,0 +1,62 @@
+//! Contact stiffness of solved states.
+
+use super::Solver;
+use super::level::Level;
+use crate::interface::{Kernel, Law};
+use crate::method::operator::{Build, dispatch};
+use crate::method::{Load, NoObserver, Observer, Problem, Run, State};
+use asperity_grid::Real;
+use asperity_grid::Result;
+
+/// Contact stiffness of a state of any method ([`State::stiffness`]).
+///
+/// # Errors
+/// As [`ContactMethod::start`].
+pub fn contact_stiffness(problem: &Problem, state: &State) -> Result<Option<f64>> {
+    let problem = Problem { stiffness: true, ..problem.clone() };
+    dispatch(&problem, Tangent { problem: &problem, state })
+}
+
+struct Tangent<'p, 's> {
+    problem: &'p Problem<'p>,
+    state: &'s State<'s>,
+}
+
+impl<'p> Build<'p> for Tangent<'p, '_> {
+    type Built = Result<Option<f64>>;
+
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
+        let Tangent { problem, state } = self;
+        let mut solver = Solver::<T, L>::new(problem, &NoObserver, law)?;
+        solver.set_gap(&state.gap.to_vec());
+        let grid = solver.cell.grid;
+        let gap = std::mem::take(&mut solver.gap);
+        let mut level = Level::with_gap(grid, solver.body(grid), solver.cell, None, gap);
+        (level.pressure, level.last.contact) = (state.pressure, 1.0);
+        level.prepare();
+        Ok(solver.stiffness(&mut level, state.load))
+    }
+}
+
+impl<T: Real, L: Law> Solver<'_, T, L> {
+    /// Contact stiffness of a level, if it is requested. Flowing nodes are held, as closed ones: the body unloads elastically.
+    pub(super) fn stiffness(&self, level: &mut Level<'_, T, L>, load: Load) -> Option<f64> {
+        let touches = level.last.contact > 0.0 || self.law.range() > 0.0;
+        if !self.problem.stiffness || !touches {
+            return None;
+        }
+        level.apply_pending();
+        // Of the rigid approach: the stiffness at small loads is about the pressure over half the rms height.
+        let scale = self.task(load).scale(level.pressure, &level.last);
+        let approach = scale / (0.5 * self.rms_height).max(f64::MIN_POSITIVE);
+        let mean = approach.min(self.problem.stiffest_mode().max(1.0));
+        let stopping = || self.observer.stop_requested();
+        if !(L::HARD && L::YIELDS) {
+            return level.stiffness(mean, &stopping);
+        }
+        let held = level.gap().iter().map(|g| g.max(T::zero())).collect();
+        let mut held = Level::with_gap(level.grid(), self.body(level.grid()), self.cell, None, held);
+        held.prepare();
+        held.stiffness(mean, &stopping)
+    }
+}

@@ -1,0 +1,298 @@
+//! Common parts of the iteration loops of the field solvers: stop criteria and their order, reports to the observer,
+//! snapshots, and the final state.
+
+use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
+use super::residuals::Residuals;
+use super::{ErrorEstimates, Iteration, Load, Observer, Problem, SnapshotRef, State, Stop};
+use asperity_grid::Real;
+use asperity_grid::sys::ranks::ALONE;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// Result of a load, from which the [`State`] is made.
+pub struct Outcome<'p> {
+    pub load: Load,
+    /// Mean pressure, E*.
+    pub pressure: f64,
+    pub check: EquilibriumCheck<'p>,
+    pub ending: Ending,
+    pub iterations: usize,
+    /// Transform pairs of this load.
+    pub pairs: f64,
+    pub clock: Instant,
+    pub residuals: Residuals,
+    pub error_estimates: ErrorEstimates,
+}
+
+impl<'p> Outcome<'p> {
+    /// State with gap and interfacial stress `[ny, nx]`, and the stop reason of the check.
+    pub fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a>
+    where
+        'p: 'a,
+    {
+        let Outcome { load, pressure, check, residuals, .. } = self;
+        let EquilibriumCheck { scale, rms_height, .. } = check;
+        let balance = residuals.imbalance.abs() / scale;
+        let mut state = State {
+            load,
+            pressure,
+            error_estimates: self.error_estimates,
+            ranks: check.ranks,
+            gap: T::lend(gap),
+            stress: T::lend(stress),
+            mean_gap: residuals.mean_gap,
+            separation: residuals.mean_separation,
+            stiffness: None,
+            energy: residuals.energy(pressure),
+            elastic_energy: residuals.elastic,
+            interaction_energy: residuals.interaction,
+            load_error: match load {
+                Load::Pressure(_) => balance,
+                // Not `f64::max`, which drops a NaN.
+                Load::MeanGap(target) => {
+                    let miss = (residuals.mean_gap - target).abs() / check.gap_scale(target);
+                    if miss > balance || miss.is_nan() { miss } else { balance }
+                }
+            },
+            residual: residuals.residual / scale,
+            // A flat surface has neither height nor gap; the smallest positive number avoids 0/0.
+            plastic: None,
+            plasticity: None,
+            complementarity: residuals.complementarity / (scale * rms_height.max(f64::MIN_POSITIVE)),
+            stop: Stop::Interrupted,
+            iterations: self.iterations,
+            fft_pairs: self.pairs,
+            seconds: 0.0,
+        };
+        state.stop = check.decide(self.ending, &state, gap, stress);
+        state.seconds = self.clock.elapsed().as_secs_f64();
+        state
+    }
+}
+
+/// Load and scales of one solve.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadCase {
+    /// Mean pressure, E*.
+    pub pressure: f64,
+    /// Range of the attraction, L; 0 without adhesion.
+    pub range: f64,
+    /// rms height of the surface, L.
+    pub rms_height: f64,
+    /// Gaps are not negative.
+    pub hard: bool,
+}
+
+/// Counts the iterations of a solve and decides when it stops.
+pub struct IterationControl<'o, 'p> {
+    problem: &'p Problem<'p>,
+    observer: &'o dyn Observer,
+    case: LoadCase,
+    /// Stress by which residuals are divided, E*.
+    pub scale: f64,
+    /// Relative residual due to rounding.
+    pub floor: f64,
+    /// The same for the stall criterion; 0 disables it.
+    stall_floor: f64,
+    clock: Instant,
+    pub iterations: usize,
+    pub monitor: ConvergenceMonitor,
+    /// The monitor before the present iteration.
+    before: MonitorMark,
+    pub error_estimates: ErrorEstimates,
+}
+
+impl<'o, 'p> IterationControl<'o, 'p> {
+    pub fn new(problem: &'p Problem<'p>, observer: &'o dyn Observer, case: LoadCase) -> Self {
+        let monitor = ConvergenceMonitor::new();
+        let floor = problem.rounding_floor(case.rms_height, case.pressure);
+        IterationControl {
+            problem,
+            observer,
+            case,
+            scale: problem.stress_scale(case.rms_height, case.pressure),
+            floor,
+            stall_floor: floor,
+            clock: Instant::now(),
+            iterations: 0,
+            before: monitor.mark(),
+            monitor,
+            error_estimates: ErrorEstimates::default(),
+        }
+    }
+
+    /// Without the stall criterion, for a method whose line search detects the rounding floor itself.
+    pub fn without_stall_limit(self) -> Self {
+        IterationControl { stall_floor: 0.0, ..self }
+    }
+
+    /// Continues the iteration of a snapshot.
+    pub fn resume(&mut self, iterations: usize, monitor: ConvergenceMonitor) {
+        (self.iterations, self.monitor) = (iterations, monitor);
+    }
+
+    /// Continues with an attraction of another range.
+    pub fn set_range(&mut self, range: f64) {
+        self.case.range = range;
+    }
+
+    /// Residual over the stress scale.
+    pub fn relative(&self, residuals: &Residuals) -> f64 {
+        residuals.residual / self.scale
+    }
+
+    /// Records the state of this iteration.
+    pub fn record(&mut self, residuals: &Residuals) {
+        self.before = self.monitor.mark();
+        self.error_estimates = self.monitor.error_estimates(residuals);
+    }
+
+    /// The monitor as it was before the present iteration was recorded.
+    pub fn monitor_before(&self) -> ConvergenceMonitor {
+        self.monitor.at(&self.before)
+    }
+
+    /// Whether tolerance, load balance and accuracy targets are met.
+    pub fn converged(&self, residuals: &Residuals) -> bool {
+        residuals.meets(self.problem.tolerance, self.scale) && self.problem.targets.met(&self.error_estimates)
+    }
+
+    /// Whether a tensile load has separated the surfaces.
+    pub fn separated(&self, residuals: &Residuals) -> bool {
+        residuals.separated(self.case.pressure, self.case.range)
+    }
+
+    /// Stop reason of a state that has not converged: iteration limit, divergence or rounding floor, separation.
+    pub fn failed(&mut self, residuals: &Residuals) -> Option<Ending> {
+        if self.iterations >= self.problem.max_iterations {
+            return Some(Ending::Stopped(Stop::IterationLimit));
+        }
+        let stalled = self.monitor.stalled(self.relative(residuals), self.stall_floor);
+        stalled.or_else(|| self.separated(residuals).then_some(Stop::Detached)).map(Ending::Stopped)
+    }
+
+    /// Records a state and returns how the iteration ends there, if it does.
+    pub fn ended(&mut self, residuals: &Residuals) -> Option<Ending> {
+        self.record(residuals);
+        if self.converged(residuals) { Some(Ending::Met) } else { self.failed(residuals) }
+    }
+
+    fn report(&self, residuals: &Residuals) -> Iteration {
+        Iteration {
+            iteration: self.iterations,
+            residual: self.relative(residuals),
+            tolerance: self.problem.tolerance,
+            grid_fraction: 1.0,
+        }
+    }
+
+    /// Reports the iteration. True where the observer stops the solve.
+    pub fn interrupted(&self, residuals: &Residuals) -> bool {
+        self.observer.stop_requested() || self.observer.iteration(self.report(residuals)).is_break()
+    }
+
+    /// Reports the iteration and, if the observer requests a snapshot or stops the solve, passes on the two fields
+    /// and the `progress` from which [`Run::resume`](super::Run::resume) continues. True if the observer stops the
+    /// solve.
+    pub fn checkpoint_or_interrupt<T: Real, P: Serialize>(
+        &self,
+        residuals: &Residuals,
+        (gap, auxiliary): (&[T], &[T]),
+        progress: impl FnOnce(&Self) -> P,
+    ) -> bool {
+        let stop = self.observer.iteration(self.report(residuals)).is_break();
+        if stop || self.observer.snapshot_due() {
+            self.observer.snapshot(SnapshotRef {
+                grid: self.problem.grid,
+                ranks: &ALONE,
+                gap: T::lend(gap),
+                auxiliary: Some(T::lend(auxiliary)),
+                plastic: None,
+                progress: serde_json::to_value(progress(self)).expect("plain numbers"),
+            });
+        }
+        stop
+    }
+
+    /// Result after `pairs` transform pairs.
+    pub fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> Outcome<'p> {
+        let LoadCase { pressure, rms_height, hard, .. } = self.case;
+        Outcome {
+            load: Load::Pressure(pressure),
+            pressure,
+            check: equilibrium_check(self.problem, hard, rms_height, self.scale),
+            ending,
+            iterations: self.iterations,
+            pairs,
+            clock: self.clock,
+            residuals,
+            error_estimates: self.error_estimates,
+        }
+    }
+}
+
+/// Detects that the residual has stalled, and estimates how much area and mean gap still change.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct ConvergenceMonitor {
+    /// Lowest residual so far; `None` before the first iteration.
+    best: Option<f64>,
+    since: usize,
+    /// Contact fraction and mean gap of every iteration.
+    history: Vec<(f64, f64)>,
+}
+
+/// A point in the history of a [`ConvergenceMonitor`].
+#[derive(Debug, Clone, Copy)]
+pub struct MonitorMark {
+    best: Option<f64>,
+    since: usize,
+    len: usize,
+}
+
+impl ConvergenceMonitor {
+    /// Iterations without an improvement by a tenth after which a residual at the rounding floor is final.
+    const PATIENCE: usize = 100;
+    /// Iterations needed for an estimate.
+    const FEWEST: usize = 10;
+
+    pub fn new() -> Self {
+        ConvergenceMonitor { best: None, since: 0, history: Vec::new() }
+    }
+
+    /// The present point in the history.
+    pub fn mark(&self) -> MonitorMark {
+        MonitorMark { best: self.best, since: self.since, len: self.history.len() }
+    }
+
+    /// The monitor as it was at a mark.
+    pub fn at(&self, mark: &MonitorMark) -> ConvergenceMonitor {
+        ConvergenceMonitor { best: mark.best, since: mark.since, history: self.history[..mark.len].to_vec() }
+    }
+
+    /// Records a state and compares it with that of a fifth of the iterations ago.
+    pub fn error_estimates(&mut self, residuals: &Residuals) -> ErrorEstimates {
+        self.history.push((residuals.contact, residuals.mean_gap));
+        let before = self.history[4 * (self.history.len() - 1) / 5];
+        let enough = self.history.len() >= Self::FEWEST;
+        let drift = |now: f64, then: f64| enough.then(|| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE));
+        ErrorEstimates {
+            energy: None,
+            area: drift(residuals.contact, before.0),
+            mean_gap: drift(residuals.mean_gap, before.1),
+        }
+    }
+
+    /// Stop reason if `residual` (over the pressure) is not finite or has stalled below ten times `floor`.
+    pub fn stalled(&mut self, residual: f64, floor: f64) -> Option<Stop> {
+        if !residual.is_finite() {
+            return Some(Stop::Diverged);
+        }
+        let best = self.best.unwrap_or(f64::INFINITY);
+        if residual < 0.9 * best {
+            (self.best, self.since) = (Some(residual), 0);
+        } else {
+            self.since += 1;
+        }
+        (self.since > Self::PATIENCE && best < 10.0 * floor).then_some(Stop::RoundingFloor)
+    }
+}

@@ -1,0 +1,507 @@
+//! Discretisation errors from grids coarser than the problem's.
+
+use super::leakage::leakage;
+use super::pull_off::{self, SeparationStart};
+use crate::interface::RangeChoice;
+use crate::method::{
+    CoarseState, ContactMethod, ErrorEstimates, Fast, Heights, Iteration, Load, Observer, Problem, Run, Scale,
+    SnapshotRef, State, Stop,
+};
+use crate::observe::{ContactArea, ELASTIC_EDGE};
+use crate::results::{Discretisation, Extrapolated, PullOff};
+use crate::uncertainty::ValueWithError;
+use asperity_grid::sys::ranks::Ranks;
+use asperity_grid::{Error, Result};
+use asperity_grid::{Field, Grid, Series};
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// Number of grids in an extrapolation to the requested range, including the problem's own: a parabola needs three.
+pub(super) const EXTRAPOLATION: usize = 3;
+
+/// Largest residual on coarser grids, relative to the pressure.
+const TOLERANCE: f64 = 1e-3;
+
+/// Method for coarser grids.
+pub(super) fn method() -> &'static dyn ContactMethod {
+    &Fast
+}
+
+/// Up to `count` coarser grids, finest first; each has half as many points per side as the one before.
+pub(super) fn grids(grid: Grid, count: usize) -> Vec<Grid> {
+    let half = |g: Grid| Grid { nx: g.nx.div_ceil(2), ny: g.ny.div_ceil(2), ..g };
+    let large_enough = |g: &Grid| g.nx.max(g.ny) >= 8;
+    std::iter::successors(Some(half(grid)), |g| Some(half(*g))).take_while(large_enough).take(count).collect()
+}
+
+/// Results of one state on one grid, for comparison between grids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GridResult {
+    pub grid: Grid,
+    pub range: f64,
+    /// Contact area, and its uncertainty by edges.
+    pub area: f64,
+    pub edges: f64,
+    pub mean_gap: f64,
+    /// Contact stiffness, if known, E*/L.
+    pub stiffness: Option<f64>,
+    /// Hydraulic gaps along x and y, if requested.
+    pub gaps: Option<[f64; 2]>,
+    /// Remaining iteration errors.
+    pub error_estimates: ErrorEstimates,
+}
+
+impl GridResult {
+    pub(super) fn new(state: &State, grid: Grid, range: f64, area: &ContactArea) -> Self {
+        let &State { mean_gap, stiffness, error_estimates, .. } = state;
+        let (area, edges) = (area.contact_area, edge_uncertainty(area, grid));
+        GridResult { grid, range, area, edges, mean_gap, stiffness, gaps: None, error_estimates }
+    }
+}
+
+/// Hydraulic gaps of a coarse grid; of several ranks on the first.
+fn flow_gaps(problem: &Problem, (ranks, gap): (&Ranks, Field), threshold: f64) -> Option<[f64; 2]> {
+    let of = |gap: Field| leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps());
+    if !ranks.are_several() {
+        return of(gap);
+    }
+    let whole = ranks.gather_on_first(&gap.to_vec(), &ranks.shares(problem.grid.ny, problem.grid.nx));
+    if ranks.is_first() { of(Field::F64(&whole)) } else { None }
+}
+
+/// Uncertainty of the area per boundary edge, in areas of a node: a third of the excess of an elastic edge, of any kind of edge but steps.
+/// Factors fitted to solved contacts range from 0.098 to 0.16, and the areas of two grids may agree by chance.
+const EDGE_UNCERTAINTY: f64 = ELASTIC_EDGE / 3.0;
+
+/// The uncertainty of a counted area by its edges, over the area of the cell.
+pub fn edge_uncertainty(area: &ContactArea, grid: Grid) -> f64 {
+    EDGE_UNCERTAINTY * area.free_edges as f64 / grid.points() as f64
+}
+
+/// Minimum number of contact nodes on the coarser grid for a relative change of the area.
+const FEW_NODES: f64 = 10.0;
+
+/// Minimum mean gap over the rms height for a relative change of the mean gap.
+const CLOSED: f64 = 1e-6;
+
+/// Changes of the mean gap from the coarser grid, and the share of the relative change of the area, that are its error: 98 % of 338 cases,
+/// 94 % without the latter, as the gaps of two grids may agree by chance.
+const GAP_CHANGES: f64 = 2.0;
+const GAP_BY_AREA_CHANGE: f64 = 0.05;
+
+/// Changes of the stiffness from the coarser grid that are its error.
+const STIFFNESS_CHANGES: f64 = 3.0;
+
+/// Relative errors of the finer grid, from its changes to the coarser. Of the area the change and [`EDGE_UNCERTAINTY`]; of the mean gap
+/// [`GAP_CHANGES`] and a share of the change of the area; of the stiffness three times the change and the error of
+/// the area, for the same reason. If the estimated
+/// iteration error of the coarse result exceeds the change, the sum of both is reported as a bound. `make errors` tests them.
+pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height: f64) -> Discretisation {
+    let relative = |c: f64, f: f64, error_estimates: Option<f64>| {
+        let (difference, remaining) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
+        let bound = remaining > difference;
+        (if bound { difference + remaining } else { difference } / f.abs(), bound)
+    };
+    let area = relative(coarse.area, fine.area, coarse.error_estimates.area);
+    let gap = relative(coarse.mean_gap, fine.mean_gap, coarse.error_estimates.mean_gap);
+    let touches = fine.area * coarse.grid.points() as f64 >= FEW_NODES;
+    let area_error = area.0 + fine.edges / fine.area;
+    let open = fine.mean_gap > CLOSED * rms_height;
+    Discretisation {
+        area: touches.then_some(area_error),
+        area_is_bound: touches && area.1,
+        mean_gap: (open && touches).then_some(GAP_CHANGES * gap.0 + GAP_BY_AREA_CHANGE * area.0),
+        mean_gap_is_bound: open && touches && gap.1,
+        stiffness: coarse
+            .stiffness
+            .zip(fine.stiffness)
+            .filter(|_| touches)
+            .map(|(c, f)| STIFFNESS_CHANGES * (f - c).abs() / f + area_error),
+        coarser: [coarse.grid.nx, coarse.grid.ny],
+    }
+}
+
+/// Relative change of the contact area from half of the points above which it says little.
+const UNRESOLVED: f64 = 0.5;
+
+/// A warning for loads whose contact the grid does not resolve. `loads`: name, contact fraction and change of each; `kind` comes before
+/// the names.
+pub fn unresolved_contact<'a>(
+    kind: &str,
+    loads: impl Iterator<Item = (String, f64, Option<&'a Discretisation>)>,
+) -> Option<String> {
+    let is_unresolved = |contact: f64, d: &Discretisation| contact > 0.0 && d.area.is_none_or(|a| a > UNRESOLVED);
+    let names: Vec<String> =
+        loads.filter(|(_, contact, d)| d.is_some_and(|d| is_unresolved(*contact, d))).map(|l| l.0).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "{kind}{}: the grid does not resolve the contact: with half of the points along each side its area changes by more than half, \
+             or is below {FEW_NODES} nodes; a finer surface.grid or surface.resample, or a map without its shortest waves \
+             (surface.low_pass_um), resolves it",
+            names.join(", ")
+        )
+    })
+}
+
+/// Minimum rms gradient of the coarsest grid over that of the finest for an extrapolation over both.
+const RESOLVED: f64 = 0.9;
+
+/// Whether the coarse grid resolves the roughness well enough for an extrapolation.
+pub(super) fn resolves_roughness(series: &Series<f64>, coarse: Grid, fine: Grid) -> bool {
+    series.rms_gradient(coarse) >= RESOLVED * series.rms_gradient(fine)
+}
+
+/// Largest ratio of the last two slopes, and largest inverse ratio, at which the grids count as consistent.
+const CONSISTENT: f64 = 1.5;
+
+/// Fraction of the extrapolated change that remains as error for consistent grids.
+const REMAINING_ERROR: f64 = 0.5;
+
+/// A quantity that is extrapolated in a variable without bounds, so that it stays within its own.
+struct Bounded {
+    of: fn(&GridResult) -> f64,
+    variable: fn(f64) -> f64,
+    value: fn(f64) -> f64,
+}
+
+/// Contact area between 0 and 1 by its logit.
+const AREA: Bounded =
+    Bounded { of: |l| l.area, variable: |a| (a / (1.0 - a)).ln(), value: |y| 1.0 / (1.0 + (-y).exp()) };
+
+/// Mean gap above 0 by its logarithm.
+const MEAN_GAP: Bounded = Bounded { of: |l| l.mean_gap, variable: f64::ln, value: f64::exp };
+
+/// Share of the relative error of the area that the mean gap has at least: consistent grids say nothing of what the finest lacks.
+const GAP_BY_AREA: f64 = 0.2;
+
+/// Linear and quadratic extrapolation to `range` from `levels`, ordered from coarse to fine. `resolved`: whether
+/// the coarsest grid resolves the roughness.
+///
+/// The value is the mean of the line through the last two results and the parabola through the last three, in the variable of
+/// [`Bounded`]. The error there is the difference of line and parabola, or half of the change from the finest grid if that is larger.
+/// If the results are not consistent (slopes of different sign or differing by more than a factor of 1.5) or the coarsest grid does
+/// not resolve the roughness, the error is the sum of that difference and the larger of the full change and the
+/// differences between the grids. The error of the quantity is the larger of its changes by the error of the variable up and down; that
+/// of the area also includes its uncertainty by edges, that of the mean gap a share of the relative error of the area.
+///
+/// `None` for a quantity at a bound, and if the error is as large as the value.
+pub(super) fn extrapolated(range: f64, levels: &[GridResult], resolved: bool) -> Option<Extrapolated> {
+    let fine = levels.last()?;
+    let estimate = |quantity: &Bounded, least: f64| {
+        let found = in_variable(range, levels, quantity, resolved)?;
+        let value = (quantity.value)(found.value);
+        let change = |by: f64| ((quantity.value)(found.value + by) - value).abs();
+        let error = change(found.error).max(change(-found.error)) + least;
+        (value.is_finite() && error < value).then_some(ValueWithError { value, error })
+    };
+    let area = estimate(&AREA, fine.edges)?;
+    let least = GAP_BY_AREA * fine.mean_gap * area.error / area.value;
+    Some(Extrapolated { range: range / fine.range, area, mean_gap: estimate(&MEAN_GAP, least) })
+}
+
+/// The same in the variable of a quantity; `None` if it is not finite.
+fn in_variable(range: f64, levels: &[GridResult], quantity: &Bounded, resolved: bool) -> Option<ValueWithError> {
+    let points: Vec<(f64, f64)> = levels.iter().map(|l| (l.range, (quantity.variable)((quantity.of)(l)))).collect();
+    let [.., a, b] = points[..] else { return None };
+    if points.iter().any(|p| !p.1.is_finite()) {
+        return None;
+    }
+    let slope = (b.1 - a.1) / (b.0 - a.0);
+    let line = b.1 + (range - b.0) * slope;
+    let Some(&c) = points.len().checked_sub(3).map(|i| &points[i]) else {
+        return Some(ValueWithError { value: line, error: (line - b.1).abs() + (b.1 - a.1).abs() });
+    };
+    // Newton's form of the parabola.
+    let before = (a.1 - c.1) / (a.0 - c.0);
+    let bend = (slope - before) / (b.0 - c.0);
+    let parabola = line + bend * (range - b.0) * (range - a.0);
+    let value = 0.5 * (line + parabola);
+    let (spread, change) = ((line - parabola).abs(), (value - b.1).abs());
+    let consistent =
+        slope == before || (slope * before > 0.0 && (1.0 / CONSISTENT..=CONSISTENT).contains(&(slope / before)));
+    let error = if resolved && consistent {
+        spread.max(REMAINING_ERROR * change)
+    } else {
+        // For an extrapolation over a small fraction of the grids' ranges, a corresponding fraction of their
+        // differences.
+        let share = ((b.0 - range) / (REMAINING_ERROR * (c.0 - b.0))).min(1.0);
+        spread + change.max(share * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
+    };
+    Some(ValueWithError { value, error })
+}
+
+/// Records the results of coarser grids that a nested method reports, and forwards all events to `observer`.
+pub(super) struct CoarseGridResults<'a> {
+    observer: &'a dyn Observer,
+    problem: &'a Problem<'a>,
+    threshold: f64,
+    leakage: bool,
+    passed: Mutex<Vec<GridResult>>,
+    /// Whether all loads are finished; later snapshots are discarded.
+    done: AtomicBool,
+}
+
+impl<'a> CoarseGridResults<'a> {
+    pub(super) fn new(observer: &'a dyn Observer, problem: &'a Problem<'a>, (threshold, leakage): (f64, bool)) -> Self {
+        CoarseGridResults {
+            observer,
+            problem,
+            threshold,
+            leakage,
+            passed: Mutex::default(),
+            done: AtomicBool::new(false),
+        }
+    }
+
+    /// Saves the state after the last load, from which a search for pull-off restarts, and discards later snapshots.
+    pub(super) fn finish(&self, snapshot: SnapshotRef) {
+        self.observer.snapshot(snapshot);
+        self.done.store(true, Relaxed);
+    }
+
+    /// The finest result since the last call.
+    pub(super) fn take(&self) -> Option<GridResult> {
+        std::mem::take(&mut *self.passed.lock().unwrap_or_else(|e| e.into_inner())).pop()
+    }
+}
+
+impl Observer for CoarseGridResults<'_> {
+    fn iteration(&self, step: Iteration) -> ControlFlow<()> {
+        self.observer.iteration(step)
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.observer.stop_requested()
+    }
+
+    fn coarse_grid_done(&self, state: CoarseState) {
+        let CoarseState { ranks, grid, gap, pressure, mean_gap, stiffness, error_estimates, range, .. } = state;
+        let problem = Problem { grid, ..self.problem.clone() };
+        let area = problem.contact_area_of_iterate((ranks, gap), pressure, self.threshold);
+        let (area, edges) = (area.contact_area, edge_uncertainty(&area, grid));
+        // Of the next coarser grid alone, which has at least a quarter of the points.
+        let next = 4 * grid.points() >= self.problem.grid.points();
+        let gaps = if self.leakage && next { flow_gaps(&problem, (ranks, gap), self.threshold) } else { None };
+        let level = GridResult { grid, range, area, edges, mean_gap, stiffness, gaps, error_estimates };
+        self.passed.lock().unwrap_or_else(|e| e.into_inner()).push(level);
+        self.observer.coarse_grid_done(state);
+    }
+
+    fn snapshot_due(&self) -> bool {
+        !self.done.load(Relaxed) && self.observer.snapshot_due()
+    }
+
+    fn snapshot(&self, snapshot: SnapshotRef) {
+        if !self.done.load(Relaxed) {
+            self.observer.snapshot(snapshot);
+        }
+    }
+}
+
+/// Forwards requests to stop and discards all other events.
+pub(super) struct StopOnly<'a>(pub &'a dyn Observer);
+
+impl Observer for StopOnly<'_> {
+    fn iteration(&self, _: Iteration) -> ControlFlow<()> {
+        if self.0.stop_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.0.stop_requested()
+    }
+}
+
+/// The same problem on a coarser grid.
+pub(super) fn coarsened<'s>(
+    problem: &Problem<'s>,
+    grid: Grid,
+    heights: &'s Series<f64>,
+    law: crate::interface::Adhesion,
+) -> Problem<'s> {
+    Problem {
+        kernel: problem.kernel,
+        adhesion: RangeChoice::Mesh.law(law, grid.dx().max(grid.dy())),
+        wall: problem.wall,
+        hardness: problem.hardness.map(|h| h.on_nodes(grid.nx, grid.ny)),
+        precision: problem.precision,
+        tolerance: TOLERANCE.max(problem.tolerance),
+        max_iterations: problem.max_iterations,
+        stiffness: problem.stiffness,
+        ranks: problem.ranks,
+        ..Problem::new(grid, Heights::Series(heights))
+    }
+}
+
+/// A solver that follows the load path on a coarser grid.
+pub(super) struct CoarseSolver<'s> {
+    problem: &'s Problem<'s>,
+    run: Box<dyn Run + 's>,
+    threshold: f64,
+    leakage: bool,
+    /// State from which the separation starts, if `pulls_off`.
+    start: Option<SeparationStart>,
+    pulls_off: bool,
+}
+
+impl<'s> CoarseSolver<'s> {
+    pub(super) fn start(
+        problem: &'s Problem<'s>,
+        (threshold, leakage): (f64, bool),
+        pulls_off: bool,
+        observer: &'s dyn Observer,
+    ) -> Result<Self> {
+        Ok(CoarseSolver {
+            problem,
+            run: method().start(problem, observer)?.solver()?,
+            threshold,
+            leakage,
+            start: None,
+            pulls_off,
+        })
+    }
+
+    /// `None` if this grid does not converge or the run is interrupted; the solve on the problem's own grid then stops
+    /// by itself and writes its checkpoint.
+    pub(super) fn follow(&mut self, load: Load) -> Result<Option<GridResult>> {
+        let grid = self.problem.grid;
+        let state = self.run.equilibrate(load)?;
+        self.start = (self.pulls_off && state.stop == Stop::Converged).then(|| SeparationStart::of(&state));
+        match state.stop {
+            Stop::Converged => {
+                let area = self.problem.contact_area(&state, self.threshold);
+                let gaps = match self.leakage {
+                    true => flow_gaps(self.problem, (state.ranks, state.gap), self.threshold),
+                    false => None,
+                };
+                Ok(Some(GridResult { gaps, ..GridResult::new(&state, grid, self.problem.adhesion.range(), &area) }))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Pull-off on this grid; `None` if it has none.
+    pub(super) fn pull_off(&mut self, scale: Scale) -> Result<Option<(Grid, PullOff)>> {
+        let Some(start) = self.start.take() else { return Ok(None) };
+        match pull_off::search(&mut *self.run, self.problem, scale, start) {
+            Ok(found) => Ok(Some((self.problem.grid, found))),
+            // The result on the problem's own grid remains valid.
+            Err(Error::NotConverged { .. } | Error::Input { .. }) => Ok(None),
+            Err(e) => Err(e),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(n: usize, range: f64, area: f64) -> GridResult {
+        GridResult {
+            grid: Grid::unit(n, n),
+            range,
+            area,
+            edges: 0.0,
+            mean_gap: 1.0,
+            stiffness: None,
+            gaps: None,
+            error_estimates: ErrorEstimates::default(),
+        }
+    }
+
+    /// For a logit on a parabola the value is the mean of line and parabola. The error is their difference, or half of
+    /// the change from the finest grid if that is larger.
+    #[test]
+    fn a_parabola_is_extrapolated() {
+        let logit = |rho: f64| -3.0 - 20.0 * rho + 70.0 * rho * rho;
+        let levels: Vec<GridResult> =
+            [(64, 0.08), (128, 0.06), (256, 0.04)].map(|(n, r)| level(n, r, (AREA.value)(logit(r)))).into();
+        let found = extrapolated(0.01, &levels, true).expect("three levels");
+        let line = logit(0.04) - 0.03 * (logit(0.06) - logit(0.04)) / 0.02;
+        let value = 0.5 * (line + logit(0.01));
+        assert!((found.area.value - (AREA.value)(value)).abs() < 1e-15, "{found:?}");
+        let error = (line - logit(0.01)).abs().max(0.5 * (value - logit(0.04)).abs());
+        assert!((found.area.error - ((AREA.value)(value + error) - (AREA.value)(value))).abs() < 1e-14);
+        let least = 0.2 * found.area.error / found.area.value;
+        assert_eq!((found.range, found.mean_gap), (0.25, Some(ValueWithError { value: 1.0, error: least })));
+        assert!(extrapolated(0.01, &levels[2..], true).is_none());
+    }
+
+    /// Areas that rise steeply towards full contact stay below it, and gaps that fall towards zero above it.
+    #[test]
+    fn values_stay_within_their_bounds() {
+        for areas in [[0.5, 0.7, 0.9], [0.9, 0.95, 0.999], [1e-4, 0.1, 0.9999], [0.9, 0.2, 1e-3]] {
+            let of = |(&(n, r), a): (&(usize, f64), f64)| GridResult { mean_gap: 1.0 - a, ..level(n, r, a) };
+            let levels: Vec<GridResult> = [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(of).collect();
+            for found in [0.03, 0.01, 1e-4].iter().filter_map(|range| extrapolated(*range, &levels, true)) {
+                assert!((0.0..=1.0).contains(&found.area.value) && found.mean_gap.is_none_or(|g| g.value > 0.0));
+            }
+        }
+        // Full contact has no logit.
+        let full = [level(64, 0.08, 0.9), level(128, 0.06, 0.95), level(256, 0.04, 1.0)];
+        assert!(extrapolated(0.01, &full, true).is_none());
+    }
+
+    /// The error includes the full change if the coarsest grid does not resolve the surface, if the results are not
+    /// monotonic, and for two grids only. There is no estimate if the error is as large as the value.
+    #[test]
+    fn inconsistent_grids_have_larger_errors() {
+        let of = |logits: [f64; 3]| -> Vec<GridResult> {
+            let levels = [(64, 0.08), (128, 0.06), (256, 0.04)];
+            levels.iter().zip(logits).map(|(&(n, r), y)| level(n, r, (AREA.value)(y))).collect()
+        };
+        let steady = of([-1.4, -1.3, -1.2]);
+        let error = |levels: &[GridResult], resolved: bool| extrapolated(0.02, levels, resolved).map(|e| e.area.error);
+        // From the value of the logit and its error.
+        let close = |found: Option<f64>, value: f64, by: f64| {
+            let expected = (AREA.value)(value + by) - (AREA.value)(value);
+            assert!(found.is_some_and(|f| (f - expected).abs() < 1e-12), "{found:?} {expected}");
+        };
+        close(error(&steady, true), -1.1, 0.05);
+        close(error(&steady, false), -1.1, 0.2);
+        close(error(&steady[1..], true), -1.1, 0.2);
+        // Line and parabola end at -1.1 and -0.9.
+        close(error(&of([-1.2, -1.3, -1.2]), true), -1.0, 0.2 + 0.2);
+        assert_eq!(error(&of([-4.0, -1.2, -1.3]), true), None);
+    }
+
+    #[test]
+    fn coarser_grids_halve() {
+        let sizes =
+            |n: usize, count: usize| -> Vec<usize> { grids(Grid::unit(n, n), count).iter().map(|g| g.nx).collect() };
+        assert_eq!(sizes(512, 2), [256, 128]);
+        assert_eq!(sizes(15, 2), [8]);
+        assert!(sizes(1, 2).is_empty());
+    }
+
+    #[test]
+    fn changes_are_relative() {
+        let d = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03), 1.0);
+        let relative = |d: Discretisation| d.area.expect("enough touches");
+        assert!((relative(d) - 0.1).abs() < 1e-12 && d.coarser == [64, 64]);
+        // The mean gap is equal on both grids; a share of the change of the area remains.
+        assert!(d.mean_gap.is_some_and(|g| (g - 0.005).abs() < 1e-12), "{d:?}");
+        // Equal areas on two grids: the uncertainty by edges remains.
+        let fine = GridResult { edges: 0.002, ..level(128, 0.0, 0.03) };
+        assert!((relative(discretisation(&level(64, 0.0, 0.03), &fine, 1.0)) - 0.2 / 3.0).abs() < 1e-12);
+        let [coarse, fine] = [10.0, 8.0].map(|k| GridResult { stiffness: Some(k), ..level(128, 0.0, 0.03) });
+        assert_eq!(discretisation(&coarse, &fine, 1.0).stiffness, Some(0.75));
+    }
+
+    /// The iteration error of the coarser grid makes the change a bound. Very small contacts and mean gaps have no
+    /// relative change.
+    #[test]
+    fn a_coarser_grid_with_an_iteration_error_gives_a_bound() {
+        let error_estimates = ErrorEstimates { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };
+        let coarse = GridResult { mean_gap: 1.1, error_estimates, ..level(64, 0.0, 0.0301) };
+        let d = discretisation(&coarse, &level(128, 0.0, 0.03), 1.0);
+        assert!(d.area_is_bound && !d.mean_gap_is_bound && d.coarser == [64, 64], "{d:?}");
+        assert!(d.area.is_some_and(|a| (a - (0.0001 + 0.04 * 0.0301) / 0.03).abs() < 1e-12), "{d:?}");
+        let area = (0.0001 + 0.04 * 0.0301) / 0.03;
+        assert!(d.mean_gap.is_some_and(|g| (g - 0.2 - 0.05 * area).abs() < 1e-12), "{d:?}");
+        let touching = discretisation(&level(64, 0.0, 9e-4), &level(128, 0.0, 1e-4), 1.0);
+        assert_eq!((touching.area, touching.area_is_bound), (None, false));
+        let closed = GridResult { mean_gap: 1e-9, ..level(128, 0.0, 1.0) };
+        assert_eq!(discretisation(&coarse, &closed, 1.0).mean_gap, None);
+    }
+}

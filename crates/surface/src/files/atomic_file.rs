@@ -1,0 +1,155 @@
+//! Atomic file writes: a file appears under its name only when it is complete.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use asperity_grid::error::{Error, Result};
+use asperity_grid::sys::ranks::Ranks;
+
+/// Beginning of the names of files that are not complete.
+pub const PARTIAL: &str = ".partial-";
+
+/// A temporary file next to its final name; deleted unless [`AtomicFile::commit`] succeeds.
+pub struct AtomicFile {
+    path: PathBuf,
+    file: BufWriter<tempfile::NamedTempFile>,
+}
+
+impl AtomicFile {
+    /// Opens a temporary file in the folder of `path`: a rename cannot cross file systems.
+    pub fn open(path: &Path) -> Result<Self> {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(PARTIAL);
+        // The default mode of a temporary file is 0600; these files are for others, so the umask decides.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(folder).map_err(Error::io("create", path))?;
+        Ok(AtomicFile { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file) })
+    }
+
+    /// Syncs to disk and renames: after a power failure the file has either the old or the new contents, complete.
+    pub fn commit(self) -> Result<()> {
+        let file = self.file.into_inner().map_err(|e| Error::io("write", &self.path)(e.into_error()))?;
+        file.as_file().sync_data().map_err(Error::io("write", &self.path))?;
+        file.persist(&self.path).map_err(|e| Error::io("write", &self.path)(e.error))?;
+        Ok(())
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for AtomicFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+/// Writes `path` atomically; errors of `fill` are reported with the file name.
+pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut AtomicFile) -> io::Result<()>) -> Result<()> {
+    let mut file = AtomicFile::open(path)?;
+    fill(&mut file).map_err(Error::io("write", path))?;
+    file.commit()
+}
+
+/// As [`write_atomic`], a file of `bytes` bytes that begins with `head`, of which every rank writes its part at its place: `fill` from
+/// byte `start` on. The folder is one that all ranks share. Collective: an error of one rank is one of all.
+pub fn write_atomic_on_ranks(
+    ranks: &Ranks,
+    path: &Path,
+    (head, bytes): (&[u8], u64),
+    start: u64,
+    fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // The same on all ranks, and another than that of other runs.
+    let run = ranks.gather(&[std::process::id()], &vec![1; ranks.count()])[0];
+    let partial = path.with_file_name(format!("{PARTIAL}{run}-{name}"));
+    let create = || {
+        let mut file = File::create(&partial)?;
+        file.write_all(head)?;
+        file.set_len(bytes)
+    };
+    let write = || {
+        let mut file = File::options().write(true).open(&partial)?;
+        file.seek(SeekFrom::Start(start))?;
+        let mut file = BufWriter::with_capacity(1 << 18, file);
+        fill(&mut file)?;
+        file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data()
+    };
+    let written = of_all(ranks, if ranks.is_first() { create() } else { Ok(()) }).and_then(|()| of_all(ranks, write()));
+    let done = match &written {
+        _ if !ranks.is_first() => Ok(()),
+        Ok(()) => std::fs::rename(&partial, path),
+        // There may be none.
+        Err(_) => std::fs::remove_file(&partial).or(Ok(())),
+    };
+    written.and(of_all(ranks, done)).map_err(Error::io("write", path))
+}
+
+/// The own error, or that of another rank.
+fn of_all(ranks: &Ranks, own: io::Result<()>) -> io::Result<()> {
+    /// Of errors that do not come from the system: an error of input or output.
+    const EIO: i32 = 5;
+    let number = own.as_ref().err().map_or(0, |e| e.raw_os_error().unwrap_or(EIO));
+    let lowest = ranks.lowest(-f64::from(number));
+    own.and(if lowest < 0.0 { Err(io::Error::from_raw_os_error(-lowest as i32)) } else { Ok(()) })
+}
+
+/// Opens a file for reading and returns its length in bytes. A pipe or a device has no length; opening one may block, and
+/// reading one may not end.
+///
+/// # Errors
+/// `Format` for folders, pipes, sockets and devices; `Io`.
+pub fn open_regular(path: &Path) -> Result<(File, u64)> {
+    let found = std::fs::metadata(path).map_err(Error::io("read", path))?;
+    if !found.is_file() {
+        let kind = if found.is_dir() { "a folder" } else { "a pipe, socket or device" };
+        return Err(Error::format(path, kind, "a regular file (the output of a pipe can be written into one)"));
+    }
+    Ok((File::open(path).map_err(Error::io("read", path))?, found.len()))
+}
+
+/// Reads a text file; errors name the file, also if it is not UTF-8.
+///
+/// # Errors
+/// As [`open_regular`].
+pub fn read_text(path: &Path) -> Result<String> {
+    let (mut file, _) = open_regular(path)?;
+    let mut text = String::new();
+    file.read_to_string(&mut text).map_err(Error::io("read", path))?;
+    Ok(text)
+}
+
+/// I/O error for an iterator with too few or too many values.
+pub fn miscount(what: &str, given: impl std::fmt::Display, wanted: usize) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, format!("{given} {what} were given where {wanted} belong"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_no_litter() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_atomic(&path, |w| w.write_all(b"old")).unwrap();
+        let failed = write_atomic(&path, |w| {
+            w.write_all(b"new")?;
+            Err(io::Error::other("the well ran dry"))
+        });
+        assert!(failed.unwrap_err().to_string().contains("the well ran dry"));
+        assert_eq!(read_text(&path).unwrap(), "old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,12 @@
+//! Files: atomic writing, JSON, arrays of numpy, NetCDF-4, CSV, hashes, locks, and the user's cache.
+//!
+//! All files are written atomically ([`atomic_file`]): a reader finds the old file or the complete new one.
+
+pub mod atomic_file;
+pub mod csv;
+pub mod file_lock;
+pub mod hashed;
+pub mod json;
+pub mod netcdf;
+pub mod npy;
+pub mod user_cache;

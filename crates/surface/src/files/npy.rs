@@ -1,0 +1,579 @@
+//! `.npy` fields `[ny, nx]`: row = y, column = x, x fastest.
+//!
+//! Files are written little-endian in C order from an iterator; both index orders and both byte orders can be read.
+//! C-ordered fields are read row by row: the largest fields have 2 GiB, and a picture needs only one row at a time.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Write};
+use std::ops::Range;
+use std::path::Path;
+
+use ndarray_npy::npy::header::{Header, Layout};
+
+use super::atomic_file::{miscount, open_regular, write_atomic, write_atomic_on_ranks};
+use asperity_grid as grid;
+use asperity_grid::error::{Error, Result};
+use asperity_grid::sys::ranks::{ALONE, Ranks};
+
+/// A map in memory: row-major `[ny, nx]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field<T> {
+    pub nx: usize,
+    pub ny: usize,
+    pub values: Vec<T>,
+}
+
+/// Number types of a field file.
+pub trait Element: bytemuck::NoUninit {
+    /// NumPy type descriptor: `<f8`, `<f4`, `|u1`.
+    const DESCRIPTOR: &'static str;
+    /// The value in the byte order of the file.
+    fn stored(self) -> Self;
+}
+
+impl Element for f64 {
+    const DESCRIPTOR: &'static str = "<f8";
+    fn stored(self) -> f64 {
+        f64::from_bits(self.to_bits().to_le())
+    }
+}
+
+impl Element for f32 {
+    const DESCRIPTOR: &'static str = "<f4";
+    fn stored(self) -> f32 {
+        f32::from_bits(self.to_bits().to_le())
+    }
+}
+
+impl Element for u8 {
+    const DESCRIPTOR: &'static str = "|u1";
+    fn stored(self) -> u8 {
+        self
+    }
+}
+
+/// Number of values written at once; writing single values took 2 % of the time of a solve on 2048².
+const BLOCK: usize = 4096;
+
+/// Writes `[ny, nx]` values, row by row from y = 0. Returns an error unless the iterator has exactly `nx·ny` values.
+pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIterator<Item = T>) -> Result<()> {
+    write_on_ranks(&ALONE, path, [nx, ny], values)
+}
+
+/// As [`write`], of the values of the rows of this rank. Collective.
+pub fn write_on_ranks<T: Element>(
+    ranks: &Ranks,
+    path: &Path,
+    [nx, ny]: [usize; 2],
+    values: impl IntoIterator<Item = T>,
+) -> Result<()> {
+    let head = header(T::DESCRIPTOR, [nx, ny]).map_err(Error::io("write", path))?;
+    let rows = ranks.share(ny);
+    let own = rows.len() * nx;
+    if !ranks.are_several() {
+        return write_atomic(path, |w| w.write_all(&head).and_then(|()| write_values(w, own, values)));
+    }
+    let place = |row: usize| (head.len() + row * nx * size_of::<T>()) as u64;
+    write_atomic_on_ranks(ranks, path, (&head, place(ny)), place(rows.start), |w| write_values(w, own, values))
+}
+
+fn header(descriptor: &str, [nx, ny]: [usize; 2]) -> std::io::Result<Vec<u8>> {
+    let type_descriptor = format!("'{descriptor}'").parse().map_err(std::io::Error::other)?;
+    let mut head = Vec::new();
+    let header = Header { type_descriptor, layout: Layout::Standard, shape: vec![ny, nx] };
+    header.write(&mut head).map_err(std::io::Error::other)?;
+    Ok(head)
+}
+
+/// Writes `wanted` values.
+fn write_values<T: Element>(
+    to: &mut impl Write,
+    wanted: usize,
+    values: impl IntoIterator<Item = T>,
+) -> std::io::Result<()> {
+    let mut values = values.into_iter().map(T::stored);
+    let mut block = Vec::with_capacity(BLOCK);
+    let mut count = 0;
+    loop {
+        block.clear();
+        block.extend(values.by_ref().take(BLOCK));
+        count += block.len();
+        if count > wanted {
+            return Err(miscount("values", "more", wanted));
+        }
+        to.write_all(bytemuck::cast_slice(&block))?;
+        if block.len() < BLOCK {
+            break;
+        }
+    }
+    if count < wanted { Err(miscount("values", count, wanted)) } else { Ok(()) }
+}
+
+/// Writes a field times `unit` in its own precision. Positive values stay positive, because a zero gap means contact.
+pub fn write_field(path: &Path, nx: usize, ny: usize, field: grid::Field, unit: f64) -> Result<()> {
+    write_field_on_ranks(&ALONE, path, [nx, ny], field, unit)
+}
+
+/// As [`write_field`], of the rows of this rank. Collective.
+pub fn write_field_on_ranks(
+    ranks: &Ranks,
+    path: &Path,
+    shape: [usize; 2],
+    field: grid::Field,
+    unit: f64,
+) -> Result<()> {
+    match field {
+        grid::Field::F32(values) => write_on_ranks(ranks, path, shape, values.iter().map(|v| narrow(*v, unit))),
+        grid::Field::F64(values) => write_on_ranks(ranks, path, shape, values.iter().map(|v| v * unit)),
+    }
+}
+
+/// A value times `unit`; positive values stay positive.
+fn narrow(v: f32, unit: f64) -> f32 {
+    let scaled = f64::from(v) * unit;
+    let rounded = scaled as f32;
+    if rounded == 0.0 && scaled > 0.0 { f32::MIN_POSITIVE } else { rounded }
+}
+
+/// Writes the contact pressure: the stress where the gap is closed, exactly zero elsewhere. Solvers leave there what their tolerance
+/// permits, of either sign. Of fields `[nx, ny]` of which every rank has its rows. Collective.
+pub fn write_contact_pressure(
+    ranks: &Ranks,
+    path: &Path,
+    shape: [usize; 2],
+    gap: grid::Field,
+    stress: grid::Field,
+    unit: f64,
+) -> Result<()> {
+    let closed = |i: usize| gap.at(i) <= 0.0;
+    match stress {
+        grid::Field::F32(values) => {
+            let values = (0..values.len()).map(|i| if closed(i) { narrow(values[i], unit) } else { 0.0 });
+            write_on_ranks(ranks, path, shape, values)
+        }
+        grid::Field::F64(values) => {
+            let values = (0..values.len()).map(|i| if closed(i) { values[i] * unit } else { 0.0 });
+            write_on_ranks(ranks, path, shape, values)
+        }
+    }
+}
+
+/// Type and byte order of a stored number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum DType {
+    F8 { big: bool },
+    F4 { big: bool },
+    F2 { big: bool },
+    Signed { bytes: usize, big: bool },
+    Unsigned { bytes: usize, big: bool },
+    Flag,
+}
+
+impl DType {
+    /// Parses a NumPy descriptor: byte order (`|` if not applicable), kind and width.
+    pub(crate) fn named(descriptor: &str) -> Option<DType> {
+        let big = descriptor.starts_with('>');
+        Some(match descriptor.strip_prefix(['<', '>', '|'])? {
+            "f8" => DType::F8 { big },
+            "f4" => DType::F4 { big },
+            "f2" => DType::F2 { big },
+            "b1" => DType::Flag,
+            integer => {
+                let bytes = integer.get(1..)?.parse().ok().filter(|n| [1, 2, 4, 8].contains(n))?;
+                match &integer[..1] {
+                    "i" => DType::Signed { bytes, big },
+                    "u" => DType::Unsigned { bytes, big },
+                    _ => return None,
+                }
+            }
+        })
+    }
+
+    pub(crate) fn bytes(self) -> usize {
+        match self {
+            DType::F8 { .. } => 8,
+            DType::F4 { .. } => 4,
+            DType::F2 { .. } => 2,
+            DType::Signed { bytes, .. } | DType::Unsigned { bytes, .. } => bytes,
+            DType::Flag => 1,
+        }
+    }
+
+    /// Converts `values.len()` numbers.
+    fn values(self, bytes: &[u8], values: &mut [f64]) {
+        match self {
+            // Fast path for the types that this program writes.
+            DType::F8 { big: false } => {
+                values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f64::from_le_bytes(*b));
+            }
+            DType::F4 { big: false } => {
+                values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f32::from_le_bytes(*b).into());
+            }
+            _ => values.iter_mut().zip(bytes.chunks_exact(self.bytes())).for_each(|(v, b)| *v = self.value(b)),
+        }
+    }
+
+    pub(crate) fn value(self, b: &[u8]) -> f64 {
+        let eight = |b: &[u8]| std::array::from_fn::<u8, 8, _>(|i| b[i]);
+        let four = |b: &[u8]| std::array::from_fn::<u8, 4, _>(|i| b[i]);
+        match self {
+            DType::F8 { big: false } => f64::from_le_bytes(eight(b)),
+            DType::F8 { big: true } => f64::from_be_bytes(eight(b)),
+            DType::F4 { big: false } => f32::from_le_bytes(four(b)).into(),
+            DType::F4 { big: true } => f32::from_be_bytes(four(b)).into(),
+            DType::F2 { big } => half(bits(b, big) as u16),
+            // The left shift puts the sign bit at the top; the arithmetic right shift extends it.
+            DType::Signed { bytes, big } => {
+                let unused = 64 - 8 * bytes as u32;
+                (((bits(b, big) << unused) as i64) >> unused) as f64
+            }
+            DType::Unsigned { big, .. } => bits(b, big) as f64,
+            DType::Flag => b[0].into(),
+        }
+    }
+}
+
+/// Bytes of one number as the low bits of a word.
+fn bits(b: &[u8], big: bool) -> u64 {
+    let join = |word: u64, byte: &u8| word << 8 | u64::from(*byte);
+    if big { b.iter().fold(0, join) } else { b.iter().rev().fold(0, join) }
+}
+
+/// IEEE 754 half precision: 1 sign bit, 5 exponent bits, 10 fraction bits.
+fn half(word: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(word >> 10 & 31), f64::from(word & 1023));
+    let size = match exponent {
+        0 => fraction * 2f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        e => (1.0 + fraction / 1024.0) * 2f64.powi(e - 15),
+    };
+    if word >> 15 == 1 { -size } else { size }
+}
+
+/// An open `.npy` file or archive member with checked header and length.
+pub struct Reader<R = BufReader<File>> {
+    pub nx: usize,
+    pub ny: usize,
+    stored: DType,
+    fortran: bool,
+    source: R,
+    path: std::path::PathBuf,
+}
+
+/// Larger shapes are treated as a damaged header (64 times the largest grid of the challenge).
+const MOST_ENTRIES: usize = 1 << 34;
+
+/// Longest header that is read, bytes. NumPy writes 118 for a field; a header of version 2 or 3 may claim 4 GB.
+const LONGEST_HEADER: u32 = 1 << 16;
+
+/// The header at the start of a source, and its length in bytes. Its memory is allocated before it is read, so its length is
+/// checked.
+///
+/// # Errors
+/// A description of what is damaged.
+pub(crate) fn read_header(source: &mut impl Read) -> std::result::Result<(Header, u64), String> {
+    let mut start = [0; 12];
+    source.read_exact(&mut start).map_err(|e| e.to_string())?;
+    let [.., version, _, a, b, c, d] = start;
+    let (prefix, length) = match version {
+        1 => (10, u16::from_le_bytes([a, b]).into()),
+        _ => (12, u32::from_le_bytes([a, b, c, d])),
+    };
+    if length > LONGEST_HEADER {
+        return Err(format!("its length is {length} bytes, above {LONGEST_HEADER}"));
+    }
+    let header = Header::from_reader(&mut (&start[..]).chain(source)).map_err(|e| e.to_string())?;
+    Ok((header, prefix + u64::from(length)))
+}
+
+impl Reader {
+    /// Opens a field of floating-point numbers (f2, f4, f8), integers (i1 to i8, u1 to u8) or flags (b1), in either
+    /// byte order and index order.
+    pub fn open(path: &Path) -> Result<Self> {
+        let (file, length) = open_regular(path)?;
+        Self::of(BufReader::with_capacity(1 << 18, file), length, path)
+    }
+
+    /// Reads some rows of a field in C order.
+    pub fn rows(mut self, rows: Range<usize>) -> Result<Vec<f64>> {
+        if self.fortran {
+            return Err(Error::format(&self.path, "columns one after another", "rows one after another, C order"));
+        }
+        fits(&self.path, 8 * (rows.len() * self.nx) as u64)?;
+        let before = (rows.start * self.nx * self.stored.bytes()) as i64;
+        self.source.seek_relative(before).map_err(Error::io("read", &self.path))?;
+        let mut values = Vec::with_capacity(rows.len() * self.nx);
+        Reader { ny: rows.len(), ..self }.for_each_row(|_, row| values.extend_from_slice(row))?;
+        Ok(values)
+    }
+}
+
+/// The parser of headers explains syntax errors in several lines; the last one names what was expected.
+fn damaged(path: &Path, text: &str) -> Error {
+    let what = text.lines().last().unwrap_or_default().trim_start_matches([' ', '=']);
+    Error::format(path, format!("a damaged header ({what})"), "a .npy file")
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads `length` bytes of a source; errors name `path`.
+    pub(crate) fn of(mut source: R, length: u64, path: &Path) -> Result<Self> {
+        let (header, start) = read_header(&mut source).map_err(|e| damaged(path, &e))?;
+        let descriptor = header.type_descriptor.to_string();
+        let name = descriptor.trim_matches(['\'', '"']);
+        let stored = DType::named(name).ok_or_else(|| {
+            let accepted = "real numbers: floating-point or integer, 64 bits at most; convert with .astype(float)";
+            Error::format(path, format!("entries of type {name}"), accepted)
+        })?;
+        let (ny, nx) = match header.shape[..] {
+            [ny, nx] if ny > 0 && nx > 0 && ny.checked_mul(nx).is_some_and(|n| n <= MOST_ENTRIES) => (ny, nx),
+            _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
+        };
+        // Checked before allocation: a damaged header must not request more memory than the file has data.
+        let (have, want) = (length.saturating_sub(start), (nx * ny * stored.bytes()) as u64);
+        if have != want {
+            let found = format!("{have} bytes of data, {} of them", if have < want { "too few" } else { "too many" });
+            return Err(Error::format(path, found, format!("{want} bytes for shape [{ny}, {nx}]")));
+        }
+        Ok(Reader { nx, ny, stored, fortran: header.layout.is_fortran(), source, path: path.to_path_buf() })
+    }
+
+    /// Calls `row(y, values)` for y = 0, 1, …; a Fortran-ordered field is first read as a whole.
+    pub fn for_each_row(mut self, mut row: impl FnMut(usize, &[f64])) -> Result<()> {
+        if self.fortran {
+            let field = self.whole_transposed()?;
+            field.chunks_exact(self.nx).enumerate().for_each(|(y, values)| row(y, values));
+            return Ok(());
+        }
+        let mut bytes = vec![0; self.nx * self.stored.bytes()];
+        let mut values = vec![0.0; self.nx];
+        for y in 0..self.ny {
+            self.source.read_exact(&mut bytes).map_err(Error::io("read", &self.path))?;
+            self.stored.values(&bytes, &mut values);
+            row(y, &values);
+        }
+        Ok(())
+    }
+
+    /// Reads the whole field as [`read`] does.
+    pub(crate) fn numbers(mut self) -> Result<Field<f64>> {
+        if self.stored == DType::Flag {
+            return Err(Error::format(&self.path, "entries of type bool", "numbers, floating-point or integer"));
+        }
+        let (nx, ny) = (self.nx, self.ny);
+        fits(&self.path, 8 * (nx * ny) as u64)?;
+        if self.fortran {
+            // The transposed field is returned without a second copy.
+            return Ok(Field { nx, ny, values: self.whole_transposed()? });
+        }
+        let mut values = Vec::with_capacity(nx * ny);
+        self.for_each_row(|_, row| values.extend_from_slice(row))?;
+        Ok(Field { nx, ny, values })
+    }
+
+    fn whole_transposed(&mut self) -> Result<Vec<f64>> {
+        let mut field = vec![0.0; self.nx * self.ny];
+        let mut bytes = vec![0; self.ny * self.stored.bytes()];
+        for x in 0..self.nx {
+            self.source.read_exact(&mut bytes).map_err(Error::io("read", &self.path))?;
+            for (y, b) in bytes.chunks_exact(self.stored.bytes()).enumerate() {
+                field[y * self.nx + x] = self.stored.value(b);
+            }
+        }
+        Ok(field)
+    }
+}
+
+/// Reads a numeric field as f64; integers above 2^53 are rounded. Boolean fields are an error.
+pub fn read(path: &Path) -> Result<Field<f64>> {
+    Reader::open(path)?.numbers()
+}
+
+/// Returns an error if reading needs more than the available memory.
+pub(crate) fn fits(path: &Path, need: u64) -> Result<()> {
+    let have = asperity_grid::sys::available_memory_bytes();
+    let (what, advice) = (format!("reading {}", path.display()), "a coarser map needs less".into());
+    if need > have { Err(Error::Memory { what, need, have, advice }) } else { Ok(()) }
+}
+
+/// Reads a map of flags (uint8 or bool).
+pub fn read_flags(path: &Path) -> Result<Field<u8>> {
+    let reader = Reader::open(path)?;
+    if !matches!(reader.stored, DType::Flag | DType::Unsigned { bytes: 1, .. }) {
+        return Err(Error::format(path, "entries that are no flags", "uint8 or bool"));
+    }
+    let (nx, ny) = (reader.nx, reader.ny);
+    let mut values = Vec::with_capacity(nx * ny);
+    reader.for_each_row(|_, row| values.extend(row.iter().map(|&v| v as u8)))?;
+    Ok(Field { nx, ny, values })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_grid::sys::ranks::on_threads;
+    use ndarray::{Array2, ShapeBuilder};
+
+    fn scratch() -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("field.npy");
+        (folder, path)
+    }
+
+    /// Files written by ndarray-npy, an independent implementation.
+    #[test]
+    fn both_orders_and_both_widths_read_alike() {
+        let (_folder, path) = scratch();
+        let c = Array2::from_shape_fn((2, 3), |(y, x)| (10 * y + x) as f64);
+        let wanted = vec![0.0, 1.0, 2.0, 10.0, 11.0, 12.0];
+        ndarray_npy::write_npy(&path, &c).unwrap();
+        assert_eq!(read(&path).unwrap(), Field { nx: 3, ny: 2, values: wanted.clone() });
+        let mut fortran = Array2::<f32>::zeros((2, 3).f());
+        fortran.zip_mut_with(&c, |a, &b| *a = b as f32);
+        ndarray_npy::write_npy(&path, &fortran).unwrap();
+        assert_eq!(read(&path).unwrap().values, wanted);
+        write(&path, 3, 2, c.iter().copied()).unwrap();
+        assert_eq!(ndarray_npy::read_npy::<_, Array2<f64>>(&path).unwrap(), c);
+        write(&path, 3, 2, c.iter().map(|&v| v as u8)).unwrap();
+        assert_eq!(read_flags(&path).unwrap().values, [0, 1, 2, 10, 11, 12]);
+    }
+
+    /// Fields in f32 are stored in f32, and a positive gap does not become zero by rounding.
+    #[test]
+    fn fields_keep_their_precision() {
+        let (_folder, path) = scratch();
+        write_field(&path, 3, 1, grid::Field::F32(&[0.0, 1e-30, 2.5]), 1e-12).unwrap();
+        assert!(std::fs::read(&path).unwrap().windows(3).any(|w| w == b"<f4"));
+        let read_back = read(&path).unwrap().values;
+        assert!(read_back[0] == 0.0 && read_back[1] > 0.0 && (read_back[2] / 2.5e-12 - 1.0).abs() < 1e-7);
+        write_field(&path, 2, 1, grid::Field::F64(&[0.1, 3.0]), 2.0).unwrap();
+        assert_eq!(read(&path).unwrap().values, [0.2, 6.0]);
+    }
+
+    #[test]
+    fn big_endian_is_read() {
+        let (_folder, path) = scratch();
+        write(&path, 2, 1, [1.5_f64, -2.0]).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = bytes.windows(3).position(|w| w == b"<f8").unwrap();
+        bytes[at] = b'>';
+        let data = bytes.len() - 16;
+        bytes[data..].chunks_exact_mut(8).for_each(|b| b.reverse());
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(read(&path).unwrap().values, [1.5, -2.0]);
+    }
+
+    #[test]
+    fn integers_are_heights() {
+        let (_folder, path) = scratch();
+        fn whole<T: ndarray_npy::WritableElement>(path: &Path, values: [T; 2]) -> Vec<f64> {
+            ndarray_npy::write_npy(path, &Array2::from_shape_vec((1, 2), values.into()).unwrap()).unwrap();
+            read(path).unwrap().values
+        }
+        assert_eq!(whole(&path, [i8::MIN, i8::MAX]), [-128.0, 127.0]);
+        assert_eq!(whole(&path, [i16::MIN, 7]), [-32768.0, 7.0]);
+        assert_eq!(whole(&path, [i32::MIN, -1]), [-2147483648.0, -1.0]);
+        assert_eq!(whole(&path, [i64::MIN, -3]), [-(2f64.powi(63)), -3.0]);
+        assert_eq!(whole(&path, [u8::MAX, 0]), [255.0, 0.0]);
+        assert_eq!(whole(&path, [u16::MAX, 1]), [65535.0, 1.0]);
+        assert_eq!(whole(&path, [u32::MAX, 1]), [4294967295.0, 1.0]);
+        assert_eq!(whole(&path, [u64::MAX, 1]), [2f64.powi(64), 1.0]);
+        // Big-endian file made by editing the descriptor, whose length is unchanged.
+        ndarray_npy::write_npy(&path, &Array2::from_shape_vec((1, 2), vec![0x0100_i16, 0x00FF]).unwrap()).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = bytes.windows(3).position(|w| w == b"<i2").unwrap();
+        bytes[at] = b'>';
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(read(&path).unwrap().values, [1.0, -256.0]);
+    }
+
+    /// Half-precision values with known bits: one, the largest, the smallest positive, and one third.
+    #[test]
+    fn half_precision_is_read() {
+        let words = [0x3C00, 0x7BFF, 0x0001, 0x3555, 0xC000];
+        assert_eq!(words.map(half), [1.0, 65504.0, 2f64.powi(-24), 0.333251953125, -2.0]);
+        assert!(half(0x7C00) == f64::INFINITY && half(0x7E00).is_nan());
+        assert_eq!(DType::named("<f2"), Some(DType::F2 { big: false }));
+    }
+
+    #[test]
+    fn damaged_or_foreign_files_are_named() {
+        let (_folder, path) = scratch();
+        let says = |expected: &str| {
+            let message = read(&path).unwrap_err().to_string();
+            assert!(message.contains("field.npy") && message.contains(expected), "{message}");
+        };
+        ndarray_npy::write_npy(&path, &Array2::<bool>::default((2, 2))).unwrap();
+        says("entries of type bool");
+        let mut complex = std::fs::read(&path).unwrap();
+        let at = complex.windows(3).position(|w| w == b"|b1").unwrap();
+        complex[at..at + 3].copy_from_slice(b"<c8");
+        std::fs::write(&path, complex).unwrap();
+        says("entries of type <c8");
+        ndarray_npy::write_npy(&path, &ndarray::Array1::<f64>::zeros(4)).unwrap();
+        says("shape [4]");
+        ndarray_npy::write_npy(&path, &Array2::<f64>::zeros((0, 2))).unwrap();
+        says("shape [0, 2]");
+        write(&path, 2, 2, [0.0_f64; 4]).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() - 1]).unwrap();
+        says("31 bytes of data, too few");
+        std::fs::write(&path, b"oak").unwrap();
+        says("accepted: a .npy file");
+        write(&path, 2, 2, [0_u8; 4]).unwrap();
+        assert!(read_flags(&path).is_ok());
+        write(&path, 2, 2, [0.0_f32; 4]).unwrap();
+        assert!(read_flags(&path).unwrap_err().to_string().contains("no flags"));
+    }
+
+    #[test]
+    fn a_miscounted_field_is_not_written() {
+        let (_folder, path) = scratch();
+        let more = BLOCK + 4;
+        for (nx, count) in
+            [(2, 3), (2, 5), (BLOCK / 2, BLOCK - 1), (BLOCK / 2, BLOCK + 1), (more / 2, BLOCK), (more / 2, 2 * BLOCK)]
+        {
+            assert!(write(&path, nx, 2, std::iter::repeat_n(0.0_f32, count)).is_err(), "{count} for {nx} x 2");
+        }
+        assert!(!path.exists());
+    }
+
+    /// Fields shorter than a block, of whole blocks, and with a remainder.
+    #[test]
+    fn blocks_are_no_seams() {
+        let (_folder, path) = scratch();
+        for n in [1, BLOCK - 1, BLOCK, BLOCK + 1, 3 * BLOCK] {
+            write(&path, n, 1, (0..n).map(|i| i as f64)).unwrap();
+            assert!(read(&path).unwrap().values.iter().enumerate().all(|(i, v)| *v == i as f64), "{n}");
+        }
+    }
+
+    /// The file of one rank on any number; one that fails on a rank is an error of all, and leaves nothing.
+    #[test]
+    fn ranks_write_their_rows_into_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let values: Vec<f32> = (0..5 * 11).map(|i| i as f32 * 0.37 - 4.0).collect();
+        let alone = folder.path().join("alone.npy");
+        write(&alone, 5, 11, values.clone()).unwrap();
+        for count in [2, 3, 11] {
+            let path = folder.path().join(format!("{count}.npy"));
+            let read = on_threads(count, |ranks| {
+                let rows = ranks.share(11);
+                let own = &values[rows.start * 5..rows.end * 5];
+                write_on_ranks(&ranks, &path, [5, 11], own.iter().copied()).unwrap();
+                (
+                    Reader::open(&path).unwrap().rows(rows).unwrap(),
+                    own.iter().map(|v| f64::from(*v)).collect::<Vec<_>>(),
+                )
+            });
+            assert!(read.into_iter().all(|(found, own)| found == own), "{count} ranks");
+            assert!(std::fs::read(&path).unwrap() == std::fs::read(&alone).unwrap(), "{count} ranks");
+        }
+        let failed = on_threads(3, |ranks| {
+            let rows = if ranks.own() == 1 { 0..1 } else { ranks.share(11) };
+            write_on_ranks(&ranks, &folder.path().join("short.npy"), [5, 11], values[..rows.len() * 5].iter().copied())
+        });
+        assert!(failed.into_iter().all(|written| written.is_err()));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+    }
+}

@@ -1,0 +1,101 @@
+//! Heights on a grid, and the sign convention: which points come into contact first.
+
+use asperity_grid::error::{Error, Result};
+use asperity_grid::extent;
+use serde::{Deserialize, Serialize};
+
+/// Sign convention: the points of a height map that contact the flat counterface first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sign {
+    /// Convention of the contact-mechanics challenge: the counterface is below the surface.
+    #[serde(rename = "low points touch first")]
+    LowFirst,
+    /// Convention of an indenter's summits, or of a measured topography: the counterface is above the surface.
+    #[serde(rename = "high points touch first")]
+    HighFirst,
+}
+
+impl Sign {
+    pub fn words(self) -> &'static str {
+        match self {
+            Sign::LowFirst => "low points touch first",
+            Sign::HighFirst => "high points touch first",
+        }
+    }
+}
+
+/// Heights of a cell: row-major `[ny, nx]`, in the unit and sign of the file. Finite; NaN at points that were not measured,
+/// if it is made by [`HeightMap::with_missing`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightMap {
+    pub nx: usize,
+    pub ny: usize,
+    pub heights: Vec<f64>,
+}
+
+impl HeightMap {
+    /// Checks the shape and that heights and their range are finite; errors name `place`.
+    pub fn new(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
+        let map = Self::with_missing(place, nx, ny, heights)?;
+        match map.first_missing() {
+            Some([row, column]) => Err(Error::Height { place: place.to_string(), row, column, value: f64::NAN }),
+            None => Ok(map),
+        }
+    }
+
+    /// Likewise for a map with points that were not measured, which are NaN; at least one is measured.
+    pub fn with_missing(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
+        if nx == 0 || ny == 0 || nx.checked_mul(ny) != Some(heights.len()) {
+            let found = format!("{} heights for shape [{ny}, {nx}]", heights.len());
+            return Err(Error::format(place, found, "ny·nx heights, at least one"));
+        }
+        if let Some(i) = heights.iter().position(|h| h.is_infinite()) {
+            return Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] });
+        }
+        if heights.iter().all(|h| h.is_nan()) {
+            return Err(Error::format(place, "no measured height", "a map with heights"));
+        }
+        let (low, high) = extent(&heights);
+        if !(high - low).is_finite() {
+            // Subtracting the minimum of such heights would overflow.
+            let found = format!("heights from {low:e} to {high:e}");
+            return Err(Error::format(place, found, "heights whose range is a finite number"));
+        }
+        Ok(HeightMap { nx, ny, heights })
+    }
+
+    /// Row and column, from 0, of the first point that was not measured.
+    pub fn first_missing(&self) -> Option<[usize; 2]> {
+        self.heights.iter().position(|h| h.is_nan()).map(|i| [i / self.nx, i % self.nx])
+    }
+
+    /// Number of points that were not measured.
+    pub fn missing(&self) -> usize {
+        self.heights.iter().filter(|h| h.is_nan()).count()
+    }
+
+    /// The same surface with low points in contact first and minimum 0: `h − min h`, or `max h − h` for the other
+    /// sign.
+    pub fn low_first(mut self, sign: Sign) -> Self {
+        let (low, high) = extent(&self.heights);
+        for h in &mut self.heights {
+            *h = match sign {
+                Sign::LowFirst => *h - low,
+                Sign::HighFirst => high - *h,
+            };
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn low_points_first_and_never_below_zero() {
+        let map = HeightMap::new("here", 3, 1, vec![-1.0, 0.0, 3.0]).unwrap();
+        assert_eq!(map.clone().low_first(Sign::LowFirst).heights, [0.0, 1.0, 4.0]);
+        assert_eq!(map.low_first(Sign::HighFirst).heights, [4.0, 3.0, 0.0]);
+    }
+}

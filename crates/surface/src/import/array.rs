@@ -1,0 +1,86 @@
+use super::content::ImportOptions;
+use super::declare::Coordinate;
+use super::source::{list, quoted};
+use crate::height_map::HeightMap;
+use asperity_grid::error::{Error, Result};
+use std::path::Path;
+
+/// Names preferred for heights in a file with several arrays.
+const USUAL: [&str; 3] = ["heights", "surface", "topography"];
+
+/// Selects an array: the one requested by name, the only one, or the only one with a usual name. `names`:
+/// two-dimensional numeric arrays.
+pub(super) fn choose<'a>(path: &Path, names: &'a [String], options: ImportOptions) -> Result<&'a str> {
+    let list = list(names);
+    let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
+    if let Some(wanted) = options.dataset {
+        let found = names.iter().find(|n| n.trim_start_matches('/') == wanted.trim_start_matches('/'));
+        return found.map(String::as_str).ok_or_else(|| {
+            let accepted =
+                if names.is_empty() { "a file with a two-dimensional array of numbers".into() } else { list };
+            Error::format(path, format!("no two-dimensional array of numbers named {}", quoted(wanted)), accepted)
+        });
+    }
+    let usual: Vec<&String> = names.iter().filter(|n| USUAL.contains(&last(n).as_str())).collect();
+    match (names, &usual[..]) {
+        ([], _) => Err(Error::format(path, "no two-dimensional array of numbers", "a file with one")),
+        ([only], _) => Ok(only),
+        (_, [only]) => Ok(only),
+        _ => {
+            let found = format!("{} two-dimensional arrays ({list})", names.len());
+            Err(Error::format(path, found, "the name of one of them as --dataset (surface.dataset)"))
+        }
+    }
+}
+
+/// Index order of a stored array.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Order {
+    /// `[y, x]`, the order used in this program.
+    RowsOfX,
+    /// `[x, y]`, the order of SurfaceTopography and ContactMechanics.
+    RowsOfY,
+}
+
+impl Order {
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Order::RowsOfX => "[ny, nx]",
+            Order::RowsOfY => "[nx, ny], the first index is x",
+        }
+    }
+}
+
+/// Name of an array that marks points that were not measured, as SurfaceTopography writes it.
+pub(super) const MASK: &str = "mask";
+
+/// Reverses a map along axes whose coordinates decrease, as lines of `x y h` are sorted. Returns words for the layout.
+pub(super) fn reverse_descending(map: &mut HeightMap, axes: &[Option<Coordinate>; 2]) -> String {
+    let points = [map.nx, map.ny];
+    let decreases = |k: usize| {
+        let values = axes[k].as_ref().map(|a| &a.values[..]).filter(|v| v.len() == points[k]).unwrap_or_default();
+        matches!(values, [first, .., last] if last < first)
+    };
+    let (x, y) = (decreases(0), decreases(1));
+    if y {
+        // Reversed as a whole and within each row: the rows in reverse order.
+        map.heights.reverse();
+    }
+    if x != y {
+        map.heights.chunks_exact_mut(map.nx).for_each(<[f64]>::reverse);
+    }
+    let names: Vec<&str> = [(x, "x"), (y, "y")].iter().filter(|(reversed, _)| *reversed).map(|(_, n)| *n).collect();
+    if names.is_empty() { String::new() } else { format!(", reversed along {}, which decreases", names.join(" and ")) }
+}
+
+/// Height map from an array `[first, second]` in C order; missing heights are NaN.
+pub(super) fn map(path: &Path, [first, second]: [usize; 2], values: Vec<f64>, order: Order) -> Result<HeightMap> {
+    let place = path.display().to_string();
+    match order {
+        Order::RowsOfX => HeightMap::with_missing(&place, second, first, values),
+        Order::RowsOfY => {
+            let turned = (0..values.len()).map(|i| values[i % first * second + i / first]).collect();
+            HeightMap::with_missing(&place, first, second, turned)
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Bytes of an instrument's file, read in order. Every length is compared with the bytes that are there before anything is
+//! allocated.
+
+use crate::files::npy::{DType, fits};
+use asperity_grid::error::{Error, Result};
+use std::path::Path;
+
+pub(super) const U8: DType = DType::Unsigned { bytes: 1, big: false };
+pub(super) const U16: DType = DType::Unsigned { bytes: 2, big: false };
+pub(super) const U32: DType = DType::Unsigned { bytes: 4, big: false };
+pub(super) const I8: DType = DType::Signed { bytes: 1, big: false };
+pub(super) const I16: DType = DType::Signed { bytes: 2, big: false };
+pub(super) const I32: DType = DType::Signed { bytes: 4, big: false };
+pub(super) const F32: DType = DType::F4 { big: false };
+pub(super) const F64: DType = DType::F8 { big: false };
+
+/// The whole file.
+pub(super) fn whole(path: &Path) -> Result<Vec<u8>> {
+    let length = std::fs::metadata(path).map_err(Error::io("open", path))?.len();
+    fits(path, length)?;
+    std::fs::read(path).map_err(Error::io("read", path))
+}
+
+/// A position in bytes of a file.
+#[derive(Clone, Copy)]
+pub(super) struct Bytes<'a> {
+    path: &'a Path,
+    rest: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub(super) fn of(path: &'a Path, rest: &'a [u8]) -> Self {
+        Bytes { path, rest }
+    }
+
+    pub(super) fn left(&self) -> &'a [u8] {
+        self.rest
+    }
+
+    /// The next `count` bytes; errors name `what` they are.
+    pub(super) fn take(&mut self, count: usize, what: &str) -> Result<&'a [u8]> {
+        let Some((taken, rest)) = self.rest.split_at_checked(count) else {
+            let found = format!("{} bytes where {what} should be", self.rest.len());
+            return Err(Error::format(self.path, found, format!("{count} bytes (the file is cut off or damaged)")));
+        };
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    pub(super) fn number(&mut self, stored: DType, what: &str) -> Result<f64> {
+        Ok(stored.value(self.take(stored.bytes(), what)?))
+    }
+
+    /// An unsigned number of 32 bits.
+    pub(super) fn count(&mut self, what: &str) -> Result<usize> {
+        Ok(self.number(U32, what)? as usize)
+    }
+
+    /// A text up to its terminating zero byte. Other encodings than UTF-8 give replacement characters.
+    pub(super) fn text(&mut self, what: &str) -> Result<String> {
+        let end = self.rest.iter().position(|b| *b == 0).unwrap_or(self.rest.len());
+        let text = self.take(end + 1, what)?;
+        Ok(String::from_utf8_lossy(&text[..end]).into_owned())
+    }
+
+    /// `ny` rows of `nx` stored numbers.
+    pub(super) fn field(&mut self, [nx, ny]: [usize; 2], stored: DType) -> Result<Vec<f64>> {
+        let what = format!("{nx} x {ny} points of {} bytes", stored.bytes());
+        let count = nx.checked_mul(ny).filter(|n| *n > 0).and_then(|n| n.checked_mul(stored.bytes()));
+        let Some(count) = count else { return Err(Error::format(self.path, what, "at least one point along each")) };
+        let bytes = self.take(count, &what)?;
+        fits(self.path, (nx * ny) as u64 * 8)?;
+        Ok(bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect())
+    }
+}
+
+/// `value` if it is a finite number greater than 0.
+pub(super) fn positive(path: &Path, key: &str, value: f64) -> Result<f64> {
+    let accepted = "a finite number greater than 0 (in Gwyddion set the dimensions and save as .gwy)";
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(Error::format(path, format!("{key} = {value}"), accepted))
+    }
+}
+
+/// `value` if heights can be multiplied by it.
+pub(super) fn factor(path: &Path, key: &str, value: f64) -> Result<f64> {
+    if value.is_finite() && value != 0.0 {
+        Ok(value)
+    } else {
+        Err(Error::format(path, format!("{key} = {value}"), "a finite number other than 0"))
+    }
+}

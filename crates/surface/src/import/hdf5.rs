@@ -1,0 +1,280 @@
+use super::array::{self, MASK, Order, choose};
+use super::attributes::{Array, Attributes};
+use super::content::{ImportOptions, ImportedFile};
+use super::declare::{Coordinate, Described, declare};
+use super::netcdf;
+use super::source::check_ratio;
+use crate::files::npy::{DType, fits};
+use asperity_grid::error::{Error, Result};
+use hdf5_reader::{Attribute, ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5File};
+use std::collections::{HashSet, VecDeque};
+use std::path::Path;
+
+/// Maximum number of groups searched for data sets. Each is searched once, because links may form cycles.
+const MOST_GROUPS: usize = 10_000;
+
+/// Suggested chunk size along each side: 1024² doubles are 8 MiB.
+const ADVISED_CHUNK: u64 = 1024;
+
+const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+
+/// Attribute of the variables of a MATLAB file, which has its class.
+const MATLAB_CLASS: &str = "MATLAB_class";
+
+/// MATLAB's classes of numbers; other arrays are text, flags or references.
+const MATLAB_NUMBERS: [&str; 10] =
+    ["double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"];
+
+/// Groups of MATLAB with the contents of cells and objects.
+const MATLAB_HIDDEN: [&str; 2] = ["#refs#/", "#subsystem#/"];
+
+/// Whether a file starts as HDF5, or as a MATLAB file from version 7.3 on, which is HDF5 after 512 bytes of text.
+pub(super) fn starts(start: &[u8]) -> bool {
+    let after = |user_block: usize| start.get(user_block..).is_some_and(|rest| rest.starts_with(SIGNATURE));
+    start.starts_with(b"MATLAB 7.3 MAT") || [0, 512, 1024, 2048].into_iter().any(after)
+}
+
+/// Reads a two-dimensional data set of an HDF5, NetCDF-4 or MATLAB file: `[ny, nx]` unless its dimensions are named x and y. MATLAB
+/// stores matrices by columns, so a matrix with one row per y is an array `[nx, ny]`. `length`: bytes of the file.
+pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
+    let damaged = |e: hdf5_reader::error::Error| {
+        Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
+    };
+    let file = Hdf5File::open(path).map_err(damaged)?;
+    let end = file.superblock().eof_address;
+    if length < end {
+        return Err(Error::format(
+            path,
+            format!("{length} bytes, damaged: its header states {end}"),
+            "a whole HDF5 file",
+        ));
+    }
+    // A requested data set is opened directly, without a search of all groups.
+    let direct = options.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
+    let names;
+    let (name, dataset) = match direct {
+        Some((name, dataset)) => {
+            names = vec![name.trim_start_matches('/').to_string()];
+            (names[0].as_str(), dataset)
+        }
+        None => {
+            names = collect(path, &file)?.into_iter().filter(|n| last(n) != MASK).collect();
+            let name = choose(path, &names, options)?;
+            (name, file.dataset(name).map_err(damaged)?)
+        }
+    };
+    let kind = stored(dataset.dtype()).expect("chosen among numbers");
+    let (shape, mut values) = numbers(path, length, name, &dataset, kind)?;
+    // Plain HDF5 has no named dimensions and no default fill values.
+    let is_netcdf = dataset.attributes().iter().any(|a| a.name == "DIMENSION_LIST");
+    let own = attributes(dataset.attributes());
+    own.unpack(&Array { path, name, stored: kind }, &mut values, is_netcdf)?;
+    let folder = &name[..name.len() - last(name).len()];
+    if let Ok(mask) = file.dataset(&format!("{folder}{MASK}"))
+        && let Some(kind) = flags(mask.dtype()).or_else(|| stored(mask.dtype()))
+        && mask.ndim() == 2
+    {
+        let (found, flags) = numbers(path, length, MASK, &mask, kind)?;
+        if found != shape {
+            return Err(Error::format(
+                path,
+                format!("data set mask of shape {found:?}"),
+                format!("{shape:?}, as {name} has"),
+            ));
+        }
+        values.iter_mut().zip(flags).filter(|(_, m)| *m != 0.0).for_each(|(v, _)| *v = f64::NAN);
+    }
+    let is_matlab = matlab_class(&dataset).is_some();
+    let (order, axes) = if is_netcdf {
+        scales(path, &file, name, folder)?
+    } else if is_matlab {
+        (Order::RowsOfY, ["x", "y"].map(|axis| sibling(&file, folder, axis)))
+    } else {
+        let labels = dataset.attribute("DIMENSION_LABELS").and_then(|a| a.read_strings()).unwrap_or_default();
+        let order = if labels == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX };
+        (order, ["x", "y"].map(|axis| sibling(&file, folder, axis)))
+    };
+    let mut map = array::map(path, shape, values, order)?;
+    let reversed = array::reverse_descending(&mut map, &axes);
+    let shared = groups_above(&file, folder).map_err(damaged)?;
+    let (declared, warnings) = declare(&Described {
+        path,
+        channel: name,
+        channels: &names,
+        points: [map.nx, map.ny],
+        own: &own,
+        shared: &shared,
+        axes,
+    })?;
+    let layout = match is_matlab {
+        true => format!("MATLAB matrix {name}, one row per y{reversed}"),
+        false => format!("HDF5 data set {name} {}{reversed}", order.words()),
+    };
+    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
+}
+
+fn last(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
+/// Shape and stored numbers of a data set in two dimensions.
+fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, stored: DType) -> Result<([usize; 2], Vec<f64>)> {
+    let damaged = |e: hdf5_reader::error::Error| {
+        Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
+    };
+    let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
+    refuse_large_chunks(path, name, dataset, stored)?;
+    // Memory of the stored bytes and of the converted numbers.
+    let count = dataset.num_elements().map_err(damaged)?;
+    check_ratio(path, name, count.saturating_mul(stored.bytes() as u64), length)?;
+    fits(path, count.saturating_mul(stored.bytes() as u64 + 8))?;
+    let bytes = dataset.read_raw_bytes().map_err(damaged)?;
+    Ok((shape, bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect()))
+}
+
+/// Index order and coordinates of a data set with dimension scales, which NetCDF-4 and xarray write.
+///
+/// # Errors
+/// Dimension scales that cannot be read: without them x and y could be swapped.
+fn scales(path: &Path, hdf5: &Hdf5File, name: &str, folder: &str) -> Result<(Order, [Option<Coordinate>; 2])> {
+    let damaged = |why: String| {
+        let found = format!("dimension scales of {name} are damaged, or not to be understood ({why})");
+        Error::format(path, found, "a whole NetCDF-4 file, or a data set without DIMENSION_LIST")
+    };
+    let unread = |e: netcdf_reader::Error| damaged(e.to_string());
+    let file = netcdf_reader::NcFile::open(path).map_err(unread)?;
+    let variable = file.variable(name).map_err(unread)?;
+    for dimension in variable.dimensions() {
+        // The reader makes up names of dimensions whose scales it does not find.
+        let above = folder.match_indices('/').map(|(i, _)| &folder[..=i]).chain([""]);
+        let is_there = |group: &str| hdf5.dataset(&format!("{group}{}", dimension.name)).is_ok_and(|d| d.ndim() == 1);
+        if !above.into_iter().any(is_there) {
+            return Err(damaged(format!("no data set for dimension {}", dimension.name)));
+        }
+    }
+    Ok((netcdf::order(variable), netcdf::axes(path, &file, variable)?))
+}
+
+/// MATLAB's class of a variable.
+fn matlab_class(dataset: &Dataset) -> Option<String> {
+    dataset.attribute(MATLAB_CLASS).ok()?.read_string().ok()
+}
+
+/// Coordinates in a data set of the same group. MATLAB's vectors have a second dimension of 1.
+fn sibling(file: &Hdf5File, folder: &str, axis: &str) -> Option<Coordinate> {
+    /// Points along one side of the largest maps.
+    const MOST: u64 = 1 << 20;
+    let dataset = file.dataset(&format!("{folder}{axis}")).ok()?;
+    let is_vector = match dataset.shape() {
+        [n] => *n <= MOST,
+        [n, 1] | [1, n] => *n <= MOST && matlab_class(&dataset).is_some(),
+        _ => false,
+    };
+    let stored = stored(dataset.dtype()).filter(|_| is_vector)?;
+    let bytes = dataset.read_raw_bytes().ok()?;
+    let values = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
+    Some(Coordinate { name: axis.to_string(), attributes: attributes(dataset.attributes()), values })
+}
+
+/// Attributes of the group of a data set and of those above it, nearer ones first.
+fn groups_above(file: &Hdf5File, folder: &str) -> std::result::Result<Vec<Attributes>, hdf5_reader::error::Error> {
+    let mut all = Vec::new();
+    let mut folder = folder.trim_end_matches('/');
+    while !folder.is_empty() {
+        all.push(attributes(file.group(folder)?.attributes()?));
+        folder = folder.rsplit_once('/').map_or("", |(above, _)| above);
+    }
+    all.push(attributes(file.root_group()?.attributes()?));
+    Ok(all)
+}
+
+fn map_like(d: &Dataset) -> bool {
+    // MATLAB's text, numbers and vectors are matrices, too.
+    let (least, is_number) = match matlab_class(d) {
+        Some(class) => (2, MATLAB_NUMBERS.contains(&class.as_str())),
+        None => (1, true),
+    };
+    is_number && d.ndim() == 2 && d.shape().iter().all(|n| *n >= least) && stored(d.dtype()).is_some()
+}
+
+/// Names of the candidate data sets, those of the root group first.
+fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
+    let damaged = |e: hdf5_reader::error::Error| {
+        let accepted = "an HDF5 file, or a data set of it as --dataset (surface.dataset)";
+        Error::format(path, format!("damaged, or not to be understood ({e})"), accepted)
+    };
+    let root = file.root_group().map_err(damaged)?;
+    let mut seen = HashSet::from([root.address()]);
+    let mut waiting = VecDeque::from([(root, String::new())]);
+    let mut names = Vec::new();
+    while let Some((group, above)) = waiting.pop_front() {
+        let (groups, datasets) = group.members().map_err(damaged)?;
+        names.extend(datasets.iter().filter(|d| map_like(d)).map(|d| format!("{above}{}", d.name())));
+        for g in groups {
+            if !seen.insert(g.address()) {
+                continue;
+            }
+            if seen.len() > MOST_GROUPS {
+                let accepted = "the name of a two-dimensional data set as --dataset (surface.dataset)";
+                return Err(Error::format(path, format!("more than {MOST_GROUPS} groups"), accepted));
+            }
+            let below = format!("{above}{}/", g.name());
+            if MATLAB_HIDDEN.contains(&below.as_str()) {
+                continue;
+            }
+            waiting.push_back((g, below));
+        }
+    }
+    Ok(names)
+}
+
+/// The reader limits the chunk size; its own error message suggests no remedy.
+fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, stored: DType) -> Result<()> {
+    let Some(chunks) = dataset.chunks() else { return Ok(()) };
+    let bytes = chunks.iter().fold(stored.bytes() as u64, |n, c| n.saturating_mul((*c).into()));
+    if bytes <= DEFAULT_MAX_CHUNK_BYTES as u64 {
+        return Ok(());
+    }
+    let times = |list: Vec<u64>| list.iter().map(u64::to_string).collect::<Vec<_>>().join("x");
+    let found =
+        format!("data set {name} in chunks of {} ({bytes} bytes)", times(chunks.iter().map(|c| (*c).into()).collect()));
+    let advised = times(dataset.shape().iter().map(|n| ADVISED_CHUNK.min(*n)).collect());
+    let accepted = format!("chunks up to {DEFAULT_MAX_CHUNK_BYTES} bytes: h5repack -l {name}:CHUNK={advised} OLD NEW");
+    Err(Error::format(path, found, accepted))
+}
+
+fn attributes(list: Vec<Attribute>) -> Attributes {
+    let mut all = Attributes::default();
+    for a in list {
+        if let Some(kind) = flags(&a.datatype).or_else(|| stored(&a.datatype)) {
+            let numbers = a.raw_data.chunks_exact(kind.bytes()).map(|b| kind.value(b)).collect();
+            all.numbers.insert(a.name, numbers);
+        } else if let Ok(words) = a.read_string() {
+            all.words.insert(a.name, words);
+        }
+    }
+    all
+}
+
+/// Type of flags: h5py stores booleans as an enumeration.
+fn flags(kind: &Datatype) -> Option<DType> {
+    match kind {
+        Datatype::Enum { base, .. } => stored(base),
+        _ => None,
+    }
+}
+
+fn stored(kind: &Datatype) -> Option<DType> {
+    let big = |order: &ByteOrder| *order == ByteOrder::BigEndian;
+    match kind {
+        Datatype::FloatingPoint { size: 8, byte_order } => Some(DType::F8 { big: big(byte_order) }),
+        Datatype::FloatingPoint { size: 4, byte_order } => Some(DType::F4 { big: big(byte_order) }),
+        Datatype::FloatingPoint { size: 2, byte_order } => Some(DType::F2 { big: big(byte_order) }),
+        Datatype::FixedPoint { size, signed, byte_order } => {
+            let (bytes, big) = (usize::from(*size), big(byte_order));
+            let known = [1, 2, 4, 8].contains(&bytes);
+            known.then_some(if *signed { DType::Signed { bytes, big } } else { DType::Unsigned { bytes, big } })
+        }
+        _ => None,
+    }
+}

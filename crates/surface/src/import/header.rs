@@ -1,0 +1,377 @@
+//! Headers of text files: `key = value` or `key: value`, in comments or on lines before the heights. The keys are those of
+//! Gwyddion (in the languages of its interface), SPIP, Nova, ESRI grids and this program.
+
+use super::fields::split;
+use super::header_key::{Axis, Key, key};
+use super::source::{plain, quoted};
+use super::unit::{self, length_unit};
+use crate::declared::{Declared, DeclaredExtent};
+use crate::height_map::Sign;
+use asperity_grid::error::{Error, Result};
+use asperity_grid::units::metres_per;
+use std::path::Path;
+
+/// Key and value of a line, apart by `=` or `:`.
+fn pair(line: &str) -> Option<(&str, &str)> {
+    line.split_once(['=', ':', '：'])
+}
+
+/// Likewise for a line outside of comments, where a number may also follow a known key after blanks (`ncols 480`). In comments such words
+/// may be prose.
+fn bare_pair(line: &str) -> Option<(&str, &str)> {
+    pair(line).or_else(|| {
+        let end = line.find(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.')).filter(|i| *i > 0)?;
+        let name = line[..end].trim_end_matches(|c: char| c.is_whitespace() || matches!(c, ';' | ','));
+        // A label `h0`, or labels `h 0 1 2`, are no such pair.
+        let alone = name.len() < end && split(&line[end..]).0.len() <= 2;
+        key(name).filter(|_| alone).map(|_| (name, &line[end..]))
+    })
+}
+
+/// Whether a line outside of comments belongs to the header of a height file.
+pub(super) fn is_known(line: &str) -> bool {
+    bare_pair(line).is_some_and(|(name, _)| key(without_unit(name).0).is_some())
+}
+
+/// `height conversion factor (-> m)` is a name with a unit.
+fn without_unit(name: &str) -> (&str, Option<&str>) {
+    match name.split_once(['(', '[']) {
+        Some((name, unit)) => (name, Some(unit.trim_start_matches("->").trim().trim_end_matches([')', ']']))),
+        None => (name, None),
+    }
+}
+
+/// `0.5 µm/px`, `0.1 nm per count`: the unit of one point or of one step of the digitiser.
+fn per_point(unit: &str) -> &str {
+    const POINTS: [&str; 10] = ["px", "pixel", "pixels", "point", "count", "counts", "digit", "bit", "lsb", "punkt"];
+    let parts = unit.split_once('/').or_else(|| unit.split_once(" per ")).or_else(|| unit.split_once(" pro "));
+    match parts {
+        Some((unit, of)) if POINTS.contains(&of.trim().to_lowercase().as_str()) => unit.trim(),
+        _ => unit,
+    }
+}
+
+/// Whether a unit counts points.
+fn is_points(unit: &str) -> bool {
+    matches!(unit, "px" | "pixel" | "pixels" | "Pixel" | "points" | "Punkte")
+}
+
+/// Numbers of a value and the unit behind them: `10,00 µm`, `10 x 20 um`, `[10, 20] nm`.
+pub(super) fn quantity(value: &str) -> (Vec<f64>, String) {
+    let (mut numbers, mut units) = (Vec::new(), Vec::new());
+    let mut rest = value.trim();
+    while let Some(first) = rest.chars().next() {
+        let starts = first.is_ascii_digit()
+            || (matches!(first, '+' | '-' | '.') && rest[1..].starts_with(|c: char| c.is_ascii_digit() || c == '.'));
+        let end = if starts { number_end(rest) } else { 0 };
+        if let Ok(number) = rest[..end].replace(',', ".").parse() {
+            numbers.push(number);
+            rest = &rest[end..];
+            continue;
+        }
+        let end = rest
+            .find(|c: char| c.is_whitespace() || c.is_ascii_digit() || c == ',')
+            .unwrap_or(rest.len())
+            .max(first.len_utf8());
+        let word = rest[..end].trim_matches(['(', ')', '[', ']', ',', ';', '"']);
+        if !matches!(word, "" | "x" | "×" | "*" | "by") && !units.contains(&word) {
+            units.push(word);
+        }
+        rest = rest[end..].trim_start();
+    }
+    (numbers, units.join(" "))
+}
+
+/// Length of the number at the start of a text; a comma belongs to it if a digit follows and it is the first.
+fn number_end(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let digit = |i: usize| bytes.get(i).is_some_and(u8::is_ascii_digit);
+    let (mut end, mut separators) = (usize::from(matches!(bytes[0], b'+' | b'-')), 0);
+    loop {
+        match bytes.get(end) {
+            Some(b) if b.is_ascii_digit() => end += 1,
+            Some(b'.' | b',') if separators == 0 && (digit(end + 1) || bytes[end] == b'.') => {
+                (end, separators) = (end + 1, 1)
+            }
+            Some(b'e' | b'E')
+                if digit(end + 1) || (matches!(bytes.get(end + 1), Some(b'+' | b'-')) && digit(end + 2)) =>
+            {
+                end += 2;
+                separators = 1;
+            }
+            _ => return end,
+        }
+    }
+}
+
+/// Relative deviation of two statements of the same extent: instruments print four digits.
+const TWICE: f64 = 1e-3;
+
+/// What the header of one channel states.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Header {
+    pub(super) channel: Option<String>,
+    pub(super) points: [Option<usize>; 2],
+    pub(super) missing: Option<f64>,
+    /// Unit of numbers that are no heights, and its line.
+    pub(super) no_length: Option<(String, usize)>,
+    pub(super) warnings: Vec<String>,
+    /// Statements of a length or a factor under names that are not known.
+    pub(super) not_understood: Vec<String>,
+    /// Whether an extent may be a number of points: it has no unit.
+    countable: [bool; 2],
+    length: [Option<f64>; 2],
+    spacing: [Option<f64>; 2],
+    lateral: [Option<String>; 2],
+    unit: Option<String>,
+    factor: Option<f64>,
+    to_nanometres: Option<f64>,
+    nanometres: bool,
+    periodic: Option<bool>,
+    sign: Option<Sign>,
+    history: Vec<String>,
+}
+
+impl Header {
+    /// The name of the channel that a line begins, if it does.
+    pub(super) fn channel_of(line: &str) -> Option<&str> {
+        pair(line).filter(|(name, _)| key(name) == Some(Key::Channel)).map(|(_, value)| value.trim())
+    }
+
+    /// Takes in a line, `bare` if it is no comment; whether its key is known.
+    ///
+    /// # Errors
+    /// Values that are not of their kind: units of length that are not known, signs of extents, counts that are not whole.
+    pub(super) fn read_key(&mut self, path: &Path, line: usize, text: &str, bare: bool) -> Result<bool> {
+        let Some((name, value)) = (if bare { bare_pair(text) } else { pair(text) }) else { return Ok(false) };
+        let (name, unit_of_name) = without_unit(name);
+        let value = value.trim();
+        let Some(key) = key(name) else {
+            self.note_unknown(name, unit_of_name, value, line);
+            return Ok(false);
+        };
+        let wrong = |accepted: &str| {
+            let found = format!("{} = {} on line {line}", plain(name.trim(), 40), quoted(value));
+            Error::format(path, found, accepted)
+        };
+        let (numbers, mut unit) = quantity(value);
+        if unit.is_empty() {
+            unit = unit_of_name.unwrap_or_default().to_string();
+        }
+        unit = per_point(&unit).to_string();
+        let key = match key {
+            Key::Length(axis) | Key::Size(axis) if is_points(&unit) => Key::Points(axis),
+            other => other,
+        };
+        match key {
+            Key::Channel => self.channel = Some(value.to_string()).filter(|v| !v.is_empty()),
+            Key::History => self.history.push(value.to_string()),
+            Key::Other => {}
+            Key::FileFormat => self.nanometres = value.eq_ignore_ascii_case("ascii"),
+            Key::Sign => {
+                let known = [Sign::LowFirst, Sign::HighFirst].into_iter().find(|s| s.words() == value);
+                self.sign = Some(known.ok_or_else(|| wrong("low points touch first, or high points touch first"))?);
+            }
+            Key::Periodic => {
+                let known = match value.to_ascii_lowercase().as_str() {
+                    "yes" | "true" | "1" | "ja" => true,
+                    "no" | "false" | "0" | "nein" => false,
+                    _ => return Err(wrong("yes or no")),
+                };
+                self.periodic = Some(known);
+            }
+            Key::Unit => self.any_unit(value, line),
+            Key::LateralUnit(axis) => {
+                let unit = length_unit(value).ok_or_else(|| wrong(unit::ACCEPTED))?;
+                axis.places().iter().for_each(|k| self.lateral[*k] = Some(unit.clone()));
+            }
+            Key::HeightUnit => self.height_unit(value, &numbers, &unit, line),
+            Key::Missing if numbers.len() == 1 => self.missing = Some(numbers[0]),
+            Key::Factor | Key::ToNanometres if numbers.len() == 1 && numbers[0].is_finite() && numbers[0] != 0.0 => {
+                if key == Key::ToNanometres {
+                    self.to_nanometres = Some(numbers[0]);
+                } else {
+                    self.factor = Some(numbers[0]);
+                    if !unit.is_empty() {
+                        self.unit = Some(length_unit(&unit).ok_or_else(|| wrong(unit::ACCEPTED))?);
+                    }
+                }
+            }
+            Key::Points(axis) => {
+                let whole: Vec<usize> =
+                    numbers.iter().filter(|n| n.fract() == 0.0 && **n > 0.0).map(|n| *n as usize).collect();
+                self.points =
+                    each(axis, &whole, self.points).ok_or_else(|| wrong("a whole number, or two for both axes"))?;
+            }
+            Key::Length(axis) | Key::Size(axis) | Key::Spacing(axis) if !numbers.is_empty() => {
+                if !matches!(key, Key::Spacing(_)) {
+                    let countable = matches!(key, Key::Size(_)) && unit::is_none(&unit);
+                    axis.places().iter().for_each(|k| self.countable[*k] = countable);
+                }
+                self.extent(axis, matches!(key, Key::Spacing(_)), &numbers, &unit, value).map_err(wrong)?;
+            }
+            _ => {
+                let (name, value) = (plain(name.trim(), 40), quoted(value));
+                self.warnings
+                    .push(format!("{name} = {value} on line {line} has no number that could be used: it is left out"));
+            }
+        }
+        Ok(true)
+    }
+
+    /// The unit of the heights, if it is one of length.
+    fn any_unit(&mut self, value: &str, line: usize) {
+        self.unit = Some(length_unit(value).unwrap_or_else(|| value.to_string())).filter(|v| !v.is_empty());
+        if metres_per(value).is_none() && length_unit(value).is_none() {
+            self.warnings.push(format!(
+                "unit {} on line {line} is not {}: it is not used",
+                quoted(value),
+                unit::ACCEPTED
+            ));
+        }
+    }
+
+    /// Remembers what is not understood, for a message about what the file does not declare.
+    fn note_unknown(&mut self, name: &str, unit_of_name: Option<&str>, value: &str, line: usize) {
+        const MOST: usize = 4;
+        let (numbers, unit) = quantity(value);
+        let unit = per_point(Some(&*unit).filter(|u| !u.is_empty()).or(unit_of_name).unwrap_or_default());
+        let lower = name.to_lowercase();
+        let factor = ["factor", "faktor", "scale", "skal"].iter().any(|w| lower.contains(w)) && numbers != [1.0];
+        if numbers.is_empty() || self.not_understood.len() == MOST || !(factor || length_unit(unit).is_some()) {
+            return;
+        }
+        let statement = format!("{} = {} on line {line}", plain(name.trim(), 40), quoted(value));
+        if factor {
+            self.warnings
+                .push(format!("{statement} is not understood: it is left out, and heights are not multiplied by it"));
+        }
+        self.not_understood.push(statement);
+    }
+
+    /// The length or, if `spaced`, the spacing along `axis`; on an error, what is accepted.
+    fn extent(
+        &mut self,
+        axis: Axis,
+        spaced: bool,
+        numbers: &[f64],
+        unit: &str,
+        value: &str,
+    ) -> std::result::Result<(), &'static str> {
+        let single = axis == Axis::Both && numbers.len() == 1;
+        if single && value.contains(',') && !value.trim_start().starts_with("0,") {
+            return Err("one number, or two apart by a blank");
+        }
+        // One number for a map stands for its extent along x; that along y follows from square pixels.
+        let axis = if single && !spaced { Axis::X } else { axis };
+        let target = if spaced { &mut self.spacing } else { &mut self.length };
+        let fits = numbers.iter().all(|n| n.is_finite() && *n > 0.0);
+        let found = Some(numbers).filter(|_| fits).and_then(|n| each(axis, n, *target));
+        let found = found.ok_or("a positive number with its unit, or one for each axis")?;
+        let before = std::mem::replace(target, found);
+        let unit = if unit::is_none(unit) { None } else { Some(length_unit(unit).ok_or(unit::ACCEPTED)?) };
+        for &k in axis.places() {
+            let changed = before[k].zip(found[k]).is_some_and(|(old, new)| (old / new - 1.0).abs() > TWICE);
+            if changed && (unit.is_none() || unit == self.lateral[k]) {
+                return Err("one statement of each extent: an earlier line has another value");
+            }
+            self.lateral[k] = unit.clone().or(self.lateral[k].take());
+        }
+        Ok(())
+    }
+
+    /// `nm`, or a factor with its unit (`0.1 nm`).
+    fn height_unit(&mut self, value: &str, numbers: &[f64], unit: &str, line: usize) {
+        if numbers.len() == 1 && numbers[0].is_finite() && numbers[0] > 0.0 && !unit.is_empty() {
+            self.factor = Some(numbers[0]);
+        }
+        match length_unit(if numbers.is_empty() { value } else { unit }) {
+            Some(unit) => (self.unit, self.no_length) = (Some(unit), None),
+            None if unit::is_none(value) => {}
+            None => self.no_length = Some((value.to_string(), line)),
+        }
+    }
+
+    /// Factor from the numbers of the file to heights in [`Declared::unit`].
+    pub(super) fn factor(&self) -> f64 {
+        self.factor.or(self.to_nanometres.filter(|_| self.unit.is_none())).unwrap_or(1.0)
+    }
+
+    /// Units that column names state, where the header has none.
+    pub(super) fn take_units(&mut self, lateral: [Option<String>; 2], height: Option<String>) {
+        let [x, y] = lateral;
+        self.lateral = [self.lateral[0].take().or(x), self.lateral[1].take().or(y)];
+        self.unit = self.unit.take().or(height);
+    }
+
+    /// What the file states of a map of `nx` by `ny` points. `coordinates`: extents that coordinates of the points give.
+    ///
+    /// # Errors
+    /// Extents that differ from those of the coordinates.
+    pub(super) fn declared(
+        &self,
+        path: &Path,
+        [nx, ny]: [usize; 2],
+        coordinates: Option<[f64; 2]>,
+    ) -> Result<Declared> {
+        let nanometres = || Some("nm".to_string());
+        let unit = self.unit.clone().or_else(|| self.to_nanometres.and_then(|_| nanometres()));
+        let lateral = |k: usize| {
+            let named = self.lateral[k].clone().or_else(|| self.lateral[1 - k].clone());
+            if self.nanometres { named.or_else(nanometres) } else { named }
+        };
+        let (x_unit, y_unit) = (lateral(0), lateral(1));
+        // Extent along y in the unit of x.
+        let to_x = match (&x_unit, &y_unit) {
+            (Some(x), Some(y)) if x != y => metres_per(y).zip(metres_per(x)).map_or(1.0, |(y, x)| y / x),
+            _ => 1.0,
+        };
+        // "Width: 512" of a map of 512 points is a number of points.
+        let count = |k: usize, n: usize| self.countable[k] && self.length[k] == Some(n as f64);
+        let counts = count(0, nx) && (count(1, ny) || self.length[1].is_none());
+        let length = |k: usize| self.length[k].filter(|_| !counts);
+        let stated = |k: usize, n: usize| length(k).or(self.spacing[k].map(|s| s * n as f64));
+        let square = |x: f64| x / nx as f64 * ny as f64;
+        let stated = match (stated(0, nx), stated(1, ny)) {
+            (Some(x), Some(y)) => Some([x, y * to_x]),
+            (Some(x), None) => Some([x, square(x)]),
+            (None, Some(y)) => Some([y * to_x / ny as f64 * nx as f64, y * to_x]),
+            (None, None) => None,
+        };
+        let coordinates = coordinates.map(|[x, y]| [x, y * to_x]);
+        if let (Some(stated), Some(found)) = (stated, coordinates) {
+            // A program may count the spacing once less.
+            let off = |k: usize, n: usize| (stated[k] / found[k] - 1.0).abs() > 1.01 / n as f64;
+            if off(0, nx) || off(1, ny) {
+                let found = format!("extents of {:e} x {:e} in the header", stated[0], stated[1]);
+                let accepted = format!(
+                    "those of the coordinates, {:e} x {:e}",
+                    coordinates.unwrap_or(stated)[0],
+                    coordinates.unwrap_or(stated)[1]
+                );
+                return Err(Error::format(path, found, accepted));
+            }
+        }
+        let extent = coordinates.or(stated).map(|[x, y]| DeclaredExtent { x, y, unit: x_unit });
+        Ok(Declared {
+            sign: self.sign,
+            unit,
+            extent,
+            periodic: self.periodic,
+            channel: self.channel.clone(),
+            channels: Vec::new(),
+            history: self.history.clone(),
+        })
+    }
+}
+
+/// Values for the axes: two for both, one for one axis or for both.
+fn each<T: Copy>(axis: Axis, values: &[T], before: [Option<T>; 2]) -> Option<[Option<T>; 2]> {
+    match (axis, values) {
+        (Axis::X, [x]) => Some([Some(*x), before[1]]),
+        (Axis::Y, [y]) => Some([before[0], Some(*y)]),
+        (Axis::Both, [both]) => Some([Some(*both); 2]),
+        (Axis::Both, [x, y]) => Some([Some(*x), Some(*y)]),
+        _ => None,
+    }
+}

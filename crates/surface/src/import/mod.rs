@@ -1,0 +1,223 @@
+//! Imports surfaces: all formats of the surface of the contact-mechanics challenge, those of NumPy, NetCDF and contMech, and
+//! those of instruments: x3p and SDF (ISO 25178-72 and -71), Digital Surf, Gwyddion. The format is detected from the contents, never from the file name.
+//!
+//! [`ImportOptions`] specify what the contents do not determine: which of several arrays is read, and how Fourier
+//! coefficients are scaled. The caller specifies sign convention and unit, as for every height map.
+
+mod array;
+mod attributes;
+mod bytes;
+mod content;
+mod declare;
+mod decode;
+mod fields;
+mod foreign;
+mod fourier;
+mod gwy;
+mod hdf5;
+mod header;
+mod header_key;
+mod headings;
+mod konfig;
+mod netcdf;
+mod npz;
+mod sdf;
+mod section;
+mod source;
+mod sur;
+mod text;
+mod unit;
+mod x3p;
+mod x3p_header;
+
+pub use content::{Content, Fourier, ImportOptions, ImportedFile};
+
+use super::declared::Declared;
+use super::heights;
+use crate::files::atomic_file::open_regular;
+use asperity_grid::error::{Error, Result};
+use source::plain;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+/// Longest part of an error message, and longest name in an [`ImportedFile`], in characters.
+const LONGEST_MESSAGE: usize = 500;
+
+/// Reads a file of heights or Fourier coefficients. Heights that were not measured are NaN ([`heights::HeightMap::missing`]).
+///
+/// # Errors
+/// Damaged files; infinite heights; arrays that are not two-dimensional or not numeric; several arrays without a requested name;
+/// four columns whose first two are integers without [`ImportOptions::fourier`]; arrays that claim far more numbers than the file has
+/// bytes for; folders, pipes and devices. The message names the file, the place in it, and the accepted value.
+pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    match read_any(path, options) {
+        // Words of a foreign file are quoted without control characters and in limited length.
+        Ok(mut found) => {
+            let d = &mut found.declared;
+            let names = [&mut d.unit, &mut d.channel].into_iter().flatten();
+            let lists =
+                d.channels.iter_mut().chain(&mut d.history).chain([&mut found.layout]).chain(&mut found.warnings);
+            let lists = lists.chain(&mut found.not_understood);
+            names.chain(lists).for_each(|word| *word = plain(word, LONGEST_MESSAGE));
+            Ok(found)
+        }
+        Err(Error::Format { file, found, accepted }) => Err(Error::Format {
+            file,
+            found: plain(&found, LONGEST_MESSAGE),
+            accepted: plain(&accepted, LONGEST_MESSAGE),
+        }),
+        Err(other) => Err(other),
+    }
+}
+
+fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    let (file, length) = open_regular(path)?;
+    let mut source = BufReader::with_capacity(1 << 18, file);
+    let start = source.fill_buf().map_err(Error::io("read", path))?;
+    let kind = match kind(path, start) {
+        Kind::Npz if x3p::is(path, start) => Kind::X3p,
+        other => other,
+    };
+    drop(source);
+    let named = !matches!(kind, Kind::Npy | Kind::Konfig { .. } | Kind::X3p | Kind::Sdf | Kind::Sur);
+    let waves = options.fourier.is_some_and(Fourier::are_waves);
+    if let Some(name) = options.dataset.filter(|_| !named || matches!(kind, Kind::Text) && waves) {
+        let found = format!("--dataset (surface.dataset) = {} for a file without names", source::quoted(name));
+        return Err(Error::format(path, found, "the name only with a file that names its channels or arrays"));
+    }
+    let found = match kind {
+        Kind::Npy => {
+            let (map, declared) = heights::read_npy(path)?;
+            ImportedFile::map(map, declared, ".npy [ny, nx]")
+        }
+        Kind::Npz => npz::read(path, options)?,
+        Kind::X3p => x3p::read(path)?,
+        Kind::Sdf => sdf::read(path)?,
+        Kind::Sur => sur::read(path)?,
+        Kind::Gwy => gwy::read(path, options)?,
+        Kind::Hdf5 => hdf5::read(path, length, options)?,
+        Kind::Netcdf => netcdf::read(path, length, options)?,
+        Kind::Binary => return Err(Error::format(path, "a binary file of a kind that is not known", foreign::KINDS)),
+        Kind::Foreign(found, accepted) => {
+            return Err(Error::format(path, format!("{found}, which is not read"), accepted));
+        }
+        Kind::Text if waves => ImportedFile {
+            content: Content::Waves(fourier::read_text(path)?),
+            declared: Declared::default(),
+            layout: "text, qX qY Re Im".into(),
+            warnings: Vec::new(),
+            not_understood: Vec::new(),
+        },
+        Kind::Text => {
+            let found = text::read(path, options)?;
+            if found.layout == text::Layout::XyzLines {
+                // The coordinates determine the format, also of a map four points wide.
+                return Ok(found.into());
+            }
+            found.into()
+        }
+        Kind::Konfig { nx, ny } => konfig::read(path, nx, ny)?,
+    };
+    settle(path, found, options.fourier)
+}
+
+/// Converts four columns to Fourier coefficients if requested; returns an error if they are ambiguous.
+fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<ImportedFile> {
+    let Content::Map(map) = &found.content else { return Ok(found) };
+    match said {
+        None if map.nx == 4 && found.declared.extent.is_none() && fourier::may_be(&map.heights) => Err(Error::format(
+            path,
+            "four columns whose first two are whole numbers: Fourier coefficients qX qY Re Im, or a map 4 points wide",
+            "--fourier (surface.fourier) that says which: series, fftw (with --fourier-points), or none",
+        )),
+        None | Some(Fourier::None) => Ok(found),
+        Some(_) if map.nx == 4 => {
+            let waves = fourier::of_columns(path, &map.heights)?;
+            Ok(ImportedFile {
+                content: Content::Waves(waves),
+                layout: format!("{}, columns qX qY Re Im", found.layout),
+                ..found
+            })
+        }
+        Some(_) => {
+            let what = format!("[{}, {}] numbers", map.ny, map.nx);
+            Err(Error::format(path, what, "four columns qX qY Re Im, as --fourier (surface.fourier) has it"))
+        }
+    }
+}
+
+/// Whether a file contains heights rather than a scene.
+///
+/// # Errors
+/// Those of opening and reading a regular file.
+pub fn holds_numbers(path: &Path) -> Result<bool> {
+    let (file, _) = open_regular(path)?;
+    let mut source = BufReader::new(file);
+    let start = source.fill_buf().map_err(Error::io("read", path))?;
+    if !matches!(kind(path, start), Kind::Text) {
+        return Ok(true);
+    }
+    let text = decode::start_of_text(path, start);
+    let mut assigns = None;
+    for line in text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty()) {
+        // A scene has tables; before them, keys that no height file has.
+        let name = line.strip_prefix('[').and_then(|l| l.strip_suffix(']'));
+        if name.is_some_and(|n| {
+            n.trim_matches(['[', ']']).chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '-'))
+        }) {
+            return Ok(false);
+        }
+        let numeric = fields::split(line).0.iter().all(|f| f.parse::<f64>().is_ok());
+        if numeric || header::is_known(line) {
+            return Ok(true);
+        }
+        assigns.get_or_insert(line.contains('='));
+    }
+    // Assignments without a table: a scene by its name, otherwise a header whose keys are not known.
+    let is_scene = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    Ok(assigns.is_some_and(|assigns| !(assigns && is_scene)))
+}
+
+enum Kind {
+    Npy,
+    Npz,
+    X3p,
+    Sdf,
+    Sur,
+    Gwy,
+    Hdf5,
+    Netcdf,
+    Konfig {
+        nx: usize,
+        ny: usize,
+    },
+    Text,
+    /// Recognised, and not read: what it is, and what is accepted.
+    Foreign(&'static str, &'static str),
+    Binary,
+}
+
+fn kind(path: &Path, start: &[u8]) -> Kind {
+    if start.starts_with(b"\x93NUMPY") {
+        Kind::Npy
+    } else if start.starts_with(b"PK\x03\x04") {
+        Kind::Npz
+    } else if hdf5::starts(start) {
+        Kind::Hdf5
+    } else if matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..]) {
+        Kind::Netcdf
+    } else if sdf::starts(start) {
+        Kind::Sdf
+    } else if sur::starts(start) {
+        Kind::Sur
+    } else if gwy::starts(start) {
+        Kind::Gwy
+    } else if let Some((found, accepted)) = foreign::known(start) {
+        Kind::Foreign(found, accepted)
+    } else if start.contains(&0) && !decode::is_utf16(start) {
+        Kind::Binary
+    } else {
+        let text = decode::start_of_text(path, start);
+        konfig::header(&text).map_or(Kind::Text, |(nx, ny)| Kind::Konfig { nx, ny })
+    }
+}

@@ -1,0 +1,117 @@
+use super::array::{self, MASK, Order, choose};
+use super::attributes::{Array, Attributes};
+use super::content::{ImportOptions, ImportedFile};
+use super::declare::{Coordinate, Described, declare};
+use super::source::check_ratio;
+use crate::files::npy::{DType, fits};
+use asperity_grid::error::{Error, Result};
+use netcdf_reader::{NcAttribute, NcFile, NcType, NcVariable};
+use std::path::Path;
+
+/// Reads a variable of a classic NetCDF file (NetCDF-3, as written by scipy and SurfaceTopography): `[ny, nx]`, or
+/// `[nx, ny]` if its dimensions are named x and y in this order. `length`: bytes of the file.
+pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
+    let damaged = |e: netcdf_reader::Error| {
+        Error::format(path, format!("damaged, or not to be understood ({e})"), "a NetCDF file")
+    };
+    let file = NcFile::open(path).map_err(damaged)?;
+    let variables = file.variables().map_err(damaged)?;
+    let map_like =
+        |v: &&NcVariable| v.shape().len() == 2 && v.shape().iter().all(|n| *n > 0) && stored(v.dtype()).is_some();
+    let names: Vec<String> = variables.iter().filter(map_like).map(|v| v.name().to_string()).collect();
+    let (masks, names): (Vec<_>, Vec<_>) = names.into_iter().partition(|n| n == MASK);
+    let name = choose(path, &names, options)?;
+    let variable = file.variable(name).map_err(damaged)?;
+    let stored = stored(variable.dtype()).expect("chosen among numbers");
+    let shape = variable.shape();
+    let shape = [shape[0] as usize, shape[1] as usize];
+    // Two copies in f64: as read, and transposed.
+    let bytes = 16 * (shape[0] as u64).saturating_mul(shape[1] as u64);
+    check_ratio(path, name, bytes / 16 * stored.bytes() as u64, length)?;
+    fits(path, bytes)?;
+    let mut values: Vec<f64> = file.read_variable_as_f64(name).map_err(damaged)?.iter().copied().collect();
+    let own = attributes(variable.attributes());
+    own.unpack(&Array { path, name, stored }, &mut values, true)?;
+    for mask in masks {
+        let marked = file.read_variable_as_f64(&mask).map_err(damaged)?;
+        if marked.len() != values.len() {
+            let found = format!("variable {mask} of {} flags", marked.len());
+            return Err(Error::format(path, found, format!("one flag for each of {} heights", values.len())));
+        }
+        values.iter_mut().zip(&marked).filter(|(_, m)| **m != 0.0).for_each(|(v, _)| *v = f64::NAN);
+    }
+    let order = order(variable);
+    let mut map = array::map(path, shape, values, order)?;
+    let axes = axes(path, &file, variable)?;
+    let reversed = array::reverse_descending(&mut map, &axes);
+    let global = attributes(file.global_attributes().map_err(damaged)?);
+    let (declared, warnings) = declare(&Described {
+        path,
+        channel: name,
+        channels: &names,
+        points: [map.nx, map.ny],
+        own: &own,
+        shared: &[global],
+        axes,
+    })?;
+    let layout = format!("NetCDF variable {name} {}{reversed}", order.words());
+    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
+}
+
+/// Coordinates along x and y: the variables with the names of the dimensions.
+pub(super) fn axes(path: &Path, file: &NcFile, variable: &NcVariable) -> Result<[Option<Coordinate>; 2]> {
+    let mut found = [None, None];
+    for (k, dimension) in variable.dimensions().iter().enumerate() {
+        let Ok(coordinate) = file.coordinate_variable(&dimension.name) else { continue };
+        if coordinate.shape().len() != 1 || stored(coordinate.dtype()).is_none() {
+            continue;
+        }
+        let values = file.read_variable_as_f64(&dimension.name).map_err(|e| {
+            let found = format!("coordinates {} damaged, or not to be understood ({e})", dimension.name);
+            Error::format(path, found, "a NetCDF file")
+        })?;
+        let x_first = order(variable) == Order::RowsOfY;
+        found[if x_first { k } else { 1 - k }] = Some(Coordinate {
+            name: dimension.name.clone(),
+            attributes: attributes(coordinate.attributes()),
+            values: values.iter().copied().collect(),
+        });
+    }
+    Ok(found)
+}
+
+/// Index order of a variable.
+pub(super) fn order(variable: &NcVariable) -> Order {
+    let names: Vec<&str> = variable.dimensions().iter().map(|d| d.name.as_str()).collect();
+    if names == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX }
+}
+
+fn attributes(list: &[NcAttribute]) -> Attributes {
+    let mut all = Attributes::default();
+    for a in list {
+        if let Some(numbers) = a.value.as_f64_vec() {
+            all.numbers.insert(a.name.clone(), numbers);
+        } else if let Some(words) = a.value.as_string() {
+            all.words.insert(a.name.clone(), words);
+        }
+    }
+    all
+}
+
+/// Type of a stored number; the reader handles the byte order.
+fn stored(kind: &NcType) -> Option<DType> {
+    let big = true;
+    Some(match kind {
+        NcType::Double => DType::F8 { big },
+        NcType::Float => DType::F4 { big },
+        NcType::Byte => DType::Signed { bytes: 1, big },
+        NcType::Short => DType::Signed { bytes: 2, big },
+        NcType::Int => DType::Signed { bytes: 4, big },
+        NcType::Int64 => DType::Signed { bytes: 8, big },
+        NcType::UByte => DType::Unsigned { bytes: 1, big },
+        NcType::UShort => DType::Unsigned { bytes: 2, big },
+        NcType::UInt => DType::Unsigned { bytes: 4, big },
+        NcType::UInt64 => DType::Unsigned { bytes: 8, big },
+        _ => return None,
+    })
+}

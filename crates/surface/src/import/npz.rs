@@ -1,0 +1,120 @@
+use super::array::{self, MASK, Order, choose};
+use super::attributes::Attributes;
+use super::content::{ImportOptions, ImportedFile};
+use super::declare::{Coordinate, Described, declare};
+use super::foreign;
+use super::source::check_ratio;
+use crate::files::atomic_file::open_regular;
+use crate::files::npy::{self, DType};
+use asperity_grid::error::{Error, Result};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+/// Largest array that is read besides the heights, in bytes: coordinates of 2^17 points.
+const SMALL: u64 = 1 << 20;
+
+type Archive = ZipArchive<BufReader<File>>;
+
+/// Reads one array of a `.npz` archive, stored or deflated, and what arrays without a second dimension state of it.
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
+    let mut archive = ZipArchive::new(BufReader::new(open_regular(path)?.0)).map_err(damaged)?;
+    let files: Vec<_> = archive.file_names().collect::<std::result::Result<_, _>>().map_err(damaged)?;
+    if let Some((found, accepted)) = foreign::archive(files.iter().map(|n| &**n)) {
+        return Err(Error::format(path, format!("{found}, which is not read"), accepted));
+    }
+    let entries: Vec<String> = files.iter().filter_map(|n| n.strip_suffix(".npy").map(str::to_string)).collect();
+    let (mut names, mut has_mask) = (Vec::new(), false);
+    let mut stated = Attributes::default();
+    for name in entries {
+        let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
+        let length = entry.size();
+        // Other arrays cause an error only if they are requested by name.
+        if options.dataset == Some(&name) || npy::Reader::of(entry, length, path).is_ok() {
+            if name == MASK { has_mask = true } else { names.push(name) }
+        } else if length <= SMALL {
+            let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
+            take_small(&mut stated, name, entry);
+        }
+    }
+    let name = choose(path, &names, options)?;
+    let field = reader(path, &mut archive, name)?.numbers()?;
+    let shape = [field.ny, field.nx];
+    let mut values = field.values;
+    if has_mask {
+        let (mut flags, mask) = (Vec::new(), reader(path, &mut archive, MASK)?);
+        let found = [mask.ny, mask.nx];
+        if found != shape {
+            return Err(Error::format(
+                path,
+                format!("array mask of shape {found:?}"),
+                format!("{shape:?}, as {name} has"),
+            ));
+        }
+        mask.for_each_row(|_, row| flags.extend(row.iter().map(|m| *m != 0.0)))?;
+        values.iter_mut().zip(flags).filter(|(_, m)| *m).for_each(|(v, _)| *v = f64::NAN);
+    }
+    let mut map = array::map(path, shape, values, Order::RowsOfX)?;
+    let axis = |name: &str| {
+        let values = stated.numbers.get(name)?.clone();
+        Some(Coordinate { name: name.to_string(), attributes: Attributes::default(), values })
+    };
+    let axes = [axis("x"), axis("y")];
+    let reversed = array::reverse_descending(&mut map, &axes);
+    let (declared, warnings) = declare(&Described {
+        path,
+        channel: name,
+        channels: &names,
+        points: [map.nx, map.ny],
+        own: &stated,
+        shared: &[],
+        axes,
+    })?;
+    let layout = format!(".npz array {name} [ny, nx]{reversed}");
+    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
+}
+
+fn reader<'a>(path: &Path, archive: &'a mut Archive, name: &str) -> Result<npy::Reader<impl Read + use<'a>>> {
+    let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
+    let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
+    check_ratio(path, name, entry.size(), entry.compressed_size())?;
+    let length = entry.size();
+    npy::Reader::of(entry, length, path)
+}
+
+/// Takes in an array of numbers, flags or words with at most one dimension; others are ignored.
+fn take_small(stated: &mut Attributes, name: String, mut entry: impl Read) {
+    let Ok((header, _)) = npy::read_header(&mut entry) else { return };
+    let mut bytes = Vec::new();
+    if header.shape.len() > 1 || entry.take(SMALL).read_to_end(&mut bytes).is_err() {
+        return;
+    }
+    let descriptor = header.type_descriptor.to_string();
+    let descriptor = descriptor.trim_matches(['\'', '"']);
+    if let Some(stored) = DType::named(descriptor) {
+        let numbers: Vec<f64> = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
+        stated.numbers.insert(name, numbers);
+    } else if let Some(words) = words(descriptor, &bytes) {
+        stated.words.insert(name, words);
+    }
+}
+
+/// A single NumPy string: `<U4` has four bytes a character, `|S4` one.
+fn words(descriptor: &str, bytes: &[u8]) -> Option<String> {
+    let big = descriptor.starts_with('>');
+    let kind = descriptor.trim_start_matches(['<', '>', '|']);
+    let count: usize = kind.get(1..)?.parse().ok()?;
+    let text: String = match &kind[..1] {
+        "U" if bytes.len() == 4 * count => {
+            let words =
+                bytes.as_chunks().0.iter().map(|b| if big { u32::from_be_bytes(*b) } else { u32::from_le_bytes(*b) });
+            words.map(char::from_u32).collect::<Option<_>>()?
+        }
+        "S" if bytes.len() == count => String::from_utf8(bytes.to_vec()).ok()?,
+        _ => return None,
+    };
+    Some(text.trim_end_matches('\0').to_string())
+}

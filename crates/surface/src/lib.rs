@@ -1,0 +1,38 @@
+#![doc = include_str!("../README.md")]
+
+#[cfg(feature = "files")]
+pub mod declared;
+#[cfg(feature = "files")]
+pub mod files;
+mod fourier;
+mod guards;
+pub mod height_map;
+#[cfg(feature = "files")]
+pub mod heights;
+#[cfg(feature = "files")]
+pub mod import;
+mod morphology;
+mod non_periodic;
+mod power_spectrum;
+mod preparation;
+#[cfg(feature = "files")]
+pub mod provenance;
+mod spectrum;
+mod statistics;
+mod summits;
+mod synthesis;
+#[cfg(feature = "files")]
+mod xyz_text;
+
+pub use fourier::{FourierModes, Wave};
+pub use guards::{quality_warnings, seam_warning, slope_warnings};
+pub use morphology::dilate_by_ball;
+pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_moments};
+pub use power_spectrum::{PowerSpectrum, Shell};
+pub use preparation::{
+    Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap, suspected_outliers,
+};
+pub use spectrum::{Amplitudes, Expected, Spectrum};
+pub use statistics::{Moments, PsdBin, Range, moments, non_periodic_gradient, psd, range};
+pub use summits::{Summit, SummitCurvature, SummitFit, summits};
+pub use synthesis::{Modes, lower_to_zero, resample};

@@ -1,0 +1,94 @@
+//! Statistics of non-periodic heights: no difference is taken across an edge.
+
+use super::non_periodic_gradient;
+use asperity_grid::{Grid, mean, rms};
+use std::f64::consts::TAU;
+
+/// Moments of a non-periodic height map, from differences between neighbouring nodes (reduced units).
+#[derive(Debug, Clone, Copy)]
+pub struct NonPeriodicMoments {
+    /// About the mean height, not about a fitted plane: a tilt is part of the surface.
+    pub rms_height: f64,
+    pub rms_gradient: f64,
+    /// Profile moments m2 = ⟨|∇h|²⟩/2 and m4 = (⟨h_xx²⟩ + ⟨h_yy²⟩)/2.
+    pub m2: f64,
+    pub m4: f64,
+}
+
+pub fn non_periodic_moments(grid: Grid, heights: &[f64]) -> NonPeriodicMoments {
+    let bends = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
+        let second = |i: usize| (heights[i + step] - 2.0 * heights[i] + heights[i - step]) / (d * d);
+        let squares = (0..heights.len()).filter(|&i| inside(i)).map(|i| second(i).powi(2));
+        let (count, sum) = squares.fold((0usize, 0.0), |(n, sum), s| (n + 1, sum + s));
+        sum / count.max(1) as f64
+    };
+    let along_x = bends(1, grid.dx(), &|i| i % grid.nx != 0 && (i + 1) % grid.nx != 0);
+    let along_y = bends(grid.nx, grid.dy(), &|i| i >= grid.nx && i + grid.nx < grid.points());
+    let rms_gradient = non_periodic_gradient(grid, heights);
+    NonPeriodicMoments {
+        rms_height: rms(heights),
+        rms_gradient,
+        m2: rms_gradient.powi(2) / 2.0,
+        m4: (along_x + along_y) / 2.0,
+    }
+}
+
+/// Heights minus their least-squares plane, times a Hann window along both axes with mean square one, which repeats with the number of
+/// points as SurfaceTopography and SciPy have it: the spectrum is free of the step at the boundary, at the price of a resolution of one
+/// to two modes.
+pub fn hann_windowed(grid: Grid, heights: &[f64]) -> Vec<f64> {
+    let hann = |n: usize| -> Vec<f64> {
+        let w: Vec<f64> = (0..n).map(|i| 1.0 - (TAU * i as f64 / n as f64).cos()).collect();
+        let square = w.iter().map(|v| v * v).sum::<f64>() / n as f64;
+        w.into_iter().map(|v| v / square.sqrt()).collect()
+    };
+    // Offsets from the centre are orthogonal to each other and to a constant.
+    let (mx, my) = ((grid.nx - 1) as f64 / 2.0, (grid.ny - 1) as f64 / 2.0);
+    let offsets = |i: usize| ((i % grid.nx) as f64 - mx, (i / grid.nx) as f64 - my);
+    let mean = mean(heights);
+    let slope = |of: &dyn Fn((f64, f64)) -> f64| {
+        let (top, bottom) = heights.iter().enumerate().fold((0.0, 0.0), |(t, b), (i, h)| {
+            let d = of(offsets(i));
+            (t + d * (h - mean), b + d * d)
+        });
+        if bottom > 0.0 { top / bottom } else { 0.0 }
+    };
+    let (sx, sy) = (slope(&|d| d.0), slope(&|d| d.1));
+    let (wx, wy) = (hann(grid.nx), hann(grid.ny));
+    let flat = |i: usize| heights[i] - mean - sx * offsets(i).0 - sy * offsets(i).1;
+    (0..heights.len()).map(|i| wx[i % grid.nx] * wy[i / grid.nx] * flat(i)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{moments, psd};
+
+    /// Second differences of a parabola are exact. Its periodic moments contain the step at the boundary.
+    #[test]
+    fn moments_of_a_tilted_paraboloid_are_exact() {
+        let grid = Grid { nx: 9, ny: 7, lx: 1.0, ly: 0.7 };
+        let at = |i: usize| ((i % 9) as f64 * grid.dx(), (i / 9) as f64 * grid.dy());
+        let bowl: Vec<f64> = (0..63).map(at).map(|(x, y)| 0.2 * x + 1.5 * x * x + 0.5 * y * y).collect();
+        let m = non_periodic_moments(grid, &bowl);
+        assert!((m.m4 - (9.0 + 1.0) / 2.0).abs() < 1e-9, "{m:?}");
+        assert_eq!(m.m2, m.rms_gradient.powi(2) / 2.0);
+        assert!(moments(grid, &bowl).m4 > 2.0 * m.m4);
+    }
+
+    /// The windowed power of a wave stays near its mode, and that of the slope vanishes.
+    #[test]
+    fn the_window_removes_the_slope_and_keeps_the_wave() {
+        let grid = Grid::unit(64, 64);
+        let x = |i: usize| (i % 64) as f64 / 64.0;
+        let wave: Vec<f64> = (0..64 * 64).map(|i| 0.3 * x(i) + 0.01 * (TAU * 8.3 * x(i)).cos()).collect();
+        let power = |heights: &[f64]| -> Vec<(f64, f64)> {
+            psd(grid, heights, |_| 0.0).iter().map(|b| (b.mode, b.power)).collect()
+        };
+        let (plain, clean) = (power(&wave), power(&hann_windowed(grid, &wave)));
+        let highest = clean.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("bins");
+        assert!((7.0..10.0).contains(&highest.0), "{clean:?}");
+        let last = |bins: &[(f64, f64)]| bins[bins.len() - 1].1;
+        assert!(last(&clean) < 1e-4 * last(&plain), "{} {}", last(&clean), last(&plain));
+    }
+}

@@ -1,0 +1,104 @@
+use asperity_grid::{Grid, mean};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Part of the extent over which each end is tapered. 0.1 is the usual split cosine bell of spectral analysis (Bloomfield,
+/// Fourier Analysis of Time Series, 1976): 64 % of the points keep their height.
+const TAPERED: f64 = 0.1;
+
+/// Treatment of the edges of a map that does not repeat.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum Edges {
+    /// Heights fall to their mean towards the edges (Tukey window): the map repeats, its outer part is not the measured one.
+    Taper,
+    /// The map and its mirror images form a cell of twice the extent along both axes.
+    Mirror,
+}
+
+impl Edges {
+    pub(super) fn make(self, grid: Grid, heights: Vec<f64>) -> (Grid, Vec<f64>) {
+        match self {
+            Edges::Taper => (grid, taper(grid, heights)),
+            Edges::Mirror => mirror(grid, &heights),
+        }
+    }
+
+    /// The line of the history, for the map before this step.
+    pub(super) fn line(self, grid: Grid) -> String {
+        match self {
+            Edges::Taper => {
+                let whole = |n: usize| window(n).iter().filter(|w| **w == 1.0).count();
+                let kept = 100.0 * (whole(grid.nx) * whole(grid.ny)) as f64 / grid.points() as f64;
+                format!(
+                    "edges taper: to the mean over {} % of each side, {kept:.0} % of the points unchanged",
+                    100.0 * TAPERED
+                )
+            }
+            Edges::Mirror => {
+                format!("edges mirror: a cell of {} x {} points, twice the extents", 2 * grid.nx, 2 * grid.ny)
+            }
+        }
+    }
+}
+
+/// Tukey's window at the centres of `n` pixels.
+fn window(n: usize) -> Vec<f64> {
+    let at = |i: usize| {
+        let from_edge = (i.min(n - 1 - i) as f64 + 0.5) / n as f64;
+        if from_edge < TAPERED { 0.5 - 0.5 * (PI * from_edge / TAPERED).cos() } else { 1.0 }
+    };
+    (0..n).map(at).collect()
+}
+
+fn taper(grid: Grid, mut heights: Vec<f64>) -> Vec<f64> {
+    let (wx, wy, mean) = (window(grid.nx), window(grid.ny), mean(&heights));
+    heights.par_chunks_mut(grid.nx).zip(wy).for_each(|(row, wy)| {
+        for (h, wx) in row.iter_mut().zip(&wx) {
+            let w = wx * wy;
+            // Exact where the window is 1.
+            *h = w * *h + (1.0 - w) * mean;
+        }
+    });
+    heights
+}
+
+/// Mirrored about the outer edges of the last pixels, so that no point is on a mirror plane.
+fn mirror(grid: Grid, heights: &[f64]) -> (Grid, Vec<f64>) {
+    let cell = Grid { nx: 2 * grid.nx, ny: 2 * grid.ny, lx: 2.0 * grid.lx, ly: 2.0 * grid.ly };
+    let rows = heights.chunks(grid.nx);
+    let mirrored = rows.clone().chain(rows.rev()).flat_map(|r| r.iter().chain(r.iter().rev()));
+    (cell, mirrored.copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mirror_images_meet_without_a_step() {
+        let grid = Grid { nx: 3, ny: 2, lx: 3.0, ly: 1.0 };
+        let (cell, heights) = mirror(grid, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(cell, Grid { nx: 6, ny: 4, lx: 6.0, ly: 2.0 });
+        let first = [1.0, 2.0, 3.0, 3.0, 2.0, 1.0];
+        let last = [4.0, 5.0, 6.0, 6.0, 5.0, 4.0];
+        assert_eq!(heights, [first, last, last, first].concat());
+    }
+
+    /// The inner part is bit-identical; the outermost points are nearly at the mean.
+    #[test]
+    fn the_taper_changes_the_outer_part_only() {
+        let grid = Grid::unit(40, 20);
+        let heights: Vec<f64> = (0..800).map(|i| 7.0 + f64::from(i % 40) + (f64::from(i) * 0.7).sin()).collect();
+        let tapered = taper(grid, heights.clone());
+        for (i, (t, h)) in tapered.iter().zip(&heights).enumerate() {
+            let inside = (4..36).contains(&(i % 40)) && (2..18).contains(&(i / 40));
+            assert_eq!(t == h, inside, "{i}");
+        }
+        // The window is 0.04 at half a pixel of four.
+        assert!((tapered[10 * 40] - mean(&heights)).abs() < 0.05 * (heights[10 * 40] - mean(&heights)).abs());
+    }
+}

@@ -1,0 +1,127 @@
+//! Preparation of measured maps in explicit, recorded steps.
+
+mod crop;
+mod digits;
+mod edges;
+mod fill;
+mod filter;
+mod harmonic;
+mod outliers;
+mod regrid;
+mod rows;
+mod trend;
+
+pub use edges::Edges;
+pub use fill::{Fill, MAX_FILLED_SHARE};
+pub use filter::FilterKind;
+pub(super) use outliers::SUSPECT;
+pub use outliers::suspected_outliers;
+pub use trend::Detrend;
+
+use crate::height_map::HeightMap;
+use asperity_grid::error::Result;
+use asperity_grid::{Grid, rms};
+use digits::digits;
+use filter::Band;
+
+/// Steps that a map goes through before it is solved, in the order of the fields. Lengths are in the unit of the extents.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Preparation {
+    /// First column, first row, columns and rows of the part that is kept.
+    pub crop: Option<[usize; 4]>,
+    /// Points that deviate from the median of their neighbourhood by more than this many robust standard deviations become missing.
+    pub remove_outliers: Option<f64>,
+    pub fill: Option<Fill>,
+    pub detrend: Option<Detrend>,
+    /// Cut-off wavelength below which waves are removed.
+    pub low_pass: Option<f64>,
+    /// Cut-off wavelength above which waves are removed.
+    pub high_pass: Option<f64>,
+    pub filter: FilterKind,
+    /// Columns and rows of the resampled map.
+    pub resample: Option<[usize; 2]>,
+    pub edges: Option<Edges>,
+}
+
+/// A prepared map, without missing points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PreparedMap {
+    pub map: HeightMap,
+    /// Extents along x and y: crop and mirror images change them.
+    pub extent: [f64; 2],
+    /// Points that were filled.
+    pub filled: usize,
+    /// One line per step that was applied, with its parameters and what it changed.
+    pub history: Vec<String>,
+}
+
+impl Preparation {
+    /// Applies the steps to a map `[ny, nx]` with the extents `[x, y]`, in the unit of the caller; heights have the same unit.
+    ///
+    /// `periodic`: the map repeats as it is. Filters, resampling and fill then continue across its edges. A cropped map, and
+    /// one with new `edges`, is treated as a patch until its edges are made.
+    ///
+    /// The form is fitted to the measured points, not to filled ones. With a crop, rows and columns of messages are those of the
+    /// whole map, counted from 1.
+    ///
+    /// # Errors
+    /// Missing points without a fill, and too many with one; a crop outside of the map; cut-offs that the map does not resolve;
+    /// a sharp filter of a map that does not repeat; a resampled map without points or beyond the memory.
+    pub fn apply(&self, map: HeightMap, extent: [f64; 2], periodic: bool) -> Result<PreparedMap> {
+        let mut grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
+        let mut heights = map.heights;
+        let mut history = Vec::new();
+        let [column, row, ..] = self.crop.unwrap_or_default();
+        let repeats = periodic && self.edges.is_none() && self.crop.is_none_or(|c| c == [0, 0, grid.nx, grid.ny]);
+        if let Some(part) = self.crop {
+            let line = format!("crop: {} x {} points from column {}, row {}", part[2], part[3], column + 1, row + 1);
+            (grid, heights) = crop::crop(grid, &heights, part)?;
+            history.push(format!("{line} of {} x {}", map.nx, map.ny));
+        }
+        let mut removed = 0;
+        if let Some(threshold) = self.remove_outliers {
+            removed = outliers::remove(grid, &mut heights, repeats, threshold)?;
+            let share = share(removed, grid);
+            history.push(format!("outliers beyond {threshold} robust standard deviations: {removed} removed{share}"));
+        }
+        let form = self.detrend.map(|kind| trend::Trend::fit(kind, grid, &heights));
+        let filled = fill::fill(self.fill, grid, &mut heights, repeats, fill::Origin { column, row, removed })?;
+        if let Some(kind) = self.fill {
+            history.push(format!("fill {}: {filled}{}", kind.word(), share(filled, grid)));
+        }
+        if let Some(form) = form {
+            form.subtract(grid, &mut heights);
+            history.push(form.line());
+        }
+        filter::check(self.filter, self.low_pass, self.high_pass, grid, repeats)?;
+        for band in [self.low_pass.map(Band::Long), self.high_pass.map(Band::Short)].into_iter().flatten() {
+            let before = rms(&heights);
+            filter::apply(self.filter, band, grid, &mut heights, repeats);
+            history.push(format!(
+                "{} {}: rms height {} to {}",
+                band.words(),
+                self.filter.word(),
+                digits(before),
+                digits(rms(&heights))
+            ));
+        }
+        if let Some(points) = self.resample {
+            let (method, from) = (regrid::method(grid, points, repeats), [grid.nx, grid.ny]);
+            (grid, heights) = regrid::regrid(grid, heights, points, repeats)?;
+            history
+                .push(format!("resample: {} x {} to {} x {} points by {method}", from[0], from[1], grid.nx, grid.ny));
+        }
+        if let Some(kind) = self.edges {
+            let line = kind.line(grid);
+            (grid, heights) = kind.make(grid, heights);
+            history.push(line);
+        }
+        let map = HeightMap::new("prepared map", grid.nx, grid.ny, heights)?;
+        Ok(PreparedMap { map, extent: [grid.lx, grid.ly], filled, history })
+    }
+}
+
+/// " of N points (P %)".
+fn share(part: usize, grid: Grid) -> String {
+    format!(" of {} points ({} %)", grid.points(), digits(100.0 * part as f64 / grid.points() as f64))
+}
