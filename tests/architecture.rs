@@ -301,14 +301,16 @@ fn files_and_functions_are_short() {
     let crates = Crate::all(repository());
     let sources = || crates.iter().flat_map(|c| c.sources.values());
     let mut long: Vec<String> = Vec::new();
-    let mut tests = Vec::new();
-    visit(&repository().join("tests"), &mut |path| {
-        if path.extension().is_some_and(|e| e == "rs") {
-            let lines = std::fs::read_to_string(path).expect("read").lines().count();
-            tests.push((path.strip_prefix(repository()).expect("inside").display().to_string(), lines));
-        }
-    });
-    let files = sources().map(|s| (s.file.clone(), s.lines)).chain(tests);
+    let mut others = Vec::new();
+    for folder in ["tests", "python"] {
+        visit(&repository().join(folder), &mut |path| {
+            if path.extension().is_some_and(|e| e == "rs" || e == "py") {
+                let lines = std::fs::read_to_string(path).expect("read").lines().count();
+                others.push((path.strip_prefix(repository()).expect("inside").display().to_string(), lines));
+            }
+        });
+    }
+    let files = sources().map(|s| (s.file.clone(), s.lines)).chain(others);
     long.extend(files.filter(|(_, n)| *n > FILE_LINES).map(|(f, n)| format!("{f}: {n} lines")));
     for source in sources() {
         let functions = functions(&source.code).into_iter().filter(|(_, n)| *n > FUNCTION_LINES);

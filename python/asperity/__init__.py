@@ -9,7 +9,7 @@ from __future__ import annotations
 from ._asperity import VERSION as __version__
 from ._body import Cubic, Layer, NonPeriodic
 from ._errors import AsperityError, AsperityWarning, InputError, LammpsError, NotConverged, ResourceError
-from ._law import TabulatedLaw
+from ._law import Adhesion, TabulatedLaw
 from ._observe import (
     Clusters,
     ContactArea,
@@ -26,9 +26,11 @@ from ._observe import (
     percolation,
     pressure_distribution,
 )
-from ._program import Run, RunState, advise, command, open_run, program, run, tradeoff
+from ._program import advise, command, program, run, tradeoff
 from ._progress import Progress
-from ._solve import Adhesion, Estimate, LoadPath, PullOff, State, estimate, memory, solve
+from ._run import Run, RunState, open_run
+from ._solve import estimate, memory, solve
+from ._state import Estimate, LoadPath, PullOff, State
 from ._subsurface import StressMap, SubsurfaceStress, subsurface
 from ._surface import Preparation, Surface
 

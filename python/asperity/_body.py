@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from ._arguments import real
 from ._errors import InputError
-from ._surface import real
 
 
 @dataclass(frozen=True)
@@ -48,5 +48,5 @@ def body_settings(body: Body | None) -> dict[str, Any]:
         case NonPeriodic():
             settings |= {"kind": "non-periodic"}
         case other:
-            raise InputError(f"problem: body = {other!r}; accepted: Layer, Cubic, NonPeriodic, or None for a half-space")
+            raise InputError(f"body = {other!r}; accepted: Layer, Cubic, NonPeriodic, or None for a half-space")
     return settings

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from ._solve import LoadPath
+from typing import Any
 
 
 class AsperityError(Exception):
@@ -18,7 +15,8 @@ class AsperityError(Exception):
         The states that were solved before the error, from :func:`asperity.solve`.
     """
 
-    load_path: LoadPath | None = None
+    # Of any type: the module of LoadPath imports this one.
+    load_path: Any = None
 
 
 class InputError(AsperityError, ValueError):
@@ -37,6 +35,10 @@ class ResourceError(AsperityError, RuntimeError):
     """Too little memory or disk, or a program that is missing; exit code 5."""
 
 
+class AsperityWarning(UserWarning):
+    """A result or an input that deserves attention: the problem is solved as given."""
+
+
 #: Classes by exit code of the program.
 CLASSES: dict[int, type[AsperityError]] = {2: InputError, 3: NotConverged, 4: LammpsError, 5: ResourceError}
 
@@ -53,7 +55,3 @@ def needed(package: str) -> Any:
         return importlib.import_module(package)
     except ImportError as error:
         raise ImportError(f'{package} is needed for this; `pip install {package}`, or `pip install "asperity[all]"`') from error
-
-
-class AsperityWarning(UserWarning):
-    """A result or an input that deserves attention: the problem is solved as given."""

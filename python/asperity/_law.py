@@ -1,16 +1,17 @@
-"""Adhesion laws of the caller."""
+"""Adhesion: built-in laws, and those of the caller."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
+from ._arguments import real
 from ._errors import InputError
-from ._surface import real
 
 
 class TabulatedLaw:
@@ -66,3 +67,53 @@ class TabulatedLaw:
 
     def __repr__(self) -> str:
         return f"<TabulatedLaw: work of adhesion {self.work_of_adhesion:.6g}, range {self.range:.6g}, error {self.error:.1e}>"
+
+
+@dataclass(frozen=True)
+class Adhesion:
+    """Attraction between the surfaces.
+
+    Attributes
+    ----------
+    work_of_adhesion : float
+        Work of adhesion γ, in units of modulus times length: with µm and MPa, 0.05 J/m² is 0.05.
+    range : float
+        Range ρ, in the unit of the surface.
+    law : {'exponential', 'dugdale', 'power-9-3'} or TabulatedLaw
+        Decay of the attraction with the gap. A table gives the shape, which is scaled to the work and the range.
+    resolution : {'mesh', 'true', 'extrapolate'}
+        Where the grid does not resolve the range, ``mesh`` takes the shortest range that it resolves, ``true`` takes the range as
+        it is, and ``extrapolate`` solves with three longer ranges and extrapolates.
+    """
+
+    work_of_adhesion: float
+    range: float
+    law: str | TabulatedLaw = "exponential"
+    resolution: str = "mesh"
+
+    @classmethod
+    def from_traction(cls, traction: Callable[[float], float], cutoff: float, *, resolution: str = "mesh") -> Adhesion:
+        """An attraction of your own from its traction, which is tabulated up to the gap `cutoff`: see :class:`TabulatedLaw`.
+
+        Examples
+        --------
+        >>> import asperity
+        >>> cohesive = asperity.Adhesion.from_traction(lambda gap: 2.0 * max(1 - gap / 0.1, 0), cutoff=0.1)
+        >>> round(cohesive.work_of_adhesion, 9)
+        0.1
+        """
+        law = TabulatedLaw(traction, cutoff)
+        return cls(law.work_of_adhesion, law.range, law, resolution)
+
+
+def adhesion_settings(adhesion: Adhesion | None) -> dict[str, Any]:
+    """An adhesion as the compiled part takes it."""
+    match adhesion:
+        case None:
+            return {"adhesion": None, "law": "exponential", "table": None, "resolution": "mesh"}
+        case Adhesion(work, reach, law, resolution):
+            numbers = (real("work_of_adhesion", work), real("range", reach))
+            word, table = ("exponential", law._native) if isinstance(law, TabulatedLaw) else (law, None)
+            return {"adhesion": numbers, "law": word, "table": table, "resolution": resolution}
+        case other:
+            raise InputError(f"adhesion = {other!r}; accepted: an Adhesion, or None")

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
+from ._arguments import extents, finite_map, flag_map, real, reals
 from ._errors import InputError
-from ._surface import as_map, real
 
 
 @dataclass(frozen=True)
@@ -102,36 +102,11 @@ class Method:
     references: list[str]
 
 
-def _flags(name: str, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    array = np.asarray(values)
-    binary = array.dtype == np.bool_ or array.dtype.kind in "iu" and bool(np.isin(array, (0, 1)).all())
-    if array.ndim != 2 or array.size == 0 or not binary:
-        raise InputError(f"{name} = an array of shape {array.shape} and type {array.dtype}; accepted: bool, or 0 and 1, [ny, nx]")
-    return array.astype(np.bool_, copy=False)
-
-
 def _edges(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    try:
-        edges = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        edges = np.empty(0)
-    if edges.ndim != 1 or edges.size < 2 or not np.isfinite(edges).all() or not (np.diff(edges) > 0).all():
+    edges = reals("edges", values)
+    if edges.size < 2 or not np.isfinite(edges).all() or not (np.diff(edges) > 0).all():
         raise InputError(f"edges = {values!r}; accepted: the edges of the bins, two or more finite numbers that rise")
     return edges
-
-
-def finite_map(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    array = as_map(name, values)
-    if not np.isfinite(array).all():
-        raise InputError(f"{name} = an array with values that are not finite; accepted: finite numbers")
-    return array
-
-
-def checked_cell(cell: tuple[float, float]) -> tuple[float, float]:
-    x, y = cell
-    if not (0 < x < np.inf and 0 < y < np.inf):
-        raise InputError(f"cell = {cell!r}; accepted: positive extents along x and y")
-    return real("cell", x), real("cell", y)
 
 
 def contact_area(gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: float = 0.0) -> ContactArea:
@@ -144,7 +119,7 @@ def contact_area(gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: fl
     >>> asperity.contact_area(gap, (8.0, 8.0)).count
     1
     """
-    return ContactArea(*_asperity.contact_area(finite_map("gap", gap), real("threshold", threshold), checked_cell(cell)))
+    return ContactArea(*_asperity.contact_area(finite_map("gap", gap), real("threshold", threshold), extents("cell", cell)))
 
 
 def clusters(contact: npt.ArrayLike, *, corners: bool = True) -> Clusters:
@@ -156,7 +131,7 @@ def clusters(contact: npt.ArrayLike, *, corners: bool = True) -> Clusters:
     >>> asperity.clusters(np.eye(4, dtype=bool), corners=False).sizes
     [1, 1, 1, 1]
     """
-    return Clusters(*_asperity.clusters(_flags("contact", contact), corners))
+    return Clusters(*_asperity.clusters(flag_map("contact", contact), corners))
 
 
 def percolation(contact: npt.ArrayLike) -> tuple[bool, bool]:
@@ -168,11 +143,11 @@ def percolation(contact: npt.ArrayLike) -> tuple[bool, bool]:
     >>> asperity.percolation(np.eye(4, dtype=bool))
     (True, True)
     """
-    return _asperity.percolation(_flags("contact", contact))
+    return _asperity.percolation(flag_map("contact", contact))
 
 
-def _distribution(edges: npt.NDArray[np.float64], found: tuple[list[float], float, float, float]) -> Distribution:
-    fractions, delta, below, above = found
+def _distribution(edges: npt.NDArray[np.float64], histogram: tuple[list[float], float, float, float]) -> Distribution:
+    fractions, delta, below, above = histogram
     return Distribution(edges, np.array(fractions), delta, below, above)
 
 
@@ -182,8 +157,8 @@ def gap_distribution(gap: npt.ArrayLike, edges: npt.ArrayLike, *, threshold: flo
     Examples
     --------
     >>> import numpy as np, asperity
-    >>> found = asperity.gap_distribution(np.array([[0.0, 0.5], [1.5, 3.0]]), [0, 1, 2])
-    >>> found.delta, found.fractions.tolist(), found.above
+    >>> gaps = asperity.gap_distribution(np.array([[0.0, 0.5], [1.5, 3.0]]), [0, 1, 2])
+    >>> gaps.delta, gaps.fractions.tolist(), gaps.above
     (0.25, [0.25, 0.25], 0.25)
     """
     bins = _edges(edges)
@@ -200,7 +175,7 @@ def pressure_distribution(pressure: npt.ArrayLike, contact: npt.ArrayLike, edges
     >>> asperity.pressure_distribution(p, p > 0, [0, 1, 2]).fractions.tolist()
     [0.25, 0.25]
     """
-    values, flags, bins = finite_map("pressure", pressure), _flags("contact", contact), _edges(edges)
+    values, flags, bins = finite_map("pressure", pressure), flag_map("contact", contact), _edges(edges)
     if values.shape != flags.shape:
         raise InputError(f"contact = an array of shape {flags.shape}; accepted: {values.shape}, as pressure has")
     return _distribution(bins, _asperity.pressure_distribution(values, flags, bins.tolist())[1])
@@ -228,7 +203,7 @@ def compare_maps(contact: npt.ArrayLike, reference: npt.ArrayLike) -> MapAgreeme
     >>> asperity.compare_maps(reference, reference).aligned.kappa
     1.0
     """
-    aligned, shifted, shift = _asperity.compare_maps(_flags("contact", contact), _flags("reference", reference))
+    aligned, shifted, shift = _asperity.compare_maps(flag_map("contact", contact), flag_map("reference", reference))
     return MapAgreement(Overlap(*aligned), Overlap(*shifted), (shift[0], shift[1]))
 
 

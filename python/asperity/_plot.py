@@ -11,6 +11,10 @@ from ._errors import InputError, needed
 from ._html import label
 
 
+def _axes(ax: Any) -> Any:
+    return needed("matplotlib.pyplot").subplots(layout="constrained")[1] if ax is None else ax
+
+
 def plot_map(
     values: npt.NDArray[Any],
     cell: tuple[float, float],
@@ -21,7 +25,7 @@ def plot_map(
     **options: Any,
 ) -> Any:
     """A map with its extents and a colour bar of its quantity, given by name and unit."""
-    axes = needed("matplotlib.pyplot").subplots(layout="constrained")[1] if ax is None else ax
+    axes = _axes(ax)
     image = axes.imshow(values, origin="lower", extent=(0, cell[0], 0, cell[1]), **options)
     axes.set_xlabel(label("x", length_unit))
     axes.set_ylabel(label("y", length_unit))
@@ -39,7 +43,7 @@ def plot_curve(
     """One number of states over another, one line for each branch."""
     if unknown := [name for name in (x, y) if name not in numbers]:
         raise InputError(f"curve = {unknown}; accepted: {', '.join(numbers)}")
-    axes = needed("matplotlib.pyplot").subplots(layout="constrained")[1] if ax is None else ax
+    axes = _axes(ax)
     branches = numbers["branch"]
     loading, unloading = ([i for i, branch in enumerate(branches) if branch == name] for name in ("loading", "unloading"))
     # Unloading starts where loading ends.

@@ -9,10 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
+from ._arguments import Map, extents, finite_map, real, reals
 from ._body import Body, body_settings
-from ._errors import InputError
-from ._observe import checked_cell, finite_map
-from ._surface import Map, real
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,21 +91,15 @@ def subsurface(
     >>> import numpy as np, asperity
     >>> q = 2 * np.pi
     >>> pressure = np.tile(np.cos(q * np.arange(16) / 16), (16, 1))
-    >>> found = asperity.subsurface(pressure, (1.0, 1.0), 1 / q, poisson=0.3)
-    >>> round(found[0].shear.max * np.e, 9)
+    >>> below = asperity.subsurface(pressure, (1.0, 1.0), 1 / q, poisson=0.3)[0]
+    >>> round(below.shear.max * np.e, 9)
     1.0
     """
-    try:
-        list_of_depths = np.atleast_1d(np.asarray(depths, dtype=np.float64))
-    except (TypeError, ValueError):
-        list_of_depths = np.empty((0, 0))
-    if list_of_depths.ndim != 1 or list_of_depths.size == 0:
-        raise InputError(f"depths = {depths!r}; accepted: a number or a sequence of numbers")
-    given = list_of_depths.tolist()
+    numbers = reals("depths", depths).tolist()
     ratio = None if poisson is None else real("poisson", poisson)
-    found = _asperity.subsurface(finite_map("pressure", pressure), checked_cell(cell), body_settings(body), given, ratio)
+    stresses = _asperity.subsurface(finite_map("pressure", pressure), extents("cell", cell), body_settings(body), numbers, ratio)
 
     def stress(values: Map, largest: float, at: list[float]) -> StressMap:
         return StressMap(values, largest, (at[0], at[1]))
 
-    return [SubsurfaceStress(depth, stress(*a), stress(*b)) for depth, (a, b) in zip(given, found, strict=True)]
+    return [SubsurfaceStress(depth, stress(*a), stress(*b)) for depth, (a, b) in zip(numbers, stresses, strict=True)]

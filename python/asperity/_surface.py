@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-import operator
 import os
-from typing import Any, TypedDict, cast
+from typing import Any, TypedDict, cast, get_args, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
+from ._arguments import Map, real, real_map, whole
 from ._errors import InputError
 from ._html import table
-
-Map = npt.NDArray[np.float64]
+from ._plot import plot_map
 
 
 class Preparation(TypedDict, total=False):
@@ -40,65 +39,30 @@ class Preparation(TypedDict, total=False):
     """Makes the map periodic: ``taper`` or ``mirror``."""
 
 
-WORDS = ("fill", "detrend", "filter", "edges")
-LENGTHS = ("remove_outliers", "low_pass", "high_pass")
-COUNTS = {"crop": 4, "resample": 2}
-STEPS = ("crop", "remove_outliers", "fill", "detrend", "low_pass", "high_pass", "filter", "resample", "edges")
+#: Type of the value of each step, in the order of the steps.
+STEPS: dict[str, Any] = get_type_hints(Preparation)
+
+
+def _step(key: str, value: Any) -> Any:
+    if STEPS[key] is float:
+        return real(key, value)
+    if STEPS[key] is str:
+        if not isinstance(value, str):
+            raise InputError(f"{key} = {value!r}; accepted: a word, as Preparation lists them")
+        return value
+    count = len(get_args(STEPS[key]))
+    if np.shape(value) != (count,):
+        raise InputError(f"{key} = {value!r}; accepted: {count} whole numbers")
+    return tuple(whole(key, number, 0) for number in value)
 
 
 def _steps(preparation: Preparation | None) -> dict[str, Any]:
     if not isinstance(preparation, (dict, type(None))):
         raise InputError(f"preparation = {preparation!r}; accepted: a dictionary of {', '.join(STEPS)}")
-    given: dict[str, Any] = {key: value for key, value in (preparation or {}).items() if value is not None}
-    if unknown := sorted(set(given) - set(STEPS)):
+    steps = {key: value for key, value in (preparation or {}).items() if value is not None}
+    if unknown := sorted(set(steps) - set(STEPS)):
         raise InputError(f"preparation = {unknown}; accepted: {', '.join(STEPS)}")
-    for key, value in given.items():
-        if key in WORDS and not isinstance(value, str):
-            raise InputError(f"{key} = {value!r}; accepted: a word, as Preparation lists them")
-        if key in LENGTHS:
-            given[key] = real(key, value)
-        if key in COUNTS:
-            given[key] = _counts(key, value)
-    return {"filter": "gaussian"} | dict.fromkeys((s for s in STEPS if s != "filter")) | given
-
-
-def _counts(key: str, values: Any) -> tuple[int, ...]:
-    try:
-        counts = tuple(operator.index(v) for v in values)
-    except TypeError:
-        counts = ()
-    if len(counts) != COUNTS[key] or min(counts) < 0:
-        raise InputError(f"{key} = {values!r}; accepted: {COUNTS[key]} whole numbers")
-    return counts
-
-
-def as_map(name: str, values: npt.ArrayLike) -> Map:
-    """A real map ``[ny, nx]``; not copied where it has 64-bit floating-point numbers already."""
-    if np.ma.isMaskedArray(values):
-        # The stubs of numpy lose the mask in `astype`.
-        masked: Any = values
-        values = masked.astype(np.float64).filled(np.nan)
-    if set(getattr(values, "dims", ())) == {"x", "y"}:
-        # An array of xarray names its axes.
-        labelled: Any = values
-        values = labelled.transpose("y", "x")
-    try:
-        array = np.asarray(values)
-    except ValueError as error:
-        raise InputError(f"{name} = rows of different lengths ({error}); accepted: real numbers [ny, nx]") from None
-    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "fiu":
-        raise InputError(f"{name} = an array of shape {array.shape} and type {array.dtype}; accepted: real numbers [ny, nx]")
-    return np.asarray(array, dtype=np.float64)
-
-
-def real(name: str, value: float) -> float:
-    """A number, for a message that names the argument."""
-    try:
-        if isinstance(value, (str, bytes, bool)):
-            raise TypeError
-        return float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r}; accepted: a number") from None
+    return dict.fromkeys(STEPS) | {"filter": "gaussian"} | {key: _step(key, value) for key, value in steps.items()}
 
 
 class Surface:
@@ -167,7 +131,7 @@ class Surface:
         ((64, 64), 0.05)
         """
         lengths = (real("length", length), None if length_y is None else real("length_y", length_y))
-        native = _asperity.Surface.from_array(as_map("heights", heights), lengths, touching, bool(periodic), _steps(preparation))
+        native = _asperity.Surface.from_array(real_map("heights", heights), lengths, touching, bool(periodic), _steps(preparation))
         return cls(native, unit)
 
     @classmethod
@@ -262,11 +226,8 @@ class Surface:
         >>> round(surface.rms_gradient, 12)
         0.1
         """
-        for name, value, least in (("nodes", nodes, 1), ("seed", seed, 0)):
-            if not isinstance(value, (int, np.integer)) or not least <= value < 2**64:
-                raise InputError(f"{name} = {value!r}; accepted: a whole number from {least} on")
         spectrum = (real("hurst", hurst), real("lambda_r", lambda_r), real("lambda_s", lambda_s), real("rms_gradient", rms_gradient))
-        values = (spectrum, amplitudes, (int(nodes), real("length", length), int(seed)))
+        values = (spectrum, amplitudes, (whole("nodes", nodes, 1), real("length", length), whole("seed", seed, 0)))
         return cls(_asperity.Surface.from_spectrum(*values), unit, ("from_spectrum", values))
 
     @classmethod
@@ -371,10 +332,15 @@ class Surface:
 
     def plot_map(self, **options: Any) -> Any:
         """Map of :attr:`heights` by matplotlib: low points touch first. Options are `ax` and those of ``Axes.imshow``; returns the axes."""
-        from ._plot import plot_map
-
         return plot_map(self.heights, self.cell, ("height (low points touch first)", self.unit), self.unit, **options)
 
 
 def _restored(maker: str, values: tuple[Any, ...], unit: str) -> Surface:
     return Surface(getattr(_asperity.Surface, maker)(*values), unit, (maker, values) if maker == "from_spectrum" else None)
+
+
+def native(surface: Surface) -> _asperity.Surface:
+    """A surface as the compiled part takes it."""
+    if not isinstance(surface, Surface):
+        raise InputError(f"surface = {type(surface).__name__}; accepted: a Surface, as from Surface.from_array")
+    return surface._native

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._arguments import Map, real
 from ._errors import InputError, NotConverged, needed
-from ._solve import Estimate, solve
-from ._surface import Map, Surface, real
+from ._solve import solve
+from ._state import Estimate
+from ._surface import Surface, native
 
 if TYPE_CHECKING:
     import pandas
@@ -92,7 +94,7 @@ def contact_mechanics(surface: Surface, modulus: float, pressure: float, *, tole
     )
     # Unknowns are forces on nodes.
     area = sizes[0] * sizes[1] / heights.size
-    found = optimisation.constrained_conjugate_gradients_with_restart(
+    solution = optimisation.constrained_conjugate_gradients_with_restart(
         system.dual_objective(0.0, gradient=True),
         system.dual_hessian_product,
         x0=np.full(heights.shape, real("pressure", pressure) * area),
@@ -101,9 +103,9 @@ def contact_mechanics(surface: Surface, modulus: float, pressure: float, *, tole
         maxiter=MAX_ITERATIONS,
     )
     seconds = time.perf_counter() - clock
-    if not found.success:
-        raise NotConverged(f"ContactMechanics: not converged after {found.nit} iterations, tolerance {tolerance:.1e}")
-    forces = np.asarray(found.x, dtype=np.float64).reshape(heights.shape)
+    if not solution.success:
+        raise NotConverged(f"ContactMechanics: not converged after {solution.nit} iterations, tolerance {tolerance:.1e}")
+    forces = np.asarray(solution.x, dtype=np.float64).reshape(heights.shape)
     # Its displacements are those of the half-space's surface away from the forces.
     gap = -half_space.evaluate_disp(forces) - heights
     return _estimate("ContactMechanics", (forces / area).T, gap.T, seconds)
@@ -116,16 +118,16 @@ def compare(surface: Surface, modulus: float, pressure: float) -> pandas.DataFra
     state = solve(surface, modulus, pressure=pressure, tolerance=1e-10, progress=False)[0]
     own = Estimate("asperity", "zero gap", state.contact_nodes, state.mean_gap, state.gap, state.pressure, state.contact, state.seconds)
     rows = []
-    for found in (own, tamaas(surface, modulus, pressure), contact_mechanics(surface, modulus, pressure)):
-        assert found.gap is not None and found.pressure is not None
+    for other in (own, tamaas(surface, modulus, pressure), contact_mechanics(surface, modulus, pressure)):
+        assert other.gap is not None and other.pressure is not None
         rows.append(
             {
-                "program": found.method,
-                "contact": found.contact_area,
-                "mean gap": found.mean_gap,
-                "gap off by": float(abs(found.gap - state.gap).max()) / state.mean_gap,
-                "pressure off by": float(abs(found.pressure - state.pressure).max()) / state.mean_pressure,
-                "seconds": found.seconds,
+                "program": other.method,
+                "contact": other.contact_area,
+                "mean gap": other.mean_gap,
+                "gap off by": float(abs(other.gap - state.gap).max()) / state.mean_gap,
+                "pressure off by": float(abs(other.pressure - state.pressure).max()) / state.mean_pressure,
+                "seconds": other.seconds,
             }
         )
     table: pandas.DataFrame = needed("pandas").DataFrame(rows).set_index("program")
@@ -134,9 +136,7 @@ def compare(surface: Surface, modulus: float, pressure: float) -> pandas.DataFra
 
 def _high_points(surface: Surface) -> Map:
     """Heights of which the high points touch first, as both programs take them."""
-    if not isinstance(surface, Surface):
-        raise InputError(f"surface = {type(surface).__name__}; accepted: a Surface, as from Surface.from_array")
-    heights = surface.heights
+    heights = native(surface).heights()
     return np.ascontiguousarray(heights.max() - heights)
 
 

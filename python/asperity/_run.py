@@ -1,0 +1,173 @@
+"""Folders of finished runs."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from . import _asperity
+from ._arguments import Map
+from ._errors import InputError, needed
+from ._html import table
+from ._plot import plot_curve, plot_map
+
+if TYPE_CHECKING:
+    import ase
+    import pandas
+    import xarray
+
+Where = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class RunState:
+    """One equilibrium of a finished run, in SI units."""
+
+    branch: str
+    p_star: float
+    pressure_pa: float
+    contact_area: float
+    contact_area_error: float | None
+    contact_nodes: float
+    mean_gap_m: float
+    mean_gap_error_m: float | None
+    stiffness_pa_per_m: float | None
+
+
+class Run:
+    """The folder of a finished run, in SI units; :func:`open_run` reads it."""
+
+    def __init__(self, folder: Where) -> None:
+        self.folder = Path(folder).expanduser()
+        self._native = _asperity.FinishedRun(os.fspath(self.folder))
+        self._results: dict[str, Any] | None = None
+
+    @property
+    def results(self) -> dict[str, Any]:
+        """All of ``results.json``."""
+        if self._results is None:
+            self._results = json.loads(self._native.json())
+        return cast("dict[str, Any]", self._results)
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+        return cast(str, self.results["name"])
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the run."""
+        return cast("list[str]", self.results["warnings"])
+
+    @property
+    def length_m(self) -> float:
+        """Extent of the cell along x, m."""
+        return self._native.scales()[0]
+
+    @property
+    def modulus_pa(self) -> float:
+        """Contact modulus E*, Pa."""
+        return self._native.scales()[1]
+
+    @property
+    def states(self) -> tuple[RunState, ...]:
+        """Equilibria of the continuum, one for each load."""
+        return tuple(RunState(**row) for row in self._native.states())
+
+    @property
+    def heights(self) -> Map | None:
+        """Heights ``[ny, nx]``, m; None if the run stored no maps."""
+        return self._native.heights()
+
+    def gap(self, index: int) -> Map | None:
+        """Gap ``[ny, nx]`` of a state, m; None if the run did not store it."""
+        return self._native.gap(self._index(index))
+
+    def pressure(self, index: int) -> Map | None:
+        """Interfacial pressure ``[ny, nx]`` of a state, Pa, compression positive; None if the run did not store it."""
+        return self._native.pressure(self._index(index))
+
+    def _index(self, index: int) -> int:
+        count = len(self._native.states())
+        if not -count <= index < count:
+            raise IndexError(f"state {index} of {count}, counted from 0")
+        return index % count
+
+    def contact_frame(self, index: int) -> ase.Atoms:
+        """Atoms within some Å of the interface at a load of the atoms, as `Atoms` of ASE; Å.
+
+        ``arrays["contact"]`` is 1 for block atoms in contact, ``arrays["indenter"]`` 1 for atoms of the indenter, and ``arrays["id"]``
+        their number in LAMMPS; ``info["p_star"]`` is the load.
+
+        Raises
+        ------
+        InputError
+            If the run has no atoms, or stored no frame of this load.
+        """
+        states = (self.results["atoms"] or {}).get("states", [])
+        if not states:
+            raise InputError(f"{self.folder}: atoms = none; accepted: a run with atoms")
+        if not -len(states) <= index < len(states):
+            raise IndexError(f"load {index} of {len(states)}, counted from 0")
+        if not (frame := states[index].get("frame")):
+            raise InputError(f"{self.folder}: frame of load {index} = none; accepted: a run that stored its frames")
+        atoms: ase.Atoms = needed("ase.io").read(self.folder / frame)
+        return atoms
+
+    @property
+    def curve(self) -> pandas.DataFrame:
+        """Numbers of all states as a table of pandas."""
+        table: pandas.DataFrame = needed("pandas").DataFrame([vars(state) for state in self.states])
+        return table
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """``results.nc`` as a dataset of xarray."""
+        data: xarray.Dataset = needed("xarray").open_dataset(self.folder / "results.nc", engine="h5netcdf")
+        return data
+
+    def plot_map(self, index: int, quantity: str = "pressure", **options: Any) -> Any:
+        """Map of ``gap`` or ``pressure`` of a state by matplotlib. Options are `ax` and those of ``Axes.imshow``; returns the axes."""
+        maps = {"gap": (self.gap, "m"), "pressure": (self.pressure, "Pa")}
+        if quantity not in maps:
+            raise InputError(f"quantity = {quantity!r}; accepted: {', '.join(maps)}")
+        read, unit = maps[quantity]
+        if (values := read(index)) is None:
+            raise InputError(f"{self.folder}: {quantity} of state {index} = not stored; accepted: a state with maps")
+        ny, nx = values.shape
+        return plot_map(values, (self.length_m, self.length_m * ny / nx), (quantity, unit), "m", **options)
+
+    def plot_curve(self, x: str = "p_star", y: str = "contact_area", **options: Any) -> Any:
+        """One number of the states over another by matplotlib. Options are `ax` and those of ``Axes.plot``; returns the axes."""
+        numbers = {f.name: [getattr(s, f.name) for s in self.states] for f in fields(RunState)}
+        units = {"pressure_pa": "Pa", "mean_gap_m": "m", "mean_gap_error_m": "m", "stiffness_pa_per_m": "Pa/m"}
+        return plot_curve(numbers, x, y, units, **options)
+
+    @property
+    def report(self) -> Path:
+        """The report, for a browser."""
+        return self.folder / "report.html"
+
+    def __reduce__(self) -> tuple[type[Run], tuple[Path]]:
+        return Run, (self.folder,)
+
+    def __repr__(self) -> str:
+        return f"<Run {self.name!r} in {self.folder}: {len(self.states)} states>"
+
+    def _repr_html_(self) -> str:
+        rows = ((s.branch, s.p_star, f"{100 * s.contact_area:.4g} %", s.mean_gap_m) for s in self.states)
+        return table(("branch", "p*", "contact", "mean gap / m"), rows)
+
+
+def open_run(folder: Where) -> Run:
+    """The folder of a finished run.
+
+    Raises
+    ------
+    InputError
+        If the folder has no results, or those of another version.
+    """
+    return Run(folder)
