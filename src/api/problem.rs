@@ -303,7 +303,7 @@ impl Problem {
         let targets: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
         let begin = self.begin()?;
         // As on the command line: the default method works on waves.
-        let as_waves = method.card().id == "fast" && case.scene.continuum.is_periodic();
+        let as_waves = method.card().capabilities.waves && case.scene.continuum.is_periodic();
         self.surface.with_heights(as_waves, |heights| {
             let path = path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &targets);
             let (need, have) = (path.plan(pull_off).bytes, crate::sys::available_memory_bytes());

@@ -2,7 +2,7 @@ use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::run::StageFlags;
 use super::{crystals, output, programs, progress::TerminalProgress};
-use crate::method::{self, ContactMethod, Device, REGISTRY, all_atom};
+use crate::method::{self, ContactMethod, Device, REGISTRY};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
@@ -91,7 +91,7 @@ impl Tradeoff {
         scene.surface.seed = self.seed.unwrap_or(scene.surface.seed);
         let machine = self.machine.find(&self.lammps)?;
         let with_blocks = blocks.is_some();
-        if !with_blocks && !methods.iter().any(|m| m.card().id == all_atom::ID) {
+        if !with_blocks && !methods.iter().any(|m| m.card().capabilities.atoms) {
             // Without atoms nothing is measured for them.
             scene.atoms = None;
         }

@@ -45,11 +45,11 @@ pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     let attracts = case.adhesion != Adhesion::None;
     let without = !attracts || case.solves_all_nonadhesive();
     let of = |method: &'static dyn ContactMethod| {
-        let with_adhesion = attracts && method.card().supports_adhesion() && method.card().id != all_atom::ID;
+        let with_adhesion = attracts && method.card().supports_adhesion() && !method.card().capabilities.atoms;
         let with = with_adhesion.then_some(MethodRun { method, adhesive: true });
         with.into_iter().chain((without || !with_adhesion).then_some(MethodRun { method, adhesive: false }))
     };
-    let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().id == all_atom::ID;
+    let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().capabilities.atoms;
     case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
 }
 
@@ -97,7 +97,7 @@ impl Stage for MethodStage<'_> {
 
 /// Whether the atoms of the case are listed among the comparison methods.
 pub(super) fn wants_atoms(case: &Case) -> bool {
-    case.atoms.is_some() && case.comparison_methods().iter().any(|m| m.card().id == all_atom::ID)
+    case.atoms.is_some() && case.comparison_methods().iter().any(|m| m.card().capabilities.atoms)
 }
 
 /// Results of the atoms in the form of a comparison method. `seconds`: time of LAMMPS, s.
@@ -182,7 +182,7 @@ pub(super) fn run(case: &Case, method_run: MethodRun, heights: Heights, at: &Sta
     let (method, adhesive) = (method_run.method, method_run.adhesive);
     let card = method.card();
     let mut results = nothing(method, &case.scene.methods, adhesive);
-    if card.id == all_atom::ID {
+    if card.capabilities.atoms {
         // In a scene with [atoms], the results are added after the LAMMPS run.
         return Ok(MethodResults {
             unavailable_reason: Some("runs in scenes with [atoms], and in `asperity tradeoff --atoms`".into()),

@@ -55,7 +55,7 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     // LAMMPS is looked up first: a missing program then costs no computing time and leaves no folder.
     let engine = case.atoms.as_ref().map(|_| engine(case)).transpose()?;
     if case.solves() {
-        Device::check(&case.problem((&[][..]).into()), &case.scene.continuum.method)?;
+        Device::check(&case.problem((&[][..]).into()), case.method())?;
     }
     super::plan(case, rayon::current_num_threads(), None)?.fits()?;
     let folder = RunFolder::open(out)?;

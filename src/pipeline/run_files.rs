@@ -40,7 +40,7 @@ impl<'a> Manifest<'a> {
             engine,
             accuracy: results.accuracy.as_ref(),
             threads: rayon::current_num_threads(),
-            device: Device::of(&case.problem((&[][..]).into()), &case.scene.continuum.method),
+            device: Device::of(&case.problem((&[][..]).into()), case.method()),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
             stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop.as_str()).collect(),

@@ -375,7 +375,7 @@ impl Case {
             |id: &str| also.iter().any(|a| a == ALL_METHODS || method::find(a).is_some_and(|m| m.card().id == id));
         let runs = |id: &str| if id == own { !self.solves() } else { wanted(id) };
         // "all" are those that model what the scene contains.
-        let models = |card: &Card| self.hardness.is_none() || card.hardness;
+        let models = |card: &Card| self.hardness.is_none() || card.capabilities.hardness;
         REGISTRY.iter().copied().filter(|m| runs(m.card().id) && models(m.card())).collect()
     }
 

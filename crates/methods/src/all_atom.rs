@@ -4,7 +4,7 @@
 //! a scene with `[atoms]`. The card lets tables and reports list it with the other methods.
 
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Kind, Needs, Observer, Plan, Problem, Quantity, Started, Support,
+    Capabilities, Card, ContactMethod, Criterion, Kind, Needs, Observer, Plan, Problem, Quantity, Started, Support,
 };
 use asperity_grid::{Error, Result};
 
@@ -27,7 +27,7 @@ static CARD: Card = Card {
         Quantity::Stiffness => Support::Only("as differences between loads"),
         _ => Support::Full,
     },
-    hardness: false,
+    capabilities: Capabilities { atoms: true, ..Capabilities::NONE },
     dois: &["10.1016/j.cpc.2021.108171", "10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: None,

@@ -18,8 +18,8 @@ use asperity_contact::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::settings::{self, ExperimentSettings};
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Fast, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
-    Settings, Started, Support, require,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Fast, Kind, Load, Needs, Observer, Plan,
+    Problem, Quantity, Settings, Started, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{Grid, Transform};
@@ -38,7 +38,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "printed surface, bonded rubber layer and camera, solved by fast",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Bennett et al., Tribology Letters 65 (2017) 134"],
     measured_errors: None,

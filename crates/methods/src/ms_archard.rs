@@ -14,8 +14,8 @@ use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::settings;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
-    Settings, Started, Stop, Support,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem,
+    Quantity, Settings, Started, Stop, Support,
 };
 use asperity_grid::Result;
 use asperity_surface::PowerSpectrum;
@@ -33,7 +33,7 @@ static CARD: Card = Card {
     calibrated_on: Some("adhesive contact area at p* = 0.01, and the area at the jump to full contact (band ratio 5)"),
     summary: "one sinusoid per band of wavelengths, shorter bands on the contact area of longer ones",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1957.0214"],
     papers: &["Jackson & Streator, Wear 261 (2006) 1337"],
     measured_errors: Some(&MEASURED),

@@ -13,8 +13,8 @@ use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
-    Started, Support,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Observer, Plan,
+    Problem, Quantity, Started, Support,
 };
 use asperity_contact::observe::{ContactEdges, contact_area};
 use asperity_grid::Result;
@@ -35,7 +35,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "long waves solved, those left out as one sinusoid on their contact area",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: Some(&MEASURED),

@@ -7,8 +7,8 @@ use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Started,
-    Stop, Support,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem,
+    Quantity, Started, Stop, Support,
 };
 use asperity_grid::Result;
 use std::f64::consts::{PI, SQRT_2};
@@ -26,7 +26,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "independent Hertz contacts on the summits of a Gaussian surface with three spectral moments",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Carbone, J. Mech. Phys. Solids 57 (2009) 1093", "Nayak, J. Lubr. Technol. 93 (1971) 398"],
     measured_errors: Some(&MEASURED),

@@ -10,8 +10,8 @@ use crate::spots::{Jkr, Spot, hertz_load, paint};
 use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Started, Stop, Support, require,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan,
+    Problem, Quantity, Started, Stop, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{Grid, mean, sum_rows};
@@ -32,7 +32,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "every summit an independent JKR sphere at a common approach",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1966.0242", "10.1098/rspa.1971.0141"],
     papers: &[],
     measured_errors: Some(&MEASURED),

@@ -49,7 +49,7 @@ impl Solve {
         let continuum = &case.scene.continuum;
         let mean_gap = case.load_steps().iter().any(|step| matches!(step.target, Load::MeanGap(_)));
         let refused = [
-            ("--method", method.card().id != "fast", "fast"),
+            ("--method", !method.card().capabilities.ranks, "fast"),
             ("--non-periodic", !continuum.is_periodic(), "a periodic body"),
             ("--hardness", case.hardness.is_some(), "an elastic body"),
             ("--pull-off", self.pull_off, "loads without a pull-off"),

@@ -178,7 +178,7 @@ impl Solve {
         let names = self.flag_names();
         let method = method::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
-        Device::check(&case.problem((&[][..]).into()), method.card().id)?;
+        Device::check(&case.problem((&[][..]).into()), method.card())?;
         case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));
         if let Some(provenance) = &case.provenance {
             progress.note(&provenance.to_string());

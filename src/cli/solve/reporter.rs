@@ -7,7 +7,7 @@ use crate::Result;
 use crate::cli::output;
 use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
-use crate::method::{Device, Problem, State, Stop};
+use crate::method::{Card, Device, Problem, State, Stop};
 use crate::observe::Leakage;
 use crate::path::{self, LoadPath, Reached};
 use crate::record::load_table::{self, Dimension, ResultUnits};
@@ -38,6 +38,7 @@ pub(super) struct SolveReporter<'a> {
     fields: FieldWriter<'a>,
     /// Of a hardness that is a map, over E*.
     hardness_map: Option<HardnessMapResults>,
+    card: &'static Card,
     criterion: String,
     pub resolved_gradient: f64,
     planned_bytes: u64,
@@ -81,6 +82,7 @@ impl<'a> SolveReporter<'a> {
             provenance: case.provenance.clone(),
             requested: requested.adhesion,
             used: path.adhesion(),
+            card: path.method().card(),
             criterion: path.method().criterion(&problem.settings).to_string(),
             problem,
             subsurface: case.subsurface(),
@@ -137,12 +139,12 @@ impl<'a> SolveReporter<'a> {
         let (problem, grid, energy) = (&self.problem, self.problem.grid, modulus * length);
         let spacing = grid.dx().max(grid.dy());
         let mut line = json!({
-            "method": crate::method::find(&self.solve.method).map(|m| m.card().id),
+            "method": self.card.id,
             "nx": grid.nx,
             "ny": grid.ny,
             "precision": problem.precision,
             "threads": rayon::current_num_threads(),
-            "device": Device::of(problem, &self.solve.method),
+            "device": Device::of(problem, self.card),
             "kernel": problem.kernel.to_string(),
             "adhesion": self.used.to_string(),
             "wall": problem.wall.to_string(),

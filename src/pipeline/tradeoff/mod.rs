@@ -15,7 +15,6 @@ pub use request::{ExactSetting, TradeoffRequest};
 use super::methods::MethodRun;
 use super::{Listener, OutFolder, run};
 use crate::interface::{Adhesion, Elastic};
-use crate::method::all_atom;
 use crate::record::tradeoff::Tradeoff;
 use crate::scene::Case;
 use crate::{Error, Result, report};
@@ -36,7 +35,7 @@ pub fn tradeoff<'a>(
 ) -> Result<(Tradeoff, PathBuf)> {
     let folder = out.into();
     let out = folder.path;
-    let has_atoms = request.methods.iter().any(|m| m.card().id == all_atom::ID) || request.blocks.is_some();
+    let has_atoms = request.methods.iter().any(|m| m.card().capabilities.atoms) || request.blocks.is_some();
     let blocks = if has_atoms && request.exact.is_none() { Blocks::of(case, request.blocks.as_deref())? } else { None };
     let case = Case::resolve(benchmark_point::bare(case), &case.file)?;
     if !request.layer_thicknesses.is_empty() && case.kernel != Elastic::HalfSpace {
@@ -74,7 +73,7 @@ fn method_runs(case: &Case, request: &TradeoffRequest, blocks: Option<&Blocks>) 
     let run = |&method| MethodRun { method, adhesive: attracts && method.card().supports_adhesion() };
     let mut method_runs: Vec<MethodRun> = request.methods.iter().map(run).collect();
     if let Some(blocks) = blocks {
-        method_runs.retain(|r| r.method.card().id != all_atom::ID);
+        method_runs.retain(|r| !r.method.card().capabilities.atoms);
         method_runs.extend(blocks.points().first().map(|p| p.method_run));
     }
     method_runs

@@ -26,7 +26,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         goal.into_iter().for_each(|g| c.positive(key, g));
     }
     c.unless(
-        m.energy_tolerance.is_none() || method::find(&m.method).is_none_or(|m| m.card().id == "fast"),
+        m.energy_tolerance.is_none() || method::find(&m.method).is_none_or(|m| m.card().capabilities.energy_target),
         "continuum.energy_tolerance",
         m.energy_tolerance.unwrap_or(0.0),
         "none with this method: `fast` estimates its energy above the minimum",
@@ -73,7 +73,7 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
             "a periodic surface, or the half-space",
         ),
         (
-            method::find(&m.method).is_some_and(|m| m.card().id != "fast"),
+            method::find(&m.method).is_some_and(|m| !m.card().capabilities.non_periodic),
             "this continuum.method",
             "a periodic surface, or continuum.method = \"fast\"",
         ),
@@ -104,10 +104,11 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
     c.unless(!is_map || m.hardness_mpa.is_none(), key, "given together with continuum.hardness_mpa", "one of the two");
     let accepted = "continuum.hardness_mpa: a map has no gap of first flow behind a soft wall";
     c.unless(!is_map || m.wall == WallKind::Hard, key, "given with continuum.wall = \"penalty\"", accepted);
-    let capable: Vec<&str> = method::REGISTRY.iter().map(|m| m.card()).filter(|m| m.hardness).map(|m| m.id).collect();
+    let capable: Vec<&str> =
+        method::REGISTRY.iter().map(|m| m.card()).filter(|m| m.capabilities.hardness).map(|m| m.id).collect();
     let accepted = format!("none, or a method that models plastic flow: {}", capable.join(", "));
     for id in std::iter::once(&m.method).chain(m.compare_with.iter().filter(|id| *id != ALL_METHODS)) {
-        let models = method::find(id).is_none_or(|m| m.card().hardness);
+        let models = method::find(id).is_none_or(|m| m.card().capabilities.hardness);
         c.unless(models, key, format!("given with the method {id}"), &accepted);
     }
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);

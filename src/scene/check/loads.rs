@@ -53,7 +53,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let controls = !load.mean_gap_um.is_empty() || !load.displacement_um.is_empty() || load.pull_off;
     let method = &scene.continuum.method;
     c.unless(
-        !controls || method::find(method).is_none_or(|m| m.card().id == "fast"),
+        !controls || method::find(method).is_none_or(|m| m.card().capabilities.mean_gap),
         "continuum.method",
         format!("{method:?}"),
         "\"fast\" or \"auto\": no other method controls the mean gap, which load.mean_gap_um and load.pull_off need",
@@ -85,7 +85,7 @@ fn first_contact(c: &mut Complaints, scene: &Scene, pressures: &[(&str, &Vec<f64
     let zero = pressures.iter().find_map(|(key, list)| Some((key, list.iter().position(|v| *v == 0.0)?)));
     let Some((key, i)) = zero.filter(|_| !attracts && scene.atoms.is_none()) else { return };
     let own = &scene.continuum.method;
-    let others = own.as_str() != "auto" && method::find(own).is_some_and(|m| m.card().id != "fast");
+    let others = method::find(own).is_some_and(|m| !m.card().capabilities.first_contact);
     c.unless(
         !others && scene.continuum.compare_with.is_empty(),
         &format!("load.{key}[{i}]"),

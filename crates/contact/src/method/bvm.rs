@@ -11,8 +11,8 @@ use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, RowLaw, curvature_of, kkt, moved};
 use super::{
-    Card, ContactMethod, Criterion, Heights, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started,
-    State, Stop,
+    Capabilities, Card, ContactMethod, Criterion, Heights, Kind, Load, Needs, Observer, Plan, Problem, Run,
+    SolverSnapshot, Started, State, Stop,
 };
 use crate::interface::{Adhesion, Kernel, Law, Wall};
 use asperity_grid::Result;
@@ -32,7 +32,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "gap as unknown, projected conjugate gradients",
     supports: super::card::fields,
-    hardness: true,
+    capabilities: Capabilities::HARDNESS,
     dois: &["10.1007/s11249-017-0980-z", "10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: None,

@@ -97,14 +97,53 @@ pub struct Card {
     pub summary: &'static str,
     #[serde(serialize_with = "quantities")]
     pub supports: fn(Quantity) -> Support,
-    /// Whether the method models plastic flow at a hardness.
-    pub hardness: bool,
+    /// What the method solves besides an elastic periodic body under pressures.
+    pub capabilities: Capabilities,
     pub dois: &'static [&'static str],
     /// Sources without a DOI here: authors, journal, volume, year, page.
     pub papers: &'static [&'static str],
     /// Measured errors of an estimate, with the surface on which they were measured. None for solvers, whose errors are those of their
     /// grid.
     pub measured_errors: Option<&'static MeasuredErrors>,
+}
+
+/// What a method solves besides an elastic periodic body under pressures.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Capabilities {
+    /// Plastic flow at a hardness.
+    pub hardness: bool,
+    /// Imposed mean gaps, displacements and the search of the pull-off.
+    pub mean_gap: bool,
+    /// The state at first contact, under no pressure.
+    pub first_contact: bool,
+    /// A body that is not periodic.
+    pub non_periodic: bool,
+    /// A limit of the energy above the minimum.
+    pub energy_target: bool,
+    /// Heights as a series of waves instead of nodes.
+    pub waves: bool,
+    /// Several ranks of MPI.
+    pub ranks: bool,
+    /// A GPU.
+    pub gpu: bool,
+    /// A block of atoms, from a scene with `[atoms]`.
+    pub atoms: bool,
+}
+
+impl Capabilities {
+    pub const NONE: Capabilities = Capabilities {
+        hardness: false,
+        mean_gap: false,
+        first_contact: false,
+        non_periodic: false,
+        energy_target: false,
+        waves: false,
+        ranks: false,
+        gpu: false,
+        atoms: false,
+    };
+    /// Of a solver with plastic flow.
+    pub const HARDNESS: Capabilities = Capabilities { hardness: true, ..Self::NONE };
 }
 
 /// Measured relative error from which on results of a method carry a warning.

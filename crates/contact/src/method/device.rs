@@ -1,5 +1,5 @@
-use super::Problem;
 use super::require::refused;
+use super::{Card, Problem};
 use crate::interface::{Adhesion, Elastic, Wall};
 use asperity_grid::{Error, Result};
 use serde::Serialize;
@@ -33,10 +33,14 @@ impl Device {
         CHOSEN.get().copied().unwrap_or_default()
     }
 
-    /// The device on which method `id` solves a problem: the chosen one, where it is supported and the grid is large enough.
-    pub fn of(problem: &Problem, id: &str) -> Self {
+    /// The device on which a method solves a problem: the chosen one, where it is supported and the grid is large enough.
+    pub fn of(problem: &Problem, card: &Card) -> Self {
         let large = problem.grid.points() >= SMALLEST;
-        if large && Self::chosen() == Device::Cuda && on_gpu(problem, id).is_ok() { Device::Cuda } else { Device::Cpu }
+        if large && Self::chosen() == Device::Cuda && on_gpu(problem, card).is_ok() {
+            Device::Cuda
+        } else {
+            Device::Cpu
+        }
     }
 
     /// Whether the chosen device has what the problem of a scene or command needs. Auxiliary solves that a GPU does not
@@ -44,10 +48,10 @@ impl Device {
     ///
     /// # Errors
     /// `Input` that names what a GPU does not support.
-    pub fn check(problem: &Problem, id: &str) -> Result<()> {
+    pub fn check(problem: &Problem, card: &Card) -> Result<()> {
         match Self::chosen() {
             Device::Cpu => Ok(()),
-            Device::Cuda => on_gpu(problem, id),
+            Device::Cuda => on_gpu(problem, card),
         }
     }
 
@@ -60,13 +64,13 @@ impl Device {
 
 /// # Errors
 /// `Input` for what has no kernels.
-fn on_gpu(problem: &Problem, id: &str) -> Result<()> {
+fn on_gpu(problem: &Problem, card: &Card) -> Result<()> {
     if !cfg!(feature = "cuda") {
         let accepted = "cpu: this program was built without the feature cuda (cargo build --release --features cuda)";
         return Err(Error::input("command line", "--device", "cuda", accepted));
     }
-    if !matches!(id, "fast" | "auto") {
-        return Err(refused(id, "--device", "cuda", "cpu: of the solvers `fast` alone runs on a GPU"));
+    if !card.capabilities.gpu {
+        return Err(refused(card.id, "--device", "cuda", "cpu: of the solvers `fast` alone runs on a GPU"));
     }
     let (key, found, accepted) = match (problem.wall, problem.adhesion, problem.hardness) {
         (_, _, Some(hardness)) => ("hardness", format!("{:e} E*", hardness.mean()), "none"),
@@ -77,7 +81,7 @@ fn on_gpu(problem: &Problem, id: &str) -> Result<()> {
         (Wall::Hard, law, None) => ("adhesion", law.to_string(), "none or the exponential law"),
         (wall, _, None) => ("wall", wall.to_string(), "a hard wall"),
     };
-    Err(refused(id, key, found, format!("{accepted} with --device cuda; --device cpu has all")))
+    Err(refused(card.id, key, found, format!("{accepted} with --device cuda; --device cpu has all")))
 }
 
 /// The GPU of this machine, or why there is none to be used.

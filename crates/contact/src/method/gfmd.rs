@@ -14,8 +14,8 @@ use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, RowLaw, kkt_row};
 use super::sweep::{sweep, sweep_sums};
 use super::{
-    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started, State,
-    Stop,
+    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot,
+    Started, State, Stop,
 };
 use crate::interface::{Kernel, Law};
 use asperity_grid::Result;
@@ -35,7 +35,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "damped dynamics of the surface modes, uniform masses; the reference",
     supports: super::card::fields,
-    hardness: true,
+    capabilities: Capabilities::HARDNESS,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevB.74.075420", "10.1007/s11249-013-0288-4"],
     papers: &[],
     measured_errors: None,

@@ -26,7 +26,7 @@ mod snapshot;
 mod sweep;
 
 pub use bvm::Bvm;
-pub use card::{CHALLENGE_DISTANCE_ANGSTROM, Card, Criterion, Kind, Needs, Quantity, Support};
+pub use card::{CHALLENGE_DISTANCE_ANGSTROM, Capabilities, Card, Criterion, Kind, Needs, Quantity, Support};
 pub use contact_method::ContactMethod;
 pub use device::{Device, gpu};
 pub use estimate::{Estimate, Estimator, Started};

@@ -32,7 +32,7 @@ pub fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
 pub fn ranks(problem: &Problem, card: &Card) -> Result<()> {
     match problem.ranks.count() {
         1 => Ok(()),
-        _ if card.id == "fast" => Ok(()),
+        _ if card.capabilities.ranks => Ok(()),
         n => refuse(card.id, "ranks", n, "one: several share a solve by the method `fast` alone"),
     }
 }
@@ -42,7 +42,7 @@ pub fn hardness(problem: &Problem, card: &Card) -> Result<()> {
     let Some(hardness) = problem.hardness else { return Ok(()) };
     let (value, Grid { nx, ny, .. }) = (hardness.mean(), problem.grid);
     let accepted = match hardness.map() {
-        _ if !card.hardness => "none: this method models no plastic flow; `fast`, `bvm` and `gfmd` do",
+        _ if !card.capabilities.hardness => "none: this method models no plastic flow; `fast`, `bvm` and `gfmd` do",
         _ if value.is_nan() || value <= 0.0 => "a positive stress",
         Some(_) if problem.wall != Wall::Hard => "one value: a map has no gap of first flow behind a soft wall",
         Some(map) if !map.is_on(nx, ny) => "a map on the grid of the surface",

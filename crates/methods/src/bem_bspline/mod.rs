@@ -25,8 +25,8 @@ use asperity_contact::method::iteration::{IterationControl, LoadCase};
 use asperity_contact::method::residuals::Residuals;
 use asperity_contact::method::settings::BemBsplineSettings;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started, State, Stop,
-    Support, require,
+    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
+    State, Stop, Support, require,
 };
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, rms};
@@ -45,7 +45,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "cubic splines, augmented Lagrangian, wavelengths above four mesh spacings",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: None,

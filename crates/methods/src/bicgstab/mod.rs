@@ -20,8 +20,8 @@ use asperity_contact::method::fields::{Convolution, Symbol, each, inner as produ
 use asperity_contact::method::iteration::{ConvergenceMonitor, IterationControl, LoadCase};
 use asperity_contact::method::residuals::Residuals;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started, State, Stop,
-    Support, fields, require,
+    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
+    State, Stop, Support, fields, require,
 };
 use asperity_grid::{Error, Result};
 use asperity_grid::{extent, rms};
@@ -39,7 +39,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "9-3 law as wall and cohesion, Newton with stabilised bi-conjugate gradients",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2", "10.1137/0913035"],
     papers: &[],
     measured_errors: None,

@@ -17,8 +17,8 @@ use asperity_contact::method::equilibrium_check::Ending;
 use asperity_contact::method::fields::{Convolution, Symbol, add, each, inner, means};
 use asperity_contact::method::iteration::{IterationControl, LoadCase};
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
-    require,
+    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State,
+    Stop, fields, require,
 };
 use asperity_grid::{Error, Result};
 use asperity_grid::{lowest, rms};
@@ -36,7 +36,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "alternating contact and adhesive pressure, adhesion integrated over the elements",
     supports: asperity_contact::method::card::fields,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2", "10.1016/S0043-1648(99)00113-1"],
     papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
     measured_errors: None,

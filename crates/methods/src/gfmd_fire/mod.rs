@@ -18,8 +18,8 @@ use asperity_contact::method::equilibrium_check::Ending;
 use asperity_contact::method::iteration::{IterationControl, LoadCase};
 use asperity_contact::method::residuals::Residuals;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
-    require,
+    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State,
+    Stop, fields, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{lowest, rms, sum_rows};
@@ -38,7 +38,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "second GFMD with separate transform, fast inertial relaxation",
     supports: asperity_contact::method::card::fields,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevLett.97.170201"],
     papers: &["Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103"],
     measured_errors: None,

@@ -16,8 +16,8 @@ use crate::spots::{Spot, paint};
 use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Started, Stop, Support, require,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan,
+    Problem, Quantity, Started, Stop, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{Grid, mean};
@@ -38,7 +38,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "elastically interacting Hertz contacts that merge where they overlap",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2", "10.1007/s11249-018-1026-x"],
     papers: &["Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28"],
     measured_errors: Some(&MEASURED),

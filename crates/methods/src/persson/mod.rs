@@ -18,8 +18,8 @@ use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::settings::{self, PerssonForm, PerssonSettings};
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
-    Settings, Started, Stop, Support,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem,
+    Quantity, Settings, Started, Stop, Support,
 };
 use asperity_contact::observe::{Distribution, StressDistribution, linear_edges};
 use asperity_grid::Result;
@@ -39,7 +39,7 @@ static CARD: Card = Card {
     calibrated_on: Some("solved mean gaps (elastic energy factor 0.45, persson.energy_factor)"),
     summary: "diffusion of the contact stress with the power spectrum as only input",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1063/1.1388626", "10.1103/PhysRevLett.99.125502", "10.1007/s11249-017-0900-2"],
     papers: &[
         "Yang & Persson, J. Phys.: Condens. Matter 20 (2008) 215214",

@@ -13,8 +13,8 @@ use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::settings::WinklerSettings;
 use asperity_contact::method::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Settings, Started, Stop, Support, require,
+    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan,
+    Problem, Quantity, Settings, Started, Stop, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{mean, sum_rows};
@@ -33,7 +33,7 @@ static CARD: Card = Card {
     calibrated_on: Some("3 % of contact at p* = 0.01 on surfaces of another generator (spring length λ)"),
     summary: "independent springs; overlap patches enlarged to twice their area",
     supports,
-    hardness: false,
+    capabilities: Capabilities::NONE,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: Some(&MEASURED),

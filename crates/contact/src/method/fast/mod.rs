@@ -27,8 +27,8 @@ use super::require::{self, refused};
 use super::residuals::Residuals;
 use super::sweep;
 use super::{
-    Card, CoarseState, ContactMethod, Criterion, Device, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan,
-    Precision, Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
+    Capabilities, Card, CoarseState, ContactMethod, Criterion, Device, ErrorEstimates, Heights, Kind, Load, Needs,
+    Observer, Plan, Precision, Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
 };
 use crate::interface::{HardWall, Kernel, Law};
 use crate::observe::Plasticity;
@@ -56,7 +56,17 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
     supports: super::card::fields,
-    hardness: true,
+    capabilities: Capabilities {
+        hardness: true,
+        mean_gap: true,
+        first_contact: true,
+        non_periodic: true,
+        energy_target: true,
+        waves: true,
+        ranks: true,
+        gpu: true,
+        atoms: false,
+    },
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: None,
@@ -112,7 +122,7 @@ impl ContactMethod for Fast {
         let continued = if yields && grid != problem.grid { size_of::<f64>() * grid.points() } else { 0 };
         let yielding = PlasticFlow::<f64>::bytes(problem) + continued as u64;
         // With a GPU the host has the heights with their half spectrum, for first contact, and then gap and stress.
-        let level = match Device::of(problem, CARD.id) {
+        let level = match Device::of(problem, &CARD) {
             Device::Cpu => level,
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };

@@ -17,7 +17,7 @@ impl GpuLevels {
     /// # Errors
     /// `MissingProgram` without CUDA, `Gpu` if the card or the compilation fails, `Memory` if its memory is too small.
     pub(crate) fn open(problem: &Problem) -> Result<Option<Self>> {
-        if Device::of(problem, "fast") == Device::Cpu {
+        if Device::of(problem, &super::super::CARD) == Device::Cpu {
             return Ok(None);
         }
         let kernels = Kernels::compiled(problem.precision, problem.adhesion.work_of_adhesion())?;
