@@ -59,7 +59,7 @@ def test_fields_have_the_bits_of_the_program(tmp_path: Path) -> None:
 def test_adhesive_paths_have_the_bits_of_the_program(tmp_path: Path) -> None:
     path = _stored(tmp_path, rough(64))
     flags = ["--touching", "low-points", "--length", "1", "--modulus", "1", "--pressure", "0.01,0.05,0.01", "--pull-off"]
-    flags += ["--work-of-adhesion", "4e-3", "--adhesion-range", "1.2e-2"]
+    flags += ["--work-of-adhesion", "4e-3", "--range", "1.2e-2"]
     lines = [json.loads(line) for line in asperity.command("solve", path, "--json", *flags).splitlines()]
     surface = Surface.from_array(np.load(path), 1.0, touching="low-points")
     adhesion = Adhesion(4e-3, 1.2e-2)

@@ -69,7 +69,7 @@ fn read_by_all(file: &Path, flags: &[&str], keys: &str) -> [Value; 3] {
     let solved = answer(&[&solve, flags].concat());
     let scene = folder.join("scene.toml");
     let toml = format!(
-        "name = \"own\"\n[laboratory]\ncontact_modulus_mpa = 2000\n[surface]\nheights = {file:?}\n{keys}\n[load]\np_star = [0.01]\n"
+        "name = \"own\"\n[laboratory]\nmodulus = \"2000 MPa\"\n[surface]\nheights = {file:?}\n{keys}\n[load]\np_star = [0.01]\n"
     );
     std::fs::write(&scene, toml).expect("written");
     let run = answer(&["run", text(&scene), "--json", "--overwrite", "--out", text(&folder.join("run"))]);
@@ -160,7 +160,7 @@ fn a_map_with_holes_is_filled_on_request() {
     let solve = ["solve", text(&file), "--modulus", "1", "--p-star", "0.01"];
     refused(&[&solve[..], &sign].concat(), &["holes.txt", "--fill nearest|harmonic"]);
     let scene = scratch.path().join("scene.toml");
-    let toml = "name = \"h\"\n[laboratory]\ncontact_modulus_mpa = 1\n[surface]\nheights = \"holes.txt\"\ntouching = \"high-points\"\n\
+    let toml = "name = \"h\"\n[laboratory]\nmodulus = \"1 MPa\"\n[surface]\nheights = \"holes.txt\"\ntouching = \"high-points\"\n\
                 [load]\np_star = [0.01]\n";
     std::fs::write(&scene, toml).expect("written");
     refused(&["run", text(&scene)], &["holes.txt", "surface.fill"]);
@@ -249,7 +249,7 @@ fn loads_are_pressures_forces_gaps_or_contact_areas() {
     assert_eq!(number(&solve(&["--modulus", "2GPa", "--contact", &percent])[0], "contact_area"), found);
     // The file has heights in m: 50 mJ/m² are 5e-11 GPa m.
     let adhesive = |[work, range, thickness]: [&str; 3]| {
-        let flags = ["--modulus", "2GPa", "--pressure", "10MPa", "--work-of-adhesion", work, "--adhesion-range", range];
+        let flags = ["--modulus", "2GPa", "--pressure", "10MPa", "--work-of-adhesion", work, "--range", range];
         solve(&[&flags[..], &["--thickness", thickness]].concat())
     };
     let [named, plain] = [["50mJ/m2", "200nm", "5um"], ["5e-11", "2e-7", "5e-6"]].map(adhesive);
