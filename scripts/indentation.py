@@ -69,8 +69,8 @@ def indent(asperity, out, shape, radius, shift, hardness):
     (out / f"{name}.toml").write_text(
         f"""name = "{name}"
 [laboratory]
-length_um = {length * 1e-3:.8f}
-contact_modulus_mpa = {E_STAR_MPA}
+length = "{length * 1e-3:.8f} um"
+modulus = "{E_STAR_MPA} MPa"
 [surface]
 heights = "{name}.txt"
 unit = "0.001 um"

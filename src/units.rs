@@ -250,7 +250,9 @@ impl FromStr for Measures {
         let list = lists?.concat();
         let bare = list.iter().find(|m| m.unit.is_none());
         match bare.filter(|_| list.iter().any(|m| m.unit.is_some())) {
-            Some(bare) => Err(format!("{bare} has no unit; decimal points, as commas separate values")),
+            Some(bare) => Err(format!(
+                "{bare} has no unit: units at all values or at none, and decimal points, as commas separate values"
+            )),
             None => Ok(Measures(list)),
         }
     }

@@ -5,8 +5,7 @@ use crate::units::Scales;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Scales of the continuum problem. Where they are plain numbers, all numbers of the scene are in consistent units, as on the command line
-/// of `asperity solve`: lengths in the unit of the heights, stresses in that of the modulus, a work of adhesion in their product.
+/// Scales of the continuum problem.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Laboratory {
@@ -33,7 +32,8 @@ impl Laboratory {
         self.modulus.unwrap_or(Stress::new(25.0, "MPa"))
     }
 
-    /// Whether numbers are in consistent units.
+    /// Whether the numbers of the scene are plain, as those of `asperity solve` and the library: in consistent units, lengths in that of the
+    /// heights, stresses in that of the modulus, a work of adhesion in their product.
     pub fn is_plain(&self) -> bool {
         self.length.is_some_and(Length::is_plain) || self.modulus.is_some_and(Stress::is_plain)
     }

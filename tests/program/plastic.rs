@@ -14,7 +14,7 @@ fn number(line: &Value, key: &str) -> f64 {
 }
 
 fn solve(more: &[&str]) -> std::process::Output {
-    let base = ["solve", "--challenge", "64", "--cut-off", "0.06", "--modulus", "2GPa"];
+    let base = ["solve", "--challenge", "64", "--length", "1m", "--cut-off", "0.06m", "--modulus", "2GPa"];
     asperity().args(base).args(more).output().expect("started")
 }
 
@@ -49,7 +49,7 @@ fn a_hardness_map_bounds_the_stress_of_each_point() {
         let flags = [hardness, &["--pressure", "20MPa,60MPa", "--json", "--out", &out]].concat();
         lines(&solve(&flags))
     };
-    let found = of(&["--hardness", &text("halves.npy")], "a");
+    let found = of(&["--hardness-map", &text("halves.npy")], "a");
     let stress = npy::read(&path("a/load-2-stress.npy")).expect("a field").values;
     for (i, s) in stress.iter().enumerate() {
         assert!(*s <= halves(i % N) * (1.0 + 1e-6), "{i}: {s}");
@@ -66,18 +66,18 @@ fn a_hardness_map_bounds_the_stress_of_each_point() {
             && map["hash"].as_str().map(str::len) == Some(64)
     );
     // In MPa, as text.
-    of(&["--hardness", &text("halves.txt"), "--hardness-map-unit", "MPa"], "b");
+    of(&["--hardness-map", &text("halves.txt"), "--hardness-map-unit", "MPa"], "b");
     let other = npy::read(&path("b/load-2-stress.npy")).expect("a field").values;
     assert!(stress.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-9));
     let bytes = |name: &str| fs::read(path(name)).expect("a field");
-    of(&["--hardness", &text("equal.npy")], "c");
-    of(&["--hardness", "0.2"], "d");
+    of(&["--hardness-map", &text("equal.npy")], "c");
+    of(&["--hardness", "0.2GPa"], "d");
     for field in ["load-1-gap.npy", "load-2-gap.npy", "load-2-stress.npy", "load-2-plastic.npy"] {
         assert_eq!(bytes(&format!("c/{field}")), bytes(&format!("d/{field}")), "{field}");
     }
     // Another map at the same place is another problem.
     write_map(&path("halves.npy"), |x, _| 1.1 * halves(x));
-    let again = solve(&["--hardness", &text("halves.npy"), "--pressure", "20MPa,60MPa", "--out", &text("a")]);
+    let again = solve(&["--hardness-map", &text("halves.npy"), "--pressure", "20MPa,60MPa", "--out", &text("a")]);
     assert!(stderr(&again).contains("contains another solve"), "{}", stderr(&again));
 }
 
@@ -102,14 +102,14 @@ fn maps_that_are_no_hardness_are_refused() {
         (text("small.npy"), &[], "32 x 32 values; accepted: 64 x 64"),
         (text("words.txt"), &[], "words.txt"),
         (text("absent.npy"), &[], "no such file"),
-        (good.clone(), &["--hardness-map-unit", "um"], "a unit of stress"),
-        (good.clone(), &["--wall", "penalty", "--penalty-length", "1e-3"], "soft wall"),
+        (good.clone(), &["--hardness-map-unit", "um"], "a stress with its unit"),
+        (good.clone(), &["--wall", "penalty", "--penalty-length", "1mm"], "soft wall"),
         (good.clone(), &["--method", "winkler"], "models plastic flow"),
         (good.clone(), &["--pressure", "230MPa"], "at which every node flows"),
-        ("200MPa".into(), &["--hardness-map-unit", "GPa"], "--hardness-map-unit"),
+        (good.clone(), &["--hardness", "200MPa"], "cannot be used with"),
     ] {
         let pressure: &[&str] = if more.contains(&"--pressure") { &[] } else { &["--pressure", "20MPa"] };
-        let refused = solve(&[&["--hardness", &hardness], pressure, more].concat());
+        let refused = solve(&[&["--hardness-map", &hardness], pressure, more].concat());
         assert_ne!(refused.status.code(), Some(0), "{hardness} {more:?}");
         let said = stderr(&refused);
         let errors = said.lines().filter(|line| line.contains("error: ")).count();

@@ -422,16 +422,16 @@ fn an_interrupted_path_goes_on() {
 
 /// The cut-off wavelength is given, and named in messages, as a fraction of the cell, whatever the length of the cell.
 #[test]
-fn cut_off_is_a_fraction_of_the_cell() {
+fn cut_off_is_a_wavelength() {
     let plan = |flags: &[&str]| {
         let command = ["solve", "--challenge", "16", "--pressure", "1", "--dry-run"];
         asperity().args(command).args(flags).output().expect("started")
     };
-    let beyond = plan(&["--length", "100", "--cut-off", "0.5"]);
+    let beyond = plan(&["--length", "100", "--cut-off", "50"]);
     assert_eq!(beyond.status.code(), Some(2));
-    assert!(stderr(&beyond).contains("--cut-off = 0.5 "), "{}", stderr(&beyond));
-    // 0.2 * 3 / 3 exceeds the roll-off of 0.2 by rounding.
-    let equal = plan(&["--length", "3", "--cut-off", "0.2"]);
+    assert!(stderr(&beyond).contains("--cut-off = 50 "), "{}", stderr(&beyond));
+    // A fifth of the cell, the roll-off.
+    let equal = plan(&["--length", "3", "--cut-off", "0.6"]);
     assert!(equal.status.success(), "{}", stderr(&equal));
 }
 
@@ -444,7 +444,7 @@ fn a_hardness_bounds_the_contact_stress() {
     let scratch = tempfile::tempdir().expect("scratch");
     let out = scratch.path().join("out");
     let solve = |more: &[&str]| {
-        let base = ["solve", "--challenge", "64", "--cut-off", "0.06", "--modulus", "2GPa"];
+        let base = ["solve", "--challenge", "64", "--length", "1m", "--cut-off", "0.06m", "--modulus", "2GPa"];
         asperity().args(base).args(more).output().expect("started")
     };
     let flags =
@@ -471,10 +471,10 @@ fn a_hardness_bounds_the_contact_stress() {
     for (more, words) in [
         (&["--hardness", "200MPa", "--pressure", "250MPa"][..], "at which every node flows"),
         (&["--hardness", "200MPa", "--pressure", "20MPa", "--method", "winkler"], "models plastic flow"),
-        (&["--hardness", "-1", "--pressure", "20MPa"], "--hardness"),
+        (&["--hardness", "-1MPa", "--pressure", "20MPa"], "--hardness = -"),
         (&["--hardness", "200MPa", "--contact", "0.1"], "pressure, force or p*"),
-        (&["--hardness", "200MPa", "--mean-gap", "0.01"], "pressure, force or p*"),
-        (&["--hardness", "2um", "--pressure", "20MPa"], "a unit of stress"),
+        (&["--hardness", "200MPa", "--mean-gap", "0.01m"], "pressure, force or p*"),
+        (&["--hardness", "2um", "--pressure", "20MPa"], "a stress with its unit"),
     ] {
         let refused = solve(more);
         assert_eq!(refused.status.code(), Some(2), "{more:?}");

@@ -94,6 +94,10 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = named.into_iter().chain(tables.map(|t| ("accuracy.tables", Some(t), "a table of asperity tradeoff")));
     let complaint = |key: &str, path: &Path, accepted: &str| {
         let found = super::model::relative_to(file, path);
+        if found == path && !found.is_file() {
+            let why = if found.is_dir() { "a folder" } else { "no such file" };
+            return Some(Complaint::new(key, format!("{} ({why})", path.display()), accepted));
+        }
         let why = match std::fs::metadata(&found) {
             Ok(m) if m.is_dir() => "which is a folder",
             Ok(_) => return None,
@@ -101,9 +105,6 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
             // The error on opening it is more precise.
             Err(_) => return None,
         };
-        if found == path {
-            return Some(Complaint::new(key, format!("{}, {why}", path.display()), accepted));
-        }
         let found = format!("{:?}, that is {}, {why}", path.display(), found.display());
         Some(Complaint::new(key, found, format!("{accepted}, its path relative to the scene file")))
     };
