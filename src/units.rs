@@ -118,7 +118,7 @@ pub struct Unit {
 }
 
 /// Units other than those of length.
-static UNITS: [Unit; 21] = [
+static UNITS: [Unit; 22] = [
     Unit { spellings: &["Pa"], dimension: Dimension::Stress, si: 1.0 },
     Unit { spellings: &["hPa"], dimension: Dimension::Stress, si: 1e2 },
     Unit { spellings: &["kPa"], dimension: Dimension::Stress, si: 1e3 },
@@ -139,6 +139,7 @@ static UNITS: [Unit; 21] = [
     Unit { spellings: &["s"], dimension: Dimension::Time, si: 1.0 },
     Unit { spellings: &["min"], dimension: Dimension::Time, si: 60.0 },
     Unit { spellings: &["h"], dimension: Dimension::Time, si: 3600.0 },
+    Unit { spellings: &["ms"], dimension: Dimension::Time, si: 1e-3 },
     Unit { spellings: &["ps"], dimension: Dimension::Time, si: 1e-12 },
 ];
 

@@ -41,6 +41,9 @@ const REPEATED: usize = 60;
 /// Most errors of a text that are reported: each costs a deserialisation of the whole text, and nobody reads more.
 const MOST_REPORTED: usize = 20;
 
+/// Most changes of the tree of a text: one that does not help is not repeated for ever.
+const MOST_REPAIRED: usize = 4 * MOST_REPORTED;
+
 /// The type errors of a text, up to [`MOST_REPORTED`]. Deserialisation stops at the first one, so the tree is repaired there and deserialised again.
 pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> Error {
     let whole = DeTable::parse(text).ok();
@@ -92,6 +95,10 @@ impl StandIns<'_> {
 
     /// Removes the key or value of an error from the tree, or replaces it by one of the right type. Whether that was possible.
     fn repair<'i>(&mut self, tree: &mut DeTable<'i>, error: &toml::de::Error) -> bool {
+        self.count += 1;
+        if self.count > MOST_REPAIRED {
+            return false;
+        }
         let span = error.span().filter(|s| self.is_about_one(error) || self.text.get(s.clone()).is_some());
         let span = span.unwrap_or(0..0);
         let path = if span.is_empty() { None } else { key_at(tree, &span) };
@@ -105,7 +112,6 @@ impl StandIns<'_> {
                 _ => number(),
             };
             let Some(table) = table_at(tree, path.as_deref()) else { return false };
-            self.count += 2;
             let place = self.text.len() + self.count..self.text.len() + self.count + 1;
             return table.insert(Spanned::new(0..0, field.into()), Spanned::new(place, value)).is_none();
         }

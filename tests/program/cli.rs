@@ -345,7 +345,9 @@ fn bad_arguments_are_refused_together() {
     }
     assert!(error_message(&["solve", "--heights", "nowhere.npy", "--pressure", "1"], 2).contains("nowhere.npy"));
     assert!(error_message(&[&solve[..], &["0.1,-1"]].concat(), 2).contains("--pressure = -1"));
-    let negative = [&solve[..], &["-10MPa", "--modulus", "-2GPa", "--hardness", "-2GPa", "--length", "1um"]].concat();
+    let negative =
+        [&solve[..], &["-10MPa", "--modulus", "-2GPa", "--hardness", "-2GPa", "--length", "1um", "--unit", "um"]]
+            .concat();
     let said = error_message(&negative, 2);
     assert!(["--modulus = -2", "--hardness = -2"].iter().all(|piece| said.contains(piece)), "{said}");
     // Errors found by clap.

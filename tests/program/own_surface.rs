@@ -102,7 +102,7 @@ fn what_a_file_declares_is_the_same_in_every_command() {
         assert_eq!((read["unit"].as_str(), &read["periodic"]), (Some("um"), &Value::from(false)));
     }
     // What differs from the file is refused, and what it does not declare is required.
-    for command in [&["surface"][..], &["solve", "--modulus", "1", "--p-star", "0.01"]] {
+    for command in [&["surface"][..], &["solve", "--modulus", "1MPa", "--p-star", "0.01"]] {
         let with = |flags: &[&'static str]| [&[command[0], text(&file)], &command[1..], flags].concat();
         refused(&with(&[]), &["--touching = not given", "\"low-points\" or \"high-points\""]);
         refused(&with(&["--touching", "low-points", "--unit", "nm"]), &["--unit = nm", "accepted: m ", "declares"]);

@@ -232,7 +232,7 @@ fn a_scene_has_a_hardness_map_and_stresses_below() {
             "one of the two",
         ),
         ("hardness_map = \"hardness.npy\"", "hardness_map_unit = \"2.0 MPa\"", "only together with"),
-        ("hardness_map = \"hardness.npy\"", "hardness_map = \"absent.npy\"", "there is no file"),
+        ("hardness_map = \"hardness.npy\"", "hardness_map = \"absent.npy\"", "no such file"),
         ("depths = [\"0.5 um\", \"1.0 um\", \"5.0 um\"]", "depths = []", "at least one"),
         ("poisson = 0.3", "", "the Poisson's ratio of the half-space"),
     ] {

@@ -9,7 +9,7 @@ use crate::scene::{
     AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, Length, LoadScene, Scene, Stress,
     SubsurfaceScene, SurfaceScene, WallKind, Work,
 };
-use crate::units::{Dimension, Measure, Measures, Unit};
+use crate::units::{Dimension, Measure, Measures, Unit, fraction};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -110,13 +110,13 @@ pub(crate) struct Solve {
     #[arg(long, alias = "tol", value_name = "RESIDUAL", help_heading = SOLVER)]
     pub(super) tolerance: Option<f64>,
     /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
-    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
+    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
     pub(super) energy_tolerance: Option<f64>,
     /// Largest estimated relative change of the contact area.
-    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
+    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
     pub(super) area_tolerance: Option<f64>,
     /// Largest estimated relative change of the mean gap.
-    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
+    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
     pub(super) mean_gap_tolerance: Option<f64>,
     /// Floating-point type of the fields; sums are always f64.
     #[arg(long, value_enum, default_value_t = Precision::F64, help_heading = SOLVER)]
@@ -154,6 +154,11 @@ pub(crate) struct Solve {
     /// One line of JSON per load on stdout.
     #[arg(long, help_heading = OUTPUT)]
     pub(super) json: bool,
+}
+
+/// A fraction, which may be a percentage.
+fn share(text: &str) -> std::result::Result<f64, String> {
+    fraction(text).ok_or_else(|| Dimension::Fraction.accepted())
 }
 
 impl Solve {

@@ -59,3 +59,45 @@ impl SolveUnits {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Force, Length, Stress, Work};
+
+    fn measure(text: &str) -> Measure {
+        text.parse().expect(text)
+    }
+
+    #[test]
+    fn measures_become_multiples_of_the_units_of_heights_and_modulus() {
+        let units = SolveUnits { length_m: Some(1e-6), stress_pa: Some(1e6) };
+        assert_eq!(
+            units.plain::<Length>("--length", measure("20 nm")).map(|q| q.to("um")).ok(),
+            Some(20.0 * (1e-9 / 1e-6))
+        );
+        assert_eq!(
+            units.plain::<Stress>("--pressure", measure("20 kPa")).map(|q| q.value()).ok(),
+            Some(20.0 * (1e3 / 1e6))
+        );
+        // 1 mN over (1 MPa × 1 µm²), 50 mJ/m² over (1 MPa × 1 µm).
+        let force = units.plain::<Force>("--force", measure("1 mN")).expect("a force").value();
+        let work = units.plain::<Work>("--work-of-adhesion", measure("50 mJ/m2")).expect("a work").value();
+        assert!((force / 1e3 - 1.0).abs() < 1e-14 && (work / 0.05 - 1.0).abs() < 1e-14, "{force} {work}");
+        assert_eq!(units.plain::<Force>("--force", measure("3")).map(|q| q.value()).ok(), Some(3.0));
+        assert!(units.plain::<Force>("--force", measure("3 MPa")).is_err());
+        let unknown = SolveUnits { length_m: None, ..units };
+        assert!(unknown.plain::<Length>("--length", measure("20 nm")).is_err_and(|e| e.to_string().contains("--unit")));
+    }
+
+    #[test]
+    fn values_have_units_or_none_has() {
+        let given = [("--modulus", measure("25")), ("--pressure", measure("1 MPa"))];
+        let said = SolveUnits::refuse_mixed(&given).expect_err("mixed").to_string();
+        assert_eq!(
+            said,
+            "command line: --modulus = 25; accepted: a value with its unit, as --pressure 1 MPa has: all values have units, or none"
+        );
+        assert!(SolveUnits::refuse_mixed(&given[..1]).is_ok() && SolveUnits::refuse_mixed(&given[1..]).is_ok());
+    }
+}
