@@ -124,7 +124,7 @@ fn bad_constants_are_refused() {
     for (keys, said) in [
         ("indenter_epsilon = \"0.0 eV\"", "atoms.indenter_epsilon = 0 eV; accepted: a positive number"),
         ("indenter_sigma = \"-1.0 Å\"", "atoms.indenter_sigma = -1 Å; accepted: a positive number"),
-        ("contact_distance = \"nan Å\"", "atoms.contact_distance = NaN; accepted: a positive number"),
+        ("contact_distance = \"nan Å\"", "atoms.contact_distance = \"nan Å\"; accepted: a length with its unit"),
         ("indenter_epsilon = \"1e9 eV\"", "atoms.indenter_epsilon = 1000000000 eV; accepted: 0.0002145 to 214.5 eV"),
         ("indenter_sigma = \"1e-6 Å\"", "atoms.indenter_sigma = 0.000001 Å; accepted: 0.55884 to 6.2461 Å"),
         ("indenter_sigma = \"6.3 Å\"", "atoms.indenter_sigma = 6.3 Å; accepted: 0.55884 to 6.2461 Å"),

@@ -63,7 +63,7 @@ impl SolveUnits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Force, Length, Stress, Work};
+    use crate::scene::dimension::{Force, Length, Stress, Work};
 
     fn measure(text: &str) -> Measure {
         text.parse().expect(text)
