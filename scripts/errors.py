@@ -125,8 +125,8 @@ def extrapolation(program, case):
     n, middle, fine = case.sizes
     load = ["--pressure", case.load]
     try:
-        coarse = program.solve(case.heights(n), [*case.flags, "--range", "extrapolate", *load])[0]
-        half, truth = (program.solve(case.heights(m), [*case.flags, "--range", "true", *load])[0] for m in (middle, fine))
+        coarse = program.solve(case.heights(n), [*case.flags, "--resolution", "extrapolate", *load])[0]
+        half, truth = (program.solve(case.heights(m), [*case.flags, "--resolution", "true", *load])[0] for m in (middle, fine))
     except Failed as e:
         for quantity in ("extrapolated area", "extrapolated mean gap"):
             records.failed(quantity, e)

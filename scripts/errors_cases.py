@@ -93,7 +93,7 @@ def energy_of_full_contact(heights):
 def adhesive(rng, heights, resolution):
     """Work of adhesion and range of a cohesive resolution on the grid of these heights."""
     gamma = energy_of_full_contact(heights) * log_uniform(rng, 0.003, 0.4)
-    return ["--work-of-adhesion", gamma, "--adhesion-range", resolution * math.sqrt(gamma / heights.shape[0])]
+    return ["--work-of-adhesion", gamma, "--range", resolution * math.sqrt(gamma / heights.shape[0])]
 
 
 def points_of(rng, kind):
@@ -110,7 +110,7 @@ def field_case(kind, seed, index):
     measured = gradient if kind == "non-periodic" else s.rms_gradient()
     flags, p_star = [], log_uniform(rng, 1e-4, 1.0)
     if kind == "adhesion":
-        flags = [*adhesive(rng, s.heights(n), log_uniform(rng, 1.4, 4.0)), "--range", "true"]
+        flags = [*adhesive(rng, s.heights(n), log_uniform(rng, 1.4, 4.0)), "--resolution", "true"]
     elif kind == "hardness":
         hardness = measured * log_uniform(rng, 0.03, 1.0)
         flags = ["--hardness", hardness]
@@ -155,7 +155,7 @@ def pull_off_case(seed, index):
     rng = np.random.default_rng([seed, 101, index])
     n = int(rng.choice([24, 32], p=[0.4, 0.6]))
     s = surface(rng, n, log_uniform(rng, 0.03, 1.0), "adhesion")
-    flags = [*adhesive(rng, s.heights(n), log_uniform(rng, 1.4, 4.0)), "--range", "true", "--pull-off"]
+    flags = [*adhesive(rng, s.heights(n), log_uniform(rng, 1.4, 4.0)), "--resolution", "true", "--pull-off"]
     gradient = s.rms_gradient()
     return Case(f"pull-off {seed}.{index}", "adhesion", s, gradient, flags, log_uniform(rng, 1e-2, 0.3) * gradient, (n, 2 * n, 4 * n))
 
@@ -176,7 +176,7 @@ def stiffness_case(seed, index):
     elif kind == "non-periodic":
         flags = ["--non-periodic"]
     elif kind == "adhesion":
-        flags = [*adhesive(rng, s.heights(n), log_uniform(rng, 1.4, 4.0)), "--range", "true"]
+        flags = [*adhesive(rng, s.heights(n), log_uniform(rng, 1.4, 4.0)), "--resolution", "true"]
     case = Case(f"stiffness {seed}.{index}", kind, s, gradient, flags, log_uniform(rng, 1e-3, 0.3) * gradient, (n, 4 * n, 8 * n))
     case.contact = log_uniform(rng, 0.005, 0.6) if kind in ("layer", "penalty") else None
     # Alone, or the middle of a path whose loads are a factor apart.

@@ -43,7 +43,7 @@ def solve_records(program, seed, index):
     flags = ["--pressure", ",".join(map(repr, sorted(loads)))]
     which = rng.choice(["hard", "adhesion", "hardness", "leakage", "f32", "gfmd"], p=[0.3, 0.2, 0.15, 0.15, 0.1, 0.1])
     if which == "adhesion":
-        flags += [*adhesive(rng, s.heights(n), 1.5), "--range", "true"]
+        flags += [*adhesive(rng, s.heights(n), 1.5), "--resolution", "true"]
     elif which == "hardness":
         flags += ["--hardness", 0.5 * gradient]
     elif which == "leakage":
@@ -89,11 +89,11 @@ def run_records(program, seed, index):
     text = SCENE.format(grid=n, seed=int(rng.integers(1, 10**6)), hurst=round(rng.uniform(0.3, 1.0), 2), roll_off=float(rng.choice([1, 4])), cut_off=cut_off, loads=loads)
     which = rng.choice(["hard", "adhesion", "unload", "layer", "leakage"])
     if which == "adhesion":
-        text += '[adhesion]\nwork_of_adhesion_mj_m2 = 50.0\nrange_nm = 2.0\n'
+        text += '[adhesion]\nwork_of_adhesion = "50.0 mJ/m2"\nrange = "2.0 nm"\n'
     elif which == "unload":
-        text = text.replace("[load]\n", "[load]\nunload = true\n") + "[continuum]\nhardness_mpa = 10.0\n"
+        text = text.replace("[load]\n", "[load]\nunload = true\n") + '[continuum]\nhardness = "10.0 MPa"\n'
     elif which == "layer":
-        text += "[continuum.layer]\nthickness_um = 10.0\npoisson = 0.4\n"
+        text += '[continuum.layer]\nthickness = "10.0 um"\npoisson = 0.4\n'
     elif which == "leakage":
         text += "[continuum]\nleakage = true\n"
     name = f"forecast {seed}.{index}: run {which} {n}², {len(loads)} loads"

@@ -26,7 +26,7 @@ depth_cells = $3
 slope = "$5"
 plasticity = true
 # Load and base decide when a load ends: in a flowing crystal some atoms always have a force.
-force_tolerance_ev_per_angstrom = 0.4
+force_tolerance = "0.4 eV/Å"
 ranks = $ranks
 SCENE
     printf '%s: ' "$1"

@@ -20,8 +20,8 @@ import tempfile
 from pathlib import Path
 
 SMALL = "--challenge 1024 --seed 3 --cut-off 0.004"
-MAP = "--grid 1280 --seed 2 --cut-off-um 5 --length-um 1000"
-ADHESION = "--work-of-adhesion 2e-5 --adhesion-range 2e-3"
+MAP = "--grid 1280 --seed 2 --cut-off 5um --length 1000um"
+ADHESION = "--work-of-adhesion 2e-5 --range 2e-3"
 # Largest differences of gap and stress, and of contact nodes; the tolerance of the residual is 1e-8 and 1e-2 of the pressure. In f32 rounding may
 # decide about a node at the edge of contact.
 F64, F32 = (1e-9, 1e-8, 0), (1e-5, 1e-3, 5)

@@ -69,11 +69,11 @@ def indent(asperity, out, shape, radius, shift, hardness):
     (out / f"{name}.toml").write_text(
         f"""name = "{name}"
 [laboratory]
-length_um = {length * 1e-3:.8f}
-contact_modulus_mpa = {E_STAR_MPA}
+length = "{length * 1e-3:.8f} um"
+modulus = "{E_STAR_MPA} MPa"
 [surface]
 heights = "{name}.txt"
-heights_unit_um = 0.001
+unit = "0.001 um"
 touching = "high-points"
 [load]
 p_star = [{p_star}]
@@ -81,8 +81,8 @@ p_star = [{p_star}]
 cells = {cells}
 depth_cells = {round(0.62 * cells)}
 plasticity = true
-hardness_gpa = {hardness}
-force_tolerance_ev_per_angstrom = 0.1
+hardness = "{hardness} GPa"
+force_tolerance = "0.1 eV/Å"
 """
     )
     run = out / name

@@ -16,7 +16,7 @@ series() { # name, scene, flags
 # The first is the source of docs/trade-off-series.md.
 series fast configs/measured/waves-32.toml --methods fast --grids 1024,512,256,128,64,32 --reference 2048 --layer-thickness 0.05,0.1,0.143,0.2,0.5 --repeats 3
 for seed in 1 2 3; do
-    series "waves-32-$seed" configs/measured/waves-32.toml --seed $seed --grids 512,256,128,64,32 --reference 1024 --budget 6m
+    series "waves-32-$seed" configs/measured/waves-32.toml --seed $seed --grids 512,256,128,64,32 --reference 1024 --budget 6min
 done
 # With adhesion: two surfaces whose range a workstation resolves, and the shipped scene, whose range none of its grids resolves.
 for seed in 1 2; do

@@ -62,7 +62,7 @@ fn planned_memory_is_what_is_used() {
 fn plan_of_run(folder: &std::path::Path, points: usize) -> Vec<(String, f64)> {
     let scene = folder.join(format!("{points}.toml"));
     let text = format!(
-        "name = \"memory\"\n[surface]\ngrid = {points}\ncut_off_um = 2.0\n[load]\np_star = [0.02]\n[continuum]\nprecision = \"f32\"\n"
+        "name = \"memory\"\n[surface]\ngrid = {points}\ncut_off = \"2.0 um\"\n[load]\np_star = [0.02]\n[continuum]\nprecision = \"f32\"\n"
     );
     std::fs::write(&scene, text).expect("written");
     let output = asperity().arg("run").arg(&scene).args(["--dry-run", "--json"]).output().expect("started");

@@ -118,8 +118,8 @@ def measured(command):
 
 def heights(asperity, case, points):
     file = WORK / f"heights-{points}-{round(1 / case.cut_off)}.npy"
-    command = [asperity, "surface", "--grid", points, "--length-um", 1, "--hurst", 0.8, "--roll-off-um", 0.2]
-    command += ["--cut-off-um", case.cut_off, "--rms-gradient", 1, "--seed", 1, "--out", file, "--json"]
+    command = [asperity, "surface", "--grid", points, "--length", "1um", "--hurst", 0.8, "--roll-off", "0.2um"]
+    command += ["--cut-off", f"{case.cut_off}um", "--rms-gradient", 1, "--seed", 1, "--out", file, "--json"]
     measured(command)
     return file
 

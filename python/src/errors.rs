@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
 /// Words of scenes, flags and the crate in messages, and their names in Python.
-const NAMES: [(&str, &str); 20] = [
+const NAMES: [(&str, &str); 17] = [
     ("`surface.edges taper|mirror`", "edges=\"taper\" or \"mirror\" in the preparation"),
     ("`surface.detrend plane`", "detrend=\"plane\""),
     ("`continuum.periodic = false`", "body=NonPeriodic()"),
@@ -24,9 +24,6 @@ const NAMES: [(&str, &str); 20] = [
     ("--high-pass", "high_pass"),
     ("--resample", "resample"),
     ("--remove-outliers", "remove_outliers"),
-    ("c11_gpa", "c11"),
-    ("c12_gpa", "c12"),
-    ("c44_gpa", "c44"),
 ];
 
 /// A message of the crate in the words of Python.

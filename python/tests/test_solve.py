@@ -59,7 +59,7 @@ def test_fields_have_the_bits_of_the_program(tmp_path: Path) -> None:
 def test_adhesive_paths_have_the_bits_of_the_program(tmp_path: Path) -> None:
     path = _stored(tmp_path, rough(64))
     flags = ["--touching", "low-points", "--length", "1", "--modulus", "1", "--pressure", "0.01,0.05,0.01", "--pull-off"]
-    flags += ["--work-of-adhesion", "4e-3", "--adhesion-range", "1.2e-2"]
+    flags += ["--work-of-adhesion", "4e-3", "--range", "1.2e-2"]
     lines = [json.loads(line) for line in asperity.command("solve", path, "--json", *flags).splitlines()]
     surface = Surface.from_array(np.load(path), 1.0, touching="low-points")
     adhesion = Adhesion(4e-3, 1.2e-2)
@@ -154,10 +154,10 @@ def test_estimates_cover_the_other_methods(surface: Surface) -> None:
         ({"pressure": 0.1, "max_iterations": -2}, "max_iterations = -2"),
         ({"pressure": 0.1, "body": Cubic(1.0, 1.0, -1.0)}, "c44"),
         ({"pressure": [[0.1]]}, "shape"),
-        ({"pressure": -0.1}, "mean pressure = -0.1"),
-        ({"pressure": np.nan}, "mean pressure = NaN"),
-        ({"mean_gap": -1.0}, "mean gap = -1"),
-        ({"contact": 1.5}, "contact fraction"),
+        ({"pressure": -0.1}, "pressure = -0.1"),
+        ({"pressure": np.nan}, "pressure = NaN"),
+        ({"mean_gap": -1.0}, "mean_gap = -1"),
+        ({"contact": 1.5}, "contact = 1.5"),
         ({"pressure": 0.1, "method": "magic"}, "method"),
         ({"pressure": 0.1, "precision": "f16"}, "f32"),
         ({"pressure": 0.1, "tolerance": -1.0}, "tolerance"),
@@ -172,7 +172,7 @@ def test_estimates_cover_the_other_methods(surface: Surface) -> None:
         ({"pressure": 0.1, "adhesion": Adhesion(-1.0, 1.0)}, "work_of_adhesion"),
         ({"pressure": 0.1, "adhesion": Adhesion(1.0, 0.0)}, "range"),
         ({"pressure": 0.1, "adhesion": Adhesion(1.0, 1.0, "sticky")}, "exponential"),
-        ({"pressure": 0.1, "pull_off": True}, "pull-off"),
+        ({"pressure": 0.1, "pull_off": True}, "pull_off"),
         ({"pressure": 0.1, "penalty_length": -1.0}, "penalty_length"),
         ({"pressure": 0.1, "initial_gap": np.zeros((3, 3))}, "initial_gap"),
     ],

@@ -1,6 +1,6 @@
 //! Loads of a path.
 
-use crate::scene::LoadScene;
+use crate::scene::{Dimensional, LoadScene, Quantity};
 
 /// Loads of one kind, in the order in which they are applied.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,11 +21,15 @@ impl Loads {
     pub(super) fn scene(&self) -> LoadScene {
         let none = LoadScene::default();
         match self.clone() {
-            Loads::Pressure(list) => LoadScene { pressure_mpa: list, ..none },
+            Loads::Pressure(list) => LoadScene { pressure: plain(list), ..none },
             Loads::PStar(list) => LoadScene { p_star: list, ..none },
-            Loads::MeanGap(list) => LoadScene { mean_gap_um: list, ..none },
-            Loads::Displacement(list) => LoadScene { displacement_um: list, ..none },
+            Loads::MeanGap(list) => LoadScene { mean_gap: plain(list), ..none },
+            Loads::Displacement(list) => LoadScene { displacement: plain(list), ..none },
             Loads::ContactFraction(list) => LoadScene { contact: list, ..none },
         }
     }
+}
+
+fn plain<D: Dimensional>(list: Vec<f64>) -> Vec<Quantity<D>> {
+    list.into_iter().map(Quantity::plain).collect()
 }

@@ -11,8 +11,8 @@ use crate::load::Load;
 use crate::method::{self, Card, Kind, NoObserver, Observer, Precision, Stop, Targets};
 use crate::path::{self, Begin};
 use crate::scene::{
-    AdhesionLaw, AdhesionScene, Case, ContinuumScene, CrystalScene, KeyName, LayerScene, LoadScene, Scene, WallKind,
-    rename_keys,
+    AdhesionLaw, AdhesionScene, Case, ContinuumScene, CrystalScene, LayerScene, Length, LoadScene, Scene, Stress,
+    WallKind, Work, last_part, rename_keys,
 };
 use crate::{Error, Result};
 use ndarray::Array2;
@@ -28,7 +28,7 @@ pub struct Problem {
     /// The rough surface.
     pub surface: Surface,
     /// Contact modulus E* = E/(1-ν²).
-    pub contact_modulus: f64,
+    pub modulus: f64,
     /// The elastic body.
     pub body: Body,
     /// Attraction between the surfaces; none by default.
@@ -149,10 +149,10 @@ impl From<TabulatedLaw> for Adhesion {
 
 impl Problem {
     /// Contact without adhesion on a half-space of contact modulus E* = E/(1-ν²).
-    pub fn new(surface: Surface, contact_modulus: f64) -> Self {
+    pub fn new(surface: Surface, modulus: f64) -> Self {
         Problem {
             surface,
-            contact_modulus,
+            modulus,
             body: Body::HalfSpace,
             adhesion: None,
             penalty_length: None,
@@ -251,7 +251,7 @@ impl Problem {
             let input = path::EstimatorInput::new(case.problem(heights), method)?;
             let mut found = None;
             input.walk((&loads, 0), &NoObserver, |_, problem, estimate| {
-                found = Some(Estimate::new((self.surface.length(), self.contact_modulus), method, problem, estimate));
+                found = Some(Estimate::new((self.surface.length(), self.modulus), method, problem, estimate));
                 Ok(())
             })?;
             Ok(found.expect("a path that ends without an error has visited its load"))
@@ -264,7 +264,7 @@ impl Problem {
     /// As [`Problem::solve`].
     pub fn memory(&self) -> Result<u64> {
         // Any load that is small.
-        let (case, method) = self.case(&Loads::Pressure(vec![1e-6 * self.contact_modulus]), false)?;
+        let (case, method) = self.case(&Loads::Pressure(vec![1e-6 * self.modulus]), false)?;
         self.surface.with_heights(false, |heights| {
             Ok(path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &[]).plan(false).bytes)
         })
@@ -315,15 +315,14 @@ impl Problem {
             let path = path.with_stiffness();
             let pulled = path.walk(begin, pull_off, observer, |i, reached| {
                 require_converged(&reached, method.card(), path.problem().tolerance, [i + 1, targets.len()])?;
-                let mut state =
-                    State::new((&self.surface, self.contact_modulus, self.body), &case.load_steps()[i], &reached);
+                let mut state = State::new((&self.surface, self.modulus, self.body), &case.load_steps()[i], &reached);
                 if self.adhesion.is_none() {
                     state.clear_open_pressure();
                 }
                 visit(state);
                 Ok(())
             })?;
-            Ok(pulled.map(|p| PullOff::new(self.surface.length(), self.contact_modulus, &p)))
+            Ok(pulled.map(|p| PullOff::new(self.surface.length(), self.modulus, &p)))
         })
     }
 
@@ -365,7 +364,7 @@ impl Problem {
     fn case(&self, loads: &Loads, pull_off: bool) -> Result<(Case, &'static dyn method::ContactMethod)> {
         let (hardness, map) = match &self.hardness {
             None => (None, None),
-            Some(Hardness::Uniform(value)) => (Some(*value), None),
+            Some(Hardness::Uniform(value)) => (Some(Stress::plain(*value)), None),
             Some(Hardness::Map(map)) => (None, Some(self.nodes(map)?)),
         };
         let continuum = ContinuumScene {
@@ -377,32 +376,34 @@ impl Problem {
             area_tolerance: self.targets.area,
             mean_gap_tolerance: self.targets.mean_gap,
             wall: if self.penalty_length.is_some() { WallKind::Penalty } else { WallKind::Hard },
-            penalty_length_nm: self.penalty_length,
-            hardness_mpa: hardness,
+            penalty_length: self.penalty_length.map(Length::plain),
+            hardness,
             hardness_map: map.as_ref().map(|_| PLACE.into()),
             ..ContinuumScene::default()
         };
         let (table, mut surface) = self.surface.scene_parts();
-        surface.laboratory.contact_modulus_mpa = Some(self.contact_modulus);
+        surface.laboratory.modulus = Some(Stress::plain(self.modulus));
         let scene = Scene {
             laboratory: surface.laboratory.clone(),
             continuum: match self.body {
                 Body::HalfSpace => continuum,
                 Body::NonPeriodic => ContinuumScene { periodic: Some(false), ..continuum },
-                Body::Layer { thickness: thickness_um, poisson, base } => {
-                    ContinuumScene { layer: Some(LayerScene { thickness_um, poisson, base }), ..continuum }
+                Body::Layer { thickness, poisson, base } => {
+                    let thickness = Length::plain(thickness);
+                    ContinuumScene { layer: Some(LayerScene { thickness, poisson, base }), ..continuum }
                 }
-                Body::Cubic { c11: c11_gpa, c12: c12_gpa, c44: c44_gpa } => {
-                    ContinuumScene { crystal: Some(CrystalScene { c11_gpa, c12_gpa, c44_gpa }), ..continuum }
+                Body::Cubic { c11, c12, c44 } => {
+                    let [c11, c12, c44] = [c11, c12, c44].map(Stress::plain);
+                    ContinuumScene { crystal: Some(CrystalScene { c11, c12, c44 }), ..continuum }
                 }
             },
             adhesion: self.adhesion.as_ref().map(|a| AdhesionScene {
                 law: a.law,
-                work_of_adhesion_mj_m2: a.work_of_adhesion,
-                range_nm: a.range,
-                range: a.resolution,
+                work_of_adhesion: Work::plain(a.work_of_adhesion),
+                range: Length::plain(a.range),
+                resolution: a.resolution,
                 also_nonadhesive: false,
-                other_ranges_nm: Vec::new(),
+                other_ranges: Vec::new(),
                 table: a.table.clone(),
             }),
             load: LoadScene { pull_off, ..loads.scene() },
@@ -420,38 +421,25 @@ impl Problem {
 /// Named in errors.
 const PLACE: &str = "problem";
 
-/// Keys of scenes and their names here.
-const NAMES: [KeyName; 26] = [
-    ("laboratory.length_um", "the surface's length"),
-    ("laboratory.contact_modulus_mpa", "contact_modulus"),
-    ("load.pressure_mpa", "mean pressure"),
-    ("load.p_star", "p*"),
-    ("load.mean_gap_um", "mean gap"),
-    ("load.displacement_um", "displacement"),
-    ("load.contact", "contact fraction"),
-    ("load.pull_off", "pull-off"),
-    ("adhesion.work_of_adhesion_mj_m2", "adhesion.work_of_adhesion"),
-    ("adhesion.range_nm", "adhesion.range"),
-    ("[adhesion]", "adhesion"),
-    ("continuum.method", "method"),
-    ("continuum.precision", "precision"),
-    ("continuum.tolerance", "tolerance"),
-    ("continuum.max_iterations", "max_iterations"),
-    ("continuum.energy_tolerance", "targets.energy"),
-    ("continuum.area_tolerance", "targets.area"),
-    ("continuum.mean_gap_tolerance", "targets.mean_gap"),
-    ("continuum.periodic", "body"),
-    ("continuum.hardness_mpa", "hardness"),
-    ("continuum.hardness_map", "hardness"),
-    ("continuum.layer.thickness_um", "body.thickness"),
-    ("continuum.layer", "body"),
-    ("continuum.crystal", "body"),
-    ("continuum.penalty_length_nm", "penalty_length"),
-    ("surface.grid", "the surface's nodes"),
-];
+/// The field or argument that sets a key of scenes.
+fn argument_of(key: &str) -> Option<String> {
+    let name = last_part(key);
+    Some(match key {
+        "laboratory.length" => "the surface's length".into(),
+        "surface.grid" => "the surface's nodes".into(),
+        "continuum.periodic" | "continuum.layer" | "continuum.crystal" => "body".into(),
+        "continuum.hardness_map" => "hardness".into(),
+        "continuum.energy_tolerance" | "continuum.area_tolerance" | "continuum.mean_gap_tolerance" => {
+            format!("targets.{}", name.trim_end_matches("_tolerance"))
+        }
+        _ if key.starts_with("continuum.layer.") || key.starts_with("continuum.crystal.") => format!("body.{name}"),
+        _ if key.starts_with("surface.") || key.starts_with("adhesion.") => return None,
+        _ => name.into(),
+    })
+}
 
 fn named(error: Error) -> Error {
-    rename_keys(error, &NAMES)
+    rename_keys(error, &argument_of)
 }
 
 fn require_converged(reached: &path::Reached, card: &Card, tolerance: f64, [load, loads]: [usize; 2]) -> Result<()> {

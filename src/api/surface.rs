@@ -6,7 +6,7 @@ use crate::method::{Heights, Problem};
 use crate::record::heights::{HeightMap, Sign};
 use crate::record::import::Content;
 use crate::record::provenance::Provenance;
-use crate::scene::{self, Laboratory, ResolvedSurface, Scene, SurfaceFile, SurfaceScene, Touching, Units};
+use crate::scene::{self, Laboratory, Length, ResolvedSurface, Scene, Stress, SurfaceFile, SurfaceScene, Touching};
 use crate::surface::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayView2};
@@ -165,15 +165,17 @@ impl Surface {
             crop: options.preparation.crop,
             remove_outliers: options.preparation.remove_outliers,
             detrend: options.preparation.detrend,
-            low_pass_um: options.preparation.low_pass,
-            high_pass_um: options.preparation.high_pass,
+            low_pass: options.preparation.low_pass.map(Length::plain),
+            high_pass: options.preparation.high_pass.map(Length::plain),
             filter: Some(options.preparation.filter),
             resample: options.preparation.resample,
             edges: options.preparation.edges,
             ..SurfaceScene::default()
         };
         let mut scene = Scene::new("surface", table);
-        scene.laboratory = Laboratory { length_um: options.length, units: Units::Consistent, ..Laboratory::default() };
+        // A plain modulus: lengths are in the unit of the heights.
+        let (length, modulus) = (options.length.map(Length::plain), Some(Stress::plain(1.0)));
+        scene.laboratory = Laboratory { length, modulus, ..Laboratory::default() };
         options.length.iter().try_for_each(|l| positive("length", *l))?;
         let Some(mut file) = SurfaceFile::read(&scene.surface, Path::new(""))? else { unreachable!("it has a file") };
         if !matches!(file.found.content, Content::Map(_)) {
@@ -183,15 +185,14 @@ impl Surface {
         let mut list = file.complete(&mut scene);
         // Options have the last words of the scene's keys.
         for complaint in &mut list {
-            let name = complaint.key.rsplit('.').next().unwrap_or_default();
-            complaint.key = name.trim_end_matches("_um").into();
+            complaint.key = scene::last_part(&complaint.key).into();
         }
         if !list.is_empty() {
             return Err(Error::Input { place: PLACE.into(), list });
         }
         let resolved = scene::Surface::resolve(&scene, Some(file), PLACE)?;
         let scene::Surface::Imported { grid, .. } = resolved.surface else { unreachable!("a map") };
-        let length = resolved.laboratory.length();
+        let length = resolved.laboratory.length().value();
         let periodic = resolved.provenance.as_ref().is_none_or(|p| p.periodic);
         Ok(Surface { periodic, provenance: resolved.provenance, ..Self::of(resolved.surface, grid, length) })
     }
@@ -265,9 +266,8 @@ impl Surface {
     /// unit of length of this surface.
     pub(super) fn scene_parts(&self) -> (SurfaceScene, ResolvedSurface) {
         let laboratory = Laboratory {
-            length_um: Some(self.length),
-            length_y_um: Some(self.grid.ly * self.length),
-            units: Units::Consistent,
+            length: Some(Length::plain(self.length)),
+            length_y: Some(Length::plain(self.grid.ly * self.length)),
             ..Laboratory::default()
         };
         let table = SurfaceScene { grid: self.grid.nx, ..SurfaceScene::default() };

@@ -24,7 +24,7 @@ pub(super) struct Advise {
     /// Largest relative error, as 5% or 0.05, for the cheapest setting.
     #[arg(long, required_unless_present = "budget", conflicts_with = "budget")]
     error: Option<String>,
-    /// Largest wall time, as 30s, 10m or 2h, for the most accurate setting.
+    /// Largest wall time, as 30s, 10min or 2h, for the most accurate setting.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
     /// Tables of `asperity tradeoff`, comma-separated. Default: that in runs/NAME-tradeoff of the scene, otherwise those of the program.

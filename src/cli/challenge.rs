@@ -1,5 +1,5 @@
 use super::cluster::CommandRequest;
-use super::file::{FileFlags, refuse_grid};
+use super::file::{FileFlags, flag_of, refuse_grid};
 use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::{output, progress::TerminalProgress};
 use crate::atoms::lammps_command::LammpsCommand;
@@ -7,8 +7,7 @@ use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
 use crate::pipeline::{self, OutFolder};
 use crate::record::results;
-use crate::scene::{Case, Scene, Touching};
-use crate::scene::{KeyName, rename_keys};
+use crate::scene::{Case, Scene, Touching, rename_keys};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -21,7 +20,7 @@ const SCENE_NAME: &str = "command line";
 const COARSEST: usize = 32;
 
 /// Unit of lengths in the challenge's own files, µm.
-const FILE_UNIT_UM: f64 = 100.0;
+const FILE_UNIT: &str = "0.1 mm";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Challenge {
@@ -34,9 +33,9 @@ pub(super) struct Challenge {
     /// File with the challenge's own surface, instead of a synthesised one.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seed"])]
     heights: Option<PathBuf>,
-    /// Unit of the heights in that file, µm; the challenge's own is 0.1 mm.
-    #[arg(long, value_name = "UM", default_value_t = FILE_UNIT_UM, requires = "heights")]
-    heights_unit_um: f64,
+    /// Unit of the heights in that file.
+    #[arg(long, value_name = "UNIT", default_value = FILE_UNIT, requires = "heights")]
+    unit: String,
     /// Which points of that file touch first: the high or the low ones.
     #[arg(long, value_enum, default_value = "low-points", requires = "heights")]
     touching: Touching,
@@ -65,23 +64,10 @@ pub(super) struct Challenge {
     json: bool,
 }
 
-/// Keys and their flags.
-const FLAGS: [KeyName; 9] = [
-    ("surface.grid", "--grid"),
-    ("surface.seed", "--seed"),
-    ("surface.heights_unit_um", "--heights-unit-um"),
-    ("surface.heights", "--heights"),
-    ("surface.touching", "--touching"),
-    ("surface.dataset", "--dataset"),
-    ("surface.fourier_points", "--fourier-points"),
-    ("surface.fourier", "--fourier"),
-    ("continuum.compare_with", "--compare-with"),
-];
-
 impl Challenge {
     /// Exit code 1 where a statement failed.
     pub(super) fn execute(self) -> Result<ExitCode> {
-        let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME)).map_err(|e| rename_keys(e, &FLAGS))?;
+        let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME)).map_err(|e| rename_keys(e, &flag_of::<Self>))?;
         let out = self.out.clone().unwrap_or_else(|| {
             let file = self.heights.as_ref().and_then(|p| p.file_stem()).map(|s| format!("-{}", s.to_string_lossy()));
             let seed = self.seed.map(|s| format!("-seed-{s}"));
@@ -139,15 +125,15 @@ impl Challenge {
                 return Err(Error::input("command line", "--heights", found, "the challenge's surface"));
             }
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
-            (s.heights_unit_um, s.touching) = (Some(self.heights_unit_um), Some(self.touching));
+            (s.unit, s.touching) = (Some(self.unit.clone()), Some(self.touching));
             let lab = &mut scene.laboratory;
-            (lab.length_um, lab.contact_modulus_mpa) = (Some(lab.length()), Some(lab.contact_modulus()));
+            (lab.length, lab.modulus) = (Some(lab.length()), Some(lab.modulus()));
             refuse_grid(self.grid, Some(path), !self.file.are_waves())?;
         }
         if let Some(a) = scene.adhesion.as_mut().filter(|_| !self.regularise) {
-            a.range = RangeChoice::True;
-            let (length, modulus) = (scene.laboratory.length() * 1e-6, scene.laboratory.contact_modulus() * 1e6);
-            let stiff = a.work_of_adhesion_mj_m2 * 1e-3 / modulus / (a.range_nm * 1e-9).powi(2);
+            a.resolution = RangeChoice::True;
+            let (length, modulus) = (scene.laboratory.length().si(), scene.laboratory.modulus().si());
+            let stiff = a.work_of_adhesion.si() / modulus / a.range.si().powi(2);
             // The grid of a file is known once it is read; no distributed file resolves the range.
             scene.load.unload = self.heights.is_none() && length / scene.surface.grid as f64 * stiff <= MESH_LIMIT;
         }

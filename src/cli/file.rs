@@ -1,36 +1,21 @@
 use crate::record::import::{self, Fourier, ImportOptions};
-use crate::scene::{ContinuumScene, KeyName, Laboratory, SurfaceScene, Touching, Units};
+use crate::scene::{ContinuumScene, Laboratory, Length, SurfaceScene, Touching, last_part, metres_of};
 use crate::surface::{Detrend, Edges, Fill, FilterKind};
-use crate::units::{Measure, metres_per};
+use crate::units::Measure;
 use crate::{Error, Result};
 use std::path::Path;
 
 pub(super) const COMMAND_LINE: &str = "command line";
 
-/// Keys of a surface file and its preparation and their flags, in every command; of keys that begin alike the longest
-/// first.
-pub(super) const FILE_FLAGS: [KeyName; 20] = [
-    ("laboratory.length_um", "--length"),
-    ("laboratory.length_y_um", "--length-y"),
-    ("surface.heights_unit_um", "--unit"),
-    ("surface.heights", "--heights"),
-    ("surface.unit", "--unit"),
-    ("surface.dataset", "--dataset"),
-    ("surface.fourier_points", "--fourier-points"),
-    ("surface.fourier", "--fourier"),
-    ("surface.low_pass_um", "--low-pass"),
-    ("surface.high_pass_um", "--high-pass"),
-    ("surface.filter", "--filter"),
-    ("surface.touching", "--touching"),
-    ("surface.crop", "--crop"),
-    ("surface.remove_outliers", "--remove-outliers"),
-    ("surface.fill", "--fill"),
-    ("surface.detrend", "--detrend"),
-    ("surface.resample", "--resample"),
-    ("surface.edges", "--edges"),
-    ("surface.strict", "--strict"),
-    ("continuum.periodic = false", "--non-periodic"),
-];
+/// The flag of a command that sets a key of scenes, if it has one.
+pub(super) fn flag_of<A: clap::Args>(key: &str) -> Option<String> {
+    let name = match key {
+        "continuum.periodic" => "non-periodic".to_string(),
+        _ => last_part(key).replace('_', "-"),
+    };
+    let command = A::augment_args(clap::Command::new(""));
+    command.get_arguments().any(|arg| arg.get_long() == Some(&name)).then(|| format!("--{name}"))
+}
 
 /// Properties of a surface file that its contents do not contain.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -66,7 +51,7 @@ pub(super) struct MapFlags {
     /// Unit of the heights in the file: m, mm, um, nm, Å. Default: what the file declares.
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<String>,
-    /// Extent of the file's map in x, in the unit of the heights or with its own (20um). Default: what the file declares.
+    /// Extent of the cell in x, with a unit (20um) or in that of the heights. Default: what the file declares.
     #[arg(long, value_name = "L")]
     pub length: Option<Measure>,
     /// Extent in y. Default: what the file declares, or square pixels.
@@ -136,20 +121,14 @@ impl MapFlags {
         s: &mut SurfaceScene,
         lab: &mut Laboratory,
         continuum: &mut ContinuumScene,
-        lengths: &Lengths,
+        in_scene: &dyn Fn(&str, Measure) -> Result<Length>,
     ) -> Result<()> {
         let flip = self.flip.then_some(Touching::HighPoints);
         s.touching = self.touching.or(flip).or(s.touching);
-        if self.unit.is_some() {
-            (s.unit, s.heights_unit_um) = (self.unit.clone(), None);
-        }
-        for (flag, given, to) in [
-            ("--length", &self.length, &mut lab.length_um),
-            ("--length-y", &self.length_y, &mut lab.length_y_um),
-            ("--low-pass", &self.low_pass, &mut s.low_pass_um),
-            ("--high-pass", &self.high_pass, &mut s.high_pass_um),
-        ] {
-            *to = given.as_ref().map(|m| lengths.of(flag, m)).transpose()?.or(*to);
+        s.unit = self.unit.clone().or(s.unit.take());
+        let to = [&mut lab.length, &mut lab.length_y, &mut s.low_pass, &mut s.high_pass];
+        for ((flag, given), to) in self.lengths().into_iter().zip(to) {
+            *to = given.map(|m| in_scene(flag, m)).transpose()?.or(*to);
         }
         s.crop = numbers("--crop", &self.crop, "four numbers: X,Y,NX,NY")?.or(s.crop);
         s.resample = numbers("--resample", &self.resample, "two numbers: NX,NY")?.or(s.resample);
@@ -165,10 +144,25 @@ impl MapFlags {
         Ok(())
     }
 
-    /// Whether a length has a unit of its own, so that the unit of the heights is needed.
-    fn has_units(&self) -> bool {
-        let lengths = [&self.length, &self.length_y, &self.low_pass, &self.high_pass];
-        lengths.into_iter().flatten().any(|m| m.unit.is_some())
+    /// The lengths of these flags.
+    pub(super) fn lengths(&self) -> [(&'static str, Option<Measure>); 4] {
+        [
+            ("--length", self.length),
+            ("--length-y", self.length_y),
+            ("--low-pass", self.low_pass),
+            ("--high-pass", self.high_pass),
+        ]
+    }
+
+    /// Metres of one unit of the heights, where it is known: of the given one, or the one that the file declares.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub(super) fn heights_m(&self, file: Option<&Path>, of: &FileFlags) -> Result<Option<f64>> {
+        let given = self.unit.as_deref().and_then(metres_of);
+        let Some(file) = file.filter(|_| given.is_none()) else { return Ok(given) };
+        let options = ImportOptions { dataset: of.dataset.as_deref(), fourier: of.fourier };
+        Ok(import::read(file, options)?.declared.unit_m())
     }
 }
 
@@ -180,59 +174,9 @@ fn numbers<const N: usize>(flag: &str, given: &[usize], accepted: &str) -> Resul
     given.to_vec().try_into().map(Some).map_err(wrong)
 }
 
-/// Conversion of lengths on the command line to those of a scene.
-pub(super) struct Lengths {
-    /// Metres of one unit of the heights, where it is known.
-    pub heights_m: Option<f64>,
-    units: Units,
-}
-
-impl Lengths {
-    /// With the unit of the heights: the given one, or the one that the file declares. The file is read only where lengths have units
-    /// or the scene's lengths are not those of the heights.
-    pub(super) fn new(
-        file: Option<&Path>,
-        of: &FileFlags,
-        flags: &MapFlags,
-        units: Units,
-        needed: bool,
-    ) -> Result<Self> {
-        let given = flags.unit.as_deref().and_then(metres_per);
-        let plain = flags.length.is_some() || flags.length_y.is_some();
-        let needed = needed || flags.has_units() || units == Units::Named && plain;
-        let heights_m = match file.filter(|_| given.is_none() && needed) {
-            Some(file) => {
-                let options = ImportOptions { dataset: of.dataset.as_deref(), fourier: of.fourier };
-                import::read(file, options)?.declared.unit_m()
-            }
-            None => given,
-        };
-        Ok(Lengths { heights_m, units })
-    }
-
-    /// A length in the unit of the scene; a plain one is in the unit of the heights.
-    pub(super) fn of(&self, flag: &str, length: &Measure) -> Result<f64> {
-        let metres = match &length.unit {
-            None => match (self.units, self.heights_m) {
-                (Units::Named, Some(metres)) => return Ok(length.value * (metres / 1e-6)),
-                // Without a unit of the heights the file is refused anyway.
-                _ => return Ok(length.value),
-            },
-            Some(unit) => metres_per(unit).ok_or_else(|| {
-                let found = format!("{} {unit}", length.value);
-                Error::input(COMMAND_LINE, flag, found, "a unit of length: m, mm, um, nm, Å")
-            })?,
-        };
-        match (self.units, self.heights_m) {
-            (Units::Named, _) => Ok(length.value * (metres / 1e-6)),
-            (Units::Consistent, Some(heights)) => Ok(length.value * (metres / heights)),
-            (Units::Consistent, None) => {
-                let found = format!("{} {}", length.value, length.unit.as_deref().unwrap_or_default());
-                let accepted = "a number in the unit of the heights, or --unit, which the file does not declare";
-                Err(Error::input(COMMAND_LINE, flag, found, accepted))
-            }
-        }
-    }
+/// The refusal of a measure of a flag.
+pub(super) fn refused(flag: &str, m: Measure, accepted: impl Into<String>) -> Error {
+    Error::input(COMMAND_LINE, flag, m, accepted)
 }
 
 /// A height map has its own grid.

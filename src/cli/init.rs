@@ -1,15 +1,15 @@
 //! `asperity init`: a commented scene to start from.
 
-use super::file::{COMMAND_LINE, FileFlags};
+use super::file::{COMMAND_LINE, FileFlags, refused};
 use super::output;
 use crate::grid::Grid;
 use crate::record::declared::Declared;
 use crate::record::height_map::HeightMap;
 use crate::record::heights::Sign;
 use crate::record::import::{self, Content, ImportOptions, ImportedFile};
-use crate::scene::Touching;
+use crate::scene::{Stress, Touching};
 use crate::surface::seam_warning;
-use crate::units::metres_per;
+use crate::units::{Dimension, Measure, metres_per};
 use crate::{Error, Result};
 use serde_json::json;
 use std::fmt::{Display, Write};
@@ -30,19 +30,19 @@ const LOADS: &str = "\
 [load]
 # Mean pressures over E* times the rms gradient of the surface, in the order in which they are applied.
 p_star = [0.001, 0.003, 0.01, 0.03, 0.1]
-# Instead of p_star: pressures in MPa, normal forces in mN, mean gaps or displacements in µm, or contact fractions.
-# pressure_mpa = [0.1, 0.2]
-# force_mn = { from = 1, to = 100, count = 5, spacing = \"log\" }
-# mean_gap_um = [0.5, 0.2]
-# displacement_um = [0.1, 0.2]
+# Instead of p_star: pressures, normal forces, mean gaps or displacements, or contact fractions.
+# pressure = [\"0.1 MPa\", \"0.2 MPa\"]
+# force = \"log:1mN:100mN:5\"
+# mean_gap = [\"0.5 um\", \"0.2 um\"]
+# displacement = [\"0.1 um\", \"0.2 um\"]
 # contact = [0.05, 0.1]
 # The same loads in reverse, for the hysteresis of adhesion.
 # unload = true
 
 # Without this table there is no adhesion.
 # [adhesion]
-# work_of_adhesion_mj_m2 = 50
-# range_nm = 2
+# work_of_adhesion = \"50 mJ/m2\"
+# range = \"2 nm\"
 
 # Without this table there are no atoms (they need LAMMPS and a square cell).
 # [atoms]
@@ -55,10 +55,10 @@ name = \"scene\"
 description = \"\"
 
 [laboratory]
-# Extent of the cell, µm.
-length_um = 100
-# Contact modulus E* = E/(1-ν²), MPa; of two elastic bodies 1/E* is the sum of both (1-ν²)/E.
-contact_modulus_mpa = 25
+# Extent of the cell.
+length = \"100 um\"
+# Contact modulus E* = E/(1-ν²); of two elastic bodies 1/E* is the sum of both (1-ν²)/E.
+modulus = \"25 MPa\"
 
 # A self-affine surface from its spectrum. `asperity init FILE` writes the scene of a measured one.
 [surface]
@@ -67,9 +67,9 @@ grid = 512
 seed = 18
 # Hurst exponent.
 hurst = 0.8
-# Longest and shortest wavelength of the self-affine part, µm.
-roll_off_um = 20
-cut_off_um = 0.5
+# Longest and shortest wavelength of the self-affine part.
+roll_off = \"20 um\"
+cut_off = \"0.5 um\"
 # rms gradient of the whole surface.
 rms_gradient = 1
 
@@ -87,9 +87,9 @@ pub(super) struct Init {
     /// Points that touch first; required unless the file declares it.
     #[arg(long, value_enum, requires = "file")]
     touching: Option<Touching>,
-    /// Contact modulus E*, MPa, which no surface file declares.
-    #[arg(long, value_name = "MPA", requires = "file")]
-    modulus: Option<f64>,
+    /// Contact modulus E*, such as 25MPa, which no surface file declares.
+    #[arg(long, value_name = "E", requires = "file")]
+    modulus: Option<Measure>,
     /// Scene file to write.
     #[arg(long, value_name = "FILE", default_value = "scene.toml")]
     out: PathBuf,
@@ -136,7 +136,7 @@ impl Init {
         let mut draft = Draft::new(HEAD);
         draft.line(format!("# {}: {}.", file.display(), found.layout));
         draft.line(format!("name = {}\ndescription = \"\"\n", quoted(name)));
-        self.laboratory(&mut draft, &found.declared);
+        self.laboratory(&mut draft, &found.declared)?;
         self.surface(&mut draft, &found, file)?;
         let periodic = match found.declared.periodic {
             Some(periodic) => format!("The file declares periodic = {periodic}."),
@@ -147,33 +147,38 @@ impl Init {
         Ok(draft)
     }
 
-    fn laboratory(&self, draft: &mut Draft, declared: &Declared) {
+    fn laboratory(&self, draft: &mut Draft, declared: &Declared) -> Result<()> {
         draft.line("[laboratory]");
         let extent = declared.extent_m().map(|e| e.map(|m| significant(m * 1e6)));
         match (extent, &declared.extent) {
             (Some([x, y]), _) => {
-                draft.line("# Extents of the map along x and y, µm, as the file declares them.");
-                draft.line(format!("length_um = {x}\nlength_y_um = {y}"));
+                draft.line("# Extents of the map along x and y, as the file declares them.");
+                draft.line(format!("length = \"{x} um\"\nlength_y = \"{y} um\""));
             }
             // The extents are known as soon as the unit is.
             (None, Some(e)) => {
                 let unit = e.unit.as_deref().unwrap_or("units of the heights");
                 draft.line(format!(
-                    "# Extents along x and y, µm. Default: what the file declares, {} and {} {unit}.",
+                    "# Extents along x and y. Default: what the file declares, {} and {} {unit}.",
                     e.x, e.y
                 ));
-                draft.line("# length_um = 20\n# length_y_um = 20");
+                draft.line("# length = \"20 um\"\n# length_y = \"20 um\"");
             }
             (None, None) => {
-                draft.missing("laboratory.length_um", "20", "extent of the map in x, points times spacing, µm");
-                draft.line("# Extent in y, µm. Default: square pixels.\n# length_y_um = 20");
+                draft.missing("laboratory.length", "\"20 um\"", "extent of the map in x, points times spacing");
+                draft.line("# Extent in y. Default: square pixels.\n# length_y = \"20 um\"");
             }
         }
-        let modulus = "contact modulus E* = E/(1-ν²), MPa; of two elastic bodies 1/E* is the sum of both (1-ν²)/E";
+        let modulus = "contact modulus E* = E/(1-ν²); of two elastic bodies 1/E* is the sum of both (1-ν²)/E";
         match self.modulus {
-            Some(mpa) => draft.line(format!("# Contact modulus E*, MPa.\ncontact_modulus_mpa = {mpa}")),
-            None => draft.missing("laboratory.contact_modulus_mpa", "2", modulus),
+            Some(given) => {
+                let refused = || refused("--modulus", given, Dimension::Stress.accepted());
+                let stress = Stress::written(given).ok_or_else(refused)?;
+                draft.line(format!("# Contact modulus E*.\nmodulus = \"{stress}\""));
+            }
+            None => draft.missing("laboratory.modulus", "\"2 MPa\"", modulus),
         }
+        Ok(())
     }
 
     fn surface(&self, draft: &mut Draft, found: &ImportedFile, file: &Path) -> Result<()> {
@@ -226,7 +231,7 @@ impl Init {
         if let Some(points) = self.of.fourier_points {
             draft.line(format!("fourier_points = {points}"));
         }
-        draft.line("# Shortest wavelength that is kept, µm.\n# low_pass_um = 0.5");
+        draft.line("# Shortest wavelength that is kept.\n# low_pass = \"0.5 um\"");
     }
 
     /// The surface file as the scene names it: relative to the scene's folder where it is inside.
@@ -263,7 +268,7 @@ fn preparation(draft: &mut Draft, missing: usize, seam: bool) {
     }
     let why = if seam { ", as this one" } else { "" };
     draft.line(format!(
-        "# Shortest and longest wavelength that are kept, µm.\n# low_pass_um = 0.5\n# high_pass_um = 10\n\
+        "# Shortest and longest wavelength that are kept.\n# low_pass = \"0.5 um\"\n# high_pass = \"10 um\"\n\
          # Makes a map periodic that is not{why}: \"mirror\" (four times the points) or \"taper\".\n{optional}edges = \"mirror\""
     ));
 }

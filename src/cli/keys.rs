@@ -8,30 +8,11 @@ const HEAD: &str = "\
 # Keys of a scene
 
 Written by `asperity schema --keys` from the [JSON Schema](scene.schema.json). A key without a default is required where its type says
-so, and otherwise absent. Units are those in the names of the keys.
+so, and otherwise absent. Lengths, stresses and other quantities are texts with their unit: `length = \"100 um\"`, `modulus = \"25 MPa\"`. Lists
+may be texts of ranges, both ends included: `pressure = \"log:1MPa:100MPa:5\"`.
 ";
 
-/// Units that end the name of a key.
-const UNITS: [(&str, &str); 16] = [
-    ("_ev_per_angstrom", "eV/Å"),
-    ("_mj_m2", "mJ/m²"),
-    ("_angstrom", "Å"),
-    ("_ev", "eV"),
-    ("_mpa", "MPa"),
-    ("_gpa", "GPa"),
-    ("_um", "µm"),
-    ("_nm", "nm"),
-    ("_mn", "mN"),
-    ("_ps", "ps"),
-    ("_k", "K"),
-    ("_s", "s"),
-    ("_mode", "per cell"),
-    ("_cells", "a₀"),
-    ("p_star", "E* ḡ"),
-    ("p_star_range", "E* ḡ"),
-];
-
-/// One table per table of a scene, in the order of the schema.
+/// All tables.
 pub(super) fn markdown(schema: &Value) -> String {
     let mut text = HEAD.to_string();
     table(schema, schema, "", &mut text);
@@ -52,7 +33,7 @@ fn table(schema: &Value, node: &Value, path: &str, text: &mut String) {
         description => _ = writeln!(text, "\n{description}\n"),
     }
     if !plain.is_empty() {
-        text.push_str("| key | type | default | unit | description |\n|---|---|---|---|---|\n");
+        text.push_str("| key | type | default | description |\n|---|---|---|---|\n");
     }
     for (key, value) in plain {
         let default = match &value["default"] {
@@ -67,8 +48,7 @@ fn table(schema: &Value, node: &Value, path: &str, text: &mut String) {
             default => format!("`{default}`"),
         };
         let (kind, description) = (kind(schema, value).join(" or "), one_line(&value["description"]));
-        let unit = UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or("–", |(_, unit)| unit);
-        let _ = writeln!(text, "| `{key}` | {kind} | {default} | {unit} | {description} |");
+        let _ = writeln!(text, "| `{key}` | {kind} | {default} | {description} |");
     }
     for (key, value) in tables {
         let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
@@ -89,11 +69,17 @@ fn resolved<'a>(schema: &'a Value, node: &'a Value) -> &'a Value {
 /// Types that a key accepts, and texts with their meaning.
 fn kind(schema: &Value, node: &Value) -> Vec<String> {
     let node = resolved(schema, node);
+    if let Some(name) = quantity(node) {
+        return vec![format!("{name}, as `{}`", node["examples"][0])];
+    }
     let whole = |name: &str| match name {
         "integer" => Some("whole number".to_string()),
         "string" => Some("text".to_string()),
         "null" => None,
-        "array" => Some(format!("list of {}s", kind(schema, &node["items"]).join(" or "))),
+        "array" => {
+            let of = quantity(&node["items"]).map_or_else(|| kind(schema, &node["items"]).join(" or "), String::from);
+            Some(format!("list of {of}{}", if of.ends_with('s') { "es" } else { "s" }))
+        }
         "object" => {
             let keys = node["properties"].as_object().into_iter().flatten().map(|(key, _)| key.as_str());
             Some(format!("{{ {} }}", keys.collect::<Vec<_>>().join(", ")))
@@ -116,6 +102,11 @@ fn kind(schema: &Value, node: &Value) -> Vec<String> {
         Value::Array(names) => names.iter().filter_map(|n| whole(n.as_str()?)).collect(),
         _ => Vec::new(),
     }
+}
+
+/// The name of a quantity.
+fn quantity(node: &Value) -> Option<&str> {
+    node["examples"].is_array().then(|| node["format"].as_str()).flatten()
 }
 
 /// A description in one cell of a table.

@@ -1,4 +1,4 @@
-use super::file::{FILE_FLAGS, FileFlags, Lengths, MapFlags, refuse_grid};
+use super::file::{FileFlags, MapFlags, flag_of, refuse_grid, refused};
 use super::output;
 use crate::grid::rms;
 use crate::pipeline::statistics;
@@ -7,9 +7,9 @@ use crate::record::heights::{self, HeightMap, Sign};
 use crate::record::import::{Fourier, holds_numbers};
 use crate::record::results::Statistic;
 use crate::report::number::trimmed;
-use crate::scene::{Case, Scene, SurfaceScene, Touching, Units};
-use crate::scene::{KeyName, rename_keys, rename_keys_in};
+use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, Touching, rename_keys, rename_keys_in};
 use crate::surface::range;
+use crate::units::{Dimension, Measure};
 use crate::{Error, Result};
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
@@ -29,12 +29,12 @@ pub(super) struct Surface {
     /// Hurst exponent, above 0 and up to 1.
     #[arg(long, value_name = "H")]
     hurst: Option<f64>,
-    /// Roll-off wavelength, µm.
-    #[arg(long, value_name = "UM")]
-    roll_off_um: Option<f64>,
-    /// Short cut-off wavelength, µm.
-    #[arg(long, value_name = "UM")]
-    cut_off_um: Option<f64>,
+    /// Roll-off wavelength, such as 20um.
+    #[arg(long, value_name = "LAMBDA")]
+    roll_off: Option<Measure>,
+    /// Short cut-off wavelength, such as 0.5um.
+    #[arg(long, value_name = "LAMBDA")]
+    cut_off: Option<Measure>,
     /// rms gradient of the whole Fourier sum.
     #[arg(long, value_name = "G")]
     rms_gradient: Option<f64>,
@@ -45,9 +45,6 @@ pub(super) struct Surface {
     file: FileFlags,
     #[command(flatten)]
     map: MapFlags,
-    /// Extent of the cell of a synthesised surface in x, µm.
-    #[arg(long, value_name = "UM", conflicts_with = "length")]
-    length_um: Option<f64>,
     /// Write the prepared heights in µm with what they declare: .npy with a JSON file, .nc (NetCDF), otherwise an ASCII matrix with comments.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -55,15 +52,6 @@ pub(super) struct Surface {
     #[arg(long)]
     json: bool,
 }
-
-/// Further keys and their flags.
-const SYNTHESIS_FLAGS: [KeyName; 5] = [
-    ("surface.grid", "--grid"),
-    ("surface.hurst", "--hurst"),
-    ("surface.roll_off_um", "--roll-off-um"),
-    ("surface.cut_off_um", "--cut-off-um"),
-    ("surface.rms_gradient", "--rms-gradient"),
-];
 
 impl Surface {
     pub(super) fn execute(mut self) -> Result<()> {
@@ -91,11 +79,11 @@ impl Surface {
         // Nothing is solved, so atoms, adhesion and accuracy are not checked.
         (scene.atoms, scene.adhesion, scene.accuracy) = (None, None, None);
         // Nothing is pressed: statistics need no modulus.
-        scene.laboratory.contact_modulus_mpa.get_or_insert(1.0);
+        scene.laboratory.modulus.get_or_insert(Stress::new(1.0, "MPa"));
         self.overwrite(&mut scene)?;
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
-        let names = &self.flag_names()[..];
+        let names = &|key: &str| self.flag_of(key);
         let case = Case::resolve(scene, &file).map_err(|e| rename_keys(e, names))?;
         case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {}", rename_keys_in(w, names))));
         if let Some(provenance) = case.provenance.as_ref().filter(|_| self.json) {
@@ -113,7 +101,7 @@ impl Surface {
             return Err(Error::Memory { what, need, have, advice: "a smaller --grid needs less".into() });
         }
         let heights = case.surface.heights(case.grid, 0.0);
-        let length_um = case.laboratory.length();
+        let length_um = case.laboratory.length().to("um");
         let list = statistics(case, &heights);
         if let Some(out) = &self.out {
             let same = |file: &str| {
@@ -155,7 +143,7 @@ impl Surface {
             "unit": p.as_ref().and_then(|p| p.unit.clone()),
             "nx": case.grid.nx,
             "ny": case.grid.ny,
-            "length_um": case.laboratory.length(),
+            "length_um": case.laboratory.length().to("um"),
             "length_x_m": case.grid.lx * metres,
             "length_y_m": case.grid.ly * metres,
             "height_range_m": (values.max - values.min) * metres,
@@ -174,19 +162,18 @@ impl Surface {
         })
     }
 
-    /// The flag of every key whose value came from a flag: of all where there is no scene, or another file than its own.
-    fn flag_names(&self) -> Vec<KeyName> {
-        let spectrum = [
-            ("--grid", self.grid.is_some()),
-            ("--hurst", self.hurst.is_some()),
-            ("--roll-off-um", self.roll_off_um.is_some()),
-            ("--cut-off-um", self.cut_off_um.is_some()),
-            ("--rms-gradient", self.rms_gradient.is_some()),
-            ("--length", self.length_um.is_some() || self.map.length.is_some()),
-        ];
-        let all = self.heights.is_some() || self.given.is_none();
-        let given = |flag: &str| all || spectrum.iter().any(|(name, given)| *given && *name == flag);
-        FILE_FLAGS.into_iter().chain(SYNTHESIS_FLAGS).filter(|(_, flag)| given(flag)).collect()
+    /// The flag of a key whose value came from a flag, or could: there is no scene, or another file than its own.
+    fn flag_of(&self, key: &str) -> Option<String> {
+        let given = match key {
+            "surface.grid" => self.grid.is_some(),
+            "surface.hurst" => self.hurst.is_some(),
+            "surface.roll_off" => self.roll_off.is_some(),
+            "surface.cut_off" => self.cut_off.is_some(),
+            "surface.rms_gradient" => self.rms_gradient.is_some(),
+            "laboratory.length" => self.map.length.is_some(),
+            _ => false,
+        };
+        flag_of::<Self>(key).filter(|_| given || self.heights.is_some() || self.given.is_none())
     }
 
     /// Sets keys of the scene from flags.
@@ -195,14 +182,13 @@ impl Surface {
         let set = |to: &mut f64, from: Option<f64>| *to = from.unwrap_or(*to);
         set(&mut s.hurst, self.hurst);
         set(&mut s.rms_gradient, self.rms_gradient);
-        scene.laboratory.length_um = self.length_um.or(scene.laboratory.length_um);
         s.grid = self.grid.unwrap_or(s.grid);
         s.seed = self.seed.unwrap_or(s.seed);
-        if self.roll_off_um.is_some() {
-            (s.roll_off_um, s.roll_off_mode) = (self.roll_off_um, None);
+        if let Some(wave) = self.roll_off {
+            (s.roll_off, s.roll_off_mode) = (Some(length("--roll-off", wave)?), None);
         }
-        if self.cut_off_um.is_some() {
-            (s.cut_off_um, s.cut_off_mode) = (self.cut_off_um, None);
+        if let Some(wave) = self.cut_off {
+            (s.cut_off, s.cut_off_mode) = (Some(length("--cut-off", wave)?), None);
         }
         if let Some(path) = &self.heights {
             // A file given here is relative to where the command runs, not to the scene.
@@ -212,8 +198,7 @@ impl Surface {
             // Properties of the scene's own file do not hold for another.
             let own = SurfaceScene::default();
             *s = SurfaceScene { heights: s.heights.take(), grid: s.grid, seed: s.seed, ..own };
-            scene.laboratory.length_y_um = None;
-            scene.laboratory.length_um = self.length_um;
+            (scene.laboratory.length, scene.laboratory.length_y) = (None, None);
         }
         if self.file.fourier.is_some() {
             s.fourier_points = None;
@@ -221,9 +206,23 @@ impl Surface {
         s.dataset = self.file.dataset.clone().or(s.dataset.take());
         s.fourier = self.file.fourier.or(s.fourier);
         s.fourier_points = self.file.fourier_points.or(s.fourier_points);
-        let lengths = Lengths::new(s.heights.as_deref(), &self.file, &self.map, Units::Named, false)?;
-        self.map.set(s, &mut scene.laboratory, &mut scene.continuum, &lengths)
+        // Plain lengths are in the unit of the heights.
+        let plain = self.map.lengths().into_iter().flat_map(|(_, m)| m).any(|m| m.unit.is_none());
+        let file = s.heights.clone().filter(|_| plain);
+        let heights_m = self.map.heights_m(file.as_deref(), &self.file)?;
+        let in_scene = |flag: &str, m: Measure| match (m.unit, heights_m) {
+            (None, Some(metres)) => Ok(Length::new(m.value * (metres / 1e-6), "um")),
+            // Without a unit of the heights the file is refused anyway.
+            (None, None) if file.is_some() => Ok(Length::new(m.value, "um")),
+            _ => length(flag, m),
+        };
+        self.map.set(s, &mut scene.laboratory, &mut scene.continuum, &in_scene)
     }
+}
+
+/// A length with its unit.
+fn length(flag: &str, m: Measure) -> Result<Length> {
+    Length::written(m).ok_or_else(|| refused(flag, m, Dimension::Length.accepted()))
 }
 
 /// The sign with which a surface is written: that of its file.
@@ -236,7 +235,7 @@ fn sign(case: &Case) -> Sign {
 
 /// Writes the prepared heights in µm, with all that `solve` needs to know about them.
 fn write(out: &Path, case: &Case, heights: &[f64]) -> Result<()> {
-    let (um, sign, highest) = (case.laboratory.length(), sign(case), range(heights).max);
+    let (um, sign, highest) = (case.laboratory.length().to("um"), sign(case), range(heights).max);
     let flipped = |h: &f64| if sign == Sign::HighFirst { highest - h } else { *h };
     let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, heights.iter().map(|h| flipped(h) * um).collect())?;
     let declared = Declared {

@@ -10,7 +10,7 @@ use crate::record::tradeoff::{
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
-use crate::units::MAX_SECONDS;
+use crate::units::{Dimension, MAX_SECONDS, Measure};
 use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -39,7 +39,7 @@ pub(super) struct Tradeoff {
     /// Seed of the surface. Default: surface.seed of the scene.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Limit on the time of all settings, as 90s, 10m or 2h, including earlier runs in this folder. Each method runs once before
+    /// Limit on the time of all settings, as 90s, 10min or 2h, including earlier runs in this folder. Each method runs once before
     /// its other settings; skipped settings are listed. The reference is always solved. Default: no limit.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
@@ -170,19 +170,10 @@ fn block(text: &str) -> Result<BlockSize> {
 
 /// A time with its unit, in s.
 pub(super) fn seconds(flag: &str, text: &str) -> Result<f64> {
-    let text = text.trim();
-    let digits = text.trim_end_matches(char::is_alphabetic);
-    let unit = match &text[digits.len()..] {
-        "s" | "" => Some(1.0),
-        "ms" => Some(1e-3),
-        "m" | "min" => Some(60.0),
-        "h" => Some(3600.0),
-        _ => None,
-    };
-    let found = unit.zip(digits.trim().parse::<f64>().ok()).map(|(unit, n)| unit * n);
-    found
-        .filter(|s| *s > 0.0 && *s <= MAX_SECONDS)
-        .ok_or_else(|| Error::input(PLACE, flag, text, "a time above zero, at most 30 years, as 0.5s, 30s, 10m or 2h"))
+    let found = text.parse::<Measure>().and_then(|m| m.of(Dimension::Time)).ok().map(Measure::si);
+    found.filter(|s| *s > 0.0 && *s <= MAX_SECONDS).ok_or_else(|| {
+        Error::input(PLACE, flag, text, "a time above zero, at most 30 years, as 0.5s, 30s, 10min or 2h")
+    })
 }
 
 /// Prints cost and error of each setting.
@@ -314,7 +305,7 @@ mod tests {
 
     #[test]
     fn times_have_units() {
-        for (text, expected) in [("10m", 600.0), ("0.1s", 0.1), ("2h", 7200.0), ("90", 90.0), ("250ms", 0.25)] {
+        for (text, expected) in [("10min", 600.0), ("0.1s", 0.1), ("2h", 7200.0), ("90", 90.0), ("250ms", 0.25)] {
             assert!(seconds("--budget", text).is_ok_and(|s| (s / expected - 1.0f64).abs() < 1e-12), "{text}");
         }
         for text in ["", "m", "-3s", "0s", "10 parsecs", "inf", "NaN", "1e19s"] {

@@ -23,7 +23,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     refuse_both(&scene, file)?;
     let case = Case::resolve(scene.clone(), file)?;
     let (tables, provenance) = tables(&requested, &case)?;
-    let limit = match (requested.error, requested.budget_s) {
+    let limit = match (requested.error, requested.budget.map(|t| t.to("s"))) {
         (Some(share), _) => Limit::Error(share),
         (None, Some(s)) => Limit::Seconds(s),
         (None, None) => unreachable!("checked with the scene"),
@@ -32,7 +32,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
         advise(&tables, &case, requested.quantity, limit, requested.extrapolate).map_err(|Unserved(accepted)| {
             let (key, found) = match limit {
                 Limit::Error(e) => ("accuracy.error", e),
-                Limit::Seconds(s) => ("accuracy.budget_s", s),
+                Limit::Seconds(s) => ("accuracy.budget", s),
             };
             Error::input(file.display(), key, found, accepted)
         })?;
@@ -48,7 +48,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     let chosen = AccuracyChoice {
         quantity: requested.quantity,
         error: requested.error,
-        budget_s: requested.budget_s,
+        budget_s: requested.budget.map(|t| t.to("s")),
         tables: provenance,
         advice,
     };

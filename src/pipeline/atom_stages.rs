@@ -57,7 +57,7 @@ impl<'a> AtomStages<'a> {
 
     /// None if the scene gives no hardness of the crystal.
     pub(super) fn yielding(&self) -> Option<YieldingStage<'a>> {
-        let hardness_gpa = self.scene.hardness_gpa?;
+        let hardness_gpa = self.scene.hardness?.to("GPa");
         Some(YieldingStage { case: self.case, atoms: self.atoms, hardness_gpa })
     }
 
@@ -86,7 +86,7 @@ impl<'a> AtomStages<'a> {
             Start::Continuum => {
                 let number = self.case.rising_steps().len() + self.case.unloading_steps().len();
                 let words = format!("{number} load{} from the continuum", if number == 1 { "" } else { "s" });
-                let force_tolerance = self.scene.force_tolerance_ev_per_angstrom;
+                let force_tolerance = self.scene.force_tolerance.to("eV/Å");
                 (LoadingMode::PrescribedLoads { number, force_tolerance }, words)
             }
         }
@@ -149,7 +149,7 @@ impl Stage for LammpsStage<'_> {
         };
         // The loads are not part of this key: the job folder determines which finished steps are valid for other loads.
         let program = (block, crystal_key(scene, atoms), potential, self.0.engine().describe(), script.hash());
-        let steps = (step, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair_key(case));
+        let steps = (step, scene.force_tolerance, scene.plasticity, pair_key(case));
         let history = Key::new("load steps", &(program, steps), &[geometry])?;
         let key = match atoms.start {
             Start::Continuum => {

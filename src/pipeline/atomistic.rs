@@ -72,7 +72,7 @@ pub(super) fn write_job(
     let compressed = highest * case.gradient * atoms.compression() * atoms.block.length();
     let approach_steps = (atoms.first_touch_gap_angstrom + compressed) / scene.step_or_default();
     let settings = RelaxationSettings {
-        force_tolerance: scene.force_tolerance_ev_per_angstrom,
+        force_tolerance: scene.force_tolerance.to("eV/Å"),
         load_unit: atoms.load_unit,
         contact_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
         // Slip can start at any depth below the contact.
@@ -111,7 +111,7 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
         Error::Input { list, .. } if list.iter().any(|c| c.key == ARGUMENTS) => e,
         _ => e.with_context(case.file.display(), Some("atoms.ranks")),
     })?;
-    Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
+    Ok(engine.with_time_limit(scene.time_limit.map(|t| Duration::from_secs_f64(t.to("s")))))
 }
 
 /// The LAMMPS of a command of the scene `file`, as one process without arguments.

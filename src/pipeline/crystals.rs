@@ -10,7 +10,7 @@ use crate::error::Complaint;
 use crate::record::hashed::file_hash;
 use crate::record::user_cache::UserCache;
 use crate::report::number::trimmed;
-use crate::scene::Scene;
+use crate::scene::{Length, Scene, Stress};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
@@ -32,8 +32,8 @@ const MODULUS_DIGITS: usize = 4;
 const KIND: &str = "crystals";
 
 /// Keys of the constants, with their units.
-const LATTICE: (&str, &str) = ("atoms.lattice_constant_angstrom", "Å");
-const MODULUS: (&str, &str) = ("atoms.contact_modulus_gpa", "GPa");
+const LATTICE: (&str, &str) = ("atoms.lattice_constant", "Å");
+const MODULUS: (&str, &str) = ("atoms.modulus", "GPa");
 
 /// What is to be said of the constants of a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -99,7 +99,8 @@ impl<'a> Crystals<'a> {
     pub fn settle(&self, scene: &mut Scene, file: &Path) -> Result<Said> {
         let Some(path) = scene.potential(file).filter(|_| scene.is_sound(file)) else { return Ok(Said::default()) };
         let Some(atoms) = &scene.atoms else { return Ok(Said::default()) };
-        let (element, given) = (atoms.element.clone(), (atoms.lattice_constant_angstrom, atoms.contact_modulus_gpa));
+        let given = (atoms.lattice_constant.map(|a| a.to("Å")), atoms.modulus.map(|e| e.to("GPa")));
+        let element = atoms.element.clone();
         let found = match self.find(scene, file, &path, &element) {
             Err(e) if is_of_machine(&e) => return self.unmeasured(given, (&path, file), e),
             found => found?,
@@ -111,12 +112,12 @@ impl<'a> Crystals<'a> {
         let mut said = Said::default();
         said.warnings.extend(compare(given, &constants, (&path, &element), file)?);
         let atoms = scene.atoms.as_mut().expect("found above");
-        let a0 = *atoms.lattice_constant_angstrom.get_or_insert(constants.a0);
-        let modulus = *atoms.contact_modulus_gpa.get_or_insert(constants.moduli.mean_gpa);
+        let a0 = *atoms.lattice_constant.get_or_insert(Length::new(constants.a0, "Å"));
+        let modulus = *atoms.modulus.get_or_insert(Stress::new(constants.moduli.mean_gpa, "GPa"));
         if given.0.is_none() || given.1.is_none() {
             let place = path.display();
             said.used.push(format!(
-                "{element} of {place}: a0 = {a0} Å, E* = {modulus} GPa (harmonic mean over directions in (001)), {how}"
+                "{element} of {place}: a0 = {a0}, E* = {modulus} (harmonic mean over directions in (001)), {how}"
             ));
         }
         Ok(self.once(said))
@@ -263,11 +264,11 @@ fn compare(
             "{measured} {unit}, which LAMMPS measures for {of} ({} apart; up to 1 % is accepted): give that value or leave the key out{hint}",
             difference(given, measured)
         );
-        Complaint::new(key, given, accepted)
+        Complaint::new(key, format!("{given} {unit}"), accepted)
     };
     let mut list = Vec::new();
     if let Some(a0) = given.0.filter(|a0| apart(*a0, constants.a0) > TOLERANCE) {
-        list.push(complaint(LATTICE, a0, constants.a0, another_unit(a0, constants.a0, LATTICE.1)));
+        list.push(complaint(LATTICE, a0, constants.a0, another_unit(a0, constants.a0)));
     }
     let m = &constants.moduli;
     if let Some(modulus) = given.1.filter(|modulus| apart(*modulus, m.mean_gpa) > TOLERANCE) {
@@ -276,7 +277,7 @@ fn compare(
             Some((along, _)) => {
                 format!("; the given value is that of waves along {along}, not the mean over directions")
             }
-            None => another_unit(modulus, m.mean_gpa, MODULUS.1),
+            None => another_unit(modulus, m.mean_gpa),
         };
         list.push(complaint(MODULUS, modulus, m.mean_gpa, hint));
     }
@@ -303,10 +304,10 @@ fn difference(given: f64, measured: f64) -> String {
 }
 
 /// A power of ten between the values suggests another unit.
-fn another_unit(given: f64, measured: f64, unit: &str) -> String {
+fn another_unit(given: f64, measured: f64) -> String {
     let power = (given / measured).log10();
     let is_power = power.round() != 0.0 && (power - power.round()).abs() <= TOLERANCE;
-    if is_power { format!("; the key's unit is {unit}") } else { String::new() }
+    String::from(if is_power { "; check the unit" } else { "" })
 }
 
 #[cfg(test)]
@@ -335,15 +336,15 @@ mod tests {
             (
                 Some(4.05),
                 Some(80.0),
-                &["s.toml: atoms.contact_modulus_gpa = 80; accepted: 91.56 GPa", "Al of Al.alloy", "12.6 % apart"][..],
+                &["s.toml: atoms.modulus = 80 GPa; accepted: 91.56 GPa", "Al of Al.alloy", "12.6 % apart"][..],
             ),
             (
                 Some(3.9),
                 None,
-                &["atoms.lattice_constant_angstrom = 3.9; accepted: 4.08165 Å", "4.45 % apart", "leave the key out"],
+                &["atoms.lattice_constant = 3.9 Å; accepted: 4.08165 Å", "4.45 % apart", "leave the key out"],
             ),
-            (Some(0.408165), None, &["a factor of 10 apart", "the key's unit is Å"]),
-            (None, Some(91560.0), &["a factor of 1000 apart", "the key's unit is GPa"]),
+            (Some(0.408165), None, &["a factor of 10 apart", "check the unit"]),
+            (None, Some(91560.0), &["a factor of 1000 apart", "check the unit"]),
             (None, Some(89.2), &["waves along [100]"]),
             (None, Some(94.0), &["waves along [110]"]),
             (None, Some(90.6), &["1.05 % apart"]),

@@ -12,7 +12,7 @@ use crate::path::LoadPath;
 use crate::record::hashed::file_hash;
 use crate::record::npy;
 use crate::record::results::{ContinuumResults, SurfaceResults};
-use crate::scene::{AdhesionScene, Case, ContinuumScene, REFERENCE_LOAD, Surface};
+use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD, Surface};
 use rustfft::num_complex::Complex;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ pub(super) enum Variant {
     /// The loading branch without adhesion.
     NonAdhesive,
     /// The loading branch with another range of adhesion, nm.
-    Range(f64),
+    Range(Length),
     /// The challenge's reference load without adhesion, by the cross-check method.
     CrossCheck,
     /// The loading branch by another method (id), with or without the scene's adhesion.
@@ -100,12 +100,12 @@ fn method_cost(problem: &Problem, method: &dyn ContactMethod, loads: usize, mach
 pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&Key]) -> Result<Key> {
     let scene = &case.scene;
     // Other variants do not affect this problem.
-    let alone = scene.adhesion.clone().map(|a| AdhesionScene { also_nonadhesive: false, other_ranges_nm: vec![], ..a });
+    let alone = scene.adhesion.clone().map(|a| AdhesionScene { also_nonadhesive: false, other_ranges: vec![], ..a });
     // The contents of the map, wherever it is.
     let map = scene.continuum.hardness_map.as_ref().map(|p| file_hash(&case.resolve_path(p))).transpose()?;
     let hardness_map = map.map(PathBuf::from);
     let own = ContinuumScene { compare_with: Vec::new(), hardness_map, ..scene.continuum.clone() };
-    let loading = (case.loading_p_star(), &scene.load.mean_gap_um, &scene.load.maps_at);
+    let loading = (case.loading_p_star(), &scene.load.mean_gap, &scene.load.maps_at);
     // Definition of p* = 1; with [challenge] the nominal gradient of the challenge's surface, not that of the height
     // file.
     let unit = (case.gradient, case.requested_outputs());
@@ -117,8 +117,8 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&K
             Key::new(name, &(&scene.load, &alone, &own, methods, &initial_gap, unit), after)
         }
         Variant::NonAdhesive => Key::new(name, &(&loading, &own, methods, unit), after),
-        Variant::Range(nm) => {
-            let of_range = alone.map(|a| AdhesionScene { range_nm: nm, ..a });
+        Variant::Range(range) => {
+            let of_range = alone.map(|a| AdhesionScene { range, ..a });
             Key::new(name, &(&loading, of_range, &own, methods, unit), after)
         }
         Variant::CrossCheck => Key::new(name, &(&scene.challenge, &own, methods, unit), after),
@@ -139,15 +139,15 @@ pub(super) fn variants(case: &Case) -> (Vec<SolveStage<'_>>, Vec<String>) {
         list.push(Variant::NonAdhesive);
     }
     let mut used: Vec<f64> = vec![case.range_used(case.adhesion)];
-    for &nm in case.scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
-        let range = case.range_used(case.adhesion_of_range(nm));
+    for &wanted in case.scene.adhesion.iter().flat_map(|a| &a.other_ranges) {
+        let range = case.range_used(case.adhesion_of_range(wanted));
         if used.contains(&range) {
             left_out
-                .push(format!("range {nm} nm: on this grid it becomes the same range as another; it is solved once"));
+                .push(format!("range {wanted}: on this grid it becomes the same range as another; it is solved once"));
             continue;
         }
         used.push(range);
-        list.push(Variant::Range(nm));
+        list.push(Variant::Range(wanted));
     }
     if case.scene.challenge.is_some() {
         list.push(Variant::CrossCheck);
@@ -161,7 +161,7 @@ impl SolveStage<'_> {
         match self.variant {
             Variant::Primary => self.case.kernel.to_string(),
             Variant::NonAdhesive => "without adhesion".into(),
-            Variant::Range(nm) => format!("range {nm} nm"),
+            Variant::Range(range) => format!("range {range}"),
             Variant::CrossCheck => "the reference load without adhesion".into(),
             Variant::Comparison(id, _) => id.into(),
         }
@@ -193,7 +193,7 @@ impl Stage for SolveStage<'_> {
         match self.variant {
             Variant::Primary => "continuum".into(),
             Variant::NonAdhesive => "non-adhesive".into(),
-            Variant::Range(nm) => format!("range-{nm}-nm"),
+            Variant::Range(range) => format!("range-{range}").replace(' ', "-"),
             Variant::CrossCheck => "cross-check".into(),
             Variant::Comparison(id, _) => format!("method-{id}"),
         }
@@ -253,7 +253,7 @@ pub(super) fn laboratory(
     match variant {
         Variant::Primary => {}
         Variant::NonAdhesive => problem.adhesion = Adhesion::None,
-        Variant::Range(nm) => problem.adhesion = case.adhesion_of_range(nm),
+        Variant::Range(range) => problem.adhesion = case.adhesion_of_range(range),
         Variant::CrossCheck => {
             problem.adhesion = Adhesion::None;
             // Only the default method estimates these errors, so the targets do not apply to other methods.

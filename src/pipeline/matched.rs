@@ -146,7 +146,7 @@ impl Stage for YieldingStage<'_> {
 
 /// Parameters of the height profile of the atoms and of the matched continuum.
 pub(super) fn profile_key(scene: &AtomsScene) -> impl Serialize + use<> {
-    (scene.cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom)
+    (scene.cells, scene.slope, scene.low_pass, scene.adhesion_range)
 }
 
 /// Resolved parameters of the crystal and of the indenter's repulsion.
@@ -159,7 +159,7 @@ pub(super) fn crystal_key<'a>(scene: &'a AtomsScene, atoms: &AtomsCase) -> impl 
 /// Adhesion parameters of the scene. The atoms have its work of adhesion, and its range enters the scaling audit. The
 /// atoms' own range is part of [`profile_key`].
 pub(super) fn pair_key(case: &Case) -> impl Serialize + use<> {
-    case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion_mj_m2, a.range_nm, a.law))
+    case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion, a.range, a.law))
 }
 
 /// Effect of the block's finite depth on contact area and mean gap: relative difference from the half-space.

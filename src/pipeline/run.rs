@@ -236,7 +236,7 @@ fn of_results(scene: &Scene) -> serde_json::Value {
     let mut scene = scene.clone();
     let usual = AtomsScene::default();
     if let Some(atoms) = &mut scene.atoms {
-        (atoms.program, atoms.ranks, atoms.time_limit_s) = (usual.program, usual.ranks, usual.time_limit_s);
+        (atoms.program, atoms.ranks, atoms.time_limit) = (usual.program, usual.ranks, usual.time_limit);
     }
     serde_json::to_value(scene).unwrap_or_default()
 }

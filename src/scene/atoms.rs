@@ -145,8 +145,8 @@ fn crystal<'a>(problem: &LaboratoryProblem, a: &'a AtomsScene, place: &str) -> R
     let header = SetflHeader::read(&path)?;
     let mass_u = header.element(&path, element)?.mass_u;
     let constants = [
-        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
-        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
+        ("atoms.lattice_constant", a.lattice_constant.map(|l| l.to("Å"))),
+        ("atoms.modulus", a.modulus.map(|e| e.to("GPa"))),
     ];
     let absent = constants.iter().filter(|(_, given)| given.is_none());
     let accepted = "the value for atoms.potential (`asperity potential --measure` finds it)";
@@ -180,11 +180,12 @@ impl Profile {
         length: f64,
     ) -> Result<Self> {
         let place = problem.file.display();
-        let low_pass_angstrom = a.low_pass_angstrom.unwrap_or(LOW_PASS_SPACINGS * wall.spacing_angstrom);
+        let usual = LOW_PASS_SPACINGS * wall.spacing_angstrom;
+        let low_pass_angstrom = a.low_pass.map_or(usual, |wave| wave.to("Å"));
         let (low_pass, shortest) = (low_pass_angstrom / length, 2.0 * wall.spacing_angstrom);
         if low_pass_angstrom < shortest || low_pass > 1.0 {
             let accepted = format!("{shortest:.2} (two spacings of the indenter's atoms) to {length:.1} Å");
-            return Err(Error::input(place, "atoms.low_pass_angstrom", low_pass_angstrom, accepted));
+            return Err(Error::input(place, "atoms.low_pass", format!("{low_pass_angstrom} Å"), accepted));
         }
         let grid = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
         // The audit needs the moments of the low-passed heights: these and their spectrum.
@@ -196,9 +197,9 @@ impl Profile {
         let heights = problem.surface.heights(grid, low_pass);
         let resolved = moments(grid, &heights);
         if resolved.rms_gradient == 0.0 {
-            let found = format!("{low_pass_angstrom} (nothing of the profile is left)");
+            let found = format!("{low_pass_angstrom} Å (nothing of the profile is left)");
             let accepted = "a wavelength below the profile's longest";
-            return Err(Error::input(place, "atoms.low_pass_angstrom", found, accepted));
+            return Err(Error::input(place, "atoms.low_pass", found, accepted));
         }
         let stretch = match a.slope {
             Slope::Literal => 1.0,
@@ -257,8 +258,8 @@ impl AtomsCase {
         let wall = AtomWall::new(repulsion, length / points as f64, crystal.a0)?;
         let profile = Profile::resolve(problem, a, &wall, points, length)?;
         let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: crystal.modulus_gpa * 1e9 };
-        let adhesion = pair_adhesion(problem, a.adhesion_range_angstrom, &wall, scales)
-            .map_err(|e| e.with_context(&place, Some("atoms.adhesion_range_angstrom")))?;
+        let adhesion = pair_adhesion(problem, a.adhesion_range.to("Å"), &wall, scales)
+            .map_err(|e| e.with_context(&place, Some("atoms.adhesion_range")))?;
         let audit = audit(&AuditInput {
             target: target(problem),
             actual: Actual {
@@ -270,7 +271,7 @@ impl AtomsCase {
                 poisson: BLOCK_POISSON,
                 p_star: problem.highest_p_star,
                 gamma_ev_a2: adhesion.map_or(0.0, |p| scales.energy_per_area_ev_a2(p.gamma)),
-                rho_angstrom: if adhesion.is_some() { a.adhesion_range_angstrom } else { 0.0 },
+                rho_angstrom: if adhesion.is_some() { a.adhesion_range.to("Å") } else { 0.0 },
                 rms_gradient: problem.gradient,
                 resolved_gradient: profile.resolved_gradient,
                 lambda_min_angstrom: profile.low_pass_angstrom,
@@ -299,10 +300,11 @@ impl AtomsCase {
             adhesion,
             audit,
             matched: profile.grid,
-            contact_force: a
-                .contact_force_ev_per_angstrom
-                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom.min(FORCE_TOLERANCE)),
-            stress_width_angstrom: a.stress_width_angstrom.unwrap_or(crystal.a0),
+            contact_force: a.contact_force.map_or_else(
+                || CONTACT_FORCE_TOLERANCES * a.force_tolerance.to("eV/Å").min(FORCE_TOLERANCE),
+                |force| force.to("eV/Å"),
+            ),
+            stress_width_angstrom: a.stress_width.map_or(crystal.a0, |width| width.to("Å")),
             repulsion_warnings: crystal.warnings(a, &repulsion),
             first_touch_gap_angstrom: profile.first_touch_gap * profile.stretch * length,
         })

@@ -1,6 +1,7 @@
 //! The section `[atoms]` of a scene.
 
 use super::nvt::NvtScene;
+use super::quantity::{Energy, Force, Length, Stress, Time};
 use crate::atoms::block::BaseKind;
 use crate::atoms::job_spec::FORCE_TOLERANCE;
 use schemars::JsonSchema;
@@ -22,56 +23,56 @@ pub struct AtomsScene {
     /// The lowest layers of the block. Default: prescribed on a foundation, otherwise rigid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<BaseKind>,
-    /// Hardness of the crystal, GPa: the compliant-wall continuum is solved with it, too, as a step of the model chain.
+    /// Hardness of the crystal: the compliant-wall continuum is solved with it, too, as a step of the model chain.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hardness_gpa: Option<f64>,
+    pub hardness: Option<Stress>,
     /// An eam/alloy file instead of the shipped calcium-like one. Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub potential: Option<PathBuf>,
     /// Element of the block in that file.
     pub element: String,
-    /// Lattice constant at 0 K, Å, of another potential: within 1 % of the one that LAMMPS measures for it. Default: that one.
+    /// Lattice constant at 0 K of another potential: within 1 % of the one that LAMMPS measures for it. Default: that one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lattice_constant_angstrom: Option<f64>,
-    /// Contact modulus E* of the (001) face, GPa, of another potential: the harmonic mean over the directions of waves in the face, which
+    pub lattice_constant: Option<Length>,
+    /// Contact modulus E* of the (001) face of another potential: the harmonic mean over the directions of waves in the face, which
     /// axisymmetric and isotropically rough contacts have, not the modulus along `[100]`. Within 1 % of what LAMMPS measures. Default: that.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_modulus_gpa: Option<f64>,
-    /// Lennard-Jones energy of an indenter atom and an atom of the block, eV. Default: the challenge's 0.2145, with another potential in
+    pub modulus: Option<Stress>,
+    /// Lennard-Jones energy of an indenter atom and an atom of the block. Default: the challenge's 0.2145 eV, with another potential in
     /// proportion to E* a0³.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub indenter_epsilon_ev: Option<f64>,
-    /// Lennard-Jones length of an indenter atom and an atom of the block, Å. Default: the challenge's 3.5927, with another potential in
+    pub indenter_epsilon: Option<Energy>,
+    /// Lennard-Jones length of an indenter atom and an atom of the block. Default: the challenge's 3.5927 Å, with another potential in
     /// proportion to the lattice constant.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub indenter_sigma_angstrom: Option<f64>,
-    /// Distance from an indenter atom within which an atom is in contact, Å; not below the start of the repulsion, 2^(1/6) σ. Default: the
-    /// challenge's 4.0354, in proportion to σ.
+    pub indenter_sigma: Option<Length>,
+    /// Distance from an indenter atom within which an atom is in contact; not below the start of the repulsion, 2^(1/6) σ. Default: the
+    /// challenge's 4.0354 Å, in proportion to σ.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_distance_angstrom: Option<f64>,
-    /// Shortest wavelength of the indenter, Å. Default: four spacings of its atoms.
+    pub contact_distance: Option<Length>,
+    /// Shortest wavelength of the indenter. Default: four spacings of its atoms.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub low_pass_angstrom: Option<f64>,
+    pub low_pass: Option<Length>,
     /// Treatment of the gradient that atoms cannot resolve.
     pub slope: Slope,
     /// Initial configuration of each load. Default: the continuum's solution; with adhesion, where states depend on the load history,
-    /// and with `step_angstrom`, first contact.
+    /// and with `step`, first contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
-    /// Descent of the indenter per load step from first contact, Å. Default: 0.3.
+    /// Descent of the indenter per load step from first contact. Default: 0.3 Å.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_angstrom: Option<f64>,
-    /// Largest force on any atom in an equilibrium, eV/Å. Above 0.002 a load that starts from the continuum ends where no force is larger
+    pub step: Option<Length>,
+    /// Largest force on any atom in an equilibrium. Above 0.002 eV/Å a load that starts from the continuum ends where no force is larger
     /// than a quarter of it and indenter and base carry the load to a thousandth.
-    pub force_tolerance_ev_per_angstrom: f64,
-    /// Range of the pair adhesion, Å. The scaled range is often shorter than the repulsion of the atoms allows: see the scaling audit.
-    pub adhesion_range_angstrom: f64,
-    /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the force tolerance, at most 0.02.
+    pub force_tolerance: Force,
+    /// Range of the pair adhesion. The scaled range is often shorter than the repulsion of the atoms allows: see the scaling audit.
+    pub adhesion_range: Length,
+    /// Normal force from which an atom counts as loaded. Default: ten times the force tolerance, at most 0.02 eV/Å.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_force_ev_per_angstrom: Option<f64>,
-    /// Standard deviation of the Gaussian that makes a stress field of the indenter's forces, Å. Default: the lattice constant.
+    pub contact_force: Option<Force>,
+    /// Standard deviation of the Gaussian that makes a stress field of the indenter's forces. Default: the lattice constant.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub stress_width_angstrom: Option<f64>,
+    pub stress_width: Option<Length>,
     /// Count defect atoms (centro-symmetry) at every step. Frames then contain the whole deformable block.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plasticity: bool,
@@ -83,9 +84,9 @@ pub struct AtomsScene {
     pub nvt: Option<NvtScene>,
     /// MPI ranks.
     pub ranks: usize,
-    /// Wall-clock limit of the LAMMPS stage, s.
+    /// Wall-clock limit of the LAMMPS stage.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub time_limit_s: Option<f64>,
+    pub time_limit: Option<Time>,
     /// The LAMMPS program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program: Option<PathBuf>,
@@ -132,27 +133,27 @@ impl Default for AtomsScene {
             depth_cells: 12,
             foundation_cells: Foundation::Cells(0),
             base: None,
-            hardness_gpa: None,
+            hardness: None,
             potential: None,
             element: "Ca".into(),
-            lattice_constant_angstrom: None,
-            contact_modulus_gpa: None,
-            indenter_epsilon_ev: None,
-            indenter_sigma_angstrom: None,
-            contact_distance_angstrom: None,
-            low_pass_angstrom: None,
+            lattice_constant: None,
+            modulus: None,
+            indenter_epsilon: None,
+            indenter_sigma: None,
+            contact_distance: None,
+            low_pass: None,
             slope: Slope::Literal,
             start: None,
-            step_angstrom: None,
-            force_tolerance_ev_per_angstrom: FORCE_TOLERANCE,
-            adhesion_range_angstrom: 0.5,
-            contact_force_ev_per_angstrom: None,
-            stress_width_angstrom: None,
+            step: None,
+            force_tolerance: Force::new(FORCE_TOLERANCE, "eV/Å"),
+            adhesion_range: Length::new(0.5, "Å"),
+            contact_force: None,
+            stress_width: None,
             plasticity: false,
             depth_error: false,
             nvt: None,
             ranks: 1,
-            time_limit_s: None,
+            time_limit: None,
             program: None,
         }
     }
@@ -167,13 +168,14 @@ impl AtomsScene {
         }
     }
 
+    /// Å.
     pub fn step_or_default(&self) -> f64 {
-        self.step_angstrom.unwrap_or(0.3)
+        self.step.map_or(0.3, |step| step.to("Å"))
     }
 
     /// Where the atoms of a load start from, where the bodies attract each other or not.
     pub fn start_or_default(&self, attracts: bool) -> Start {
-        let steps = attracts || self.step_angstrom.is_some();
+        let steps = attracts || self.step.is_some();
         self.start.unwrap_or(if steps { Start::Touch } else { Start::Continuum })
     }
 }

@@ -3,14 +3,14 @@ use super::check::{complaints, missing_files};
 use super::load::estimated_p_star;
 use super::model::relative_to;
 use super::source::ResolvedSurface;
-use super::surface_file::{SurfaceFile, preparation_keys};
-use super::{ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, RequestedOutputs, Scene, Surface, Units};
+use super::surface_file::{SurfaceFile, preparation_keys, rounded};
+use super::{
+    ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, Length, RequestedOutputs, Scene, Surface,
+};
 use crate::atoms::lammps_command::LammpsCommand;
 use crate::error::Complaint;
 use crate::grid::Grid;
-use crate::interface::{
-    Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall,
-};
+use crate::interface::{Adhesion, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
@@ -116,9 +116,9 @@ impl Case {
         let grid = grid(&scene, &surface, &place)?;
         let gradient = gradient(&scene, &surface, &place)?;
         let first_touch = first_touch(&scene, &lab, &surface, grid, &place)?;
-        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&lab, a, a.range_nm));
-        let wall = match scene.continuum.penalty_length_nm {
-            Some(nm) => Wall::Penalty(PenaltyWall { length: lab.reduced_nm(nm) }),
+        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&lab, a, a.range));
+        let wall = match scene.continuum.penalty_length {
+            Some(length) => Wall::Penalty(PenaltyWall { length: lab.reduced(length) }),
             None => Wall::Hard,
         };
         let hardness = CaseHardness::resolve(&scene.continuum, &lab, grid, (file, hardness))?;
@@ -175,9 +175,9 @@ impl Case {
 
     /// A force on a map that is mirrored acts on the whole periodic cell.
     fn mirrored_force_warning(&self) -> Option<String> {
-        let mirrored = self.scene.surface.edges == Some(Edges::Mirror) && !self.scene.load.force_mn.is_empty();
+        let mirrored = self.scene.surface.edges == Some(Edges::Mirror) && !self.scene.load.force.is_empty();
         mirrored.then(|| {
-            "load.force_mn acts on the mirrored cell, which has four times the area of the map: give four times the force on the map"
+            "load.force acts on the mirrored cell, which has four times the area of the map: give four times the force on the map"
                 .to_string()
         })
     }
@@ -246,26 +246,23 @@ impl Case {
 
     /// Behind a hard wall every pressure from that of full contact on has the mean gap zero, so that it determines no load.
     fn refuse_closed(&self) -> Result<()> {
-        let zero = self.scene.load.mean_gap_um.iter().position(|g| *g == 0.0);
+        let zero = self.scene.load.mean_gap.iter().position(|g| g.value() == 0.0);
         let Some(i) = zero.filter(|_| self.wall == Wall::Hard) else { return Ok(()) };
         let mut accepted = "a positive number".to_string();
         if self.adhesion == Adhesion::None && fits(self.grid) {
             let heights = self.surface.heights(self.grid, 0.0);
             let full = self.problem((&heights).into()).full_contact_pressure();
-            let load = match self.scene.laboratory.units {
-                Units::Named => format!("load.p_star = {}", full / self.gradient),
-                Units::Consistent => format!("load.pressure_mpa {}", full * self.scales.modulus_pa),
-            };
-            accepted += &format!("; full contact from {load} on");
+            accepted += &format!("; full contact from load.p_star = {} on", full / self.gradient);
         }
-        Err(Error::input(self.file.display(), format!("load.mean_gap_um[{i}]"), 0, accepted))
+        Err(Error::input(self.file.display(), format!("load.mean_gap[{i}]"), self.scene.load.mean_gap[i], accepted))
     }
 
     /// Values that over- or underflow in reduced units, and units whose products do.
     fn refuse_unrepresentable(&self) -> Result<()> {
         let Scales { length_m, modulus_pa } = self.scales;
-        let modulus = self.laboratory.contact_modulus();
-        let mut values = vec![("laboratory.contact_modulus_mpa".to_string(), modulus, modulus_pa * length_m)];
+        let (lab, c) = (&self.laboratory, &self.scene.continuum);
+        let modulus = lab.modulus();
+        let mut values = vec![("laboratory.modulus".to_string(), modulus.value(), modulus_pa * length_m)];
         let lists = self.scene.load.lists();
         let loads = lists.iter().flat_map(|(key, list)| list.iter().map(move |v| (key, *v)));
         for ((i, (key, value)), step) in loads.enumerate().zip(&self.load_steps) {
@@ -273,24 +270,24 @@ impl Case {
             values.push((format!("{key}[{i}]"), value, reduced));
         }
         if let Some(a) = &self.scene.adhesion {
-            let work = self.adhesion.work_of_adhesion();
-            values.push(("adhesion.work_of_adhesion_mj_m2".into(), a.work_of_adhesion_mj_m2, work));
-            if a.work_of_adhesion_mj_m2 != 0.0 {
-                values.push(("adhesion.range_nm".into(), a.range_nm, self.adhesion.range()));
+            let work = a.work_of_adhesion.value();
+            values.push(("adhesion.work_of_adhesion".into(), work, self.adhesion.work_of_adhesion()));
+            if work != 0.0 {
+                values.push(("adhesion.range".into(), a.range.value(), self.adhesion.range()));
             }
         }
-        if let (Some(nm), Wall::Penalty(wall)) = (self.scene.continuum.penalty_length_nm, self.wall) {
-            values.push(("continuum.penalty_length_nm".into(), nm, wall.length));
+        if let (Some(length), Wall::Penalty(wall)) = (c.penalty_length, self.wall) {
+            values.push(("continuum.penalty_length".into(), length.value(), wall.length));
         }
         for reduced in self.hardness.iter().flat_map(|h| h.extent()) {
-            let key = if self.scene.continuum.hardness_map.is_some() { "hardness_map" } else { "hardness_mpa" };
-            values.push((format!("continuum.{key}"), reduced * modulus, reduced));
+            let key = if c.hardness_map.is_some() { "hardness_map" } else { "hardness" };
+            values.push((format!("continuum.{key}"), reduced * modulus.value(), reduced));
         }
         match values.into_iter().find(|(_, given, reduced)| !method::is_representable(*given, *reduced)) {
             None => Ok(()),
             Some((key, found, _)) => {
-                let accepted = "a number that neither over- nor underflows over or times laboratory.contact_modulus_mpa and \
-                                laboratory.length_um";
+                let accepted =
+                    "a number that neither over- nor underflows over or times laboratory.modulus and laboratory.length";
                 Err(Error::input(self.file.display(), key, format!("{found:e}"), accepted))
             }
         }
@@ -381,12 +378,12 @@ impl Case {
 
     /// Treatment of a range that the grid does not resolve.
     pub fn range(&self) -> RangeChoice {
-        self.scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range)
+        self.scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.resolution)
     }
 
     /// The scene's adhesion with another range.
-    pub fn adhesion_of_range(&self, nm: f64) -> Adhesion {
-        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&self.laboratory, a, nm))
+    pub fn adhesion_of_range(&self, range: Length) -> Adhesion {
+        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&self.laboratory, a, range))
     }
 
     /// Range of a law on the scene's grid, units of L: enlarged where the grid does not resolve it.
@@ -415,10 +412,10 @@ impl Case {
     pub fn subsurface(&self) -> Option<SubsurfaceRequest> {
         let (s, lab) = (self.scene.continuum.subsurface.as_ref()?, &self.laboratory);
         Some(SubsurfaceRequest {
-            depths: s.depths_um.iter().map(|d| lab.reduced_um(*d).min(self.kernel.thickness())).collect(),
+            depths: s.depths.iter().map(|d| lab.reduced(*d).min(self.kernel.thickness())).collect(),
             // Of a layer its own.
             poisson: s.poisson.unwrap_or_default(),
-            shear_strength: s.shear_strength_mpa.map(|t| t / lab.contact_modulus()),
+            shear_strength: s.shear_strength.map(|t| lab.reduced_stress(t)),
         })
     }
 
@@ -471,7 +468,7 @@ fn grid(scene: &Scene, surface: &Surface, place: &str) -> Result<Grid> {
         Surface::Fourier { modes, .. } if !modes.resolved_on(Grid::unit(n.max(1), n.max(1))) => {
             let least = modes.smallest_grid();
             let accepted =
-                format!("at least {least}, which resolves every wave, or surface.low_pass_um that leaves fewer");
+                format!("at least {least}, which resolves every wave, or surface.low_pass that leaves fewer");
             Err(Error::input(place, "surface.grid", n, accepted))
         }
         Surface::Synthesised { .. } | Surface::Fourier { .. } => Ok(Grid::unit(n, n)),
@@ -485,7 +482,7 @@ fn fits(grid: Grid) -> bool {
 
 /// rms gradient of the whole spectrum.
 fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
-    let consistent = scene.laboratory.units == Units::Consistent;
+    let consistent = scene.laboratory.is_plain();
     let found = match surface {
         // In consistent units the gradient serves a warning only; the memory plan of the solver comes later.
         Surface::Imported { grid, .. } if consistent && !fits(*grid) => return Ok(f64::NAN),
@@ -507,18 +504,19 @@ fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
 
 /// Mean gap at first contact: of imported maps, and where displacements are imposed.
 fn first_touch(scene: &Scene, lab: &Laboratory, surface: &Surface, grid: Grid, place: &str) -> Result<Option<f64>> {
-    let displacements = &scene.load.displacement_um;
+    let displacements = &scene.load.displacement;
     let gap = match surface {
         Surface::Imported { heights, .. } => crate::grid::mean(heights),
         _ if displacements.is_empty() => return Ok(None),
         _ => crate::grid::mean(&surface.heights(grid, 0.0)),
     };
-    match displacements.iter().position(|d| lab.reduced_um(*d) >= gap) {
+    match displacements.iter().position(|d| lab.reduced(*d) >= gap) {
         None => Ok(Some(gap)),
         Some(i) => {
-            let most = gap / lab.reduced_um(1.0);
-            let accepted = format!("less than {most:.6}, the mean gap at first contact: there the gap is closed");
-            Err(Error::input(place, format!("load.displacement_um[{i}]"), displacements[i], accepted))
+            let given = displacements[i];
+            let most = rounded(given.with(gap / lab.reduced(given.with(1.0))));
+            let accepted = format!("less than {most}, the mean gap at first contact: there the gap is closed");
+            Err(Error::input(place, format!("load.displacement[{i}]"), given, accepted))
         }
     }
 }
@@ -528,10 +526,10 @@ fn kernel(scene: &Scene, lab: &Laboratory, grid: Grid) -> Result<Elastic> {
     let c = &scene.continuum;
     Ok(match (&c.layer, &c.crystal) {
         (Some(l), _) => {
-            let thickness = l.thickness_um / lab.length();
+            let thickness = lab.reduced(l.thickness);
             Elastic::Layer(Layer { thickness, poisson: l.poisson, base: l.base })
         }
-        (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
+        (None, Some(c)) => Elastic::Cubic(c.half_space()?),
         (None, None) if !c.is_periodic() => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
         (None, None) => Elastic::HalfSpace,
     })
@@ -541,24 +539,21 @@ fn kernel(scene: &Scene, lab: &Laboratory, grid: Grid) -> Result<Elastic> {
 /// have estimated pressures ([`Case::find_contact_pressures`]).
 fn load_steps(scene: &Scene, lab: &Laboratory, grid: Grid, gradient: f64, first_touch: f64) -> Vec<LoadStep> {
     let load = &scene.load;
-    let list = |of: &[f64], reduced: &dyn Fn(f64) -> f64| -> Vec<f64> {
-        load.with_unloading(of).into_iter().map(reduced).collect()
-    };
-    let pressures = [
-        list(&load.pressure_mpa, &|p| p / lab.contact_modulus()),
-        list(&load.force_mn, &|f| lab.reduced_force(f, grid.ly)),
-        list(&load.contact, &|area| gradient * estimated_p_star(area)),
+    let pressures: Vec<f64> = [
+        load.pressure.iter().map(|p| lab.reduced_stress(*p)).collect::<Vec<f64>>(),
+        load.force.iter().map(|f| lab.reduced_force(*f, grid.ly)).collect(),
+        load.contact.iter().map(|area| gradient * estimated_p_star(*area)).collect(),
     ]
     .concat();
+    let pressures = load.with_unloading(&pressures);
     let mut p_star = load.p_star_path();
     let imposed = p_star.iter().map(|p| p * gradient).chain(pressures.iter().copied()).map(Load::Pressure);
-    let gaps = [
-        list(&load.mean_gap_um, &|um| lab.reduced_um(um)),
-        list(&load.displacement_um, &|um| first_touch - lab.reduced_um(um)),
-    ];
-    let targets: Vec<Load> = imposed.chain(gaps.concat().into_iter().map(Load::MeanGap)).collect();
+    let gaps = load.mean_gap.iter().map(|g| lab.reduced(*g));
+    let gaps: Vec<f64> = gaps.chain(load.displacement.iter().map(|d| first_touch - lab.reduced(*d))).collect();
+    let gaps = load.with_unloading(&gaps);
+    let targets: Vec<Load> = imposed.chain(gaps.into_iter().map(Load::MeanGap)).collect();
     // A flat surface has no p*.
-    if gradient > 0.0 && lab.units == Units::Named {
+    if gradient > 0.0 && !lab.is_plain() {
         p_star.extend(pressures.iter().map(|p| p / gradient));
     }
     let mut steps = LoadStep::path(&targets, &p_star, load.loading_count());
@@ -570,6 +565,6 @@ fn load_steps(scene: &Scene, lab: &Laboratory, grid: Grid, gradient: f64, first_
 }
 
 /// The law of a scene, with a range that may be another than its own.
-fn adhesion(lab: &Laboratory, a: &AdhesionScene, range_nm: f64) -> Adhesion {
-    a.adhesion(lab.reduced_work(a.work_of_adhesion_mj_m2), lab.reduced_nm(range_nm))
+fn adhesion(lab: &Laboratory, a: &AdhesionScene, range: Length) -> Adhesion {
+    a.adhesion(lab.reduced_work(a.work_of_adhesion), lab.reduced(range))
 }

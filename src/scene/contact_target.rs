@@ -27,8 +27,8 @@ impl Case {
             return Ok(());
         }
         let pressures = self.pressures_of(&targets, observer)?;
-        let unit = self.laboratory.contact_modulus();
-        self.scene.load.pressure_mpa = pressures.iter().map(|p| p * unit).collect();
+        let modulus = self.laboratory.modulus();
+        self.scene.load.pressure = pressures.iter().map(|p| modulus.with(p * modulus.value())).collect();
         let path = self.scene.load.with_unloading(&pressures);
         let p_star: Vec<f64> = match self.load_steps.first().and_then(|s| s.p_star) {
             Some(_) => path.iter().map(|p| p / self.gradient).collect(),

@@ -31,11 +31,11 @@ impl CaseHardness {
         grid: Grid,
         (file, given): (&Path, Option<Vec<f64>>),
     ) -> Result<Option<Self>> {
-        let modulus = lab.contact_modulus();
         let Some(map) = &c.hardness_map else {
-            return Ok(c.hardness_mpa.map(|h| CaseHardness::Uniform(h / modulus)));
+            return Ok(c.hardness.map(|h| CaseHardness::Uniform(lab.reduced_stress(h))));
         };
-        let (unit, path) = (c.hardness_map_unit_mpa.unwrap_or(1.0), relative_to(file, map));
+        let (unit, modulus) = (c.hardness_map_unit.map_or(1.0, |unit| unit.to("MPa")), lab.modulus().to("MPa"));
+        let path = relative_to(file, map);
         let reduced = |values: Vec<f64>| values.into_iter().map(|h| h * unit / modulus).collect::<Vec<f64>>();
         let (map, file, hash) = match given {
             Some(values) => {

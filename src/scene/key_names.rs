@@ -2,17 +2,20 @@
 
 use crate::Error;
 
-/// A key of scenes and the flag or argument that sets it.
-pub type KeyName = (&'static str, &'static str);
+/// Tables whose keys flags and arguments set.
+const TABLES: [&str; 5] = ["laboratory.", "surface.", "load.", "adhesion.", "continuum."];
 
-/// The error with names in place of keys. Of keys that begin alike the longest comes first.
-pub fn rename_keys(error: Error, names: &[KeyName]) -> Error {
+/// What sets a dotted key, if anything does.
+pub type NameOf<'a> = dyn Fn(&str) -> Option<String> + 'a;
+
+/// The error with names in place of keys.
+pub fn rename_keys(error: Error, name: &NameOf) -> Error {
     match error {
         Error::Input { place, mut list } => {
             for complaint in &mut list {
-                complaint.key = rename_keys_in(&complaint.key, names);
-                complaint.found = rename_keys_in(&complaint.found, names);
-                complaint.accepted = rename_keys_in(&complaint.accepted, names);
+                complaint.key = rename_keys_in(&complaint.key, name);
+                complaint.found = rename_keys_in(&complaint.found, name);
+                complaint.accepted = rename_keys_in(&complaint.accepted, name);
             }
             Error::Input { place, list }
         }
@@ -20,24 +23,49 @@ pub fn rename_keys(error: Error, names: &[KeyName]) -> Error {
     }
 }
 
-/// A text with names in place of keys, without the index of a list's entry and written as on a command line.
-pub fn rename_keys_in(text: &str, names: &[KeyName]) -> String {
-    let mut text = text.to_string();
-    for (key, name) in names {
-        while let Some(at) = text.find(key) {
-            let rest = &text[at + key.len()..];
-            let rest = match rest.strip_prefix('[').and_then(|r| r.split_once(']')) {
-                Some((index, rest)) if index.parse::<usize>().is_ok() => rest,
-                _ => rest,
-            };
-            let rest = match rest.strip_prefix(" = \"").and_then(|r| r.split_once('"')) {
-                Some((value, rest)) => format!(" {value}{rest}"),
-                None => rest.to_string(),
-            };
-            text = format!("{}{name}{rest}", &text[..at]);
+/// A text with names in place of keys, without the index of a list's entry and with values as on a command line.
+pub fn rename_keys_in(text: &str, name: &NameOf) -> String {
+    let mut done = String::new();
+    let mut rest = text;
+    while let Some((before, key, after)) = next_key(rest) {
+        done += before;
+        match name(key) {
+            None => (done, rest) = (done + key, after),
+            Some(name) => {
+                done += &name;
+                rest = without_index(after);
+                match rest.strip_prefix(" = \"").and_then(|r| r.split_once('"')) {
+                    Some((value, after)) => (done, rest) = (done + " " + value, after),
+                    // A flag that is given has no value.
+                    None => rest = rest.strip_prefix(" = false").unwrap_or(rest),
+                }
+            }
         }
     }
-    text
+    done + rest
+}
+
+/// The first dotted key of a text, with what is before and after it.
+fn next_key(text: &str) -> Option<(&str, &str, &str)> {
+    let part_of_word = |c: char| c.is_alphanumeric() || "_./-".contains(c);
+    let begins = |at: &usize| !text[..*at].ends_with(part_of_word);
+    let goes_on = |(at, table): &(usize, &str)| text[at + table.len()..].starts_with(|c: char| c.is_ascii_lowercase());
+    let found = TABLES.iter().flat_map(|table| text.match_indices(table)).filter(goes_on);
+    let start = found.map(|(at, _)| at).filter(begins).min()?;
+    let of_key = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_.".contains(c);
+    let end = text[start..].find(|c| !of_key(c)).map_or(text.len(), |n| start + n);
+    let key = text[start..end].trim_end_matches('.');
+    Some((&text[..start], key, &text[start + key.len()..]))
+}
+
+fn without_index(text: &str) -> &str {
+    let index = text.strip_prefix('[').and_then(|rest| rest.split_once(']'));
+    index.filter(|(index, _)| index.parse::<usize>().is_ok()).map_or(text, |(_, rest)| rest)
+}
+
+/// The last part of a dotted key.
+pub fn last_part(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
 }
 
 #[cfg(test)]
@@ -46,16 +74,20 @@ mod tests {
 
     #[test]
     fn keys_are_renamed() {
-        let names = [("load.pressure_mpa", "--pressure"), ("continuum.wall", "--wall")];
-        assert_eq!(rename_keys_in("load.pressure_mpa[12]", &names), "--pressure");
-        assert_eq!(
-            rename_keys_in("only together with continuum.wall = \"penalty\" here", &names),
-            "only together with --wall penalty here"
-        );
-        let error = Error::input("command line", "load.pressure_mpa[0]", -1, "a positive number");
-        assert_eq!(
-            rename_keys(error, &names).to_string(),
-            "command line: --pressure = -1; accepted: a positive number"
-        );
+        let flag = |key: &str| (last_part(key) != "txt").then(|| format!("--{}", last_part(key).replace('_', "-")));
+        for (text, renamed) in [
+            ("load.pressure[12]", "--pressure"),
+            ("only together with continuum.wall = \"penalty\" here", "only together with --wall penalty here"),
+            ("continuum.layer.thickness or load.pull_off.", "--thickness or --pull-off."),
+            ("continuum.periodic = false", "--periodic"),
+            (
+                "maps/surface.txt, surface.txt of the surface. A sum",
+                "maps/surface.txt, surface.txt of the surface. A sum",
+            ),
+        ] {
+            assert_eq!(rename_keys_in(text, &flag), renamed);
+        }
+        let error = Error::input("command line", "load.pressure[0]", -1, "a positive number");
+        assert_eq!(rename_keys(error, &flag).to_string(), "command line: --pressure = -1; accepted: a positive number");
     }
 }

@@ -1,9 +1,8 @@
 //! `[load]`: the load path.
 
+use super::quantity::{Dimensional, Force, Length, List, Quantity, Stress, dimension, fractions, list, numbers};
 use schemars::JsonSchema;
-use serde::de::value::SeqAccessDeserializer;
-use serde::de::{Error as _, MapAccess, SeqAccess, Unexpected, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// The load path.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -11,32 +10,32 @@ use serde::{Deserialize, Deserializer, Serialize};
 pub struct LoadScene {
     /// Mean pressures over E* times the rms gradient of the whole spectrum, in the order in which they are applied. With
     /// adhesion, loading and unloading are different branches, and pressures may be negative (tension).
-    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
-    #[schemars(with = "Loads")]
+    #[serde(default, deserialize_with = "numbers", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "List<dimension::Number>")]
     pub p_star: Vec<f64>,
     /// Such loads at equal ratios instead of a list.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p_star_range: Option<LoadRange>,
-    /// Mean pressures instead, MPa.
-    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
-    #[schemars(with = "Loads")]
-    pub pressure_mpa: Vec<f64>,
-    /// Normal forces on the cell instead, mN.
-    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
-    #[schemars(with = "Loads")]
-    pub force_mn: Vec<f64>,
-    /// Mean gaps instead, µm. They reach states that are unstable under a prescribed pressure.
-    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
-    #[schemars(with = "Loads")]
-    pub mean_gap_um: Vec<f64>,
-    /// Displacements of the rough surface from first contact towards the mean plane of the elastic one instead, µm: mean gap at first
+    /// Mean pressures instead.
+    #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "List<dimension::Stress>")]
+    pub pressure: Vec<Stress>,
+    /// Normal forces on the cell instead.
+    #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "List<dimension::Force>")]
+    pub force: Vec<Force>,
+    /// Mean gaps instead. They reach states that are unstable under a prescribed pressure.
+    #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "List<dimension::Length>")]
+    pub mean_gap: Vec<Length>,
+    /// Displacements of the rough surface from first contact towards the mean plane of the elastic one instead: mean gap at first
     /// contact minus mean gap.
-    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
-    #[schemars(with = "Loads")]
-    pub displacement_um: Vec<f64>,
+    #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "List<dimension::Length>")]
+    pub displacement: Vec<Length>,
     /// Contact fractions instead. The pressures that give them are found first.
-    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
-    #[schemars(with = "Loads")]
+    #[serde(default, deserialize_with = "fractions", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "List<dimension::Fraction>")]
     pub contact: Vec<f64>,
     /// Append the unloading branch: the same loads in reverse.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -47,101 +46,6 @@ pub struct LoadScene {
     /// After the last load, separate the surfaces and find the pull-off pressure.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub pull_off: bool,
-}
-
-/// Loads in the order in which they are applied, or a range of them: what [`list_or_range`] reads, for the schema.
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "only its schema is used")]
-enum Loads {
-    List(Vec<f64>),
-    Range(CountedRange),
-}
-
-/// `count` loads from `from` to `to`, both included.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CountedRange {
-    pub from: f64,
-    pub to: f64,
-    pub count: usize,
-    #[serde(default)]
-    pub spacing: Spacing,
-}
-
-/// Equal differences, or equal ratios.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Spacing {
-    #[default]
-    Linear,
-    Log,
-}
-
-impl CountedRange {
-    /// Most loads of one range.
-    pub const MOST: usize = 10_000;
-
-    /// The loads.
-    ///
-    /// # Errors
-    /// What a range must have, in words.
-    pub fn loads(self) -> Result<Vec<f64>, String> {
-        let CountedRange { from, to, count, spacing } = self;
-        if !(2..=Self::MOST).contains(&count) || !from.is_finite() || !to.is_finite() {
-            return Err(format!("a range of 2 to {} loads between finite numbers", Self::MOST));
-        }
-        if spacing == Spacing::Log && !(from > 0.0 && to > 0.0) {
-            return Err("a logarithmic range between positive numbers".into());
-        }
-        let last = count - 1;
-        let share = |k: usize| k as f64 / last as f64;
-        Ok((0..count)
-            .map(|k| match spacing {
-                _ if k == 0 => from,
-                _ if k == last => to,
-                Spacing::Linear => from + (to - from) * share(k),
-                Spacing::Log => from * (to / from).powf(share(k)),
-            })
-            .collect())
-    }
-}
-
-fn list_or_range<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<f64>, D::Error> {
-    source.deserialize_any(LoadsVisitor)
-}
-
-/// Reads a list or a range. An untagged enum would not name the entry that is wrong.
-struct LoadsVisitor;
-
-impl<'de> Visitor<'de> for LoadsVisitor {
-    type Value = Vec<f64>;
-
-    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str("a list of numbers, such as [0.01, 0.03], or a range { from, to, count, spacing }")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
-        Vec::deserialize(SeqAccessDeserializer::new(list))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Self::Value, A::Error> {
-        let (mut from, mut to, mut count, mut spacing) = (None, None, None, Spacing::default());
-        while let Some(key) = table.next_key::<String>()? {
-            match key.as_str() {
-                "from" => from = Some(table.next_value()?),
-                "to" => to = Some(table.next_value()?),
-                "count" => count = Some(table.next_value()?),
-                "spacing" => spacing = table.next_value()?,
-                // The whole table is none of a range.
-                _ => return Err(A::Error::invalid_type(Unexpected::Map, &self)),
-            }
-        }
-        let from = from.ok_or_else(|| A::Error::missing_field("from"))?;
-        let to = to.ok_or_else(|| A::Error::missing_field("to"))?;
-        let count = count.ok_or_else(|| A::Error::missing_field("count"))?;
-        CountedRange { from, to, count, spacing }.loads().map_err(A::Error::custom)
-    }
 }
 
 /// p* at which about this fraction of a rough surface is in contact: A = erf(√π p*), inverted by Winitzki's formula (error below 0.4 %).
@@ -187,6 +91,11 @@ impl LoadRange {
     }
 }
 
+/// The numbers of quantities.
+fn values<D: Dimensional>(list: &[Quantity<D>]) -> Vec<f64> {
+    list.iter().map(|q| q.value()).collect()
+}
+
 impl LoadScene {
     /// The loads `p*` in the order of their application, unloading included; empty where other loads are imposed.
     pub fn p_star_path(&self) -> Vec<f64> {
@@ -195,14 +104,14 @@ impl LoadScene {
     }
 
     /// A list of loads and, if the scene has one, its unloading branch.
-    pub fn with_unloading(&self, list: &[f64]) -> Vec<f64> {
+    pub fn with_unloading<T: Copy>(&self, list: &[T]) -> Vec<T> {
         let back = list.iter().rev().skip(1).filter(|_| self.unload);
         list.iter().chain(back).copied().collect()
     }
 
     /// Whether the path rises to its highest load and returns by the same loads, by `unload` or by its list.
     pub fn is_closed(&self) -> bool {
-        let lists = [self.p_star_path(), self.pressure_mpa.clone(), self.force_mn.clone()];
+        let lists = [self.p_star_path(), values(&self.pressure), values(&self.force)];
         let mirrored = |path: &Vec<f64>| {
             let (half, n) = (path.len() / 2, path.len());
             n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev()) && path[..=half].is_sorted_by(|a, b| a < b)
@@ -214,11 +123,11 @@ impl LoadScene {
     pub fn lists(&self) -> [(&'static str, Vec<f64>); 6] {
         [
             ("load.p_star", self.p_star_path()),
-            ("load.pressure_mpa", self.with_unloading(&self.pressure_mpa)),
-            ("load.force_mn", self.with_unloading(&self.force_mn)),
+            ("load.pressure", self.with_unloading(&values(&self.pressure))),
+            ("load.force", self.with_unloading(&values(&self.force))),
             ("load.contact", self.with_unloading(&self.contact)),
-            ("load.mean_gap_um", self.with_unloading(&self.mean_gap_um)),
-            ("load.displacement_um", self.with_unloading(&self.displacement_um)),
+            ("load.mean_gap", self.with_unloading(&values(&self.mean_gap))),
+            ("load.displacement", self.with_unloading(&values(&self.displacement))),
         ]
     }
 

@@ -1,4 +1,4 @@
-//! A scene: the contents of a TOML file as plain data. Key names contain the units; unknown keys are refused.
+//! A scene: the contents of a TOML file as plain data. Quantities have units; unknown keys are refused.
 //!
 //! [`Scene`] is read and printed (`asperity schema`); [`Case`] is the same, checked and resolved into the reduced numbers
 //! that surfaces, methods and atoms take.
@@ -16,6 +16,7 @@ mod model;
 mod nvt;
 mod outputs;
 mod potential;
+mod quantity;
 mod repulsion;
 mod source;
 mod surface_file;
@@ -25,14 +26,17 @@ pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
 pub use atoms_scene::{AtomsScene, Foundation, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Slope, Start};
 pub use case::Case;
 pub use hardness::CaseHardness;
-pub use key_names::{KeyName, rename_keys, rename_keys_in};
-pub use laboratory::{Laboratory, Units};
-pub use load::{CountedRange, LoadRange, LoadScene, Spacing};
+pub use key_names::{NameOf, last_part, rename_keys, rename_keys_in};
+pub use laboratory::Laboratory;
+pub use load::{LoadRange, LoadScene};
 pub use model::{
     ALL_METHODS, AdhesionLaw, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, REFERENCE_LOAD,
     Scene, SubsurfaceScene, SurfaceScene, Touching, WallKind, default_tolerance,
 };
 pub use nvt::NvtScene;
 pub use outputs::{AccuracyScene, RequestedOutputs};
+pub use quantity::{
+    Dimensional, Energy, Force, Fraction, Length, Number, Quantity, Stress, Temperature, Time, Work, dimension,
+};
 pub use source::{ResolvedSurface, Surface};
-pub use surface_file::SurfaceFile;
+pub use surface_file::{SurfaceFile, metres_of};

@@ -3,9 +3,11 @@
 use super::atoms_scene::AtomsScene;
 use super::laboratory::Laboratory;
 use super::load::LoadScene;
-use super::outputs::{AccuracyScene, Fraction, fraction};
+use super::outputs::AccuracyScene;
+use super::quantity::{Fraction, Length, List, Stress, Work, dimension, fraction, list, unit};
+use crate::Result;
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, RangeChoice, TabulatedLaw};
+use crate::interface::{Adhesion, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
 use crate::method::{Precision, Settings, Targets};
 use crate::record::import::Fourier;
 use crate::surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
@@ -76,15 +78,15 @@ pub struct SurfaceScene {
     pub seed: u64,
     /// Hurst exponent H, 0 < H ≤ 1.
     pub hurst: f64,
-    /// Roll-off wavelength λ_r, µm. Give this or `roll_off_mode` = L/λ_r.
+    /// Roll-off wavelength λ_r. Give this or `roll_off_mode` = L/λ_r.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub roll_off_um: Option<f64>,
+    pub roll_off: Option<Length>,
     /// L/λ_r. Default: 5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roll_off_mode: Option<f64>,
-    /// Short cut-off wavelength λ_s, µm. Give this or `cut_off_mode` = L/λ_s.
+    /// Short cut-off wavelength λ_s. Give this or `cut_off_mode` = L/λ_s.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub cut_off_um: Option<f64>,
+    pub cut_off: Option<Length>,
     /// L/λ_s. Default: 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_off_mode: Option<f64>,
@@ -96,12 +98,9 @@ pub struct SurfaceScene {
     /// coefficients qX qY Re Im (text, or an array of four columns). Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<PathBuf>,
-    /// Unit of the heights in the file: "nm", "um", "mm", "m", "Å". Default: what the file declares; required if it declares none.
+    /// Unit of the heights in the file, such as "um", "Å" or "0.1 mm". Default: what the file declares; required if it declares none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// The same as a number, µm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub heights_unit_um: Option<f64>,
     /// Name of the array or channel in a file with several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dataset: Option<String>,
@@ -127,12 +126,12 @@ pub struct SurfaceScene {
     /// Form that is subtracted from a map.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detrend: Option<Detrend>,
-    /// Shortest wavelength kept of Fourier coefficients or of a map, µm.
+    /// Shortest wavelength kept of Fourier coefficients or of a map.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub low_pass_um: Option<f64>,
-    /// Longest wavelength kept of a map, µm.
+    pub low_pass: Option<Length>,
+    /// Longest wavelength kept of a map.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub high_pass_um: Option<f64>,
+    pub high_pass: Option<Length>,
     /// Transfer function of these filters for a map. Default: Gaussian.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filter: Option<FilterKind>,
@@ -155,15 +154,14 @@ impl Default for SurfaceScene {
             // prints for its surface (0.777, 2.69, 5.57 µm against 0.762, 2.633, 5.642 µm).
             seed: 18,
             hurst: 0.8,
-            roll_off_um: None,
+            roll_off: None,
             roll_off_mode: None,
-            cut_off_um: None,
+            cut_off: None,
             cut_off_mode: None,
             rms_gradient: 1.0,
             amplitudes: Amplitudes::Gaussian,
             heights: None,
             unit: None,
-            heights_unit_um: None,
             dataset: None,
             fourier: None,
             fourier_points: None,
@@ -172,8 +170,8 @@ impl Default for SurfaceScene {
             remove_outliers: None,
             fill: None,
             detrend: None,
-            low_pass_um: None,
-            high_pass_um: None,
+            low_pass: None,
+            high_pass: None,
             filter: None,
             resample: None,
             edges: None,
@@ -199,19 +197,20 @@ pub struct AdhesionScene {
     /// Decay of the attraction with the gap.
     #[serde(default)]
     pub law: AdhesionLaw,
-    /// Work of adhesion γ, mJ/m².
-    pub work_of_adhesion_mj_m2: f64,
-    /// Range ρ, nm.
-    pub range_nm: f64,
+    /// Work of adhesion γ.
+    pub work_of_adhesion: Work,
+    /// Range ρ.
+    pub range: Length,
     /// Treatment of a range that the grid does not resolve.
     #[serde(default)]
-    pub range: RangeChoice,
+    pub resolution: RangeChoice,
     /// Repeat the loads without adhesion.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub also_nonadhesive: bool,
-    /// Further ranges, nm, for which the loading branch is solved: area and mean gap against the Tabor parameter.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub other_ranges_nm: Vec<f64>,
+    /// Further ranges for which the loading branch is solved: area and mean gap against the Tabor parameter.
+    #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "List<dimension::Length>")]
+    pub other_ranges: Vec<Length>,
     /// Shape of the attraction in place of `law`; only from the interface of the library.
     #[serde(skip)]
     pub table: Option<Arc<TabulatedLaw>>,
@@ -252,6 +251,14 @@ pub enum AdhesionLaw {
     Power93,
 }
 
+impl CrystalScene {
+    /// # Errors
+    /// Those of [`CubicHalfSpace::new`].
+    pub fn half_space(&self) -> Result<CubicHalfSpace> {
+        CubicHalfSpace::new(self.c11.to("GPa"), self.c12.to("GPa"), self.c44.to("GPa"))
+    }
+}
+
 impl AdhesionScene {
     /// The law with work of adhesion γ (units of E*·L) and range ρ (units of L).
     pub fn adhesion(&self, gamma: f64, rho: f64) -> Adhesion {
@@ -276,16 +283,16 @@ pub enum WallKind {
 }
 
 /// Elastic constants of a cubic crystal under its (001) face, x along `[100]`. Only their ratios matter: the contact modulus
-/// E* is `laboratory.contact_modulus_mpa`, of the compliance averaged over all in-plane directions.
+/// E* is `laboratory.modulus`, of the compliance averaged over all in-plane directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrystalScene {
     /// Elastic constant C11.
-    pub c11_gpa: f64,
+    pub c11: Stress,
     /// Elastic constant C12.
-    pub c12_gpa: f64,
+    pub c12: Stress,
     /// Elastic constant C44.
-    pub c44_gpa: f64,
+    pub c44: Stress,
 }
 
 /// How the continuum is solved.
@@ -333,20 +340,20 @@ pub struct ContinuumScene {
     pub crystal: Option<CrystalScene>,
     /// Repulsion between the surfaces.
     pub wall: WallKind,
-    /// Compression of the penalty wall under a pressure of E*, nm; required with that wall.
+    /// Compression of the penalty wall under a pressure of E*; required with that wall.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub penalty_length_nm: Option<f64>,
-    /// Hardness, MPa: the largest contact stress; where it is reached, the surface flows and keeps its shape on unloading. With
+    pub penalty_length: Option<Length>,
+    /// Hardness: the largest contact stress; where it is reached, the surface flows and keeps its shape on unloading. With
     /// the methods fast, bvm and gfmd.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hardness_mpa: Option<f64>,
+    pub hardness: Option<Stress>,
     /// Instead of one hardness a file with that of every point, on the grid of the prepared surface: `.npy` or any other format of
     /// a height map. Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness_map: Option<PathBuf>,
-    /// Unit of the values of the hardness map, MPa. Default: 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hardness_map_unit_mpa: Option<f64>,
+    /// Unit of the values of the hardness map, such as "GPa". Default: MPa.
+    #[serde(deserialize_with = "unit", skip_serializing_if = "Option::is_none")]
+    pub hardness_map_unit: Option<Stress>,
     /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub leakage: bool,
@@ -371,10 +378,10 @@ impl Default for ContinuumScene {
             layer: None,
             crystal: None,
             wall: WallKind::Hard,
-            penalty_length_nm: None,
-            hardness_mpa: None,
+            penalty_length: None,
+            hardness: None,
             hardness_map: None,
-            hardness_map_unit_mpa: None,
+            hardness_map_unit: None,
             leakage: false,
             subsurface: None,
         }
@@ -409,14 +416,16 @@ pub fn default_tolerance(precision: Precision, grid: Grid) -> f64 {
 #[serde(deny_unknown_fields)]
 pub struct SubsurfaceScene {
     /// Depths, from 0 to the thickness of a layer.
-    pub depths_um: Vec<f64>,
+    #[serde(deserialize_with = "list")]
+    #[schemars(with = "List<dimension::Length>")]
+    pub depths: Vec<Length>,
     /// Poisson's ratio of the half-space; a layer has its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Shear stress at which the body yields, MPa, such as the ideal strength of a crystal: results state the largest shear
+    /// Shear stress at which the body yields, such as the ideal strength of a crystal: results state the largest shear
     /// stress over it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shear_strength_mpa: Option<f64>,
+    pub shear_strength: Option<Stress>,
 }
 
 /// A finite elastic layer.
@@ -424,7 +433,7 @@ pub struct SubsurfaceScene {
 #[serde(deny_unknown_fields)]
 pub struct LayerScene {
     /// Thickness.
-    pub thickness_um: f64,
+    pub thickness: Length,
     /// Poisson's ratio.
     #[serde(default = "third")]
     pub poisson: f64,

@@ -1,5 +1,6 @@
 //! `[atoms.nvt]`: constant-temperature runs of the atoms.
 
+use super::quantity::{Length, Temperature, Time};
 use crate::atoms::nvt::NvtSettings;
 use crate::atoms::potential::calcium_lattice_constant;
 use schemars::JsonSchema;
@@ -10,15 +11,15 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct NvtScene {
     /// Temperature.
-    pub temperature_k: f64,
-    /// Time at each load, ps.
-    pub time_ps: f64,
+    pub temperature: Temperature,
+    /// Time at each load.
+    pub time: Time,
     /// Fraction of the time before averaging starts.
     #[serde(default = "fifth")]
     pub equilibration: f64,
-    /// Lattice constant at the temperature and no pressure, Å; required with another potential.
+    /// Lattice constant at the temperature and no pressure; required with another potential.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lattice_constant_angstrom: Option<f64>,
+    pub lattice_constant: Option<Length>,
 }
 
 fn fifth() -> f64 {
@@ -27,13 +28,14 @@ fn fifth() -> f64 {
 
 impl NvtScene {
     pub(super) fn settings(&self) -> NvtSettings {
+        let temperature_k = self.temperature.to("K");
         NvtSettings {
-            temperature_k: self.temperature_k,
-            time_ps: self.time_ps,
+            temperature_k,
+            time_ps: self.time.to("ps"),
             equilibration: self.equilibration,
             lattice_constant_angstrom: self
-                .lattice_constant_angstrom
-                .unwrap_or_else(|| calcium_lattice_constant(self.temperature_k)),
+                .lattice_constant
+                .map_or_else(|| calcium_lattice_constant(temperature_k), |a| a.to("Å")),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Requested outputs of a run, and the accuracy that can be requested in place of a grid.
 
+use super::quantity::{Fraction, Time, fraction};
 use crate::record::quantity::Quantity;
-use crate::units;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error as _, IgnoredAny};
 use serde::{Deserialize, Serialize};
@@ -19,9 +19,9 @@ pub struct AccuracyScene {
     #[serde(default, deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<Fraction>")]
     pub error: Option<f64>,
-    /// Wall time instead of an error, s: the most accurate setting within it is chosen.
+    /// Wall time instead of an error: the most accurate setting within it is chosen.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub budget_s: Option<f64>,
+    pub budget: Option<Time>,
     /// Tables of `asperity tradeoff`, relative to the scene file. Default: those that come with the program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<PathBuf>,
@@ -83,24 +83,6 @@ enum TextOrOther {
     Other(IgnoredAny),
 }
 
-/// A fraction as a number or as a percentage in quotes.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Fraction {
-    Number(f64),
-    Text(String),
-}
-
-/// Reads a fraction that may be a percentage.
-pub(super) fn fraction<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
-    // The message of an untagged value does not say "expected".
-    let wrong = || D::Error::custom("no fraction, expected a fraction, as 0.05 or \"5%\"");
-    match Fraction::deserialize(from).map_err(|_| wrong())? {
-        Fraction::Number(number) => Ok(Some(number)),
-        Fraction::Text(text) => units::fraction(&text).map(Some).ok_or_else(wrong),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use crate::scene::Scene;
@@ -138,7 +120,7 @@ mod tests {
         for given in ["\"much\"", "true", "[0.05]", "\"5 percent\""] {
             let complaint =
                 parsed(&format!("quantity = \"mean_gap\"\nerror = {given}\n")).expect_err(given).to_string();
-            let expected = format!("accuracy.error = {given}; accepted: a fraction, as 0.05 or \"5%\"");
+            let expected = format!("accuracy.error = {given}; accepted: a fraction, as 0.05 or \"5 %\"");
             assert!(complaint.ends_with(&expected) && complaint.lines().count() == 1, "{complaint}");
         }
     }

@@ -15,7 +15,7 @@ impl Scene {
 
     /// Whether constants of the crystal are left to the potential.
     pub fn leaves_constants_out(&self) -> bool {
-        let absent = |a: &super::AtomsScene| a.lattice_constant_angstrom.is_none() || a.contact_modulus_gpa.is_none();
+        let absent = |a: &super::AtomsScene| a.lattice_constant.is_none() || a.modulus.is_none();
         self.atoms.as_ref().is_some_and(|a| a.potential.is_some() && absent(a))
     }
 

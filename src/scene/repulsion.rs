@@ -7,9 +7,9 @@ use crate::{Error, Result};
 
 /// Keys of the constants, with names and units for messages.
 const CONSTANTS: [(&str, &str, &str); 3] = [
-    ("atoms.indenter_epsilon_ev", "epsilon", "eV"),
-    ("atoms.indenter_sigma_angstrom", "sigma", "Å"),
-    ("atoms.contact_distance_angstrom", "contact distance d_c", "Å"),
+    ("atoms.indenter_epsilon", "epsilon", "eV"),
+    ("atoms.indenter_sigma", "sigma", "Å"),
+    ("atoms.contact_distance", "contact distance d_c", "Å"),
 ];
 
 /// Smallest σ over the lattice constant; calcium's ratio is 0.64. The number of indenter atoms increases as 1/σ².
@@ -35,7 +35,7 @@ fn values(r: &Repulsion) -> [f64; 3] {
 }
 
 fn given(a: &AtomsScene) -> [Option<f64>; 3] {
-    [a.indenter_epsilon_ev, a.indenter_sigma_angstrom, a.contact_distance_angstrom]
+    [a.indenter_epsilon.map(|e| e.to("eV")), a.indenter_sigma.map(|s| s.to("Å")), a.contact_distance.map(|d| d.to("Å"))]
 }
 
 /// Five significant digits; `round` is `f64::round`, or up or down for the ends of a range.
@@ -57,12 +57,13 @@ impl BlockCrystal<'_> {
     /// `Input` at `place` for values out of range.
     pub(super) fn repulsion(&self, a: &AtomsScene, place: &str) -> Result<Repulsion> {
         let scaled = self.scaled();
-        let sigma_angstrom = a.indenter_sigma_angstrom.unwrap_or(scaled.sigma_angstrom);
+        let [epsilon_ev, sigma_angstrom, contact_distance_angstrom] = given(a);
+        let sigma_angstrom = sigma_angstrom.unwrap_or(scaled.sigma_angstrom);
         let in_proportion = scaled.contact_distance_angstrom * (sigma_angstrom / scaled.sigma_angstrom);
         let found = Repulsion {
-            epsilon_ev: a.indenter_epsilon_ev.unwrap_or(scaled.epsilon_ev),
+            epsilon_ev: epsilon_ev.unwrap_or(scaled.epsilon_ev),
             sigma_angstrom,
-            contact_distance_angstrom: a.contact_distance_angstrom.unwrap_or(in_proportion),
+            contact_distance_angstrom: contact_distance_angstrom.unwrap_or(in_proportion),
         };
         let cutoff = self.cutoff_angstrom;
         let largest_sigma =
@@ -91,7 +92,7 @@ impl BlockCrystal<'_> {
             let ((key, _, unit), value) = (CONSTANTS[k], values(&found)[k]);
             if !(low..=high).contains(&value) {
                 let accepted = format!("{} to {} {unit}: {why}", digits(low, f64::ceil), digits(high, f64::floor));
-                list.push(Complaint::new(key, value, accepted));
+                list.push(Complaint::new(key, format!("{value} {unit}"), accepted));
             }
         }
         if list.is_empty() { Ok(found) } else { Err(Error::Input { place: place.into(), list }) }

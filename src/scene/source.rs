@@ -81,7 +81,7 @@ impl Surface {
             return Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings });
         }
         let PreparedFile { map, extent: [x, y], provenance } = file.prepare(scene)?;
-        (laboratory.length_um, laboratory.length_y_um) = (Some(x), Some(y));
+        (laboratory.length, laboratory.length_y) = (Some(laboratory.of_number(x)), Some(laboratory.of_number(y)));
         let mut map = map.low_first(sign);
         map.heights.iter_mut().for_each(|h| *h *= 1.0 / x);
         let mut grid = Grid::unit(map.nx, map.ny);
@@ -124,7 +124,7 @@ impl Surface {
 
 /// Fourier coefficients of a file over the cell's extent.
 fn series(scene: &Scene, file: SurfaceFile, sign: Sign, place: &str) -> Result<(FourierModes, Provenance)> {
-    let (s, length) = (&scene.surface, scene.laboratory.length());
+    let (s, lab) = (&scene.surface, &scene.laboratory);
     let of_maps = file.keys_of_maps(s);
     if let Some(key) = of_maps.first() {
         let accepted = format!("none: {} has Fourier coefficients", file.path().display());
@@ -143,9 +143,9 @@ fn series(scene: &Scene, file: SurfaceFile, sign: Sign, place: &str) -> Result<(
     }
     let sign = if sign == Sign::HighFirst { -1.0 } else { 1.0 };
     let scale = points.map_or(1.0, |n| (n as f64).powi(-2));
-    let low_pass = s.low_pass_um.map_or(0.0, |um| um / length);
+    let low_pass = s.low_pass.map_or(0.0, |length| lab.reduced(length));
     let unit = file.height_unit(scene);
-    let modes = FourierModes::new(file.path(), waves, sign * scale * (unit / length), low_pass)?;
+    let modes = FourierModes::new(file.path(), waves, sign * scale * (unit / lab.number(lab.length())), low_pass)?;
     let sum = match points {
         None => "coefficients a of h(r) = Σ a exp(iq·r)".to_string(),
         Some(n) => format!("n² a of h(r) = Σ a exp(iq·r), n = {n}"),

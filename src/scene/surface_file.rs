@@ -2,7 +2,7 @@
 
 use super::check::word;
 use super::model::relative_to;
-use super::{Laboratory, Scene, SurfaceScene, Touching, Units};
+use super::{Laboratory, Length, Scene, SurfaceScene, Touching};
 use crate::error::Complaint;
 use crate::record::declared::Declared;
 use crate::record::hashed::file_hash;
@@ -10,7 +10,7 @@ use crate::record::heights::{HeightMap, Sign};
 use crate::record::import::{self, Content, ImportOptions, ImportedFile};
 use crate::record::provenance::Provenance;
 use crate::surface::Preparation;
-use crate::units::metres_per;
+use crate::units::{Dimension, Measure, metres_per};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -75,46 +75,29 @@ impl SurfaceFile {
         }
     }
 
-    /// Sets the unit of the heights. Returns its length in metres, if it is known.
+    /// The length of a unit of the heights in metres, if it is known. It is kept where the scene has units.
     fn unit(&self, s: &mut SurfaceScene, lab: &Laboratory, list: &mut Vec<Complaint>) -> Option<f64> {
         let declared = self.declared().unit_m();
-        let named = s.unit.as_deref().and_then(metres_per);
-        if let Some(unit) = s.unit.as_deref().filter(|_| named.is_none()) {
+        let given = s.unit.as_deref().and_then(metres_of);
+        if let Some(unit) = s.unit.as_deref().filter(|_| given.is_none()) {
             list.push(Complaint::new("surface.unit", format!("{unit:?}"), "a unit of length: m, mm, um, nm, Å"));
         }
-        let um = s.heights_unit_um.map(|um| um * 1e-6);
-        if let (Some(a), Some(b)) = (named, um)
-            && differs(a, b, UNIT_TOLERANCE)
-        {
-            let accepted = "one of surface.unit and surface.heights_unit_um";
-            list.push(Complaint::new("surface.heights_unit_um", "given together with another unit", accepted));
-        }
-        let given = named.or(um.filter(|_| lab.units == Units::Named));
         if let (Some(given), Some(declared)) = (given, declared)
             && differs(given, declared, UNIT_TOLERANCE)
         {
             let text = self.declared().unit.clone().unwrap_or_default();
-            let (key, value) = match (&s.unit, s.heights_unit_um) {
-                (Some(unit), _) => ("surface.unit", unit.clone()),
-                (None, um) => ("surface.heights_unit_um", um.unwrap_or(f64::NAN).to_string()),
-            };
             let accepted = self.declares(format!("{text} ({} µm)", declared * 1e6));
-            list.push(Complaint::new(key, value, accepted));
+            list.push(Complaint::new("surface.unit", s.unit.clone().unwrap_or_default(), accepted));
         }
         let metres = given.or(declared);
-        if lab.units == Units::Named {
-            if metres.is_none() && list.is_empty() {
-                let declares = match &self.declared().unit {
-                    Some(unit) => {
-                        format!("{} declares {unit:?}, which is no known unit of length", self.path.display())
-                    }
-                    None => format!("{} declares none", self.path.display()),
-                };
-                let more = self.not_understood();
-                let accepted = format!("the unit of the heights (m, mm, um, nm, Å): {declares}{more}");
-                list.push(Complaint::new("surface.unit", "not given", accepted));
-            }
-            s.heights_unit_um = metres.map(|m| m * 1e6);
+        if !lab.is_plain() && metres.is_none() && list.is_empty() {
+            let declares = match &self.declared().unit {
+                Some(unit) => format!("{} declares {unit:?}, which is no known unit of length", self.path.display()),
+                None => format!("{} declares none", self.path.display()),
+            };
+            let more = self.not_understood();
+            let accepted = format!("the unit of the heights (m, mm, um, nm, Å): {declares}{more}");
+            list.push(Complaint::new("surface.unit", "not given", accepted));
         }
         metres
     }
@@ -129,7 +112,7 @@ impl SurfaceFile {
             (None, None) => Some(1.0),
             (None, Some(metres)) => heights_m.map(|m| m / metres),
             (Some(unit), None) => {
-                if lab.length_um.is_none() {
+                if lab.length.is_none() {
                     let accepted = format!("the unit of the heights: {} has extents in {unit}", self.path.display());
                     list.push(Complaint::new("surface.unit", "not given", accepted));
                     return;
@@ -137,19 +120,20 @@ impl SurfaceFile {
                 None
             }
         };
-        let Some([x, y]) = declared.zip(scale).map(|(e, scale)| [e.x * scale, e.y * scale]) else {
-            if lab.length_um.is_none() {
+        let declared = declared.zip(scale).map(|(e, scale)| [e.x * scale, e.y * scale].map(|e| lab.of_number(e)));
+        let Some([x, y]) = declared else {
+            if lab.length.is_none() {
                 let (path, more) = (self.path.display(), self.not_understood());
                 let accepted = format!("the extent of the cell in x: {path} declares none{more}");
-                list.push(Complaint::new("laboratory.length_um", "not given", accepted));
+                list.push(Complaint::new("laboratory.length", "not given", accepted));
             }
             return;
         };
         for (key, given, declared) in
-            [("laboratory.length_um", &mut lab.length_um, x), ("laboratory.length_y_um", &mut lab.length_y_um, y)]
+            [("laboratory.length", &mut lab.length, x), ("laboratory.length_y", &mut lab.length_y, y)]
         {
             match *given {
-                Some(given) if differs(given, declared, EXTENT_TOLERANCE) => {
+                Some(given) if (given.over(declared) - 1.0).abs() > EXTENT_TOLERANCE => {
                     list.push(Complaint::new(key, given, self.declares(rounded(declared))));
                 }
                 Some(_) => {}
@@ -203,10 +187,8 @@ impl SurfaceFile {
 
     /// Unit of the heights in that of the scene's lengths.
     pub fn height_unit(&self, scene: &Scene) -> f64 {
-        match scene.laboratory.units {
-            Units::Named => scene.surface.heights_unit_um.unwrap_or(1.0),
-            Units::Consistent => 1.0,
-        }
+        let metres = || scene.surface.unit.as_deref().and_then(metres_of).or(self.declared().unit_m());
+        if scene.laboratory.is_plain() { 1.0 } else { metres().map_or(1.0, |m| m * 1e6) }
     }
 
     /// Keys of the scene that Fourier coefficients do not have.
@@ -216,7 +198,7 @@ impl SurfaceFile {
             ("surface.remove_outliers", s.remove_outliers.is_some()),
             ("surface.fill", s.fill.is_some()),
             ("surface.detrend", s.detrend.is_some()),
-            ("surface.high_pass_um", s.high_pass_um.is_some()),
+            ("surface.high_pass", s.high_pass.is_some()),
             ("surface.filter", s.filter.is_some()),
             ("surface.resample", s.resample.is_some()),
             ("surface.edges", s.edges.is_some()),
@@ -237,11 +219,11 @@ impl SurfaceFile {
         if scale != 1.0 {
             map.heights.iter_mut().for_each(|h| *h *= scale);
         }
-        let x = lab.length();
-        let extent = [x, lab.length_y_um.unwrap_or(x * map.ny as f64 / map.nx as f64)];
+        let x = lab.number(lab.length());
+        let extent = [x, lab.length_y.map_or(x * map.ny as f64 / map.nx as f64, |y| lab.number(y))];
         let (missing, points) = (map.missing(), map.heights.len());
         let repeats = self.declared().periodic.unwrap_or(scene.continuum.is_periodic() && s.edges.is_none());
-        let prepared = preparation(s).apply(map, extent, repeats).map_err(|e| named(e, &self.path))?;
+        let prepared = preparation(s, lab).apply(map, extent, repeats).map_err(|e| named(e, &self.path))?;
         let mut provenance = self.provenance(scene, [prepared.map.nx, prepared.map.ny], prepared.extent)?;
         provenance.missing_points = missing;
         provenance.filled_points = prepared.filled;
@@ -252,7 +234,7 @@ impl SurfaceFile {
 
     /// The provenance of Fourier coefficients, which are those of `sum`.
     pub fn provenance_of_waves(&self, scene: &Scene, sum: &str) -> Result<Provenance> {
-        let (n, length) = (scene.surface.grid, scene.laboratory.length());
+        let (n, length) = (scene.surface.grid, scene.laboratory.number(scene.laboratory.length()));
         let mut provenance = self.provenance(scene, [n, n], [length, length])?;
         provenance.format += &format!(", {sum}");
         Ok(provenance)
@@ -260,17 +242,13 @@ impl SurfaceFile {
 
     fn provenance(&self, scene: &Scene, [nx, ny]: [usize; 2], [x, y]: [f64; 2]) -> Result<Provenance> {
         let (s, lab, declared) = (&scene.surface, &scene.laboratory, self.declared());
-        let heights_m = s.unit.as_deref().and_then(metres_per).or(declared.unit_m());
+        let heights_m = s.unit.as_deref().and_then(metres_of).or(declared.unit_m());
         let metres = lab.metres(heights_m);
-        let given = match lab.units {
-            Units::Named => s.heights_unit_um.map(|um| format!("{} µm", rounded(um))),
-            Units::Consistent => None,
-        };
-        let unit = declared.unit.clone().or(s.unit.clone()).or(given);
-        let shown = match (lab.units, &unit) {
-            (Units::Named, _) => "µm",
-            (Units::Consistent, Some(unit)) => unit,
-            (Units::Consistent, None) => "(the unit of the heights)",
+        let unit = declared.unit.clone().or(s.unit.clone());
+        let shown = match &unit {
+            _ if !lab.is_plain() => "µm",
+            Some(unit) => unit,
+            None => "(the unit of the heights)",
         };
         Ok(Provenance {
             hash: file_hash(&self.path)?,
@@ -282,7 +260,7 @@ impl SurfaceFile {
             ny,
             length_x_m: metres.map(|m| x * m),
             length_y_m: metres.map(|m| y * m),
-            extent: format!("{} x {} {shown}", rounded(x), rounded(y)),
+            extent: format!("{} x {} {shown}", six_digits(x), six_digits(y)),
             unit,
             touching: s.touching.map_or(String::new(), |t| word(&t)),
             periodic: scene.continuum.is_periodic(),
@@ -316,30 +294,29 @@ fn named(error: Error, path: &Path) -> Error {
 
 /// A text about the preparation with keys of scenes in place of flags.
 pub(super) fn preparation_keys(text: &str) -> String {
-    let keys = [
-        ("--crop", "surface.crop"),
-        ("--remove-outliers", "surface.remove_outliers"),
-        ("--fill", "surface.fill"),
-        ("--detrend", "surface.detrend"),
-        ("--low-pass", "surface.low_pass_um"),
-        ("--high-pass", "surface.high_pass_um"),
-        ("--filter", "surface.filter"),
-        ("--resample", "surface.resample"),
-        ("--edges", "surface.edges"),
-        ("--non-periodic", "continuum.periodic = false"),
-    ];
-    keys.iter().fold(text.to_string(), |text, (flag, key)| text.replace(flag, key))
+    let of_surface =
+        ["crop", "remove-outliers", "fill", "detrend", "low-pass", "high-pass", "filter", "resample", "edges"];
+    let text = text.replace("--non-periodic", "continuum.periodic = false");
+    of_surface
+        .iter()
+        .fold(text, |text, flag| text.replace(&format!("--{flag}"), &format!("surface.{}", flag.replace('-', "_"))))
 }
 
-/// The steps that a scene names, with lengths in its unit.
-fn preparation(s: &SurfaceScene) -> Preparation {
+/// Metres of a unit of the heights, which may have a factor: `um`, `0.1 mm`.
+pub fn metres_of(unit: &str) -> Option<f64> {
+    let measure = || unit.parse::<Measure>().ok()?.of(Dimension::Length).ok().filter(|m| m.unit.is_some());
+    metres_per(unit).or_else(|| measure().map(Measure::si).filter(|m| *m > 0.0))
+}
+
+/// The steps that a scene names, with lengths as numbers.
+fn preparation(s: &SurfaceScene, lab: &Laboratory) -> Preparation {
     Preparation {
         crop: s.crop,
         remove_outliers: s.remove_outliers,
         fill: s.fill,
         detrend: s.detrend,
-        low_pass: s.low_pass_um,
-        high_pass: s.high_pass_um,
+        low_pass: s.low_pass.map(|length| lab.number(length)),
+        high_pass: s.high_pass.map(|length| lab.number(length)),
         filter: s.filter.unwrap_or_default(),
         resample: s.resample,
         edges: s.edges,
@@ -347,6 +324,11 @@ fn preparation(s: &SurfaceScene) -> Preparation {
 }
 
 /// With six digits, for a message.
-fn rounded(value: f64) -> f64 {
+fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// Likewise.
+pub(super) fn rounded(length: Length) -> Length {
+    length.with(six_digits(length.value()))
 }

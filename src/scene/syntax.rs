@@ -41,6 +41,9 @@ const REPEATED: usize = 60;
 /// Most errors of a text that are reported: each costs a deserialisation of the whole text, and nobody reads more.
 const MOST_REPORTED: usize = 20;
 
+/// Most changes of the tree of a text: one that does not help is not repeated for ever.
+const MOST_REPAIRED: usize = 4 * MOST_REPORTED;
+
 /// The type errors of a text, up to [`MOST_REPORTED`]. Deserialisation stops at the first one, so the tree is repaired there and deserialised again.
 pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> Error {
     let whole = DeTable::parse(text).ok();
@@ -48,8 +51,9 @@ pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> E
     let mut list = vec![complaint_of(&first, text, places)];
     let mut error = first;
     let mut more = false;
+    let mut stand_ins = StandIns { text, count: 0 };
     if let Some(mut tree) = whole.clone() {
-        while repaired(tree.get_mut(), &error, text) {
+        while stand_ins.repair(tree.get_mut(), &error) {
             more = list.len() == MOST_REPORTED;
             if more {
                 break;
@@ -57,6 +61,9 @@ pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> E
             match Scene::deserialize(toml::de::Deserializer::from(tree.clone())) {
                 Ok(_) => break,
                 Err(next) => error = next,
+            }
+            if stand_ins.is_about_one(&error) {
+                continue;
             }
             let complaint = complaint_of(&error, text, places);
             // An error that cannot be repaired would repeat for ever.
@@ -74,48 +81,77 @@ pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> E
     Error::Syntax { file: file.to_path_buf(), list }
 }
 
-/// Removes the key or value of an error from the tree, or replaces it by one of the right type. Whether that was possible.
-fn repaired<'i>(tree: &mut DeTable<'i>, error: &toml::de::Error, text: &str) -> bool {
-    let span = error.span().filter(|s| text.get(s.clone()).is_some()).unwrap_or(0..0);
-    let path = if span.is_empty() { None } else { key_at(tree, &span) };
-    let message = error.message();
-    if let Some(field) = message.strip_prefix("missing field ") {
-        let field = field.trim_matches('`').to_string();
-        // The required tables and texts; every other key without a default is a number.
-        let value = match field.as_str() {
-            "name" => DeValue::String("repaired".into()),
-            "surface" | "load" => DeValue::Table(DeTable::new()),
-            _ => number(),
+/// Values that stand for missing ones. Each has a place of its own behind the text, by which it is found again.
+struct StandIns<'t> {
+    text: &'t str,
+    count: usize,
+}
+
+impl StandIns<'_> {
+    /// Whether an error is that a stand-in is of another type.
+    fn is_about_one(&self, error: &toml::de::Error) -> bool {
+        error.span().is_some_and(|span| span.start > self.text.len())
+    }
+
+    /// Removes the key or value of an error from the tree, or replaces it by one of the right type. Whether that was possible.
+    fn repair<'i>(&mut self, tree: &mut DeTable<'i>, error: &toml::de::Error) -> bool {
+        self.count += 1;
+        if self.count > MOST_REPAIRED {
+            return false;
+        }
+        let span = error.span().filter(|s| self.is_about_one(error) || self.text.get(s.clone()).is_some());
+        let span = span.unwrap_or(0..0);
+        let path = if span.is_empty() { None } else { key_at(tree, &span) };
+        let message = error.message();
+        if let Some(field) = message.strip_prefix("missing field ") {
+            let field = field.trim_matches('`').to_string();
+            // The required tables and texts; most others are numbers, or else are replaced next.
+            let value = match field.as_str() {
+                "name" => text_value("repaired"),
+                "surface" | "load" => DeValue::Table(DeTable::new()),
+                _ => number(),
+            };
+            let Some(table) = table_at(tree, path.as_deref()) else { return false };
+            let place = self.text.len() + self.count..self.text.len() + self.count + 1;
+            return table.insert(Spanned::new(0..0, field.into()), Spanned::new(place, value)).is_none();
+        }
+        let Some(path) = path else { return false };
+        let (above, key) = path.rsplit_once('.').map_or((None, path.as_str()), |(above, key)| (Some(above), key));
+        // An entry of a list stands for the list.
+        let (key, in_list) = key.split_once('[').map_or((key, false), |(key, _)| (key, true));
+        let Some(table) = table_at(tree, above) else { return false };
+        let stand_in = match message.rsplit_once(", expected ") {
+            _ if in_list => Some(DeValue::Array(DeArray::new())),
+            Some((what, _)) if what.starts_with("unknown field") => None,
+            // Without a value a required key would be reported as missing.
+            Some((what, known)) if what.starts_with("unknown variant") => known.split('`').nth(1).map(text_value),
+            Some((_, expected)) => of_type(expected),
+            None => None,
         };
-        let Some(table) = table_at(tree, path.as_deref()) else { return false };
-        return table.insert(Spanned::new(0..0, field.into()), Spanned::new(0..0, value)).is_none();
-    }
-    let Some(path) = path else { return false };
-    let (above, key) = path.rsplit_once('.').map_or((None, path.as_str()), |(above, key)| (Some(above), key));
-    // An entry of a list stands for the list.
-    let (key, in_list) = key.split_once('[').map_or((key, false), |(key, _)| (key, true));
-    let Some(table) = table_at(tree, above) else { return false };
-    let stand_in = match message.rsplit_once(", expected ") {
-        _ if in_list => Some(DeValue::Array(DeArray::new())),
-        Some((what, _)) if what.starts_with("unknown field") => None,
-        // Without a value a required key would be reported as missing.
-        Some((what, known)) if what.starts_with("unknown variant") => {
-            known.split('`').nth(1).map(|first| DeValue::String(first.to_string().into()))
+        let Some(old) = table.remove(key) else { return false };
+        // Required keys get a value; the others are left out.
+        if let Some(value) = stand_in {
+            table.insert(Spanned::new(0..0, key.to_string().into()), Spanned::new(old.span(), value));
         }
-        Some((_, "f32" | "f64" | "usize" | "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64")) => {
-            Some(number())
-        }
-        Some((_, "a string")) => Some(DeValue::String("repaired".into())),
-        Some((_, "a sequence")) => Some(DeValue::Array(DeArray::new())),
-        Some((_, kind)) if kind.starts_with("struct ") => Some(DeValue::Table(DeTable::new())),
-        _ => None,
-    };
-    let Some(old) = table.remove(key) else { return false };
-    // Required keys get a value; the others are left out.
-    if let Some(value) = stand_in {
-        table.insert(Spanned::new(0..0, key.to_string().into()), Spanned::new(old.span(), value));
+        true
     }
-    true
+}
+
+/// A value of the type that a message expects.
+fn of_type<'i>(expected: &str) -> Option<DeValue<'i>> {
+    match expected {
+        "f32" | "f64" | "usize" | "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64" => Some(number()),
+        "a string" => Some(text_value("repaired")),
+        "a sequence" => Some(DeValue::Array(DeArray::new())),
+        list if list.starts_with("a list") => Some(DeValue::Array(DeArray::new())),
+        kind if kind.starts_with("struct ") => Some(DeValue::Table(DeTable::new())),
+        // A quantity: the example.
+        other => other.split('"').nth(1).map(text_value),
+    }
+}
+
+fn text_value<'i>(text: &str) -> DeValue<'i> {
+    DeValue::String(text.to_string().into())
 }
 
 /// A number that serves as a whole one, too.
@@ -205,7 +241,7 @@ fn plain(expected: &str) -> &str {
         "i8" | "i16" | "i32" | "i64" => "a whole number",
         "a string" | "path string" => "a text in quotes",
         "a boolean" => "true or false",
-        "a sequence" => "a list of numbers, such as [0.01, 0.03]",
+        "a sequence" => "a list of numbers, as [0.01, 0.03]",
         other if other.starts_with("struct ") => "a table",
         other => other,
     }
@@ -225,8 +261,8 @@ mod tests {
     /// Types, unknown keys and missing ones, in the order of the file.
     #[test]
     fn all_complaints_are_reported_at_once() {
-        let text = "name = 3\nlaod = 1\n[surface]\ngrid = \"many\"\nhurts = 0.8\nhurst = \"x\"\n[adhesion]\nrange_nm = true\n\
-                    law = \"sticky\"\n[continuum]\nmethod = 1\nperiodic = \"no\"\n[load]\np_star = [1, \"x\", \"y\"]\n";
+        let text = "name = 3\nlaod = 1\n[surface]\ngrid = \"many\"\nhurts = 0.8\nhurst = \"x\"\n[adhesion]\nrange = true\n\
+                    law = \"sticky\"\n[continuum]\nmethod = 1\nperiodic = \"no\"\n[load]\np_star = [1, \"x\", \"y\"]\npressure = 3\n";
         let complaint = Scene::parse(text, Path::new("a.toml")).expect_err("refused").to_string();
         let begins = [
             "line 1: name = 3;",
@@ -234,12 +270,13 @@ mod tests {
             "line 4: surface.grid = \"many\";",
             "line 5: surface.hurts is no key",
             "line 6: surface.hurst = \"x\";",
-            "line 7: adhesion.work_of_adhesion_mj_m2 is missing",
-            "line 8: adhesion.range_nm = true;",
+            "line 7: adhesion.work_of_adhesion is missing",
+            "line 8: adhesion.range = true;",
             "line 9: adhesion.law = \"sticky\";",
             "line 11: continuum.method = 1;",
             "line 12: continuum.periodic = \"no\";",
             "line 14: load.p_star[1] = \"x\";",
+            "line 15: load.pressure = 3;",
         ];
         let lines: Vec<&str> = complaint.lines().collect();
         assert_eq!(lines.len(), begins.len(), "{complaint}");
@@ -264,7 +301,7 @@ mod tests {
             ),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = 1",
-                "line 4: load.p_star = 1; accepted: a list of numbers, such as [0.01, 0.03], or a range { from, to, count, spacing }",
+                "line 4: load.p_star = 1; accepted: a list of numbers, as [0.01, 0.03], or a range, as \"log:0.01:0.1:5\"",
             ),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = [\n  1,\n  \"x\",\n]",
@@ -275,12 +312,24 @@ mod tests {
             ("name = \"a\"\n[surface]", "a.toml: load is missing and has no default"),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = [1]\n[continuum.layer]\npoisson = 0.3",
-                "line 5: continuum.layer.thickness_um is missing and has no default",
+                "line 5: continuum.layer.thickness is missing and has no default",
+            ),
+            (
+                "name = \"a\"\n[laboratory]\nlength = 100",
+                "line 3: laboratory.length = 100; accepted: a length with its unit, as \"100 um\"",
+            ),
+            (
+                "name = \"a\"\n[laboratory]\nlength = \"100 MPa\"",
+                "line 3: laboratory.length = \"100 MPa\"; accepted: a length with its unit, as \"100 um\"",
+            ),
+            (
+                "name = \"a\"\n[load]\npressure = [\"1 MPa\", 2]",
+                "line 3: load.pressure[1] = 2; accepted: a stress with its unit, as \"25 MPa\"",
             ),
             (
                 "name = \"a\"\n[load]\np_stars = [1]",
-                "line 3: load.p_stars is no key of a scene (p_star is one); accepted: p_star, p_star_range, pressure_mpa, force_mn, \
-                 mean_gap_um, displacement_um, contact, unload, maps_at, pull_off",
+                "line 3: load.p_stars is no key of a scene (p_star is one); accepted: p_star, p_star_range, pressure, force, \
+                 mean_gap, displacement, contact, unload, maps_at, pull_off",
             ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
         ] {

@@ -34,7 +34,7 @@ pub(crate) fn keys(file: &Path) -> String {
     let text = format!("{head}13 {mass} {} fcc\n{}\n", ALUMINIUM.0, numbers.join("\n"));
     std::fs::write(file, text).expect("written");
     format!(
-        "potential = {file:?}\nelement = \"Al\"\nlattice_constant_angstrom = {}\ncontact_modulus_gpa = {}\n",
+        "potential = {file:?}\nelement = \"Al\"\nlattice_constant = \"{} Å\"\nmodulus = \"{} GPa\"\n",
         ALUMINIUM.0, ALUMINIUM.1
     )
 }

@@ -31,8 +31,8 @@ unsafe impl GlobalAlloc for Counting {
 static COUNTING: Counting = Counting;
 
 /// Two loads with adhesion, whose discretisation error needs an additional solve on a coarser grid.
-const SCENE: &str = "name = \"s\"\n[surface]\ncut_off_um = 4.0\nGRID\n[load]\np_star = [0.01, 0.03]\n[adhesion]\n\
-                     work_of_adhesion_mj_m2 = 50\nrange_nm = 400.0\nTAIL\n";
+const SCENE: &str = "name = \"s\"\n[surface]\ncut_off = \"4.0 um\"\nGRID\n[load]\np_star = [0.01, 0.03]\n[adhesion]\n\
+                     work_of_adhesion = \"50 mJ/m2\"\nrange = \"400.0 nm\"\nTAIL\n";
 
 struct Counted {
     results: Results,

@@ -20,7 +20,7 @@ const LOADS: [f64; 3] = [0.01, 0.02, 0.06];
 const DEEP: usize = 6;
 const SHALLOW: usize = 2;
 /// So that forces left in the blocks do not hide a difference: eV/Å.
-const TIGHT: &str = "force_tolerance_ev_per_angstrom = 1e-4\n";
+const TIGHT: &str = "force_tolerance = \"1e-4 eV/Å\"\n";
 
 /// Blocks of one depth, and one without the foundation.
 #[derive(Clone, Copy, PartialEq)]
@@ -155,7 +155,7 @@ const PULL_OFF: f64 = 2e-3;
 #[test]
 fn a_descent_and_pull_off_on_an_elastic_base_equal_those_of_the_deep_block() {
     let Some(engine) = lammps(1) else { return };
-    let adhesive = "[adhesion]\nwork_of_adhesion_mj_m2 = 500\nrange_nm = 2\n";
+    let adhesive = "[adhesion]\nwork_of_adhesion = \"500 mJ/m2\"\nrange = \"2 nm\"\n";
     let run = |kind: Kind, stop: Option<usize>| {
         let case = of(kind, "p_star = [0.02]\npull_off = true", adhesive, TIGHT);
         let folder = tempfile::tempdir().expect("scratch");
@@ -266,7 +266,7 @@ const DEEP_FOUNDATION: usize = 100;
 #[test]
 fn a_descent_on_a_deep_foundation_keeps_its_atoms() {
     let Some(engine) = lammps(1) else { return };
-    let text = format!("base = \"elastic\"\nfoundation_cells = {DEEP_FOUNDATION}\nstep_angstrom = 0.4\n");
+    let text = format!("base = \"elastic\"\nfoundation_cells = {DEEP_FOUNDATION}\nstep = \"0.4 Å\"\n");
     let case = case("p_star = [0.06]", "", &text);
     let folder = tempfile::tempdir().expect("scratch");
     let job = built(&case, folder.path());

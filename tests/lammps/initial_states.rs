@@ -62,7 +62,7 @@ fn prescribed_loads_reach_the_states_of_a_ramp_at_lower_cost() {
         // A displacement ramp to the same height, in equal steps of at most the usual length.
         let steps = (record.displacement_angstrom / 0.3).ceil();
         let step = record.displacement_angstrom / steps;
-        let touch = smooth_case(&format!("step_angstrom = {step}"));
+        let touch = smooth_case(&format!("step = \"{step} Å\""));
         let mut history = built(&touch, &cold.path().join(k.to_string()));
         let settings = ramp(&mut history);
         (settings.max_steps, settings.max_load) = (steps as usize, f64::MAX);
@@ -102,7 +102,7 @@ fn a_loose_tolerance_suffices_where_load_and_base_agree() {
         let sites: Vec<_> = (1..=LOADS.len()).map(|k| touching(&case, &job, &finished, k).sites).collect();
         (finished, sites, job.spec.settings.load_unit)
     };
-    let ((tight, sites, unit), (loose, loose_sites, _)) = (ran(""), ran("force_tolerance_ev_per_angstrom = 0.4"));
+    let ((tight, sites, unit), (loose, loose_sites, _)) = (ran(""), ran("force_tolerance = \"0.4 eV/Å\""));
     assert!(loose.unconverged.is_empty());
     for (k, p_star) in (1..).zip(LOADS) {
         let (a, b) = (&tight.history.steps[k], &loose.history.steps[k]);

@@ -27,8 +27,8 @@ const STEP_ERROR: f64 = 0.008;
 fn contact_at_constant_temperature_is_a_probability_with_an_error() {
     let Some(_lammps) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    let (results, page) =
-        run(&nvt_case(&[0.06], "temperature_k = 100\ntime_ps = 20"), folder.path(), &Silent).expect("a clean run");
+    let (results, page) = run(&nvt_case(&[0.06], "temperature = \"100 K\"\ntime = \"20 ps\""), folder.path(), &Silent)
+        .expect("a clean run");
     let atoms = results.atoms.expect("atoms");
     let (hold, still) = (atoms.nvt.expect("a hold"), &atoms.states[0]);
     assert!((hold.averaging_ps + hold.equilibration_ps - 20.0).abs() < 1.0);
@@ -79,7 +79,7 @@ fn relaxed(case: &Case, folder: &Path, engine: &LammpsEngine) -> Job {
 fn a_killed_nvt_run_continues_and_its_errors_decrease_with_time() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    let case = nvt_case(&[0.02, 0.06], "temperature_k = 300\ntime_ps = 10");
+    let case = nvt_case(&[0.02, 0.06], "temperature = \"300 K\"\ntime = \"10 ps\"");
     let relaxed = relaxed(&case, &folder.path().join("relaxed"), &engine);
     let atoms = case.atoms.as_ref().expect("atoms");
     let settings: NvtSettings = atoms.nvt.expect("a hold");

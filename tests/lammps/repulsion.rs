@@ -33,7 +33,7 @@ fn a_similar_crystal_under_the_scaled_indenter_is_the_same_problem() {
     let scratch = tempfile::tempdir().expect("scratch");
     let other = similar_crystal::keys(&scratch.path().join("Al.eam.alloy"));
     let calciums = format!(
-        "{other}indenter_epsilon_ev = 0.2145\nindenter_sigma_angstrom = 3.5927\ncontact_distance_angstrom = 4.0354\n"
+        "{other}indenter_epsilon = \"0.2145 eV\"\nindenter_sigma = \"3.5927 Å\"\ncontact_distance = \"4.0354 Å\"\n"
     );
     let of =
         |name: &str, atoms: &str| run(&lammps, &case("p_star = [0.02, 0.06]", "", atoms), &scratch.path().join(name));
@@ -68,7 +68,7 @@ fn given_constants_reach_lammps_and_the_count() {
     let mut earlier: Option<(f64, usize, usize)> = None;
     for d_c in [3.9, 4.4, 5.3] {
         let keys = format!(
-            "indenter_epsilon_ev = 0.3\nindenter_sigma_angstrom = 3.4\ncontact_distance_angstrom = {d_c}\nstep_angstrom = 0.8\n"
+            "indenter_epsilon = \"0.3 eV\"\nindenter_sigma = \"3.4 Å\"\ncontact_distance = \"{d_c} Å\"\nstep = \"0.8 Å\"\n"
         );
         let folder = scratch.path().join(d_c.to_string());
         let case = case("p_star = [0.03]", "", &keys);

@@ -19,7 +19,7 @@ fn there_and_back(load: &str, adhesion: &str, atoms: &str) -> Case {
 }
 
 /// γ/(E* L) = 2·10⁻⁴: 0.032 J/m² between flats of this block.
-const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 500\nrange_nm = 2\n";
+const ADHESION: &str = "[adhesion]\nwork_of_adhesion = \"500 mJ/m2\"\nrange = \"2 nm\"\n";
 
 /// Uncertainty of the load of this small cell at a force tolerance of 2e-3 eV/Å, eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
@@ -100,7 +100,7 @@ fn the_pull_off_force_is_found_within_its_error() {
     let mut pulls = Vec::new();
     for step in [0.3, 0.2] {
         let folder = tempfile::tempdir().expect("scratch");
-        let case = there_and_back("pull_off = true", ADHESION, &format!("step_angstrom = {step}"));
+        let case = there_and_back("pull_off = true", ADHESION, &format!("step = \"{step} Å\""));
         let job = built(&case, folder.path());
         engine.run(&job, &mut on).expect("a clean run");
         let (_, back) = read(&case, &job);

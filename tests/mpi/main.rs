@@ -53,7 +53,7 @@ fn results(output: &Output, out: &Path) -> (Vec<Value>, Vec<(std::path::PathBuf,
 /// branch of another, and quantities that need whole fields. On 1024² points the two finest grids are shared, on 512² one.
 #[test]
 fn results_have_the_same_bytes_on_any_number_of_ranks() {
-    let adhesion = ["--work-of-adhesion", "2e-5", "--adhesion-range", "2e-3"];
+    let adhesion = ["--work-of-adhesion", "2e-5", "--range", "2e-3"];
     let whole = ["--leakage", "--elastic-stress", "--subsurface", "0.001", "--poisson", "0.3"];
     let cases: [([&str; 3], &[&str], &[usize]); 6] = [
         (["512", "f32", "0.05"], &whole, &[3]),
@@ -129,7 +129,7 @@ fn errors_end_all_ranks_with_one_message() {
     let scratch = tempfile::tempdir().expect("scratch");
     let absent = scratch.path().join("absent.npy");
     let solve = ["solve", "--challenge", "64", "--p-star", "0.05"];
-    let adhesion = ["--work-of-adhesion", "2e-5", "--adhesion-range", "2e-3"];
+    let adhesion = ["--work-of-adhesion", "2e-5", "--range", "2e-3"];
     for (arguments, code, part) in [
         ([&solve[..], &adhesion, &["--pull-off"]].concat(), 2, "--pull-off = given on 2 ranks; accepted: "),
         ([&solve[..], &["--method", "bvm"]].concat(), 2, "--method = given on 2 ranks; accepted: fast"),

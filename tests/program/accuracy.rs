@@ -5,7 +5,7 @@ use crate::program::{asperity, json_line, stderr};
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-const SURFACE: &str = "name = \"requested\"\n[surface]\ncut_off_um = 4.0\nseed = 3\n";
+const SURFACE: &str = "name = \"requested\"\n[surface]\ncut_off = \"4.0 um\"\nseed = 3\n";
 const LOADS: &str = "[load]\np_star = [0.005, 0.02]\n";
 
 struct Folder(tempfile::TempDir);
@@ -97,10 +97,10 @@ fn unsupported_requests_are_refused() {
     let asks = "[accuracy]\nquantity = \"mean_gap\"\n";
     let refused = [
         (format!("{SURFACE}{LOADS}{asks}"), "accuracy", "one of error"),
-        (format!("{SURFACE}{LOADS}{asks}error = 0.1\nbudget_s = 3.0\n"), "accuracy", "one of error"),
+        (format!("{SURFACE}{LOADS}{asks}error = 0.1\nbudget = \"3.0 s\"\n"), "accuracy", "one of error"),
         (format!("{SURFACE}{LOADS}{asks}error = -0.1\n"), "accuracy.error", "positive"),
         (format!("{SURFACE}{LOADS}{asks}error = 1e-12\n"), "accuracy.error", "at least"),
-        (format!("{SURFACE}{LOADS}{asks}budget_s = 1e-9\n"), "accuracy.budget_s", "at least"),
+        (format!("{SURFACE}{LOADS}{asks}budget = \"1e-9 s\"\n"), "accuracy.budget", "at least"),
         (format!("{SURFACE}grid = 256\n{LOADS}{asks}error = 0.1\n"), "surface.grid", "[accuracy]"),
         (
             format!("{SURFACE}{LOADS}{asks}error = 0.1\n[continuum]\nmethod = \"bvm\"\n"),

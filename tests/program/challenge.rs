@@ -97,8 +97,7 @@ fn a_coarse_file_is_not_the_whole_surface() {
     let made = asperity().args(["surface", "--grid", "64", "--out"]).arg(&file).output().expect("started");
     assert!(made.status.success(), "{}", stderr(&made));
     let heights = file.to_str().unwrap();
-    let (_, said) =
-        challenge(&out.path().join("run"), &["--heights", heights, "--heights-unit-um", "1", "--regularise"]);
+    let (_, said) = challenge(&out.path().join("run"), &["--heights", heights, "--unit", "1 um", "--regularise"]);
     let found = verdicts(&said);
     assert_eq!(found["S02"].0, "pass", "{:?}", found["S02"]);
     for id in ["S04a", "S04b", "S04c", "S04d", "S13"].iter().chain(&OF_BOTH) {

@@ -89,7 +89,7 @@ impl Scratch {
     /// The small rough surface, heights in µm.
     fn surface(&self, name: &str) -> PathBuf {
         let (file, n) = (self.path(name), N.to_string());
-        let smooth = ["--seed", "3", "--roll-off-um", "50", "--cut-off-um", "12.5"];
+        let smooth = ["--seed", "3", "--roll-off", "50um", "--cut-off", "12.5um"];
         let flags = [&["surface", "--grid", &n, "--out", word(&file), "--json"], &smooth[..]].concat();
         let found = answer(&flags);
         assert_eq!((number(&found, "nx"), number(&found, "ny")), (N as f64, N as f64));
@@ -340,14 +340,14 @@ fn bad_arguments_are_refused_together() {
     let file = word(&file);
     let solve = ["solve", "--heights", file, "--pressure"];
     let said = error_message(&[&solve[..], &["nan", "--length", "0", "--method", "guess", "--gamma", "1"]].concat(), 2);
-    for piece in
-        ["--pressure = NaN", "--length = 0", "--method = \"guess\"; accepted: ", "--adhesion-range = not given"]
-    {
+    for piece in ["--pressure = NaN", "--length = 0", "--method = \"guess\"; accepted: ", "--range = not given"] {
         assert!(said.contains(piece), "{said}");
     }
     assert!(error_message(&["solve", "--heights", "nowhere.npy", "--pressure", "1"], 2).contains("nowhere.npy"));
     assert!(error_message(&[&solve[..], &["0.1,-1"]].concat(), 2).contains("--pressure = -1"));
-    let negative = [&solve[..], &["-10MPa", "--modulus", "-2GPa", "--hardness", "-2GPa", "--length", "1"]].concat();
+    let negative =
+        [&solve[..], &["-10MPa", "--modulus", "-2GPa", "--hardness", "-2GPa", "--length", "1um", "--unit", "um"]]
+            .concat();
     let said = error_message(&negative, 2);
     assert!(["--modulus = -2", "--hardness = -2"].iter().all(|piece| said.contains(piece)), "{said}");
     // Errors found by clap.
@@ -367,10 +367,10 @@ fn bad_arguments_are_refused_together() {
     ] {
         assert_eq!(call(&[from, flags].concat()).status.code(), Some(2), "{flags:?}");
     }
-    let sticky = ["--gamma", "1e-4", "--rho", "0.1", "--range", "extrapolate"];
+    let sticky = ["--gamma", "1e-4", "--rho", "0.1", "--resolution", "extrapolate"];
     for (more, expected) in [
-        (&["--initial-gap", "nowhere.npy"][..], "--range = \"extrapolate\" with --initial-gap"),
-        (&["--non-periodic"], "--non-periodic = given with --range extrapolate"),
+        (&["--initial-gap", "nowhere.npy"][..], "--resolution = \"extrapolate\" with --initial-gap"),
+        (&["--non-periodic"], "--non-periodic = given with --resolution extrapolate"),
     ] {
         let message = error_message(&[&challenge[..], &sticky, more].concat(), 2);
         assert!(message.contains(expected), "{message}");
@@ -418,7 +418,7 @@ fn the_potential_is_written_and_checked() {
 fn tiny(scratch: &Scratch, atoms: bool) -> PathBuf {
     let mut text = "name = \"tiny\"\n[surface]\ngrid = 32\n[load]\np_star = [0.01, 0.02]\n".to_string();
     if atoms {
-        text += "[atoms]\ncells = 10\ndepth_cells = 6\nstep_angstrom = 0.5\n";
+        text += "[atoms]\ncells = 10\ndepth_cells = 6\nstep = \"0.5 Å\"\n";
     }
     let file = scratch.path("tiny.toml");
     std::fs::write(&file, text).expect("written");
@@ -453,8 +453,8 @@ fn a_failing_pull_off_keeps_the_loads() {
     let scratch = Scratch::new();
     let (scene, out) = (scratch.path("behind.toml"), scratch.path("run"));
     // The second mean gap is beyond the maximum tension.
-    let text = "name = \"behind\"\n[surface]\ngrid = 64\ncut_off_mode = 8\nroll_off_mode = 4\n[load]\nmean_gap_um = [5, 11]\n\
-                pull_off = true\n[adhesion]\nwork_of_adhesion_mj_m2 = 5000\nrange_nm = 1200\n[continuum]\ntolerance = 1e-6\n";
+    let text = "name = \"behind\"\n[surface]\ngrid = 64\ncut_off_mode = 8\nroll_off_mode = 4\n[load]\nmean_gap = [\"5 um\", \"11 um\"]\n\
+                pull_off = true\n[adhesion]\nwork_of_adhesion = \"5000 mJ/m2\"\nrange = \"1200 nm\"\n[continuum]\ntolerance = 1e-6\n";
     std::fs::write(&scene, text).expect("written");
     for attempt in ["solved", "taken from the run before"] {
         let output = call(&["run", word(&scene), "--out", word(&out), "--json"]);
@@ -532,7 +532,7 @@ fn a_coarse_grid_is_refused_with_the_resolved_waves() {
         assert_relative_eq!(number(&line, "realised"), number(&line, "expected_on_grid"), max_relative = 0.1);
         assert!((number(&line, "realised") / number(&line, "expected") - 1.0).abs() > 0.3, "{line}");
     }
-    let fine = answer(&["surface", "--grid", "64", "--cut-off-um", "5", "--json"]);
+    let fine = answer(&["surface", "--grid", "64", "--cut-off", "5um", "--json"]);
     assert!(
         fine["statistics"].as_array().is_some_and(|all| all.iter().all(|s| s.get("expected_on_grid").is_none())),
         "{fine}"

@@ -15,7 +15,7 @@ const SWEEP: &str = "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..2\"\nco
 
 /// Sixteen steps and some seconds of LAMMPS.
 const ATOMS: &str = "name = \"atoms\"\n[surface]\ngrid = 32\n[load]\np_star = [0.01, 0.02]\n\
-                     [atoms]\ncells = 10\ndepth_cells = 6\nstep_angstrom = 0.1\n";
+                     [atoms]\ncells = 10\ndepth_cells = 6\nstep = \"0.1 Å\"\n";
 const SEEDS: &str = "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..2\"\n";
 
 /// Limit of waiting. A lost node is noticed after half a minute, and a requeued job starts after six seconds.

@@ -154,11 +154,11 @@ fn maps_that_are_none() {
         let output = solve("fits.txt", heights, &["--length", length]);
         assert!(output.status.success() && json_line(&output)["energy"].is_f64(), "{}", stderr(&output));
     }
-    for flag in ["--length", "--length-y", "--modulus", "--pressure", "--adhesion-range", "--thickness"] {
+    for flag in ["--length", "--length-y", "--modulus", "--pressure", "--range", "--thickness"] {
         // A pressure of zero is first contact.
         for value in ["0", "-1", "nan", "inf"].into_iter().filter(|value| (flag, *value) != ("--pressure", "0")) {
             let mut more = if flag == "--pressure" { vec![] } else { vec!["--pressure", "0.01"] };
-            more.extend(if flag == "--adhesion-range" { vec!["--gamma", "1e-3"] } else { vec![] });
+            more.extend(if flag == "--range" { vec!["--gamma", "1e-3"] } else { vec![] });
             let file = scratch.path().join("fits.txt");
             refused(&self::solve(&file, &[&more[..], &[flag, value]].concat()), 2, &format!("{flag} = "));
         }

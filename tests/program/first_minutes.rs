@@ -34,17 +34,17 @@ fn a_file_that_declares_unit_and_extents_gives_a_scene_that_runs() {
     let folder = scratch.path();
     let file = repository().join("tests/fixtures/surfaces/float32.x3p");
     std::fs::copy(file, folder.join("measured map.x3p")).expect("copied");
-    let output = init(folder, &["measured map.x3p", "--touching", "high-points", "--modulus", "25"]);
+    let output = init(folder, &["measured map.x3p", "--touching", "high-points", "--modulus", "25MPa"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(fill_in(&output), Vec::<String>::new());
     let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
     for line in [
         "heights = \"measured map.x3p\"",
-        "length_um = 36",
-        "length_y_um = 20.4",
+        "length = \"36 um\"",
+        "length_y = \"20.4 um\"",
         "unit = \"m\"",
         "touching = \"high-points\"",
-        "contact_modulus_mpa = 25",
+        "modulus = \"25 MPa\"",
     ] {
         assert!(text.lines().any(|l| l == line), "{line} is missing:\n{text}");
     }
@@ -56,7 +56,7 @@ fn a_file_that_declares_unit_and_extents_gives_a_scene_that_runs() {
     assert!(stderr(&again).contains("--out = scene.toml (exists)") && stderr(&again).contains("--overwrite"));
     assert_eq!(std::fs::read_to_string(folder.join("scene.toml")).expect("a scene"), text);
     let open = fill_in(&init(folder, &["measured map.x3p", "--overwrite"]));
-    assert_eq!(open, ["laboratory.contact_modulus_mpa", "surface.touching"]);
+    assert_eq!(open, ["laboratory.modulus", "surface.touching"]);
 }
 
 /// The sign that a file declares is filled in.
@@ -64,8 +64,8 @@ fn a_file_that_declares_unit_and_extents_gives_a_scene_that_runs() {
 fn a_declared_sign_and_unit_are_filled_in() {
     let scratch = tempfile::tempdir().expect("scratch");
     write_map(&scratch.path().join("map.txt"), "# sign: low points touch first\n# unit: um\n");
-    let open = fill_in(&init(scratch.path(), &["map.txt", "--modulus", "2"]));
-    assert_eq!(open, ["laboratory.length_um"]);
+    let open = fill_in(&init(scratch.path(), &["map.txt", "--modulus", "2MPa"]));
+    assert_eq!(open, ["laboratory.length"]);
     let text = std::fs::read_to_string(scratch.path().join("scene.toml")).expect("a scene");
     assert!(text.contains("\ntouching = \"low-points\"\n") && text.contains("\nunit = \"um\"\n"), "{text}");
 }
@@ -80,15 +80,15 @@ fn a_map_that_does_not_repeat_is_prepared() {
     let rows: Vec<String> = (0..40).map(row).collect();
     let scene_of = |head: &str| {
         std::fs::write(folder.join("map.txt"), format!("# unit: um\n{head}{}\n", rows.join("\n"))).expect("written");
-        let output = init(folder, &["map.txt", "--modulus", "2", "--touching", "high-points", "--overwrite"]);
-        assert_eq!(fill_in(&output), ["laboratory.length_um"]);
+        let output = init(folder, &["map.txt", "--modulus", "2MPa", "--touching", "high-points", "--overwrite"]);
+        assert_eq!(fill_in(&output), ["laboratory.length"]);
         std::fs::read_to_string(folder.join("scene.toml")).expect("a scene")
     };
     // The periodicity that a file declares needs no edges.
     for declared in ["# periodic: 0\n", "# periodic: 1\n"] {
         assert!(scene_of(declared).contains("\n# edges = \"mirror\"\n"), "{declared}");
     }
-    let text = scene_of("").replace("# length_um = 20", "length_um = 20");
+    let text = scene_of("").replace("# length = \"20 um\"", "length = \"20 um\"");
     assert!(text.contains("\ndetrend = \"plane\"\n") && text.contains("\nedges = \"mirror\"\n"), "{text}");
     for (seam, text) in
         [(false, text.clone()), (true, text.replace("\nedges", "\n# edges").replace("\ndetrend", "\n# detrend"))]
@@ -156,11 +156,11 @@ fn points_that_were_not_measured_and_other_folders() {
     let scratch = tempfile::tempdir().expect("scratch");
     let folder = scratch.path();
     let file = repository().join("tests/fixtures/surfaces/text.sdf");
-    let output = init(folder, &[file.to_str().expect("UTF-8"), "--modulus", "25"]);
+    let output = init(folder, &[file.to_str().expect("UTF-8"), "--modulus", "25MPa"]);
     assert_eq!(fill_in(&output), ["surface.touching", "surface.fill"], "{}", stderr(&output));
     let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
     assert!(
-        text.contains(&format!("heights = \"{}\"", file.display())) && text.contains("length_y_um = 20.4\n"),
+        text.contains(&format!("heights = \"{}\"", file.display())) && text.contains("length_y = \"20.4 um\"\n"),
         "{text}"
     );
 }
@@ -233,8 +233,8 @@ fn the_table_of_keys_is_complete() {
         document.lines().filter(|l| l.starts_with("| `")).map(|l| l.trim_matches('|').split(" | ").collect()).collect();
     assert!(rows.len() > 100, "{} keys", rows.len());
     for row in &rows {
-        let [key, kind, default, unit, description] = row[..] else { panic!("not five columns: {row:?}") };
-        for cell in [key, kind, default, unit, description] {
+        let [key, kind, default, description] = row[..] else { panic!("not four columns: {row:?}") };
+        for cell in [key, kind, default, description] {
             assert!(!cell.trim().is_empty(), "{row:?}");
         }
     }
@@ -242,10 +242,11 @@ fn the_table_of_keys_is_complete() {
         "## [accuracy]",
         "## [methods.fft-ia]",
         "## [continuum.layer]",
-        "| `error` | number or text | – | – | ",
-        "| `length_um` | number | – | µm | ",
-        "| `grid` | whole number | `512` | – | ",
-        "| `work_of_adhesion_mj_m2` | number | required | mJ/m² | ",
+        "| `error` | fraction, as `\"5 %\"` | – | ",
+        "| `length` | length, as `\"100 um\"` | – | ",
+        "| `grid` | whole number | `512` | ",
+        "| `work_of_adhesion` | work, as `\"50 mJ/m2\"` | required | ",
+        "| `mean_gap` | list of lengths or range, as `\"log:1um:10um:5\"` | – | ",
     ] {
         assert!(document.contains(line), "{line}");
     }

@@ -206,7 +206,7 @@ fn a_scene_takes_coefficients() {
     let scene = scratch.path().join("waves.toml");
     let file = fixture("fftw.dat");
     let text = format!(
-        "name = \"waves\"\n[laboratory]\nlength_um = 100\ncontact_modulus_mpa = 25\n[surface]\nheights = {file:?}\nheights_unit_um = 0.5\ntouching = \"low-points\"\n\
+        "name = \"waves\"\n[laboratory]\nlength = \"100 um\"\nmodulus = \"25 MPa\"\n[surface]\nheights = {file:?}\nunit = \"0.5 um\"\ntouching = \"low-points\"\n\
          fourier = \"fftw\"\nfourier_points = 8\ngrid = 16\n[load]\np_star = [0.05]\n"
     );
     std::fs::write(&scene, text).expect("written");

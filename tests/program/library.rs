@@ -100,8 +100,8 @@ fn a_state_has_the_same_numbers_on_every_face() {
     let state = problem().solve(0.5).expect("solved");
     let map = std::fs::canonicalize(MAP).expect("a path");
     let scene = format!(
-        "name = \"faces\"\n[laboratory]\nlength_um = 20\ncontact_modulus_mpa = 25\n[surface]\nheights = {map:?}\n\
-         unit = \"nm\"\ntouching = \"high-points\"\n[load]\npressure_mpa = [0.5]\n"
+        "name = \"faces\"\n[laboratory]\nlength = \"20 um\"\nmodulus = \"25 MPa\"\n[surface]\nheights = {map:?}\n\
+         unit = \"nm\"\ntouching = \"high-points\"\n[load]\npressure = [\"0.5 MPa\"]\n"
     );
     std::fs::write(folder.path().join("faces.toml"), scene).expect("written");
     let out = folder.path().join("run");
@@ -136,7 +136,7 @@ fn a_state_has_the_same_numbers_on_every_face() {
 #[test]
 fn adhesive_load_paths_have_the_bits_of_the_command_line() {
     let out = tempfile::tempdir().expect("scratch");
-    let flags = ["--pressure", "0.5,1,0.5", "--work-of-adhesion", "50", "--adhesion-range", "40", "--pull-off"];
+    let flags = ["--pressure", "0.5,1,0.5", "--work-of-adhesion", "50", "--range", "40", "--pull-off"];
     let lines = solve(&flags, out.path());
     let adhesion = Adhesion { work_of_adhesion: 50.0, range: 40.0, ..Adhesion::default() };
     let problem = Problem { adhesion: Some(adhesion), ..problem() };
@@ -175,7 +175,7 @@ fn methods_that_estimate_have_the_bits_of_the_command_line() {
 #[test]
 fn errors_name_the_value_and_the_remedy() {
     let refused = |problem: &Problem| problem.solve(0.5).expect_err("refused").to_string();
-    let text = refused(&Problem { contact_modulus: -1.0, ..problem() });
+    let text = refused(&Problem { modulus: -1.0, ..problem() });
     assert!(text.contains("modulus") && text.contains("-1") && text.contains("a positive number"), "{text}");
     let text = refused(&Problem { method: "persson".into(), ..problem() });
     assert!(text.contains("persson") && text.contains("Problem::estimate"), "{text}");

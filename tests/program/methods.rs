@@ -14,9 +14,9 @@ use asperity::surface::{Modes, PowerSpectrum, Spectrum};
 use std::path::Path;
 
 /// A 128² scene whose grid resolves all waves, at loads with some contact nodes and open gaps.
-const SCENE: &str = "name = \"methods\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.01, 0.02]\n\
+const SCENE: &str = "name = \"methods\"\n[surface]\ngrid = 128\ncut_off = \"4.0 um\"\n[load]\np_star = [0.005, 0.01, 0.02]\n\
                      [continuum]\ncompare_with = [\"all\"]\n";
-const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\nalso_nonadhesive = true\n";
+const ADHESION: &str = "[adhesion]\nwork_of_adhesion = \"50 mJ/m2\"\nrange = \"100.0 nm\"\nalso_nonadhesive = true\n";
 
 /// Methods that need more input than a surface and a load; their reason names it.
 const NEED_MORE: [&str; 1] = ["all-atom"];
@@ -294,7 +294,7 @@ fn criterion_and_calibration_follow_settings() {
 fn used_ranges_and_compressive_contact_are_reported() {
     let scene = SCENE.replace("\"all\"", "\"bicgstab\", \"fft-ia\"");
     let scene = format!(
-        "{scene}[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n[methods.bicgstab]\nmin_resolution = 4\n"
+        "{scene}[adhesion]\nwork_of_adhesion = \"50 mJ/m2\"\nrange = \"100.0 nm\"\n[methods.bicgstab]\nmin_resolution = 4\n"
     );
     let folder = tempfile::tempdir().expect("scratch");
     let file = folder.path().join("ranges.toml");

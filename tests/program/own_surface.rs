@@ -69,7 +69,7 @@ fn read_by_all(file: &Path, flags: &[&str], keys: &str) -> [Value; 3] {
     let solved = answer(&[&solve, flags].concat());
     let scene = folder.join("scene.toml");
     let toml = format!(
-        "name = \"own\"\n[laboratory]\ncontact_modulus_mpa = 2000\n[surface]\nheights = {file:?}\n{keys}\n[load]\np_star = [0.01]\n"
+        "name = \"own\"\n[laboratory]\nmodulus = \"2000 MPa\"\n[surface]\nheights = {file:?}\n{keys}\n[load]\np_star = [0.01]\n"
     );
     std::fs::write(&scene, toml).expect("written");
     let run = answer(&["run", text(&scene), "--json", "--overwrite", "--out", text(&folder.join("run"))]);
@@ -102,7 +102,7 @@ fn what_a_file_declares_is_the_same_in_every_command() {
         assert_eq!((read["unit"].as_str(), &read["periodic"]), (Some("um"), &Value::from(false)));
     }
     // What differs from the file is refused, and what it does not declare is required.
-    for command in [&["surface"][..], &["solve", "--modulus", "1", "--p-star", "0.01"]] {
+    for command in [&["surface"][..], &["solve", "--modulus", "1MPa", "--p-star", "0.01"]] {
         let with = |flags: &[&'static str]| [&[command[0], text(&file)], &command[1..], flags].concat();
         refused(&with(&[]), &["--touching = not given", "\"low-points\" or \"high-points\""]);
         refused(&with(&["--touching", "low-points", "--unit", "nm"]), &["--unit = nm", "accepted: m ", "declares"]);
@@ -160,7 +160,7 @@ fn a_map_with_holes_is_filled_on_request() {
     let solve = ["solve", text(&file), "--modulus", "1", "--p-star", "0.01"];
     refused(&[&solve[..], &sign].concat(), &["holes.txt", "--fill nearest|harmonic"]);
     let scene = scratch.path().join("scene.toml");
-    let toml = "name = \"h\"\n[laboratory]\ncontact_modulus_mpa = 1\n[surface]\nheights = \"holes.txt\"\ntouching = \"high-points\"\n\
+    let toml = "name = \"h\"\n[laboratory]\nmodulus = \"1 MPa\"\n[surface]\nheights = \"holes.txt\"\ntouching = \"high-points\"\n\
                 [load]\np_star = [0.01]\n";
     std::fs::write(&scene, toml).expect("written");
     refused(&["run", text(&scene)], &["holes.txt", "surface.fill"]);
@@ -240,39 +240,43 @@ fn loads_are_pressures_forces_gaps_or_contact_areas() {
     let p_star = number(reference, "p_star").to_string();
     same(&solve(&["--modulus", "2GPa", "--p-star", &p_star])[0]);
     let [gap, displacement] = ["mean_gap", "displacement"].map(|key| number(reference, key).to_string());
-    same(&solve(&["--modulus", "2GPa", "--mean-gap", &gap])[0]);
-    same(&solve(&["--modulus", "2GPa", "--displacement", &displacement])[0]);
+    same(&solve(&["--modulus", "2", "--mean-gap", &gap])[0]);
+    same(&solve(&["--modulus", "2", "--displacement", &displacement])[0]);
+    // The file has heights in m.
+    same(&solve(&["--modulus", "2GPa", "--mean-gap", &format!("{gap} m")])[0]);
     let contact = number(reference, "contact_area");
     let found = number(&solve(&["--modulus", "2GPa", "--contact", &contact.to_string()])[0], "contact_area");
     assert!((found - contact).abs() <= (CONTACT * contact).max(1.0 / (NX * NY) as f64) + ROUNDING, "{found} {contact}");
     let percent = format!("{}%", 100.0 * contact);
     assert_eq!(number(&solve(&["--modulus", "2GPa", "--contact", &percent])[0], "contact_area"), found);
     // The file has heights in m: 50 mJ/m² are 5e-11 GPa m.
-    let adhesive = |[work, range, thickness]: [&str; 3]| {
-        let flags = ["--modulus", "2GPa", "--pressure", "10MPa", "--work-of-adhesion", work, "--adhesion-range", range];
+    let adhesive = |[modulus, pressure, work, range, thickness]: [&str; 5]| {
+        let flags = ["--modulus", modulus, "--pressure", pressure, "--work-of-adhesion", work, "--range", range];
         solve(&[&flags[..], &["--thickness", thickness]].concat())
     };
-    let [named, plain] = [["50mJ/m2", "200nm", "5um"], ["5e-11", "2e-7", "5e-6"]].map(adhesive);
+    let named = adhesive(["2GPa", "10MPa", "50mJ/m2", "200nm", "5um"]);
+    let plain = adhesive(["2", "0.01", "5e-11", "2e-7", "5e-6"]);
     for key in ["energy", "mean_gap", "contact_area"] {
         let [named, plain] = [&named, &plain].map(|states| number(&states[0], key));
         assert!((named / plain - 1.0).abs() < ROUNDING, "{key}: {named} {plain}");
     }
     // Ranges, and the unloading branch.
-    let range = solve(&["--modulus", "2GPa", "--pressure", "log:1MPa:100MPa:3", "--work-of-adhesion", "0"]);
+    let range = solve(&["--modulus", "2GPa", "--pressure", "log:1MPa:100MPa:3", "--work-of-adhesion", "0J/m2"]);
     let pressures: Vec<f64> = range.iter().map(|s| number(s, "pressure")).collect();
     assert!(pressures.iter().zip([1e-3, 1e-2, 1e-1]).all(|(p, gpa)| (p / gpa - 1.0).abs() < 1e-6), "{pressures:?}");
     for (flags, piece) in [
-        (&["--modulus", "2", "--pressure", "1MPa"][..], "--modulus with a unit"),
-        (&["--modulus", "2GPa", "--pressure", "1um"], "a unit of stress"),
-        (&["--modulus", "2GPa", "--pressure", "1,5MPa"], "units at all loads or at none"),
-        (&["--modulus", "2GPa", "--force", "1MPa"], "a unit of force"),
-        (&["--modulus", "2GPa", "--pressure", "log:0:1:3"], "between positive numbers"),
+        (&["--modulus", "2", "--pressure", "1MPa"][..], "as --pressure 1 MPa has: all values have units, or none"),
+        (&["--modulus", "2GPa", "--pressure", "1um"], "--pressure = 1 um; accepted: a stress with its unit"),
+        (&["--modulus", "2GPa", "--pressure", "1,5MPa"], "units at all values or at none"),
+        (&["--modulus", "2GPa", "--force", "1MPa"], "a force with its unit"),
+        (&["--modulus", "2GPa", "--pressure", "log:0MPa:1MPa:3"], "positive ends"),
         (&["--modulus", "2GPa", "--contact", "1.5"], "between 0 and 1"),
-        (&["--modulus", "2GPa", "--displacement", "1"], "less than"),
-        (&["--modulus", "2GPa", "--pressure", "1", "--work-of-adhesion", "50mJ"], "--work-of-adhesion = 50 mJ"),
-        (&["--modulus", "2", "--pressure", "1", "--work-of-adhesion", "50mJ/m2"], "modulus times length"),
-        (&["--modulus", "2GPa", "--pressure", "1", "--thickness", "5K"], "--thickness = 5 K"),
-        (&["--modulus", "2GPa", "--pressure", "1", "--hardness", "5K"], "--hardness = 5 K"),
+        (&["--modulus", "2GPa", "--displacement", "1mm"], "less than"),
+        (&["--modulus", "2GPa", "--pressure", "1MPa", "--work-of-adhesion", "50mJ"], "\"mJ\" is no known unit"),
+        (&["--modulus", "2", "--pressure", "1", "--work-of-adhesion", "50mJ/m2"], "as --work-of-adhesion 50 mJ/m2 has"),
+        (&["--force", "5mN", "--length", "30um"], "--modulus times length squared"),
+        (&["--modulus", "2GPa", "--pressure", "1MPa", "--thickness", "5K"], "--thickness = 5 K"),
+        (&["--modulus", "2GPa", "--pressure", "1MPa", "--hardness", "5K"], "--hardness = 5 K"),
     ] {
         refused(&[&["solve", text(&file), "--touching", "high-points"], flags].concat(), &[piece]);
     }

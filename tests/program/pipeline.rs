@@ -47,7 +47,7 @@ impl Bench {
     fn scene(&self, loads: &str, step: f64, more: &str) -> PathBuf {
         let text = format!(
             "name = \"tiny\"\n[surface]\ngrid = 32\n[load]\np_star = {loads}\n\
-             [atoms]\ncells = 10\ndepth_cells = 6\nstep_angstrom = {step}\n{more}"
+             [atoms]\ncells = 10\ndepth_cells = 6\nstep = \"{step} Å\"\n{more}"
         );
         let file = self.path("tiny.toml");
         std::fs::write(&file, text).expect("written");
@@ -181,7 +181,7 @@ fn a_hardness_of_the_crystal_repeats_no_atoms_and_lowers_the_mean_gap() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let numbers = |hardness: &str| {
-        let scene = bench.scene("[0.05]", COARSE, &format!("hardness_gpa = {hardness}\n"));
+        let scene = bench.scene("[0.05]", COARSE, &format!("hardness = \"{hardness} GPa\"\n"));
         let (results, _) = bench.results(&scene, "run");
         let load = &results["comparison"]["loads"][0];
         let wall = load["continuum"].as_array().expect("criteria").iter().find(|m| m["id"] == "yielding_wall");
@@ -244,7 +244,7 @@ fn an_interrupted_run_reports_it_and_resumes() {
 fn a_run_past_its_time_limit_resumes_with_a_longer_one() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
-    let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINEST, &format!("time_limit_s = {seconds}\n"));
+    let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINEST, &format!("time_limit = \"{seconds} s\"\n"));
     // On any machine the limit ends before LAMMPS has read its input.
     let mut milliseconds = 50;
     let seconds = |milliseconds: u64| milliseconds as f64 / 1000.0;
@@ -309,7 +309,7 @@ fn adhesive_atoms_run_to_the_end() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let (free, _) = bench.results(&bench.scene("[0.01]", COARSE, ""), "free");
-    let adhesion = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 2.071\n";
+    let adhesion = "[adhesion]\nwork_of_adhesion = \"50 mJ/m2\"\nrange = \"2.071 nm\"\n";
     let (sticky, _) = bench.results(&bench.scene("[0.01]", COARSE, adhesion), "sticky");
     let fraction = |r: &Value| r["atoms"]["states"][0]["contact_area"].as_f64().expect("a fraction");
     assert!(fraction(&sticky) > fraction(&free), "{} {}", fraction(&sticky), fraction(&free));
@@ -331,7 +331,7 @@ fn files_next_to_the_scene_are_found_from_the_run_folder() {
     let bench = Bench::new();
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
     std::fs::copy(shipped, bench.path("mine.eam.alloy")).expect("copied");
-    let keys = "potential = \"mine.eam.alloy\"\nlattice_constant_angstrom = 5.5884\ncontact_modulus_gpa = 28.57\n";
+    let keys = "potential = \"mine.eam.alloy\"\nlattice_constant = \"5.5884 Å\"\nmodulus = \"28.57 GPa\"\n";
     let (results, _) = bench.results(&bench.scene("[0.01]", COARSE, keys), "run");
     let mut compare = asperity();
     compare.arg("compare").arg(bench.path("run")).arg("--json").current_dir("/");

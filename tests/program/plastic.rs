@@ -14,7 +14,7 @@ fn number(line: &Value, key: &str) -> f64 {
 }
 
 fn solve(more: &[&str]) -> std::process::Output {
-    let base = ["solve", "--challenge", "64", "--cut-off", "0.06", "--modulus", "2GPa"];
+    let base = ["solve", "--challenge", "64", "--length", "1m", "--cut-off", "0.06m", "--modulus", "2GPa"];
     asperity().args(base).args(more).output().expect("started")
 }
 
@@ -49,7 +49,7 @@ fn a_hardness_map_bounds_the_stress_of_each_point() {
         let flags = [hardness, &["--pressure", "20MPa,60MPa", "--json", "--out", &out]].concat();
         lines(&solve(&flags))
     };
-    let found = of(&["--hardness", &text("halves.npy")], "a");
+    let found = of(&["--hardness-map", &text("halves.npy")], "a");
     let stress = npy::read(&path("a/load-2-stress.npy")).expect("a field").values;
     for (i, s) in stress.iter().enumerate() {
         assert!(*s <= halves(i % N) * (1.0 + 1e-6), "{i}: {s}");
@@ -66,18 +66,18 @@ fn a_hardness_map_bounds_the_stress_of_each_point() {
             && map["hash"].as_str().map(str::len) == Some(64)
     );
     // In MPa, as text.
-    of(&["--hardness", &text("halves.txt"), "--hardness-unit", "MPa"], "b");
+    of(&["--hardness-map", &text("halves.txt"), "--hardness-map-unit", "MPa"], "b");
     let other = npy::read(&path("b/load-2-stress.npy")).expect("a field").values;
     assert!(stress.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-9));
     let bytes = |name: &str| fs::read(path(name)).expect("a field");
-    of(&["--hardness", &text("equal.npy")], "c");
-    of(&["--hardness", "0.2"], "d");
+    of(&["--hardness-map", &text("equal.npy")], "c");
+    of(&["--hardness", "0.2GPa"], "d");
     for field in ["load-1-gap.npy", "load-2-gap.npy", "load-2-stress.npy", "load-2-plastic.npy"] {
         assert_eq!(bytes(&format!("c/{field}")), bytes(&format!("d/{field}")), "{field}");
     }
     // Another map at the same place is another problem.
     write_map(&path("halves.npy"), |x, _| 1.1 * halves(x));
-    let again = solve(&["--hardness", &text("halves.npy"), "--pressure", "20MPa,60MPa", "--out", &text("a")]);
+    let again = solve(&["--hardness-map", &text("halves.npy"), "--pressure", "20MPa,60MPa", "--out", &text("a")]);
     assert!(stderr(&again).contains("contains another solve"), "{}", stderr(&again));
 }
 
@@ -102,14 +102,14 @@ fn maps_that_are_no_hardness_are_refused() {
         (text("small.npy"), &[], "32 x 32 values; accepted: 64 x 64"),
         (text("words.txt"), &[], "words.txt"),
         (text("absent.npy"), &[], "no such file"),
-        (good.clone(), &["--hardness-unit", "um"], "a unit of stress"),
-        (good.clone(), &["--wall", "penalty", "--penalty-length", "1e-3"], "soft wall"),
+        (good.clone(), &["--hardness-map-unit", "um"], "a stress with its unit"),
+        (good.clone(), &["--wall", "penalty", "--penalty-length", "1mm"], "soft wall"),
         (good.clone(), &["--method", "winkler"], "models plastic flow"),
         (good.clone(), &["--pressure", "230MPa"], "at which every node flows"),
-        ("200MPa".into(), &["--hardness-unit", "GPa"], "--hardness-unit"),
+        (good.clone(), &["--hardness", "200MPa"], "cannot be used with"),
     ] {
         let pressure: &[&str] = if more.contains(&"--pressure") { &[] } else { &["--pressure", "20MPa"] };
-        let refused = solve(&[&["--hardness", &hardness], pressure, more].concat());
+        let refused = solve(&[&["--hardness-map", &hardness], pressure, more].concat());
         assert_ne!(refused.status.code(), Some(0), "{hardness} {more:?}");
         let said = stderr(&refused);
         let errors = said.lines().filter(|line| line.contains("error: ")).count();
@@ -191,10 +191,10 @@ fn a_scene_has_a_hardness_map_and_stresses_below() {
     let scratch = tempfile::tempdir().expect("scratch");
     let path = |name: &str| scratch.path().join(name);
     write_map(&path("hardness.npy"), |x, _| 1e3 * halves(x));
-    let scene = "name = \"plastic\"\n[laboratory]\nlength_um = 100.0\ncontact_modulus_mpa = 2000.0\n\
-                 [surface]\ngrid = 64\ncut_off_um = 6.0\nrms_gradient = 0.5\n[load]\np_star = [1e-5, 0.01, 0.05]\n\
+    let scene = "name = \"plastic\"\n[laboratory]\nlength = \"100.0 um\"\nmodulus = \"2000.0 MPa\"\n\
+                 [surface]\ngrid = 64\ncut_off = \"6.0 um\"\nrms_gradient = 0.5\n[load]\np_star = [1e-5, 0.01, 0.05]\n\
                  [continuum]\nhardness_map = \"hardness.npy\"\n\
-                 [continuum.subsurface]\ndepths_um = [0.5, 1.0, 5.0]\npoisson = 0.3\nshear_strength_mpa = 60.0\n";
+                 [continuum.subsurface]\ndepths = [\"0.5 um\", \"1.0 um\", \"5.0 um\"]\npoisson = 0.3\nshear_strength = \"60.0 MPa\"\n";
     fs::write(path("scene.toml"), scene).expect("written");
     let run = || {
         let mut command = asperity();
@@ -226,10 +226,14 @@ fn a_scene_has_a_hardness_map_and_stresses_below() {
     assert_ne!(changed["hardness_map"]["hash"], hash);
     assert!((number(&changed["hardness_map"], "highest") - 0.3).abs() < 1e-12);
     for (key, value, words) in [
-        ("hardness_map = \"hardness.npy\"", "hardness_map = \"hardness.npy\"\nhardness_mpa = 3.0", "one of the two"),
-        ("hardness_map = \"hardness.npy\"", "hardness_map_unit_mpa = 2.0", "only together with"),
-        ("hardness_map = \"hardness.npy\"", "hardness_map = \"absent.npy\"", "there is no file"),
-        ("depths_um = [0.5, 1.0, 5.0]", "depths_um = []", "at least one"),
+        (
+            "hardness_map = \"hardness.npy\"",
+            "hardness_map = \"hardness.npy\"\nhardness = \"3.0 MPa\"",
+            "one of the two",
+        ),
+        ("hardness_map = \"hardness.npy\"", "hardness_map_unit = \"2.0 MPa\"", "only together with"),
+        ("hardness_map = \"hardness.npy\"", "hardness_map = \"absent.npy\"", "no such file"),
+        ("depths = [\"0.5 um\", \"1.0 um\", \"5.0 um\"]", "depths = []", "at least one"),
         ("poisson = 0.3", "", "the Poisson's ratio of the half-space"),
     ] {
         fs::write(path("bad.toml"), scene.replace(key, value)).expect("written");

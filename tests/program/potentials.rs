@@ -72,7 +72,7 @@ fn success(output: &Output) -> String {
 fn constants_are_measured_and_compared() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
-    let (lattice, modulus) = ("lattice_constant_angstrom = 4.05\n", "contact_modulus_gpa = 80.01\n");
+    let (lattice, modulus) = ("lattice_constant = \"4.05 Å\"\n", "modulus = \"80.01 GPa\"\n");
     let mut plans = Vec::new();
     for (keys, says) in
         [(String::new(), true), (lattice.into(), true), (modulus.into(), true), (format!("{lattice}{modulus}"), false)]
@@ -90,27 +90,21 @@ fn constants_are_measured_and_compared() {
     let of_atoms = |plan: &Value| (plan["audit"].clone(), plan["atoms"]["deformable"].clone());
     assert!(!plans[0]["audit"].is_null() && plans.iter().all(|p| of_atoms(p) == of_atoms(&plans[0])), "{plans:?}");
     for (keys, parts) in [
+        ("modulus = \"70.0 GPa\"\n", ["atoms.modulus = 70 GPa; accepted: 80.01 GPa", "Al of ", "12.5 % apart"]),
         (
-            "contact_modulus_gpa = 70.0\n",
-            ["atoms.contact_modulus_gpa = 70; accepted: 80.01 GPa", "Al of ", "12.5 % apart"],
+            "lattice_constant = \"3.9 Å\"\n",
+            ["atoms.lattice_constant = 3.9 Å; accepted: 4.05 Å", "scene.toml", "leave the key out"],
         ),
-        (
-            "lattice_constant_angstrom = 3.9\n",
-            ["atoms.lattice_constant_angstrom = 3.9; accepted: 4.05 Å", "scene.toml", "leave the key out"],
-        ),
-        ("contact_modulus_gpa = 80000.0\n", ["a factor of 1000 apart", "80.01 GPa", "the key's unit is GPa"]),
-        ("lattice_constant_angstrom = 0.405\n", ["a factor of 10 apart", "4.05 Å", "the key's unit is Å"]),
+        ("modulus = \"80000.0 GPa\"\n", ["a factor of 1000 apart", "80.01 GPa", "check the unit"]),
+        ("lattice_constant = \"0.405 Å\"\n", ["a factor of 10 apart", "4.05 Å", "check the unit"]),
     ] {
         let said = refusal(&bench.plan(keys, &[]), 2);
         assert!(said.trim_end().lines().count() == 1 && parts.iter().all(|part| said.contains(part)), "{said}");
     }
-    let strained = bench.plan("lattice_constant_angstrom = 4.03\n", &[]);
+    let strained = bench.plan("lattice_constant = \"4.03 Å\"\n", &[]);
     success(&strained);
     let printed = String::from_utf8_lossy(&strained.stdout).into_owned();
-    assert!(
-        printed.contains("warning: atoms.lattice_constant_angstrom = 4.03 Å is 0.494 % from the 4.05 Å"),
-        "{printed}"
-    );
+    assert!(printed.contains("warning: atoms.lattice_constant = 4.03 Å is 0.494 % from the 4.05 Å"), "{printed}");
 }
 
 /// What is kept serves where there is no LAMMPS; a damaged file does not, and another potential under the same name is another one.
@@ -120,7 +114,7 @@ fn what_was_measured_is_kept_by_the_contents_of_the_potential() {
     let bench = Bench::new();
     assert!(success(&bench.plan("", &[])).contains(", measured with LAMMPS"));
     assert!(success(&bench.plan("", &WITHOUT)).contains(", measured earlier with LAMMPS"));
-    assert!(refusal(&bench.plan("contact_modulus_gpa = 70.0\n", &WITHOUT), 2).contains("accepted: 80.01 GPa"));
+    assert!(refusal(&bench.plan("modulus = \"70.0 GPa\"\n", &WITHOUT), 2).contains("accepted: 80.01 GPa"));
     let kept = bench.kept();
     assert_eq!(kept.len(), 1);
     let text = std::fs::read_to_string(&kept[0]).expect("readable");
@@ -148,22 +142,18 @@ fn what_was_measured_is_kept_by_the_contents_of_the_potential() {
 #[test]
 fn without_lammps_constants_must_be_given() {
     let bench = Bench::new();
-    let given = bench.plan("lattice_constant_angstrom = 4.05\ncontact_modulus_gpa = 70.0\n", &WITHOUT);
+    let given = bench.plan("lattice_constant = \"4.05 Å\"\nmodulus = \"70.0 GPa\"\n", &WITHOUT);
     success(&given);
     let printed = String::from_utf8_lossy(&given.stdout).into_owned();
     assert!(
-        printed.contains("contact_modulus_gpa are not checked against") && printed.contains("no-such-lammps"),
+        printed.contains("atoms.modulus are not checked against") && printed.contains("no-such-lammps"),
         "{printed}"
     );
-    let said = refusal(&bench.plan("lattice_constant_angstrom = 4.05\n", &WITHOUT), 5);
-    for part in [
-        "no-such-lammps was not found",
-        "it measures atoms.contact_modulus_gpa, which ",
-        "asperity potential --measure",
-    ] {
+    let said = refusal(&bench.plan("lattice_constant = \"4.05 Å\"\n", &WITHOUT), 5);
+    for part in ["no-such-lammps was not found", "it measures atoms.modulus, which ", "asperity potential --measure"] {
         assert!(said.contains(part) && said.trim_end().lines().count() == 1, "{said}");
     }
-    assert!(refusal(&bench.plan("", &WITHOUT), 5).contains("lattice_constant_angstrom and atoms.contact_modulus_gpa"));
+    assert!(refusal(&bench.plan("", &WITHOUT), 5).contains("lattice_constant and atoms.modulus"));
     assert!(bench.kept().is_empty());
     // Nothing is measured where no atoms run.
     success(&bench.plan("", &[&WITHOUT[..], &["--no-atoms"]].concat()));
@@ -194,7 +184,7 @@ fn crystals_that_are_not_fcc_are_refused() {
         assert_eq!(found["crystal"]["structure"], name, "{found}");
         assert_eq!(found["properties"].is_object(), properties, "{found}");
         // The measurement is kept: the run needs no LAMMPS to refuse.
-        for keys in ["", "lattice_constant_angstrom = 2.887\ncontact_modulus_gpa = 80.0\n"] {
+        for keys in ["", "lattice_constant = \"2.887 Å\"\nmodulus = \"80.0 GPa\"\n"] {
             let scene = bench.scene(&format!("potential = {table:?}\nelement = \"Xx\"\n{keys}"));
             let run = bench.ask(&[&["run", scene.to_str().expect("UTF-8"), "--out", "out"], &WITHOUT[..]].concat());
             let said = refusal(&run, 2);
@@ -217,9 +207,9 @@ fn jobs_and_points_contain_what_was_measured() {
         success(&output);
         [bench.path(out).join("in.vars"), bench.path(out).join("block.data")].map(|file| text(&file))
     };
-    let given = format!("lattice_constant_angstrom = {}\ncontact_modulus_gpa = {MODULUS_GPA}\n", ALUMINIUM.0);
+    let given = format!("lattice_constant = \"{} Å\"\nmodulus = \"{MODULUS_GPA} GPa\"\n", ALUMINIUM.0);
     assert!(built("", "absent") == built(&given, "given"), "jobs differ");
-    let scene = bench.scene(&format!("{potential}contact_modulus_gpa = 70.0\n"));
+    let scene = bench.scene(&format!("{potential}modulus = \"70.0 GPa\"\n"));
     let said = refusal(&bench.ask(&["atoms", "build", scene.to_str().expect("UTF-8"), "--out", "wrong"]), 2);
     assert!(said.contains("accepted: 80.01 GPa") && !bench.path("wrong").exists(), "{said}");
 
@@ -232,13 +222,13 @@ fn jobs_and_points_contain_what_was_measured() {
     for label in ["depth-cells-4", "depth-cells-5"] {
         let text = text(&bench.path(&format!("points/scenes/{label}.toml")));
         let [lattice, modulus] = [ALUMINIUM.0, MODULUS_GPA];
-        assert!(text.contains(&format!("lattice_constant_angstrom = {lattice}\n")), "{text}");
-        assert!(text.contains(&format!("contact_modulus_gpa = {modulus}\n")), "{text}");
+        assert!(text.contains(&format!("lattice_constant = \"{lattice} Å\"\n")), "{text}");
+        assert!(text.contains(&format!("modulus = \"{modulus} GPa\"\n")), "{text}");
     }
-    std::fs::write(&sweep, "scene = \"scene.toml\"\n[over]\natoms.contact_modulus_gpa = [80.0, 70.0]\n")
+    std::fs::write(&sweep, "scene = \"scene.toml\"\n[over]\natoms.modulus = [\"80.0 GPa\", \"70.0 GPa\"]\n")
         .expect("written");
     let said = refusal(&bench.ask(&["sweep", "sweep.toml", "--dry-run"]), 2);
-    assert!(said.contains("atoms.contact_modulus_gpa = 70") && said.contains("80.01 GPa"), "{said}");
+    assert!(said.contains("atoms.modulus = 70 GPa") && said.contains("80.01 GPa"), "{said}");
 }
 
 /// `E*` says of which directions it is. Of the shipped potential the values of the card are 28.57, 27.05 and 30.53 GPa.

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 const ANSWERED: Duration = Duration::from_secs(10);
 
 /// One load of two methods on a grid of 16² points, whose report has few figures.
-const SCENE: &str = "name = \"small\"\n[laboratory]\nlength_um = 100\ncontact_modulus_mpa = 25\n\
+const SCENE: &str = "name = \"small\"\n[laboratory]\nlength = \"100 um\"\nmodulus = \"25 MPa\"\n\
                      [surface]\ngrid = 16\ncut_off_mode = 6\n[load]\np_star = [0.02]\n\
                      [continuum]\nmethod = \"fast\"\ncompare_with = [\"winkler\"]\n";
 

@@ -12,7 +12,7 @@ const CHALLENGE: [f64; 3] = [0.2145, 3.5927, 4.0354];
 fn scene(folder: &Path, atoms: &str) -> PathBuf {
     let text = format!(
         "name = \"a\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n[load]\np_star = [0.01]\n\
-         [atoms]\ncells = 10\ndepth_cells = 6\nstep_angstrom = 0.3\n{atoms}"
+         [atoms]\ncells = 10\ndepth_cells = 6\nstep = \"0.3 Å\"\n{atoms}"
     );
     let file = folder.join("scene.toml");
     std::fs::write(&file, text).expect("written");
@@ -65,7 +65,7 @@ fn another_crystal_gets_the_scaled_constants_and_a_warning() {
     let said = planned(scratch.path(), &keys);
     for word in [
         "scaled to this Al (a0 = 4.05 Å, E* = 80 GPa): epsilon = 0.22862 eV, sigma = 2.6037 Å, contact distance d_c = 2.9245 Å",
-        "atoms.indenter_epsilon_ev, atoms.indenter_sigma_angstrom, atoms.contact_distance_angstrom set other values",
+        "atoms.indenter_epsilon, atoms.indenter_sigma, atoms.contact_distance set other values",
     ] {
         assert!(said.contains(word), "{said}");
     }
@@ -83,7 +83,7 @@ fn another_crystal_gets_the_scaled_constants_and_a_warning() {
 fn the_challenges_crystal_has_the_challenges_constants() {
     let scratch = tempfile::tempdir().expect("scratch");
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
-    let other = format!("potential = {file:?}\nlattice_constant_angstrom = 5.5884\ncontact_modulus_gpa = 28.57\n");
+    let other = format!("potential = {file:?}\nlattice_constant = \"5.5884 Å\"\nmodulus = \"28.57 GPa\"\n");
     for keys in ["", &other] {
         let said = planned(scratch.path(), keys);
         assert!(!said.contains("set other values") && !said.contains("is the challenge's"), "{said}");
@@ -97,22 +97,21 @@ fn the_challenges_crystal_has_the_challenges_constants() {
 #[test]
 fn given_constants_are_used() {
     let scratch = tempfile::tempdir().expect("scratch");
-    let given = "indenter_epsilon_ev = 0.3\nindenter_sigma_angstrom = 3.4\ncontact_distance_angstrom = 4.2\n";
+    let given = "indenter_epsilon = \"0.3 eV\"\nindenter_sigma = \"3.4 Å\"\ncontact_distance = \"4.2 Å\"\n";
     let (found, audit) = job(scratch.path(), given);
     assert_eq!(found, [0.3, 3.4, 4.2]);
     assert!(GROUPS.iter().all(|g| status(&audit, g) == "changed"), "{audit}");
-    let (found, audit) = job(scratch.path(), "indenter_sigma_angstrom = 3.4\n");
+    let (found, audit) = job(scratch.path(), "indenter_sigma = \"3.4 Å\"\n");
     assert_eq!(found[..2], [0.2145, 3.4]);
     assert!((found[2] / 3.4 - CHALLENGE[2] / CHALLENGE[1]).abs() < 1e-12, "{found:?}");
     assert_eq!(GROUPS.map(|g| status(&audit, g)), ["kept", "changed", "kept"]);
     let keys = similar_crystal::keys(&scratch.path().join("Al.eam.alloy"));
-    let calciums = format!("{keys}indenter_sigma_angstrom = 3.5927\ncontact_distance_angstrom = 4.1\n");
+    let calciums = format!("{keys}indenter_sigma = \"3.5927 Å\"\ncontact_distance = \"4.1 Å\"\n");
     let said = planned(scratch.path(), &calciums);
-    let word =
-        "atoms.indenter_sigma_angstrom = 3.5927 Å is the challenge's for calcium; scaled to this Al it is 2.6037 Å";
+    let word = "atoms.indenter_sigma = 3.5927 Å is the challenge's for calcium; scaled to this Al it is 2.6037 Å";
     assert!(said.contains(word), "{said}");
     assert!(
-        said.contains("GPa): epsilon = 0.22862 eV; atoms.indenter_epsilon_ev set")
+        said.contains("GPa): epsilon = 0.22862 eV; atoms.indenter_epsilon set")
             && !said.contains("contact distance d_c ="),
         "{said}"
     );
@@ -123,23 +122,23 @@ fn given_constants_are_used() {
 fn bad_constants_are_refused() {
     let scratch = tempfile::tempdir().expect("scratch");
     for (keys, said) in [
-        ("indenter_epsilon_ev = 0.0", "atoms.indenter_epsilon_ev = 0; accepted: a positive number"),
-        ("indenter_sigma_angstrom = -1.0", "atoms.indenter_sigma_angstrom = -1; accepted: a positive number"),
-        ("contact_distance_angstrom = nan", "atoms.contact_distance_angstrom = NaN; accepted: a positive number"),
-        ("indenter_epsilon_ev = 1e9", "atoms.indenter_epsilon_ev = 1000000000; accepted: 0.0002145 to 214.5 eV"),
-        ("indenter_sigma_angstrom = 1e-6", "atoms.indenter_sigma_angstrom = 0.000001; accepted: 0.55884 to 6.2461 Å"),
-        ("indenter_sigma_angstrom = 6.3", "atoms.indenter_sigma_angstrom = 6.3; accepted: 0.55884 to 6.2461 Å"),
+        ("indenter_epsilon = \"0.0 eV\"", "atoms.indenter_epsilon = 0 eV; accepted: a positive number"),
+        ("indenter_sigma = \"-1.0 Å\"", "atoms.indenter_sigma = -1 Å; accepted: a positive number"),
+        ("contact_distance = \"nan Å\"", "atoms.contact_distance = \"nan Å\"; accepted: a length with its unit"),
+        ("indenter_epsilon = \"1e9 eV\"", "atoms.indenter_epsilon = 1000000000 eV; accepted: 0.0002145 to 214.5 eV"),
+        ("indenter_sigma = \"1e-6 Å\"", "atoms.indenter_sigma = 0.000001 Å; accepted: 0.55884 to 6.2461 Å"),
+        ("indenter_sigma = \"6.3 Å\"", "atoms.indenter_sigma = 6.3 Å; accepted: 0.55884 to 6.2461 Å"),
         (
-            "contact_distance_angstrom = 4.0",
-            "atoms.contact_distance_angstrom = 4; accepted: 4.0327 to 7.0158 Å: from where the repulsion begins",
+            "contact_distance = \"4.0 Å\"",
+            "atoms.contact_distance = 4 Å; accepted: 4.0327 to 7.0158 Å: from where the repulsion begins",
         ),
-        ("contact_distance_angstrom = 4.0", "atoms would carry load without being in contact"),
-        ("contact_distance_angstrom = 7.1", "atoms.contact_distance_angstrom = 7.1; accepted: 4.0327 to 7.0158 Å"),
+        ("contact_distance = \"4.0 Å\"", "atoms would carry load without being in contact"),
+        ("contact_distance = \"7.1 Å\"", "atoms.contact_distance = 7.1 Å; accepted: 4.0327 to 7.0158 Å"),
     ] {
         let output = dry_run(scratch.path(), keys);
         assert_eq!(output.status.code(), Some(2), "{keys}");
         assert!(stderr(&output).contains(said), "{keys}: {}", stderr(&output));
     }
     // The printed limit is accepted.
-    assert!(dry_run(scratch.path(), "contact_distance_angstrom = 4.0327").status.success());
+    assert!(dry_run(scratch.path(), "contact_distance = \"4.0327 Å\"").status.success());
 }

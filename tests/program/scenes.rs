@@ -96,7 +96,7 @@ fn good_scenes_and_shipped_ones_are_planned() {
         let text = std::fs::read_to_string(&scene).expect("readable");
         if text.lines().any(|l| l.trim() == "[atoms]") {
             let held: &[&str] = if text.lines().any(|l| l.trim() == "[atoms.nvt]") { &["nvt"] } else { &[] };
-            let yields: &[&str] = if text.lines().any(|l| l.starts_with("hardness_gpa")) { &["yielding"] } else { &[] };
+            let yields: &[&str] = if text.lines().any(|l| l.starts_with("hardness")) { &["yielding"] } else { &[] };
             let expected =
                 [&["surface", "continuum", "matched", "lammps", "atoms"], held, yields, &["compare", "report"]]
                     .concat();
@@ -141,7 +141,7 @@ fn a_scene_that_is_not_there_is_named() {
 /// The `.npy` file is created here, because the folder of scenes contains only text.
 #[test]
 fn a_height_that_is_no_number_is_reported_by_row_and_column() {
-    const SCENE: &str = "name = \"n\"\n[laboratory]\nlength_um = 1\ncontact_modulus_mpa = 1\n[surface]\nheights = \"h.npy\"\nunit = \"um\"\n\
+    const SCENE: &str = "name = \"n\"\n[laboratory]\nlength = \"1 um\"\nmodulus = \"1 MPa\"\n[surface]\nheights = \"h.npy\"\nunit = \"um\"\n\
                          touching = \"low-points\"\n[load]\np_star = [0.01]\n";
     let scratch = tempfile::tempdir().expect("scratch");
     let (nx, ny) = (8, 4);

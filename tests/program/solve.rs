@@ -72,7 +72,7 @@ fn loads_one_after_another() {
 #[test]
 fn adhesion_ranges_are_reported() {
     let with_range = |range: &str, rho: &str| {
-        lines(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", rho, "--range", range]).swap_remove(0)
+        lines(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", rho, "--resolution", range]).swap_remove(0)
     };
     let mesh = with_range("mesh", "1e-3");
     assert_eq!(mesh["range"]["requested"].as_f64(), Some(1e-3));
@@ -84,7 +84,7 @@ fn adhesion_ranges_are_reported() {
     assert!(found["error"].as_f64().is_some_and(|e| e > 0.0), "{far}");
     assert!(with_range("extrapolate", "6e-3")["extrapolated"].is_null());
     // If the three grids give no estimate, the output states this.
-    let lost = ["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3", "--range", "extrapolate"];
+    let lost = ["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3", "--resolution", "extrapolate"];
     assert!(lines(&lost)[0]["extrapolated"].is_null());
     let words: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").chain(lost).collect();
     let people = asperity().args(words).output().expect("started");
@@ -131,7 +131,7 @@ fn a_map_is_its_waves() {
     let scratch = tempfile::tempdir().expect("scratch");
     let map = scratch.path().join("map.npy");
     let map = map.to_str().expect("UTF-8");
-    let spectrum = ["--length-um", "1", "--roll-off-um", "0.2", "--cut-off-um", "0.0625", "--seed", "18"];
+    let spectrum = ["--length", "1um", "--roll-off", "0.2um", "--cut-off", "0.0625um", "--seed", "18"];
     let made = asperity().args(["surface", "--grid", "64", "--out", map]).args(spectrum).output().expect("started");
     assert!(made.status.success(), "{}", stderr(&made));
     let waves = &lines(&["--pressure", "0.02"])[0];
@@ -299,11 +299,8 @@ fn loads_far_beyond_full_contact_warn_once() {
 fn hardness_with_adhesion_flows_at_the_hardness() {
     /// Of the hardness, at residuals of 1e-8 of the pressure.
     const STRESS: f64 = 1e-5;
-    let coarse =
-        ["--work-of-adhesion", "9e-4", "--adhesion-range", "1e-3", "--hardness", "0.2", "--pressure", "0.03,0.05"];
-    for (flags, warnings) in
-        [(coarse.to_vec(), 1), ([&coarse[..2], &["--adhesion-range", "1e-2"], &coarse[4..]].concat(), 0)]
-    {
+    let coarse = ["--work-of-adhesion", "9e-4", "--range", "1e-3", "--hardness", "0.2", "--pressure", "0.03,0.05"];
+    for (flags, warnings) in [(coarse.to_vec(), 1), ([&coarse[..2], &["--range", "1e-2"], &coarse[4..]].concat(), 0)] {
         let scratch = tempfile::tempdir().expect("scratch");
         let out = scratch.path().join("out");
         let output = solve(&[&flags[..], &["--out", out.to_str().expect("UTF-8")]].concat());
@@ -320,9 +317,9 @@ fn hardness_with_adhesion_flows_at_the_hardness() {
 fn solve_and_run_give_the_same_numbers_and_warnings() {
     /// Rounding of lengths in nm and in the unit of the map.
     const ROUNDING: f64 = 1e-9;
-    const SCENE: &str = "name = \"same\"\n[laboratory]\nlength_um = 1\ncontact_modulus_mpa = 1\n[surface]\nheights = \"map.txt\"\nunit = \"um\"\n\
-                         touching = \"high-points\"\n[load]\np_star = [0.02, 0.05]\n[adhesion]\nwork_of_adhesion_mj_m2 = 4\n\
-                         range_nm = 1\n[continuum.layer]\nthickness_um = 0.5\n";
+    const SCENE: &str = "name = \"same\"\n[laboratory]\nlength = \"1 um\"\nmodulus = \"1 MPa\"\n[surface]\nheights = \"map.txt\"\nunit = \"um\"\n\
+                         touching = \"high-points\"\n[load]\np_star = [0.02, 0.05]\n[adhesion]\nwork_of_adhesion = \"4 mJ/m2\"\n\
+                         range = \"1 nm\"\n[continuum.layer]\nthickness = \"0.5 um\"\n";
     let scratch = tempfile::tempdir().expect("scratch");
     let path = |name: &str| scratch.path().join(name).to_str().expect("UTF-8").to_string();
     // A steep map of few points with an unresolved range: three warnings.
@@ -336,8 +333,7 @@ fn solve_and_run_give_the_same_numbers_and_warnings() {
     let results = json_line(&run);
     let states = results["results"]["continuum"]["states"].as_array().expect("states");
     let pressures: Vec<String> = states.iter().map(|s| number(s, "pressure").to_string()).collect();
-    let flags =
-        ["--touching", "high-points", "--work-of-adhesion", "4e-3", "--adhesion-range", "1e-3", "--thickness", "0.5"];
+    let flags = ["--touching", "high-points", "--work-of-adhesion", "4e-3", "--range", "1e-3", "--thickness", "0.5"];
     let solved = asperity()
         .args([
             "solve",
@@ -378,7 +374,7 @@ fn solve_and_run_give_the_same_numbers_and_warnings() {
     assert!(stderr(&refused).contains("command line: --penalty-length = not given"), "{}", stderr(&refused));
     std::fs::write(path("wall.toml"), format!("{SCENE}[continuum]\nwall = \"penalty\"\n")).expect("written");
     let refused = asperity().args(["run", &path("wall.toml"), "--dry-run"]).output().expect("started");
-    assert!(stderr(&refused).contains("wall.toml: continuum.penalty_length_nm = not given"), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("wall.toml: continuum.penalty_length = not given"), "{}", stderr(&refused));
 }
 
 /// Ctrl-C leaves a checkpoint. The same command continues from it, prints all loads, and ends bit-identically.
@@ -426,16 +422,16 @@ fn an_interrupted_path_goes_on() {
 
 /// The cut-off wavelength is given, and named in messages, as a fraction of the cell, whatever the length of the cell.
 #[test]
-fn cut_off_is_a_fraction_of_the_cell() {
+fn cut_off_is_a_wavelength() {
     let plan = |flags: &[&str]| {
         let command = ["solve", "--challenge", "16", "--pressure", "1", "--dry-run"];
         asperity().args(command).args(flags).output().expect("started")
     };
-    let beyond = plan(&["--length", "100", "--cut-off", "0.5"]);
+    let beyond = plan(&["--length", "100", "--cut-off", "50"]);
     assert_eq!(beyond.status.code(), Some(2));
-    assert!(stderr(&beyond).contains("--cut-off = 0.5 "), "{}", stderr(&beyond));
-    // 0.2 * 3 / 3 exceeds the roll-off of 0.2 by rounding.
-    let equal = plan(&["--length", "3", "--cut-off", "0.2"]);
+    assert!(stderr(&beyond).contains("--cut-off = 50 "), "{}", stderr(&beyond));
+    // A fifth of the cell, the roll-off.
+    let equal = plan(&["--length", "3", "--cut-off", "0.6"]);
     assert!(equal.status.success(), "{}", stderr(&equal));
 }
 
@@ -448,7 +444,7 @@ fn a_hardness_bounds_the_contact_stress() {
     let scratch = tempfile::tempdir().expect("scratch");
     let out = scratch.path().join("out");
     let solve = |more: &[&str]| {
-        let base = ["solve", "--challenge", "64", "--cut-off", "0.06", "--modulus", "2GPa"];
+        let base = ["solve", "--challenge", "64", "--length", "1m", "--cut-off", "0.06m", "--modulus", "2GPa"];
         asperity().args(base).args(more).output().expect("started")
     };
     let flags =
@@ -475,10 +471,10 @@ fn a_hardness_bounds_the_contact_stress() {
     for (more, words) in [
         (&["--hardness", "200MPa", "--pressure", "250MPa"][..], "at which every node flows"),
         (&["--hardness", "200MPa", "--pressure", "20MPa", "--method", "winkler"], "models plastic flow"),
-        (&["--hardness", "-1", "--pressure", "20MPa"], "--hardness"),
+        (&["--hardness", "-1MPa", "--pressure", "20MPa"], "--hardness = -"),
         (&["--hardness", "200MPa", "--contact", "0.1"], "pressure, force or p*"),
-        (&["--hardness", "200MPa", "--mean-gap", "0.01"], "pressure, force or p*"),
-        (&["--hardness", "2um", "--pressure", "20MPa"], "a unit of stress"),
+        (&["--hardness", "200MPa", "--mean-gap", "0.01m"], "pressure, force or p*"),
+        (&["--hardness", "2um", "--pressure", "20MPa"], "a stress with its unit"),
     ] {
         let refused = solve(more);
         assert_eq!(refused.status.code(), Some(2), "{more:?}");

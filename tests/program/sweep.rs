@@ -159,7 +159,7 @@ fn wrong_sweeps_are_refused_in_one_line() {
         ("surface.seed = []", "at least one value"),
         ("surface.seed = [1, 1]", "each combination of values once"),
         ("surface.seed = [-1]", "surface.seed = -1"),
-        ("surface.hurst = { from = 0.1, to = 0.9, count = 1 }", "2 to 10000"),
+        ("surface.hurst = \"lin:0.1:0.9:1\"", "2 to 10000"),
     ] {
         let text = format!("scene = \"small.toml\"\n[over]\n{over}\n");
         let (file, out) = (written(scratch.path(), "sweep.toml", &text), scratch.path().join("out"));

@@ -11,8 +11,9 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// Grids of 64 points per side and more resolve all waves; the loads give some contact nodes and open gaps.
-const SCENE: &str = "name = \"benchmark\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.02]\n";
-const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n";
+const SCENE: &str =
+    "name = \"benchmark\"\n[surface]\ngrid = 128\ncut_off = \"4.0 um\"\n[load]\np_star = [0.005, 0.02]\n";
+const ADHESION: &str = "[adhesion]\nwork_of_adhesion = \"50 mJ/m2\"\nrange = \"100.0 nm\"\n";
 
 /// Limit of waiting times; a benchmark here takes seconds.
 const PATIENCE: Duration = Duration::from_secs(120);

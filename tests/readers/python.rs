@@ -37,14 +37,13 @@ fn check(python: &Path, script: &str, run: &Path) -> String {
 #[test]
 fn a_run_opens_in_h5py_xarray_and_netcdf4() {
     let Some(python) = python() else { return };
-    let adhesion =
-        "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 900\nalso_nonadhesive = true\nother_ranges_nm = [1200]\n";
+    let adhesion = "[adhesion]\nwork_of_adhesion = \"50 mJ/m2\"\nrange = \"900 nm\"\nalso_nonadhesive = true\nother_ranges = [\"1200 nm\"]\n";
     // Maps of all loads, maps of one load, and the additional solutions of a scene with adhesion.
     for maps in ["", "maps_at = [0.05]\n", adhesion] {
         let scratch = tempfile::tempdir().expect("scratch");
         let scene = scratch.path().join("small.toml");
         let text = format!(
-            "name = \"small\"\ndescription = \"Ünïcode\"\n[laboratory]\nlength_um = 50\ncontact_modulus_mpa = 10\n\
+            "name = \"small\"\ndescription = \"Ünïcode\"\n[laboratory]\nlength = \"50 um\"\nmodulus = \"10 MPa\"\n\
              [surface]\ngrid = 32\ncut_off_mode = 8\n[load]\np_star = [0.01, 0.05, 0.02]\n{maps}"
         );
         std::fs::write(&scene, text).expect("written");

@@ -252,7 +252,7 @@ fn values_out_of_range_are_refused() {
         (&["--mean-gap", "1.7e308", "--modulus", "1", "--length", "1e-3"], "--mean-gap = 1.7e308"),
         (&["--pressure", "1e200", "--modulus", "1"], "pressure = 1e200"),
         (
-            &["--pressure", "1", "--modulus", "1e200", "--work-of-adhesion", "1e-200", "--adhesion-range", "1"],
+            &["--pressure", "1", "--modulus", "1e200", "--work-of-adhesion", "1e-200", "--range", "1"],
             "--work-of-adhesion = 1e-200",
         ),
     ];

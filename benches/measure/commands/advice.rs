@@ -177,7 +177,7 @@ mod tests {
     fn advice_is_verified_on_another_surface() {
         let folder = tempfile::tempdir().expect("scratch");
         let scene = folder.path().join("unseen.toml");
-        let text = "name = \"unseen\"\n[surface]\ncut_off_um = 4.0\nseed = 3\n[load]\np_star = [0.005, 0.02]\n";
+        let text = "name = \"unseen\"\n[surface]\ncut_off = \"4.0 um\"\nseed = 3\n[load]\np_star = [0.005, 0.02]\n";
         std::fs::write(&scene, text).expect("written");
         let command = VerifyAdvice {
             scene,

@@ -36,7 +36,7 @@ pub(super) struct Kills {
 
 const COMMANDS: [&str; 7] = ["run", "run-atoms", "solve", "sweep", "tradeoff", "challenge", "atoms-run"];
 
-const SCENE: &str = "[laboratory]\nlength_um = 100\ncontact_modulus_mpa = 25\n[load]\np_star = [0.02, 0.05, 0.1]\n\
+const SCENE: &str = "[laboratory]\nlength = \"100 um\"\nmodulus = \"25 MPa\"\n[load]\np_star = [0.02, 0.05, 0.1]\n\
                      [continuum]\nmethod = \"gfmd\"\ncompare_with = [\"winkler\", \"fast\", \"icha\"]\n[surface]\n";
 
 const ATOMS: &str = "[surface]\ngrid = 32\ncut_off_mode = 6\n[load]\np_star = [0.01, 0.03]\n\

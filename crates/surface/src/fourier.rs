@@ -42,7 +42,7 @@ impl FourierModes {
             return Err(Error::format(
                 path,
                 "no wave but the mean",
-                "waves, of which --low-pass (surface.low_pass_um) leaves some",
+                "waves, of which --low-pass (surface.low_pass) leaves some",
             ));
         }
         let height = 2 * ky_max + 1;
@@ -53,7 +53,7 @@ impl FourierModes {
                 what,
                 need,
                 have,
-                advice: "--low-pass (surface.low_pass_um) leaves fewer".into(),
+                advice: "--low-pass (surface.low_pass) leaves fewer".into(),
             });
         }
         let mut table = vec![Complex::<f64>::default(); (kx_max + 1) * height];

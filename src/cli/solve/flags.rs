@@ -1,19 +1,17 @@
 //! Flags of `solve`, and the scene that they make.
 
-use super::loads::{LoadFlags, LoadItem, LoadUnits, expanded};
-use crate::cli::file::{COMMAND_LINE, FILE_FLAGS, FileFlags, Lengths, MapFlags, refuse_grid};
+use super::loads::{LoadFlags, list};
+use super::units::SolveUnits;
+use crate::cli::file::{COMMAND_LINE, FileFlags, MapFlags, flag_of, refuse_grid, refused};
 use crate::interface::{Base, RangeChoice};
 use crate::method::{Precision, Settings};
-use crate::scene::KeyName;
 use crate::scene::{
-    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, LoadScene, Scene,
-    SubsurfaceScene, SurfaceScene, Units, WallKind,
+    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, Length, LoadScene, Scene, Stress,
+    SubsurfaceScene, SurfaceScene, WallKind, Work,
 };
-use crate::surface::Spectrum;
-use crate::units::{Measure, pascals_per};
+use crate::units::{Dimension, Measure, Measures, Unit, fraction};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 // Headings of the help.
 const SURFACE: &str = "Surface";
@@ -22,7 +20,8 @@ const LOADS: &str = "Loads";
 const SOLVER: &str = "Solver";
 const OUTPUT: &str = "Output";
 
-/// Consistent units: lengths in that of the heights, stresses in that of the modulus.
+/// Values have units (100um, 25MPa), or none has: then they are consistent, lengths in the unit of the heights, stresses in that of the
+/// modulus.
 // A negative value is refused by its flag's own check, not taken for a flag.
 #[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
@@ -46,9 +45,9 @@ pub(crate) struct Solve {
     /// Seed of the challenge's surface.
     #[arg(long, value_name = "N", default_value_t = SurfaceScene::default().seed, requires = "challenge", help_heading = SURFACE)]
     pub(super) seed: u64,
-    /// Short cut-off wavelength of the challenge's surface, in units of the cell's extent.
-    #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge", help_heading = SURFACE)]
-    pub(super) cut_off: f64,
+    /// Short cut-off wavelength of the challenge's surface. Default: a thousandth of the cell's extent.
+    #[arg(long, value_name = "LAMBDA", requires = "challenge", allow_hyphen_values = true, help_heading = SURFACE)]
+    pub(super) cut_off: Option<Measure>,
     /// Contact modulus E* = E/(1-ν²), with or without a unit (2MPa); required for a file.
     #[arg(long, value_name = "E", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) modulus: Option<Measure>,
@@ -65,8 +64,8 @@ pub(crate) struct Solve {
     pub(super) leakage: bool,
     /// Stress below the surface at these depths, comma-separated or as lin:FROM:TO:COUNT, with a unit or in that of the heights:
     /// equivalent stress after von Mises and largest shear stress. Needs --poisson.
-    #[arg(long, value_name = "DEPTHS", value_delimiter = ',', num_args = 1, allow_hyphen_values = true, help_heading = OUTPUT)]
-    pub(super) subsurface: Vec<LoadItem>,
+    #[arg(long, value_name = "DEPTHS", allow_hyphen_values = true, help_heading = OUTPUT)]
+    pub(super) subsurface: Option<Measures>,
     /// Shear stress at which the body yields, with or without a unit: the largest shear stress is stated over it.
     #[arg(long, value_name = "TAU", requires = "subsurface", allow_hyphen_values = true, help_heading = OUTPUT)]
     pub(super) shear_strength: Option<Measure>,
@@ -78,10 +77,10 @@ pub(crate) struct Solve {
     pub(super) work_of_adhesion: Option<Measure>,
     /// Range ρ of the adhesion, with a unit (2nm) or in that of the heights.
     #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO", allow_hyphen_values = true, help_heading = MODEL)]
-    pub(super) adhesion_range: Option<Measure>,
+    pub(super) range: Option<Measure>,
     /// Treatment of an adhesion range that the grid does not resolve.
     #[arg(long, value_enum, default_value_t = RangeChoice::Mesh, help_heading = MODEL)]
-    pub(super) range: RangeChoice,
+    pub(super) resolution: RangeChoice,
     /// Decay of the attraction with the gap.
     #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential, requires = "work_of_adhesion", help_heading = MODEL)]
     pub(super) law: AdhesionLaw,
@@ -91,13 +90,16 @@ pub(crate) struct Solve {
     /// Compression of the penalty wall under a pressure of E*, with or without a unit.
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) penalty_length: Option<Measure>,
-    /// Hardness, with or without a unit of stress, or a file with that of every point of the surface: the largest contact stress.
-    /// Where it is reached, the surface flows; unloading is elastic. With the methods fast, bvm and gfmd.
-    #[arg(long, value_name = "H|FILE", allow_hyphen_values = true, help_heading = MODEL)]
-    pub(super) hardness: Option<HardnessFlag>,
+    /// Hardness, with or without a unit of stress: the largest contact stress. Where it is reached, the surface flows; unloading is
+    /// elastic. With the methods fast, bvm and gfmd.
+    #[arg(long, value_name = "H", allow_hyphen_values = true, help_heading = MODEL)]
+    pub(super) hardness: Option<Measure>,
+    /// File with the hardness of every point of the surface instead.
+    #[arg(long, value_name = "FILE", conflicts_with = "hardness", help_heading = MODEL)]
+    pub(super) hardness_map: Option<PathBuf>,
     /// Unit of the values in that file, such as GPa. Default: that of the modulus.
-    #[arg(long, value_name = "UNIT", requires = "hardness", help_heading = MODEL)]
-    pub(super) hardness_unit: Option<String>,
+    #[arg(long, value_name = "UNIT", requires = "hardness_map", help_heading = MODEL)]
+    pub(super) hardness_map_unit: Option<String>,
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto", value_name = "ID", help_heading = SOLVER)]
     pub(super) method: String,
@@ -108,13 +110,13 @@ pub(crate) struct Solve {
     #[arg(long, alias = "tol", value_name = "RESIDUAL", help_heading = SOLVER)]
     pub(super) tolerance: Option<f64>,
     /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
-    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
+    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
     pub(super) energy_tolerance: Option<f64>,
     /// Largest estimated relative change of the contact area.
-    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
+    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
     pub(super) area_tolerance: Option<f64>,
     /// Largest estimated relative change of the mean gap.
-    #[arg(long, value_name = "FRACTION", help_heading = SOLVER)]
+    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
     pub(super) mean_gap_tolerance: Option<f64>,
     /// Floating-point type of the fields; sums are always f64.
     #[arg(long, value_enum, default_value_t = Precision::F64, help_heading = SOLVER)]
@@ -132,8 +134,8 @@ pub(crate) struct Solve {
     #[arg(long, value_enum, default_value_t = Base::Bonded, requires = "thickness", help_heading = MODEL)]
     pub(super) base: Base,
     /// Elastic constants of a cubic half-space, (001) face, x along [100]. Only their ratios matter: E* is --modulus.
-    #[arg(long, value_name = "C11,C12,C44", value_delimiter = ',', num_args = 1, help_heading = MODEL)]
-    pub(super) crystal: Vec<f64>,
+    #[arg(long, value_name = "C11,C12,C44", help_heading = MODEL)]
+    pub(super) crystal: Option<Measures>,
     /// Folder for fields, numbers and checkpoints. The same command resumes an interrupted solve.
     #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub(super) out: Option<PathBuf>,
@@ -154,25 +156,9 @@ pub(crate) struct Solve {
     pub(super) json: bool,
 }
 
-/// A hardness on the command line.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum HardnessFlag {
-    Value(Measure),
-    Map(PathBuf),
-}
-
-impl FromStr for HardnessFlag {
-    type Err = <Measure as FromStr>::Err;
-
-    /// What begins as a number is one, unless a file has this name.
-    fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
-        let is_number = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-        match text.parse() {
-            Ok(measure) => Ok(HardnessFlag::Value(measure)),
-            Err(error) if is_number && !Path::new(text).exists() => Err(error),
-            Err(_) => Ok(HardnessFlag::Map(text.into())),
-        }
-    }
+/// A fraction, which may be a percentage.
+fn share(text: &str) -> std::result::Result<f64, String> {
+    fraction(text).ok_or_else(|| Dimension::Fraction.accepted())
 }
 
 impl Solve {
@@ -185,30 +171,23 @@ impl Solve {
         if let Some(flag) = self.map.of_maps().filter(|_| self.challenge.is_some()) {
             return Err(Error::input(COMMAND_LINE, flag, "given", "only together with a file, not with --challenge"));
         }
-        let measures = [&self.work_of_adhesion, &self.adhesion_range, &self.penalty_length, &self.thickness];
-        let has_unit = |measure: &Option<Measure>| measure.as_ref().is_some_and(|m| m.unit.is_some());
-        let depth_unit = self.subsurface.iter().any(|depth| depth.from.unit.is_some());
-        let needed = self.loads.need_heights_unit() || depth_unit || measures.into_iter().any(has_unit);
-        let lengths = Lengths::new(self.surface_file(), &self.file_flags, &self.map, Units::Consistent, needed)?;
+        let units = self.solve_units()?;
         let mut laboratory = Laboratory {
-            contact_modulus_mpa: self.modulus.as_ref().map(|m| m.value),
-            units: Units::Consistent,
+            // A missing modulus is reported with all else that is missing.
+            modulus: Some(self.modulus.map_or(Stress::plain(f64::NAN), |m| Stress::plain(m.value))),
             ..Laboratory::default()
         };
         if self.challenge.is_some() {
             // Reduced units.
-            laboratory.length_um = Some(1.0);
-            laboratory.contact_modulus_mpa.get_or_insert(1.0);
+            laboratory.length = Some(Length::plain(1.0));
+            laboratory.modulus = Some(Stress::plain(self.modulus.map_or(1.0, |m| m.value)));
         }
-        let units = LoadUnits { lengths: &lengths, modulus_pa: self.modulus_pa()? };
         let loads = self.loads.scene(&units)?;
         let adhesion = self.adhesion(&units)?;
         let mut continuum = self.continuum(&units)?;
         let mut surface = self.surface();
-        self.map.set(&mut surface, &mut laboratory, &mut continuum, &lengths)?;
-        if self.challenge.is_some() {
-            surface.cut_off_um = Some(self.cut_off * laboratory.length());
-        }
+        surface.cut_off = self.cut_off.map(|m| units.plain("--cut-off", m)).transpose()?;
+        self.map.set(&mut surface, &mut laboratory, &mut continuum, &|flag, m| units.plain(flag, m))?;
         Ok(Scene {
             load: LoadScene { unload: self.unload, pull_off: self.pull_off, ..loads },
             laboratory,
@@ -219,11 +198,52 @@ impl Solve {
         })
     }
 
-    fn continuum(&self, units: &LoadUnits) -> Result<ContinuumScene> {
-        let length =
-            |flag: &str, given: &Option<Measure>| given.as_ref().map(|m| units.lengths.of(flag, m)).transpose();
-        let thickness = length("--thickness", &self.thickness)?;
-        let [hardness_mpa, hardness_map_unit_mpa] = self.hardness(units)?;
+    /// Every measure with a dimension, by its flag.
+    fn measures(&self) -> Vec<(&'static str, Measure)> {
+        let single = [
+            ("--modulus", self.modulus),
+            ("--cut-off", self.cut_off),
+            ("--shear-strength", self.shear_strength),
+            ("--work-of-adhesion", self.work_of_adhesion),
+            ("--range", self.range),
+            ("--penalty-length", self.penalty_length),
+            ("--hardness", self.hardness),
+            ("--thickness", self.thickness),
+        ];
+        let lists = [
+            ("--pressure", &self.loads.pressure),
+            ("--force", &self.loads.force),
+            ("--mean-gap", &self.loads.mean_gap),
+            ("--displacement", &self.loads.displacement),
+            ("--subsurface", &self.subsurface),
+        ];
+        let single = self.map.lengths().into_iter().chain(single).filter_map(|(flag, m)| Some((flag, m?)));
+        let of_lists = lists
+            .into_iter()
+            .flat_map(|(flag, list)| list.iter().flat_map(move |l| l.0.iter().map(move |m| (flag, *m))));
+        single.chain(of_lists).collect()
+    }
+
+    /// # Errors
+    /// A modulus that is no stress; values with units beside others without.
+    fn solve_units(&self) -> Result<SolveUnits> {
+        let measures = self.measures();
+        SolveUnits::refuse_mixed(&measures)?;
+        let modulus =
+            self.modulus.map(|m| m.of(Dimension::Stress).map_err(|accepted| refused("--modulus", m, accepted)));
+        let stress_pa = modulus.transpose()?.and_then(|m| Some(m.unit?.si));
+        let is_length = |m: &Measure| m.unit.is_some_and(|unit| unit.dimension != Dimension::Stress);
+        let needed = measures.iter().any(|(_, m)| is_length(m));
+        let length_m = match self.challenge {
+            // The unit of the cell's extent.
+            Some(_) => self.map.length.and_then(|m| Some(m.unit?.si)),
+            None => self.map.heights_m(self.surface_file().filter(|_| needed), &self.file_flags)?,
+        };
+        Ok(SolveUnits { length_m, stress_pa })
+    }
+
+    fn continuum(&self, units: &SolveUnits) -> Result<ContinuumScene> {
+        let thickness = self.thickness.map(|m| units.plain("--thickness", m)).transpose()?;
         Ok(ContinuumScene {
             method: self.method.clone(),
             precision: self.precision,
@@ -236,28 +256,19 @@ impl Solve {
             leakage: self.leakage,
             subsurface: self.subsurface(units)?,
             periodic: None,
-            layer: thickness.map(|thickness_um| LayerScene {
-                thickness_um,
+            layer: thickness.map(|thickness| LayerScene {
+                thickness,
                 poisson: self.poisson.unwrap_or(0.3),
                 base: self.base,
             }),
             crystal: self.crystal()?,
             wall: self.wall,
-            penalty_length_nm: length("--penalty-length", &self.penalty_length)?,
-            hardness_mpa,
-            hardness_map: self.hardness_file().map(PathBuf::from),
-            hardness_map_unit_mpa,
+            penalty_length: self.penalty_length.map(|m| units.plain("--penalty-length", m)).transpose()?,
+            hardness: self.hardness.map(|m| units.plain("--hardness", m)).transpose()?,
+            hardness_map: self.hardness_map.clone(),
+            hardness_map_unit: self.hardness_map_unit(units)?,
             compare_with: Vec::new(),
         })
-    }
-
-    /// Pascals of one unit of the modulus, if it has one.
-    fn modulus_pa(&self) -> Result<Option<f64>> {
-        let Some(Measure { value, unit: Some(unit) }) = &self.modulus else { return Ok(None) };
-        let refused = || {
-            Error::input(COMMAND_LINE, "--modulus", format!("{value} {unit}"), "a unit of stress: Pa, kPa, MPa, GPa")
-        };
-        pascals_per(unit).ok_or_else(refused).map(Some)
     }
 
     fn surface(&self) -> SurfaceScene {
@@ -283,28 +294,30 @@ impl Solve {
     }
 
     /// Without a range there is no adhesion to check, but for the complaint that the range is missing.
-    fn adhesion(&self, units: &LoadUnits) -> Result<Option<AdhesionScene>> {
-        let work =
-            self.work_of_adhesion.as_ref().map(|m| units.energy_per_area("--work-of-adhesion", m)).transpose()?;
-        let range = self.adhesion_range.as_ref().map(|m| units.lengths.of("--adhesion-range", m)).transpose()?;
-        let given = work.is_some_and(|work| work != 0.0) || range.is_some();
+    fn adhesion(&self, units: &SolveUnits) -> Result<Option<AdhesionScene>> {
+        let work = self.work_of_adhesion.map(|m| units.plain("--work-of-adhesion", m)).transpose()?;
+        let range = self.range.map(|m| units.plain("--range", m)).transpose()?;
+        let given = work.is_some_and(|work: Work| work.value() != 0.0) || range.is_some();
         Ok(given.then(|| AdhesionScene {
             law: self.law,
-            work_of_adhesion_mj_m2: work.unwrap_or(0.0),
-            range_nm: range.unwrap_or(f64::NAN),
-            range: self.range,
+            work_of_adhesion: work.unwrap_or(Work::plain(0.0)),
+            range: range.unwrap_or(Length::plain(f64::NAN)),
+            resolution: self.resolution,
             also_nonadhesive: false,
-            other_ranges_nm: Vec::new(),
+            other_ranges: Vec::new(),
             table: None,
         }))
     }
 
+    /// Only the ratios of the constants count, so that their unit may be another than that of the modulus.
     fn crystal(&self) -> Result<Option<CrystalScene>> {
-        match self.crystal[..] {
-            [] => Ok(None),
-            [c11_gpa, c12_gpa, c44_gpa] => Ok(Some(CrystalScene { c11_gpa, c12_gpa, c44_gpa })),
+        let Some(Measures(list)) = &self.crystal else { return Ok(None) };
+        let stress = |m: &Measure| m.of(Dimension::Stress).map_err(|accepted| refused("--crystal", *m, accepted));
+        let list: Vec<Stress> = list.iter().map(|m| stress(m).map(|m| Stress::plain(m.si()))).collect::<Result<_>>()?;
+        match list[..] {
+            [c11, c12, c44] => Ok(Some(CrystalScene { c11, c12, c44 })),
             _ => {
-                let found = format!("{} numbers", self.crystal.len());
+                let found = format!("{} numbers", list.len());
                 Err(Error::input(COMMAND_LINE, "--crystal", found, "three: C11,C12,C44"))
             }
         }
@@ -325,9 +338,9 @@ impl Solve {
         })
     }
 
-    fn subsurface(&self, units: &LoadUnits) -> Result<Option<SubsurfaceScene>> {
+    fn subsurface(&self, units: &SolveUnits) -> Result<Option<SubsurfaceScene>> {
         let has_layer = self.thickness.is_some();
-        if self.subsurface.is_empty() {
+        if self.subsurface.is_none() {
             return match self.poisson {
                 Some(nu) if !has_layer => {
                     let accepted = "only together with --thickness or --subsurface";
@@ -336,93 +349,40 @@ impl Solve {
                 _ => Ok(None),
             };
         }
-        let length = |m: &Measure| units.lengths.of("--subsurface", m);
-        let stress = |m: &Measure| units.stress("--shear-strength", m);
         Ok(Some(SubsurfaceScene {
-            depths_um: expanded("--subsurface", &self.subsurface, &length)?,
+            depths: list("--subsurface", &self.subsurface, units)?,
             poisson: self.poisson.filter(|_| !has_layer),
-            shear_strength_mpa: self.shear_strength.as_ref().map(stress).transpose()?,
+            shear_strength: self.shear_strength.map(|m| units.plain("--shear-strength", m)).transpose()?,
         }))
     }
 
-    /// The file of a hardness map.
-    pub(super) fn hardness_file(&self) -> Option<&Path> {
-        match &self.hardness {
-            Some(HardnessFlag::Map(file)) => Some(file),
-            _ => None,
-        }
-    }
-
-    /// The hardness, and the unit of a map, in that of the modulus.
-    fn hardness(&self, units: &LoadUnits) -> Result<[Option<f64>; 2]> {
-        let unit = self.hardness_unit.as_ref().map(|unit| Measure { value: 1.0, unit: Some(unit.clone()) });
-        let stress = |flag: &'static str, m: &Measure| units.stress(flag, m);
-        let value = match &self.hardness {
-            Some(HardnessFlag::Value(value)) => Some(stress("--hardness", value)?),
-            _ => None,
-        };
-        Ok([value, unit.map(|m| stress("--hardness-unit", &m)).transpose()?])
+    /// In the unit of the modulus.
+    fn hardness_map_unit(&self, units: &SolveUnits) -> Result<Option<Stress>> {
+        let Some(text) = &self.hardness_map_unit else { return Ok(None) };
+        let unit = Unit::find(text).ok_or_else(|| {
+            Error::input(COMMAND_LINE, "--hardness-map-unit", text, "a unit of stress: Pa, kPa, MPa, GPa")
+        })?;
+        units.plain("--hardness-map-unit", Measure { value: 1.0, unit: Some(unit) }).map(Some)
     }
 
     pub(super) fn surface_file(&self) -> Option<&Path> {
         self.file.as_ref().or(self.heights.as_ref()).map(PathBuf::as_path)
     }
 
-    /// The flag of every key that these flags can set.
-    pub(super) fn flag_names(&self) -> Vec<KeyName> {
-        let grid = if self.challenge.is_some() { "--challenge" } else { "--grid" };
-        let mut names = vec![("surface.grid", grid)];
-        names.extend(FILE_FLAGS);
-        names.extend(FLAGS);
-        names
+    /// The flag of a key that these flags set.
+    pub(super) fn flag_of(&self, key: &str) -> Option<String> {
+        let flag = match key {
+            "surface.grid" if self.challenge.is_some() => "--challenge",
+            "surface.roll_off" => "the roll-off wavelength",
+            "load.p_star_range" => "--p-star",
+            "continuum.layer" => "--thickness",
+            "continuum.crystal.c11" => "--crystal, C11",
+            "continuum.crystal.c12" => "--crystal, C12",
+            "continuum.crystal.c44" => "--crystal, C44",
+            "continuum.subsurface.depths" => "--subsurface",
+            "continuum.compare_with" => "`run --compare-with`",
+            _ => return flag_of::<Self>(key),
+        };
+        Some(flag.into())
     }
 }
-
-/// Keys and their flags beyond those of surface files; of keys that begin alike the longest first.
-const FLAGS: [KeyName; 45] = [
-    ("laboratory.contact_modulus_mpa", "--modulus"),
-    ("surface.seed", "--seed"),
-    ("surface.cut_off_um", "--cut-off"),
-    ("surface.roll_off_um", "the roll-off wavelength"),
-    ("load.pressure_mpa", "--pressure"),
-    ("load.mean_gap_um", "--mean-gap"),
-    ("load.pull_off", "--pull-off"),
-    ("load.force_mn", "--force"),
-    ("load.displacement_um", "--displacement"),
-    ("load.contact", "--contact"),
-    ("load.unload", "--unload"),
-    ("load.p_star_range", "--p-star"),
-    ("load.p_star", "--p-star"),
-    ("adhesion.work_of_adhesion_mj_m2", "--work-of-adhesion"),
-    ("adhesion.range_nm", "--adhesion-range"),
-    ("adhesion.range", "--range"),
-    ("adhesion.law", "--law"),
-    ("[adhesion]", "--work-of-adhesion"),
-    ("continuum.method", "--method"),
-    ("continuum.precision", "--precision"),
-    ("continuum.tolerance", "--tolerance"),
-    ("continuum.max_iterations", "--max-iterations"),
-    ("continuum.energy_tolerance", "--energy-tolerance"),
-    ("continuum.area_tolerance", "--area-tolerance"),
-    ("continuum.mean_gap_tolerance", "--mean-gap-tolerance"),
-    ("continuum.leakage", "--leakage"),
-    ("continuum.initial_gap", "--initial-gap"),
-    ("continuum.periodic", "--non-periodic"),
-    ("continuum.layer.thickness_um", "--thickness"),
-    ("continuum.layer.poisson", "--poisson"),
-    ("continuum.layer", "--thickness"),
-    ("continuum.crystal.c11_gpa", "--crystal, C11"),
-    ("continuum.crystal.c12_gpa", "--crystal, C12"),
-    ("continuum.crystal.c44_gpa", "--crystal, C44"),
-    ("continuum.crystal", "--crystal"),
-    ("continuum.wall", "--wall"),
-    ("continuum.penalty_length_nm", "--penalty-length"),
-    ("continuum.hardness_mpa", "--hardness"),
-    ("continuum.subsurface.depths_um", "--subsurface"),
-    ("continuum.subsurface.poisson", "--poisson"),
-    ("continuum.subsurface.shear_strength_mpa", "--shear-strength"),
-    ("continuum.subsurface", "--subsurface"),
-    ("continuum.hardness_map_unit_mpa", "--hardness-unit"),
-    ("continuum.hardness_map", "--hardness"),
-    ("continuum.compare_with", "`run --compare-with`"),
-];

@@ -8,6 +8,7 @@ mod flags;
 mod followers;
 mod loads;
 mod reporter;
+mod units;
 
 pub(super) use flags::Solve;
 
@@ -26,6 +27,7 @@ use crate::report::number::memory;
 use crate::scene::{Case, Surface};
 use crate::scene::{rename_keys, rename_keys_in};
 use crate::sys::ranks::Ranks;
+use crate::units::Measure;
 use crate::{Error, Result};
 use cache::SolveCache;
 use fields::file_name;
@@ -69,19 +71,29 @@ impl StoredHeights {
 impl Solve {
     /// Units of the results, where they are known.
     fn units(&self, case: &Case) -> ResultUnits {
-        let length = case.provenance.as_ref().and_then(|p| p.unit.clone());
-        ResultUnits { length, stress: self.modulus.as_ref().and_then(|m| m.unit.clone()) }
+        let unit = |m: Option<Measure>| m.and_then(|m| m.unit).map(|unit| unit.to_string());
+        let length = match self.challenge {
+            Some(_) => unit(self.map.length),
+            None => case.provenance.as_ref().and_then(|p| p.unit.clone()),
+        };
+        ResultUnits { length, stress: unit(self.modulus) }
     }
 
     /// The case of these flags, checked and resolved as that of a scene.
     fn case(&self) -> Result<Case> {
         let case = Case::resolve(self.scene()?, Path::new(COMMAND_LINE));
         case.map_err(|error| {
-            let mut error = rename_keys(error, &self.flag_names());
-            let missing = [("--grid", self.grid.is_none()), ("--adhesion-range", self.adhesion_range.is_none())];
+            let mut error = rename_keys(error, &|key| self.flag_of(key));
+            let missing = [
+                ("--grid", self.grid.is_none()),
+                ("--range", self.range.is_none()),
+                ("--modulus", self.modulus.is_none()),
+            ];
             if let Error::Input { list, .. } = &mut error {
                 let absent = |key: &str| missing.iter().any(|(flag, absent)| *flag == key && *absent);
                 list.iter_mut().filter(|c| absent(&c.key)).for_each(|c| c.found = "not given".into());
+                let modulus = list.iter_mut().filter(|c| c.key == "--modulus" && c.found == "not given");
+                modulus.for_each(|c| c.accepted = "the contact modulus E* = E/(1-ν²), such as 25MPa".into());
                 let non_periodic = list.iter_mut().filter(|c| c.key == "--non-periodic");
                 non_periodic.for_each(|c| c.found = c.found.replacen("false", "given", 1));
             }
@@ -106,7 +118,7 @@ impl Solve {
             false => 0,
         };
         let flow = |problem: &Problem| if self.leakage { leakage_bytes(problem.grid) + gathered(problem) } else { 0 };
-        let below = |problem: &Problem| match self.subsurface.is_empty() {
+        let below = |problem: &Problem| match self.subsurface.is_none() {
             true => 0,
             false => subsurface_bytes(problem) + gathered(problem),
         };
@@ -144,8 +156,8 @@ impl Solve {
         let [heights, initial_gap] = files;
         let mut scene = self.scene()?;
         // The contents of the map, wherever it is.
-        scene.continuum.hardness_map = self.hardness_file().map(file_hash).transpose()?.map(PathBuf::from);
-        let own = (scene, self.range, self.elastic_stress);
+        scene.continuum.hardness_map = self.hardness_map.as_deref().map(file_hash).transpose()?.map(PathBuf::from);
+        let own = (scene, self.resolution, self.elastic_stress);
         Ok(Key::new("solve", &(own, heights?, initial_gap?), &[])?.with(""))
     }
 
@@ -157,7 +169,7 @@ impl Solve {
         cache::open(out)?;
         match SolveCache::difference(out, key, &self.scene()?)? {
             Some(difference) if !self.overwrite => {
-                let difference = rename_keys_in(&difference, &self.flag_names());
+                let difference = rename_keys_in(&difference, &|key| self.flag_of(key));
                 let found = format!("{} (contains another solve: {difference})", out.display());
                 let accepted = "a new folder, or --overwrite to replace these results";
                 Err(Error::input(COMMAND_LINE, "--out", found, accepted))
@@ -175,7 +187,7 @@ impl Solve {
     pub(super) fn execute(self, ranks: &Ranks) -> Result<()> {
         let mut case = self.case()?;
         let progress = TerminalProgress::new();
-        let names = self.flag_names();
+        let names = |key: &str| self.flag_of(key);
         let method = method::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
         Device::check(&case.problem((&[][..]).into()), method.card())?;

@@ -106,7 +106,7 @@ impl<'a> SolveReporter<'a> {
         if self.solve.json {
             output::json_line(&line)?;
         } else if self.loads == 1 {
-            output::print(&table(&line, self.solve.range, &self.units));
+            output::print(&table(&line, self.solve.resolution, &self.units));
         } else {
             if self.lines.is_empty() {
                 output::print(&curve::head(&self.units));
@@ -231,7 +231,7 @@ impl<'a> SolveReporter<'a> {
         let loads = self.lines.iter().zip(&changes).enumerate().map(|(i, (line, change))| {
             ((i + 1).to_string(), line["contact_area"].as_f64().unwrap_or(0.0), change.as_ref())
         });
-        path::unresolved_contact("load ", loads).map(|text| rename_keys_in(&text, &self.solve.flag_names()))
+        path::unresolved_contact("load ", loads).map(|text| rename_keys_in(&text, &|key| self.solve.flag_of(key)))
     }
 
     /// Adds the stress below the surface to the line of a state, and writes its maps.

@@ -3,7 +3,8 @@
 use crate::error::{Complaint, Error, Result};
 use crate::pipeline::plan;
 use crate::record::atomic_file::read_text;
-use crate::scene::{Case, CountedRange, Scene};
+use crate::scene::{Case, Scene};
+use crate::units::{Measure, Measures};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
@@ -152,28 +153,31 @@ fn accepted_by(error: &Error) -> String {
     format!("keys and values of scenes ({error})")
 }
 
-/// Collects the keys of nested tables. A list, a range of whole numbers `"1..12"` and a table `{ from, to, count, spacing }` are values.
+/// Collects the keys of nested tables. Lists, ranges of whole numbers `"1..12"` and of others `"log:1um:10um:5"` are values.
 fn flatten(axes: &mut Vec<Axis>, prefix: String, table: &Table) -> std::result::Result<(), Complaint> {
     for (name, value) in table {
         let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
         let wrong = |accepted: &str| Complaint::new(format!("over.{key}"), value, accepted);
         let values = match value {
             Value::Array(list) => list.clone(),
+            Value::String(text) if text.contains(':') => {
+                let list = text.parse::<Measures>().map_err(|e| wrong(&e))?.0.into_iter();
+                let value =
+                    |m: Measure| if m.unit.is_some() { Value::String(m.to_string()) } else { Value::Float(m.value) };
+                list.map(value).collect()
+            }
             Value::String(text) => {
                 whole_numbers(text).ok_or_else(|| wrong(RANGE))?.into_iter().map(Value::Integer).collect()
-            }
-            Value::Table(range) if range.contains_key("from") => {
-                let range: CountedRange = range
-                    .clone()
-                    .try_into()
-                    .map_err(|_| wrong("{ from, to, count, spacing = \"linear\" or \"log\" }"))?;
-                range.loads().map_err(|e| wrong(&e))?.into_iter().map(Value::Float).collect()
             }
             Value::Table(inner) => {
                 flatten(axes, key, inner)?;
                 continue;
             }
-            _ => return Err(wrong("a list of values, a range of whole numbers \"1..12\", or { from, to, count }")),
+            _ => {
+                return Err(wrong(
+                    "a list of values, a range of whole numbers \"1..12\", or one of numbers \"lin:0.1:0.9:5\"",
+                ));
+            }
         };
         if values.is_empty() {
             return Err(wrong("at least one value"));

@@ -86,7 +86,7 @@ impl Blocks {
             let foundation_cells = Foundation::Cells(foundation_cells);
             let kind = elastic_base.then_some(BaseKind::Elastic);
             let atoms = AtomsScene { cells, depth_cells, foundation_cells, base: kind, nvt: None, ..base.clone() };
-            let tolerance = atoms.force_tolerance_ev_per_angstrom;
+            let tolerance = atoms.force_tolerance.to("eV/Å");
             scene.atoms = Some(atoms);
             let found = match Case::resolve(scene, &case.file) {
                 // A potential of a longer range needs a deeper foundation.

@@ -166,7 +166,7 @@ pub(super) fn bare(case: &Case) -> Scene {
     // Other methods have only the tolerance of the residual as a target.
     (c.energy_tolerance, c.area_tolerance, c.mean_gap_tolerance) = (None, None, None);
     if let Some(a) = &mut scene.adhesion {
-        (a.also_nonadhesive, a.other_ranges_nm) = (false, Vec::new());
+        (a.also_nonadhesive, a.other_ranges) = (false, Vec::new());
     }
     scene
 }

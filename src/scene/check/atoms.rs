@@ -14,12 +14,12 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     c.unless((4..=2000).contains(&a.cells), "atoms.cells", a.cells, "4 to 2000 lattice constants");
     c.unless((1..=1000).contains(&a.depth_cells), "atoms.depth_cells", a.depth_cells, "1 to 1000 lattice constants");
     c.unless(
-        a.time_limit_s.is_none_or(|s| !s.is_finite() || s <= MAX_SECONDS),
-        "atoms.time_limit_s",
-        a.time_limit_s.unwrap_or(0.0),
-        &format!("at most {MAX_SECONDS}"),
+        a.time_limit.is_none_or(|t| t.to("s") <= MAX_SECONDS),
+        "atoms.time_limit",
+        a.time_limit.map_or(String::new(), |t| t.to_string()),
+        &format!("at most {MAX_SECONDS} s"),
     );
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
     let from_touch = attracts || a.start_or_default(attracts) == Start::Touch;
     base(c, a, from_touch);
     c.unless(
@@ -28,25 +28,22 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         format!("{:?}", a.element),
         "a chemical symbol",
     );
-    for (key, value) in [
-        ("atoms.step_angstrom", a.step_angstrom),
-        ("atoms.hardness_gpa", a.hardness_gpa),
-        ("atoms.force_tolerance_ev_per_angstrom", Some(a.force_tolerance_ev_per_angstrom)),
-        ("atoms.adhesion_range_angstrom", Some(a.adhesion_range_angstrom)),
-        ("atoms.low_pass_angstrom", a.low_pass_angstrom),
-        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
-        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
-        ("atoms.indenter_epsilon_ev", a.indenter_epsilon_ev),
-        ("atoms.indenter_sigma_angstrom", a.indenter_sigma_angstrom),
-        ("atoms.contact_distance_angstrom", a.contact_distance_angstrom),
-        ("atoms.contact_force_ev_per_angstrom", a.contact_force_ev_per_angstrom),
-        ("atoms.stress_width_angstrom", a.stress_width_angstrom),
-        ("atoms.time_limit_s", a.time_limit_s),
-    ] {
-        if let Some(v) = value {
-            c.positive(key, v);
-        }
-    }
+    let lengths = [
+        ("atoms.step", a.step),
+        ("atoms.adhesion_range", Some(a.adhesion_range)),
+        ("atoms.low_pass", a.low_pass),
+        ("atoms.lattice_constant", a.lattice_constant),
+        ("atoms.indenter_sigma", a.indenter_sigma),
+        ("atoms.contact_distance", a.contact_distance),
+        ("atoms.stress_width", a.stress_width),
+    ];
+    lengths.into_iter().filter_map(|(key, v)| Some((key, v?))).for_each(|(key, v)| c.positive_quantity(key, v));
+    a.hardness.into_iter().for_each(|h| c.positive_quantity("atoms.hardness", h));
+    a.modulus.into_iter().for_each(|e| c.positive_quantity("atoms.modulus", e));
+    c.positive_quantity("atoms.force_tolerance", a.force_tolerance);
+    a.contact_force.into_iter().for_each(|f| c.positive_quantity("atoms.contact_force", f));
+    a.indenter_epsilon.into_iter().for_each(|e| c.positive_quantity("atoms.indenter_epsilon", e));
+    a.time_limit.into_iter().for_each(|t| c.positive_quantity("atoms.time_limit", t));
     c.unless(
         !(attracts && a.start == Some(Start::Continuum)),
         "atoms.start",
@@ -54,9 +51,9 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         "\"touch\" with adhesion: the state depends on the load path",
     );
     c.unless(
-        !(a.start == Some(Start::Continuum) && a.step_angstrom.is_some()),
-        "atoms.step_angstrom",
-        a.step_angstrom.unwrap_or(0.0),
+        !(a.start == Some(Start::Continuum) && a.step.is_some()),
+        "atoms.step",
+        a.step.map_or(String::new(), |step| step.to_string()),
         "only together with atoms.start = \"touch\": from the continuum there are no steps",
     );
     a.nvt.iter().for_each(|n| nvt::check(c, n, a, scene));
@@ -111,10 +108,10 @@ fn base(c: &mut Complaints, a: &AtomsScene, from_touch: bool) {
 /// Constants of another potential.
 fn constants(c: &mut Complaints, a: &AtomsScene) {
     for (key, given) in [
-        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
-        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
+        ("atoms.lattice_constant", a.lattice_constant.map(|l| l.to_string())),
+        ("atoms.modulus", a.modulus.map(|e| e.to_string())),
     ] {
         let alone = given.filter(|_| a.potential.is_none());
-        c.unless(alone.is_none(), key, alone.unwrap_or(0.0), "only together with atoms.potential");
+        c.unless(alone.is_none(), key, alone.unwrap_or_default(), "only together with atoms.potential");
     }
 }

@@ -21,23 +21,23 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     );
     let (lab, s, a, m) = (&scene.laboratory, &scene.surface, &scene.adhesion, &scene.continuum);
     let own = |given: f64, its: f64| (given / its - 1.0).abs() < 1e-9;
-    c.unless(own(lab.length(), 100.0), "laboratory.length_um", lab.length(), "100 with [challenge]");
-    let modulus = lab.contact_modulus();
-    c.unless(own(modulus, 25.0), "laboratory.contact_modulus_mpa", modulus, "25 with [challenge]");
+    let (length, modulus) = (lab.length(), lab.modulus());
+    c.unless(own(length.to("um"), 100.0), "laboratory.length", length, "100 um with [challenge]");
+    c.unless(own(modulus.to("MPa"), 25.0), "laboratory.modulus", modulus, "25 MPa with [challenge]");
     if s.heights.is_none() {
-        let (lambda_r, lambda_s) = cut_offs(s, lab.length());
+        let (lambda_r, lambda_s) = cut_offs(s, length);
         let its = Spectrum::CHALLENGE;
         for (key, given, own_value) in [
             ("surface.hurst", s.hurst, its.hurst),
-            ("surface.roll_off_um", lambda_r * lab.length(), its.lambda_r * 100.0),
-            ("surface.cut_off_um", lambda_s * lab.length(), its.lambda_s * 100.0),
+            ("surface.roll_off", lambda_r * length.to("um"), its.lambda_r * 100.0),
+            ("surface.cut_off", lambda_s * length.to("um"), its.lambda_s * 100.0),
             ("surface.rms_gradient", s.rms_gradient, its.rms_gradient),
         ] {
             c.unless(own(given, own_value), key, given, &format!("{own_value} with [challenge]"));
         }
     }
     let its = a.as_ref().is_some_and(|a| {
-        own(a.work_of_adhesion_mj_m2, 50.0) && own(a.range_nm, 2.071) && a.law == AdhesionLaw::Exponential
+        own(a.work_of_adhesion.to("mJ/m2"), 50.0) && own(a.range.to("nm"), 2.071) && a.law == AdhesionLaw::Exponential
     });
     c.unless(its, "adhesion", "another than the challenge's", "50 mJ/m² over 2.071 nm, exponential, with [challenge]");
     let plain = m.layer.is_none() && m.crystal.is_none() && m.is_periodic() && m.wall == WallKind::Hard;

@@ -1,4 +1,5 @@
 use crate::error::Complaint;
+use crate::scene::quantity::{Dimensional, Quantity};
 
 /// Complaints about one scene.
 pub(super) struct Complaints(pub Vec<Complaint>);
@@ -13,6 +14,12 @@ impl Complaints {
     /// Positive and finite.
     pub(super) fn positive(&mut self, key: &str, value: f64) {
         self.unless(value.is_finite() && value > 0.0, key, value, "a positive number");
+    }
+
+    /// Likewise a quantity.
+    pub(super) fn positive_quantity<D: Dimensional>(&mut self, key: &str, given: Quantity<D>) {
+        let value = given.value();
+        self.unless(value.is_finite() && value > 0.0, key, given, "a positive number");
     }
 }
 

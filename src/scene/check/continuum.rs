@@ -2,9 +2,9 @@
 
 use super::complaints::Complaints;
 use crate::error::{Complaint, Error};
-use crate::interface::{CubicHalfSpace, RangeChoice};
+use crate::interface::RangeChoice;
 use crate::method::{self, Kind, Precision};
-use crate::scene::{ALL_METHODS, Scene, WallKind};
+use crate::scene::{ALL_METHODS, Length, Scene, WallKind};
 
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
@@ -32,10 +32,10 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         "none with this method: `fast` estimates its energy above the minimum",
     );
     c.unless(m.max_iterations > 0, "continuum.max_iterations", m.max_iterations, "at least 1");
-    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);
     c.unless(
         m.initial_gap.is_none() || !extrapolates,
-        "adhesion.range",
+        "adhesion.resolution",
         "\"extrapolate\" with continuum.initial_gap",
         "another range: the coarser grids of an extrapolation cannot start there",
     );
@@ -43,16 +43,16 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     hardness(c, scene);
     subsurface(c, scene);
     body(c, scene);
-    match (m.wall, m.penalty_length_nm) {
+    match (m.wall, m.penalty_length) {
         (WallKind::Penalty, None) => c.unless(
             false,
-            "continuum.penalty_length_nm",
+            "continuum.penalty_length",
             "not given",
             "the compression of the penalty wall under a pressure of E*",
         ),
-        (WallKind::Penalty, Some(length)) => c.positive("continuum.penalty_length_nm", length),
+        (WallKind::Penalty, Some(length)) => c.positive_quantity("continuum.penalty_length", length),
         (WallKind::Hard, Some(length)) => {
-            c.unless(false, "continuum.penalty_length_nm", length, "only together with continuum.wall = \"penalty\"")
+            c.unless(false, "continuum.penalty_length", length, "only together with continuum.wall = \"penalty\"")
         }
         (WallKind::Hard, None) => {}
     }
@@ -64,7 +64,7 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
     if m.is_periodic() {
         return;
     }
-    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);
     for (hinders, what, accepted) in [
         (scene.atoms.is_some(), "atoms", "a periodic surface: atoms repeat"),
         (
@@ -78,11 +78,11 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
             "a periodic surface, or continuum.method = \"fast\"",
         ),
         (
-            scene.load.pull_off || !scene.load.mean_gap_um.is_empty() || !scene.load.displacement_um.is_empty(),
+            scene.load.pull_off || !scene.load.mean_gap.is_empty() || !scene.load.displacement.is_empty(),
             "a mean gap, a displacement or a pull-off",
             "a periodic surface, or load control",
         ),
-        (extrapolates, "adhesion.range = \"extrapolate\"", "a periodic surface, or another range"),
+        (extrapolates, "adhesion.resolution = \"extrapolate\"", "a periodic surface, or another range"),
     ] {
         c.unless(!hinders, "continuum.periodic", format!("false with {what}"), accepted);
     }
@@ -92,17 +92,17 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
 fn hardness(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
     let is_map = m.hardness_map.is_some();
-    if let Some(unit) = m.hardness_map_unit_mpa {
-        c.unless(is_map, "continuum.hardness_map_unit_mpa", unit, "only together with continuum.hardness_map");
-        c.positive("continuum.hardness_map_unit_mpa", unit);
+    if let Some(unit) = m.hardness_map_unit {
+        c.unless(is_map, "continuum.hardness_map_unit", unit, "only together with continuum.hardness_map");
+        c.positive_quantity("continuum.hardness_map_unit", unit);
     }
-    m.hardness_mpa.into_iter().for_each(|hardness| c.positive("continuum.hardness_mpa", hardness));
-    if !is_map && m.hardness_mpa.is_none() {
+    m.hardness.into_iter().for_each(|hardness| c.positive_quantity("continuum.hardness", hardness));
+    if !is_map && m.hardness.is_none() {
         return;
     }
-    let key = if is_map { "continuum.hardness_map" } else { "continuum.hardness_mpa" };
-    c.unless(!is_map || m.hardness_mpa.is_none(), key, "given together with continuum.hardness_mpa", "one of the two");
-    let accepted = "continuum.hardness_mpa: a map has no gap of first flow behind a soft wall";
+    let key = if is_map { "continuum.hardness_map" } else { "continuum.hardness" };
+    c.unless(!is_map || m.hardness.is_none(), key, "given together with continuum.hardness", "one of the two");
+    let accepted = "continuum.hardness: a map has no gap of first flow behind a soft wall";
     c.unless(!is_map || m.wall == WallKind::Hard, key, "given with continuum.wall = \"penalty\"", accepted);
     let capable: Vec<&str> =
         method::REGISTRY.iter().map(|m| m.card()).filter(|m| m.capabilities.hardness).map(|m| m.id).collect();
@@ -111,13 +111,12 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
         let models = method::find(id).is_none_or(|m| m.card().capabilities.hardness);
         c.unless(models, key, format!("given with the method {id}"), &accepted);
     }
-    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
-    c.unless(!extrapolates, key, "given with adhesion.range = \"extrapolate\"", "another range");
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);
+    c.unless(!extrapolates, key, "given with adhesion.resolution = \"extrapolate\"", "another range");
     c.unless(m.initial_gap.is_none(), key, "given with continuum.initial_gap", "none: a gap has no history of flow");
     c.unless(scene.accuracy.is_none(), key, "given with [accuracy]", "none: the measured errors are of elastic bodies");
     let l = &scene.load;
-    let needs_pressures =
-        !l.mean_gap_um.is_empty() || !l.displacement_um.is_empty() || !l.contact.is_empty() || l.pull_off;
+    let needs_pressures = !l.mean_gap.is_empty() || !l.displacement.is_empty() || !l.contact.is_empty() || l.pull_off;
     let accepted = "loads as pressure, force or p*: searches for other loads would leave flow behind";
     c.unless(
         !needs_pressures,
@@ -129,18 +128,19 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
 
 /// Stress below the surface.
 fn subsurface(c: &mut Complaints, scene: &Scene) {
-    const DEPTHS: &str = "continuum.subsurface.depths_um";
+    const DEPTHS: &str = "continuum.subsurface.depths";
     const POISSON: &str = "continuum.subsurface.poisson";
     let m = &scene.continuum;
     let Some(s) = &m.subsurface else { return };
-    c.unless(!s.depths_um.is_empty(), DEPTHS, "no depth", "at least one");
-    let most = m.layer.as_ref().map_or(f64::INFINITY, |l| l.thickness_um);
-    let accepted = match &m.layer {
-        Some(_) => format!("depths from 0 to {most}, the thickness of the layer"),
+    c.unless(!s.depths.is_empty(), DEPTHS, "no depth", "at least one");
+    let thickness = m.layer.as_ref().map(|l| l.thickness);
+    let accepted = match thickness {
+        Some(most) => format!("depths from 0 to {most}, the thickness of the layer"),
         None => "finite depths from 0 on".into(),
     };
-    for (i, depth) in s.depths_um.iter().enumerate() {
-        let within = depth.is_finite() && (0.0..=most).contains(depth);
+    for (i, depth) in s.depths.iter().enumerate() {
+        let above = |most: Length| if most.value() > 0.0 { depth.over(most) > 1.0 } else { depth.value() > 0.0 };
+        let within = depth.value().is_finite() && depth.value() >= 0.0 && !thickness.is_some_and(above);
         c.unless(within, &format!("{DEPTHS}[{i}]"), depth, &accepted);
     }
     match (s.poisson, &m.layer) {
@@ -152,7 +152,7 @@ fn subsurface(c: &mut Complaints, scene: &Scene) {
         (None, None) => c.unless(false, POISSON, "not given", "the Poisson's ratio of the half-space"),
         (None, Some(_)) => {}
     }
-    s.shear_strength_mpa.into_iter().for_each(|t| c.positive("continuum.subsurface.shear_strength_mpa", t));
+    s.shear_strength.into_iter().for_each(|t| c.positive_quantity("continuum.subsurface.shear_strength", t));
     c.unless(m.crystal.is_none(), "continuum.subsurface", "given with continuum.crystal", "an isotropic body");
     let solves = method::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver);
     let accepted = "a solver of the fields (see `asperity methods`)";
@@ -163,7 +163,7 @@ fn subsurface(c: &mut Complaints, scene: &Scene) {
 fn body(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
     if let Some(layer) = &m.layer {
-        c.positive("continuum.layer.thickness_um", layer.thickness_um);
+        c.positive_quantity("continuum.layer.thickness", layer.thickness);
         let nu = layer.poisson;
         c.unless((0.0..=0.5).contains(&nu), "continuum.layer.poisson", nu, "a Poisson's ratio from 0 to 0.5");
     }
@@ -175,14 +175,14 @@ fn body(c: &mut Complaints, scene: &Scene) {
             "one of the two: layers are isotropic",
         );
         // The kernel checks that the crystal is stable and its stiffness a short series.
-        if let Err(Error::Input { list, .. }) = CubicHalfSpace::new(crystal.c11_gpa, crystal.c12_gpa, crystal.c44_gpa) {
+        if let Err(Error::Input { list, .. }) = crystal.half_space() {
             for complaint in list {
-                let key = match complaint.key.as_str() {
-                    "C11" => "continuum.crystal.c11_gpa".into(),
-                    "C44" => "continuum.crystal.c44_gpa".into(),
-                    other => format!("continuum.crystal, {other}"),
+                let (key, found) = match complaint.key.as_str() {
+                    "C11" => ("continuum.crystal.c11".into(), crystal.c11.to_string()),
+                    "C44" => ("continuum.crystal.c44".into(), crystal.c44.to_string()),
+                    other => (format!("continuum.crystal, {other}"), complaint.found),
                 };
-                c.0.push(Complaint { key, ..complaint });
+                c.0.push(Complaint { key, found, ..complaint });
             }
         }
     }
@@ -194,14 +194,14 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
     if method::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver) {
         return;
     }
-    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);
     for (requested, key) in [
         (scene.atoms.is_some(), "[atoms]"),
         (scene.challenge.is_some(), "[challenge]"),
         (scene.load.unload, "load.unload"),
         (m.initial_gap.is_some(), "continuum.initial_gap"),
-        (extrapolates, "adhesion.range = \"extrapolate\""),
-        (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges_nm.is_empty()), "adhesion.other_ranges_nm"),
+        (extrapolates, "adhesion.resolution = \"extrapolate\""),
+        (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges.is_empty()), "adhesion.other_ranges"),
         (m.area_tolerance.is_some(), "continuum.area_tolerance"),
         (m.mean_gap_tolerance.is_some(), "continuum.mean_gap_tolerance"),
         (m.precision == Precision::F32, "continuum.precision = \"f32\""),

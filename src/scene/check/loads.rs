@@ -2,18 +2,22 @@
 
 use super::complaints::Complaints;
 use crate::method;
-use crate::scene::{LoadRange, LoadScene, Scene};
+use crate::scene::{Dimensional, LoadRange, LoadScene, Number, Quantity, Scene};
 
 /// Loads that a message names.
 const MOST_NAMED: usize = 24;
 
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let load = &scene.load;
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
     let atoms = scene.atoms.is_some();
     kinds(c, load);
     load.p_star_range.iter().for_each(|r| load_range(c, r));
-    let pressures = [("p_star", &load.p_star), ("pressure_mpa", &load.pressure_mpa), ("force_mn", &load.force_mn)];
+    let pressures = [
+        ("p_star", load.p_star.iter().map(|p| Number::plain(*p)).map(Given::of).collect::<Vec<_>>()),
+        ("pressure", load.pressure.iter().copied().map(Given::of).collect()),
+        ("force", load.force.iter().copied().map(Given::of).collect()),
+    ];
     match (atoms, attracts) {
         (true, _) => each(c, &pressures, "a positive number: atoms are only pressed", |v| v > 0.0),
         (false, false) => {
@@ -22,16 +26,12 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         (false, true) => each(c, &pressures, "a number", |_| true),
     }
     first_contact(c, scene, &pressures);
-    each(c, &[("mean_gap_um", &load.mean_gap_um)], "zero or a positive number", |v| v >= 0.0);
-    each(c, &[("displacement_um", &load.displacement_um)], "zero or a positive number", |v| v >= 0.0);
-    each(c, &[("contact", &load.contact)], "a fraction of the cell between 0 and 1", |v| v > 0.0 && v < 1.0);
-    for (key, list) in [
-        ("load.mean_gap_um", &load.mean_gap_um),
-        ("load.displacement_um", &load.displacement_um),
-        ("load.pressure_mpa", &load.pressure_mpa),
-        ("load.force_mn", &load.force_mn),
-        ("load.contact", &load.contact),
-    ] {
+    let lengths = [("mean_gap", &load.mean_gap), ("displacement", &load.displacement)];
+    let lengths = lengths.map(|(key, list)| (key, list.iter().copied().map(Given::of).collect()));
+    each(c, &lengths, "zero or a positive number", |v| v >= 0.0);
+    let contact = load.contact.iter().map(|a| Number::plain(*a)).map(Given::of).collect();
+    each(c, &[("contact", contact)], "a fraction of the cell between 0 and 1", |v| v > 0.0 && v < 1.0);
+    for (key, list) in load.lists().iter().filter(|(key, _)| *key != "load.p_star") {
         let accepted = "load.p_star: atoms are under load control in p*";
         c.unless(!atoms || list.is_empty(), key, "given with atoms", accepted);
     }
@@ -44,19 +44,24 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     branches_of_atoms(c, scene);
     maps(c, scene);
     c.unless(
-        !scene.load.unload || attracts || atoms || scene.continuum.hardness_mpa.is_some(),
+        !scene.load.unload || attracts || atoms || scene.continuum.hardness.is_some(),
         "load.unload",
         "true",
-        "an [adhesion], [atoms] or continuum.hardness_mpa: without them, unloading repeats the loading branch",
+        "an adhesion.work_of_adhesion, [atoms] or continuum.hardness: without them, unloading repeats the loading branch",
     );
-    c.unless(!scene.load.pull_off || attracts, "load.pull_off", "true", "an adhesive interface, [adhesion]");
-    let controls = !load.mean_gap_um.is_empty() || !load.displacement_um.is_empty() || load.pull_off;
+    c.unless(
+        !scene.load.pull_off || attracts,
+        "load.pull_off",
+        "true",
+        "an adhesive interface, adhesion.work_of_adhesion",
+    );
+    let controls = !load.mean_gap.is_empty() || !load.displacement.is_empty() || load.pull_off;
     let method = &scene.continuum.method;
     c.unless(
         !controls || method::find(method).is_none_or(|m| m.card().capabilities.mean_gap),
         "continuum.method",
         format!("{method:?}"),
-        "\"fast\" or \"auto\": no other method controls the mean gap, which load.mean_gap_um and load.pull_off need",
+        "\"fast\" or \"auto\": no other method controls the mean gap, which load.mean_gap and load.pull_off need",
     );
 }
 
@@ -65,10 +70,10 @@ fn kinds(c: &mut Complaints, load: &LoadScene) {
     let kinds = [
         ("load.p_star", !load.p_star.is_empty()),
         ("load.p_star_range", load.p_star_range.is_some()),
-        ("load.pressure_mpa", !load.pressure_mpa.is_empty()),
-        ("load.force_mn", !load.force_mn.is_empty()),
-        ("load.mean_gap_um", !load.mean_gap_um.is_empty()),
-        ("load.displacement_um", !load.displacement_um.is_empty()),
+        ("load.pressure", !load.pressure.is_empty()),
+        ("load.force", !load.force.is_empty()),
+        ("load.mean_gap", !load.mean_gap.is_empty()),
+        ("load.displacement", !load.displacement.is_empty()),
         ("load.contact", !load.contact.is_empty()),
     ];
     let given: Vec<&str> = kinds.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
@@ -80,9 +85,9 @@ fn kinds(c: &mut Complaints, load: &LoadScene) {
 }
 
 /// First contact without adhesion is given by the surface alone, and only `fast` takes it as a load.
-fn first_contact(c: &mut Complaints, scene: &Scene, pressures: &[(&str, &Vec<f64>)]) {
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
-    let zero = pressures.iter().find_map(|(key, list)| Some((key, list.iter().position(|v| *v == 0.0)?)));
+fn first_contact(c: &mut Complaints, scene: &Scene, pressures: &[(&str, Vec<Given>)]) {
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
+    let zero = pressures.iter().find_map(|(key, list)| Some((key, list.iter().position(|v| v.value == 0.0)?)));
     let Some((key, i)) = zero.filter(|_| !attracts && scene.atoms.is_none()) else { return };
     let own = &scene.continuum.method;
     let others = method::find(own).is_some_and(|m| !m.card().capabilities.first_contact);
@@ -94,11 +99,23 @@ fn first_contact(c: &mut Complaints, scene: &Scene, pressures: &[(&str, &Vec<f64
     );
 }
 
+/// A load as it is given, for messages.
+struct Given {
+    value: f64,
+    text: String,
+}
+
+impl Given {
+    fn of<D: Dimensional>(load: Quantity<D>) -> Given {
+        Given { value: load.value(), text: load.to_string() }
+    }
+}
+
 /// Each value of lists of loads is finite and `good`.
-fn each(c: &mut Complaints, lists: &[(&str, &Vec<f64>)], accepted: &str, good: impl Fn(f64) -> bool) {
+fn each(c: &mut Complaints, lists: &[(&str, Vec<Given>)], accepted: &str, good: impl Fn(f64) -> bool) {
     for (key, list) in lists {
-        for (i, value) in list.iter().enumerate() {
-            c.unless(value.is_finite() && good(*value), &format!("load.{key}[{i}]"), value, accepted);
+        for (i, Given { value, text }) in list.iter().enumerate() {
+            c.unless(value.is_finite() && good(*value), &format!("load.{key}[{i}]"), text, accepted);
         }
     }
 }
@@ -123,7 +140,7 @@ fn load_range(c: &mut Complaints, r: &LoadRange) {
 /// Atoms are pressed to the highest load and unloaded once, and each load is read on its branch.
 fn branches_of_atoms(c: &mut Complaints, scene: &Scene) {
     let (p, atoms) = (&scene.load.p_star, scene.atoms.is_some());
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
     let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
     if let Some(i) = falls.filter(|_| atoms && attracts && !scene.load.is_closed()) {
         c.unless(

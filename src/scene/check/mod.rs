@@ -11,7 +11,7 @@ mod surface;
 pub(super) use complaints::word;
 pub(super) use surface::cut_offs;
 
-use super::{AdhesionLaw, Scene, Units};
+use super::{AdhesionLaw, Scene};
 use crate::error::Complaint;
 use complaints::Complaints;
 use std::path::Path;
@@ -37,8 +37,8 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
         format!("{length} bytes"),
         &format!("at most {LONGEST_DESCRIPTION} bytes"),
     );
-    c.positive("laboratory.length_um", scene.laboratory.length());
-    c.positive("laboratory.contact_modulus_mpa", scene.laboratory.contact_modulus());
+    c.positive_quantity("laboratory.length", scene.laboratory.length());
+    c.positive_quantity("laboratory.modulus", scene.laboratory.modulus());
     surface::check(&mut c, scene);
     loads::check(&mut c, scene);
     challenge::check(&mut c, scene);
@@ -51,13 +51,18 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
 
 fn adhesion(c: &mut Complaints, scene: &Scene) {
     let Some(a) = &scene.adhesion else { return };
-    let gamma = a.work_of_adhesion_mj_m2;
-    c.unless(gamma.is_finite() && gamma >= 0.0, "adhesion.work_of_adhesion_mj_m2", gamma, "a number, zero or above");
-    c.positive("adhesion.range_nm", a.range_nm);
-    for (i, range) in a.other_ranges_nm.iter().enumerate() {
-        let key = format!("adhesion.other_ranges_nm[{i}]");
-        c.positive(&key, *range);
-        c.unless(!a.other_ranges_nm[..i].contains(range) && *range != a.range_nm, &key, range, "another range");
+    let gamma = a.work_of_adhesion;
+    c.unless(
+        gamma.value().is_finite() && gamma.value() >= 0.0,
+        "adhesion.work_of_adhesion",
+        gamma,
+        "a number, zero or above",
+    );
+    c.positive_quantity("adhesion.range", a.range);
+    for (i, range) in a.other_ranges.iter().enumerate() {
+        let key = format!("adhesion.other_ranges[{i}]");
+        c.positive_quantity(&key, *range);
+        c.unless(!a.other_ranges[..i].contains(range) && *range != a.range, &key, range, "another range");
     }
     c.unless(
         a.law == AdhesionLaw::Exponential || scene.atoms.is_none(),
@@ -69,11 +74,11 @@ fn adhesion(c: &mut Complaints, scene: &Scene) {
 
 fn accuracy(c: &mut Complaints, scene: &Scene) {
     let Some(a) = &scene.accuracy else { return };
-    let given = [a.error.is_some(), a.budget_s.is_some()];
-    let found = if given == [true; 2] { "error and budget_s" } else { "neither error nor budget_s" };
-    c.unless(given[0] != given[1], "accuracy", found, "one of error (0.05) and budget_s (30)");
+    let given = [a.error.is_some(), a.budget.is_some()];
+    let found = if given == [true; 2] { "error and budget" } else { "neither error nor budget" };
+    c.unless(given[0] != given[1], "accuracy", found, "one of error (0.05) and budget (\"30 s\")");
     a.error.iter().for_each(|e| c.positive("accuracy.error", *e));
-    a.budget_s.iter().for_each(|s| c.positive("accuracy.budget_s", *s));
+    a.budget.iter().for_each(|s| c.positive_quantity("accuracy.budget", *s));
     c.unless(scene.challenge.is_none(), "challenge", "with [accuracy]", "none: its statements need every output");
 }
 
@@ -87,10 +92,9 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     ];
     let tables = scene.accuracy.iter().flat_map(|a| &a.tables);
     let named = named.into_iter().chain(tables.map(|t| ("accuracy.tables", Some(t), "a table of asperity tradeoff")));
-    let from_flags = scene.laboratory.units == Units::Consistent;
     let complaint = |key: &str, path: &Path, accepted: &str| {
         let found = super::model::relative_to(file, path);
-        if from_flags && !found.is_file() {
+        if found == path && !found.is_file() {
             let why = if found.is_dir() { "a folder" } else { "no such file" };
             return Some(Complaint::new(key, format!("{} ({why})", path.display()), accepted));
         }

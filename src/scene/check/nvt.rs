@@ -9,39 +9,39 @@ use crate::scene::{AtomsScene, NvtScene, Scene, Start};
 const MOST_EXPANSION: f64 = 0.1;
 
 pub(super) fn check(c: &mut Complaints, nvt: &NvtScene, atoms: &AtomsScene, scene: &Scene) {
-    let (t, shipped) = (nvt.temperature_k, atoms.potential.is_none());
-    let a0 = atoms.lattice_constant_angstrom;
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    let (t, shipped) = (nvt.temperature.to("K"), atoms.potential.is_none());
+    let (a0, ps) = (atoms.lattice_constant, nvt.time.to("ps"));
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
     let from_touch = attracts || atoms.start_or_default(attracts) == Start::Touch;
     let least_depth = FREE_LAYERS / 2 + 1;
-    let expanded = nvt.lattice_constant_angstrom;
+    let expanded = nvt.lattice_constant;
     let is_fraction = (0.0..=0.9).contains(&nvt.equilibration);
     let shortest = LEAST_AVERAGED_PS / if is_fraction { 1.0 - nvt.equilibration } else { 1.0 };
-    let near = expanded.zip(a0).is_none_or(|(a, a0)| (a / a0 - 1.0).abs() <= MOST_EXPANSION);
+    let near = expanded.zip(a0).is_none_or(|(a, a0)| (a.over(a0) - 1.0).abs() <= MOST_EXPANSION);
     c.unless(
         t.is_finite() && t > 0.0 && (t <= HOTTEST_K || !shipped),
-        "atoms.nvt.temperature_k",
-        t.to_string(),
-        &format!("a positive number, with the shipped potential up to {HOTTEST_K}: its expansion is measured so far"),
+        "atoms.nvt.temperature",
+        nvt.temperature,
+        &format!("a positive number, with the shipped potential up to {HOTTEST_K} K: its expansion is measured so far"),
     );
     c.unless(
-        nvt.time_ps.is_finite() && nvt.time_ps >= shortest,
-        "atoms.nvt.time_ps",
-        nvt.time_ps.to_string(),
-        &format!("at least {shortest:.2}, of which {LEAST_AVERAGED_PS} are averaged over"),
+        ps.is_finite() && ps >= shortest,
+        "atoms.nvt.time",
+        nvt.time,
+        &format!("at least {shortest:.2} ps, of which {LEAST_AVERAGED_PS} ps are averaged over"),
     );
     c.unless(is_fraction, "atoms.nvt.equilibration", nvt.equilibration.to_string(), "a fraction from 0 to 0.9");
     c.unless(
         expanded.is_some() != shipped,
-        "atoms.nvt.lattice_constant_angstrom",
+        "atoms.nvt.lattice_constant",
         expanded.map_or("not given".into(), |a| a.to_string()),
         "the value at the temperature with atoms.potential (lammps-inputs/expansion.in finds it), and only with it",
     );
     c.unless(
         near,
-        "atoms.nvt.lattice_constant_angstrom",
+        "atoms.nvt.lattice_constant",
         expanded.map_or(String::new(), |a| a.to_string()),
-        &format!("a lattice constant within {MOST_EXPANSION} of atoms.lattice_constant_angstrom"),
+        &format!("a lattice constant within {MOST_EXPANSION} of atoms.lattice_constant"),
     );
     c.unless(
         !from_touch,

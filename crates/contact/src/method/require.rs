@@ -61,7 +61,7 @@ pub fn below_hardness(load: Load, largest: f64, id: &str) -> Result<()> {
         Load::Pressure(p) if p >= largest => {
             let accepted = format!(
                 "less than {largest:e} E*, at which every node flows: a smaller load (--pressure, [load]) or a larger hardness \
-                 (--hardness, continuum.hardness_mpa, atoms.hardness_gpa)"
+                 (--hardness, continuum.hardness, atoms.hardness)"
             );
             refuse(id, "pressure", format!("{p:e} E*"), accepted)
         }

@@ -138,7 +138,7 @@ pub fn unresolved_contact<'a>(
         format!(
             "{kind}{}: the grid does not resolve the contact: with half of the points along each side its area changes by more than half, \
              or is below {FEW_NODES} nodes; a finer surface.grid or surface.resample, or a map without its shortest waves \
-             (surface.low_pass_um), resolves it",
+             (surface.low_pass), resolves it",
             names.join(", ")
         )
     })
