@@ -5,10 +5,10 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use image::ExtendedColorType;
 
-use super::picture::Rgb;
+use super::picture::{self, Rgb};
+use super::scale::ends;
 use super::svg::{Format, escaped, text};
 
 /// Direction of the view, degrees, of the picture without JavaScript.
@@ -40,6 +40,7 @@ pub(super) struct Relief<'a> {
 
 /// A view with its labels and data.
 pub(super) struct ReliefFigure<'a> {
+    pub alt: String,
     pub relief: Relief<'a>,
     /// Of the edges along x and y, and of the heights.
     pub labels: [String; 3],
@@ -53,10 +54,10 @@ impl ReliefFigure<'_> {
     pub(super) const WIDTH: usize = 800;
 
     /// The picture with its labels.
-    pub(super) fn svg(&self, alt: &str, png: &[u8], format: Format) -> String {
+    pub(super) fn svg(&self, png: &[u8], format: Format) -> String {
         let (t, width) = (format.text, format.width);
         let height = PROPORTION * width;
-        let mut svg = format.open(height, &escaped(alt));
+        let mut svg = format.open(height, &escaped(&self.alt));
         // Writing into a string does not fail.
         let _ = write!(
             svg,
@@ -134,7 +135,7 @@ impl Relief<'_> {
     pub(super) fn edges(&self, width: f64) -> [(f64, f64); 2] {
         let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
         let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
-        let (low, high) = self.ends();
+        let (low, high) = ends(self.heights.iter().copied());
         let scale = FILL * width / self.aspect.max(1.0);
         let at = |x: f64, y: f64| {
             let up = (low - FLOOR - 0.5 * (low + high)) * cos_e + (x * sin_a + y * cos_a) * sin_e;
@@ -143,24 +144,10 @@ impl Relief<'_> {
         [at(0.0, -0.5 * self.aspect), at(-0.5, 0.0)]
     }
 
-    fn ends(&self) -> (f64, f64) {
-        let ends = |of: fn(f64, f64) -> f64, start: f64| self.heights.iter().copied().fold(start, of);
-        (ends(f64::min, f64::INFINITY), ends(f64::max, f64::NEG_INFINITY))
-    }
-
     /// PNG file contents, 8-bit RGBA, transparent around the block.
     pub(super) fn png(&self, width: usize) -> std::io::Result<Vec<u8>> {
         let canvas = self.drawn(width);
-        let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
-            .write_image(
-                canvas.pixels.as_flattened(),
-                canvas.width as u32,
-                canvas.height as u32,
-                ExtendedColorType::Rgba8,
-            )
-            .map_err(std::io::Error::other)?;
-        Ok(bytes)
+        picture::png(canvas.pixels.as_flattened(), (canvas.width, canvas.height), ExtendedColorType::Rgba8)
     }
 
     fn drawn(&self, width: usize) -> Canvas {
@@ -171,7 +158,7 @@ impl Relief<'_> {
         let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
         let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
         let scale = FILL * width as f64 / self.aspect.max(1.0);
-        let (low, high) = self.ends();
+        let (low, high) = ends(self.heights.iter().copied());
         // A step over a node, and the floor of the block.
         let (dx, dy, floor) = (1.0 / nx as f64, self.aspect / ny as f64, low - FLOOR);
         let project = |x: f64, y: f64, z: f64| -> Projected {

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use maud::{Markup, PreEscaped};
 
+use super::figures::of_unit;
 use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::report::number::significant;
 use crate::report::picture::{BLUE, VERMILION};
@@ -63,9 +64,8 @@ pub(super) fn chart(list: &[AcceptanceCheck]) -> Option<Markup> {
         let _ = write!(svg, "<g><title>{}</title>", escaped(&statement));
         text(&mut svg, (0.0, y + 0.35 * t), "start", &format!("{short}{more}"));
         svg.push_str("</g>");
-        let unit = if check.unit == "1" { "" } else { &check.unit };
         let mark = if check.status == CheckStatus::Fail { "fail" } else { "pass" };
-        let found = format!("{} {unit}", significant(*value, 4));
+        let found = format!("{} {}", significant(*value, 4), of_unit(&check.unit));
         text(&mut svg, (WIDTH - RIGHT + t, y + 0.35 * t), "start", &format!("{}, {mark}", found.trim_end()));
     }
     svg.push_str("</svg>");

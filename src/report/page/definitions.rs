@@ -1,9 +1,6 @@
 //! Definitions of the terms of a report: on hover or tap of a term, and as a list at the end of the page.
 
-use maud::{Markup, html};
-
-use crate::record::results::Results;
-use crate::report::number::{si_given, trimmed};
+use super::prelude::*;
 
 /// A term that is explained where it occurs.
 #[derive(Debug, Clone, Copy)]
