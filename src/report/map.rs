@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::number::{si_scale, trimmed};
 use super::picture::{self, BLACK, Picture, Range};
 use super::scale::round_step;
-use super::svg::{Format, css, escaped, half_width, text};
+use super::svg::{self, Format, Ticks, css, escaped, half_width, text};
 
 /// Widths on the page of a frame alone, and of one of several in a row, px.
 pub(super) const ALONE: f64 = 500.0;
@@ -73,33 +73,18 @@ impl MapFigure<'_> {
         let _ = write!(
             svg,
             "<image x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{down:.2}\" preserveAspectRatio=\"none\" \
-             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\
-             <path fill=\"none\" stroke=\"currentColor\" stroke-width=\"{:.2}\" d=\"M{left:.2} {top:.2}h{across:.2}v{down:.2}h{:.2}z",
-            STANDARD.encode(png),
-            0.08 * t,
-            -across
+             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>",
+            STANDARD.encode(png)
         );
+        let outline = format!("M{left:.2} {top:.2}h{across:.2}v{down:.2}h{:.2}z", -across);
         let at_x = |v: f64| left + across * v * scale / self.cell_m[0];
         let at_y = |v: f64| below - down * v * scale / self.cell_m[1];
-        for v in &x_ticks {
-            let _ = write!(svg, "M{:.2} {below:.2}v{:.2}", at_x(*v), 0.35 * t);
-        }
-        for v in &y_ticks {
-            let _ = write!(svg, "M{left:.2} {:.2}h{:.2}", at_y(*v), -0.35 * t);
-        }
-        svg.push_str("\"/>");
-        for v in &x_ticks {
-            text(&mut svg, (at_x(*v), below + 1.3 * t), "middle", &trimmed(*v, 4));
-        }
-        for v in &y_ticks {
-            text(&mut svg, (left - 0.5 * t, at_y(*v) + 0.35 * t), "end", &trimmed(*v, 4));
-        }
-        text(&mut svg, (left + 0.5 * across, below + 2.5 * t), "middle", &format!("x ({prefix}m)"));
-        let _ = write!(
-            svg,
-            "<text transform=\"translate({t:.2} {:.2}) rotate(-90)\" text-anchor=\"middle\" fill=\"currentColor\">y ({prefix}m)</text>",
-            top + 0.5 * down
-        );
+        let ticks = |list: &[f64], at: &dyn Fn(f64) -> f64, axis: &str| Ticks {
+            places: list.iter().map(|v| (at(*v), trimmed(*v, 4))).collect(),
+            label: format!("{axis} ({prefix}m)"),
+        };
+        let both = [&ticks(&x_ticks, &at_x, "x"), &ticks(&y_ticks, &at_y, "y")];
+        svg::axes(&mut svg, t, &outline, [left, left + across, top, below], both);
         if let Some(bar) = &self.bar {
             self.draw_bar(&mut svg, bar, t, (left, below + 3.3 * t, across));
         }

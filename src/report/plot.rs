@@ -8,13 +8,11 @@ use std::fmt::Write;
 use super::picture::{self, Rgb};
 use super::scale::Scale;
 pub use super::scale::{Axis, linear, log};
-use super::svg::{Format, css, escaped, half_width, text};
+use super::svg::{self, CHARACTER, Format, Ticks, css, escaped, half_width, text};
 
 /// Height of a row of the legend, and length of a line sample, in text heights.
 const LEGEND_ROW: f64 = 1.45;
 const SAMPLE: f64 = 2.4;
-/// Mean character width in text heights, sans-serif; used only for line breaks of the legend and room for labels.
-const CHARACTER: f64 = 0.55;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dash {
@@ -262,39 +260,13 @@ impl Plot {
             }
             svg.push_str("\"/>");
         }
-        let _ = write!(
-            svg,
-            "<path fill=\"none\" stroke=\"currentColor\" stroke-width=\"{:.2}\" d=\"M{left:.2} {top:.2}V{bottom:.2}H{right:.2}",
-            0.08 * t
-        );
-        for v in &x.ticks {
-            let _ = write!(svg, "M{:.2} {bottom:.2}v{:.2}", at_x(v), 0.35 * t);
-        }
-        for v in &y.ticks {
-            let _ = write!(svg, "M{left:.2} {:.2}h{:.2}", at_y(v), -0.35 * t);
-        }
-        svg.push_str("\"/>");
-        // Labels that would touch their left neighbour are omitted.
-        let mut free = f64::NEG_INFINITY;
-        for (v, label) in x.ticks.iter().zip(x.labels()) {
-            let half = 0.5 * CHARACTER * t * label.chars().count() as f64;
-            if at_x(v) - half >= free {
-                text(svg, (at_x(v), bottom + 1.3 * t), "middle", &label);
-                free = at_x(v) + half + 0.3 * t;
-            }
-        }
-        for (v, label) in y.ticks.iter().zip(y.labels()) {
-            text(svg, (left - 0.5 * t, at_y(v) + 0.35 * t), "end", &label);
-        }
-        let (x_label, y_label) = (self.x.label.clone() + &x.factor_note(), self.y.label.clone() + &y.factor_note());
-        text(svg, (0.5 * (left + right), bottom + 2.6 * t), "middle", &x_label);
-        let _ = write!(
-            svg,
-            "<text transform=\"translate({:.2} {:.2}) rotate(-90)\" text-anchor=\"middle\" fill=\"currentColor\">{}</text>",
-            t,
-            0.5 * (top + bottom),
-            escaped(&y_label)
-        );
+        let ticks = |scale: &Scale, at: &dyn Fn(&f64) -> f64, label: &str| Ticks {
+            places: scale.ticks.iter().map(at).zip(scale.labels()).collect(),
+            label: format!("{label}{}", scale.factor_note()),
+        };
+        let both = [&ticks(x, &at_x, &self.x.label), &ticks(y, &at_y, &self.y.label)];
+        let outline = format!("M{left:.2} {top:.2}V{bottom:.2}H{right:.2}");
+        svg::axes(svg, t, &outline, layout.frame, both);
     }
 
     /// Line, error bars and markers of a curve in axis coordinates.

@@ -133,15 +133,23 @@ impl Relief<'_> {
 
     /// Middle of the lower edge along x and along y, right and down, in the picture of a width.
     pub(super) fn edges(&self, width: f64) -> [(f64, f64); 2] {
-        let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
-        let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
         let (low, high) = ends(self.heights.iter().copied());
-        let scale = FILL * width / self.aspect.max(1.0);
+        let middle = 0.5 * (low + high);
         let at = |x: f64, y: f64| {
-            let up = (low - FLOOR - 0.5 * (low + high)) * cos_e + (x * sin_a + y * cos_a) * sin_e;
-            (0.5 * width + scale * (x * cos_a - y * sin_a), 0.5 * PROPORTION * width - scale * up)
+            let [right, down, _] = self.projected([x, y, low - FLOOR - middle], [width, PROPORTION * width]);
+            (right, down)
         };
         [at(0.0, -0.5 * self.aspect), at(-0.5, 0.0)]
+    }
+
+    /// A point, from the middle of the block, in a picture of a width and height.
+    fn projected(&self, [x, y, z]: [f64; 3], [width, height]: [f64; 2]) -> Projected {
+        let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
+        let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
+        let scale = FILL * width / self.aspect.max(1.0);
+        let (across, away) = (x * cos_a - y * sin_a, x * sin_a + y * cos_a);
+        let up = z * cos_e + away * sin_e;
+        [0.5 * width + scale * across, 0.5 * height - scale * up, away * cos_e - z * sin_e]
     }
 
     /// PNG file contents, 8-bit RGBA, transparent around the block.
@@ -157,15 +165,12 @@ impl Relief<'_> {
             Canvas { width, height, depth: vec![f64::INFINITY; width * height], pixels: vec![[0; 4]; width * height] };
         let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
         let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
-        let scale = FILL * width as f64 / self.aspect.max(1.0);
         let (low, high) = ends(self.heights.iter().copied());
         // A step over a node, and the floor of the block.
         let (dx, dy, floor) = (1.0 / nx as f64, self.aspect / ny as f64, low - FLOOR);
-        let project = |x: f64, y: f64, z: f64| -> Projected {
-            let (x, y, z) = (x - 0.5, y - 0.5 * self.aspect, z - 0.5 * (low + high));
-            let (across, away) = (x * cos_a - y * sin_a, x * sin_a + y * cos_a);
-            let up = z * cos_e + away * sin_e;
-            [0.5 * width as f64 + scale * across, 0.5 * height as f64 - scale * up, away * cos_e - z * sin_e]
+        let project = |x: f64, y: f64, z: f64| {
+            let centred = [x - 0.5, y - 0.5 * self.aspect, z - 0.5 * (low + high)];
+            self.projected(centred, [width as f64, height as f64])
         };
         let at = |i: usize, j: usize| self.heights[j * nx + i];
         let node = |i: usize, j: usize| project((i as f64 + 0.5) * dx, (j as f64 + 0.5) * dy, at(i, j));

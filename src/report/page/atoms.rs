@@ -3,7 +3,6 @@
 use super::figures::symbol;
 use super::prelude::*;
 use super::{criteria, nvt, unloading};
-use crate::record::results::{AtomsResults, AuditLine, LoadStepResults};
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     Ok(html! {

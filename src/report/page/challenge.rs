@@ -10,12 +10,7 @@ use super::uncertainty;
 use crate::challenge::{SIZE_EXPONENT, reference, summary};
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::methods::MethodState;
-use crate::record::results::FIRST_TOUCH;
-use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Picture};
-
-const WITH: Style = plot::ATOMS;
-const WITHOUT: Style = plot::WITHOUT;
-const THEORY: Style = plot::EXPECTED;
+use crate::report::picture::{LONGEST_SIDE, Picture};
 
 /// Table of the acceptance checks.
 pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
@@ -189,7 +184,7 @@ impl Both<'_> {
     fn plot(&self, writer: &FigureWriter, results: &Results, kind: &PaperFigure) -> Result<Plot> {
         let um = writer.scales.um();
         let mut curves = Vec::new();
-        for (c, label, style) in [(self.with, "with adhesion", WITH), (self.without, "without", WITHOUT)] {
+        for (c, label, style) in [(self.with, "with adhesion", ATOMS), (self.without, "without", WITHOUT)] {
             match kind.data {
                 Data::Path(of) => {
                     let point = |s: &StateResults| (s.numbers.p_star, of(&MethodState::of(s), um).unwrap_or(f64::NAN));
@@ -206,16 +201,16 @@ impl Both<'_> {
             9 => {
                 let part = reference(self.with).and_then(|s| s.observed.as_ref()).map(|o| &o.contact_stress);
                 let curve = |d: &crate::observe::Distribution| d.density_in(1.0);
-                curves.extend(part.map(|d| Curve::line("with adhesion, contact only", plot::HARD, curve(d))));
+                curves.extend(part.map(|d| Curve::line("with adhesion, contact only", HARD, curve(d))));
             }
             10 => {
                 let (label, theory) = theory(self.without);
-                curves.push(formula((&label, THEORY), &curves, true, theory));
+                curves.push(formula((&label, EXPECTED), &curves, true, theory));
             }
             12 => {
-                curves.push(formula(("0.3 µm exp(−8 p*)", THEORY), &curves, false, |p| 0.3 * (-8.0 * p).exp()));
+                curves.push(formula(("0.3 µm exp(−8 p*)", EXPECTED), &curves, false, |p| 0.3 * (-8.0 * p).exp()));
                 let touch = results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
-                let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..plot::HARD };
+                let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..HARD };
                 curves.extend(touch.map(|h| Curve::new("first contact, undeformed", arrow, [(0.0, h)])));
                 // First contact is at no load.
                 return Ok(Plot { x: linear(kind.x.1), ..kind.plot(curves) });
@@ -250,5 +245,5 @@ impl Both<'_> {
 fn middle_slope(curve: &Curve) -> Option<Curve> {
     let middle = curve.points.get(curve.points.len() / 2)?;
     let at = |p: &(f64, f64)| (p.0, middle.1 * (p.0 / middle.0).powf(SIZE_EXPONENT));
-    Some(Curve::new("a^−1.45", THEORY, curve.points.iter().map(at)))
+    Some(Curve::new("a^−1.45", EXPECTED, curve.points.iter().map(at)))
 }

@@ -6,11 +6,7 @@ use super::uncertainty::total;
 use super::{criteria, model_chain};
 use crate::error::Error;
 use crate::record::downsample::DownsampledMap;
-use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, CriterionMatch, LoadComparison, Overlap, Section,
-};
-use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Rgb};
-use crate::report::plot::{ATOMS, HARD, LABORATORY, SOFT, THRESHOLD, YIELDING};
+use crate::report::picture::LONGEST_SIDE;
 use crate::units::ANGSTROM_M;
 
 /// Style of a model of the chain from the full heights to the atoms.
@@ -69,8 +65,17 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
         let pressure = si(s.numbers.pressure * atoms.modulus_gpa * 1e9, "Pa", 3);
         [pressure, with_unit(s.mean_gap * atoms.length_angstrom, 4, "Å")]
     };
-    let loads = c.loads.iter().enumerate().map(|(i, load)| one_load(writer, atoms, c, load, i + 1));
-    let loads = loads.collect::<Result<Vec<_>>>()?;
+    let one = |(i, load): (usize, &LoadComparison)| -> Result<Markup> {
+        let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
+        let maps = state.map(|state| Maps { writer, length: atoms.length_angstrom, load, state, number: i + 1 });
+        Ok(html! {
+            h3 { "Maps at " (at(load.p_star)) }
+            @if let Some(maps) = &maps { (maps.contacts()?) }
+            (matches(load))
+            @if let Some(maps) = &maps { (maps.gaps(&c.hard_wall)?) }
+        })
+    };
+    let loads = c.loads.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?;
     Ok(html! {
         p { "Both sides have the same heights, load and elastic body at the atoms’ scale; they differ in the method and the "
             "contact criterion. The continuum is solved twice: with a hard wall, and with a compliant wall, which is the "
@@ -123,73 +128,95 @@ fn signed_percent(share: f64) -> String {
     format!("{sign}{}", with_unit(100.0 * share, 2, "%"))
 }
 
-fn one_load(
-    writer: &FigureWriter,
-    atoms: &AtomsResults,
-    c: &ComparisonResults,
-    load: &LoadComparison,
-    number: usize,
-) -> Result<Markup> {
-    let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
-    Ok(html! {
-        h3 { "Maps at " (at(load.p_star)) }
-        @if let Some(state) = state { (contact_maps(writer, atoms, load, state, number)?) }
-        (matches(load))
-        @if let Some(state) = state { (gap_maps(writer, atoms, c, load, state, number)?) }
-    })
-}
-
 /// The state of a continuum solution at a load.
 pub(super) fn state_at<'a>(c: &'a ContinuumResults, load: &LoadComparison) -> Option<&'a StateResults> {
     at_load(&c.states, load.p_star, |s| s.numbers.p_star)
 }
 
-fn contact_maps(
-    writer: &FigureWriter,
-    atoms: &AtomsResults,
-    load: &LoadComparison,
-    state: &AtomState,
+/// Maps of one load, of the continuum and of the atoms.
+struct Maps<'a> {
+    writer: &'a FigureWriter<'a>,
+    /// Width of the block, Å.
+    length: f64,
+    load: &'a LoadComparison,
+    state: &'a AtomState,
     number: usize,
-) -> Result<Markup> {
-    let length_m = atoms.length_angstrom * ANGSTROM_M;
-    let touching = writer.flags(&state.contact_map, LONGEST_SIDE)?;
-    let draw = |name: &str, title: &str, map: &DownsampledMap, colour: Rgb, below: Markup| -> Result<Markup> {
-        let image = writer.map((&format!("{name}-{number}"), title), &picture::contact(map, colour), length_m)?;
-        Ok(panel(title, image, below))
-    };
-    let mut drawn = Vec::new();
-    let mut last = None;
-    let criteria = [under(load, "hard_wall"), yielding(load), matched(load)];
-    for (m, name) in criteria.into_iter().zip(["contact-plain", "contact-yielding", "contact-matched"]) {
-        // Under some criteria no map is stored.
-        let Some((m, file)) = m.and_then(|m| Some((m, m.map.as_deref()?))) else { continue };
-        let title = match m.id.as_str() {
-            "hard_wall" => "Hard wall, gap = 0".into(),
-            "offset_wall" => format!("Offset wall, {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
-            _ => capitalised(m.label()),
+}
+
+impl Maps<'_> {
+    fn contacts(&self) -> Result<Markup> {
+        let Maps { writer, load, state, number, .. } = self;
+        let length_m = self.length * ANGSTROM_M;
+        let touching = writer.flags(&state.contact_map, LONGEST_SIDE)?;
+        let draw = |name: &str, title: &str, map: &DownsampledMap, colour: Rgb, below: Markup| -> Result<Markup> {
+            let image = writer.map((&format!("{name}-{number}"), title), &picture::contact(map, colour), length_m)?;
+            Ok(panel(title, image, below))
         };
-        let map = writer.flags(file, LONGEST_SIDE)?;
-        drawn.push(draw(name, &title, &map, ORANGE, html! { (percent(m.contact_area)) " in contact" })?);
-        last = Some((map, m));
-    }
-    let of_atoms = html! { (percent(load.atoms.contact_area)) " in contact (" (load.atoms.criterion) ")" };
-    drawn.push(draw("contact-atoms", "Atoms", &touching, BLUE, of_atoms)?);
-    if let Some((map, m)) = last {
-        if (map.nx, map.ny) != (touching.nx, touching.ny) {
-            let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
-            let accepted = format!("the grid of the continuum’s map ({} × {})", map.nx, map.ny);
-            return Err(Error::format(writer.field(&state.contact_map)?, found, accepted));
+        let mut drawn = Vec::new();
+        let mut last = None;
+        let criteria = [under(load, "hard_wall"), yielding(load), matched(load)];
+        for (m, name) in criteria.into_iter().zip(["contact-plain", "contact-yielding", "contact-matched"]) {
+            // Under some criteria no map is stored.
+            let Some((m, file)) = m.and_then(|m| Some((m, m.map.as_deref()?))) else { continue };
+            let title = match m.id.as_str() {
+                "hard_wall" => "Hard wall, gap = 0".into(),
+                "offset_wall" => format!("Offset wall, {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
+                _ => capitalised(m.label()),
+            };
+            let map = writer.flags(file, LONGEST_SIDE)?;
+            drawn.push(draw(name, &title, &map, ORANGE, html! { (percent(m.contact_area)) " in contact" })?);
+            last = Some((map, m));
         }
-        let (name, alt) = (format!("superposed-{number}"), "contact maps of continuum and atoms, superposed");
-        let image = writer.map((&name, alt), &picture::superposed(&map, &touching), length_m)?;
-        drawn.push(panel("Superposed", image, agreement(m)));
+        let of_atoms = html! { (percent(load.atoms.contact_area)) " in contact (" (load.atoms.criterion) ")" };
+        drawn.push(draw("contact-atoms", "Atoms", &touching, BLUE, of_atoms)?);
+        if let Some((map, m)) = last {
+            if (map.nx, map.ny) != (touching.nx, touching.ny) {
+                let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
+                let accepted = format!("the grid of the continuum’s map ({} × {})", map.nx, map.ny);
+                return Err(Error::format(writer.field(&state.contact_map)?, found, accepted));
+            }
+            let (name, alt) = (format!("superposed-{number}"), "contact maps of continuum and atoms, superposed");
+            let image = writer.map((&name, alt), &picture::superposed(&map, &touching), length_m)?;
+            drawn.push(panel("Superposed", image, agreement(m)));
+        }
+        let n = touching.factor;
+        Ok(figure(
+            html! { (panels(drawn.len(), &drawn)) div.key { (key(&SUPERPOSED)) } },
+            html! { "Contact maps; white: no contact. x to the right, y up."
+            @if n > 1 { " A picture element is drawn as contact where at least half of its " (n) " × " (n) " nodes are in contact." } },
+        ))
     }
-    let n = touching.factor;
-    Ok(figure(
-        html! { (panels(drawn.len(), &drawn)) div.key { (key(&SUPERPOSED)) } },
-        html! { "Contact maps; white: no contact. x to the right, y up."
-        @if n > 1 { " A picture element is drawn as contact where at least half of its " (n) " × " (n) " nodes are in contact." } },
-    ))
+
+    /// The three gap maps with a common colour range.
+    fn gaps(&self, hard_wall: &ContinuumResults) -> Result<Markup> {
+        let Maps { writer, load, state, number, .. } = self;
+        let of_hard_wall = state_at(hard_wall, load).and_then(|s| s.numbers.gap_map.as_deref());
+        let mut maps = Vec::new();
+        for (title, name, file, id) in [
+            ("Gap, hard wall", "gap-hard", of_hard_wall, "hard_wall"),
+            ("Gap, compliant wall", "gap-compliant", Some(load.compliant_wall_gap.as_str()), "compliant_wall"),
+        ] {
+            if let (Some(file), Some(map)) = (file, under(load, id).and_then(|m| m.map.as_deref())) {
+                let small = writer.load(file, PANEL_SIDE, |v| v * self.length)?;
+                maps.push((title, name, small, writer.flags(map, PANEL_SIDE)?));
+            }
+        }
+        let gap = writer.load(&state.gap_map, PANEL_SIDE, |v| v)?;
+        maps.push(("Gap, atoms", "gap-atoms", gap, writer.flags(&state.contact_map, PANEL_SIDE)?));
+        let range = of_gap(maps.iter().flat_map(|m| &m.2.values));
+        let mut drawn = Vec::new();
+        for (title, name, small, contact) in &maps {
+            let gap = Values { quantity: "gap", unit: "Å", small, range, contact: Some(contact) };
+            let image = writer.values((&format!("{name}-{number}"), title), &gap, self.length * ANGSTROM_M)?;
+            drawn.push(panel(title, image, ""));
+        }
+        Ok(figure(
+            panels(drawn.len(), &drawn),
+            html! { "The gap at " (at(load.p_star)) ", in one colour range; dark is small, black is contact "
+            "(hard wall: zero gap; compliant wall and atoms: by the criteria above). The atoms have one value per "
+            "surface atom." },
+        ))
+    }
 }
 
 /// Colours of two superposed contact maps.
@@ -236,44 +263,6 @@ fn matches(load: &LoadComparison) -> Markup {
             @else { "Registration: the maps agree best with the atoms shifted by (" (sx) ", " (sy)
                 ") nodes; the pictures are not shifted." } }
     }
-}
-
-/// The three gap maps with a common colour range.
-fn gap_maps(
-    writer: &FigureWriter,
-    atoms: &AtomsResults,
-    c: &ComparisonResults,
-    load: &LoadComparison,
-    state: &AtomState,
-    number: usize,
-) -> Result<Markup> {
-    let length = atoms.length_angstrom;
-    let of_hard_wall = state_at(&c.hard_wall, load).and_then(|s| s.numbers.gap_map.as_deref());
-    let mut maps = Vec::new();
-    for (title, name, file, id) in [
-        ("Gap, hard wall", "gap-hard", of_hard_wall, "hard_wall"),
-        ("Gap, compliant wall", "gap-compliant", Some(load.compliant_wall_gap.as_str()), "compliant_wall"),
-    ] {
-        if let (Some(file), Some(map)) = (file, under(load, id).and_then(|m| m.map.as_deref())) {
-            let small = writer.load(file, PANEL_SIDE, |v| v * length)?;
-            maps.push((title, name, small, writer.flags(map, PANEL_SIDE)?));
-        }
-    }
-    let gap = writer.load(&state.gap_map, PANEL_SIDE, |v| v)?;
-    maps.push(("Gap, atoms", "gap-atoms", gap, writer.flags(&state.contact_map, PANEL_SIDE)?));
-    let range = of_gap(maps.iter().flat_map(|m| &m.2.values));
-    let mut drawn = Vec::new();
-    for (title, name, small, contact) in &maps {
-        let gap = Values { quantity: "gap", unit: "Å", small, range, contact: Some(contact) };
-        let image = writer.values((&format!("{name}-{number}"), title), &gap, length * ANGSTROM_M)?;
-        drawn.push(panel(title, image, ""));
-    }
-    Ok(figure(
-        panels(drawn.len(), &drawn),
-        html! { "The gap at " (at(load.p_star)) ", in one colour range; dark is small, black is contact "
-        "(hard wall: zero gap; compliant wall and atoms: by the criteria above). The atoms have one value per "
-        "surface atom." },
-    ))
 }
 
 /// Gap profiles along x = L/2, one frame per load.

@@ -2,9 +2,6 @@
 
 use super::loads::PANEL_SIDE;
 use super::prelude::*;
-use crate::record::results::{AtomsResults, ComparisonResults, LoadComparison};
-use crate::report::picture::Range;
-use crate::report::plot::{ATOMS, HARD, SOFT, THRESHOLD};
 use crate::units::ANGSTROM_M;
 
 /// Contact under each criterion and the stress maps; empty if the scene does not request distributions.

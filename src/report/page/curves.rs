@@ -3,8 +3,6 @@
 use super::compare::look;
 use super::method_style::method_style;
 use super::prelude::*;
-use crate::record::results::{AtomState, AtomsResults, ComparisonResults};
-use crate::report::plot::{ATOMS, BACK, EXPECTED, LABORATORY, POINTED_OUT, UNCONVERGED, WITHOUT};
 
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
 const LONG_PATH: f64 = 30.0;
@@ -29,7 +27,7 @@ pub(super) fn branches(
     (label, look): (&str, Style),
     of: &dyn Fn(&StateResults) -> (f64, f64),
 ) -> Vec<Curve> {
-    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stop == "converged").collect();
+    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stop == Stop::Converged).collect();
     let both = converged.iter().any(|s| s.branch == Branch::Unloading);
     let mut curves: Vec<Curve> = Vec::new();
     let mut last: Option<&StateResults> = None;
@@ -46,7 +44,7 @@ pub(super) fn branches(
         curves.last_mut().expect("one for the first state").points.push(of(state));
         last = Some(state);
     }
-    let missed = c.states.iter().filter(|s| s.numbers.stop != "converged" && s.numbers.stop != "detached");
+    let missed = c.states.iter().filter(|s| s.numbers.stop != Stop::Converged && s.numbers.stop != Stop::Detached);
     curves.push(Curve::new("not converged", UNCONVERGED, missed.map(of)));
     curves
 }
@@ -94,7 +92,7 @@ fn without(c: &ContinuumResults, of: impl Fn(&StateResults) -> (f64, f64)) -> Cu
 }
 
 /// The axis of the load: logarithmic unless some loads are tensile.
-fn load_axis(c: &ContinuumResults, label: &str) -> plot::Axis {
+fn load_axis(c: &ContinuumResults, label: &str) -> Axis {
     if c.states.iter().all(|s| s.numbers.p_star > 0.0) { log(label) } else { linear(label) }
 }
 

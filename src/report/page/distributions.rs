@@ -3,15 +3,14 @@
 use super::loads::load;
 use super::prelude::*;
 use crate::challenge::SIZE_EXPONENT;
-use crate::record::results::Observed;
 use crate::report::number::stiffness;
 
 /// Styles of the loads drawn, first to last. Both colour and dash pattern identify a load.
 pub(super) const LOOKS: [Style; 4] = [
-    Style { marker: Marker::None, ..plot::ATOMS },
-    Style { marker: Marker::None, ..plot::WITHOUT },
-    Style { marker: Marker::None, ..plot::HARD },
-    Style { dash: Dash::Solid, marker: Marker::None, ..plot::LABORATORY },
+    Style { marker: Marker::None, ..ATOMS },
+    Style { marker: Marker::None, ..WITHOUT },
+    Style { marker: Marker::None, ..HARD },
+    Style { dash: Dash::Solid, marker: Marker::None, ..LABORATORY },
 ];
 
 pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
@@ -83,7 +82,7 @@ fn slope(curves: &[Curve]) -> Option<Curve> {
     let points = &curves.last()?.points;
     let (first, last) = (points.first()?, points.last()?);
     let at = |a: f64| (a, 3.0 * first.1 * (a / first.0).powf(SIZE_EXPONENT));
-    (last.0 > first.0).then(|| Curve::new("slope −1.45 (Müser et al. 2017)", plot::EXPECTED, [at(first.0), at(last.0)]))
+    (last.0 > first.0).then(|| Curve::new("slope −1.45 (Müser et al. 2017)", EXPECTED, [at(first.0), at(last.0)]))
 }
 
 fn numbers(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {

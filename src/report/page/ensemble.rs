@@ -6,8 +6,6 @@ use super::document::{Section, document};
 use super::prelude::*;
 use super::summary::warnings;
 use crate::record::ensemble::{Ensemble, FILE, Observable, Point, PointStatus, Sample, Statistic};
-use crate::report::picture::{BLACK, BLUE, GREEN, ORANGE, PURPLE, Rgb, VERMILION};
-use crate::report::plot::Axis;
 
 const COLOURS: [Rgb; 6] = [BLUE, ORANGE, GREEN, VERMILION, BLACK, PURPLE];
 

@@ -10,8 +10,7 @@ use super::prelude::*;
 use crate::error::Error;
 use crate::grid::{Grid, smoothed};
 use crate::record::downsample::DownsampledMap;
-use crate::record::results::{CriterionMatch, LoadComparison};
-use crate::report::picture::{self, BLACK, BLUE, ORANGE, PURPLE, Picture, Rgb};
+use crate::report::picture::Picture;
 use crate::units::ANGSTROM_M;
 
 /// Maximum side of the maps for the script, cells: with gap, stress and contact of two sources at three loads the page
@@ -255,7 +254,7 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
 
 /// The continuum at the scale of the scene.
 fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
-    let stored = |s: &&StateResults| s.numbers.gap_map.is_some() && s.numbers.stop != "detached";
+    let stored = |s: &&StateResults| s.numbers.gap_map.is_some() && s.numbers.stop != Stop::Detached;
     let states: Vec<&StateResults> = c.states.iter().filter(stored).collect();
     let highest = states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
     let pressure = |s: &&StateResults| s.numbers.pressure.abs() / s.numbers.contact_area.max(1e-3);

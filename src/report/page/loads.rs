@@ -3,7 +3,6 @@
 use super::prelude::*;
 use super::uncertainty;
 use crate::report::hysteresis::hysteresis_sentence;
-use crate::report::picture::{self, BLACK, Range};
 
 /// Maximum side of pictures of single loads, which are shown in a row, pixels.
 pub(super) const PANEL_SIDE: usize = 400;
@@ -62,7 +61,7 @@ fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
 /// The table of states; `units` formats mean pressure and mean gap of a state.
 pub(super) fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]) -> Markup {
     // Separated surfaces have no equilibrium, so the last iterate is meaningless.
-    let known = |s: &StateResults, number: String| or_dash((s.numbers.stop != "detached").then_some(number));
+    let known = |s: &StateResults, number: String| or_dash((s.numbers.stop != Stop::Detached).then_some(number));
     let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
     criteria.dedup();
     html! {
@@ -101,7 +100,7 @@ fn back(s: &StateResults) -> &'static str {
 }
 
 fn stop(s: &StateResults) -> Markup {
-    if s.numbers.stop == "converged" { "converged".render() } else { bad(&s.numbers.stop) }
+    if s.numbers.stop == Stop::Converged { "converged".render() } else { bad(s.numbers.stop.to_string()) }
 }
 
 /// Tensile stresses below this fraction of the largest stress are rounding errors; the colour bar then starts at
@@ -151,7 +150,7 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let ranges = common_ranges(writer, c)?;
     for (i, state) in c.states.iter().enumerate() {
         let title = |what: &str| {
-            let mark = if state.numbers.stop == "converged" { "" } else { " (not converged)" };
+            let mark = if state.numbers.stop == Stop::Converged { "" } else { " (not converged)" };
             format!("{what} at {}{}{mark}", at(state.numbers.p_star), back(state))
         };
         let mut add = |row: usize, title: &str, image: Markup, below: Markup| {

@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::paper::{Data, FIGURES, PaperFigure};
+use super::paper::{FIGURES, PaperFigure};
 use super::prelude::*;
 use crate::load::at_step;
 use crate::record::methods::{MethodResults, MethodState, loading_states};
-use crate::report::picture;
-use crate::report::plot::Axis;
 use crate::scene::REFERENCE_LOAD;
 
 /// Style of the scene's own method in every panel, with and without adhesion.
@@ -65,58 +63,166 @@ fn is_drawn(k: usize, nearest: usize, count: usize) -> bool {
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let own = Own::of(results);
-    let draw = |kind: &PaperFigure, load: Option<(usize, f64)>| one(writer, results, kind, load, &own);
+    let page = Page { writer, results, own: &own };
     let (loads, nearest) = loads(results);
     let mut of_loads = Vec::new();
     for (k, &(index, p)) in loads.iter().enumerate() {
         let shown = FIGURES.iter().filter(|f| !f.is_path() && is_drawn(k, nearest, loads.len()));
-        let figures = shown.map(|kind| draw(kind, Some((index, p)))).collect::<Result<Vec<_>>>()?;
+        let figures = shown.map(|kind| page.figure(kind, Some((index, p)))).collect::<Result<Vec<_>>>()?;
         of_loads.push(html! {
             details open[k == nearest] {
                 summary { (at(p)) @if figures.is_empty() { " (table only)" } }
-                (numbers(writer, results, &own, Some(index)))
+                (page.numbers(Some(index)))
                 (each(&figures))
             }
         });
     }
     let paths = FIGURES.iter().filter(|f| f.is_path() || loads.is_empty());
-    let paths = paths.map(|kind| draw(kind, None)).collect::<Result<Vec<_>>>()?;
+    let paths = paths.map(|kind| page.figure(kind, None)).collect::<Result<Vec<_>>>()?;
     Ok(html! {
         p { "Deviations are from " (own_name(results))
             " Areas are by each method’s own criterion." }
         p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below each figure: what it does not show, and why." }
-        @if loads.is_empty() { (numbers(writer, results, &own, None)) }
+        @if loads.is_empty() { (page.numbers(None)) }
         (each(&of_loads))
         (notes(writer, results))
         (each(&paths))
     })
 }
 
-/// A figure with a panel for each method.
-fn one(
-    writer: &FigureWriter,
-    results: &Results,
-    kind: &PaperFigure,
-    load: Option<(usize, f64)>,
-    own: &Own,
-) -> Result<Markup> {
-    let (mut drawn, mut empty): (Vec<Markup>, Vec<(String, Vec<String>)>) = Default::default();
-    for id in distinct(results.methods.iter().map(|m| &m.method)) {
-        let runs: Vec<_> = results.methods.iter().filter(|m| m.method == *id).collect();
-        match cell(writer, kind, load, own, &runs)? {
-            Cell::Panel(panel) => drawn.push(panel),
-            Cell::Empty { title, why } => match empty.iter_mut().find(|e| e.0 == why) {
-                Some((_, titles)) => titles.push(title),
-                None => empty.push((why, vec![title])),
-            },
+/// What all figures and tables of the comparison share.
+struct Page<'a> {
+    writer: &'a FigureWriter<'a>,
+    results: &'a Results,
+    own: &'a Own,
+}
+
+impl Page<'_> {
+    /// A figure with a panel for each method.
+    fn figure(&self, kind: &PaperFigure, load: Option<(usize, f64)>) -> Result<Markup> {
+        let (mut drawn, mut empty): (Vec<Markup>, Vec<(String, Vec<String>)>) = Default::default();
+        for id in distinct(self.results.methods.iter().map(|m| &m.method)) {
+            let runs: Vec<_> = self.results.methods.iter().filter(|m| m.method == *id).collect();
+            match self.cell(kind, load, &runs)? {
+                Cell::Panel(panel) => drawn.push(panel),
+                Cell::Empty { title, why } => match empty.iter_mut().find(|e| e.0 == why) {
+                    Some((_, titles)) => titles.push(title),
+                    None => empty.push((why, vec![title])),
+                },
+            }
         }
+        let caption = html! {
+            (kind.caption) @if let Some((_, p)) = load { ", at " (at(p)) }
+            ". Grey: " (own_name(self.results)) " (The paper’s figure " (kind.number) ".)"
+            @for (why, titles) in &empty { br; "Not available (" (why) "): " (titles.join(", ")) "." }
+        };
+        Ok(figure(panels(ROW, &drawn), caption))
     }
-    let caption = html! {
-        (kind.caption) @if let Some((_, p)) = load { ", at " (at(p)) }
-        ". Grey: " (own_name(results)) " (The paper’s figure " (kind.number) ".)"
-        @for (why, titles) in &empty { br; "Not available (" (why) "): " (titles.join(", ")) "." }
-    };
-    Ok(figure(panels(ROW, &drawn), caption))
+
+    /// Table of all methods at one load.
+    fn numbers(&self, index: Option<usize>) -> Markup {
+        let Page { writer, results, own } = self;
+        let um = writer.scales.um();
+        let micron = |g: f64| format!("{} µm", significant(g * um, 3));
+        let area = |a: f64| format!("{} µm²", significant(a * um * um, 3));
+        let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
+            None => String::new(),
+            Some(r) if (found / r - 1.0).abs() < 0.005 => " (0 %)".into(),
+            Some(r) => format!(" ({:+.0} %)", 100.0 * (found / r - 1.0)).replace('-', "−"),
+        };
+        let adhesion = |with: bool| if with { "with" } else { "without" };
+        let own_row = |adhesive: bool| {
+            let s = at_step(own.like(adhesive), index?)?;
+            let mut solved = results.continuum.iter().chain(&results.non_adhesive);
+            let solved = solved.find(|c| c.range.is_some() == adhesive);
+            let error = solved.and_then(|c| at_step(&c.states, index?)?.discretisation?.area);
+            let error = error.map(|e| format!(" ± {} by the grid", percent(e * s.numbers.contact_area)));
+            Some(row![
+                html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
+                adhesion(adhesive),
+                results.continuum.iter().flat_map(|c| &c.states).next().map_or("", |s| &s.criterion),
+                html! { (percent(s.numbers.contact_area)) (quiet(error.unwrap_or_default())) },
+                or_dash(s.mean_gap.map(micron)),
+                or_dash(s.numbers.stiffness.map(|k| significant(k, 3))),
+                or_dash(s.median_cluster_area.map(area)),
+                "",
+            ])
+        };
+        let row = |m: &MethodResults| {
+            let at = |states| index.and_then(|index| at_step(states, index));
+            let (here, reference) = (at(m.states.as_slice()), at(own.like(m.adhesive)));
+            type Of<'a> = &'a dyn Fn(&MethodState) -> Option<f64>;
+            let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
+                Some(v) => html! { (show(v)) (quiet(off(v, reference.and_then(of)))) },
+                None => {
+                    let missing =
+                        here.iter().flat_map(|s| &s.missing).chain(&m.missing).find(|m| m.quantity == quantity.id());
+                    html! { "–" @if let Some(m) = missing { " " (quiet(format!("({})", m.reason))) } }
+                }
+            };
+            let mut cells =
+                row![html! { (m.method) @if m.calibrated_on.is_some() { "*" } }, adhesion(m.adhesive), m.criterion];
+            if here.is_none() && !m.states.is_empty() {
+                cells.push(quiet("no result at this load"));
+            } else if here.is_some() {
+                let presses = here.and_then(|s| s.contact_nodes_compressive);
+                let presses = presses.map(|presses| quiet(format!(" ({} under compression)", percent(presses))));
+                cells.extend(row![
+                html! { (with(Quantity::ContactArea, &|s| Some(s.numbers.contact_area), &percent)) (presses.unwrap_or_default()) },
+                with(Quantity::MeanGap, &|s| s.mean_gap, &micron),
+                with(Quantity::Stiffness, &|s| s.numbers.stiffness, &|k| significant(k, 3)),
+                with(Quantity::PatchPdf, &|s| s.median_cluster_area, &area),
+                duration(m.cpu_seconds),
+            ]);
+            }
+            cells
+        };
+        let [first, last] = [
+            ["method", "adhesion", "criterion", "contact"],
+            ["mean gap", "stiffness (E*/L)", "median cluster area", "CPU, all loads"],
+        ];
+        let own_rows = [true, false].into_iter().filter_map(own_row);
+        table("words", &[first, last].concat(), own_rows.chain(results.methods.iter().map(row)))
+    }
+
+    /// Panel of a method at one load or over all loads; if there is none, the reason.
+    fn cell(&self, kind: &PaperFigure, load: Option<(usize, f64)>, runs: &[&MethodResults]) -> Result<Cell> {
+        let points = |states| kind.points(self.writer, load.map(|(index, _)| index), states);
+        let first = runs.first().expect("ids are those of runs");
+        let title = format!("{}: {}", first.method, first.paper_name);
+        let mut found = Vec::new();
+        for run in runs {
+            let style = if run.adhesive { ATOMS } else { WITHOUT };
+            let style = if kind.is_path() { style } else { style.without_marker() };
+            found.push(Curve::new("", style, points(&run.states)?));
+        }
+        found.retain(|curve| !curve.points.is_empty());
+        let missing =
+            |run: &MethodResults| run.missing.iter().find(|m| m.quantity == kind.needs.id()).map(|m| m.reason.clone());
+        let reasons =
+            distinct(runs.iter().filter_map(|run| run.unavailable_reason.clone().or_else(|| missing(run)))).join("; ");
+        if found.is_empty() {
+            let unknown = "its maps are not kept at this load, or have nothing on this line".into();
+            return Ok(Cell::Empty { title, why: if reasons.is_empty() { unknown } else { reasons } });
+        }
+        let mut curves = Vec::new();
+        for (style, states) in [(OWN, &self.own.with), (OWN_WITHOUT, &self.own.without)] {
+            curves.push(Curve::new("", style, points(states)?));
+        }
+        let plot = kind.plot(Vec::new());
+        let bounds = [bounds(&plot.x, &curves, |p| p.0), bounds(&plot.y, &curves, |p| p.1)];
+        for curve in &mut found {
+            let inside = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
+            curve.points.retain(|p| inside(p.0, bounds[0]) && inside(p.1, bounds[1]));
+        }
+        curves.extend(found);
+        let plot = Plot { width: PANEL, proportion: PROPORTION, curves, ..plot };
+        let of_load = load.map_or(String::new(), |(k, _)| format!("-load-{}", k + 1));
+        Ok(match self.writer.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
+            Some(drawn) => Cell::Panel(panel(&title, drawn, reasons)),
+            None => Cell::Empty { title, why: "no values in the range of the axes".into() },
+        })
+    }
 }
 
 /// Name of the grey curves.
@@ -126,71 +232,6 @@ fn own_name(results: &Results) -> String {
         Some(c) => format!("{} of the scene.", c.method),
         None => "nothing: no solver ran.".into(),
     }
-}
-
-/// Table of all methods at one load.
-fn numbers(writer: &FigureWriter, results: &Results, own: &Own, index: Option<usize>) -> Markup {
-    let um = writer.scales.um();
-    let micron = |g: f64| format!("{} µm", significant(g * um, 3));
-    let area = |a: f64| format!("{} µm²", significant(a * um * um, 3));
-    let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
-        None => String::new(),
-        Some(r) if (found / r - 1.0).abs() < 0.005 => " (0 %)".into(),
-        Some(r) => format!(" ({:+.0} %)", 100.0 * (found / r - 1.0)).replace('-', "−"),
-    };
-    let adhesion = |with: bool| if with { "with" } else { "without" };
-    let own_row = |adhesive: bool| {
-        let s = at_step(own.like(adhesive), index?)?;
-        let mut solved = results.continuum.iter().chain(&results.non_adhesive);
-        let solved = solved.find(|c| c.range.is_some() == adhesive);
-        let error = solved.and_then(|c| at_step(&c.states, index?)?.discretisation?.area);
-        let error = error.map(|e| format!(" ± {} by the grid", percent(e * s.numbers.contact_area)));
-        Some(row![
-            html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
-            adhesion(adhesive),
-            results.continuum.iter().flat_map(|c| &c.states).next().map_or("", |s| &s.criterion),
-            html! { (percent(s.numbers.contact_area)) (quiet(error.unwrap_or_default())) },
-            or_dash(s.mean_gap.map(micron)),
-            or_dash(s.numbers.stiffness.map(|k| significant(k, 3))),
-            or_dash(s.median_cluster_area.map(area)),
-            "",
-        ])
-    };
-    let row = |m: &MethodResults| {
-        let at = |states| index.and_then(|index| at_step(states, index));
-        let (here, reference) = (at(m.states.as_slice()), at(own.like(m.adhesive)));
-        type Of<'a> = &'a dyn Fn(&MethodState) -> Option<f64>;
-        let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
-            Some(v) => html! { (show(v)) (quiet(off(v, reference.and_then(of)))) },
-            None => {
-                let missing =
-                    here.iter().flat_map(|s| &s.missing).chain(&m.missing).find(|m| m.quantity == quantity.id());
-                html! { "–" @if let Some(m) = missing { " " (quiet(format!("({})", m.reason))) } }
-            }
-        };
-        let mut cells =
-            row![html! { (m.method) @if m.calibrated_on.is_some() { "*" } }, adhesion(m.adhesive), m.criterion];
-        if here.is_none() && !m.states.is_empty() {
-            cells.push(quiet("no result at this load"));
-        } else if here.is_some() {
-            let presses = here.and_then(|s| s.contact_nodes_compressive);
-            let presses = presses.map(|presses| quiet(format!(" ({} under compression)", percent(presses))));
-            cells.extend(row![
-                html! { (with(Quantity::ContactArea, &|s| Some(s.numbers.contact_area), &percent)) (presses.unwrap_or_default()) },
-                with(Quantity::MeanGap, &|s| s.mean_gap, &micron),
-                with(Quantity::Stiffness, &|s| s.numbers.stiffness, &|k| significant(k, 3)),
-                with(Quantity::PatchPdf, &|s| s.median_cluster_area, &area),
-                duration(m.cpu_seconds),
-            ]);
-        }
-        cells
-    };
-    let [first, last] = [
-        ["method", "adhesion", "criterion", "contact"],
-        ["mean gap", "stiffness (E*/L)", "median cluster area", "CPU, all loads"],
-    ];
-    let own_rows = [true, false].into_iter().filter_map(own_row);
-    table("words", &[first, last].concat(), own_rows.chain(results.methods.iter().map(row)))
 }
 
 /// Notes for all loads: unavailable methods, ranges of adhesion, fitted constants.
@@ -217,50 +258,6 @@ enum Cell {
     Empty { title: String, why: String },
 }
 
-/// Panel of a method at one load or over all loads; if there is none, the reason.
-fn cell(
-    writer: &FigureWriter,
-    kind: &PaperFigure,
-    load: Option<(usize, f64)>,
-    own: &Own,
-    runs: &[&MethodResults],
-) -> Result<Cell> {
-    let first = runs.first().expect("ids are those of runs");
-    let title = format!("{}: {}", first.method, first.paper_name);
-    let mut found = Vec::new();
-    for run in runs {
-        let style = if run.adhesive { plot::ATOMS } else { plot::WITHOUT };
-        let style = if kind.is_path() { style } else { style.without_marker() };
-        found.push(Curve::new("", style, points(writer, kind, load, &run.states)?));
-    }
-    found.retain(|curve| !curve.points.is_empty());
-    let missing =
-        |run: &MethodResults| run.missing.iter().find(|m| m.quantity == kind.needs.id()).map(|m| m.reason.clone());
-    let reasons =
-        distinct(runs.iter().filter_map(|run| run.unavailable_reason.clone().or_else(|| missing(run)))).join("; ");
-    if found.is_empty() {
-        let unknown = "its maps are not kept at this load, or have nothing on this line".into();
-        return Ok(Cell::Empty { title, why: if reasons.is_empty() { unknown } else { reasons } });
-    }
-    let mut curves = Vec::new();
-    for (style, states) in [(OWN, &own.with), (OWN_WITHOUT, &own.without)] {
-        curves.push(Curve::new("", style, points(writer, kind, load, states)?));
-    }
-    let plot = kind.plot(Vec::new());
-    let bounds = [bounds(&plot.x, &curves, |p| p.0), bounds(&plot.y, &curves, |p| p.1)];
-    for curve in &mut found {
-        let inside = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
-        curve.points.retain(|p| inside(p.0, bounds[0]) && inside(p.1, bounds[1]));
-    }
-    curves.extend(found);
-    let plot = Plot { width: PANEL, proportion: PROPORTION, curves, ..plot };
-    let of_load = load.map_or(String::new(), |(k, _)| format!("-load-{}", k + 1));
-    Ok(match writer.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
-        Some(drawn) => Cell::Panel(panel(&title, drawn, reasons)),
-        None => Cell::Empty { title, why: "no values in the range of the axes".into() },
-    })
-}
-
 /// Axis limits around the values of the scene's own method; unlimited if it has none.
 fn bounds(axis: &Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
     let shown = |v: &f64| v.is_finite() && (!axis.log || *v > 0.0);
@@ -268,22 +265,5 @@ fn bounds(axis: &Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
         (low, high) if low > high => [f64::NEG_INFINITY, f64::INFINITY],
         (low, high) if axis.log => [low * 10f64.powf(-BEYOND_DECADES), high * 10f64.powf(BEYOND_DECADES)],
         (low, high) => [low - BEYOND * (high - low), high + BEYOND * (high - low)],
-    }
-}
-
-/// Points of a method in a figure, at a load if the figure shows a single load.
-fn points(
-    writer: &FigureWriter,
-    kind: &PaperFigure,
-    load: Option<(usize, f64)>,
-    states: &[MethodState],
-) -> Result<Vec<(f64, f64)>> {
-    let um = writer.scales.um();
-    match kind.data {
-        Data::Path(of) => Ok(states.iter().filter_map(|s| Some((s.numbers.p_star, of(s, um)?))).collect()),
-        Data::State(of) => match load.and_then(|(index, _)| at_step(states, index)) {
-            Some(here) => of(writer, here, um),
-            None => Ok(Vec::new()),
-        },
     }
 }

@@ -40,7 +40,6 @@ use std::path::{Path, PathBuf};
 use crate::error::Error;
 use crate::record::atomic_file::write_atomic;
 use crate::record::ensemble::Ensemble;
-use crate::record::results::{FILE, ScalesSi, StageCost};
 use crate::record::tradeoff::Tradeoff;
 use crate::record::uncertainty::UncertaintySource;
 use document::{Section, document, linked};

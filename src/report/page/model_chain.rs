@@ -2,7 +2,6 @@
 
 use super::compare::look;
 use super::prelude::*;
-use crate::record::results::{ComparisonResults, LoadComparison, ModelChainStep};
 
 fn name(id: &str) -> &'static str {
     match id {

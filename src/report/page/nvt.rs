@@ -2,8 +2,6 @@
 
 use super::loads::PANEL_SIDE;
 use super::prelude::*;
-use crate::record::results::{AtomsResults, NvtResults, NvtState, ValueWithError};
-use crate::report::picture::Range;
 use crate::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) -> Result<Markup> {

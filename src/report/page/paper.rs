@@ -2,10 +2,10 @@
 
 use super::prelude::*;
 use crate::grid::Grid;
+use crate::load::at_step;
 use crate::observe::column_at;
 use crate::record::methods::MethodState;
 use crate::record::npy;
-use crate::report::plot::Axis;
 
 /// Data of a figure; the last argument is the number of micrometres per L.
 pub(super) enum Data {
@@ -69,6 +69,23 @@ pub(super) const FIGURES: [PaperFigure; 9] = [
 impl PaperFigure {
     pub(super) fn plot(&self, curves: Vec<Curve>) -> Plot {
         Plot::new((self.x.0)(self.x.1), (self.y.0)(self.y.1), curves)
+    }
+
+    /// Points of states, of that with an index if the figure shows a single load.
+    pub(super) fn points(
+        &self,
+        writer: &FigureWriter,
+        index: Option<usize>,
+        states: &[MethodState],
+    ) -> Result<Vec<(f64, f64)>> {
+        let um = writer.scales.um();
+        match self.data {
+            Data::Path(of) => Ok(states.iter().filter_map(|s| Some((s.numbers.p_star, of(s, um)?))).collect()),
+            Data::State(of) => match index.and_then(|index| at_step(states, index)) {
+                Some(here) => of(writer, here, um),
+                None => Ok(Vec::new()),
+            },
+        }
     }
 
     /// Whether the figure is a curve over all loads; otherwise it shows a single load.

@@ -5,12 +5,13 @@ pub(super) use super::figures::{
     quiet, row, spread, table,
 };
 pub(super) use crate::error::Result;
-pub(super) use crate::load::Branch;
+pub(super) use crate::load::{Branch, Stop};
 pub(super) use crate::record::quantity::Quantity;
-pub(super) use crate::record::results::{ContinuumResults, Results, StateResults};
+pub(super) use crate::record::results::*;
 pub(super) use crate::report::number::{
     at, count, duration, memory, percent, si, si_given, si_scale, significant, trimmed, with_error, with_unit,
 };
-pub(super) use crate::report::plot::{self, Curve, Dash, Marker, PANEL, Plot, Style, linear, log};
+pub(super) use crate::report::picture::{self, BLACK, BLUE, GREEN, ORANGE, PURPLE, Range, Rgb, VERMILION};
+pub(super) use crate::report::plot::*;
 pub(super) use crate::report::scale::ends;
 pub(super) use maud::{Markup, PreEscaped, Render, html};

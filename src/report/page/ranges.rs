@@ -3,7 +3,6 @@
 use super::distributions::LOOKS;
 use super::prelude::*;
 use crate::interface::tabor;
-use crate::record::results::CURVATURE_RADIUS;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let Some(tabor) = Tabor::of(results) else { return Ok(html! {}) };

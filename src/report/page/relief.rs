@@ -8,7 +8,6 @@ use super::explorer::{SIDE, data};
 use super::packed::{self, Packed};
 use super::prelude::*;
 use crate::record::downsample::DownsampledMap;
-use crate::report::picture::{self, BLACK, BLUE, ORANGE, Rgb, VERMILION};
 use crate::report::relief::{GROUND, Relief, ReliefFigure};
 
 /// Range of the heights over the width of the cell in the picture, at most.
@@ -91,7 +90,7 @@ fn contact(writer: &FigureWriter, results: &Results) -> Result<Option<(f64, Vec<
     }
     let states = results.continuum.iter().flat_map(|c| &c.states);
     let stored = states.filter_map(|s: &StateResults| Some((s, s.numbers.gap_map.as_deref()?)));
-    let Some((state, file)) = stored.rev().find(|(s, _)| s.numbers.stop != "detached") else { return Ok(None) };
+    let Some((state, file)) = stored.rev().find(|(s, _)| s.numbers.stop != Stop::Detached) else { return Ok(None) };
     Ok(Some((state.numbers.p_star, vec![writer.closed(file, SIDE)?])))
 }
 

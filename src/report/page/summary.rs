@@ -6,7 +6,6 @@ use super::prelude::*;
 use super::uncertainty::total;
 use super::{challenge, curves, explorer, tiles};
 use crate::record::advice::AccuracyChoice;
-use crate::record::results::{AtomsResults, ComparisonResults, CriterionMatch, LoadComparison};
 use crate::report::number::error_of;
 use crate::units::ANGSTROM_M;
 
@@ -161,10 +160,10 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
 pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     let first = c.states.first()?;
     let gap = |gap: f64| results.scales.length(gap, 3);
-    let missed = c.states.iter().filter(|s| s.numbers.stop != "converged").count();
+    let missed = c.states.iter().filter(|s| s.numbers.stop != Stop::Converged).count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
     let scale = if results.atoms.is_some() { "At the laboratory scale " } else { "" };
-    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
+    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).map(pick);
     let path = if c.states.len() == 1 {
         // The error is left out if no component is known.
         let error = |q| total(first, q).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)));
@@ -188,7 +187,7 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
 
 /// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads.
 fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
-    let known = c.states.iter().filter(|s| s.numbers.stop != "detached").filter_map(|s| total(s, quantity));
+    let known = c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).filter_map(|s| total(s, quantity));
     known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} of it or less)", percent(r)))
 }
 
@@ -199,7 +198,7 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
         let mut loading = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
         let same =
             |s: &&StateResults| (s.numbers.p_star - back.numbers.p_star).abs() <= SAME_LOAD * back.numbers.p_star.abs();
-        (back.branch == Branch::Unloading && back.numbers.stop == "converged").then_some(())?;
+        (back.branch == Branch::Unloading && back.numbers.stop == Stop::Converged).then_some(())?;
         let loading = loading.rfind(same)?;
         // Without hysteresis both branches have the same area.
         let alike = percent(loading.numbers.contact_area) == percent(back.numbers.contact_area);

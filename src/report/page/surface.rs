@@ -4,9 +4,7 @@ use super::figures::symbol;
 use super::prelude::*;
 use super::relief;
 use crate::error::Error;
-use crate::record::results::Statistic;
 use crate::report::picture::LONGEST_SIDE;
-use crate::report::plot::{EXPECTED, REALISED};
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let surface = &results.surface;

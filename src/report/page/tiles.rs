@@ -4,7 +4,6 @@ use super::compare::{deviation, matched, matched_uncertainty, more_or_less, unce
 use super::definitions::{Term, term};
 use super::prelude::*;
 use super::uncertainty::total;
-use crate::record::results::{ComparisonResults, CriterionMatch, LoadComparison};
 use crate::report::number::stiffness;
 
 const UNKNOWN: &str = " ± not known";
@@ -46,7 +45,7 @@ fn bare(value: String) -> (String, String) {
 fn tiles(results: &Results) -> Vec<Markup> {
     let mut tiles = Vec::new();
     if let Some(c) = &results.continuum {
-        let pressed = c.states.iter().filter(|s| s.numbers.stop != "detached" && s.branch == Branch::Loading);
+        let pressed = c.states.iter().filter(|s| s.numbers.stop != Stop::Detached && s.branch == Branch::Loading);
         if let Some(s) = pressed.max_by(|a, b| a.numbers.p_star.total_cmp(&b.numbers.p_star)) {
             tiles.extend(continuum_tiles(results, c, s));
         }

@@ -3,7 +3,6 @@
 use super::prelude::*;
 use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::change;
-use crate::report::plot::{LABORATORY, POINTED_OUT};
 use crate::scene::REFERENCE_LOAD;
 
 pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {

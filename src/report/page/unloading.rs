@@ -1,8 +1,6 @@
 //! Unloading of the atoms: contact against load, comparison with loading, pull-off.
 
 use super::prelude::*;
-use crate::record::results::{AtomPullOff, AtomsResults, LoadStepResults, Unloading};
-use crate::report::plot::{ATOMS, BACK};
 
 /// Curves over the load steps, one per branch; `reversal`: last step of loading.
 pub(super) fn branch_curves(

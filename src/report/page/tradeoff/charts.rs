@@ -5,7 +5,6 @@ use crate::compare::pareto::front;
 use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
 use crate::report::page::method_style::method_style;
 use crate::report::page::prelude::*;
-use crate::report::picture;
 
 /// Smallest cost of a chart, s: shorter processor times cannot be measured.
 const LEAST_SECONDS: f64 = 1e-4;
