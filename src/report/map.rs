@@ -99,13 +99,11 @@ impl MapFigure<'_> {
             let share = f64::from(i) / f64::from(STOPS);
             let _ = write!(svg, "<stop offset=\"{share:.4}\" stop-color=\"{}\"/>", css(colour(share)));
         }
+        let (name, high, line) = (escaped(self.name), 0.8 * t, 0.06 * t);
         let _ = write!(
             svg,
-            "</linearGradient></defs><rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{:.2}\" \
-             fill=\"url(#ramp-{})\" stroke=\"currentColor\" stroke-width=\"{:.2}\"/>",
-            0.8 * t,
-            escaped(self.name),
-            0.06 * t
+            "</linearGradient></defs><rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{high:.2}\" \
+             fill=\"url(#ramp-{name})\" stroke=\"currentColor\" stroke-width=\"{line:.2}\"/>"
         );
         let labels = top + 2.0 * t;
         text(svg, (left, labels), "start", &trimmed(bar.range.low, 3));
@@ -114,12 +112,10 @@ impl MapFigure<'_> {
         text(svg, (left + 0.5 * across, labels + 1.2 * t), "middle", &bar.label());
         if bar.over_contact {
             let y = labels + 1.8 * t;
+            let (side, black) = (0.8 * t, css(BLACK));
             let _ = write!(
                 svg,
-                "<rect x=\"{left:.2}\" y=\"{y:.2}\" width=\"{0:.2}\" height=\"{0:.2}\" fill=\"{1}\" stroke=\"#888\" stroke-width=\"{2:.2}\"/>",
-                0.8 * t,
-                css(BLACK),
-                0.06 * t
+                "<rect x=\"{left:.2}\" y=\"{y:.2}\" width=\"{side:.2}\" height=\"{side:.2}\" fill=\"{black}\" stroke=\"#888\" stroke-width=\"{line:.2}\"/>"
             );
             text(svg, (left + 1.2 * t, y + 0.75 * t), "start", "contact");
         }

@@ -45,7 +45,7 @@ pub struct Picture {
 }
 
 /// Values at the ends of a colour bar; values outside are clamped.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Range {
     pub low: f64,
     pub high: f64,

@@ -9,18 +9,6 @@ use crate::record::downsample::DownsampledMap;
 use crate::report::picture::LONGEST_SIDE;
 use crate::units::ANGSTROM_M;
 
-/// Style of a model of the chain from the full heights to the atoms.
-pub(super) fn look(id: &str) -> Style {
-    match id {
-        "full_heights" => LABORATORY,
-        "hard_wall" => HARD,
-        "offset_wall" => THRESHOLD,
-        "compliant_wall" => SOFT,
-        "yielding_wall" => YIELDING,
-        _ => ATOMS,
-    }
-}
-
 /// Relative tolerance of equal loads: solvers meet a load to 10⁻³ or better, and loads of a path differ by far more.
 pub(super) const SAME_LOAD: f64 = 0.01;
 

@@ -1,7 +1,6 @@
 //! Contact and mean gap against load, by branch.
 
-use super::compare::look;
-use super::method_style::method_style;
+use super::method_style::{method_style, model_style};
 use super::prelude::*;
 
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
@@ -149,19 +148,15 @@ pub(super) fn formula((label, style): (&str, Style), over: &[Curve], log: bool, 
 
 /// Contact fraction (%) of the matched continuum under each criterion.
 fn criteria(c: &ComparisonResults) -> Vec<Curve> {
-    let ids = distinct(c.loads.iter().flat_map(|l| &l.continuum).map(|m| m.id.as_str()));
-    let curve = |id: &str| {
-        let of = c.loads.iter().flat_map(|l| l.continuum.iter().filter(|m| m.id == id).take(1).map(|m| (l.p_star, m)));
-        let label = match id {
-            "hard_wall" => "hard wall, gap = 0",
-            "yielding_wall" => "compliant wall with hardness",
-            "offset_wall" => "offset wall",
-            "compliant_wall" => "compliant wall",
-            other => other,
-        };
-        Curve::new(label, look(id), of.map(|(p, m)| (p, 100.0 * m.contact_area)))
+    let all = || c.loads.iter().flat_map(|l| l.continuum.iter().map(|m| (l.p_star, m)));
+    let curve = |id: &String| {
+        let of = || all().filter(|(_, m)| m.id == *id);
+        // The other criteria of contact are in the labels.
+        let zero = if id == "hard_wall" { ", gap = 0" } else { "" };
+        let label = of().next().map_or(String::new(), |(_, m)| format!("{}{zero}", m.label()));
+        Curve::new(label, model_style(id), of().map(|(p, m)| (p, 100.0 * m.contact_area)))
     };
-    ids.into_iter().map(curve).collect()
+    distinct(all().map(|(_, m)| &m.id)).into_iter().map(curve).collect()
 }
 
 /// The area–load curve of the first screen.

@@ -23,8 +23,8 @@ const RAMP: usize = 32;
 struct Shown {
     label: &'static str,
     unit: String,
-    low: f64,
-    high: f64,
+    #[serde(flatten)]
+    range: Range,
 }
 
 #[derive(Debug, Serialize)]
@@ -238,17 +238,15 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
         });
         loads.push(at(load.p_star));
     }
-    let source = |title: String, colour, fields| Source { title, colour, fields };
-    let mut sources = Vec::new();
-    if hard.len() == loads.len() && !hard.is_empty() {
-        sources.push(source("Elastic continuum".into(), ORANGE, elastic));
-        sources.push(source("Continuum with hardness".into(), PURPLE, hard));
+    let source = |title: &str, colour, fields| Source { title: title.into(), colour, fields };
+    let atoms_alone = source("Atoms", BLUE, block);
+    let sources = if hard.len() == loads.len() && !hard.is_empty() {
+        let elastic = source("Elastic continuum", ORANGE, elastic);
+        vec![elastic, source("Continuum with hardness", PURPLE, hard), atoms_alone]
     } else {
-        let title =
-            c.loads.first().and_then(matched).map_or("Continuum".into(), |m| format!("Continuum, {}", m.label()));
-        sources.push(source(title, ORANGE, elastic));
-    }
-    sources.push(source("Atoms".into(), BLUE, block));
+        let label = c.loads.first().and_then(matched).map(|m| format!("Continuum, {}", m.label()));
+        vec![source(&label.unwrap_or("Continuum".into()), ORANGE, elastic), atoms_alone]
+    };
     Ok((loads, sources, atoms.length_angstrom * ANGSTROM_M, ["Å".into(), "GPa".into()]))
 }
 
@@ -283,8 +281,6 @@ fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, st
     let all = |of: fn(&Fields) -> Option<&DownsampledMap>| {
         sources.iter().flat_map(|s| &s.fields).filter_map(of).flat_map(|m| &m.values).copied().collect::<Vec<f64>>()
     };
-    let gap_range = of_gap(&all(|f| f.gap.as_ref()));
-    let stress_range = of_stress(&all(|f| f.stress.as_ref()));
     let values = |source: &Source, of: fn(&Fields) -> Option<&DownsampledMap>| {
         source.fields.iter().map(|f| of(f).map(packed::values)).collect()
     };
@@ -301,8 +297,8 @@ fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, st
         length: length_m.map(|l| l / scale),
         unit: format!("{prefix}m"),
         loads,
-        gap: Shown { label: "gap", unit: gap, low: gap_range.low, high: gap_range.high },
-        stress: Shown { label: "normal stress", unit: stress, low: stress_range.low, high: stress_range.high },
+        gap: Shown { label: "gap", unit: gap, range: of_gap(&all(|f| f.gap.as_ref())) },
+        stress: Shown { label: "normal stress", unit: stress, range: of_stress(&all(|f| f.stress.as_ref())) },
         ramp: (0..=RAMP).map(|i| picture::colour(i as f64 / RAMP as f64)).collect(),
         layers: sources.iter().map(layer).collect(),
         views: views(sources),

@@ -130,7 +130,7 @@ impl FigureWriter<'_> {
         self.framed(names, (&picture, Some(bar)), length_m, map::IN_A_ROW)
     }
 
-    /// A map of the heights at full width, and how many nodes along each side one of its cells is.
+    /// A map of the heights at full width.
     pub(super) fn heights(&self, names: (&str, &str), heights: &DownsampledMap) -> Result<Markup> {
         let range = Range::of(&heights.values, 0.0);
         let values = Values { quantity: "height", unit: "m", small: heights, range, contact: None };
@@ -268,7 +268,7 @@ pub(super) fn spread(count: usize, most: usize) -> Vec<usize> {
     if count <= most { (0..count).collect() } else { (0..most).map(|i| i * (count - 1) / (most - 1)).collect() }
 }
 
-/// A label with its unit.
+/// The unit as it is shown: none of a plain number.
 pub(super) fn of_unit(unit: &str) -> &str {
     if unit == "1" { "" } else { unit }
 }

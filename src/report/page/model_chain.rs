@@ -1,6 +1,6 @@
 //! Stepwise comparison from the full heights to the atoms.
 
-use super::compare::look;
+use super::method_style::model_style;
 use super::prelude::*;
 
 fn name(id: &str) -> &'static str {
@@ -24,7 +24,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
     let along = |of: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
         let points = |id: &String| steps().filter(|(_, v)| v.id == *id).map(|(p, v)| (p, of(v))).collect::<Vec<_>>();
         let ids = distinct(steps().map(|(_, v)| &v.id)).into_iter();
-        ids.map(|id| Curve::new(name(id), look(id), points(id))).collect()
+        ids.map(|id| Curve::new(name(id), model_style(id), points(id))).collect()
     };
     let area = Plot::new(linear("p*"), linear("contact (%)"), along(&|v| 100.0 * v.contact_area));
     let area = Plot { include: vec![(0.0, 0.0)], ..area };
@@ -62,7 +62,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
 fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Result<Markup> {
     let curves = |of: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
         let shown = load.model_chain.iter().filter(|v| v.id != left_out);
-        shown.map(|v| Curve::line(name(&v.id), look(&v.id), of(v))).collect()
+        shown.map(|v| Curve::line(name(&v.id), model_style(&v.id), of(v))).collect()
     };
     let gaps = curves(&|v| v.gap.density(), "");
     // The offset wall has the stresses of the hard wall.
