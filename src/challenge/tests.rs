@@ -85,7 +85,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
                 contact_area_error: None,
                 patches: Some(3000),
                 load_error: 0.0,
-                stop: "converged".into(),
+                stop: crate::load::Stop::Converged,
                 iterations: 1,
                 fft_pairs: 1.0,
                 seconds: 1.0,

@@ -230,7 +230,7 @@ fn states(c: &ContinuumResults, um: f64) {
                 s.numbers.patches.map_or("-".into(), |n| n.to_string()),
                 format!("{:.1e}", s.residual),
                 format!("{:.1}", s.numbers.fft_pairs),
-                s.numbers.stop.clone(),
+                s.numbers.stop.to_string(),
             ];
             if let Some(d) = s.discretisation {
                 row.extend([change(d.area, d.area_is_bound), change(d.mean_gap, d.mean_gap_is_bound)]);

@@ -327,7 +327,7 @@ fn summary(
             gap_map,
             stress_map,
             load_error: state.load_error,
-            stop: state.stop.to_string(),
+            stop: state.stop,
             iterations: state.iterations,
             fft_pairs: state.fft_pairs,
             seconds: state.seconds,

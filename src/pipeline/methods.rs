@@ -342,7 +342,7 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
             gap_map: None,
             stress_map: None,
             load_error: e.load_error,
-            stop: e.stop.to_string(),
+            stop: e.stop,
             iterations: e.iterations,
             fft_pairs: e.fft_pairs,
             seconds: e.seconds,

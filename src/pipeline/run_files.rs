@@ -1,6 +1,7 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
 use crate::Result;
+use crate::load::Stop;
 use crate::method::Device;
 use crate::record::advice::AccuracyChoice;
 use crate::record::atomic_file::write_atomic;
@@ -28,7 +29,7 @@ pub(super) struct Manifest<'a> {
     device: Device,
     peak_rss_bytes: u64,
     stages: &'a [StageCost],
-    stops: Vec<&'a str>,
+    stops: Vec<Stop>,
     warnings: &'a [String],
 }
 
@@ -43,7 +44,7 @@ impl<'a> Manifest<'a> {
             device: Device::of(&case.problem((&[][..]).into()), case.method()),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
-            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop.as_str()).collect(),
+            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop).collect(),
             warnings: &results.warnings,
         }
     }

@@ -6,8 +6,9 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::number::{si_scale, trimmed};
-use super::picture::{self, BLACK, Range};
-use super::svg::{Format, css, escaped, half_width, text};
+use super::picture::{self, BLACK, Picture, Range};
+use super::scale::round_step;
+use super::svg::{self, Format, Ticks, css, escaped, half_width, text};
 
 /// Widths on the page of a frame alone, and of one of several in a row, px.
 pub(super) const ALONE: f64 = 500.0;
@@ -24,19 +25,17 @@ pub(super) struct Bar {
     pub unit: String,
     pub factor: f64,
     pub clipped: bool,
+    /// Contact is black.
+    pub over_contact: bool,
 }
 
 impl Bar {
-    /// With the SI prefix that suits the upper end; values in `unit` without prefix.
-    pub(super) fn prefixed(quantity: &'static str, range: Range, unit: &str, clipped: bool) -> Self {
-        let (factor, prefix) = si_scale(range.low.abs().max(range.high.abs()));
+    /// Of values in `unit`: a metre or a pascal gets the SI prefix that suits the upper end.
+    pub(super) fn new(quantity: &'static str, range: Range, unit: &str) -> Self {
+        let prefixed = ["m", "Pa"].contains(&unit);
+        let (factor, prefix) = if prefixed { si_scale(range.low.abs().max(range.high.abs())) } else { (1.0, "") };
         let range = Range { low: range.low / factor, high: range.high / factor };
-        Bar { quantity, range, unit: format!("{prefix}{unit}"), factor, clipped }
-    }
-
-    /// In the given unit.
-    pub(super) fn plain(quantity: &'static str, range: Range, unit: &str, clipped: bool) -> Self {
-        Bar { quantity, range, unit: unit.into(), factor: 1.0, clipped }
+        Bar { quantity, range, unit: format!("{prefix}{unit}"), factor, clipped: false, over_contact: false }
     }
 
     /// `gap (µm)`.
@@ -45,31 +44,21 @@ impl Bar {
     }
 }
 
-/// Meaning of the colours.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Legend {
-    Ramp(Bar),
-    /// The same, with contact in black.
-    OverContact(Bar),
-    /// No colour bar; the caption explains the colours.
-    None,
-}
-
 /// A map with the data of its frame.
-pub(super) struct Framed<'a> {
+pub(super) struct MapFigure<'a> {
     /// Unique name on the page, for the id of the colour gradient.
     pub name: &'a str,
     pub alt: &'a str,
-    pub png: &'a [u8],
+    pub picture: &'a Picture,
     /// Extents of the cell along x and y, m.
     pub cell_m: [f64; 2],
-    pub legend: Legend,
-    pub format: Format,
+    /// Without a colour bar the caption explains the colours.
+    pub bar: Option<Bar>,
 }
 
-impl Framed<'_> {
-    pub(super) fn svg(&self) -> String {
-        let (t, width) = (self.format.text, self.format.width);
+impl MapFigure<'_> {
+    pub(super) fn svg(&self, png: &[u8], format: Format) -> String {
+        let (t, width) = (format.text, format.width);
         let (scale, prefix) = si_scale(self.cell_m[0]);
         let [x_ticks, y_ticks] = self.cell_m.map(|l| ticks(l / scale));
         // A label at the right edge is centred at it.
@@ -78,82 +67,55 @@ impl Framed<'_> {
         let across = width - left - right;
         let down = across * self.cell_m[1] / self.cell_m[0];
         let below = top + down;
-        let rows = match self.legend {
-            Legend::Ramp(_) => 4.1,
-            Legend::OverContact(_) => 5.3,
-            Legend::None => 0.0,
-        };
-        let alt = escaped(self.alt);
-        let mut svg = self.format.open(below + (2.9 + rows) * t, &alt);
+        let rows = self.bar.as_ref().map_or(0.0, |bar| if bar.over_contact { 5.3 } else { 4.1 });
+        let mut svg = format.open(below + (2.9 + rows) * t, &escaped(self.alt));
         // Writing into a string does not fail.
         let _ = write!(
             svg,
             "<image x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{down:.2}\" preserveAspectRatio=\"none\" \
-             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\
-             <path fill=\"none\" stroke=\"currentColor\" stroke-width=\"{:.2}\" d=\"M{left:.2} {top:.2}h{across:.2}v{down:.2}h{:.2}z",
-            STANDARD.encode(self.png),
-            0.08 * t,
-            -across
+             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>",
+            STANDARD.encode(png)
         );
+        let outline = format!("M{left:.2} {top:.2}h{across:.2}v{down:.2}h{:.2}z", -across);
         let at_x = |v: f64| left + across * v * scale / self.cell_m[0];
         let at_y = |v: f64| below - down * v * scale / self.cell_m[1];
-        for v in &x_ticks {
-            let _ = write!(svg, "M{:.2} {below:.2}v{:.2}", at_x(*v), 0.35 * t);
-        }
-        for v in &y_ticks {
-            let _ = write!(svg, "M{left:.2} {:.2}h{:.2}", at_y(*v), -0.35 * t);
-        }
-        svg.push_str("\"/>");
-        for v in &x_ticks {
-            text(&mut svg, (at_x(*v), below + 1.3 * t), "middle", &trimmed(*v, 4));
-        }
-        for v in &y_ticks {
-            text(&mut svg, (left - 0.5 * t, at_y(*v) + 0.35 * t), "end", &trimmed(*v, 4));
-        }
-        text(&mut svg, (left + 0.5 * across, below + 2.5 * t), "middle", &format!("x ({prefix}m)"));
-        let _ = write!(
-            svg,
-            "<text transform=\"translate({t:.2} {:.2}) rotate(-90)\" text-anchor=\"middle\" fill=\"currentColor\">y ({prefix}m)</text>",
-            top + 0.5 * down
-        );
-        match &self.legend {
-            Legend::Ramp(bar) => self.bar(&mut svg, bar, false, (left, below + 3.3 * t, across)),
-            Legend::OverContact(bar) => self.bar(&mut svg, bar, true, (left, below + 3.3 * t, across)),
-            Legend::None => (),
+        let ticks = |list: &[f64], at: &dyn Fn(f64) -> f64, axis: &str| Ticks {
+            places: list.iter().map(|v| (at(*v), trimmed(*v, 4))).collect(),
+            label: format!("{axis} ({prefix}m)"),
+        };
+        let both = [&ticks(&x_ticks, &at_x, "x"), &ticks(&y_ticks, &at_y, "y")];
+        svg::axes(&mut svg, t, &outline, [left, left + across, top, below], both);
+        if let Some(bar) = &self.bar {
+            self.draw_bar(&mut svg, bar, t, (left, below + 3.3 * t, across));
         }
         svg.push_str("</svg>");
         svg
     }
 
-    fn bar(&self, svg: &mut String, bar: &Bar, over: bool, (left, top, across): (f64, f64, f64)) {
-        let t = self.format.text;
-        let colour = if over { picture::over_contact } else { picture::colour };
+    fn draw_bar(&self, svg: &mut String, bar: &Bar, t: f64, (left, top, across): (f64, f64, f64)) {
+        let colour = if bar.over_contact { picture::over_contact } else { picture::colour };
         let _ = write!(svg, "<defs><linearGradient id=\"ramp-{}\">", escaped(self.name));
         for i in 0..=STOPS {
             let share = f64::from(i) / f64::from(STOPS);
             let _ = write!(svg, "<stop offset=\"{share:.4}\" stop-color=\"{}\"/>", css(colour(share)));
         }
+        let (name, high, line) = (escaped(self.name), 0.8 * t, 0.06 * t);
         let _ = write!(
             svg,
-            "</linearGradient></defs><rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{:.2}\" \
-             fill=\"url(#ramp-{})\" stroke=\"currentColor\" stroke-width=\"{:.2}\"/>",
-            0.8 * t,
-            escaped(self.name),
-            0.06 * t
+            "</linearGradient></defs><rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{across:.2}\" height=\"{high:.2}\" \
+             fill=\"url(#ramp-{name})\" stroke=\"currentColor\" stroke-width=\"{line:.2}\"/>"
         );
         let labels = top + 2.0 * t;
         text(svg, (left, labels), "start", &trimmed(bar.range.low, 3));
         let high = format!("{}{}", if bar.clipped { "≥ " } else { "" }, trimmed(bar.range.high, 3));
         text(svg, (left + across, labels), "end", &high);
         text(svg, (left + 0.5 * across, labels + 1.2 * t), "middle", &bar.label());
-        if over {
+        if bar.over_contact {
             let y = labels + 1.8 * t;
+            let (side, black) = (0.8 * t, css(BLACK));
             let _ = write!(
                 svg,
-                "<rect x=\"{left:.2}\" y=\"{y:.2}\" width=\"{0:.2}\" height=\"{0:.2}\" fill=\"{1}\" stroke=\"#888\" stroke-width=\"{2:.2}\"/>",
-                0.8 * t,
-                css(BLACK),
-                0.06 * t
+                "<rect x=\"{left:.2}\" y=\"{y:.2}\" width=\"{side:.2}\" height=\"{side:.2}\" fill=\"{black}\" stroke=\"#888\" stroke-width=\"{line:.2}\"/>"
             );
             text(svg, (left + 1.2 * t, y + 0.75 * t), "start", "contact");
         }
@@ -162,16 +124,14 @@ impl Framed<'_> {
 
 /// At most six round numbers from zero to an extent.
 fn ticks(extent: f64) -> Vec<f64> {
-    let rough = extent / 5.0;
-    let decade = 10f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|m| m * decade).find(|s| *s >= 0.999_999 * rough);
-    let step = step.unwrap_or(extent);
+    let step = round_step(extent / 5.0);
     (0..=(extent / step + 1e-9).floor() as usize).map(|i| i as f64 * step).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::downsample::DownsampledMap;
 
     #[test]
     fn ticks_are_round_and_within() {
@@ -182,16 +142,13 @@ mod tests {
 
     #[test]
     fn a_frame_tells_lengths_values_and_contact() {
-        let framed = |legend| Framed {
-            name: "gap-1",
-            alt: "gap at p* < 1",
-            png: b"not looked at",
-            cell_m: [1e-4, 5e-5],
-            legend,
-            format: Format::page(IN_A_ROW),
+        let picture = picture::contact(&DownsampledMap { nx: 1, ny: 1, factor: 1, values: vec![0.0] }, BLACK);
+        let svg = |bar| {
+            MapFigure { name: "gap-1", alt: "gap at p* < 1", picture: &picture, cell_m: [1e-4, 5e-5], bar }
+                .svg(b"not looked at", Format::page(IN_A_ROW))
         };
-        let range = Range { low: 0.0, high: 2.5e-6 };
-        let svg = framed(Legend::OverContact(Bar::prefixed("gap", range, "m", true))).svg();
+        let bar = Bar::new("gap", Range { low: 0.0, high: 2.5e-6 }, "m");
+        let svg_of_gap = svg(Some(Bar { clipped: true, over_contact: true, ..bar }));
         for piece in [
             "x (µm)",
             "y (µm)",
@@ -203,8 +160,8 @@ mod tests {
             "p* &lt; 1",
             "id=\"ramp-gap-1\"",
         ] {
-            assert!(svg.contains(piece), "{piece}: {svg}");
+            assert!(svg_of_gap.contains(piece), "{piece}: {svg_of_gap}");
         }
-        assert!(!framed(Legend::None).svg().contains("linearGradient"));
+        assert!(!svg(None).contains("linearGradient"));
     }
 }

@@ -1,6 +1,7 @@
 //! Number formatting: significant digits, SI prefixes, powers of ten. The space before a unit is non-breaking.
 
 use crate::record::quantity::Quantity;
+use crate::record::results::ScalesSi;
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
@@ -46,18 +47,46 @@ pub fn trimmed(x: f64, n: usize) -> String {
     }
 }
 
+/// [`significant`] with a unit.
+pub fn with_unit(x: f64, n: usize, unit: &str) -> String {
+    format!("{}\u{a0}{unit}", significant(x, n))
+}
+
+/// `p* = 0.01`.
+pub fn at(p_star: f64) -> String {
+    format!("p* = {}", trimmed(p_star, 4))
+}
+
+impl ScalesSi {
+    /// Micrometres per L.
+    pub(super) fn um(self) -> f64 {
+        self.length_m * 1e6
+    }
+
+    /// A length in units of L.
+    pub(super) fn length(self, v: f64, n: usize) -> String {
+        si(v * self.length_m, "m", n)
+    }
+
+    /// A stress in units of E*.
+    pub(super) fn stress(self, v: f64, n: usize) -> String {
+        si(v * self.modulus_pa, "Pa", n)
+    }
+
+    /// An energy per area in units of E* L.
+    pub(super) fn work(self, v: f64) -> String {
+        si(v * self.modulus_pa * self.length_m, "J/m²", 3)
+    }
+}
+
 /// A fraction in per cent with three digits; below one in a million as a power of ten.
 pub fn percent(share: f64) -> String {
-    format!("{}\u{a0}%", significant(100.0 * share, 3))
+    with_unit(100.0 * share, 3, "%")
 }
 
 /// An error of a quantity in its usual unit.
 pub fn error_of(quantity: Quantity, error: f64) -> String {
-    if quantity.in_decades() {
-        format!("{} decades", significant(error, 2))
-    } else {
-        format!("{}\u{a0}%", significant(100.0 * error, 2))
-    }
+    if quantity.in_decades() { format!("{} decades", significant(error, 2)) } else { with_unit(100.0 * error, 2, "%") }
 }
 
 /// A relative change, or a bound of one. Values above 100 % are not stated exactly.
@@ -111,23 +140,19 @@ pub fn si_given(value: f64, unit: &str) -> String {
 
 /// Factor and prefix of [`si`], for axes whose ticks use a common prefix.
 pub fn si_scale(value: f64) -> (f64, &'static str) {
-    const PREFIXES: [(f64, &str); 9] = [
-        (1e12, "T"),
-        (1e9, "G"),
-        (1e6, "M"),
-        (1e3, "k"),
-        (1.0, ""),
-        (1e-3, "m"),
-        (1e-6, "µ"),
-        (1e-9, "n"),
-        (1e-12, "p"),
-    ];
     // 0.9995 would be printed as 1000 of the next smaller unit.
-    let magnitude = value.abs() * 1.0005;
-    if magnitude == 0.0 || !magnitude.is_finite() {
-        return (1.0, "");
+    match value.abs() * 1.0005 {
+        v if v == 0.0 || !v.is_finite() => (1.0, ""),
+        v if v >= 1e12 => (1e12, "T"),
+        v if v >= 1e9 => (1e9, "G"),
+        v if v >= 1e6 => (1e6, "M"),
+        v if v >= 1e3 => (1e3, "k"),
+        v if v >= 1.0 => (1.0, ""),
+        v if v >= 1e-3 => (1e-3, "m"),
+        v if v >= 1e-6 => (1e-6, "µ"),
+        v if v >= 1e-9 => (1e-9, "n"),
+        _ => (1e-12, "p"),
     }
-    PREFIXES.into_iter().find(|p| magnitude >= p.0).unwrap_or(PREFIXES[8])
 }
 
 pub fn duration(seconds: f64) -> String {

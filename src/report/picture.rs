@@ -45,7 +45,7 @@ pub struct Picture {
 }
 
 /// Values at the ends of a colour bar; values outside are clamped.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Range {
     pub low: f64,
     pub high: f64,
@@ -124,6 +124,11 @@ pub fn gap(small: &DownsampledMap, range: Range, contact: &DownsampledMap) -> Pi
     })
 }
 
+/// 1 for true; for maps of flags.
+pub fn flag(yes: bool) -> f64 {
+    f64::from(u8::from(yes))
+}
+
 /// Whether a cell of a reduced contact map is drawn as contact: at least half of its nodes are in contact.
 pub fn touches(small: &DownsampledMap, i: usize) -> bool {
     small.values[i] >= 0.5
@@ -131,7 +136,7 @@ pub fn touches(small: &DownsampledMap, i: usize) -> bool {
 
 /// A contact map from the contact fraction of each cell: contact in `colour`, on white.
 pub fn contact(small: &DownsampledMap, colour: Rgb) -> Picture {
-    let flags = (0..small.values.len()).map(|i| f64::from(u8::from(touches(small, i)))).collect();
+    let flags = (0..small.values.len()).map(|i| flag(touches(small, i))).collect();
     let picture = Picture::from_cells(small.nx, flags, |i| if touches(small, i) { colour } else { WHITE });
     Picture { contact: Some(colour), ..picture }
 }
@@ -170,12 +175,17 @@ impl Picture {
 
     /// PNG file contents, 8-bit RGB.
     pub fn png(&self) -> std::io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
-            .write_image(self.pixels.as_flattened(), self.width as u32, self.height as u32, ExtendedColorType::Rgb8)
-            .map_err(std::io::Error::other)?;
-        Ok(bytes)
+        png(self.pixels.as_flattened(), (self.width, self.height), ExtendedColorType::Rgb8)
     }
+}
+
+/// PNG file contents.
+pub(super) fn png(bytes: &[u8], size: (usize, usize), kind: ExtendedColorType) -> std::io::Result<Vec<u8>> {
+    let mut file = Vec::new();
+    PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::Adaptive)
+        .write_image(bytes, size.0 as u32, size.1 as u32, kind)
+        .map_err(std::io::Error::other)?;
+    Ok(file)
 }
 
 #[cfg(test)]

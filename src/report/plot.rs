@@ -6,15 +6,13 @@
 use std::fmt::Write;
 
 use super::picture::{self, Rgb};
-pub use super::scale::Axis;
 use super::scale::Scale;
-use super::svg::{Format, css, escaped, half_width, text};
+pub use super::scale::{Axis, linear, log};
+use super::svg::{self, CHARACTER, Format, Ticks, css, escaped, half_width, text};
 
 /// Height of a row of the legend, and length of a line sample, in text heights.
 const LEGEND_ROW: f64 = 1.45;
 const SAMPLE: f64 = 2.4;
-/// Mean character width in text heights, sans-serif; used only for line breaks of the legend and room for labels.
-const CHARACTER: f64 = 0.55;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dash {
@@ -44,24 +42,49 @@ pub enum Marker {
     Target,
 }
 
+/// How an outline is painted; strokes have nothing to fill.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Fill {
+    Full,
+    White,
+    None,
+}
+
+/// Corners of an outline, or an end of each stroke through the centre; none for a circle.
+type Outline = &'static [(f64, f64)];
+
+const SQUARE: Outline = &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)];
+const UP: Outline = &[(0.0, -1.2), (1.1, 1.0), (-1.1, 1.0)];
+const DOWN: Outline = &[(0.0, 1.2), (1.1, -1.0), (-1.1, -1.0)];
+const DIAMOND: Outline = &[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)];
+
 impl Marker {
     /// Markers that can be distinguished in greyscale, filled and open in turn.
-    pub const DISTINCT: [Marker; 14] = [
-        Marker::Disc,
-        Marker::Frame,
-        Marker::Triangle,
-        Marker::OpenDiamond,
-        Marker::Cross,
-        Marker::Square,
-        Marker::Ring,
-        Marker::Down,
-        Marker::OpenTriangle,
-        Marker::Plus,
-        Marker::Diamond,
-        Marker::OpenDown,
-        Marker::Star,
-        Marker::Target,
-    ];
+    #[rustfmt::skip]
+    pub const DISTINCT: [Marker; 14] = {
+        use Marker::*;
+        [Disc, Frame, Triangle, OpenDiamond, Cross, Square, Ring, Down, OpenTriangle, Plus, Diamond, OpenDown, Star, Target]
+    };
+
+    /// Outline, paint and the name in matplotlib.
+    pub(super) fn look(self) -> Option<(Outline, Fill, &'static str)> {
+        Some(match self {
+            Marker::None => return None,
+            Marker::Disc => (&[], Fill::Full, "o"),
+            Marker::Ring | Marker::Target => (&[], Fill::White, "o"),
+            Marker::Square => (SQUARE, Fill::Full, "s"),
+            Marker::Frame => (SQUARE, Fill::White, "s"),
+            Marker::Triangle => (UP, Fill::Full, "^"),
+            Marker::OpenTriangle => (UP, Fill::White, "^"),
+            Marker::Down => (DOWN, Fill::Full, "v"),
+            Marker::OpenDown => (DOWN, Fill::White, "v"),
+            Marker::Diamond => (DIAMOND, Fill::Full, "D"),
+            Marker::OpenDiamond => (DIAMOND, Fill::White, "D"),
+            Marker::Cross => (&[(1.0, 1.0), (-1.0, 1.0)], Fill::None, "x"),
+            Marker::Plus => (&[(0.0, 1.25), (1.25, 0.0)], Fill::None, "+"),
+            Marker::Star => (&[(1.0, 1.0), (-1.0, 1.0), (0.0, 1.25), (1.25, 0.0)], Fill::None, "*"),
+        })
+    }
 }
 
 /// Style of a curve. With the constants below an object has the same style in all figures of a report.
@@ -101,6 +124,19 @@ pub struct Curve {
     /// Points outside the domain of an axis (not finite, or not positive on a logarithmic axis) are omitted and
     /// interrupt the line.
     pub points: Vec<(f64, f64)>,
+    /// Standard errors of the points; empty without.
+    pub errors: Vec<f64>,
+}
+
+impl Curve {
+    pub fn new(label: impl Into<String>, style: Style, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        Curve { label: label.into(), style, points: points.into_iter().collect(), errors: Vec::new() }
+    }
+
+    /// Without markers.
+    pub fn line(label: impl Into<String>, style: Style, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        Curve::new(label, style.without_marker(), points)
+    }
 }
 
 /// Widths of a figure on the page, px: alone, and one of several in a row.
@@ -112,13 +148,7 @@ pub const PANEL: f64 = 270.0;
 pub struct Plot {
     pub x: Axis,
     pub y: Axis,
-    /// Axis labels with the unit in brackets.
-    pub x_label: String,
-    pub y_label: String,
     pub curves: Vec<Curve>,
-    /// Standard errors of the points of the curves, by index of the curve and of the point; curves without errors have
-    /// an empty list.
-    pub errors: Vec<Vec<f64>>,
     /// Points that the axes must include.
     pub include: Vec<(f64, f64)>,
     /// Height over width of the whole figure.
@@ -145,11 +175,9 @@ impl Layout {
 }
 
 impl Plot {
-    /// A frame of default proportions around its curves; labels include units.
-    pub fn new((x, y): (Axis, Axis), (x_label, y_label): (&str, &str), curves: Vec<Curve>) -> Self {
-        let (x_label, y_label) = (x_label.into(), y_label.into());
-        let (errors, include) = (Vec::new(), Vec::new());
-        Plot { x, y, x_label, y_label, curves, errors, include, proportion: 0.6, width: WHOLE }
+    /// A frame of default proportions around its curves.
+    pub fn new(x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
+        Plot { x, y, curves, include: Vec::new(), proportion: 0.6, width: WHOLE }
     }
 
     /// The drawing for the page.
@@ -159,20 +187,15 @@ impl Plot {
 
     /// SVG text; `None` if no curve has a point in the domain of the axes.
     pub fn drawn(&self, format: Format) -> Option<String> {
-        // The index of a curve is kept for its errors.
-        let curves: Vec<(usize, Curve)> =
-            self.curves.iter().enumerate().filter_map(|(i, c)| Some((i, self.shown(c)?))).collect();
+        let curves: Vec<Curve> = self.curves.iter().filter_map(|c| self.shown(c)).collect();
         if curves.is_empty() {
             return None;
         }
-        let include = Curve { label: String::new(), style: EXPECTED, points: self.include.clone() };
-        let include = self.shown(&include);
+        let include = self.shown(&Curve::new("", EXPECTED, self.include.clone()));
         let spread = |pick: fn(&(f64, f64)) -> f64| -> Vec<f64> {
-            let all = curves.iter().map(|c| &c.1).chain(&include);
-            all.flat_map(|c| &c.points).filter(|p| is_seen(p)).map(pick).collect()
+            curves.iter().chain(&include).flat_map(|c| &c.points).filter(|p| is_seen(p)).map(pick).collect()
         };
-        let x = Scale::new(self.x, &spread(|p| p.0));
-        let y = Scale::new(self.y, &spread(|p| p.1));
+        let (x, y) = (Scale::new(self.x.log, &spread(|p| p.0)), Scale::new(self.y.log, &spread(|p| p.1)));
         let t = format.text;
         let legend = legend_rows(&curves, format);
         let longest = y.labels().map(|l| l.chars().count()).max().unwrap_or(1).max(3) as f64;
@@ -186,38 +209,26 @@ impl Plot {
         Some(self.assemble(&layout, &curves, &legend))
     }
 
-    fn assemble(&self, layout: &Layout, curves: &[(usize, Curve)], legend: &[Vec<(f64, usize)>]) -> String {
+    fn assemble(&self, layout: &Layout, curves: &[Curve], legend: &[Vec<(f64, usize)>]) -> String {
         let Layout { frame: [left, right, top, bottom], format, height, x, y } = layout;
-        let alt = escaped(&format!("{} against {}", self.y_label, self.x_label));
-        let axis = |axis: Axis| if axis == Axis::Log { "log" } else { "linear" };
-        let mut svg = format.open(*height, &alt);
+        let [x_label, y_label] = [&self.x, &self.y].map(|axis| escaped(&axis.label));
+        let mut svg = format.open(*height, &format!("{y_label} against {x_label}"));
         // Axes for scripts: kind, and the values and positions of the ends.
-        svg.insert_str(
-            "<svg".len(),
-            &format!(
-                " class=\"plot\" data-x=\"{} {} {} {left:.2} {right:.2}\" data-y=\"{} {} {} {bottom:.2} {top:.2}\" \
-                 data-labels=\"{}|{}\"",
-                axis(self.x),
-                x.low,
-                x.high,
-                axis(self.y),
-                y.low,
-                y.high,
-                escaped(&self.x_label),
-                escaped(&self.y_label)
-            ),
+        let axis = |axis: &Axis, scale: &Scale| format!("{} {} {}", axis.kind(), scale.low, scale.high);
+        let (along, up) = (axis(&self.x, x), axis(&self.y, y));
+        let data = format!(
+            " class=\"plot\" data-x=\"{along} {left:.2} {right:.2}\" data-y=\"{up} {bottom:.2} {top:.2}\" data-labels=\"{x_label}|{y_label}\""
         );
+        svg.insert_str("<svg".len(), &data);
         self.axes(&mut svg, layout);
-        for (i, curve) in curves {
-            let number = curves.iter().position(|c| c.0 == *i).unwrap_or(0);
+        for (number, curve) in curves.iter().enumerate() {
             let _ = write!(svg, "<g class=\"curve\" data-curve=\"{number}\" data-label=\"{}\">", escaped(&curve.label));
-            self.curve(&mut svg, layout, curve, self.errors.get(*i).map_or(&[], Vec::as_slice));
+            self.curve(&mut svg, layout, curve);
             svg.push_str("</g>");
         }
         for (row, entries) in (0..).zip(legend) {
             for &(at, number) in entries {
-                let curve = &curves[number].1;
-                let t = format.text;
+                let (curve, t) = (&curves[number], format.text);
                 let centre = (f64::from(row) + 0.5) * LEGEND_ROW * t + 0.2 * t;
                 let _ = write!(svg, "<g class=\"key\" data-curve=\"{number}\">");
                 line(&mut svg, &format!("M{at:.2} {centre:.2}h{:.2}", SAMPLE * t), curve.style, t);
@@ -249,44 +260,17 @@ impl Plot {
             }
             svg.push_str("\"/>");
         }
-        let _ = write!(
-            svg,
-            "<path fill=\"none\" stroke=\"currentColor\" stroke-width=\"{:.2}\" d=\"M{left:.2} {top:.2}V{bottom:.2}H{right:.2}",
-            0.08 * t
-        );
-        for v in &x.ticks {
-            let _ = write!(svg, "M{:.2} {bottom:.2}v{:.2}", at_x(v), 0.35 * t);
-        }
-        for v in &y.ticks {
-            let _ = write!(svg, "M{left:.2} {:.2}h{:.2}", at_y(v), -0.35 * t);
-        }
-        svg.push_str("\"/>");
-        // Labels that would touch their left neighbour are omitted.
-        let mut free = f64::NEG_INFINITY;
-        for (v, label) in x.ticks.iter().zip(x.labels()) {
-            let half = 0.5 * CHARACTER * t * label.chars().count() as f64;
-            if at_x(v) - half >= free {
-                text(svg, (at_x(v), bottom + 1.3 * t), "middle", &label);
-                free = at_x(v) + half + 0.3 * t;
-            }
-        }
-        for (v, label) in y.ticks.iter().zip(y.labels()) {
-            text(svg, (left - 0.5 * t, at_y(v) + 0.35 * t), "end", &label);
-        }
-        let (x_label, y_label) =
-            (format!("{}{}", self.x_label, x.factor_note()), format!("{}{}", self.y_label, y.factor_note()));
-        text(svg, (0.5 * (left + right), bottom + 2.6 * t), "middle", &x_label);
-        let _ = write!(
-            svg,
-            "<text transform=\"translate({:.2} {:.2}) rotate(-90)\" text-anchor=\"middle\" fill=\"currentColor\">{}</text>",
-            t,
-            0.5 * (top + bottom),
-            escaped(&y_label)
-        );
+        let ticks = |scale: &Scale, at: &dyn Fn(&f64) -> f64, label: &str| Ticks {
+            places: scale.ticks.iter().map(at).zip(scale.labels()).collect(),
+            label: format!("{label}{}", scale.factor_note()),
+        };
+        let both = [&ticks(x, &at_x, &self.x.label), &ticks(y, &at_y, &self.y.label)];
+        let outline = format!("M{left:.2} {top:.2}V{bottom:.2}H{right:.2}");
+        svg::axes(svg, t, &outline, layout.frame, both);
     }
 
     /// Line, error bars and markers of a curve in axis coordinates.
-    fn curve(&self, svg: &mut String, layout: &Layout, curve: &Curve, errors: &[f64]) {
+    fn curve(&self, svg: &mut String, layout: &Layout, curve: &Curve) {
         let t = layout.format.text;
         let seen = |p: &(f64, f64)| if is_seen(p) { Some(layout.place(p)) } else { None };
         let mut path = String::new();
@@ -300,15 +284,13 @@ impl Plot {
             }
         }
         line(svg, &path, curve.style, t);
-        let value = |v: f64| if self.y == Axis::Log { 10f64.powf(v) } else { v };
-        let along = |v: f64| if self.y == Axis::Log { v.log10() } else { v };
+        let value = |v: f64| if self.y.log { 10f64.powf(v) } else { v };
         let mut bars = String::new();
-        for (point, error) in curve.points.iter().zip(errors).filter(|(p, e)| is_seen(p) && e.is_finite() && **e > 0.0)
-        {
+        let known = |(p, e): &(&(f64, f64), &f64)| is_seen(p) && e.is_finite() && **e > 0.0;
+        for (point, error) in curve.points.iter().zip(&curve.errors).filter(known) {
             let end = |v: f64| {
-                let v = along(v);
-                layout
-                    .place(&(point.0, if v.is_finite() { v.clamp(layout.y.low, layout.y.high) } else { layout.y.low }))
+                let v = Some(self.y.place(v)).filter(|v| v.is_finite());
+                layout.place(&(point.0, v.map_or(layout.y.low, |v| v.clamp(layout.y.low, layout.y.high))))
             };
             let ((x, low), (_, high)) = (end(value(point.1) - error), end(value(point.1) + error));
             let cap = 0.2 * t;
@@ -323,9 +305,8 @@ impl Plot {
 
     /// The curve in axis coordinates (logarithms on logarithmic axes).
     fn shown(&self, curve: &Curve) -> Option<Curve> {
-        let along = |axis: Axis, v: f64| if axis == Axis::Log { v.log10() } else { v };
-        let points: Vec<(f64, f64)> = curve.points.iter().map(|p| (along(self.x, p.0), along(self.y, p.1))).collect();
-        points.iter().any(is_seen).then(|| Curve { label: curve.label.clone(), style: curve.style, points })
+        let points: Vec<(f64, f64)> = curve.points.iter().map(|p| (self.x.place(p.0), self.y.place(p.1))).collect();
+        points.iter().any(is_seen).then(|| Curve { points, ..curve.clone() })
     }
 }
 
@@ -360,52 +341,23 @@ fn mark(svg: &mut String, (x, y): (f64, f64), style: Style, t: f64) {
     let circle = |r: f64| {
         format!("M{:.2} {y:.2}a{r:.2} {r:.2} 0 1 0 {:.2} 0a{r:.2} {r:.2} 0 1 0 {:.2} 0z", x - r, 2.0 * r, -2.0 * r)
     };
-    let polygon = |corners: &[(f64, f64)]| {
-        let mut d = String::new();
-        for (k, (dx, dy)) in corners.iter().enumerate() {
-            let _ = write!(d, "{}{:.2} {:.2}", if k == 0 { "M" } else { "L" }, x + r * dx, y + r * dy);
+    let Some((outline, fill, _)) = style.marker.look() else { return };
+    let shape = match fill {
+        _ if outline.is_empty() => circle(r),
+        Fill::None => outline.iter().fold(String::new(), |d, (dx, dy)| {
+            d + &format!("M{:.2} {:.2}L{:.2} {:.2}", x - r * dx, y - r * dy, x + r * dx, y + r * dy)
+        }),
+        Fill::Full | Fill::White => {
+            let corners = outline.iter().map(|(dx, dy)| format!("{:.2} {:.2}", x + r * dx, y + r * dy));
+            format!("M{}z", corners.collect::<Vec<_>>().join("L"))
         }
-        d + "z"
-    };
-    let square = || polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]);
-    let triangle = |up: f64| polygon(&[(0.0, -1.2 * up), (1.1, up), (-1.1, up)]);
-    let diamond = || polygon(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]);
-    let strokes = |ends: &[(f64, f64)]| {
-        let mut d = String::new();
-        for (dx, dy) in ends {
-            let _ = write!(d, "M{:.2} {:.2}L{:.2} {:.2}", x - r * dx, y - r * dy, x + r * dx, y + r * dy);
-        }
-        d
-    };
-    const CROSS: [(f64, f64); 2] = [(1.0, 1.0), (-1.0, 1.0)];
-    const PLUS: [(f64, f64); 2] = [(0.0, 1.25), (1.25, 0.0)];
-    let (shape, filled) = match style.marker {
-        Marker::None => return,
-        Marker::Disc => (circle(r), Some(true)),
-        Marker::Ring | Marker::Target => (circle(r), Some(false)),
-        Marker::Square => (square(), Some(true)),
-        Marker::Frame => (square(), Some(false)),
-        Marker::Triangle => (triangle(1.0), Some(true)),
-        Marker::OpenTriangle => (triangle(1.0), Some(false)),
-        Marker::Down => (triangle(-1.0), Some(true)),
-        Marker::OpenDown => (triangle(-1.0), Some(false)),
-        Marker::Diamond => (diamond(), Some(true)),
-        Marker::OpenDiamond => (diamond(), Some(false)),
-        Marker::Cross => (strokes(&CROSS), None),
-        Marker::Plus => (strokes(&PLUS), None),
-        Marker::Star => (strokes(&CROSS) + &strokes(&PLUS), None),
     };
     let (colour, width) = (paint(style), 0.11 * t);
-    let _ = match filled {
-        Some(true) => write!(svg, "<path class=\"mark\" fill=\"{colour}\" d=\"{shape}\"/>"),
-        Some(false) => write!(
-            svg,
-            "<path class=\"mark open\" fill=\"#fff\" stroke=\"{colour}\" stroke-width=\"{width:.2}\" d=\"{shape}\"/>"
-        ),
-        None => write!(
-            svg,
-            "<path class=\"mark\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width:.2}\" d=\"{shape}\"/>"
-        ),
+    let stroke = format!("stroke=\"{colour}\" stroke-width=\"{width:.2}\"");
+    let _ = match fill {
+        Fill::Full => write!(svg, "<path class=\"mark\" fill=\"{colour}\" d=\"{shape}\"/>"),
+        Fill::White => write!(svg, "<path class=\"mark open\" fill=\"#fff\" {stroke} d=\"{shape}\"/>"),
+        Fill::None => write!(svg, "<path class=\"mark\" fill=\"none\" {stroke} d=\"{shape}\"/>"),
     };
     if style.marker == Marker::Target {
         let _ = write!(svg, "<path fill=\"{colour}\" d=\"{}\"/>", circle(r / 3.0));
@@ -413,10 +365,10 @@ fn mark(svg: &mut String, (x, y): (f64, f64), style: Style, t: f64) {
 }
 
 /// Legend entries (position, index of the curve), broken into rows that fit the width.
-fn legend_rows(curves: &[(usize, Curve)], format: Format) -> Vec<Vec<(f64, usize)>> {
+fn legend_rows(curves: &[Curve], format: Format) -> Vec<Vec<(f64, usize)>> {
     let mut rows: Vec<Vec<(f64, usize)>> = Vec::new();
     let (t, mut at) = (format.text, format.width);
-    for (number, (_, curve)) in curves.iter().enumerate().filter(|(_, c)| !c.1.label.is_empty()) {
+    for (number, curve) in curves.iter().enumerate().filter(|(_, c)| !c.label.is_empty()) {
         let width = (SAMPLE + 1.4 + curve.label.chars().count() as f64 * CHARACTER) * t;
         if at + width > format.width {
             rows.push(Vec::new());
@@ -437,8 +389,7 @@ mod tests {
     #[test]
     fn a_plot_shows_what_it_can_and_nothing_of_the_rest() {
         let plot = |points: Vec<(f64, f64)>| {
-            let curves = vec![Curve { label: "atoms & wall".into(), style: ATOMS, points }];
-            Plot::new((Axis::Log, Axis::Linear), ("mode", "a < b"), curves)
+            Plot::new(log("mode"), linear("a < b"), vec![Curve::new("atoms & wall", ATOMS, points)])
         };
         let svg = plot(vec![(1.0, 2.0), (10.0, 4.0), (0.0, 1.0), (5.0, f64::NAN)]).svg().unwrap();
         assert_eq!(svg.matches("class=\"mark\"").count(), 3, "two points and one in the legend");

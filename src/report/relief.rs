@@ -5,10 +5,10 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use image::ExtendedColorType;
 
-use super::picture::Rgb;
+use super::picture::{self, Rgb};
+use super::scale::ends;
 use super::svg::{Format, escaped, text};
 
 /// Direction of the view, degrees, of the picture without JavaScript.
@@ -40,6 +40,7 @@ pub(super) struct Relief<'a> {
 
 /// A view with its labels and data.
 pub(super) struct ReliefFigure<'a> {
+    pub alt: String,
     pub relief: Relief<'a>,
     /// Of the edges along x and y, and of the heights.
     pub labels: [String; 3],
@@ -53,10 +54,10 @@ impl ReliefFigure<'_> {
     pub(super) const WIDTH: usize = 800;
 
     /// The picture with its labels.
-    pub(super) fn svg(&self, alt: &str, png: &[u8], format: Format) -> String {
+    pub(super) fn svg(&self, png: &[u8], format: Format) -> String {
         let (t, width) = (format.text, format.width);
         let height = PROPORTION * width;
-        let mut svg = format.open(height, &escaped(alt));
+        let mut svg = format.open(height, &escaped(&self.alt));
         // Writing into a string does not fail.
         let _ = write!(
             svg,
@@ -132,35 +133,29 @@ impl Relief<'_> {
 
     /// Middle of the lower edge along x and along y, right and down, in the picture of a width.
     pub(super) fn edges(&self, width: f64) -> [(f64, f64); 2] {
-        let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
-        let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
-        let (low, high) = self.ends();
-        let scale = FILL * width / self.aspect.max(1.0);
+        let (low, high) = ends(self.heights.iter().copied());
+        let middle = 0.5 * (low + high);
         let at = |x: f64, y: f64| {
-            let up = (low - FLOOR - 0.5 * (low + high)) * cos_e + (x * sin_a + y * cos_a) * sin_e;
-            (0.5 * width + scale * (x * cos_a - y * sin_a), 0.5 * PROPORTION * width - scale * up)
+            let [right, down, _] = self.projected([x, y, low - FLOOR - middle], [width, PROPORTION * width]);
+            (right, down)
         };
         [at(0.0, -0.5 * self.aspect), at(-0.5, 0.0)]
     }
 
-    fn ends(&self) -> (f64, f64) {
-        let ends = |of: fn(f64, f64) -> f64, start: f64| self.heights.iter().copied().fold(start, of);
-        (ends(f64::min, f64::INFINITY), ends(f64::max, f64::NEG_INFINITY))
+    /// A point, from the middle of the block, in a picture of a width and height.
+    fn projected(&self, [x, y, z]: [f64; 3], [width, height]: [f64; 2]) -> Projected {
+        let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
+        let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
+        let scale = FILL * width / self.aspect.max(1.0);
+        let (across, away) = (x * cos_a - y * sin_a, x * sin_a + y * cos_a);
+        let up = z * cos_e + away * sin_e;
+        [0.5 * width + scale * across, 0.5 * height - scale * up, away * cos_e - z * sin_e]
     }
 
     /// PNG file contents, 8-bit RGBA, transparent around the block.
     pub(super) fn png(&self, width: usize) -> std::io::Result<Vec<u8>> {
         let canvas = self.drawn(width);
-        let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
-            .write_image(
-                canvas.pixels.as_flattened(),
-                canvas.width as u32,
-                canvas.height as u32,
-                ExtendedColorType::Rgba8,
-            )
-            .map_err(std::io::Error::other)?;
-        Ok(bytes)
+        picture::png(canvas.pixels.as_flattened(), (canvas.width, canvas.height), ExtendedColorType::Rgba8)
     }
 
     fn drawn(&self, width: usize) -> Canvas {
@@ -170,15 +165,12 @@ impl Relief<'_> {
             Canvas { width, height, depth: vec![f64::INFINITY; width * height], pixels: vec![[0; 4]; width * height] };
         let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
         let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
-        let scale = FILL * width as f64 / self.aspect.max(1.0);
-        let (low, high) = self.ends();
+        let (low, high) = ends(self.heights.iter().copied());
         // A step over a node, and the floor of the block.
         let (dx, dy, floor) = (1.0 / nx as f64, self.aspect / ny as f64, low - FLOOR);
-        let project = |x: f64, y: f64, z: f64| -> Projected {
-            let (x, y, z) = (x - 0.5, y - 0.5 * self.aspect, z - 0.5 * (low + high));
-            let (across, away) = (x * cos_a - y * sin_a, x * sin_a + y * cos_a);
-            let up = z * cos_e + away * sin_e;
-            [0.5 * width as f64 + scale * across, 0.5 * height as f64 - scale * up, away * cos_e - z * sin_e]
+        let project = |x: f64, y: f64, z: f64| {
+            let centred = [x - 0.5, y - 0.5 * self.aspect, z - 0.5 * (low + high)];
+            self.projected(centred, [width as f64, height as f64])
         };
         let at = |i: usize, j: usize| self.heights[j * nx + i];
         let node = |i: usize, j: usize| project((i as f64 + 0.5) * dx, (j as f64 + 0.5) * dy, at(i, j));

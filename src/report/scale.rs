@@ -2,10 +2,31 @@
 
 use super::number::{superscript, trimmed};
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Axis {
-    Linear,
-    Log,
+/// An axis: whether it is logarithmic, and its label with the unit in brackets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    pub log: bool,
+    pub label: String,
+}
+
+pub fn linear<T: Into<String>>(label: T) -> Axis {
+    Axis { log: false, label: label.into() }
+}
+
+pub fn log<T: Into<String>>(label: T) -> Axis {
+    Axis { log: true, label: label.into() }
+}
+
+impl Axis {
+    /// For scripts.
+    pub(super) fn kind(&self) -> &'static str {
+        if self.log { "log" } else { "linear" }
+    }
+
+    /// A value in axis coordinates: its logarithm on a logarithmic axis.
+    pub(super) fn place(&self, v: f64) -> f64 {
+        if self.log { v.log10() } else { v }
+    }
 }
 
 /// Number of decades below which multiples of powers of ten are also labelled.
@@ -14,7 +35,7 @@ const FEW_DECADES: f64 = 3.0;
 /// Range and ticks of an axis, in axis coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scale {
-    axis: Axis,
+    log: bool,
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) ticks: Vec<f64>,
@@ -25,26 +46,16 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    pub(super) fn new(axis: Axis, values: &[f64]) -> Self {
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        match axis {
-            Axis::Linear => Self::linear(low, high),
-            Axis::Log => Self::logarithmic(low, high),
-        }
+    pub(super) fn new(log: bool, values: &[f64]) -> Self {
+        let (low, high) = ends(values.iter().copied());
+        if log { Self::logarithmic(low, high) } else { Self::linear(low, high) }
     }
 
     fn linear(low: f64, high: f64) -> Self {
         // A single value gets a margin on both sides.
         let half = if high > low { 0.0 } else { (0.1 * low.abs()).max(1e-12) };
         let (low, high) = (low - half, high + half);
-        let rough = (high - low) / 6.0;
-        let decade = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 2.5, 5.0, 10.0]
-            .into_iter()
-            .map(|m| m * decade)
-            .find(|s| *s >= 0.999_999 * rough)
-            .unwrap_or(rough);
+        let step = round_step((high - low) / 6.0);
         let room = 0.03 * (high - low);
         // An axis that would start close to zero starts at zero, without a margin below data that are never negative.
         let low = if low >= 0.0 && low < 0.3 * high { 0.0 } else { low - room };
@@ -53,7 +64,7 @@ impl Scale {
         let largest = low.abs().max(high.abs());
         let power = if (1e-2..1e5).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
         let ticks = (first..=last).map(|i| i as f64 * step).collect();
-        Scale { axis: Axis::Linear, low, high, ticks, minor: Vec::new(), step, power }
+        Scale { log: false, low, high, ticks, minor: Vec::new(), step, power }
     }
 
     fn logarithmic(low: f64, high: f64) -> Self {
@@ -69,28 +80,24 @@ impl Scale {
         // Over fewer than three decades, powers of ten alone are too few labels.
         let ticks = if high - low < FEW_DECADES { multiples(&[1.0, 2.0, 5.0]) } else { decades };
         let minor = if every == 1 { multiples(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { Vec::new() };
-        Scale { axis: Axis::Log, low, high, ticks, minor, step: 1.0, power: 0 }
+        Scale { log: true, low, high, ticks, minor, step: 1.0, power: 0 }
     }
 
     fn label(&self, v: f64) -> String {
-        match self.axis {
+        if self.log {
             // If multiples are labelled, powers of ten have the same format.
-            Axis::Log if self.high - self.low >= FEW_DECADES && v.fract() == 0.0 && !(-2.0..=4.0).contains(&v) => {
-                format!("10{}", superscript(v as i32))
-            }
-            Axis::Log => trimmed(10f64.powf(v), 2),
-            Axis::Linear => {
-                let factor = 10f64.powi(self.power);
-                let step = self.step / factor;
-                // A step of 2.5 needs one more decimal than its decade.
-                let mantissa = step / 10f64.powf(step.log10().floor());
-                let whole = (mantissa - mantissa.round()).abs() < 1e-6;
-                let decimals = (-(step.log10().floor()) + if whole { 0.0 } else { 1.0 }).max(0.0) as usize;
-                let text = format!("{:.decimals$}", v / factor);
-                // A negative rounding error must not be printed as "−0.0".
-                if text.trim_matches(['-', '0', '.']).is_empty() { "0".into() } else { text.replace('-', "−") }
-            }
+            let alone = self.high - self.low >= FEW_DECADES && v.fract() == 0.0 && !(-2.0..=4.0).contains(&v);
+            return if alone { format!("10{}", superscript(v as i32)) } else { trimmed(10f64.powf(v), 2) };
         }
+        let factor = 10f64.powi(self.power);
+        let step = self.step / factor;
+        // A step of 2.5 needs one more decimal than its decade.
+        let mantissa = step / 10f64.powf(step.log10().floor());
+        let whole = (mantissa - mantissa.round()).abs() < 1e-6;
+        let decimals = (-(step.log10().floor()) + if whole { 0.0 } else { 1.0 }).max(0.0) as usize;
+        let text = format!("{:.decimals$}", v / factor);
+        // A negative rounding error must not be printed as "−0.0".
+        if text.trim_matches(['-', '0', '.']).is_empty() { "0".into() } else { text.replace('-', "−") }
     }
 
     pub(super) fn labels(&self) -> impl Iterator<Item = String> {
@@ -107,26 +114,38 @@ impl Scale {
     }
 }
 
+/// Lowest and highest value; `(∞, −∞)` of none.
+pub(super) fn ends(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+}
+
+/// The round number at or above `rough`: 1, 2, 2.5 or 5 times a power of ten.
+pub(super) fn round_step(rough: f64) -> f64 {
+    let decade = 10f64.powf(rough.log10().floor());
+    let steps = [1.0, 2.0, 2.5, 5.0, 10.0].map(|m| m * decade);
+    steps.into_iter().find(|s| *s >= 0.999_999 * rough).unwrap_or(rough)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn labels(axis: Axis, low: f64, high: f64) -> Vec<String> {
-        Scale::new(axis, &[low, high]).labels().collect()
+    fn labels(log: bool, low: f64, high: f64) -> Vec<String> {
+        Scale::new(log, &[low, high]).labels().collect()
     }
 
     #[test]
     fn ticks_people_would_choose() {
-        assert_eq!(labels(Axis::Linear, 0.01, 0.1), ["0", "0.02", "0.04", "0.06", "0.08", "0.10"]);
-        assert_eq!(labels(Axis::Linear, -1.0, 1.0), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
-        assert_eq!(labels(Axis::Log, -1.0, 2.0), ["0.1", "1", "10", "100"]);
-        assert_eq!(labels(Axis::Log, -8.0, -5.0), ["10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵"]);
+        assert_eq!(labels(false, 0.01, 0.1), ["0", "0.02", "0.04", "0.06", "0.08", "0.10"]);
+        assert_eq!(labels(false, -1.0, 1.0), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
+        assert_eq!(labels(true, -1.0, 2.0), ["0.1", "1", "10", "100"]);
+        assert_eq!(labels(true, -8.0, -5.0), ["10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵"]);
         let path = ["0.001", "0.002", "0.005", "0.01", "0.02", "0.05", "0.1", "0.2"];
-        assert_eq!(labels(Axis::Log, -3.0, 0.3_f64.log10()), path);
-        assert_eq!(labels(Axis::Log, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);
-        let small = Scale::new(Axis::Linear, &[0.0, 3e-5]);
+        assert_eq!(labels(true, -3.0, 0.3_f64.log10()), path);
+        assert_eq!(labels(true, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);
+        let small = Scale::new(false, &[0.0, 3e-5]);
         assert_eq!(small.factor_note(), " × 10⁵");
         assert!(small.labels().any(|l| l == "1.0"), "{:?}", small.labels().collect::<Vec<_>>());
-        assert_eq!(labels(Axis::Linear, 5.0, 5.0).len(), 5);
+        assert_eq!(labels(false, 5.0, 5.0).len(), 5);
     }
 }

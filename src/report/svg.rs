@@ -59,6 +59,48 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// Mean character width in text heights, sans-serif; used only for line breaks of the legend and room for labels.
+pub(super) const CHARACTER: f64 = 0.55;
+
+/// Ticks of an axis, each with its place and label, and the label of the axis.
+pub(super) struct Ticks {
+    pub places: Vec<(f64, String)>,
+    pub label: String,
+}
+
+/// The outline of a frame with ticks and labels below and to the left of it. `frame`: its edges left, right, top, bottom.
+pub(super) fn axes(svg: &mut String, t: f64, outline: &str, frame: [f64; 4], [x, y]: [&Ticks; 2]) {
+    let [left, right, top, bottom] = frame;
+    let width = 0.08 * t;
+    let _ = write!(svg, "<path fill=\"none\" stroke=\"currentColor\" stroke-width=\"{width:.2}\" d=\"{outline}");
+    for (at, _) in &x.places {
+        let _ = write!(svg, "M{at:.2} {bottom:.2}v{:.2}", 0.35 * t);
+    }
+    for (at, _) in &y.places {
+        let _ = write!(svg, "M{left:.2} {at:.2}h{:.2}", -0.35 * t);
+    }
+    svg.push_str("\"/>");
+    // Labels that would touch their left neighbour are omitted.
+    let mut free = f64::NEG_INFINITY;
+    for (at, label) in &x.places {
+        let half = 0.5 * CHARACTER * t * label.chars().count() as f64;
+        if at - half >= free {
+            text(svg, (*at, bottom + 1.3 * t), "middle", label);
+            free = at + half + 0.3 * t;
+        }
+    }
+    for (at, label) in &y.places {
+        text(svg, (left - 0.5 * t, at + 0.35 * t), "end", label);
+    }
+    text(svg, (0.5 * (left + right), bottom + 2.6 * t), "middle", &x.label);
+    let _ = write!(
+        svg,
+        "<text transform=\"translate({t:.2} {:.2}) rotate(-90)\" text-anchor=\"middle\" fill=\"currentColor\">{}</text>",
+        0.5 * (top + bottom),
+        escaped(&y.label)
+    );
+}
+
 /// A text at its base line; `anchor`: "start", "middle" or "end".
 pub(super) fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, words: &str) {
     // Writing into a string does not fail.

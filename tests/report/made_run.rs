@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use asperity::grid::Field;
-use asperity::load::Branch;
+use asperity::load::{Branch, Stop};
 use asperity::observe;
 use asperity::record::npy;
 use asperity::record::quantity::Quantity;
@@ -52,7 +52,7 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
             contact_area_error: Some(0.9 * share * 0.0312),
             patches: Some(17),
             load_error: 2e-4,
-            stop: "converged".into(),
+            stop: Stop::Converged,
             iterations: 143,
             fft_pairs: 301.0,
             seconds: 1.7,

@@ -10,7 +10,7 @@ mod tools;
 
 use std::path::{Path, PathBuf};
 
-use asperity::load::Branch;
+use asperity::load::{Branch, Stop};
 use asperity::observe::{Distribution, linear_edges};
 use asperity::record::npy;
 use asperity::record::results::*;
@@ -413,7 +413,7 @@ fn meaningless_values_are_omitted() {
     // Points of modes 1 to 49, and one in the legend.
     assert_eq!(points(folder.path()), (50, false));
     let c = results.continuum.as_mut().unwrap();
-    c.states[1].numbers.stop = "detached".into();
+    c.states[1].numbers.stop = Stop::Detached;
     c.states[1].numbers.load_error = 123.0;
     results.surface.periodic = false;
     results.surface.note = "Heights that do not repeat.".into();
@@ -445,7 +445,7 @@ fn parts_that_were_not_run_are_left_out() {
 fn an_unconverged_state_is_marked() {
     let folder = tempfile::tempdir().unwrap();
     let mut results = run_folder(folder.path());
-    results.continuum.as_mut().unwrap().states[1].numbers.stop = "iteration limit".into();
+    results.continuum.as_mut().unwrap().states[1].numbers.stop = Stop::IterationLimit;
     results.write(folder.path()).unwrap();
     let text = page(folder.path());
     assert!(text.contains("iteration limit") && text.contains("(not converged)") && text.contains(">not converged<"));

@@ -31,6 +31,37 @@ pub enum Branch {
     Unloading,
 }
 
+/// Why a solver stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stop {
+    Converged,
+    #[serde(rename = "iteration limit")]
+    IterationLimit,
+    /// The residual has stalled at the level that rounding of the fields causes.
+    #[serde(rename = "rounding floor of the precision")]
+    RoundingFloor,
+    /// No step lowers the energy, although the residual is above the rounding level.
+    #[serde(rename = "no descent")]
+    NoDescent,
+    /// The state is not finite.
+    Diverged,
+    /// The surfaces have separated: the tension exceeds the pull-off stress.
+    Detached,
+    /// Stopped by the observer.
+    Interrupted,
+    /// The solver's criteria are met, but the final fields are not in equilibrium with the load.
+    #[serde(rename = "no equilibrium: the final fields do not balance the load")]
+    Rejected,
+}
+
+impl std::fmt::Display for Stop {
+    /// The words of `results.json`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.serialize(f)
+    }
+}
+
 /// One step of a scene's load path; results refer to it by its index.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadStep {

@@ -1,5 +1,6 @@
 //! Numbers of one equilibrium that every method provides.
 
+use crate::load::Stop;
 use serde::{Deserialize, Serialize};
 
 /// One load of a solver or an estimate: load, contact, convergence and cost.
@@ -34,8 +35,7 @@ pub struct StateNumbers {
     pub stress_map: Option<String>,
     /// Relative deviation from the target load.
     pub load_error: f64,
-    /// "converged", or the reason why not.
-    pub stop: String,
+    pub stop: Stop,
     pub iterations: usize,
     /// Pairs of forward and inverse transforms of the full grid.
     pub fft_pairs: f64,

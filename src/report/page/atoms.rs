@@ -1,31 +1,10 @@
 //! The atomistic simulation: block, scaling audit, load steps, states.
 
-use maud::{Markup, html};
-
-use super::figures::{FigureWriter, figure, symbol, table, text};
+use super::figures::symbol;
+use super::prelude::*;
 use super::{criteria, nvt, unloading};
-use crate::error::Result;
-use crate::record::results::{AtomsResults, AuditLine, LoadStepResults};
-use crate::report::number::{count, percent, significant, trimmed};
-use crate::report::plot::{Axis, Plot};
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
-    let states = atoms
-        .states
-        .iter()
-        .map(|s| {
-            vec![
-                text(trimmed(s.p_star, 4)),
-                text(percent(s.contact_area)),
-                text(count(s.contacts)),
-                text(count(s.contacts_below_surface)),
-                text(format!("{}\u{a0}Å", significant(s.mean_gap_angstrom, 4))),
-                text(format!("{}\u{a0}GPa", significant(s.contact_stress_gpa, 3))),
-                html! { @if let Some(frame) = &s.frame { code { (frame) } } @else { "–" } },
-            ]
-        })
-        .collect();
-    let head = ["p*", "contact", "contact atoms", "of these below the surface", "mean gap", "contact stress", "frame"];
     Ok(html! {
         p { "The same dimensionless problem on a cell of " (trimmed(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
             (atoms.cells) " × " (atoms.cells) " × " (atoms.depth_cells) " lattice cells (lattice constant "
@@ -45,7 +24,15 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
         @if let Some(steps) = load_steps(writer, atoms)? { (steps) }
         @if !atoms.states.is_empty() {
             h3 { "States at the requested loads" }
-            (table(&head, states))
+            (columns!("words", &atoms.states, |s| {
+                "p*" => trimmed(s.p_star, 4),
+                "contact" => percent(s.contact_area),
+                "contact atoms" => count(s.contacts),
+                "of these below the surface" => count(s.contacts_below_surface),
+                "mean gap" => with_unit(s.mean_gap_angstrom, 4, "Å"),
+                "contact stress" => with_unit(s.contact_stress_gpa, 3, "GPa"),
+                "frame" => or_dash(s.frame.as_ref().map(|frame| html! { code { (frame) } })),
+            }))
             p.quiet { "Contact: fraction of the surface layer’s atoms in contact. More than a few contact atoms from below "
                 "the surface indicate plastic flow, which no elastic method describes." }
         }
@@ -57,40 +44,29 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
 }
 
 fn audit(lines: &[AuditLine]) -> Markup {
-    let rows = lines
-        .iter()
-        .map(|l| {
-            let status = if l.status == "kept" {
-                text("kept")
-            } else {
-                html! { span.bad { (l.status) } }
-            };
-            vec![
-                html! { (l.group) " " (symbol(&l.symbol)) },
-                text(significant(l.target, 4)),
-                text(significant(l.actual, 4)),
-                status,
-                html! { span.quiet { (l.reason) } },
-            ]
-        })
-        .collect();
     html! {
         p { "Dimensionless groups: the target of the scene (at its highest load) and the actual value of the simulation. "
             "Where they differ, the comparison below uses the atoms’ values on both sides." }
-        (table(&["group", "target", "actual", "status", "reason"], rows))
+        (columns!("words", lines, |l| {
+            "group" => html! { (l.group) " " (symbol(&l.symbol)) },
+            "target" => significant(l.target, 4),
+            "actual" => significant(l.actual, 4),
+            "status" => if l.status == "kept" { l.status.render() } else { bad(&l.status) },
+            "reason" => quiet(&l.reason),
+        }))
     }
 }
 
 /// Load and number of contact atoms against displacement, on loading and unloading.
 fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Markup>> {
     let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
-    let plot = |y_label: &str, of: fn(&LoadStepResults) -> f64| {
+    let draw = |name: &str, label: &str, of: fn(&LoadStepResults) -> f64| {
         let curves = unloading::branch_curves(steps, turn, |s| (s.displacement_angstrom, of(s)));
-        let labels = ("displacement of the indenter (Å)", y_label);
-        Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) }
+        let plot = Plot::new(linear("displacement of the indenter (Å)"), linear(label), curves);
+        writer.curves(name, &Plot { proportion: 0.36, ..plot })
     };
-    let load = writer.curves("load-steps-load", &plot("p*", |s| s.p_star))?;
-    let contacts = writer.curves("load-steps-contacts", &plot("contact atoms", |s| s.contacts as f64))?;
+    let load = draw("load-steps-load", "p*", |s| s.p_star)?;
+    let contacts = draw("load-steps-contacts", "contact atoms", |s| s.contacts as f64)?;
     let (Some(load), Some(contacts)) = (load, contacts) else { return Ok(None) };
     let worst = steps.iter().map(|s| s.max_force_ev_per_angstrom).fold(0.0, f64::max);
     let evaluations: usize = steps.iter().map(|s| s.force_evaluations).sum();

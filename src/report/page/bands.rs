@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use maud::{Markup, PreEscaped};
 
+use super::figures::of_unit;
 use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::report::number::significant;
 use crate::report::picture::{BLUE, VERMILION};
@@ -34,38 +35,24 @@ pub(super) fn chart(list: &[AcceptanceCheck]) -> Option<Markup> {
             from + across * (0.5 + BAND * (share - 0.5)).clamp(0.01, 0.99)
         };
         let (start, end) = (place(*low), place(*high));
-        let colour = if check.status == CheckStatus::Fail { VERMILION } else { BLUE };
-        let _ = write!(
-            svg,
-            "<rect x=\"{start:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#999\" fill-opacity=\"0.35\"/>",
-            y - 0.45 * t,
-            end - start,
-            0.9 * t
-        );
-        if let Some(reference) = check.reference {
-            let x = place(reference);
-            let _ = write!(
-                svg,
-                "<path d=\"M{x:.1} {:.1}v{t:.1}\" stroke=\"currentColor\" stroke-width=\"2\"/>",
-                y - 0.5 * t
-            );
+        let (top, across, down) = (y - 0.45 * t, end - start, 0.9 * t);
+        let band = format!("x=\"{start:.1}\" y=\"{top:.1}\" width=\"{across:.1}\" height=\"{down:.1}\"");
+        let _ = write!(svg, "<rect {band} fill=\"#999\" fill-opacity=\"0.35\"/>");
+        if let Some(x) = check.reference.map(place) {
+            let line = format!("M{x:.1} {:.1}v{t:.1}", y - 0.5 * t);
+            let _ = write!(svg, "<path d=\"{line}\" stroke=\"currentColor\" stroke-width=\"2\"/>");
         }
-        let _ = write!(
-            svg,
-            "<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"{:.1}\" fill=\"{}\"/>",
-            place(*value),
-            0.35 * t,
-            css(colour)
-        );
+        let (x, r) = (place(*value), 0.35 * t);
+        let colour = css(if check.status == CheckStatus::Fail { VERMILION } else { BLUE });
+        let _ = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\" fill=\"{colour}\"/>");
         let statement = format!("{}  {}", check.id, check.statement);
         let short: String = statement.chars().take(72).collect();
         let more = if short.len() < statement.len() { "…" } else { "" };
         let _ = write!(svg, "<g><title>{}</title>", escaped(&statement));
         text(&mut svg, (0.0, y + 0.35 * t), "start", &format!("{short}{more}"));
         svg.push_str("</g>");
-        let unit = if check.unit == "1" { "" } else { &check.unit };
         let mark = if check.status == CheckStatus::Fail { "fail" } else { "pass" };
-        let found = format!("{} {unit}", significant(*value, 4));
+        let found = format!("{} {}", significant(*value, 4), of_unit(&check.unit));
         text(&mut svg, (WIDTH - RIGHT + t, y + 0.35 * t), "start", &format!("{}, {mark}", found.trim_end()));
     }
     svg.push_str("</svg>");

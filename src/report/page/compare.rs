@@ -1,21 +1,12 @@
 //! Comparison of continuum and atoms: contact maps, agreement, gap profiles, areas.
 
-use maud::{Markup, html};
-
-use super::figures::{FigureWriter, figure, numbers, panel, panels, table, text};
-use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
+use super::loads::{PANEL_SIDE, of_gap, setting, states};
+use super::prelude::*;
 use super::uncertainty::total;
 use super::{criteria, model_chain};
-use crate::error::{Error, Result};
+use crate::error::Error;
 use crate::record::downsample::DownsampledMap;
-use crate::record::quantity::Quantity;
-use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Section, StateResults,
-};
-use crate::report::map::{Bar, Legend};
-use crate::report::number::{count, percent, si, significant, trimmed};
-use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Range, Rgb};
-use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Style};
+use crate::report::picture::LONGEST_SIDE;
 use crate::units::ANGSTROM_M;
 
 /// Relative tolerance of equal loads: solvers meet a load to 10⁻³ or better, and loads of a path differ by far more.
@@ -27,20 +18,24 @@ pub(super) fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> O
     states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
+/// The continuum's contact under a criterion.
+fn under<'a>(load: &'a LoadComparison, id: &str) -> Option<&'a CriterionMatch> {
+    load.continuum.iter().find(|m| m.id == id)
+}
+
 /// Criterion of pictures and summary: the distance criterion of the atoms, applied to the compliant-wall solution.
 pub(super) fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
-    ["compliant_wall", "offset_wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
+    ["compliant_wall", "offset_wall"].into_iter().find_map(|id| under(load, id))
 }
 
 /// The compliant-wall solution with the crystal's hardness, under the same criterion.
 pub(super) fn yielding(load: &LoadComparison) -> Option<&CriterionMatch> {
-    load.continuum.iter().find(|m| m.id == "yielding_wall")
+    under(load, "yielding_wall")
 }
 
 /// Relative uncertainty of a continuum's contact area at a load.
 pub(super) fn uncertainty_at(continuum: &ContinuumResults, load: &LoadComparison) -> Option<f64> {
-    let state = at_load(&continuum.states, load.p_star, |s: &StateResults| s.numbers.p_star)?;
-    total(state, Quantity::ContactArea)
+    total(state_at(continuum, load)?, Quantity::ContactArea)
 }
 
 /// The same of the continuum that is compared with the atoms.
@@ -56,12 +51,19 @@ pub(super) fn more_or_less(relative: f64) -> String {
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
     let units = |s: &StateResults| {
         let pressure = si(s.numbers.pressure * atoms.modulus_gpa * 1e9, "Pa", 3);
-        [pressure, format!("{}\u{a0}Å", significant(s.mean_gap * atoms.length_angstrom, 4))]
+        [pressure, with_unit(s.mean_gap * atoms.length_angstrom, 4, "Å")]
     };
-    let mut loads = Vec::new();
-    for (i, load) in c.loads.iter().enumerate() {
-        loads.push(one_load(writer, atoms, c, load, i + 1)?);
-    }
+    let one = |(i, load): (usize, &LoadComparison)| -> Result<Markup> {
+        let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
+        let maps = state.map(|state| Maps { writer, length: atoms.length_angstrom, load, state, number: i + 1 });
+        Ok(html! {
+            h3 { "Maps at " (at(load.p_star)) }
+            @if let Some(maps) = &maps { (maps.contacts()?) }
+            (matches(load))
+            @if let Some(maps) = &maps { (maps.gaps(&c.hard_wall)?) }
+        })
+    };
+    let loads = c.loads.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?;
     Ok(html! {
         p { "Both sides have the same heights, load and elastic body at the atoms’ scale; they differ in the method and the "
             "contact criterion. The continuum is solved twice: with a hard wall, and with a compliant wall, which is the "
@@ -69,7 +71,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
             "Pictures and summary use the criterion “"
             (c.loads.first().and_then(matched).map_or("hard wall", |m| m.label())) "”." }
         (overview(c))
-        @for l in &loads { (l) }
+        (each(&loads))
         (model_chain::section(writer, c)?)
         (criteria::sensitivity(writer, c)?)
         (sections(writer, &c.sections)?)
@@ -87,39 +89,19 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
 
 /// Table of all loads: contact fraction under each criterion, and agreement of the maps.
 fn overview(c: &ComparisonResults) -> Markup {
-    let rows = c
-        .loads
-        .iter()
-        .map(|load| {
-            let area = |id: &str| {
-                let found = load.continuum.iter().find(|m| m.id == id);
-                text(found.map_or("–".into(), |m| percent(m.contact_area)))
-            };
-            let best = matched(load);
-            vec![
-                text(trimmed(load.p_star, 4)),
-                html! { strong { (percent(load.atoms.contact_area)) } },
-                area("hard_wall"),
-                area("offset_wall"),
-                area("compliant_wall"),
-                text(best.and_then(|m| deviation(load, m)).map_or("–".into(), signed_percent)),
-                text(best.map_or("–".into(), |m| significant(m.overlap.kappa, 2))),
-                text(best.map_or("–".into(), |m| significant(m.shifted.kappa, 2))),
-            ]
-        })
-        .collect();
-    let head = [
-        "p*",
-        "atoms",
-        "hard wall, zero gap",
-        "offset wall",
-        "compliant wall",
-        "atoms / compliant wall",
-        "κ",
-        "κ, misaligned map",
-    ];
+    let area = |l, id| or_dash(under(l, id).map(|m| percent(m.contact_area)));
+    let off = |l: &LoadComparison, m: &CriterionMatch| Some(signed_percent(deviation(l, m)?));
     html! {
-        (numbers(&head, rows))
+        (columns!("numbers", c.loads.iter().map(|l| (l, matched(l))), |(l, best)| {
+            "p*" => trimmed(l.p_star, 4),
+            "atoms" => html! { strong { (percent(l.atoms.contact_area)) } },
+            "hard wall, zero gap" => area(l, "hard_wall"),
+            "offset wall" => area(l, "offset_wall"),
+            "compliant wall" => area(l, "compliant_wall"),
+            "atoms / compliant wall" => or_dash(best.and_then(|m| off(l, m))),
+            "κ" => or_dash(best.map(|m| significant(m.overlap.kappa, 2))),
+            "κ, misaligned map" => or_dash(best.map(|m| significant(m.shifted.kappa, 2))),
+        }))
         p.quiet { "Contact fraction under each criterion; the deviation of the atoms and κ are for the criterion of the pictures." }
     }
 }
@@ -131,162 +113,135 @@ pub(super) fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64
 
 fn signed_percent(share: f64) -> String {
     let sign = if share > 0.0 { "+" } else { "" };
-    format!("{sign}{}\u{a0}%", significant(100.0 * share, 2))
+    format!("{sign}{}", with_unit(100.0 * share, 2, "%"))
 }
 
-/// A downsampled contact map with the title of its panel.
-struct Contact {
-    title: String,
-    map: DownsampledMap,
-    share: f64,
+/// The state of a continuum solution at a load.
+pub(super) fn state_at<'a>(c: &'a ContinuumResults, load: &LoadComparison) -> Option<&'a StateResults> {
+    at_load(&c.states, load.p_star, |s| s.numbers.p_star)
 }
 
-fn one_load(
-    writer: &FigureWriter,
-    atoms: &AtomsResults,
-    c: &ComparisonResults,
-    load: &LoadComparison,
+/// Maps of one load, of the continuum and of the atoms.
+struct Maps<'a> {
+    writer: &'a FigureWriter<'a>,
+    /// Width of the block, Å.
+    length: f64,
+    load: &'a LoadComparison,
+    state: &'a AtomState,
     number: usize,
-) -> Result<Markup> {
-    let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
-    Ok(html! {
-        h3 { "Maps at p* = " (trimmed(load.p_star, 4)) }
-        @if let Some(state) = state { (contact_maps(writer, atoms, load, state, number)?) }
-        (matches(load))
-        @if let Some(state) = state { (gap_maps(writer, atoms, c, load, state, number)?) }
-    })
 }
 
-/// Gap file of a continuum solution at a load, if stored.
-fn gap_of(c: &ContinuumResults, p_star: f64) -> Option<&str> {
-    at_load(&c.states, p_star, |s: &StateResults| s.numbers.p_star)?.numbers.gap_map.as_deref()
-}
-
-/// A stored contact map, downsampled.
-fn flags(writer: &FigureWriter, file: &str, longest: usize) -> Result<DownsampledMap> {
-    picture::load(&writer.field(file)?, longest, |v| f64::from(u8::from(v != 0.0)))
-}
-
-/// Contact map of the continuum under a criterion, if stored.
-fn continuum_contact(writer: &FigureWriter, m: &CriterionMatch) -> Result<Option<Contact>> {
-    let Some(file) = &m.map else { return Ok(None) };
-    let title = match m.id.as_str() {
-        "hard_wall" => "Hard wall, gap = 0".into(),
-        "offset_wall" => format!("Offset wall, {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
-        "yielding_wall" => "Compliant wall with hardness".into(),
-        _ => "Compliant wall".into(),
-    };
-    Ok(Some(Contact { title, map: flags(writer, file, LONGEST_SIDE)?, share: m.contact_area }))
-}
-
-fn contact_maps(
-    writer: &FigureWriter,
-    atoms: &AtomsResults,
-    load: &LoadComparison,
-    state: &AtomState,
-    number: usize,
-) -> Result<Markup> {
-    let length_m = atoms.length_angstrom * ANGSTROM_M;
-    let touching = flags(writer, &state.contact_map, LONGEST_SIDE)?;
-    let plain = load.continuum.iter().find(|m| m.id == "hard_wall");
-    let best = matched(load);
-    let mut panels = Vec::new();
-    let draw = |name: &str, title: &str, map: &DownsampledMap, colour: Rgb, below: Markup| -> Result<Markup> {
-        let names = (format!("{name}-{number}"), title);
-        let image = writer.map((&names.0, names.1), &picture::contact(map, colour), length_m, Legend::None)?;
-        Ok(panel(title, image, below))
-    };
-    let mut drawn = Vec::new();
-    for (m, name) in [(plain, "contact-plain"), (yielding(load), "contact-yielding"), (best, "contact-matched")] {
-        let Some(m) = m else { continue };
-        if let Some(contact) = continuum_contact(writer, m)? {
-            panels.push(draw(
-                name,
-                &contact.title,
-                &contact.map,
-                ORANGE,
-                html! { (percent(contact.share)) " in contact" },
-            )?);
-            drawn.push((contact, m));
+impl Maps<'_> {
+    fn contacts(&self) -> Result<Markup> {
+        let Maps { writer, load, state, number, .. } = self;
+        let length_m = self.length * ANGSTROM_M;
+        let touching = writer.flags(&state.contact_map, LONGEST_SIDE)?;
+        let draw = |name: &str, title: &str, map: &DownsampledMap, colour: Rgb, below: Markup| -> Result<Markup> {
+            let image = writer.map((&format!("{name}-{number}"), title), &picture::contact(map, colour), length_m)?;
+            Ok(panel(title, image, below))
+        };
+        let mut drawn = Vec::new();
+        let mut last = None;
+        let criteria = [under(load, "hard_wall"), yielding(load), matched(load)];
+        for (m, name) in criteria.into_iter().zip(["contact-plain", "contact-yielding", "contact-matched"]) {
+            // Under some criteria no map is stored.
+            let Some((m, file)) = m.and_then(|m| Some((m, m.map.as_deref()?))) else { continue };
+            let title = match m.id.as_str() {
+                "hard_wall" => "Hard wall, gap = 0".into(),
+                "offset_wall" => format!("Offset wall, {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
+                _ => capitalised(m.label()),
+            };
+            let map = writer.flags(file, LONGEST_SIDE)?;
+            drawn.push(draw(name, &title, &map, ORANGE, html! { (percent(m.contact_area)) " in contact" })?);
+            last = Some((map, m));
         }
-    }
-    let atoms_share = html! { (percent(load.atoms.contact_area)) " in contact (" (load.atoms.criterion) ")" };
-    panels.push(draw("contact-atoms", "Atoms", &touching, BLUE, atoms_share)?);
-    if let Some((contact, m)) = drawn.last() {
-        if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
-            let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
-            let accepted = format!("the grid of the continuum’s map ({} × {})", contact.map.nx, contact.map.ny);
-            return Err(Error::format(writer.field(&state.contact_map)?, found, accepted));
+        let of_atoms = html! { (percent(load.atoms.contact_area)) " in contact (" (load.atoms.criterion) ")" };
+        drawn.push(draw("contact-atoms", "Atoms", &touching, BLUE, of_atoms)?);
+        if let Some((map, m)) = last {
+            if (map.nx, map.ny) != (touching.nx, touching.ny) {
+                let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
+                let accepted = format!("the grid of the continuum’s map ({} × {})", map.nx, map.ny);
+                return Err(Error::format(writer.field(&state.contact_map)?, found, accepted));
+            }
+            let (name, alt) = (format!("superposed-{number}"), "contact maps of continuum and atoms, superposed");
+            let image = writer.map((&name, alt), &picture::superposed(&map, &touching), length_m)?;
+            drawn.push(panel("Superposed", image, agreement(m)));
         }
-        let image = writer.map(
-            (&format!("superposed-{number}"), "contact maps of continuum and atoms, superposed"),
-            &picture::superposed(&contact.map, &touching),
-            length_m,
-            Legend::None,
-        )?;
-        panels.push(panel("Superposed", image, agreement(m)));
+        let n = touching.factor;
+        Ok(figure(
+            html! { (panels(drawn.len(), &drawn)) div.key { (key(&SUPERPOSED)) } },
+            html! { "Contact maps; white: no contact. x to the right, y up."
+            @if n > 1 { " A picture element is drawn as contact where at least half of its " (n) " × " (n) " nodes are in contact." } },
+        ))
     }
-    let rule = if touching.factor > 1 {
-        format!(
-            " A picture element is drawn as contact where at least half of its {0} × {0} nodes are in contact.",
-            touching.factor
-        )
-    } else {
-        String::new()
-    };
-    Ok(figure(
-        html! {
-            (self::panels(panels.len(), &panels))
-            div.key { (key(BLACK, "both")) (key(ORANGE, "only the continuum")) (key(BLUE, "only the atoms")) }
-        },
-        html! { "Contact maps; white: no contact. x to the right, y up." (rule) },
-    ))
+
+    /// The three gap maps with a common colour range.
+    fn gaps(&self, hard_wall: &ContinuumResults) -> Result<Markup> {
+        let Maps { writer, load, state, number, .. } = self;
+        let of_hard_wall = state_at(hard_wall, load).and_then(|s| s.numbers.gap_map.as_deref());
+        let mut maps = Vec::new();
+        for (title, name, file, id) in [
+            ("Gap, hard wall", "gap-hard", of_hard_wall, "hard_wall"),
+            ("Gap, compliant wall", "gap-compliant", Some(load.compliant_wall_gap.as_str()), "compliant_wall"),
+        ] {
+            if let (Some(file), Some(map)) = (file, under(load, id).and_then(|m| m.map.as_deref())) {
+                let small = writer.load(file, PANEL_SIDE, |v| v * self.length)?;
+                maps.push((title, name, small, writer.flags(map, PANEL_SIDE)?));
+            }
+        }
+        let gap = writer.load(&state.gap_map, PANEL_SIDE, |v| v)?;
+        maps.push(("Gap, atoms", "gap-atoms", gap, writer.flags(&state.contact_map, PANEL_SIDE)?));
+        let range = of_gap(maps.iter().flat_map(|m| &m.2.values));
+        let mut drawn = Vec::new();
+        for (title, name, small, contact) in &maps {
+            let gap = Values { quantity: "gap", unit: "Å", small, range, contact: Some(contact) };
+            let image = writer.values((&format!("{name}-{number}"), title), &gap, self.length * ANGSTROM_M)?;
+            drawn.push(panel(title, image, ""));
+        }
+        Ok(figure(
+            panels(drawn.len(), &drawn),
+            html! { "The gap at " (at(load.p_star)) ", in one colour range; dark is small, black is contact "
+            "(hard wall: zero gap; compliant wall and atoms: by the criteria above). The atoms have one value per "
+            "surface atom." },
+        ))
+    }
 }
 
-pub(super) fn key([r, g, b]: Rgb, words: &str) -> Markup {
-    html! { span { i style={ "background:rgb(" (r) "," (g) "," (b) ")" } {} (words) } }
+/// Colours of two superposed contact maps.
+pub(super) const SUPERPOSED: [(Rgb, &str); 3] =
+    [(BLACK, "both"), (ORANGE, "only the continuum"), (BLUE, "only the atoms")];
+
+/// Colours with their meanings.
+pub(super) fn key(entries: &[(Rgb, &str)]) -> Markup {
+    html! { @for ([r, g, b], words) in entries { span { i style={ "background:rgb(" (r) "," (g) "," (b) ")" } {} (words) } } }
 }
 
 fn agreement(m: &CriterionMatch) -> Markup {
-    html! {
-        (m.label()) " and atoms: κ = " (significant(m.overlap.kappa, 2)) ", Jaccard " (significant(m.overlap.jaccard, 2)) br;
-        span.quiet { "misaligned map: κ = " (significant(m.shifted.kappa, 2)) ", Jaccard "
-            (significant(m.shifted.jaccard, 2)) }
-    }
+    let [here, shifted] = [&m.overlap, &m.shifted]
+        .map(|o| format!("κ = {}, Jaccard {}", significant(o.kappa, 2), significant(o.jaccard, 2)));
+    html! { (m.label()) " and atoms: " (here) br; (quiet(format!("misaligned map: {shifted}"))) }
 }
 
 fn matches(load: &LoadComparison) -> Markup {
-    let angstrom = |v: f64| format!("{}\u{a0}Å", significant(v, 4));
-    let with_misaligned = |value: f64, shifted: f64| {
-        html! { (significant(value, 3)) " " span.quiet { "(" (significant(shifted, 2)) ")" } }
+    let angstrom = |v: f64| with_unit(v, 4, "Å");
+    let continuum = load.continuum.iter().map(|m| (m.label(), &m.criterion, m.contact_area, Some(m)));
+    let all = continuum.chain([("atoms", &load.atoms.criterion, load.atoms.contact_area, None)]);
+    let gap = |m: &CriterionMatch| load.mean_gap_angstrom(&m.id).map_or_else(String::new, angstrom);
+    let agreement = |m: Option<&CriterionMatch>, of: fn(&Overlap) -> f64| {
+        let shifted = |m: &CriterionMatch| quiet(format!("({})", significant(of(&m.shifted), 2)));
+        html! { @if let Some(m) = m { (significant(of(&m.overlap), 3)) " " (shifted(m)) } }
     };
-    let rows = load
-        .continuum
-        .iter()
-        .map(|m| {
-            vec![
-                html! { strong { (m.label()) } ": " (m.criterion) },
-                text(percent(m.contact_area)),
-                text(load.mean_gap_angstrom(&m.id).map_or_else(String::new, angstrom)),
-                with_misaligned(m.overlap.kappa, m.shifted.kappa),
-                with_misaligned(m.overlap.jaccard, m.shifted.jaccard),
-                with_misaligned(m.overlap.precision, m.shifted.precision),
-                with_misaligned(m.overlap.recall, m.shifted.recall),
-            ]
-        })
-        .chain([vec![
-            html! { strong { "atoms" } ": " (load.atoms.criterion) },
-            text(percent(load.atoms.contact_area)),
-            text(angstrom(load.atoms_mean_gap_angstrom)),
-            html! {},
-            html! {},
-            html! {},
-            html! {},
-        ]])
-        .collect();
     let [sx, sy] = load.registration;
     html! {
-        (table(&["contact criterion", "contact", "mean gap", "κ", "Jaccard", "precision", "recall"], rows))
+        (columns!("words", all, |(name, criterion, area, m)| {
+            "contact criterion" => html! { strong { (name) } ": " (criterion) },
+            "contact" => percent(area),
+            "mean gap" => m.map_or_else(|| angstrom(load.atoms_mean_gap_angstrom), gap),
+            "κ" => agreement(m, |o| o.kappa),
+            "Jaccard" => agreement(m, |o| o.jaccard),
+            "precision" => agreement(m, |o| o.precision),
+            "recall" => agreement(m, |o| o.recall),
+        }))
         p.quiet { "In brackets: the same for the misaligned map. Precision: fraction of the continuum’s contact that is also contact of the "
             "atoms; recall: fraction of the atoms’ contact that is also contact of the continuum." }
         p { "Clusters, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.compliant_wall_patches))
@@ -298,72 +253,27 @@ fn matches(load: &LoadComparison) -> Markup {
     }
 }
 
-/// The three gap maps with a common colour range.
-fn gap_maps(
-    writer: &FigureWriter,
-    atoms: &AtomsResults,
-    c: &ComparisonResults,
-    load: &LoadComparison,
-    state: &AtomState,
-    number: usize,
-) -> Result<Markup> {
-    let length = atoms.length_angstrom;
-    let touching = |id: &str| load.continuum.iter().find(|m| m.id == id).and_then(|m| m.map.as_deref());
-    let mut maps = Vec::new();
-    for (title, name, file, id) in [
-        ("Gap, hard wall", "gap-hard", gap_of(&c.hard_wall, load.p_star), "hard_wall"),
-        ("Gap, compliant wall", "gap-compliant", Some(load.compliant_wall_gap.as_str()), "compliant_wall"),
-    ] {
-        if let (Some(file), Some(map)) = (file, touching(id)) {
-            let small = picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * length)?;
-            maps.push((title, name, small, flags(writer, map, PANEL_SIDE)?));
-        }
-    }
-    let gap = picture::load(&writer.field(&state.gap_map)?, PANEL_SIDE, |v| v)?;
-    maps.push(("Gap, atoms", "gap-atoms", gap, flags(writer, &state.contact_map, PANEL_SIDE)?));
-    let range = Range { low: 0.0, ..Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED) };
-    let mut panels = Vec::new();
-    for (title, name, small, contact) in &maps {
-        let legend = Legend::OverContact(Bar::plain("gap", range, "Å", clipped(small, range)));
-        let names = (format!("{name}-{number}"), *title);
-        let drawn = picture::gap(small, range, contact);
-        let image = writer.map((&names.0, names.1), &drawn, length * ANGSTROM_M, legend)?;
-        panels.push(panel(title, image, html! {}));
-    }
-    Ok(figure(
-        self::panels(panels.len(), &panels),
-        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one colour range; dark is small, black is contact "
-        "(hard wall: zero gap; compliant wall and atoms: by the criteria above). The atoms have one value per "
-        "surface atom." },
-    ))
-}
-
 /// Gap profiles along x = L/2, one frame per load.
 fn sections(writer: &FigureWriter, list: &[Section]) -> Result<Markup> {
-    let mut figures = Vec::new();
-    for (i, s) in list.iter().enumerate() {
-        let curve = |label: &str, style: Style, gap: &[f64]| Curve {
-            label: label.into(),
-            style: style.without_marker(),
-            points: s.y.iter().copied().zip(gap.iter().copied()).collect(),
-        };
-        let mut curves = vec![
-            curve("hard wall", HARD, &s.hard_wall_gap_angstrom),
-            curve("compliant wall", SOFT, &s.compliant_wall_gap_angstrom),
-            curve("atoms", ATOMS, &s.atoms_gap_angstrom),
+    let one = |(i, s): (usize, &Section)| {
+        let curves = [
+            ("full heights", LABORATORY, &s.full_heights_gap_angstrom),
+            ("hard wall", HARD, &s.hard_wall_gap_angstrom),
+            ("compliant wall", SOFT, &s.compliant_wall_gap_angstrom),
+            ("atoms", ATOMS, &s.atoms_gap_angstrom),
         ];
-        if !s.full_heights_gap_angstrom.is_empty() {
-            curves.insert(0, curve("full heights", LABORATORY, &s.full_heights_gap_angstrom));
-        }
-        let plot = Plot { proportion: 0.42, ..Plot::new((Axis::Linear, Axis::Linear), ("y / L", "gap (Å)"), curves) };
-        if let Some(svg) = writer.curves(&format!("section-{}", i + 1), &plot)? {
-            let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "."
-            @if i == 0 { " Gaps of the atoms and of the compliant wall are measured from where the repulsion begins, so they are "
-                "negative under compression. Steps are atoms: each point of the line has the gap of the nearest surface atom." } };
-            figures.push(figure(svg, caption));
-        }
-    }
-    Ok(html! { @if !figures.is_empty() { h3 { "Sections through the gap" } @for f in &figures { (f) } } })
+        let curve = |(label, style, gap): (&str, _, &Vec<f64>)| {
+            Curve::line(label, style, s.y.iter().copied().zip(gap.iter().copied()))
+        };
+        let curves = curves.into_iter().filter(|(.., gap)| !gap.is_empty()).map(curve).collect();
+        let plot = Plot { proportion: 0.42, ..Plot::new(linear("y / L"), linear("gap (Å)"), curves) };
+        let caption = html! { "The gap along the line x = L/2 at " (at(s.p_star)) "."
+        @if i == 0 { " Gaps of the atoms and of the compliant wall are measured from where the repulsion begins, so they are "
+            "negative under compression. Steps are atoms: each point of the line has the gap of the nearest surface atom." } };
+        Figure::new(format!("section-{}", i + 1), caption, plot)
+    };
+    let figures = writer.figures(list.iter().enumerate().map(one))?;
+    Ok(html! { @if !figures.0.is_empty() { h3 { "Sections through the gap" } (figures) } })
 }
 
 #[cfg(test)]

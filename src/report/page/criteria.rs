@@ -1,35 +1,22 @@
 //! Contact of the atoms under several criteria, sensitivity to the contact distance, and stress maps.
 
-use maud::{Markup, html};
-
-use super::figures::{FigureWriter, capitalised, figure, numbers, panel, panels, text};
 use super::loads::PANEL_SIDE;
-use crate::error::Result;
-use crate::record::results::{AtomsResults, ComparisonResults, LoadComparison};
-use crate::report::map::{Bar, Legend};
-use crate::report::number::{count, percent, significant, trimmed};
-use crate::report::picture::{self, Range};
-use crate::report::plot::{ATOMS, Axis, Curve, HARD, PANEL, Plot, SOFT, Style, THRESHOLD};
+use super::prelude::*;
 use crate::units::ANGSTROM_M;
 
 /// Contact under each criterion and the stress maps; empty if the scene does not request distributions.
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let known: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
     let Some(first) = known.first() else { return Ok(html! {}) };
-    let mut head = vec!["p*"];
-    head.extend(first.criteria.iter().map(|w| name(&w.id)));
-    let rows = known
-        .iter()
-        .map(|s| {
-            let shares = s.criteria.iter().map(|w| {
-                html! { (percent(w.contact_area)) " " span.quiet { "(" (count(w.atoms)) ")" } }
-            });
-            [text(trimmed(s.p_star, 4))].into_iter().chain(shares).collect()
-        })
-        .collect();
+    let head: Vec<&str> = std::iter::once("p*").chain(first.criteria.iter().map(|w| name(&w.id))).collect();
+    let rows = known.iter().map(|s| {
+        let shares =
+            s.criteria.iter().map(|w| html! { (percent(w.contact_area)) " " (quiet(format!("({})", count(w.atoms)))) });
+        std::iter::once(trimmed(s.p_star, 4).render()).chain(shares).collect()
+    });
     Ok(html! {
         h3 { "Contact by criterion" }
-        (numbers(&head, rows))
+        (table("numbers", &head, rows))
         p.quiet {
             @for (i, w) in first.criteria.iter().enumerate() {
                 @if i > 0 { " " } em { (capitalised(name(&w.id))) } ": " (w.criterion) "."
@@ -51,23 +38,9 @@ fn name(id: &str) -> &str {
 /// Onset of plasticity; empty if not requested.
 pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
-    let points = p.steps.iter().map(|s| (s[0], s[1])).collect();
-    let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
-    let plot = Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "defect atoms"), curves) };
-    let rows = atoms
-        .states
-        .iter()
-        .filter_map(|s| {
-            let plastic = s.defects?;
-            Some(vec![
-                text(trimmed(s.p_star, 4)),
-                text(count(plastic.atoms)),
-                text(format!("{}\u{a0}nm³", significant(plastic.volume_nm3, 3))),
-                text(format!("{}\u{a0}GPa", significant(s.contact_stress_gpa, 3))),
-            ])
-        })
-        .collect();
-    let words = html! { "Defect atoms: centro-symmetry parameter above "
+    let curve = Curve::new("", ATOMS, p.steps.iter().map(|s| (s[0], s[1])));
+    let plot = Plot { proportion: 0.36, ..Plot::new(linear("p*"), linear("defect atoms"), vec![curve]) };
+    let caption = html! { "Defect atoms: centro-symmetry parameter above "
     (p.threshold) " a0², of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every load step." };
     Ok(html! {
         h3 { "Onset of plasticity" }
@@ -83,8 +56,13 @@ pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<
                 None => { "At no step are there more than " (p.noise_atoms) " defect atoms: the block remains elastic." },
             }
         }
-        @if let Some(svg) = writer.curves("plasticity", &plot)? { (figure(svg, words)) }
-        (numbers(&["p*", "defect atoms (centro-symmetry)", "their volume", "contact stress"], rows))
+        (writer.figures([Figure::new("plasticity", caption, plot)])?)
+        (columns!("numbers", atoms.states.iter().filter_map(|s| Some((s, s.defects?))), |(s, plastic)| {
+            "p*" => trimmed(s.p_star, 4),
+            "defect atoms (centro-symmetry)" => count(plastic.atoms),
+            "their volume" => with_unit(plastic.volume_nm3, 3, "nm³"),
+            "contact stress" => with_unit(s.contact_stress_gpa, 3, "GPa"),
+        }))
     })
 }
 
@@ -96,16 +74,14 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     for (i, state) in atoms.states.iter().enumerate() {
         let Some(stress) = &state.stress else { continue };
         (width, worst) = (stress.width_angstrom, worst.max(stress.load_error.abs()));
-        let small = picture::load(&writer.field(&stress.map)?, PANEL_SIDE, |v| v)?;
-        let own = Range { low: 0.0, ..Range::of(&small.values, 0.0) };
-        let range = if writer.own_ranges() || highest <= 0.0 { own } else { Range { low: 0.0, high: highest } };
-        let legend = Legend::Ramp(Bar::plain("normal stress", range, "GPa", false));
-        let title = format!("p* = {}", trimmed(state.p_star, 4));
+        let small = &writer.load(&stress.map, PANEL_SIDE, |v| v)?;
+        let own = writer.own_ranges() || highest <= 0.0;
+        let range = Range { low: 0.0, high: if own { Range::of(&small.values, 0.0).high } else { highest } };
+        let values = Values { quantity: "normal stress", unit: "GPa", small, range, contact: None };
+        let title = at(state.p_star);
         let names = (format!("stress-atoms-{}", i + 1), format!("normal stress of the atoms at {title}"));
-        let picture = picture::map(&small, range);
-        let image = writer.map((&names.0, &names.1), &picture, atoms.length_angstrom * ANGSTROM_M, legend)?;
-        let below = html! { "at most " (significant(stress.highest_gpa, 3)) " GPa" };
-        drawn.push(panel(&title, image, below));
+        let image = writer.values((&names.0, &names.1), &values, atoms.length_angstrom * ANGSTROM_M)?;
+        drawn.push(panel(&title, image, html! { "at most " (significant(stress.highest_gpa, 3)) " GPa" }));
     }
     if drawn.is_empty() {
         return Ok(html! {});
@@ -120,24 +96,21 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
 /// Contact fraction of the atoms against the contact distance, and of the continuum against the gap threshold.
 pub(super) fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let mut figures = Vec::new();
-    for (i, load) in c.loads.iter().enumerate() {
-        if load.area_vs_distance.is_empty() {
-            continue;
-        }
-        let panel_of = |name: &str, title: &str, x_label: &str, curves: Vec<Curve>| -> Result<Option<Markup>> {
-            let plot = Plot {
-                width: PANEL,
-                proportion: 0.8,
-                include: vec![(curves[0].points[0].0, 0.0), (curves[0].points[0].0, top(load))],
-                ..Plot::new((Axis::Linear, Axis::Linear), (x_label, "contact (%)"), curves)
-            };
-            Ok(writer.curves(&format!("{name}-{}", i + 1), &plot)?.map(|svg| panel(title, svg, html! {})))
+    for (i, load) in c.loads.iter().enumerate().filter(|(_, l)| !l.area_vs_distance.is_empty()) {
+        // Both panels have a common upper end of their vertical axes.
+        let top = top(load);
+        let plot = |label: &str, curves: Vec<Curve>| {
+            let first = curves[0].points[0].0;
+            Plot {
+                include: vec![(first, 0.0), (first, top)],
+                ..Plot::new(linear(label), linear("contact (%)"), curves)
+            }
         };
         let distance = |label: &str, style: Style, k: usize| {
-            curve(label, style, load.area_vs_distance.iter().map(|row| (row[0], 100.0 * row[k])).collect())
+            Curve::line(label, style, load.area_vs_distance.iter().map(|row| (row[0], 100.0 * row[k])))
         };
         let gap = |label: &str, style: Style, k: usize| {
-            curve(label, style, load.area_vs_gap.iter().map(|row| (row[0], 100.0 * row[k])).collect())
+            Curve::line(label, style, load.area_vs_gap.iter().map(|row| (row[0], 100.0 * row[k])))
         };
         let by_distance = vec![
             distance("atoms", ATOMS, 1),
@@ -145,24 +118,19 @@ pub(super) fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Resul
             distance("compliant wall", SOFT, 3),
         ];
         let by_gap = vec![gap("hard wall", HARD, 1), gap("compliant wall", SOFT, 2)];
-        let both = [
-            panel_of("area-vs-distance", "Contact distance", "contact distance (Å)", by_distance)?,
-            panel_of("area-vs-gap", "Gap threshold", "gap threshold (Å)", by_gap)?,
-        ];
-        let drawn: Vec<Markup> = both.into_iter().flatten().collect();
-        let caption = html! { "Contact at p* = " (trimmed(load.p_star, 4)) @if i == 0 { ". Left: against the contact distance d_c, from 0.95 to 1.1 of "
+        let name = |start: &str| format!("{start}-{}", i + 1);
+        let drawn = writer.small([
+            ("Contact distance", name("area-vs-distance"), plot("contact distance (Å)", by_distance)),
+            ("Gap threshold", name("area-vs-gap"), plot("gap threshold (Å)", by_gap)),
+        ])?;
+        let caption = html! { "Contact at " (at(load.p_star)) @if i == 0 { ". Left: against the contact distance d_c, from 0.95 to 1.1 of "
         "the distance at which the repulsion begins, with the same criterion for the continuum’s surface atoms. Right: continuum, against the "
         "gap threshold, over the same lengths. Where the left curves are steep, the criterion determines the area." } @else { "." } };
         figures.push(figure(panels(2, &drawn), caption));
     }
-    Ok(html! { @if !figures.is_empty() { h3 { "Sensitivity to the contact criterion" } @for f in &figures { (f) } } })
+    Ok(html! { @if !figures.is_empty() { h3 { "Sensitivity to the contact criterion" } (each(&figures)) } })
 }
 
-fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {
-    Curve { label: label.into(), style: style.without_marker(), points }
-}
-
-/// Common upper end of the vertical axes of both panels.
 fn top(load: &LoadComparison) -> f64 {
     let rows = load.area_vs_distance.iter().flat_map(|r| &r[1..]).chain(load.area_vs_gap.iter().flat_map(|r| &r[1..]));
     100.0 * rows.copied().fold(0.0, f64::max)

@@ -1,36 +1,22 @@
 //! Contact and mean gap against load, by branch.
 
-use crate::load::Branch;
-use maud::{Markup, html};
-
-use super::figures::{FigureWriter, figure};
-use super::method_style::method_style;
-use crate::error::Result;
-use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, LoadComparison, Results, StateResults,
-};
-use crate::report::number::si_scale;
-use crate::report::plot::{
-    ATOMS, Axis, BACK, Curve, Dash, EXPECTED, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD,
-    UNCONVERGED, WITHOUT, YIELDING,
-};
+use super::method_style::{method_style, model_style};
+use super::prelude::*;
 
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
 const LONG_PATH: f64 = 30.0;
 
 /// The figures; `None` without any load.
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
-    let area = area(writer, results)?;
-    let gap = match &results.continuum {
-        Some(c) => mean_gap(writer, c, results.non_adhesive.as_ref())?,
-        None => None,
-    };
-    let stiffness = match &results.continuum {
-        Some(c) => contact_stiffness(writer, c)?,
-        None => None,
-    };
-    let figures: Vec<Markup> = [area, gap, stiffness].into_iter().flatten().collect();
-    Ok((!figures.is_empty()).then(|| html! { @for figure in &figures { (figure) } }))
+    let compared = results.comparison.is_some();
+    let caption = html! { "Contact area against reduced load"
+    @if compared { "; at the atoms’ scale fractions of the surface sites, for comparison with the atoms" }
+    ". erf: Persson’s theory without adhesion, at the rms gradient that the grid" @if compared { " or the block of atoms" } " resolves." };
+    let area = Figure::new("area", caption, area_plot(results));
+    let gap = results.continuum.as_ref().map(|c| mean_gap(writer, c, results.non_adhesive.as_ref()));
+    let stiffness = results.continuum.as_ref().and_then(|c| contact_stiffness(writer, c));
+    let figures = writer.figures([Some(area), gap, stiffness].into_iter().flatten())?;
+    Ok(Some(figures).filter(|f| !f.0.is_empty()))
 }
 
 /// Curves of a load path, one per branch, each starting at the first state of its branch. States that did not
@@ -40,7 +26,7 @@ pub(super) fn branches(
     (label, look): (&str, Style),
     of: &dyn Fn(&StateResults) -> (f64, f64),
 ) -> Vec<Curve> {
-    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stop == "converged").collect();
+    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stop == Stop::Converged).collect();
     let both = converged.iter().any(|s| s.branch == Branch::Unloading);
     let mut curves: Vec<Curve> = Vec::new();
     let mut last: Option<&StateResults> = None;
@@ -52,95 +38,83 @@ pub(super) fn branches(
             };
             // One legend entry per branch.
             let known = curves.iter().any(|c| c.label == name);
-            let label = if known { String::new() } else { name };
-            curves.push(Curve { label, style, points: last.iter().map(|l| of(l)).collect() });
+            curves.push(Curve::new(if known { String::new() } else { name }, style, last.map(of)));
         }
-        if let Some(curve) = curves.last_mut() {
-            curve.points.push(of(state));
-        }
+        curves.last_mut().expect("one for the first state").points.push(of(state));
         last = Some(state);
     }
-    let missed = c.states.iter().filter(|s| s.numbers.stop != "converged" && s.numbers.stop != "detached");
-    curves.push(Curve { label: "not converged".into(), style: UNCONVERGED, points: missed.map(of).collect() });
+    let missed = c.states.iter().filter(|s| s.numbers.stop != Stop::Converged && s.numbers.stop != Stop::Detached);
+    curves.push(Curve::new("not converged", UNCONVERGED, missed.map(of)));
     curves
 }
 
 /// Contact fraction (%) against p*, for all solutions, methods and criteria, with the theory of the challenge's paper.
 fn area_plot(results: &Results) -> Plot {
+    let of = |s: &StateResults| (s.numbers.p_star, 100.0 * s.numbers.contact_area);
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
         let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
-        let label = format!("{}{scale}", c.method);
-        curves.extend(branches(c, (&label, LABORATORY), &|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area)));
+        curves.extend(branches(c, (&format!("{}{scale}", c.method), LABORATORY), &of));
     }
-    if let Some(c) = &results.non_adhesive {
-        let points = c.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area)).collect();
-        curves.push(Curve { label: "without adhesion".into(), style: WITHOUT, points });
-    }
+    curves.extend(results.non_adhesive.iter().map(|c| without(c, of)));
     for m in results.methods.iter().filter(|m| !m.states.is_empty()) {
         let label = format!("{}{}", m.method, if m.adhesive { "" } else { ", without adhesion" });
-        let points = m.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area)).collect();
-        curves.push(Curve { label, style: method_style(&m.method), points });
+        let points = m.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area));
+        curves.push(Curve::new(label, method_style(&m.method), points));
     }
-    if let Some(c) = &results.comparison {
-        curves.extend(criteria(c));
-    }
+    curves.extend(results.comparison.iter().flat_map(criteria));
     if let Some(a) = &results.atoms {
-        let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_area)).collect();
-        curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
-        curves.extend(first_yield(a).map(|point| Curve {
-            label: "first yield".into(),
-            style: Style { marker: Marker::Star, ..POINTED_OUT },
-            points: vec![point],
-        }));
+        curves.push(Curve::new("atoms", ATOMS, a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_area))));
+        let star = Style { marker: Marker::Star, ..POINTED_OUT };
+        curves.extend(first_yield(a).map(|point| Curve::new("first yield", star, [point])));
     }
-    let points = || curves.iter().flat_map(|c| &c.points);
-    let span = |of: fn(&(f64, f64)) -> f64| {
-        points().map(of).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)))
-    };
-    let ((least, most), (smallest, _)) = (span(|p| p.0), span(|p| p.1));
+    let all = || curves.iter().flat_map(|c| &c.points);
+    let ((least, most), (smallest, _)) = (ends(all().map(|p| p.0)), ends(all().map(|p| p.1)));
     // On linear axes the low loads of a long load path would not be distinguishable.
-    let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
-    let include = if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] };
+    let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { log::<&str> } else { linear };
+    let x = axis("reduced load p*");
+    let include = if x.log { vec![] } else { vec![(0.0, 0.0)] };
     let matched = results.comparison.as_ref().map(|c| &c.hard_wall);
     for (c, style) in results.continuum.iter().map(|c| (c, EXPECTED)).chain(matched.map(|c| (c, MATCHED))) {
         let (label, theory) = theory(c);
-        let theory = formula((&label, style), &curves, axis, |p| 100.0 * theory(p));
+        let theory = formula((&label, style), &curves, x.log, |p| 100.0 * theory(p));
         if !theory.points.is_empty() && !curves.iter().any(|c| c.label == theory.label) {
             curves.push(theory);
         }
     }
     let contact = if results.atoms.is_some() { "contact (% of cell or sites)" } else { "contact (% of the cell)" };
-    Plot { include, ..Plot::new((axis, axis), ("reduced load p*", contact), curves) }
+    Plot { include, ..Plot::new(x, axis(contact), curves) }
+}
+
+fn without(c: &ContinuumResults, of: impl Fn(&StateResults) -> (f64, f64)) -> Curve {
+    Curve::new("without adhesion", WITHOUT, c.states.iter().map(of))
+}
+
+/// The axis of the load: logarithmic unless some loads are tensile.
+fn load_axis(c: &ContinuumResults, label: &str) -> Axis {
+    if c.states.iter().all(|s| s.numbers.p_star > 0.0) { log(label) } else { linear(label) }
 }
 
 /// Contact stiffness of the solved states against p*, with bars of its error.
-fn contact_stiffness(writer: &FigureWriter, c: &ContinuumResults) -> Result<Option<Markup>> {
+fn contact_stiffness(writer: &FigureWriter, c: &ContinuumResults) -> Option<Figure> {
     let unit = writer.scales.modulus_pa / writer.scales.length_m;
-    let known: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stiffness.is_some()).collect();
+    let known: Vec<StateResults> = c.states.iter().filter(|s| s.numbers.stiffness.is_some()).cloned().collect();
     if known.len() < 2 {
-        return Ok(None);
+        return None;
     }
     let value = |s: &StateResults| s.numbers.stiffness.unwrap_or(f64::NAN);
-    let largest = known.iter().map(|s| value(s)).fold(0.0, f64::max) * unit;
-    let (scale, prefix) = si_scale(largest);
-    let solved = ContinuumResults { states: known.iter().map(|s| (*s).clone()).collect(), ..c.clone() };
+    let (scale, prefix) = si_scale(known.iter().map(value).fold(0.0, f64::max) * unit);
     let at = |s: &StateResults, k: f64| (s.numbers.p_star, k * unit / scale);
+    let solved = ContinuumResults { states: known, ..c.clone() };
     let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| at(s, value(s)));
-    for s in &known {
-        let Some(error) = s.numbers.stiffness_error.filter(|e| *e < value(s)) else { continue };
-        let points = [-1.0, 1.0].map(|side| at(s, value(s) + side * error)).into();
-        curves.push(Curve { label: String::new(), style: EXPECTED, points });
+    for s in &solved.states {
+        let error = s.numbers.stiffness_error.filter(|e| *e < value(s));
+        curves.extend(error.map(|e| Curve::new("", EXPECTED, [-1.0, 1.0].map(|side| at(s, value(s) + side * e)))));
     }
-    let axis = if c.states.iter().all(|s| s.numbers.p_star > 0.0) { Axis::Log } else { Axis::Linear };
+    let caption = "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error.";
     let label = format!("contact stiffness ({prefix}Pa/m)");
-    let Some(svg) = writer.curves("stiffness", &Plot::new((axis, axis), ("reduced load p*", &label), curves))? else {
-        return Ok(None);
-    };
-    Ok(Some(figure(
-        svg,
-        html! { "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error." },
-    )))
+    let y = if load_axis(c, "").log { log(label) } else { linear(label) };
+    Some(Figure::new("stiffness", caption, Plot::new(load_axis(c, "reduced load p*"), y, curves)))
 }
 
 /// The theory at the rms gradient that the atoms' scale resolves.
@@ -161,40 +135,28 @@ pub(super) fn theory(c: &ContinuumResults) -> (String, impl Fn(f64) -> f64) {
 const FINE: usize = 200;
 
 /// A formula evaluated over the load range of the curves.
-pub(super) fn formula((label, style): (&str, Style), over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> Curve {
-    let loads = || over.iter().flat_map(|c| &c.points).map(|p| p.0);
-    let (low, high) = (loads().fold(f64::INFINITY, f64::min), loads().fold(0.0, f64::max));
-    let low = if axis == Axis::Log { low } else { low.max(0.0) };
+pub(super) fn formula((label, style): (&str, Style), over: &[Curve], log: bool, of: impl Fn(f64) -> f64) -> Curve {
+    let (low, high) = ends(over.iter().flat_map(|c| &c.points).map(|p| p.0));
+    let low = if log { low } else { low.max(0.0) };
     let at = |i: usize| {
         let share = i as f64 / FINE as f64;
-        let p = if axis == Axis::Log { low * (high / low).powf(share) } else { low + share * (high - low) };
+        let p = if log { low * (high / low).powf(share) } else { low + share * (high - low) };
         (p, of(p))
     };
-    let points = if low < high { (0..=FINE).map(at).collect() } else { Vec::new() };
-    Curve { label: label.into(), style, points }
+    Curve::new(label, style, (0..=FINE).filter(|_| low < high).map(at))
 }
 
 /// Contact fraction (%) of the matched continuum under each criterion.
 fn criteria(c: &ComparisonResults) -> Vec<Curve> {
-    let mut ids: Vec<&str> = Vec::new();
-    for m in c.loads.iter().flat_map(|l| &l.continuum) {
-        if !ids.contains(&m.id.as_str()) {
-            ids.push(&m.id);
-        }
-    }
-    let curve = |id: &str| {
-        let of =
-            |l: &LoadComparison| l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_area));
-        let (style, label): (Style, String) = match id {
-            "hard_wall" => (HARD, "hard wall, gap = 0".into()),
-            "offset_wall" => (THRESHOLD, "offset wall".into()),
-            "compliant_wall" => (SOFT, "compliant wall".into()),
-            "yielding_wall" => (YIELDING, "compliant wall with hardness".into()),
-            other => (THRESHOLD, other.into()),
-        };
-        Curve { label, style, points: c.loads.iter().filter_map(of).collect() }
+    let all = || c.loads.iter().flat_map(|l| l.continuum.iter().map(|m| (l.p_star, m)));
+    let curve = |id: &String| {
+        let of = || all().filter(|(_, m)| m.id == *id);
+        // The other criteria of contact are in the labels.
+        let zero = if id == "hard_wall" { ", gap = 0" } else { "" };
+        let label = of().next().map_or(String::new(), |(_, m)| format!("{}{zero}", m.label()));
+        Curve::new(label, model_style(id), of().map(|(p, m)| (p, 100.0 * m.contact_area)))
     };
-    ids.into_iter().map(curve).collect()
+    distinct(all().map(|(_, m)| &m.id)).into_iter().map(curve).collect()
 }
 
 /// The area–load curve of the first screen.
@@ -205,51 +167,24 @@ pub(super) fn first_screen(writer: &FigureWriter, results: &Results) -> Result<O
 /// Width of the curve of the first screen, px.
 const FIRST: f64 = 430.0;
 
-fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
-    let Some(svg) = writer.curves("area", &area_plot(results))? else { return Ok(None) };
-    Ok(Some(figure(
-        svg,
-        html! { "Contact area against reduced load"
-        @if results.comparison.is_some() { "; at the atoms’ scale fractions of the surface sites, for comparison "
-            "with the atoms" } ". erf: Persson’s theory without adhesion, at the rms gradient that the grid"
-        @if results.comparison.is_some() { " or the block of atoms" } " resolves." },
-    )))
-}
-
 /// p* of first yield and the atoms' contact there (%), between the loads around it.
 fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
     let p_star = a.plasticity.as_ref()?.first_yield?;
-    let area = |s: &AtomState| 100.0 * s.contact_area;
+    let of = |s: &AtomState| (s.p_star, 100.0 * s.contact_area);
     let above = a.states.iter().position(|s| s.p_star >= p_star)?;
-    let (s1, (p0, a0)) = (
-        &a.states[above],
-        match above {
-            0 => (0.0, 0.0),
-            k => (a.states[k - 1].p_star, area(&a.states[k - 1])),
-        },
-    );
-    Some((p_star, a0 + (area(s1) - a0) * (p_star - p0) / (s1.p_star - p0)))
+    let ((p1, a1), (p0, a0)) = (of(&a.states[above]), above.checked_sub(1).map_or((0.0, 0.0), |k| of(&a.states[k])));
+    Some((p_star, a0 + (a1 - a0) * (p_star - p0) / (p1 - p0)))
 }
 
-/// Mean gap against the logarithm of the load, on which rough surfaces follow nearly a straight line; on a linear
-/// axis if some loads are tensile.
-fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, without: Option<&ContinuumResults>) -> Result<Option<Markup>> {
-    let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
-    let (scale, prefix) = si_scale(highest);
-    let mut curves =
-        branches(c, (&c.method, LABORATORY), &|s| (s.numbers.p_star, s.mean_gap * writer.scales.length_m / scale));
-    curves.extend(without.map(|c| Curve {
-        label: "without adhesion".into(),
-        style: WITHOUT,
-        points: c.states.iter().map(|s| (s.numbers.p_star, s.mean_gap * writer.scales.length_m / scale)).collect(),
-    }));
-    let pressed = c.states.iter().all(|s| s.numbers.p_star > 0.0);
-    let axis = if pressed { Axis::Log } else { Axis::Linear };
-    let plot = Plot::new((axis, Axis::Linear), ("p*", &format!("mean gap ({prefix}m)")), curves);
-    let Some(svg) = writer.curves("mean-gap", &plot)? else { return Ok(None) };
-    Ok(Some(figure(
-        svg,
-        html! { "Mean gap against reduced load at the laboratory scale."
-        @if pressed { " At light loads the mean gap is about linear in the logarithm of the load." } },
-    )))
+/// Mean gap against the logarithm of the load, on which rough surfaces follow nearly a straight line.
+fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, other: Option<&ContinuumResults>) -> Figure {
+    let length = writer.scales.length_m;
+    let (scale, prefix) = si_scale(c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * length);
+    let of = |s: &StateResults| (s.numbers.p_star, s.mean_gap * length / scale);
+    let mut curves = branches(c, (&c.method, LABORATORY), &of);
+    curves.extend(other.map(|c| without(c, of)));
+    let plot = Plot::new(load_axis(c, "p*"), linear(format!("mean gap ({prefix}m)")), curves);
+    let caption = html! { "Mean gap against reduced load at the laboratory scale."
+    @if plot.x.log { " At light loads the mean gap is about linear in the logarithm of the load." } };
+    Figure::new("mean-gap", caption, plot)
 }

@@ -1,9 +1,6 @@
 //! Definitions of the terms of a report: on hover or tap of a term, and as a list at the end of the page.
 
-use maud::{Markup, html};
-
-use crate::record::results::Results;
-use crate::report::number::{si_given, trimmed};
+use super::prelude::*;
 
 /// A term that is explained where it occurs.
 #[derive(Debug, Clone, Copy)]
@@ -14,11 +11,14 @@ pub(super) enum Term {
     Kappa,
 }
 
+const LOAD: &str = "Reduced load: mean pressure over E* times the rms gradient of the surface.";
+const GAP: &str = "Distance between the two surfaces along z; zero where they touch.";
+
 /// The term with its definition, which opens on hover, tap or keyboard focus, without JavaScript.
 pub(super) fn term(term: Term) -> Markup {
     let (name, meaning) = match term {
-        Term::Load => ("p*", "Reduced load: mean pressure over E* times the rms gradient of the surface."),
-        Term::Gap => ("gap", "Distance between the two surfaces along z; zero where they touch."),
+        Term::Load => ("p*", LOAD),
+        Term::Gap => ("gap", GAP),
         Term::Contact => {
             ("contact", "Fraction of the cell, or of the surface atoms, in contact. It depends on the criterion.")
         }
@@ -41,11 +41,11 @@ pub(super) fn section(results: &Results) -> Markup {
                     " with E* = " (trimmed(atoms.modulus_gpa, 4)) " GPa, the harmonic mean over the directions of waves in its (001) face."
                 } }
             dt { "p*" }
-            dd { "Reduced load: mean pressure over E* times the rms gradient of the surface. Loads are compared in it "
+            dd { (LOAD) " Loads are compared in it "
                 "because contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
                 "the whole spectrum: a grid or block that resolves less of it has more contact at the same p*." }
             dt { "Gap" }
-            dd { "Distance between the two surfaces along z; zero where they touch. The mean gap is over the whole cell."
+            dd { (GAP) " The mean gap is over the whole cell."
                 @if results.atoms.is_some() {
                     " For atoms and the compliant wall the gap is measured from the distance at which the repulsion begins; it is "
                     "negative where the load presses them closer."

@@ -1,102 +1,79 @@
 //! Distributions of gap, stress and cluster area, and derived quantities.
 
-use crate::load::Branch;
-use maud::{Markup, html};
-
-use super::figures::{FigureWriter, figure, numbers, text};
-use super::loads::back;
+use super::loads::load;
+use super::prelude::*;
 use crate::challenge::SIZE_EXPONENT;
-use crate::error::Result;
-use crate::record::results::{ContinuumResults, Observed, StateResults};
-use crate::report::number::{percent, si, si_scale, significant, stiffness, trimmed};
-use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
+use crate::report::number::stiffness;
 
-/// Number of plotted loads, spread over the load path.
-const LOADS: usize = 4;
-
-/// Styles of the loads, first to last. Both colour and dash pattern identify a load.
-pub(super) const LOOKS: [Style; LOADS] = [
-    Style { marker: Marker::None, ..plot::ATOMS },
-    Style { marker: Marker::None, ..plot::WITHOUT },
-    Style { marker: Marker::None, ..plot::HARD },
-    Style { dash: Dash::Solid, marker: Marker::None, ..plot::LABORATORY },
+/// Styles of the loads drawn, first to last. Both colour and dash pattern identify a load.
+pub(super) const LOOKS: [Style; 4] = [
+    Style { marker: Marker::None, ..ATOMS },
+    Style { marker: Marker::None, ..WITHOUT },
+    Style { marker: Marker::None, ..HARD },
+    Style { dash: Dash::Solid, marker: Marker::None, ..LABORATORY },
 ];
 
 pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
-    let all: Vec<(&StateResults, &Observed)> = c
-        .states
-        .iter()
-        .filter(|s| s.branch == Branch::Loading)
-        .filter_map(|s| s.observed.as_ref().map(|o| (s, o)))
-        .collect();
+    let loading = c.states.iter().filter(|s| s.branch == Branch::Loading);
+    let all: Vec<(&StateResults, &Observed)> = loading.filter_map(|s| Some((s, s.observed.as_ref()?))).collect();
     if all.is_empty() {
         return Ok(html! {});
     }
-    let n = all.len();
-    let shown: Vec<usize> =
-        if n <= LOADS { (0..n).collect() } else { (0..LOADS).map(|i| i * (n - 1) / (LOADS - 1)).collect() };
-    let um = writer.scales.length_m * 1e6;
+    let um = writer.scales.um();
     let modulus_pa = writer.scales.modulus_pa;
     let largest = all.iter().filter_map(|(_, o)| o.stress.edges.last()).fold(0.0, |most: f64, edge| most.max(*edge));
     let (unit_pa, prefix) = si_scale(largest * modulus_pa);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
-        let curve = |(look, &i): (&Style, &usize)| Curve {
-            label: format!("p* = {}{}", trimmed(all[i].0.numbers.p_star, 4), back(all[i].0)),
-            style: *look,
-            points: points(all[i].1),
-        };
-        LOOKS.iter().zip(&shown).map(curve).collect()
+        let shown = LOOKS.into_iter().zip(spread(all.len(), LOOKS.len()));
+        shown.map(|(look, i)| Curve::new(at(all[i].0.numbers.p_star), look, points(all[i].1))).collect()
     };
-    let gaps = Plot::new(
-        (Axis::Log, Axis::Log),
-        ("gap (µm)", "probability density (1/µm)"),
-        curves(&|o| o.gap_logarithmic.density_in(um)),
-    );
-    let stresses = Plot::new(
-        (Axis::Linear, Axis::Log),
-        (&format!("stress ({prefix}Pa), compression positive"), &format!("probability density (1/{prefix}Pa)")),
-        curves(&|o| o.stress.density_in(modulus_pa / unit_pa)),
-    );
-    // Counting errors: d/√n of n clusters.
-    let counting = |o: &Observed| o.patch_density.iter().map(|[_, d, n]| d / (um * um) / n.max(1.0).sqrt()).collect();
-    let errors: Vec<Vec<f64>> = shown.iter().take(LOADS).map(|&i| counting(all[i].1)).collect();
     let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect());
+    for (curve, i) in sizes.iter_mut().zip(spread(all.len(), LOOKS.len())) {
+        // Counting errors: d/√n of n clusters.
+        let error = |[_, d, n]: &[f64; 3]| d / (um * um) / n.max(1.0).sqrt();
+        curve.errors = all[i].1.patch_density.iter().map(error).collect();
+    }
     sizes.extend(slope(&sizes));
-    let labels = ("area of a cluster (µm²)", "density of clusters (1/µm²)");
-    let sizes = Plot { errors, ..Plot::new((Axis::Log, Axis::Log), labels, sizes) };
-    let shares = Plot::new(
-        (Axis::Log, Axis::Linear),
-        ("area of a cluster (µm²)", "cumulative fraction of the contact"),
-        curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
-    );
-    let mut figures = Vec::new();
-    for (name, plot, caption) in [
-        ("gap-distribution", gaps, "Distribution of the gap outside the contact."),
-        (
+    let stress = (format!("stress ({prefix}Pa), compression positive"), format!("probability density (1/{prefix}Pa)"));
+    let figures = [
+        Figure::new(
+            "gap-distribution",
+            "Distribution of the gap outside the contact.",
+            Plot::new(
+                log("gap (µm)"),
+                log("probability density (1/µm)"),
+                curves(&|o| o.gap_logarithmic.density_in(um)),
+            ),
+        ),
+        Figure::new(
             "stress-distribution",
-            stresses,
             "Distribution of the normal stress. Without adhesion, nodes out of contact have zero stress and are not shown; with \
              adhesion they are under tension.",
+            Plot::new(linear(stress.0), log(stress.1), curves(&|o| o.stress.density_in(modulus_pa / unit_pa))),
         ),
-        ("cluster-sizes", sizes, "Density of contact clusters by area; bars are counting errors, 1/√n of n clusters."),
-        (
+        Figure::new(
+            "cluster-sizes",
+            "Density of contact clusters by area; bars are counting errors, 1/√n of n clusters.",
+            Plot::new(log("area of a cluster (µm²)"), log("density of clusters (1/µm²)"), sizes),
+        ),
+        Figure::new(
             "cluster-area",
-            shares,
             "Fraction of the contact in clusters up to an area; the median cluster area is at one half.",
+            Plot::new(
+                log("area of a cluster (µm²)"),
+                linear("cumulative fraction of the contact"),
+                curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
+            ),
         ),
-    ] {
-        if let Some(curve) = writer.curves(name, &plot)? {
-            figures.push(figure(curve, html! { (caption) }));
-        }
-    }
+    ];
     Ok(html! {
-        (table(writer, &all))
+        (numbers(writer, &all))
         @if let Some([open, sealed]) = c.percolation {
             p { "The gap percolates along both axes up to p* = " (trimmed(open, 4)) " and not from p* = "
                 (trimmed(sealed, 4)) " on: the percolation load, at which leakage along at least one axis ends, is between them. The effective medium, which seals "
                 "at half contact, does not describe this." }
         }
-        @for f in &figures { (f) }
+        (writer.figures(figures)?)
     })
 }
 
@@ -105,60 +82,32 @@ fn slope(curves: &[Curve]) -> Option<Curve> {
     let points = &curves.last()?.points;
     let (first, last) = (points.first()?, points.last()?);
     let at = |a: f64| (a, 3.0 * first.1 * (a / first.0).powf(SIZE_EXPONENT));
-    (last.0 > first.0).then(|| Curve {
-        label: "slope −1.45 (Müser et al. 2017)".into(),
-        style: plot::EXPECTED,
-        points: vec![at(first.0), at(last.0)],
-    })
+    (last.0 > first.0).then(|| Curve::new("slope −1.45 (Müser et al. 2017)", EXPECTED, [at(first.0), at(last.0)]))
 }
 
-fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
-    let length = writer.scales.length_m;
+fn numbers(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
+    let (scales, length) = (writer.scales, writer.scales.length_m);
     let axes = |[x, y]: [bool; 2]| match (x, y) {
         (true, true) => "along x and y",
         (true, false) => "along x",
         (false, true) => "along y",
         _ => "no",
     };
-    let rows = all
-        .iter()
-        .map(|(s, o)| {
-            let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * writer.scales.modulus_pa, "Pa", 3));
-            let cluster = o
-                .median_cluster_area
-                .map_or("–".into(), |a| format!("{}\u{a0}µm²", significant(a * length * length * 1e12, 3)));
-            vec![
-                html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
-                text(pressure),
-                text(cluster),
-                text(
-                    s.numbers
-                        .stiffness
-                        .map_or("–".into(), |k| stiffness(k * writer.scales.modulus_pa / length, length, 3)),
-                ),
-                text(significant(o.constriction_conductance, 3)),
-                text(s.numbers.stiffness.map_or("–".into(), |k| significant(k, 3))),
-                text(if o.hydraulic_gap > 0.0 { si(o.hydraulic_gap * length, "m", 3) } else { "sealed".into() }),
-                text(axes(o.contact_percolates)),
-                text(axes(o.gap_percolates)),
-                text(percent(o.gap.delta)),
-            ]
-        })
-        .collect();
-    let head = [
-        "p*",
-        "mean contact pressure",
-        "median cluster area",
-        "contact stiffness",
-        "constriction conductance",
-        "conductance from stiffness",
-        "equivalent hydraulic gap",
-        "contact percolates",
-        "gap percolates",
-        "contact",
-    ];
+    let area = |a: f64| with_unit(a * length * length * 1e12, 3, "µm²");
     html! {
-        (numbers(&head, rows))
+        (columns!("numbers", all, |(s, o)| {
+            "p*" => load(s),
+            "mean contact pressure" => or_dash(o.mean_contact_pressure.map(|p| scales.stress(p, 3))),
+            "median cluster area" => or_dash(o.median_cluster_area.map(area)),
+            "contact stiffness" => or_dash(s.numbers.stiffness.map(|k| stiffness(k * scales.modulus_pa / length, length, 3))),
+            "constriction conductance" => significant(o.constriction_conductance, 3),
+            "conductance from stiffness" => or_dash(s.numbers.stiffness.map(|k| significant(k, 3))),
+            "equivalent hydraulic gap" =>
+                if o.hydraulic_gap > 0.0 { scales.length(o.hydraulic_gap, 3) } else { "sealed".into() },
+            "contact percolates" => axes(o.contact_percolates),
+            "gap percolates" => axes(o.gap_percolates),
+            "contact" => percent(o.gap.delta),
+        }))
         p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area. Contact stiffness: derivative of "
             "the mean pressure by the approach, without change of the contact. Constriction conductance: clusters as independent circular "
             "spots; conductance from stiffness: with their interaction; both relative to a cube of the cell's extent. Equivalent "

@@ -1,63 +1,45 @@
 //! The page of a sweep: means over realisations with their errors, and differences between sources.
 
-use maud::{Markup, html};
 use serde_json::Value;
-use std::collections::BTreeSet;
 
 use super::document::{Section, document};
-use super::figures::{FigureWriter, capitalised, figure, numbers, table, text};
-use super::summary::with_subscripts;
-use crate::error::Result;
-use crate::load::Branch;
-use crate::record::ensemble::{Difference, Ensemble, FILE, Observable, PointStatus, Sample, Statistic};
-use crate::report::number::{percent, significant, trimmed, with_error};
-use crate::report::picture::{BLACK, BLUE, GREEN, ORANGE, PURPLE, Rgb, VERMILION};
-use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
+use super::prelude::*;
+use super::summary::warnings;
+use crate::record::ensemble::{Ensemble, FILE, Observable, Point, PointStatus, Sample, Statistic};
 
 const COLOURS: [Rgb; 6] = [BLUE, ORANGE, GREEN, VERMILION, BLACK, PURPLE];
 
-/// Quantities that are drawn, with label and axis.
-const DRAWN: [(&str, &str, Axis); 3] = [
-    ("contact_area", "relative contact area", Axis::Log),
-    ("mean_gap", "mean gap", Axis::Log),
-    ("kappa", "Cohen’s κ with the atoms", Axis::Linear),
+/// A quantity that is drawn: its id, its label and its axis.
+type Drawn = (&'static str, &'static str, fn(String) -> Axis);
+
+const DRAWN: [Drawn; 3] = [
+    ("contact_area", "relative contact area", log),
+    ("mean_gap", "mean gap", log),
+    ("kappa", "Cohen’s κ with the atoms", linear),
 ];
 
 /// A combination of the varied keys besides the seed.
 type Group = Vec<(String, Value)>;
 
 pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
-    let mut groups: Vec<&Group> = Vec::new();
-    for s in &e.statistics {
-        if !groups.contains(&&s.group) {
-            groups.push(&s.group);
-        }
-    }
-    let mut figures = Vec::new();
-    for (quantity, label, axis) in DRAWN {
-        figures.extend(together(writer, e, &groups, (quantity, label, axis))?);
-    }
+    let groups: Vec<&Group> = distinct(e.statistics.iter().map(|s| &s.group));
+    let mut figures = vec![writer.figures(DRAWN.into_iter().filter_map(|drawn| together(e, &groups, drawn)))?];
     // A point alone is no curve; those of a varied load are in the figures of all.
     let paths = groups.iter().enumerate().filter(|(_, g)| groups.len() == 1 || is_path(e, g));
     for (k, group) in paths {
         figures.push(html! { @if !group.is_empty() { h3 { (name(group)) } } });
-        for (quantity, label, axis) in DRAWN {
-            figures.extend(means(writer, e, (k, group), (quantity, label, axis))?);
-        }
-        figures.extend(differences(writer, e, (k, group))?);
+        let drawn = DRAWN.into_iter().flat_map(|drawn| means(e, (k, group), drawn));
+        figures.push(writer.figures(drawn.chain([differences(e, (k, group))]))?);
     }
-    let mut sections = vec![Section {
-        anchor: "means",
-        title: "Means over the realisations",
-        body: html! { @for f in &figures { (f) } },
-    }];
+    let mut sections = Vec::new();
+    let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
+    add("means", "Means over the realisations", each(&figures));
     // A single source has nothing to be compared with.
     if !e.differences.is_empty() {
-        let body = difference_table(e);
-        sections.push(Section { anchor: "differences", title: "Differences between sources", body });
+        add("differences", "Differences between sources", difference_table(e));
     }
-    sections.push(Section { anchor: "numbers", title: "All means", body: mean_table(e) });
-    sections.push(Section { anchor: "points", title: "Points", body: points(e) });
+    add("numbers", "All means", mean_table(e));
+    add("points", "Points", points(e));
     let lead = "Bars are standard errors of the means; dotted lines are the extreme realisations.";
     document((&e.name, lead), summary(e), &sections, &writer.folder.join(FILE))
 }
@@ -73,7 +55,7 @@ fn summary(e: &Ensemble) -> Markup {
         @else if !highest_loads(e).is_empty() {
             p.found {
                 @for s in highest_loads(e) {
-                    "Contact at p* = " (trimmed(s.p_star, 4)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
+                    "Contact at " (at(s.p_star)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
                     strong { (of_cell(&s.sample)) } " (" (s.of.source) ", " (s.sample.realisations) " realisations, "
                     (extremes(&s.sample)) "). "
                 }
@@ -82,26 +64,13 @@ fn summary(e: &Ensemble) -> Markup {
         }
         p { (count(PointStatus::Done)) " of " (e.points.len()) " points over " (e.keys.join(", ")) " are done, "
             (count(PointStatus::Failed)) " failed." }
-        (warnings(e))
+        (warnings(&e.warnings()))
         ul {
             @for d in largest {
                 @if let Some(r) = &d.relative {
                     li { "Contact area, " (d.of.source) " over " (d.reference) " at p* = " (significant(d.p_star, 3))
                         @if !d.group.is_empty() { " (" (name(&d.group)) ")" } ": " (deviation(r)) "." }
                 }
-            }
-        }
-    }
-}
-
-/// What the errors do not contain.
-fn warnings(e: &Ensemble) -> Markup {
-    let list = e.warnings();
-    html! {
-        @if !list.is_empty() {
-            details.warnings open {
-                summary { (list.len()) @if list.len() == 1 { " warning" } @else { " warnings" } }
-                ul { @for w in &list { li { (with_subscripts(w)) } } }
             }
         }
     }
@@ -150,10 +119,7 @@ fn name(group: &Group) -> String {
 }
 
 /// Curves of means on the loading branch with their standard errors, and dotted extremes.
-fn curves<'a>(
-    samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sample)>,
-    factor: f64,
-) -> (Vec<Curve>, Vec<Vec<f64>>) {
+fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sample)>, factor: f64) -> Vec<Curve> {
     let mut lists: Vec<(String, Vec<(f64, Sample)>)> = Vec::new();
     for (_, label, p_star, sample) in samples.filter(|(of, ..)| of.branch == Branch::Loading) {
         match lists.iter_mut().find(|(l, _)| *l == label) {
@@ -161,45 +127,32 @@ fn curves<'a>(
             None => lists.push((label, vec![(p_star, *sample)])),
         }
     }
-    let (mut curves, mut errors) = (Vec::new(), Vec::new());
-    for (i, (label, mut list)) in lists.into_iter().enumerate() {
+    let of_list = |(i, (label, mut list)): (usize, (String, Vec<(f64, Sample)>))| {
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
         let style = |dash, marker| Style { colour: COLOURS[i % COLOURS.len()], dash, marker };
-        let line = |of: &dyn Fn(&Sample) -> f64| list.iter().map(|(p, s)| (*p, factor * of(s))).collect();
-        let marker = Marker::DISTINCT[i % Marker::DISTINCT.len()];
-        curves.push(Curve { label, style: style(Dash::Solid, marker), points: line(&|s| s.mean) });
-        errors.push(list.iter().map(|(_, s)| factor * s.standard_error.unwrap_or(0.0)).collect());
-        errors.extend([Vec::new(), Vec::new()]);
-        let extreme = |points| Curve { label: String::new(), style: style(Dash::Dotted, Marker::None), points };
-        curves.extend([extreme(line(&|s| s.min)), extreme(line(&|s| s.max))]);
-    }
-    (curves, errors)
+        let line = |label: &str, style, of: fn(&Sample) -> f64| {
+            Curve::new(label, style, list.iter().map(|(p, s)| (*p, factor * of(s))))
+        };
+        let mut mean = line(&label, style(Dash::Solid, Marker::DISTINCT[i % Marker::DISTINCT.len()]), |s| s.mean);
+        mean.errors = list.iter().map(|(_, s)| factor * s.standard_error.unwrap_or(0.0)).collect();
+        let dotted = style(Dash::Dotted, Marker::None);
+        [mean, line("", dotted, |s| s.min), line("", dotted, |s| s.max)]
+    };
+    lists.into_iter().enumerate().flat_map(of_list).collect()
 }
 
-fn means(
-    writer: &FigureWriter,
-    e: &Ensemble,
-    (k, group): (usize, &Group),
-    (quantity, label, axis): (&str, &str, Axis),
-) -> Result<Vec<Markup>> {
+fn means(e: &Ensemble, (k, group): (usize, &Group), (quantity, label, axis): Drawn) -> Vec<Figure> {
     let of = |s: &&Statistic| s.group == *group && s.of.quantity == quantity;
-    let mut units: Vec<&str> = Vec::new();
-    for s in e.statistics.iter().filter(of) {
-        if !units.contains(&s.of.unit.as_str()) {
-            units.push(&s.of.unit);
-        }
-    }
-    let mut drawn = Vec::new();
     // Gaps of the laboratory and of the atoms have their own figures.
-    for (i, unit) in units.into_iter().enumerate() {
+    let units = distinct(e.statistics.iter().filter(of).map(|s| s.of.unit.as_str()));
+    let one = |(i, unit): (usize, &str)| {
         let list = e.statistics.iter().filter(of).filter(|s| s.of.unit == unit);
-        let (all, errors) = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
-        let label = with_unit(label, unit);
-        let plot = Plot { errors, ..Plot::new((Axis::Log, axis), ("p*", &label), all) };
-        let found = writer.curves(&format!("ensemble-{k}-{quantity}-{i}"), &plot)?;
-        drawn.extend(found.map(|c| figure(c, html! { (capitalised(&label)) " against load" (of_group(group)) "." })));
-    }
-    Ok(drawn)
+        let all = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
+        let label = in_unit(label, unit);
+        let caption = html! { (capitalised(&label)) " against load" (of_group(group)) "." };
+        Figure::new(format!("ensemble-{k}-{quantity}-{i}"), caption, Plot::new(log("p*"), axis(label), all))
+    };
+    units.into_iter().enumerate().map(one).collect()
 }
 
 /// Whether a combination has several loads.
@@ -208,17 +161,9 @@ fn is_path(e: &Ensemble, group: &Group) -> bool {
 }
 
 /// A quantity of all combinations in one figure: that of the atoms, where they have it. Values of a varied load belong to one curve.
-fn together(
-    writer: &FigureWriter,
-    e: &Ensemble,
-    groups: &[&Group],
-    (quantity, label, axis): (&str, &str, Axis),
-) -> Result<Option<Markup>> {
+fn together(e: &Ensemble, groups: &[&Group], (quantity, label, axis): Drawn) -> Option<Figure> {
     let all = || e.statistics.iter().filter(|s| s.of.quantity == quantity);
-    let Some(Observable { source, unit, .. }) = all().find(|s| s.of.source == "atoms").or(all().next()).map(|s| &s.of)
-    else {
-        return Ok(None);
-    };
+    let Observable { source, unit, .. } = &all().find(|s| s.of.source == "atoms").or(all().next())?.of;
     let differs = |(key, value): &&(String, Value)| {
         !key.starts_with("load.") && groups.iter().any(|g| g.iter().any(|(k, v)| k == key && v != value))
     };
@@ -226,35 +171,29 @@ fn together(
         let parts: Vec<String> = group.iter().filter(differs).map(|(k, v)| format!("{k} = {v}")).collect();
         if parts.is_empty() { source.clone() } else { parts.join(", ") }
     };
-    let names: BTreeSet<String> = groups.iter().map(|g| named(g)).collect();
     // More curves would share colours.
-    if groups.len() < 2 || names.len() > COLOURS.len() {
-        return Ok(None);
+    if groups.len() < 2 || distinct(groups.iter().map(|g| named(g))).len() > COLOURS.len() {
+        return None;
     }
     let list = all().filter(|s| s.of.source == *source && s.of.unit == *unit);
-    let (lines, errors) = curves(list.map(|s| (&s.of, named(&s.group), s.p_star, &s.sample)), 1.0);
-    let label = with_unit(label, unit);
-    let plot = Plot { errors, ..Plot::new((Axis::Log, axis), ("p*", &label), lines) };
+    let lines = curves(list.map(|s| (&s.of, named(&s.group), s.p_star, &s.sample)), 1.0);
+    let label = in_unit(label, unit);
     let caption = html! { (capitalised(&label)) " (" (source) ") against load, all combinations of the varied keys." };
-    Ok(writer.curves(&format!("ensemble-{quantity}"), &plot)?.map(|c| figure(c, caption)))
+    Some(Figure::new(format!("ensemble-{quantity}"), caption, Plot::new(log("p*"), axis(label), lines)))
 }
 
 /// `mean gap (µm)`.
-fn with_unit(label: &str, unit: &str) -> String {
+fn in_unit(label: &str, unit: &str) -> String {
     if unit == "1" { label.to_string() } else { format!("{label} ({})", shown(unit)) }
 }
 
-fn differences(writer: &FigureWriter, e: &Ensemble, (k, group): (usize, &Group)) -> Result<Option<Markup>> {
-    let of = |d: &&Difference| d.group == *group && d.of.quantity == "contact_area";
-    let relative =
-        e.differences.iter().filter(of).filter_map(|d| {
-            Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.p_star, d.relative.as_ref()?))
-        });
-    let label = "deviation of the contact area (%)";
-    let (all, errors) = curves(relative, 100.0);
-    let plot = Plot { errors, ..Plot::new((Axis::Log, Axis::Linear), ("p*", label), all) };
+fn differences(e: &Ensemble, (k, group): (usize, &Group)) -> Figure {
+    let list = e.differences.iter().filter(|d| d.group == *group && d.of.quantity == "contact_area");
+    let relative = list
+        .filter_map(|d| Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.p_star, d.relative.as_ref()?)));
+    let plot = Plot::new(log("p*"), linear("deviation of the contact area (%)"), curves(relative, 100.0));
     let caption = html! { "Relative differences of the contact area on the same realisations" (of_group(group)) "." };
-    Ok(writer.curves(&format!("ensemble-{k}-differences"), &plot)?.map(|c| figure(c, caption)))
+    Figure::new(format!("ensemble-{k}-differences"), caption, plot)
 }
 
 fn shown(unit: &str) -> &str {
@@ -264,59 +203,56 @@ fn shown(unit: &str) -> &str {
         "angstrom" => "Å",
         "J/m2" => "J/m²",
         "MPa/um" => "MPa/µm",
-        other => other,
+        other => of_unit(other),
     }
 }
 
-/// Group, source, load, quantity.
-fn observable(group: &Group, of: &Observable, p_star: f64) -> Vec<Markup> {
-    let branch = if of.branch == Branch::Unloading { ", unloading" } else { "" };
-    let load = format!("{}{branch}", significant(p_star, 3));
-    vec![text(name(group)), text(&of.source), text(load), text(of.quantity.replace('_', " "))]
+/// Load and branch.
+fn load(of: &Observable, p_star: f64) -> String {
+    significant(p_star, 3) + if of.branch == Branch::Unloading { ", unloading" } else { "" }
 }
 
 fn mean_table(e: &Ensemble) -> Markup {
-    let number = |v: Option<f64>| text(v.map_or("–".into(), |v| significant(v, 3)));
-    let row = |s: &Statistic| {
-        let unit = if s.of.unit == "1" { "" } else { shown(&s.of.unit) };
-        let numbers = vec![
-            text(significant(s.sample.mean, 4)),
-            number(s.sample.standard_error),
-            number(s.sample.standard_deviation),
-            text(s.sample.realisations),
-            text(unit),
-        ];
-        [observable(&s.group, &s.of, s.p_star), numbers].concat()
-    };
-    let head = ["", "source", "p*", "quantity", "mean", "standard error", "standard deviation", "n", "unit"];
-    numbers(&head, e.statistics.iter().map(row).collect())
+    let number = |v: Option<f64>| or_dash(v.map(|v| significant(v, 3)));
+    columns!("numbers", &e.statistics, |s| {
+        "" => name(&s.group),
+        "source" => s.of.source,
+        "p*" => load(&s.of, s.p_star),
+        "quantity" => s.of.quantity.replace('_', " "),
+        "mean" => significant(s.sample.mean, 4),
+        "standard error" => number(s.sample.standard_error),
+        "standard deviation" => number(s.sample.standard_deviation),
+        "n" => s.sample.realisations,
+        "unit" => shown(&s.of.unit),
+    })
 }
 
 fn difference_table(e: &Ensemble) -> Markup {
-    let row = |d: &Difference| {
-        let relative = d.relative.as_ref().map_or("–".to_string(), deviation);
-        let error = d.difference.standard_error.map_or("–".into(), |e| significant(e, 2));
-        let numbers = vec![text(&d.reference), text(significant(d.difference.mean, 3)), text(error), text(relative)];
-        [observable(&d.group, &d.of, d.p_star), numbers].concat()
-    };
-    let head =
-        ["", "source", "p*", "quantity", "reference", "mean difference", "standard error", "relative difference"];
-    numbers(&head, e.differences.iter().map(row).collect())
+    columns!("numbers", &e.differences, |d| {
+        "" => name(&d.group),
+        "source" => d.of.source,
+        "p*" => load(&d.of, d.p_star),
+        "quantity" => d.of.quantity.replace('_', " "),
+        "reference" => d.reference,
+        "mean difference" => significant(d.difference.mean, 3),
+        "standard error" => or_dash(d.difference.standard_error.map(|e| significant(e, 2))),
+        "relative difference" => or_dash(d.relative.as_ref().map(deviation)),
+    })
 }
 
 fn points(e: &Ensemble) -> Markup {
     let done = e.points.iter().filter(|p| p.status == PointStatus::Done).count() as f64 / e.points.len().max(1) as f64;
-    let row = |p: &crate::record::ensemble::Point| {
-        let status = match p.status {
-            PointStatus::Done => text("done"),
-            PointStatus::Waiting => text("waiting"),
-            PointStatus::Failed => html! { span.bad { "failed" } },
-        };
-        let link = html! { a href={ "points/" (p.label) "/report.html" } { (p.label) } };
-        vec![link, status, text(p.reason.as_deref().unwrap_or(""))]
+    let status = |p: &Point| match p.status {
+        PointStatus::Done => "done".render(),
+        PointStatus::Waiting => "waiting".render(),
+        PointStatus::Failed => bad("failed"),
     };
     html! {
         p { (percent(done)) " of the points are done." }
-        (table(&["point", "status", "reason"], e.points.iter().map(row).collect()))
+        (columns!("words", &e.points, |p| {
+            "point" => html! { a href={ "points/" (p.label) "/report.html" } { (p.label) } },
+            "status" => status(p),
+            "reason" => p.reason.as_deref().unwrap_or(""),
+        }))
     }
 }

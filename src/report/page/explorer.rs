@@ -1,21 +1,16 @@
 //! Maps of the first screen: the drawings that show without JavaScript, and the same maps as compressed arrays for the
 //! script of the page.
 
-use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
-use super::compare::{at_load, matched, yielding};
-use super::figures::FigureWriter;
-use super::loads::{CLIPPED, of_stress};
+use super::compare::{SUPERPOSED, at_load, key, matched, state_at, yielding};
+use super::loads::{of_gap, of_stress};
 use super::packed::{self, Packed};
-use crate::error::{Error, Result};
+use super::prelude::*;
+use crate::error::Error;
 use crate::grid::{Grid, smoothed};
-use crate::load::Branch;
 use crate::record::downsample::DownsampledMap;
-use crate::record::results::{ContinuumResults, CriterionMatch, LoadComparison, Results, StateResults};
-use crate::report::map::Legend;
-use crate::report::number::{percent, si_scale, trimmed};
-use crate::report::picture::{self, BLACK, BLUE, ORANGE, PURPLE, Range, Rgb};
+use crate::report::picture::Picture;
 use crate::units::ANGSTROM_M;
 
 /// Maximum side of the maps for the script, cells: with gap, stress and contact of two sources at three loads the page
@@ -28,8 +23,8 @@ const RAMP: usize = 32;
 struct Shown {
     label: &'static str,
     unit: String,
-    low: f64,
-    high: f64,
+    #[serde(flatten)]
+    range: Range,
 }
 
 #[derive(Debug, Serialize)]
@@ -94,9 +89,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
         return Ok(None);
     }
     let drawn = drawings(writer, &sources, last, length_m)?;
-    let data = explorer(&sources, loads, [length_m, length_m * writer.aspect], units);
-    let json =
-        serde_json::to_string(&data).map_err(|e| Error::format(writer.folder, e.to_string(), "finite numbers"))?;
+    let script = explorer(&sources, loads, [length_m, length_m * writer.aspect], units);
     Ok(Some(html! {
         div.maps {
             @for (title, drawing) in &drawn {
@@ -105,18 +98,23 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
         }
         p.quiet.key {
             @if sources.len() > 1 {
-                @for (colour, words) in [(BLACK, "both"), (ORANGE, "only the continuum"), (BLUE, "only the atoms")] {
-                    (super::compare::key(colour, words))
-                }
-                @if sources.len() > 2 { (super::compare::key(PURPLE, "gap and stress with hardness")) }
+                (key(&SUPERPOSED))
+                @if sources.len() > 2 { (key(&[(PURPLE, "gap and stress with hardness")])) }
             }
-            span.at-load { (data.loads[last]) }
+            span.at-load { (script.loads[last]) }
             @if let Some(width) = smoothing(results) {
                 "Stress: the atoms’ forces and the continuum’s stress are spread by a Gaussian with a standard deviation of " (trimmed(width, 3)) " Å."
             }
         }
-        script type="application/json" id="maps" { (PreEscaped(json.replace("</", "<\\/"))) }
+        (data(writer, "maps", &script)?)
     }))
+}
+
+/// Data for the script of the page.
+pub(super) fn data(writer: &FigureWriter, id: &str, data: &impl Serialize) -> Result<Markup> {
+    let json =
+        serde_json::to_string(data).map_err(|e| Error::format(writer.folder, e.to_string(), "finite numbers"))?;
+    Ok(html! { script type="application/json" id=(id) { (PreEscaped(json.replace("</", "<\\/"))) } })
 }
 
 /// Width of the Gaussian that makes a field of the forces on the atoms, Å.
@@ -127,37 +125,35 @@ fn smoothing(results: &Results) -> Option<f64> {
 
 /// The drawings of the highest load, with their titles.
 fn drawings(writer: &FigureWriter, sources: &[Source], at: usize, length_m: f64) -> Result<Vec<(String, Markup)>> {
-    let draw = |name: &str, title: String, picture: &picture::Picture| -> Result<(String, Markup)> {
-        let drawn = writer.map((name, &title), picture, length_m, Legend::None)?;
-        Ok((title, drawn))
-    };
     let mut drawn = Vec::new();
     for (k, view) in views(sources).iter().enumerate() {
-        let source = &sources[view.layer];
-        let (here, name) = (&source.fields[at], format!("first-{}", k + 1));
-        let over = view.over.and_then(|o| sources[o].fields[at].contact.as_ref());
-        let Some(contact) = &here.contact else { continue };
-        drawn.push(match (view.quantity, over) {
-            (Some("gap"), _) => {
-                let Some(gap) = &here.gap else { continue };
-                let range = Range { low: 0.0, ..Range::of(&gap.values, CLIPPED) };
-                draw("first-gap", "Gap".into(), &picture::gap(gap, range, contact))?
-            }
-            (Some("stress"), _) => {
-                let Some(stress) = &here.stress else { continue };
-                draw("first-stress", "Normal stress".into(), &picture::map(stress, of_stress(&stress.values)))?
-            }
-            (quantity, Some(over)) => {
-                if (contact.nx, contact.ny) != (over.nx, over.ny) {
-                    continue;
-                }
-                let title = if quantity.is_some() { "Superposed".into() } else { source.title_at(at) };
-                draw(&name, title, &picture::superposed(contact, over))?
-            }
-            (_, None) => draw(&name, source.title_at(at), &picture::contact(contact, source.colour))?,
-        });
+        let Some((name, title, picture)) = drawing(sources, (k, view), at) else { continue };
+        drawn.push((title.clone(), writer.map((&name, &title), &picture, length_m)?));
     }
     Ok(drawn)
+}
+
+/// Name, title and picture of a view; `None` without its field.
+fn drawing(sources: &[Source], (k, view): (usize, &View), at: usize) -> Option<(String, String, Picture)> {
+    let source = &sources[view.layer];
+    let (here, name) = (&source.fields[at], format!("first-{}", k + 1));
+    let contact = here.contact.as_ref()?;
+    Some(match (view.quantity, view.over.and_then(|o| sources[o].fields[at].contact.as_ref())) {
+        (Some("gap"), _) => {
+            let gap = here.gap.as_ref()?;
+            ("first-gap".into(), "Gap".into(), picture::gap(gap, of_gap(&gap.values), contact))
+        }
+        (Some("stress"), _) => {
+            let stress = here.stress.as_ref()?;
+            ("first-stress".into(), "Normal stress".into(), picture::map(stress, of_stress(&stress.values)))
+        }
+        (_, Some(over)) if (contact.nx, contact.ny) != (over.nx, over.ny) => return None,
+        (quantity, Some(over)) => {
+            let title = if quantity.is_some() { "Superposed".into() } else { source.title_at(at) };
+            (name, title, picture::superposed(contact, over))
+        }
+        (_, None) => (name, source.title_at(at), picture::contact(contact, source.colour)),
+    })
 }
 
 impl Source {
@@ -192,12 +188,7 @@ type Loaded = (Vec<String>, Vec<Source>, f64, [String; 2]);
 /// The compliant-wall continuum, the same with the crystal's hardness where solved, and the atoms; Å and GPa.
 fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
     let (Some(atoms), Some(c)) = (&results.atoms, &results.comparison) else { return Ok(Default::default()) };
-    let flag = |v: f64| f64::from(u8::from(v != 0.0));
-    let file = |name: &str, of: &dyn Fn(f64) -> f64| picture::load(&writer.field(name)?, SIDE, of);
     let length = |v: f64| v * atoms.length_angstrom;
-    let stored = |c: &ContinuumResults, load: &LoadComparison, of: fn(&StateResults) -> Option<&String>| {
-        at_load(&c.states, load.p_star, |s: &StateResults| s.numbers.p_star).and_then(of).cloned()
-    };
     // As the atoms' forces are spread.
     let width = smoothing(results).map(|w| w / atoms.length_angstrom);
     let smooth = |mut map: DownsampledMap| {
@@ -207,19 +198,19 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
         map
     };
     let of_continuum = |c: &ContinuumResults, load: &LoadComparison, m: &CriterionMatch, gap| -> Result<Fields> {
-        let stress = stored(c, load, |s| s.numbers.stress_map.as_ref());
+        let stress = state_at(c, load).and_then(|s| s.numbers.stress_map.as_deref());
         Ok(Fields {
             share: Some(m.contact_area),
-            contact: m.map.as_deref().map(|f| file(f, &flag)).transpose()?,
+            contact: m.map.as_deref().map(|f| writer.flags(f, SIDE)).transpose()?,
             gap,
-            stress: stress.map(|f| file(&f, &|v| v * atoms.modulus_gpa)).transpose()?.map(smooth),
+            stress: stress.map(|f| writer.load(f, SIDE, |v| v * atoms.modulus_gpa)).transpose()?.map(smooth),
         })
     };
     // Gaps are measured from the dilated heights; those of the compliant wall are also stored from the original heights.
     let from_heights = |c_hard: &ContinuumResults, load: &LoadComparison| -> Result<Option<DownsampledMap>> {
-        let dilated = |c: &ContinuumResults| stored(c, load, |s| s.numbers.gap_map.as_ref());
-        let (Some(hard), Some(elastic)) = (dilated(c_hard), dilated(&c.compliant_wall)) else { return Ok(None) };
-        let [hard, elastic, heights] = [hard, elastic, load.compliant_wall_gap.clone()].map(|f| file(&f, &length));
+        let [hard, elastic] = [c_hard, &c.compliant_wall].map(|c| state_at(c, load)?.numbers.gap_map.as_deref());
+        let (Some(hard), Some(elastic)) = (hard, elastic) else { return Ok(None) };
+        let [hard, elastic, heights] = [hard, elastic, &load.compliant_wall_gap].map(|f| writer.load(f, SIDE, length));
         let (mut gap, elastic, heights) = (hard?, elastic?, heights?);
         if [&elastic, &heights].iter().any(|m| (m.nx, m.ny) != (gap.nx, gap.ny)) {
             return Ok(None);
@@ -234,36 +225,34 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
         let (Some(m), Some(state)) = (matched(load), at_load(&atoms.states, load.p_star, |s| s.p_star)) else {
             continue;
         };
-        let gap = file(&load.compliant_wall_gap, &length)?;
+        let gap = writer.load(&load.compliant_wall_gap, SIDE, length)?;
         elastic.push(of_continuum(&c.compliant_wall, load, m, Some(gap))?);
         if let Some((wall, m)) = c.yielding_wall.as_ref().and_then(|w| Some((w, yielding(load)?))) {
             hard.push(of_continuum(wall, load, m, from_heights(wall, load)?)?);
         }
         block.push(Fields {
             share: Some(load.atoms.contact_area),
-            contact: Some(file(&state.contact_map, &flag)?),
-            gap: Some(file(&state.gap_map, &|v| v)?),
-            stress: state.stress.as_ref().map(|s| file(&s.map, &|v| v)).transpose()?,
+            contact: Some(writer.flags(&state.contact_map, SIDE)?),
+            gap: Some(writer.load(&state.gap_map, SIDE, |v| v)?),
+            stress: state.stress.as_ref().map(|s| writer.load(&s.map, SIDE, |v| v)).transpose()?,
         });
-        loads.push(format!("p* = {}", trimmed(load.p_star, 4)));
+        loads.push(at(load.p_star));
     }
-    let source = |title: String, colour, fields| Source { title, colour, fields };
-    let mut sources = Vec::new();
-    if hard.len() == loads.len() && !hard.is_empty() {
-        sources.push(source("Elastic continuum".into(), ORANGE, elastic));
-        sources.push(source("Continuum with hardness".into(), PURPLE, hard));
+    let source = |title: &str, colour, fields| Source { title: title.into(), colour, fields };
+    let atoms_alone = source("Atoms", BLUE, block);
+    let sources = if hard.len() == loads.len() && !hard.is_empty() {
+        let elastic = source("Elastic continuum", ORANGE, elastic);
+        vec![elastic, source("Continuum with hardness", PURPLE, hard), atoms_alone]
     } else {
-        let title =
-            c.loads.first().and_then(matched).map_or("Continuum".into(), |m| format!("Continuum, {}", m.label()));
-        sources.push(source(title, ORANGE, elastic));
-    }
-    sources.push(source("Atoms".into(), BLUE, block));
+        let label = c.loads.first().and_then(matched).map(|m| format!("Continuum, {}", m.label()));
+        vec![source(&label.unwrap_or("Continuum".into()), ORANGE, elastic), atoms_alone]
+    };
     Ok((loads, sources, atoms.length_angstrom * ANGSTROM_M, ["Å".into(), "GPa".into()]))
 }
 
 /// The continuum at the scale of the scene.
 fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
-    let stored = |s: &&StateResults| s.numbers.gap_map.is_some() && s.numbers.stop != "detached";
+    let stored = |s: &&StateResults| s.numbers.gap_map.is_some() && s.numbers.stop != Stop::Detached;
     let states: Vec<&StateResults> = c.states.iter().filter(stored).collect();
     let highest = states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
     let pressure = |s: &&StateResults| s.numbers.pressure.abs() / s.numbers.contact_area.max(1e-3);
@@ -272,18 +261,16 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
     let (mut loads, mut fields) = (Vec::new(), Vec::new());
     for state in states {
         let Some(gap) = &state.numbers.gap_map else { continue };
-        let gap = writer.field(gap)?;
-        let stress = state.numbers.stress_map.as_deref().map(|f| writer.field(f)).transpose()?;
+        let stress = state.numbers.stress_map.as_deref();
+        let in_unit = |v: f64| v * writer.scales.modulus_pa / stress_factor;
         fields.push(Fields {
             share: None,
-            contact: Some(picture::load(&gap, SIDE, |v| f64::from(u8::from(v <= 0.0)))?),
-            gap: Some(picture::load(&gap, SIDE, |v| v * writer.scales.length_m / gap_factor)?),
-            stress: stress
-                .map(|f| picture::load(&f, SIDE, |v| v * writer.scales.modulus_pa / stress_factor))
-                .transpose()?,
+            contact: Some(writer.closed(gap, SIDE)?),
+            gap: Some(writer.load(gap, SIDE, |v| v * writer.scales.length_m / gap_factor)?),
+            stress: stress.map(|f| writer.load(f, SIDE, in_unit)).transpose()?,
         });
         let branch = if state.branch == Branch::Unloading { ", unloading" } else { "" };
-        loads.push(format!("p* = {}{branch}", trimmed(state.numbers.p_star, 4)));
+        loads.push(at(state.numbers.p_star) + branch);
     }
     let units = [format!("{gap_prefix}m"), format!("{stress_prefix}Pa")];
     let source = Source { title: "Contact".into(), colour: BLACK, fields };
@@ -294,23 +281,24 @@ fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, st
     let all = |of: fn(&Fields) -> Option<&DownsampledMap>| {
         sources.iter().flat_map(|s| &s.fields).filter_map(of).flat_map(|m| &m.values).copied().collect::<Vec<f64>>()
     };
-    let gap_range = Range { low: 0.0, ..Range::of(&all(|f| f.gap.as_ref()), CLIPPED) };
-    let stress_range = of_stress(&all(|f| f.stress.as_ref()));
+    let values = |source: &Source, of: fn(&Fields) -> Option<&DownsampledMap>| {
+        source.fields.iter().map(|f| of(f).map(packed::values)).collect()
+    };
     let layer = |source: &Source| Layer {
         title: source.title.clone(),
         colour: source.colour,
         shares: (0..source.fields.len()).map(|i| source.share(i)).collect(),
         contact: source.fields.iter().map(|f| f.contact.as_ref().map(packed::flags)).collect(),
-        gap: source.fields.iter().map(|f| f.gap.as_ref().map(packed::values)).collect(),
-        stress: source.fields.iter().map(|f| f.stress.as_ref().map(packed::values)).collect(),
+        gap: values(source, |f| f.gap.as_ref()),
+        stress: values(source, |f| f.stress.as_ref()),
     };
     let (scale, prefix) = si_scale(length_m[0]);
     Explorer {
         length: length_m.map(|l| l / scale),
         unit: format!("{prefix}m"),
         loads,
-        gap: Shown { label: "gap", unit: gap, low: gap_range.low, high: gap_range.high },
-        stress: Shown { label: "normal stress", unit: stress, low: stress_range.low, high: stress_range.high },
+        gap: Shown { label: "gap", unit: gap, range: of_gap(&all(|f| f.gap.as_ref())) },
+        stress: Shown { label: "normal stress", unit: stress, range: of_stress(&all(|f| f.stress.as_ref())) },
         ramp: (0..=RAMP).map(|i| picture::colour(i as f64 / RAMP as f64)).collect(),
         layers: sources.iter().map(layer).collect(),
         views: views(sources),

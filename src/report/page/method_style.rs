@@ -1,8 +1,8 @@
-//! Marker and colour of a method, the same on every page.
+//! Styles of methods and of models, the same on every page.
 
 use crate::method::REGISTRY;
 use crate::report::picture::{self, Rgb};
-use crate::report::plot::{Dash, Marker, Style};
+use crate::report::plot::{ATOMS, Dash, HARD, LABORATORY, Marker, SOFT, Style, THRESHOLD, YIELDING};
 
 const COLOURS: [Rgb; 6] =
     [picture::BLUE, picture::VERMILION, picture::GREEN, picture::PURPLE, picture::ORANGE, picture::BLACK];
@@ -12,4 +12,16 @@ pub(super) fn method_style(method: &str) -> Style {
     let place = REGISTRY.iter().position(|m| m.card().id == method).unwrap_or(REGISTRY.len());
     let marker = Marker::DISTINCT[place % Marker::DISTINCT.len()];
     Style { colour: COLOURS[place % COLOURS.len()], dash: Dash::None, marker }
+}
+
+/// Style of a model of the chain from the full heights to the atoms.
+pub(super) fn model_style(id: &str) -> Style {
+    match id {
+        "full_heights" => LABORATORY,
+        "hard_wall" => HARD,
+        "offset_wall" => THRESHOLD,
+        "compliant_wall" => SOFT,
+        "yielding_wall" => YIELDING,
+        _ => ATOMS,
+    }
 }

@@ -22,6 +22,8 @@ mod methods;
 mod model_chain;
 mod nvt;
 mod packed;
+mod paper;
+mod prelude;
 mod printed;
 mod ranges;
 mod relief;
@@ -35,17 +37,13 @@ mod unloading;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use maud::{Markup, html};
-
-use crate::error::{Error, Result};
+use crate::error::Error;
 use crate::record::atomic_file::write_atomic;
 use crate::record::ensemble::Ensemble;
-use crate::record::results::{FILE, Results, ScalesSi, StageCost, StateResults};
 use crate::record::tradeoff::Tradeoff;
 use crate::record::uncertainty::UncertaintySource;
-use crate::report::number::{duration, memory};
 use document::{Section, document, linked};
-use figures::{FigureWriter, table, text};
+use prelude::*;
 pub use printed::{PrintedFigures, ReportOptions};
 
 /// File name of the page in a run folder.
@@ -139,37 +137,30 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     if !results.sources.is_empty() {
         add("sources", "Sources", html! { ol { @for s in &results.sources { li { (linked(s)) } } } });
     }
-    add_definitions(&mut sections, results);
+    add("definitions", "Definitions", definitions::section(results));
     let top = summary::section(writer, results)?;
     document((&results.name, &results.description), top, &sections, &writer.folder.join(FILE))
 }
 
-fn add_definitions(sections: &mut Vec<Section>, results: &Results) {
-    let body = definitions::section(results);
-    sections.push(Section { anchor: "definitions", title: "Definitions", body });
-}
-
 fn costs(stages: &[StageCost]) -> Markup {
-    let mut rows: Vec<Vec<Markup>> = stages
-        .iter()
-        .map(|s| {
-            vec![
-                text(&s.name),
-                text(duration(s.seconds)),
-                text(memory(s.peak_rss_bytes)),
-                text(origin(s)),
-                html! { code.quiet { (s.key.get(..12).unwrap_or(&s.key)) } },
-            ]
-        })
-        .collect();
+    let key = |s: &StageCost| html! { code.quiet { (s.key.get(..12).unwrap_or(&s.key)) } };
     let all: f64 = stages.iter().map(|s| s.seconds).sum();
     let peak = stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0);
-    let bold = |t: String| html! { strong { (t) } };
-    rows.push(vec![bold("all".into()), bold(duration(all)), bold(memory(peak)), html! {}, html! {}]);
+    let name = &"all".to_string();
+    let rows = stages.iter().map(|s| (&s.name, s.seconds, s.peak_rss_bytes, Some(s))).chain([(name, all, peak, None)]);
+    // The sum is in bold.
+    let cell =
+        |text: &str, stage: Option<&StageCost>| html! { @if stage.is_some() { (text) } @else { strong { (text) } } };
     html! {
         p { "Wall time and peak resident memory of each stage. A stage is identified by the key of its inputs. A stage reused "
             "from an earlier run shows its cost in that run; a resumed stage shows the time of all its parts." }
-        (table(&["stage", "time", "peak memory", "origin", "key"], rows))
+        (columns!("words", rows, |(name, seconds, bytes, s)| {
+            "stage" => cell(name, s),
+            "time" => cell(&duration(seconds), s),
+            "peak memory" => cell(&memory(bytes), s),
+            "origin" => s.map_or(String::new(), origin),
+            "key" => s.map(key).unwrap_or_default(),
+        }))
     }
 }
 

@@ -1,22 +1,16 @@
 //! Stepwise comparison from the full heights to the atoms.
 
-use maud::{Markup, html};
+use super::method_style::model_style;
+use super::prelude::*;
 
-use super::figures::{FigureWriter, figure, numbers, panel, panels, text};
-use crate::error::Result;
-use crate::record::results::{ComparisonResults, LoadComparison, ModelChainStep};
-use crate::report::number::{count, percent, significant, trimmed};
-use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, PANEL, Plot, SOFT, Style, THRESHOLD, YIELDING};
-
-/// Style and name of a step.
-fn look(id: &str) -> (Style, &'static str) {
+fn name(id: &str) -> &'static str {
     match id {
-        "full_heights" => (LABORATORY, "full heights, zero gap"),
-        "hard_wall" => (HARD, "atoms’ heights, zero gap"),
-        "offset_wall" => (THRESHOLD, "atoms’ heights, offset wall"),
-        "compliant_wall" => (SOFT, "atoms’ heights, compliant wall"),
-        "yielding_wall" => (YIELDING, "atoms’ heights, compliant wall with hardness"),
-        _ => (ATOMS, "atoms"),
+        "full_heights" => "full heights, zero gap",
+        "hard_wall" => "atoms’ heights, zero gap",
+        "offset_wall" => "atoms’ heights, offset wall",
+        "compliant_wall" => "atoms’ heights, compliant wall",
+        "yielding_wall" => "atoms’ heights, compliant wall with hardness",
+        _ => "atoms",
     }
 }
 
@@ -26,102 +20,64 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
     if loads.is_empty() {
         return Ok(html! {});
     }
+    let steps = || loads.iter().flat_map(|l| l.model_chain.iter().map(|v| (l.p_star, v)));
     let along = |of: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
-        let versions = loads.iter().flat_map(|l| &l.model_chain);
-        let mut ids: Vec<&str> = Vec::new();
-        versions.for_each(|v| {
-            if !ids.contains(&v.id.as_str()) {
-                ids.push(&v.id)
-            }
-        });
-        let points = |id: &str| -> Vec<(f64, f64)> {
-            loads.iter().filter_map(|l| Some((l.p_star, of(l.model_chain.iter().find(|v| v.id == id)?)))).collect()
-        };
-        let curve = |id: &&str| Curve { label: look(id).1.into(), style: look(id).0, points: points(id) };
-        ids.iter().map(curve).collect()
+        let points = |id: &String| steps().filter(|(_, v)| v.id == *id).map(|(p, v)| (p, of(v))).collect::<Vec<_>>();
+        let ids = distinct(steps().map(|(_, v)| &v.id)).into_iter();
+        ids.map(|id| Curve::new(name(id), model_style(id), points(id))).collect()
     };
-    let area = Plot {
-        include: vec![(0.0, 0.0)],
-        ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact (%)"), along(&|v| 100.0 * v.contact_area))
-    };
-    let gap = Plot::new((Axis::Log, Axis::Linear), ("p*", "mean gap (Å)"), along(&|v| v.mean_gap_angstrom));
-    let mut figures = Vec::new();
-    for (name, plot, caption) in [
-        ("model-chain-area", area, "Contact fraction of each step at the block’s surface sites."),
-        ("model-chain-gap", gap, "Mean gap of each step; the contact criterion does not change it."),
-    ] {
-        figures.extend(writer.curves(name, &plot)?.map(|svg| figure(svg, html! { (caption) })));
-    }
-    let mut each = Vec::new();
-    for (i, load) in loads.iter().enumerate() {
-        each.push(one_load(writer, load, i + 1)?);
-    }
+    let area = Plot::new(linear("p*"), linear("contact (%)"), along(&|v| 100.0 * v.contact_area));
+    let area = Plot { include: vec![(0.0, 0.0)], ..area };
+    let gap = Plot::new(log("p*"), linear("mean gap (Å)"), along(&|v| v.mean_gap_angstrom));
+    let figures = [
+        Figure::new("model-chain-area", "Contact fraction of each step at the block’s surface sites.", area),
+        Figure::new("model-chain-gap", "Mean gap of each step; the contact criterion does not change it.", gap),
+    ];
+    let numbers = loads.iter().flat_map(|l| l.model_chain.iter().enumerate().map(move |(k, v)| (l, k, v)));
+    let figures = writer.figures(figures)?;
+    let of_loads =
+        loads.iter().enumerate().map(|(i, load)| one_load(writer, load, i + 1)).collect::<Result<Vec<_>>>()?;
     Ok(html! {
         h3 { "Stepwise comparison" }
         p { "The same load and elastic layer, changed one step at a time: the heights of the scene’s grid; the heights that "
             "atoms resolve; on these, the atoms’ contact criterion; the atoms’ repulsion law in place of the hard wall; the atoms. All "
             "are evaluated at the block’s surface sites, and all stresses are smoothed by the Gaussian that turns the atoms’ "
             "forces into a field." }
-        (table(&loads))
-        @for f in &figures { (f) }
-        @for e in &each { (e) }
-    })
-}
-
-fn table(loads: &[&LoadComparison]) -> Markup {
-    let mut rows = Vec::new();
-    for load in loads {
-        for (k, v) in load.model_chain.iter().enumerate() {
-            rows.push(vec![
-                text(if k == 0 { trimmed(load.p_star, 4) } else { String::new() }),
-                html! { strong { (look(&v.id).1) } },
-                text(percent(v.contact_area)),
-                text(format!("{}\u{a0}Å", significant(v.mean_gap_angstrom, 4))),
-                text(v.contact_stress_gpa.map_or("–".into(), |s| format!("{}\u{a0}GPa", significant(s, 3)))),
-                text(count(v.patches)),
-                text(v.median_cluster_area_nm2.map_or("–".into(), |a| format!("{}\u{a0}nm²", significant(a, 3)))),
-            ]);
-        }
-    }
-    let head = ["p*", "step", "contact", "mean gap", "contact stress", "clusters", "median cluster area"];
-    html! {
-        (numbers(&head, rows))
+        (columns!("numbers", numbers, |(load, k, v)| {
+            "p*" => if k == 0 { trimmed(load.p_star, 4) } else { String::new() },
+            "step" => html! { strong { (name(&v.id)) } },
+            "contact" => percent(v.contact_area),
+            "mean gap" => with_unit(v.mean_gap_angstrom, 4, "Å"),
+            "contact stress" => or_dash(v.contact_stress_gpa.map(|s| with_unit(s, 3, "GPa"))),
+            "clusters" => count(v.patches),
+            "median cluster area" => or_dash(v.median_cluster_area_nm2.map(|a| with_unit(a, 3, "nm²"))),
+        }))
         p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area." }
-    }
+        (figures)
+        (each(&of_loads))
+    })
 }
 
 /// Distributions of gap, stress and cluster area at one load.
 fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Result<Markup> {
     let curves = |of: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
         let shown = load.model_chain.iter().filter(|v| v.id != left_out);
-        let curve = |v: &ModelChainStep| Curve {
-            label: look(&v.id).1.into(),
-            style: look(&v.id).0.without_marker(),
-            points: of(v),
-        };
-        shown.map(curve).collect()
+        shown.map(|v| Curve::line(name(&v.id), model_style(&v.id), of(v))).collect()
     };
-    let log = (Axis::Linear, Axis::Log);
-    let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| v.gap.density(), ""));
+    let gaps = curves(&|v| v.gap.density(), "");
     // The offset wall has the stresses of the hard wall.
-    let stress = Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| v.stress.density(), "offset_wall"));
-    let clusters = Plot::new(
-        (Axis::Log, Axis::Linear),
-        ("area of a cluster (nm²)", "fraction of the contact"),
-        curves(&|v| v.patch_area.iter().map(|[a, share]| (*a, *share)).collect(), ""),
-    );
-    let mut drawn = Vec::new();
-    for (title, name, plot) in [
-        ("Gap", "model-chain-gaps", gaps),
-        ("Normal stress", "model-chain-stress", stress),
-        ("Cumulative cluster areas", "model-chain-clusters", clusters),
-    ] {
-        let plot = Plot { width: PANEL, proportion: 0.8, ..plot };
-        drawn.extend(writer.curves(&format!("{name}-{number}"), &plot)?.map(|svg| panel(title, svg, html! {})));
-    }
+    let stresses = curves(&|v| v.stress.density(), "offset_wall");
+    let clusters = curves(&|v| v.patch_area.iter().map(|[a, share]| (*a, *share)).collect(), "");
+    let clusters = Plot::new(log("area of a cluster (nm²)"), linear("fraction of the contact"), clusters);
+    let name = |start: &str| format!("model-chain-{start}-{number}");
+    let drawn = writer.small([
+        ("Gap", name("gaps"), Plot::new(linear("gap (Å)"), log("density (1/Å)"), gaps)),
+        ("Normal stress", name("stress"), Plot::new(linear("stress (GPa)"), log("density (1/GPa)"), stresses)),
+        ("Cumulative cluster areas", name("clusters"), clusters),
+    ])?;
     Ok(figure(
         panels(drawn.len(), &drawn),
-        html! { "Distributions at p* = " (trimmed(load.p_star, 4)) ": gap outside the contact, smoothed stress over the "
+        html! { "Distributions at " (at(load.p_star)) ": gap outside the contact, smoothed stress over the "
         "whole cell, and fraction of the contact in clusters up to an area." },
     ))
 }

@@ -1,43 +1,24 @@
 //! NVT runs: contact probability of the surface atoms.
 
-use maud::{Markup, html};
-
-use super::figures::{FigureWriter, figure, numbers, panel, panels, text};
 use super::loads::PANEL_SIDE;
-use crate::error::Result;
-use crate::record::results::{AtomsResults, NvtResults, ValueWithError};
-use crate::report::map::{Bar, Legend};
-use crate::report::number::{percent, significant, trimmed};
-use crate::report::picture::{self, Range};
+use super::prelude::*;
 use crate::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) -> Result<Markup> {
-    let (mut drawn, mut rows) = (Vec::new(), Vec::new());
+    let length_m = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;
+    let contact = |s: &NvtState| format!("{} ± {}", percent(s.contact_area.value), percent(s.contact_area.error));
+    let mut drawn = Vec::new();
     for (i, state) in nvt.states.iter().enumerate() {
-        let small = picture::load(&writer.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;
+        let small = &writer.load(&state.probability_map, PANEL_SIDE, |v| v)?;
         let range = Range { low: 0.0, high: 1.0 };
-        let legend = Legend::Ramp(Bar::plain("contact probability", range, "", false));
-        let title = format!("p* = {}", trimmed(state.p_star, 4));
-        let names = (format!("probability-{}", i + 1), format!("contact probability of the surface atoms at {title}"));
-        let length = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;
-        let image = writer.map((&names.0, &names.1), &picture::map(&small, range), length, legend)?;
-        let contact = state.contact_area;
-        let words = format!("{} ± {}", percent(contact.value), percent(contact.error));
-        drawn.push(panel(&title, image, html! { (words) " in contact" }));
-        let still = atoms.states.iter().find(|s| (s.p_star / state.p_star - 1.0).abs() < 1e-6);
-        let at_rest = |of: Option<String>| text(of.unwrap_or("–".into()));
-        rows.push(vec![
-            text(trimmed(state.p_star, 4)),
-            text(words),
-            at_rest(still.map(|s| percent(s.contact_area))),
-            text(percent(state.majority_contact)),
-            text(percent(state.any_contact)),
-            text(with_error(state.mean_gap_angstrom, "Å")),
-            at_rest(still.map(|s| format!("{}\u{a0}Å", significant(s.mean_gap_angstrom, 4)))),
-            text(with_error(state.temperature_k, "K")),
-        ]);
+        let values = Values { quantity: "contact probability", unit: "", small, range, contact: None };
+        let title = at(state.p_star);
+        let alt = format!("contact probability of the surface atoms at {title}");
+        let image = writer.values((&format!("probability-{}", i + 1), &alt), &values, length_m)?;
+        drawn.push(panel(&title, image, contact(state) + " in contact"));
     }
-    let head = ["p*", "contact", "at 0 K", "majority contact", "any contact", "mean gap", "at 0 K", "temperature"];
+    let still = |s: &NvtState| atoms.states.iter().find(|a| (a.p_star / s.p_star - 1.0).abs() < 1e-6);
+    let mean = |v: ValueWithError, unit: &str| format!("{} ± {}", significant(v.value, 4), with_unit(v.error, 1, unit));
     Ok(html! {
         h3 { "At " (trimmed(nvt.temperature_k, 4)) " K" }
         (figure(
@@ -47,10 +28,15 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResu
                 (significant(nvt.lattice_constant_angstrom, 5)) " Å. Contact: mean probability; majority contact: fraction of the surface atoms with a probability above one half; any contact: above zero. "
                 "Errors are standard errors from " (nvt.blocks) " blocks of time." },
         ))
-        (numbers(&head, rows))
+        (columns!("numbers", nvt.states.iter().map(|s| (s, still(s))), |(s, still)| {
+            "p*" => trimmed(s.p_star, 4),
+            "contact" => contact(s),
+            "at 0 K" => or_dash(still.map(|a| percent(a.contact_area))),
+            "majority contact" => percent(s.majority_contact),
+            "any contact" => percent(s.any_contact),
+            "mean gap" => mean(s.mean_gap_angstrom, "Å"),
+            "at 0 K" => or_dash(still.map(|a| with_unit(a.mean_gap_angstrom, 4, "Å"))),
+            "temperature" => mean(s.temperature_k, "K"),
+        }))
     })
-}
-
-fn with_error(mean: ValueWithError, unit: &str) -> String {
-    format!("{} ± {}\u{a0}{unit}", significant(mean.value, 4), significant(mean.error, 1))
 }

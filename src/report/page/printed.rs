@@ -6,14 +6,17 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
+use serde_json::{Map, Value, json};
 use svg2pdf::usvg;
 
 use crate::error::{Error, Result};
 use crate::record::atomic_file::write_atomic;
-use crate::report::map::{Bar, Framed, Legend};
-use crate::report::picture::{self, BLUE, ORANGE, Picture, Rgb};
-use crate::report::plot::{Axis, Dash, Marker, Plot, Style};
+use crate::report::map::MapFigure;
+use crate::report::number::si_scale;
+use crate::report::picture::{BLACK, BLUE, ORANGE, WHITE};
+use crate::report::plot::{Dash, Fill, Plot, Style};
 use crate::report::relief::ReliefFigure;
+use crate::report::scale::ends;
 use crate::report::svg::{Format, css};
 
 /// Options of a report.
@@ -57,51 +60,48 @@ static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// Style of matplotlib for the scripts.
-const STYLE: &str = "\
-# Figures of asperity: one type size, ticks outside, no frame above and right.
-font.family: sans-serif
-font.size: 8
-axes.labelsize: 8
-axes.titlesize: 8
-legend.fontsize: 8
-xtick.labelsize: 8
-ytick.labelsize: 8
-lines.linewidth: 1
-lines.markersize: 4
-axes.spines.top: False
-axes.spines.right: False
-axes.grid: True
-grid.color: 0.86
-grid.linewidth: 0.5
-legend.frameon: False
-image.cmap: cividis
-image.origin: lower
-image.interpolation: nearest
-savefig.dpi: 300
-pdf.fonttype: 42
-";
+/// Style of matplotlib for the scripts, and the scripts without the settings of a figure.
+const STYLE: &str = include_str!("redraw/asperity.mplstyle");
+const STYLE_FILE: &str = "asperity.mplstyle";
+const HEAD: &str = include_str!("redraw/head.py");
 /// Resolution of views of the surface in print.
 const PRINTED_DPI: f64 = 300.0;
-const STYLE_FILE: &str = "asperity.mplstyle";
 
-fn store(path: &Path, bytes: &[u8]) -> Result<()> {
-    write_atomic(path, |w| w.write_all(bytes))
+/// A drawing of the page, which can also be printed.
+pub(super) trait Drawing {
+    /// The bitmap in the drawing of a width in pixels; `None` without.
+    fn png(&self, width: usize) -> Option<std::io::Result<Vec<u8>>>;
+    /// `None` if there is nothing to show.
+    fn svg(&self, png: &[u8], format: Format) -> Option<String>;
+    /// Tables: end of the file name, contents.
+    fn data(&self) -> Vec<(&'static str, String)>;
+    /// Settings of the script, and its commands. `width`: inches.
+    fn script(&self, width: f64) -> (Value, &'static str);
 }
 
 /// SVG and PDF of a drawing, its data and its script.
-fn files(folder: &Path, printed: &PrintedFigures, name: &str, svg: &str, data: &str, script: &str) -> Result<()> {
+pub(super) fn store(run: &Path, printed: &PrintedFigures, name: &str, drawing: &dyn Drawing) -> Result<()> {
+    let folder = &printed.folder(run);
+    let store = |end: &str, bytes: &[u8]| write_atomic(&folder.join(format!("{name}{end}")), |w| w.write_all(bytes));
+    let inches = printed.width_mm / 25.4;
+    let png =
+        drawing.png((inches * PRINTED_DPI) as usize).transpose().map_err(Error::io("write", folder.join(name)))?;
+    let Some(svg) = drawing.svg(&png.unwrap_or_default(), Format::printed(printed.width_mm)) else { return Ok(()) };
     std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
-    let path = |end: &str| folder.join(format!("{name}.{end}"));
     if printed.svg {
-        store(&path("svg"), svg.as_bytes())?;
+        store(".svg", svg.as_bytes())?;
     }
     if printed.pdf {
-        store(&path("pdf"), &pdf(svg, &path("pdf"))?)?;
+        store(".pdf", &pdf(&svg, &folder.join(format!("{name}.pdf")))?)?;
     }
-    store(&path("csv"), data.as_bytes())?;
-    store(&path("py"), script.as_bytes())?;
-    store(&folder.join(STYLE_FILE), STYLE.as_bytes())
+    for (end, table) in drawing.data() {
+        store(end, table.as_bytes())?;
+    }
+    let (settings, commands) = drawing.script(inches);
+    // A string of JSON is one of Python.
+    let settings = Value::from(settings.to_string());
+    store(".py", format!("{HEAD}settings = json.loads({settings})\n{commands}").as_bytes())?;
+    write_atomic(&folder.join(STYLE_FILE), |w| w.write_all(STYLE.as_bytes()))
 }
 
 /// # Errors
@@ -122,28 +122,9 @@ fn pdf(svg: &str, path: &Path) -> Result<Vec<u8>> {
         .map_err(|e| failed(e.to_string()))
 }
 
-/// Files of a plot.
-pub(super) fn plot(run: &Path, printed: &PrintedFigures, name: &str, plot: &Plot) -> Result<()> {
-    let Some(svg) = plot.drawn(Format::printed(printed.width_mm)) else { return Ok(()) };
-    let script = plot_script(printed, name, plot);
-    files(&printed.folder(run), printed, name, &svg, &plot_data(plot), &script)
-}
-
 /// A field of a CSV file, quoted where necessary.
 fn field(text: &str) -> String {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
-}
-
-fn plot_data(plot: &Plot) -> String {
-    let mut text = format!("curve,{},{},standard error\n", field(&plot.x_label), field(&plot.y_label));
-    for (i, curve) in plot.curves.iter().enumerate() {
-        let label = field(&label(curve.label.as_str(), i));
-        for (k, (x, y)) in curve.points.iter().enumerate() {
-            let error = plot.errors.get(i).and_then(|e| e.get(k)).map_or(String::new(), f64::to_string);
-            let _ = writeln!(text, "{label},{x},{y},{error}");
-        }
-    }
-    text
 }
 
 /// Name of a curve in the data; a curve without label has its number.
@@ -151,204 +132,111 @@ fn label(label: &str, index: usize) -> String {
     if label.is_empty() { format!("_{}", index + 1) } else { label.into() }
 }
 
-/// A string of Python.
-fn quoted(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
+/// Rows of a CSV file.
+fn rows(nx: usize, cells: impl Iterator<Item = String>) -> String {
+    cells.collect::<Vec<_>>().chunks(nx).map(|row| row.join(",") + "\n").collect()
 }
 
-fn look(style: Style) -> String {
-    let (marker, filled) = match style.marker {
-        Marker::None => ("", true),
-        Marker::Disc => ("o", true),
-        Marker::Ring | Marker::Target => ("o", false),
-        Marker::Square => ("s", true),
-        Marker::Frame => ("s", false),
-        Marker::Triangle => ("^", true),
-        Marker::OpenTriangle => ("^", false),
-        Marker::Down => ("v", true),
-        Marker::OpenDown => ("v", false),
-        Marker::Diamond => ("D", true),
-        Marker::OpenDiamond => ("D", false),
-        Marker::Cross => ("x", true),
-        Marker::Plus => ("+", true),
-        Marker::Star => ("*", true),
-    };
+fn look(style: Style) -> Value {
+    let (marker, fill) = style.marker.look().map_or(("", Fill::Full), |(_, fill, name)| (name, fill));
     let line = match style.dash {
         Dash::Solid => "-",
         Dash::Dashed => "--",
         Dash::Dotted => ":",
         Dash::None => "",
     };
-    let face = if filled { "" } else { ", markerfacecolor=\"white\"" };
-    format!("dict(color=\"{}\", linestyle=\"{line}\", marker=\"{marker}\"{face})", css(style.colour))
+    let colour = css(style.colour);
+    let face = if fill == Fill::White { "white" } else { &colour };
+    json!({ "color": colour, "linestyle": line, "marker": marker, "markerfacecolor": face })
 }
 
-/// First lines of a script.
-fn preamble(name: &str, printed: &PrintedFigures) -> String {
-    format!(
-        "\"\"\"Draws {name}.csv with matplotlib, into {name}-redrawn.pdf.\"\"\"\n\
-         import csv\n\
-         from pathlib import Path\n\n\
-         import matplotlib\n\n\
-         matplotlib.use(\"Agg\")\n\
-         import matplotlib.pyplot as plt\n\n\
-         here = Path(__file__).resolve().parent\n\
-         plt.style.use(here / \"{STYLE_FILE}\")\n\
-         width = {} / 25.4\n",
-        printed.width_mm
-    )
-}
-
-fn plot_script(printed: &PrintedFigures, name: &str, plot: &Plot) -> String {
-    let mut text = preamble(name, printed);
-    text += "looks = {\n";
-    for (i, curve) in plot.curves.iter().enumerate() {
-        let _ = writeln!(text, "    {}: {},", quoted(&label(&curve.label, i)), look(curve.style));
+impl Drawing for Plot {
+    fn png(&self, _: usize) -> Option<std::io::Result<Vec<u8>>> {
+        None
     }
-    let scale = |axis: Axis| if axis == Axis::Log { "log" } else { "linear" };
-    let _ = write!(
-        text,
-        "}}\n\
-         curves = {{}}\n\
-         with open(here / \"{name}.csv\", newline=\"\", encoding=\"utf-8\") as file:\n    \
-             for label, x, y, error in list(csv.reader(file))[1:]:\n        \
-                 curves.setdefault(label, []).append((float(x), float(y), float(error or 0)))\n\
-         figure, axes = plt.subplots(figsize=(width, {:.2} * width), layout=\"constrained\")\n\
-         for label, points in curves.items():\n    \
-             x, y, error = zip(*points)\n    \
-             axes.errorbar(x, y, error if any(error) else None, label=label, capsize=2, **looks[label])\n\
-         axes.set(xlabel={}, ylabel={}, xscale=\"{}\", yscale=\"{}\")\n\
-         if any(not label.startswith(\"_\") for label in curves):\n    \
-             axes.legend()\n\
-         figure.savefig(here / \"{name}-redrawn.pdf\")\n",
-        plot.proportion.max(0.6),
-        quoted(&plot.x_label),
-        quoted(&plot.y_label),
-        scale(plot.x),
-        scale(plot.y),
-    );
-    text
-}
 
-/// Files of a map; `cell_m`: extents of the cell.
-pub(super) fn map(
-    run: &Path,
-    printed: &PrintedFigures,
-    (name, alt): (&str, &str),
-    picture: &Picture,
-    (cell_m, legend): ([f64; 2], &Legend),
-) -> Result<()> {
-    let folder = printed.folder(run);
-    let png = picture.png().map_err(Error::io("write", folder.join(name)))?;
-    let format = Format::printed(printed.width_mm);
-    let svg = Framed { name, alt, png: &png, cell_m, legend: legend.clone(), format }.svg();
-    let factor = match legend {
-        Legend::Ramp(bar) | Legend::OverContact(bar) => bar.factor,
-        Legend::None => 1.0,
-    };
-    let mut data = String::new();
-    for row in picture.values.chunks(picture.nx) {
-        let cells: Vec<String> = row.iter().map(|v| format!("{}", (v / factor) as f32)).collect();
-        data += &cells.join(",");
-        data.push('\n');
+    fn svg(&self, _: &[u8], format: Format) -> Option<String> {
+        self.drawn(format)
     }
-    files(&folder, printed, name, &svg, &data, &map_script(printed, name, cell_m, (picture, legend)))
-}
 
-/// Files of a view of the surface: heights in the CSV file, colours of the cells in a second one.
-pub(super) fn relief(
-    run: &Path,
-    printed: &PrintedFigures,
-    (name, alt): (&str, &str),
-    drawn: &ReliefFigure,
-) -> Result<()> {
-    let folder = printed.folder(run);
-    let pixels = (printed.width_mm / 25.4 * PRINTED_DPI) as usize;
-    let png = drawn.relief.png(pixels).map_err(Error::io("write", folder.join(name)))?;
-    let svg = drawn.svg(alt, &png, Format::printed(printed.width_mm));
-    let highest = drawn.heights_m.iter().copied().fold(0.0, f64::max);
-    let ((height, prefix), (length, length_prefix)) =
-        (crate::report::number::si_scale(highest), crate::report::number::si_scale(drawn.length_m));
-    let rows = |cells: Vec<String>| cells.chunks(drawn.relief.nx).map(|row| row.join(",") + "\n").collect::<String>();
-    let heights = rows(drawn.heights_m.iter().map(|h| format!("{}", (h / height) as f32)).collect());
-    let colours = rows(drawn.relief.colours.iter().map(|c| css(*c)).collect());
-    let across = drawn.length_m / length;
-    let script = preamble(name, printed)
-        + &format!(
-            "import numpy as np\n\n\
-             # Rows of the files from the lowest; heights upwards, of the surface upside down.\n\
-             heights = np.loadtxt(here / \"{name}.csv\", delimiter=\",\", ndmin=2)\n\
-             colours = np.loadtxt(here / \"{name}-colours.csv\", delimiter=\",\", ndmin=2, dtype=str, comments=None)\n\
-             ny, nx = heights.shape\n\
-             x, y = np.meshgrid(np.arange(nx) * {across} / nx, np.arange(ny) * {} / ny)\n\
-             figure, axes = plt.subplots(figsize=(width, width), subplot_kw={{\"projection\": \"3d\"}})\n\
-             axes.plot_surface(x, y, heights, facecolors=matplotlib.colors.to_rgba_array(colours.ravel()).reshape(ny, nx, 4), \
-             rcount=128, ccount=128)\n\
-             axes.set(xlabel=\"x ({length_prefix}m)\", ylabel=\"y ({length_prefix}m)\", zlabel=\"height ({prefix}m)\", box_aspect=(1, {}, 0.2))\n\
-             figure.savefig(here / \"{name}-redrawn.pdf\")\n",
-            across * drawn.relief.aspect,
-            drawn.relief.aspect
-        );
-    files(&folder, printed, name, &svg, &heights, &script)?;
-    store(&folder.join(format!("{name}-colours.csv")), colours.as_bytes())
-}
-
-fn map_script(
-    printed: &PrintedFigures,
-    name: &str,
-    cell_m: [f64; 2],
-    (picture, legend): (&Picture, &Legend),
-) -> String {
-    let (scale, prefix) = crate::report::number::si_scale(cell_m[0]);
-    let mut text = preamble(name, printed);
-    let _ = write!(
-        text,
-        "# Rows of the file from the lowest.\n\
-         with open(here / \"{name}.csv\", newline=\"\") as file:\n    \
-             cells = [[float(v) for v in row] for row in csv.reader(file)]\n\
-         figure, axes = plt.subplots(figsize=(width, width), layout=\"constrained\")\n\
-         axes.grid(False)\n\
-         extent = (0, {:.6}, 0, {:.6})\n",
-        cell_m[0] / scale,
-        cell_m[1] / scale
-    );
-    let bar = |text: &mut String, bar: &Bar, colours: &str| {
-        let _ = write!(
-            text,
-            "{colours}\
-             image = axes.imshow(cells, extent=extent, cmap=colours, vmin={}, vmax={})\n\
-             figure.colorbar(image, label={}, extend=\"{}\")\n",
-            bar.range.low,
-            bar.range.high,
-            quoted(&bar.label()),
-            if bar.clipped { "max" } else { "neither" }
-        );
-    };
-    match legend {
-        Legend::Ramp(b) => bar(&mut text, b, "colours = \"cividis\"\n"),
-        Legend::OverContact(b) => bar(
-            &mut text,
-            b,
-            "# Contact (nan in the file) is black.\ncolours = matplotlib.colormaps[\"cividis\"].with_extremes(bad=\"black\")\n",
-        ),
-        Legend::None => {
-            let codes = contact_colours(picture).map(css).map(|c| format!("\"{c}\"")).join(", ");
-            let _ = write!(
-                text,
-                "# 0 no contact, 1 contact (of the continuum), 2 of the atoms only, 3 of both.\n\
-                 colours = matplotlib.colors.ListedColormap([{codes}])\n\
-                 axes.imshow(cells, extent=extent, cmap=colours, vmin=-0.5, vmax=3.5)\n"
-            );
+    fn data(&self) -> Vec<(&'static str, String)> {
+        let mut text = format!("curve,{},{},standard error\n", field(&self.x.label), field(&self.y.label));
+        for (i, curve) in self.curves.iter().enumerate() {
+            let label = field(&label(&curve.label, i));
+            for (k, (x, y)) in curve.points.iter().enumerate() {
+                let error = curve.errors.get(k).map_or(String::new(), f64::to_string);
+                let _ = writeln!(text, "{label},{x},{y},{error}");
+            }
         }
+        vec![(".csv", text)]
     }
-    let _ = write!(
-        text,
-        "axes.set(xlabel=\"x ({prefix}m)\", ylabel=\"y ({prefix}m)\")\nfigure.savefig(here / \"{name}-redrawn.pdf\")\n"
-    );
-    text
+
+    fn script(&self, width: f64) -> (Value, &'static str) {
+        let looks: Map<String, Value> =
+            self.curves.iter().enumerate().map(|(i, c)| (label(&c.label, i), look(c.style))).collect();
+        let (x, y) = (&self.x, &self.y);
+        let axes = json!({ "xlabel": x.label, "ylabel": y.label, "xscale": x.kind(), "yscale": y.kind() });
+        let size = [width, self.proportion.max(0.6) * width];
+        (json!({ "size": size, "axes": axes, "looks": looks }), include_str!("redraw/plot.py"))
+    }
 }
 
-/// Colours of the codes of a contact map.
-fn contact_colours(picture: &Picture) -> [Rgb; 4] {
-    [picture::WHITE, picture.contact.unwrap_or(ORANGE), BLUE, picture::BLACK]
+impl Drawing for MapFigure<'_> {
+    fn png(&self, _: usize) -> Option<std::io::Result<Vec<u8>>> {
+        Some(self.picture.png())
+    }
+
+    fn svg(&self, png: &[u8], format: Format) -> Option<String> {
+        Some(self.svg(png, format))
+    }
+
+    fn data(&self) -> Vec<(&'static str, String)> {
+        let factor = self.bar.as_ref().map_or(1.0, |bar| bar.factor);
+        let cells = self.picture.values.iter().map(|v| ((v / factor) as f32).to_string());
+        vec![(".csv", rows(self.picture.nx, cells))]
+    }
+
+    fn script(&self, width: f64) -> (Value, &'static str) {
+        let (scale, prefix) = si_scale(self.cell_m[0]);
+        let [right, top] = self.cell_m.map(|l| l / scale);
+        // Of the codes of a contact map.
+        let colours = [WHITE, self.picture.contact.unwrap_or(ORANGE), BLUE, BLACK].map(css);
+        let bar = self.bar.as_ref().map(|bar| {
+            let extend = if bar.clipped { "max" } else { "neither" };
+            json!({ "low": bar.range.low, "high": bar.range.high, "label": bar.label(), "extend": extend })
+        });
+        let axes = json!({ "xlabel": format!("x ({prefix}m)"), "ylabel": format!("y ({prefix}m)") });
+        let settings = json!({
+            "size": [width, width], "axes": axes, "extent": [0.0, right, 0.0, top], "bar": bar, "colours": colours
+        });
+        (settings, include_str!("redraw/map.py"))
+    }
+}
+
+impl Drawing for ReliefFigure<'_> {
+    fn png(&self, width: usize) -> Option<std::io::Result<Vec<u8>>> {
+        Some(self.relief.png(width))
+    }
+
+    fn svg(&self, png: &[u8], format: Format) -> Option<String> {
+        Some(self.svg(png, format))
+    }
+
+    /// Heights, and the colours of the cells.
+    fn data(&self) -> Vec<(&'static str, String)> {
+        let (height, _) = si_scale(ends(self.heights_m.iter().copied()).1);
+        let heights = self.heights_m.iter().map(|h| ((h / height) as f32).to_string());
+        let colours = self.relief.colours.iter().map(|c| css(*c));
+        vec![(".csv", rows(self.relief.nx, heights)), ("-colours.csv", rows(self.relief.nx, colours))]
+    }
+
+    fn script(&self, width: f64) -> (Value, &'static str) {
+        let ((_, height), (length, prefix)) =
+            (si_scale(ends(self.heights_m.iter().copied()).1), si_scale(self.length_m));
+        let (across, aspect) = (self.length_m / length, self.relief.aspect);
+        let [x, y, z] = [("x", prefix), ("y", prefix), ("height", height)].map(|(axis, p)| format!("{axis} ({p}m)"));
+        let axes = json!({ "xlabel": x, "ylabel": y, "zlabel": z, "box_aspect": [1.0, aspect, 0.2] });
+        let settings = json!({ "size": [width, width], "axes": axes, "extent": [across, across * aspect] });
+        (settings, include_str!("redraw/relief.py"))
+    }
 }

@@ -1,18 +1,13 @@
 //! The surface in three dimensions with the contact in colour: a still picture, and the heights for the script, which turns
 //! the view and follows the load.
 
-use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
 use super::compare::{at_load, key, matched};
-use super::explorer::SIDE;
-use super::figures::{FigureWriter, figure};
+use super::explorer::{SIDE, data};
 use super::packed::{self, Packed};
-use crate::error::{Error, Result};
+use super::prelude::*;
 use crate::record::downsample::DownsampledMap;
-use crate::record::results::{Results, StateResults};
-use crate::report::number::{si_given, trimmed};
-use crate::report::picture::{self, BLACK, BLUE, ORANGE, Rgb, VERMILION};
 use crate::report::relief::{GROUND, Relief, ReliefFigure};
 
 /// Range of the heights over the width of the cell in the picture, at most.
@@ -34,18 +29,15 @@ struct Data {
 /// The figure; `None` without heights.
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let Some(file) = &results.surface.heights else { return Ok(None) };
-    let mut map = picture::load(&writer.field(file)?, SIDE, |h| -h)?;
-    let ends = |of: fn(f64, f64) -> f64, start: f64| map.values.iter().copied().fold(start, of);
-    let (low, high) = (ends(f64::min, f64::INFINITY), ends(f64::max, f64::NEG_INFINITY));
+    let mut map = writer.load(file, SIDE, |h| -h)?;
+    let (low, high) = ends(map.values.iter().copied());
     if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
         return Ok(None);
     }
     map.values.iter_mut().for_each(|v| *v -= low);
     let enlarged = round_below(HIGHEST / (high - low));
-    let (p_star, flags) = match contact(writer, results)? {
-        Some((p_star, flags)) => (Some(p_star), flags),
-        None => (None, Vec::new()),
-    };
+    let (p_star, flags) = contact(writer, results)?.unzip();
+    let flags = flags.unwrap_or_default();
     let colours: Vec<Rgb> = (0..map.values.len()).map(|i| colour(&flags, &map, i)).collect();
     let heights: Vec<f64> = map.values.iter().map(|v| v * enlarged).collect();
     let relief = Relief { nx: map.nx, heights: &heights, colours: &colours, aspect: writer.aspect };
@@ -57,28 +49,17 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
     ];
     let alt = format!("the surface upside down in three dimensions, {}", labels.join(", "));
     let heights_m = map.values.iter().map(|v| v * length).collect();
-    let still = writer
-        .relief(("relief", &alt), &ReliefFigure { relief, labels: labels.clone(), heights_m, length_m: length })?;
-    let data = Data {
-        heights: packed::values(&map),
-        aspect: writer.aspect,
-        scale: enlarged,
-        ground: GROUND,
-        contact: VERMILION,
-        labels,
-    };
-    let json =
-        serde_json::to_string(&data).map_err(|e| Error::format(writer.folder, e.to_string(), "finite numbers"))?;
+    let drawn = ReliefFigure { alt, relief, labels: labels.clone(), heights_m, length_m: length };
+    let still = writer.draw("relief", &drawn, ReliefFigure::WIDTH as f64)?;
+    let (heights, aspect, scale) = (packed::values(&map), writer.aspect, enlarged);
+    let script = Data { heights, aspect, scale, ground: GROUND, contact: VERMILION, labels };
     let compared = results.comparison.is_some();
     Ok(Some(figure(
         html! {
-            div.relief id="relief" { (still) }
-            script type="application/json" id="heights" { (PreEscaped(json.replace("</", "<\\/"))) }
+            div.relief id="relief" { (still.unwrap_or_default()) }
+            (data(writer, "heights", &script)?)
             @if p_star.is_some() {
-                div.key {
-                    @if compared { (key(BLACK, "contact of both")) (key(ORANGE, "only the continuum")) (key(BLUE, "only the atoms")) }
-                    @else { (key(VERMILION, "contact")) }
-                }
+                div.key { @if compared { (key(&COMPARED)) } @else { (key(&[(VERMILION, "contact")])) } }
             }
         },
         html! {
@@ -89,6 +70,9 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
     )))
 }
 
+const COMPARED: [(Rgb, &str); 3] =
+    [(BLACK, "contact of both"), (ORANGE, "only the continuum"), (BLUE, "only the atoms")];
+
 /// The number 1, 2 or 5 times a power of ten at or below a number.
 fn round_below(v: f64) -> f64 {
     let decade = 10f64.powf(v.log10().floor());
@@ -97,19 +81,17 @@ fn round_below(v: f64) -> f64 {
 
 /// Contact maps of the highest load: of the continuum and of the atoms, or of the only solution.
 fn contact(writer: &FigureWriter, results: &Results) -> Result<Option<(f64, Vec<DownsampledMap>)>> {
-    let flag = |v: f64| f64::from(u8::from(v != 0.0));
     if let (Some(atoms), Some(c)) = (&results.atoms, &results.comparison) {
         let Some(load) = c.loads.last() else { return Ok(None) };
         let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
         let (Some(state), Some(map)) = (state, matched(load).and_then(|m| m.map.as_deref())) else { return Ok(None) };
-        let maps = [map, &state.contact_map].map(|f| picture::load(&writer.field(f)?, SIDE, flag));
+        let maps = [map, &state.contact_map].map(|f| writer.flags(f, SIDE));
         return maps.into_iter().collect::<Result<Vec<_>>>().map(|maps| Some((load.p_star, maps)));
     }
     let states = results.continuum.iter().flat_map(|c| &c.states);
     let stored = states.filter_map(|s: &StateResults| Some((s, s.numbers.gap_map.as_deref()?)));
-    let Some((state, file)) = stored.rev().find(|(s, _)| s.numbers.stop != "detached") else { return Ok(None) };
-    let map = picture::load(&writer.field(file)?, SIDE, |gap| f64::from(u8::from(gap <= 0.0)))?;
-    Ok(Some((state.numbers.p_star, vec![map])))
+    let Some((state, file)) = stored.rev().find(|(s, _)| s.numbers.stop != Stop::Detached) else { return Ok(None) };
+    Ok(Some((state.numbers.p_star, vec![writer.closed(file, SIDE)?])))
 }
 
 /// Colour of a node of the heights; contact maps may have another number of cells.

@@ -1,26 +1,17 @@
 //! First screen: the answer in one sentence, the maps, the area–load curve, warnings.
 
-use crate::load::Branch;
-use maud::{Markup, PreEscaped, html};
-
-use super::compare::{SAME_LOAD, at_load, deviation, matched, matched_uncertainty, more_or_less, yielding};
+use super::compare::{SAME_LOAD, deviation, matched, matched_uncertainty, more_or_less, state_at, yielding};
 use super::definitions::{Term, term};
-use super::figures::FigureWriter;
+use super::prelude::*;
 use super::uncertainty::total;
 use super::{challenge, curves, explorer, tiles};
-use crate::error::Result;
 use crate::record::advice::AccuracyChoice;
-use crate::record::quantity::Quantity;
-use crate::record::results::{
-    AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Results, StateResults,
-};
-use crate::report::number::{count, duration, error_of, percent, si, si_given, significant, trimmed};
+use crate::report::number::error_of;
 use crate::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let maps = explorer::section(writer, results)?;
     let curve = curves::first_screen(writer, results)?;
-    let many = |n: usize| format!("{n} warning{}", if n == 1 { "" } else { "s" });
     Ok(html! {
         @if let Some(subject) = subject(results) { p.subject { (subject) } }
         @if !results.acceptance.is_empty() { p.found { (challenge::conclusion(results)) } }
@@ -33,20 +24,22 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
                 (tiles::section(results))
             }
         }
-        @if !results.warnings.is_empty() {
-            details.warnings open {
-                summary { (many(results.warnings.len())) }
-                ul { @for w in &results.warnings { li { (with_subscripts(w)) } } }
-            }
-        }
+        (warnings(&results.warnings))
     })
 }
 
-/// A message of the terminal with the subscripts of its symbols.
-pub(super) fn with_subscripts(message: &str) -> Markup {
-    let text = html! { (message) }.into_string();
+/// Messages of the terminal with the subscripts of their symbols; empty without any.
+pub(super) fn warnings<T: AsRef<str>>(list: &[T]) -> Markup {
     // Letters that no file name has.
-    PreEscaped(text.replace("λ_s", "λ<sub>s</sub>").replace("λ_r", "λ<sub>r</sub>"))
+    let indexed = |text: String| PreEscaped(text.replace("λ_s", "λ<sub>s</sub>").replace("λ_r", "λ<sub>r</sub>"));
+    html! {
+        @if !list.is_empty() {
+            details.warnings open {
+                summary { (list.len()) @if list.len() == 1 { " warning" } @else { " warnings" } }
+                ul { @for w in list { li { (indexed(w.as_ref().render().0)) } } }
+            }
+        }
+    }
 }
 
 /// What was solved, in one line.
@@ -73,11 +66,8 @@ fn chosen(c: &AccuracyChoice) -> String {
         (Some(error), _) => format!("within {}", percent(error)),
         (None, s) => format!("within a time of {}", duration(s.unwrap_or(0.0))),
     };
-    let beyond = if a.extrapolated.is_empty() {
-        String::new()
-    } else {
-        format!(" Extrapolated: {}.", a.extrapolated.join("; "))
-    };
+    let beyond = Some(a.extrapolated.join("; ")).filter(|words| !words.is_empty());
+    let beyond = beyond.map_or(String::new(), |words| format!(" Extrapolated: {words}."));
     format!(
         "Requested: the {0} {requested}. Chosen from measured tables ({1}): {2} on an {3} × {3} grid, {4} to {5:e}; expected error {6}.{beyond} \
          Quantities that this does not need were neither computed nor stored.",
@@ -104,7 +94,7 @@ fn answer(results: &Results) -> Option<Markup> {
 
 /// `lowest to highest` of formatted values, or a single value if both are formatted alike.
 fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> String {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) = ends(values);
     let (low, high) = (show(low), show(high));
     if low == high { low } else { format!("{low} to {high}") }
 }
@@ -119,7 +109,7 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup>
     };
     let (load, elastic, off) = worst(&|l, e, _| deviation(l, e))?;
     let (_, _, left) = worst(&|l, _, h| deviation(l, h))?;
-    let state = at_load(&c.compliant_wall.states, load.p_star, |s: &StateResults| s.numbers.p_star)?;
+    let state = state_at(&c.compliant_wall, load)?;
     let stress = state.numbers.pressure / elastic.contact_area * atoms.modulus_gpa * 1e9;
     let lowest = |of: fn(&CriterionMatch) -> f64, hard: bool| {
         pairs.iter().map(|(_, e, h)| of(if hard { h } else { e })).fold(f64::INFINITY, f64::min)
@@ -147,13 +137,8 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
     let (off, worst) = off.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
     let doubt = matched_uncertainty(c, worst);
     let (least, m) = matches.iter().min_by(|a, b| a.1.overlap.kappa.total_cmp(&b.1.overlap.kappa))?;
-    let lowest = m.overlap.kappa;
     // The load is named again only where it is another one.
-    let elsewhere = if least.p_star == worst.p_star {
-        String::new()
-    } else {
-        format!(" (least at p* = {})", trimmed(least.p_star, 4))
-    };
+    let elsewhere = (least.p_star != worst.p_star).then(|| format!(" (least at {})", at(least.p_star)));
     let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     let atoms = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
     let continuum = span(matches.iter().map(|(_, m)| m.contact_area), percent);
@@ -165,7 +150,7 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
     let doubt = doubt.map_or("not known".into(), |d| format!("± {} of it", percent(d)));
     Some(html! {
         strong { "Atoms and continuum differ most at p* = " (trimmed(worst.p_star, 4)) ", where the atoms have " (more_or_less(off)) " " (term(Term::Contact))
-            "; the maps agree with " (term(Term::Kappa)) " ≥ " (significant(lowest, 2)) (elsewhere) }
+            "; the maps agree with " (term(Term::Kappa)) " ≥ " (significant(m.overlap.kappa, 2)) (elsewhere.unwrap_or_default()) }
         " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum’s area there (" (doubt)
         "); that of the atoms is not known. At " (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms and " (continuum)
         " of the continuum (" (best.label()) ") are in contact."
@@ -174,50 +159,35 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
 
 pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     let first = c.states.first()?;
-    let gap = |gap: f64| si(gap * results.scales.length_m, "m", 3);
-    let missed = c.states.iter().filter(|s| s.numbers.stop != "converged").count();
+    let gap = |gap: f64| results.scales.length(gap, 3);
+    let missed = c.states.iter().filter(|s| s.numbers.stop != Stop::Converged).count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
     let scale = if results.atoms.is_some() { "At the laboratory scale " } else { "" };
-    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
+    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).map(pick);
     let path = if c.states.len() == 1 {
-        format!(
-            "the contact fraction is {}{} at p* = {}, the mean gap {}{}",
-            percent(first.numbers.contact_area),
-            plus_minus(first, Quantity::ContactArea),
-            trimmed(first.numbers.p_star, 4),
-            gap(first.mean_gap),
-            plus_minus(first, Quantity::MeanGap)
-        )
+        // The error is left out if no component is known.
+        let error = |q| total(first, q).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)));
+        let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(error);
+        let (contact, at) = (percent(first.numbers.contact_area), at(first.numbers.p_star));
+        format!("the contact fraction is {contact}{of_area} at {at}, the mean gap {}{of_gap}", gap(first.mean_gap))
     } else {
         let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
         let contact = span(of(|s| s.numbers.contact_area), percent);
         let both = turned(c).map_or(String::new(), |(loading, back)| {
-            format!(
-                "; at p* = {} it is {} on loading and {} on unloading",
-                trimmed(back.numbers.p_star, 4),
-                percent(loading.numbers.contact_area),
-                percent(back.numbers.contact_area)
-            )
+            let [up, down] = [loading, back].map(|s| percent(s.numbers.contact_area));
+            format!("; at {} it is {up} on loading and {down} on unloading", at(back.numbers.p_star))
         });
-        format!(
-            "at p* = {loads} the mean gap is {}{} and the contact {contact}{}{both}",
-            span(of(|s| -s.mean_gap), |g| gap(-g)),
-            largest(c, Quantity::MeanGap),
-            largest(c, Quantity::ContactArea)
-        )
+        let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
+        let gaps = span(of(|s| -s.mean_gap), |g| gap(-g));
+        format!("at p* = {loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}")
     };
     let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);
-    Some(super::figures::capitalised(&sentence))
-}
-
-/// ` (± 3.2 % of it)`; empty if no component is known.
-fn plus_minus(s: &StateResults, quantity: Quantity) -> String {
-    total(s, quantity).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)))
+    Some(capitalised(&sentence))
 }
 
 /// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads.
 fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
-    let known = c.states.iter().filter(|s| s.numbers.stop != "detached").filter_map(|s| total(s, quantity));
+    let known = c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).filter_map(|s| total(s, quantity));
     known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} of it or less)", percent(r)))
 }
 
@@ -228,7 +198,7 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
         let mut loading = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
         let same =
             |s: &&StateResults| (s.numbers.p_star - back.numbers.p_star).abs() <= SAME_LOAD * back.numbers.p_star.abs();
-        (back.branch == Branch::Unloading && back.numbers.stop == "converged").then_some(())?;
+        (back.branch == Branch::Unloading && back.numbers.stop == Stop::Converged).then_some(())?;
         let loading = loading.rfind(same)?;
         // Without hysteresis both branches have the same area.
         let alike = percent(loading.numbers.contact_area) == percent(back.numbers.contact_area);

@@ -360,40 +360,7 @@ impl Plan {
     }
 }
 
-/// Why a solver stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stop {
-    Converged,
-    IterationLimit,
-    /// The residual has stalled at the level that rounding of the fields causes.
-    RoundingFloor,
-    /// No step lowers the energy, although the residual is above the rounding level.
-    NoDescent,
-    /// The state is not finite.
-    Diverged,
-    /// The surfaces have separated: the tension exceeds the pull-off stress.
-    Detached,
-    /// Stopped by the observer.
-    Interrupted,
-    /// The solver's criteria are met, but the final fields are not in equilibrium with the load.
-    Rejected,
-}
-
-impl std::fmt::Display for Stop {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Stop::Converged => "converged",
-            Stop::IterationLimit => "iteration limit",
-            Stop::RoundingFloor => "rounding floor of the precision",
-            Stop::NoDescent => "no descent",
-            Stop::Diverged => "diverged",
-            Stop::Detached => "detached",
-            Stop::Interrupted => "interrupted",
-            Stop::Rejected => "no equilibrium: the final fields do not balance the load",
-        })
-    }
-}
+pub use crate::load::Stop;
 
 /// One equilibrium. The fields are borrowed from the solver: at 16384² a copy would take gigabytes.
 #[derive(Debug, Clone, Copy)]

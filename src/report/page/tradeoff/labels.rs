@@ -3,8 +3,7 @@
 use crate::compare::pareto::{Growth, growth};
 use crate::record::tradeoff::{Setting, Tradeoff, TradeoffPoint};
 use crate::report::number::trimmed;
-use crate::report::page::figures::text;
-use maud::Markup;
+use crate::report::page::figures::distinct;
 
 /// Method and grid of a setting.
 pub(super) fn short(s: &Setting) -> String {
@@ -27,21 +26,12 @@ pub(super) fn words(s: &Setting) -> String {
 
 /// Methods with results in the order of the table, and whether they include adhesion.
 pub(super) fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
-    let mut list: Vec<(&str, bool)> = Vec::new();
-    for p in tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()) {
-        if !list.contains(&(&p.setting.method, p.setting.adhesive)) {
-            list.push((&p.setting.method, p.setting.adhesive));
-        }
-    }
-    list
+    let known = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none());
+    distinct(known.map(|p| (p.setting.method.as_str(), p.setting.adhesive)))
 }
 
 /// Power-law growth of a method's processor time with the number of grid points.
 pub(super) fn grows(tradeoff: &Tradeoff, method: &str) -> Option<Growth> {
     let of = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
     growth(&tradeoff.grids(method).iter().map(of).collect::<Vec<_>>())
-}
-
-pub(super) fn dash() -> Markup {
-    text("–")
 }

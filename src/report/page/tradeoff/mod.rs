@@ -6,12 +6,9 @@ mod labels;
 mod tables;
 
 use super::document::{Section, document, linked};
-use super::figures::FigureWriter;
-use crate::error::Result;
+use super::prelude::*;
 use crate::record::tradeoff::{FILE, Tradeoff};
-use crate::report::number::{duration, trimmed};
 use labels::methods;
-use maud::{Markup, html};
 
 pub(super) fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut sections = Vec::new();
@@ -45,14 +42,14 @@ fn lead(tradeoff: &Tradeoff) -> String {
 }
 
 /// The conclusion, the charts of area and mean gap, and the setting of the comparison.
-fn top(tradeoff: &Tradeoff, charts: &[Markup]) -> Markup {
+fn top(tradeoff: &Tradeoff, charts: &Markup) -> Markup {
     let loads: Vec<String> = tradeoff.p_star.iter().map(|p| trimmed(*p, 4)).collect();
     html! {
         @if let Some(conclusion) = tables::conclusion(tradeoff) { p.found { (conclusion) } }
         @if !tradeoff.warnings.is_empty() {
             details.warnings open { summary { "Warnings" } ul { @for w in &tradeoff.warnings { li { (w) } } } }
         }
-        div.pair { @for c in charts { (c) } }
+        div.pair { (charts) }
         p { "Surface " (tradeoff.surface) "; " (tradeoff.kernel) "; adhesion " (tradeoff.adhesion)
             @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (tradeoff.threads)
             @if tradeoff.threads == 1 { " thread" } @else { " threads" } ", " (runs(tradeoff)) "; " (duration(tradeoff.spent_seconds)) " in all"

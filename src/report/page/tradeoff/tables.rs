@@ -1,12 +1,9 @@
 //! Tables of the cheapest settings, the references, and all settings.
 
-use super::labels::{accuracy, dash, short, words};
+use super::labels::{accuracy, short, words};
 use crate::compare::pareto::cheapest as least;
-use crate::record::quantity::Quantity;
-use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
-use crate::report::number::{count, duration, memory, percent, significant, trimmed};
-use crate::report::page::figures::{capitalised, numbers, table, text};
-use maud::{Markup, html};
+use crate::record::tradeoff::{Extrapolation, ResolvedErrors, Tradeoff, TradeoffPoint};
+use crate::report::page::prelude::*;
 
 /// Error classes as relative deviations. An order of magnitude is a value ten times too small: for errors in decades,
 /// one.
@@ -18,39 +15,41 @@ fn limit(quantity: Quantity, share: f64) -> f64 {
 }
 
 /// An error in its usual format.
-pub(super) fn shown(quantity: Quantity, error: f64) -> String {
-    if quantity.in_decades() { format!("{} dec", significant(error, 2)) } else { percent_of(error) }
+fn shown(quantity: Quantity, error: f64) -> String {
+    match error {
+        e if quantity.in_decades() => format!("{} dec", significant(e, 2)),
+        e if e < 1e-6 => percent(e),
+        // A third digit of an error is not significant.
+        e => with_unit(100.0 * e, 2, "%"),
+    }
 }
 
-fn percent_of(error: f64) -> String {
-    // A third digit of an error is not significant.
-    if error < 1e-6 { percent(error) } else { format!("{}\u{a0}%", significant(100.0 * error, 2)) }
+/// Settings with a known error of a quantity, and their costs and errors.
+fn known(tradeoff: &Tradeoff, quantity: Quantity) -> (Vec<&TradeoffPoint>, Vec<(f64, f64)>) {
+    let all = tradeoff.points.iter().filter_map(|p| Some((p, (p.cost.cpu_seconds, tradeoff.error(p, quantity)?))));
+    all.unzip()
 }
 
 /// The cheapest setting of each class.
 pub(super) fn cheapest(tradeoff: &Tradeoff) -> Markup {
     let rows = Quantity::COMPARED.into_iter().filter_map(|quantity| {
-        let known: Vec<(&TradeoffPoint, f64)> =
-            tradeoff.points.iter().filter_map(|p| Some((p, tradeoff.error(p, quantity)?))).collect();
-        let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
-        let cell = |(_, share): &(&str, f64)| match least(&points, limit(quantity, *share)) {
-            None => dash(),
-            Some(i) => {
-                let (p, error) = known[i];
-                html! {
-                    (words(&p.setting)) @if p.calibrated_on.is_some() { "*" } br;
-                    span.quiet { (duration(p.cost.cpu_seconds)) ", error " (shown(quantity, error)) }
-                }
+        let (settings, points) = known(tradeoff, quantity);
+        let setting = |i: usize| {
+            let (p, (seconds, error)) = (settings[i], points[i]);
+            html! {
+                (words(&p.setting)) @if p.calibrated_on.is_some() { "*" } br;
+                (quiet(format!("{}, error {}", duration(seconds), shown(quantity, error))))
             }
         };
-        (!points.is_empty())
-            .then(|| std::iter::once(text(capitalised(quantity.name()))).chain(CLASSES.iter().map(cell)).collect())
+        let cells = CLASSES.map(|(_, share)| or_dash(least(&points, limit(quantity, share)).map(setting)));
+        let row = row![capitalised(quantity.name())].into_iter().chain(cells).collect();
+        (!points.is_empty()).then_some(row)
     });
     let head: Vec<&str> = std::iter::once("quantity").chain(CLASSES.iter().map(|c| c.0)).collect();
     html! {
         p { "Processor time of all loads. For errors in decades 5 % is a factor of 1.05 and an order of magnitude a factor of "
             "ten; for other errors an order of magnitude is 90 %. *: with fitted constants." }
-        (table(&head, rows.collect()))
+        (table("words", &head, rows))
     }
 }
 
@@ -61,21 +60,13 @@ const EQUAL_COST: f64 = 1.25;
 /// cost are named.
 pub(super) fn conclusion(tradeoff: &Tradeoff) -> Option<Markup> {
     let clauses = [Quantity::ContactArea, Quantity::MeanGap].into_iter().filter_map(|quantity| {
-        let known: Vec<(&TradeoffPoint, f64)> =
-            tradeoff.points.iter().filter_map(|p| Some((p, tradeoff.error(p, quantity)?))).collect();
-        let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
+        let (settings, points) = known(tradeoff, quantity);
         // The class that most readers want, else the next that a setting meets.
         let (class, i) = CLASSES[1..].iter().find_map(|c| Some((*c, least(&points, limit(quantity, c.1))?)))?;
-        let (p, error) = known[i];
-        let mut equal: Vec<&str> = Vec::new();
-        for (other, _) in known.iter().filter(|(o, e)| {
-            *e <= limit(quantity, class.1) && o.cost.cpu_seconds <= EQUAL_COST * p.cost.cpu_seconds
-        }) {
-            let method = other.setting.method.as_str();
-            if method != p.setting.method && !equal.contains(&method) {
-                equal.push(method);
-            }
-        }
+        let (p, (cost, error)) = (settings[i], points[i]);
+        let close = |(seconds, error): &(f64, f64)| *error <= limit(quantity, class.1) && *seconds <= EQUAL_COST * cost;
+        let close = settings.iter().zip(&points).filter(|(_, point)| close(point)).map(|(o, _)| o.setting.method.as_str());
+        let equal = distinct(close.filter(|method| *method != p.setting.method));
         Some(html! {
             "For the " (quantity.name()) " within " (class.0) ": " strong { (short(&p.setting)) ", " (duration(p.cost.cpu_seconds)) }
             " (error " (shown(quantity, error)) ", " (accuracy(&p.setting))
@@ -85,7 +76,8 @@ pub(super) fn conclusion(tradeoff: &Tradeoff) -> Option<Markup> {
         })
     });
     let clauses: Vec<Markup> = clauses.collect();
-    (!clauses.is_empty()).then(|| html! { @for (k, c) in clauses.iter().enumerate() { @if k > 0 { " " } (c) } })
+    let joined = clauses.into_iter().map(Markup::into_string).collect::<Vec<_>>().join(" ");
+    (!joined.is_empty()).then_some(PreEscaped(joined))
 }
 
 /// The reference solutions, load by load.
@@ -103,149 +95,103 @@ pub(super) fn references(tradeoff: &Tradeoff) -> Markup {
                     "change; otherwise the number is that of the finest grid, and its uncertainty the last change. The uncertainty of maps and \
                      distributions is the remaining error if errors continue to decrease as on these grids, at most with the second order; \
                      with one coarser grid, with the first." } }
-            @let rows = r.loads.iter().map(|l| {
-                let cell = |m: Quantity, unit: f64, name: &str| match l.numbers.get(&m) {
-                    None => dash(),
-                    Some(n) => {
-                        let error = n.uncertainty.map_or(" (no error)".to_string(), |u| format!(" ± {}", significant(u * unit, 2)));
-                        let order = n.order.map_or(String::new(), |o| format!(", order {}", significant(o, 2)));
-                        text(format!("{}{error}{name}{order}", significant(n.value * unit, 5)))
-                    }
-                };
-                vec![
-                    text(trimmed(l.p_star, 4)),
-                    cell(Quantity::ContactArea, 100.0, "\u{a0}%"),
-                    cell(Quantity::MeanGap, um, "\u{a0}µm"),
-                    cell(Quantity::Stiffness, 1.0, "\u{a0}E*/L"),
-                ]
-            });
-            (numbers(&["p*", "contact", "mean gap", "stiffness"], rows.collect()))
+            (columns!("numbers", &r.loads, |l| {
+                "p*" => trimmed(l.p_star, 4),
+                "contact" => or_dash(l.numbers.get(&Quantity::ContactArea).map(|n| number(n, 100.0, "\u{a0}%"))),
+                "mean gap" => or_dash(l.numbers.get(&Quantity::MeanGap).map(|n| number(n, um, "\u{a0}µm"))),
+                "stiffness" => or_dash(l.numbers.get(&Quantity::Stiffness).map(|n| number(n, 1.0, "\u{a0}E*/L"))),
+            }))
             @let of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
             p.quiet { "Uncertainty, root mean square over the loads: " (Quantity::COMPARED.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")) "." }
         }
     }
 }
 
+/// A number of the reference with its error and order.
+fn number(n: &Extrapolation, unit: f64, name: &str) -> String {
+    let error = n.uncertainty.map_or(" (no error)".to_string(), |u| format!(" ± {}", significant(u * unit, 2)));
+    let order = n.order.map_or(String::new(), |o| format!(", order {}", significant(o, 2)));
+    format!("{}{error}{name}{order}", significant(n.value * unit, 5))
+}
+
 /// Cost and errors of blocks of atoms, relative to the scene's reference and to the solution on the heights that they
 /// resolve.
 pub(super) fn atoms(tradeoff: &Tradeoff) -> Markup {
-    let rows = tradeoff.points.iter().filter_map(|p| {
-        let (r, c) = (p.resolved.as_ref()?, p.cost.atoms.as_ref()?);
-        let mut cells = vec![
-            p.setting.block.map_or_else(dash, text),
-            text(count(c.atoms as usize)),
-            text(count(c.force_evaluations)),
-            text(duration(c.lammps_cpu_seconds)),
-            text(memory(c.frame_bytes)),
-            text(format!("L/{}", significant(1.0 / r.shortest_wavelength, 2))),
-            text(significant(r.gradient, 3)),
-        ];
-        for m in [
-            Quantity::ContactArea,
-            Quantity::MeanGap,
-            Quantity::GapMap,
-            Quantity::ContactMap,
-            Quantity::MedianClusterArea,
-        ] {
-            let pair = [&p.errors, &r.errors].map(|e| e.get(&m).map_or("–".into(), |e| shown(m, *e)));
-            cells.push(text(pair.join(" | ")));
-        }
-        Some(cells)
-    });
-    let head = [
-        "block",
-        "atoms",
-        "force evaluations",
-        "LAMMPS",
-        "frames",
-        "shortest wavelength",
-        "rms gradient",
-        "area",
-        "mean gap",
-        "gap map",
-        "contact map",
-        "median cluster area",
-    ];
+    let blocks = tradeoff.points.iter().filter_map(|p| Some((p, p.resolved.as_ref()?, p.cost.atoms.as_ref()?)));
+    let pair = |p: &TradeoffPoint, r: &ResolvedErrors, m: Quantity| {
+        [&p.errors, &r.errors].map(|e| e.get(&m).map_or("–".into(), |e| shown(m, *e))).join(" | ")
+    };
     html! {
         p { "Cells across and deep, lattice constants. Of each pair of errors the first is against the scene’s reference, the "
             "second against the half-space under the heights that the indenter resolves, which is not extrapolated: what is left "
             "there is the crystal, its finite depth and the contact by distance; what the first has beyond it are the short "
             "waves. At the nodes of the atoms’ maps the solutions are read between their own." }
-        (numbers(&head, rows.collect()))
+        (columns!("numbers", blocks, |(p, r, c)| {
+            "block" => or_dash(p.setting.block.map(|b| b.to_string())),
+            "atoms" => count(c.atoms as usize),
+            "force evaluations" => count(c.force_evaluations),
+            "LAMMPS" => duration(c.lammps_cpu_seconds),
+            "frames" => memory(c.frame_bytes),
+            "shortest wavelength" => format!("L/{}", significant(1.0 / r.shortest_wavelength, 2)),
+            "rms gradient" => significant(r.gradient, 3),
+            "area" => pair(p, r, Quantity::ContactArea),
+            "mean gap" => pair(p, r, Quantity::MeanGap),
+            "gap map" => pair(p, r, Quantity::GapMap),
+            "contact map" => pair(p, r, Quantity::ContactMap),
+            "median cluster area" => pair(p, r, Quantity::MedianClusterArea),
+        }))
     }
 }
 
 /// Every setting with its cost and its errors.
 pub(super) fn settings(tradeoff: &Tradeoff) -> Markup {
     let both = tradeoff.references.len() > 1;
-    let row = |p: &TradeoffPoint| {
-        let (s, c) = (&p.setting, &p.cost);
-        let mut cells = vec![
-            html! { (s.method) @if p.calibrated_on.is_some() { "*" } @if p.is_reference { " (reference)" }
-            @if both { (if s.adhesive { ", adhesion" } else { ", without" }) } },
-            s.block.map_or_else(|| text(s.nx), |b| text(format!("{b} cells"))),
-            text(format!("{} {}", s.precision, trimmed(s.tolerance, 2))),
-            text(duration(c.cpu_seconds)),
-            text(format!("{}×", significant(c.cpu_over_reference, 2))),
-            text(duration(c.wall_seconds)),
-            text(count(c.fft_pairs.round() as usize)),
-            text(memory(c.planned_bytes)),
-            text(memory(c.measured_bytes)),
-        ];
-        cells.extend(Quantity::COMPARED.map(|m| p.errors.get(&m).map_or_else(dash, |e| text(shown(m, *e)))));
-        cells
-    };
-    let head = [
-        "method",
-        "N (N × N grid)",
-        "tolerance",
-        "CPU",
-        "CPU / reference",
-        "wall",
-        "FFT pairs",
-        "planned",
-        "measured",
-        "area",
-        "mean gap",
-        "stiffness",
-        "gap map",
-        "contact map",
-        "Pr(u)",
-        "Pr(σ)",
-        "CPr(a)",
-        "median cluster area",
-    ];
+    let error = |p: &TradeoffPoint, m: Quantity| or_dash(p.errors.get(&m).map(|e| shown(m, *e)));
+    let solved = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none());
     let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
-    let mut add = |why: String, method| match reasons.iter_mut().find(|r| r.0 == why) {
-        Some((_, methods)) if methods.contains(&method) => {}
-        Some((_, methods)) => methods.push(method),
-        None => reasons.push((why, vec![method])),
-    };
     for p in &tradeoff.points {
-        let method = p.setting.method.as_str();
-        match &p.unavailable_reason {
-            Some(why) => add(why.clone(), method),
-            None => p.missing.iter().for_each(|m| {
-                let quantity = Quantity::COMPARED.iter().find(|q| q.output().id() == m.quantity);
-                if let Some(q) = quantity {
-                    add(format!("{}: {}", q.name(), m.reason), method);
-                }
-            }),
+        let quantity = |id: &str| Quantity::COMPARED.into_iter().find(|q| q.output().id() == id);
+        let missing = p.missing.iter().filter_map(|m| Some(format!("{}: {}", quantity(&m.quantity)?.name(), m.reason)));
+        let why = p.unavailable_reason.clone().map_or_else(|| missing.collect(), |why| vec![why]);
+        for why in why {
+            match reasons.iter_mut().find(|r| r.0 == why) {
+                Some((_, methods)) => methods.push(&p.setting.method),
+                None => reasons.push((why, vec![&p.setting.method])),
+            }
         }
     }
     html! {
         p { "Errors as computed, even below the uncertainty of the reference; those of the reference itself are its uncertainty. "
             "Measured memory is the growth of the resident set." }
-        (numbers(&head, tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row).collect()))
+        (columns!("numbers", solved.map(|p| (p, &p.setting, &p.cost)), |(p, s, c)| {
+            "method" => html! { (s.method) @if p.calibrated_on.is_some() { "*" } @if p.is_reference { " (reference)" }
+                @if both { (if s.adhesive { ", adhesion" } else { ", without" }) } },
+            "N (N × N grid)" => s.block.map_or_else(|| s.nx.to_string(), |b| format!("{b} cells")),
+            "tolerance" => format!("{} {}", s.precision, trimmed(s.tolerance, 2)),
+            "CPU" => duration(c.cpu_seconds),
+            "CPU / reference" => format!("{}×", significant(c.cpu_over_reference, 2)),
+            "wall" => duration(c.wall_seconds),
+            "FFT pairs" => count(c.fft_pairs.round() as usize),
+            "planned" => memory(c.planned_bytes),
+            "measured" => memory(c.measured_bytes),
+            "area" => error(p, Quantity::ContactArea),
+            "mean gap" => error(p, Quantity::MeanGap),
+            "stiffness" => error(p, Quantity::Stiffness),
+            "gap map" => error(p, Quantity::GapMap),
+            "contact map" => error(p, Quantity::ContactMap),
+            "Pr(u)" => error(p, Quantity::GapPdf),
+            "Pr(σ)" => error(p, Quantity::StressPdf),
+            "CPr(a)" => error(p, Quantity::PatchArea),
+            "median cluster area" => error(p, Quantity::MedianClusterArea),
+        }))
         @if !reasons.is_empty() {
             h3 { "Not available" }
-            ul { @for (why, methods) in &reasons { li { (methods.join(", ")) ": " (why) } } }
+            ul { @for (why, methods) in reasons { li { (distinct(methods).join(", ")) ": " (why) } } }
         }
     }
 }
 
 /// Settings that were not run, and why.
 pub(super) fn skipped(tradeoff: &Tradeoff) -> Markup {
-    let rows = tradeoff.skipped.iter().map(|l| vec![text(words(&l.setting)), text(&l.reason)]);
-    table(&["setting", "reason"], rows.collect())
+    columns!("words", &tradeoff.skipped, |l| { "setting" => words(&l.setting), "reason" => l.reason })
 }

@@ -1,0 +1,110 @@
+//! Figures 4 to 12 of the challenge's paper: their axes and data, for the page of the challenge and for the comparison of methods.
+
+use super::prelude::*;
+use crate::grid::Grid;
+use crate::load::at_step;
+use crate::observe::column_at;
+use crate::record::methods::MethodState;
+use crate::record::npy;
+
+/// Data of a figure; the last argument is the number of micrometres per L.
+pub(super) enum Data {
+    /// A value of every state, against the load.
+    Path(fn(&MethodState, f64) -> Option<f64>),
+    /// A curve of one state.
+    State(fn(&FigureWriter, &MethodState, f64) -> Result<Vec<(f64, f64)>>),
+}
+
+pub(super) struct PaperFigure {
+    /// In the paper.
+    pub number: usize,
+    pub name: &'static str,
+    pub caption: &'static str,
+    pub needs: Quantity,
+    pub x: (fn(&'static str) -> Axis, &'static str),
+    pub y: (fn(&'static str) -> Axis, &'static str),
+    pub data: Data,
+}
+
+const AREA: (fn(&'static str) -> Axis, &str) = (log, "area a (µm²)");
+const LOAD: (fn(&'static str) -> Axis, &str) = (log, "load p*");
+/// Stresses over the mean pressure below which a profile is not drawn: a section without contact has only rounding errors.
+const NOISE: f64 = 1e-3;
+
+#[rustfmt::skip]
+pub(super) const FIGURES: [PaperFigure; 9] = [
+    PaperFigure { number: 4, name: "gap-section", caption: "Gap along y at x = L/2",
+        needs: Quantity::GapMap, x: (linear, "y (µm)"), y: (linear, "gap u (µm)"),
+        data: Data::State(|w, s, um| column(w, s.numbers.gap_map.as_deref(), um)) },
+    PaperFigure { number: 5, name: "stress-section", caption: "Interfacial stress along y at x = L/2; tension is negative",
+        needs: Quantity::StressMap, x: (linear, "y (µm)"), y: (linear, "stress σ/E*"),
+        data: Data::State(|w, s, _| {
+            let found = column(w, s.numbers.stress_map.as_deref(), 1.0)?;
+            let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
+            Ok(if most < NOISE * s.numbers.pressure.abs() { Vec::new() } else { found })
+        }) },
+    PaperFigure { number: 6, name: "cluster-sizes", caption: "Pr(a), density of clusters of an area",
+        needs: Quantity::PatchPdf, x: AREA, y: (log, "Pr(a) (1/µm²)"),
+        data: Data::State(|_, s, um| Ok(s.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect())) },
+    PaperFigure { number: 7, name: "cluster-area", caption: "CPr(a), fraction of the contact in clusters up to an area",
+        needs: Quantity::PatchPdf, x: AREA, y: (linear, "CPr(a)"),
+        data: Data::State(|_, s, um| Ok(s.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect())) },
+    PaperFigure { number: 8, name: "gaps", caption: "Pr(u), distribution of the gap out of contact",
+        needs: Quantity::GapPdf, x: (log, "gap u (µm)"), y: (log, "Pr(u) (1/µm)"),
+        data: Data::State(|_, s, um| Ok(s.gap.as_ref().map_or(Vec::new(), |d| d.density_in(um)))) },
+    PaperFigure { number: 9, name: "stresses", caption: "Pr(σ), distribution of the interfacial stress",
+        needs: Quantity::StressPdf, x: (linear, "stress σ/E*"), y: (log, "Pr(σ) E*"),
+        data: Data::State(|_, s, _| Ok(s.stress.as_ref().map_or(Vec::new(), |d| d.density_in(1.0)))) },
+    PaperFigure { number: 10, name: "area", caption: "Relative contact area against load",
+        needs: Quantity::ContactArea, x: LOAD, y: (log, "area a_r"),
+        data: Data::Path(|s, _| Some(s.numbers.contact_area)) },
+    PaperFigure { number: 11, name: "contact-pressure", caption: "Mean contact pressure against load",
+        needs: Quantity::ContactArea, x: LOAD, y: (linear, "p/(a_r E* ḡ)"),
+        data: Data::Path(|s, _| (s.numbers.contact_area > 0.0).then(|| s.numbers.p_star / s.numbers.contact_area)) },
+    PaperFigure { number: 12, name: "mean-gap", caption: "Mean gap against load",
+        needs: Quantity::MeanGap, x: LOAD, y: (log, "mean gap ū (µm)"),
+        data: Data::Path(|s, um| s.mean_gap.map(|g| g * um)) },
+];
+
+impl PaperFigure {
+    pub(super) fn plot(&self, curves: Vec<Curve>) -> Plot {
+        Plot::new((self.x.0)(self.x.1), (self.y.0)(self.y.1), curves)
+    }
+
+    /// Points of states, of that with an index if the figure shows a single load.
+    pub(super) fn points(
+        &self,
+        writer: &FigureWriter,
+        index: Option<usize>,
+        states: &[MethodState],
+    ) -> Result<Vec<(f64, f64)>> {
+        let um = writer.scales.um();
+        match self.data {
+            Data::Path(of) => Ok(states.iter().filter_map(|s| Some((s.numbers.p_star, of(s, um)?))).collect()),
+            Data::State(of) => match index.and_then(|index| at_step(states, index)) {
+                Some(here) => of(writer, here, um),
+                None => Ok(Vec::new()),
+            },
+        }
+    }
+
+    /// Whether the figure is a curve over all loads; otherwise it shows a single load.
+    pub(super) fn is_path(&self) -> bool {
+        matches!(self.data, Data::Path(_))
+    }
+}
+
+/// Position of the sections, over L.
+const SECTION: f64 = 0.5;
+
+/// A column of a stored map: position along y (µm) and value times `unit`.
+pub(super) fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Result<Vec<(f64, f64)>> {
+    let Some(file) = file else { return Ok(Vec::new()) };
+    // Read row by row, because the whole map may not fit into memory.
+    let map = npy::Reader::open(&writer.field(file)?)?;
+    let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: writer.aspect };
+    let (at, step) = (column_at(grid, SECTION), grid.dy());
+    let mut points = Vec::with_capacity(grid.ny);
+    map.for_each_row(|y, row| points.push((y as f64 * step * writer.scales.um(), row[at] * unit)))?;
+    Ok(points)
+}
