@@ -2,9 +2,9 @@
 
 use super::arrays::{flags, row_major};
 use crate::compare::{MISALIGNMENT, overlap, registration};
-use crate::grid::Grid;
 use crate::record::results::Overlap;
 use crate::{Error, Result};
+use asperity_grid::Grid;
 use ndarray::ArrayView2;
 
 /// Agreement of two contact maps, with a control that shows what chance alone would give.

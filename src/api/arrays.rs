@@ -1,6 +1,6 @@
 //! Conversion between the arrays of the interface and the flat fields of the crate.
 
-use crate::grid::Grid;
+use asperity_grid::Grid;
 use ndarray::{Array2, ArrayView2};
 use std::borrow::Cow;
 

@@ -1,6 +1,6 @@
 //! The elastic body.
 
-use crate::interface::Base;
+use asperity_contact::interface::Base;
 
 /// The elastic body.
 #[derive(Debug, Clone, Copy, PartialEq)]

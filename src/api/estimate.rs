@@ -2,8 +2,9 @@
 
 use super::arrays::map;
 use super::state::State;
-use crate::load::LoadStep;
-use crate::method::{self, ContactMethod, Quantity, Settings};
+use crate::method::{self};
+use asperity_contact::load::LoadStep;
+use asperity_contact::method::{ContactMethod, Quantity, Settings};
 use ndarray::Array2;
 
 /// The contact under one load, as any method gives it: a solver of the fields or an estimate. Units are those of its [`Problem`](crate::Problem).
@@ -52,7 +53,7 @@ impl Estimate {
     ) -> Self {
         let step = LoadStep::single(found.pressure, 1.0);
         let state = crate::pipeline::state_of(method.card(), reduced, (&step, 1.0), found);
-        let (card, adhesive) = (method.card(), reduced.adhesion != crate::interface::Adhesion::None);
+        let (card, adhesive) = (method.card(), reduced.adhesion != asperity_contact::interface::Adhesion::None);
         let never = Quantity::OUTPUTS.into_iter().filter_map(|q| Some((q.id(), card.unsupported_reason(q, adhesive)?)));
         let missing = never.chain(found.undelivered.iter().map(|(q, why)| (q.id(), *why))).collect();
         let scaled_map = |values: &[f64], unit: f64| map(reduced.grid, values.iter().map(|v| v * unit).collect());

@@ -1,9 +1,10 @@
 //! Results of a finished run.
 
-use crate::load::Branch;
-use crate::record::npy;
-use crate::record::results::{Results, StateResults};
+use crate::record::results::Results;
 use crate::{Error, Result};
+use asperity_contact::load::Branch;
+use asperity_contact::results::StateResults;
+use asperity_surface::files::npy;
 use ndarray::Array2;
 use std::path::{Path, PathBuf};
 
@@ -121,7 +122,7 @@ impl FinishedRun {
     /// # Errors
     /// Those of reading the file.
     pub fn json(&self) -> Result<serde_json::Value> {
-        crate::record::json::read(&self.folder.join(crate::record::results::FILE))
+        asperity_surface::files::json::read(&self.folder.join(crate::record::results::FILE))
     }
 
     fn map(&self, file: Option<&String>, unit: f64) -> Result<Option<Array2<f64>>> {

@@ -1,6 +1,7 @@
 //! The methods of the crate.
 
-use crate::method::{Kind, REGISTRY};
+use asperity_contact::method::Kind;
+use asperity_methods::REGISTRY;
 
 /// A method of solving or estimating a contact problem.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +34,7 @@ pub struct Method {
 /// assert!(solvers.contains(&"fast"));
 /// ```
 pub fn methods() -> Vec<Method> {
-    let entry = |card: &crate::method::Card| Method {
+    let entry = |card: &asperity_contact::method::Card| Method {
         id: card.id,
         paper_name: card.paper_name,
         family: card.family,

@@ -13,10 +13,10 @@ mod state;
 mod subsurface;
 mod surface;
 
-pub use crate::record::provenance::Provenance;
-pub use crate::surface::{Detrend, Edges, Fill, FilterKind, Preparation};
 pub use agreement::{MapAgreement, compare_maps};
 pub use arrays::Cell;
+pub use asperity_surface::provenance::Provenance;
+pub use asperity_surface::{Detrend, Edges, Fill, FilterKind, Preparation};
 pub use body::Body;
 pub use estimate::Estimate;
 pub use finished::{FinishedRun, FinishedState};

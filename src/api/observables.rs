@@ -1,11 +1,11 @@
 //! Observables of gap, pressure and contact maps `[ny, nx]` on a periodic cell.
 
 use super::arrays::{Cell, flags, map, row_major};
-use crate::grid::{Field, Grid};
-use crate::observe::{
+use asperity_contact::observe::{
     self, Connectivity, ContactArea, ContactEdges, Distribution, NO_CLUSTER, median_cluster_size, percolates,
     stress_distribution,
 };
+use asperity_grid::{Field, Grid};
 use ndarray::{Array2, ArrayView2};
 
 /// Connected clusters of contact nodes.

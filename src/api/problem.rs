@@ -6,15 +6,16 @@ use super::body::Body;
 use super::estimate::Estimate;
 use super::loads::Loads;
 use super::state::{LoadPath, PullOff, State};
-use crate::interface::{RangeChoice, TabulatedLaw};
-use crate::load::Load;
-use crate::method::{self, Card, Kind, NoObserver, Observer, Precision, Stop, Targets};
-use crate::path::{self, Begin};
+use crate::method::{self};
 use crate::scene::{
     AdhesionLaw, AdhesionScene, Case, ContinuumScene, CrystalScene, LayerScene, Length, LoadScene, Scene, Stress,
     WallKind, Work, last_part, rename_keys,
 };
 use crate::{Error, Result};
+use asperity_contact::interface::{RangeChoice, TabulatedLaw};
+use asperity_contact::load::Load;
+use asperity_contact::method::{Card, Kind, NoObserver, Observer, Precision, Stop, Targets};
+use asperity_contact::path::{self, Begin};
 use ndarray::Array2;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -306,7 +307,7 @@ impl Problem {
         let as_waves = method.card().capabilities.waves && case.scene.continuum.is_periodic();
         self.surface.with_heights(as_waves, |heights| {
             let path = path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &targets);
-            let (need, have) = (path.plan(pull_off).bytes, crate::sys::available_memory_bytes());
+            let (need, have) = (path.plan(pull_off).bytes, asperity_grid::sys::available_memory_bytes());
             if need > have {
                 let what = method.card().id.into();
                 let advice = "a surface with fewer nodes or Precision::F32 needs less".into();

@@ -4,10 +4,10 @@ use super::Surface;
 use super::arrays::{Cell, map};
 use super::body::Body;
 use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
-use crate::load::{Branch, Load, LoadStep};
-use crate::observe::{Connectivity, Plasticity, WorkPoint, contact_map, dissipation};
-use crate::path::Reached;
 use crate::record::results;
+use asperity_contact::load::{Branch, Load, LoadStep};
+use asperity_contact::observe::{Connectivity, Plasticity, WorkPoint, contact_map, dissipation};
+use asperity_contact::path::Reached;
 use ndarray::Array2;
 
 /// An equilibrium. Units are those of its [`Problem`](crate::Problem).
@@ -72,7 +72,7 @@ impl State {
         let Reached { state, area, .. } = reached;
         let (grid, length) = (surface.grid(), surface.length());
         let energy_unit = modulus * length;
-        let field = |field: crate::grid::Field, unit: f64| map(grid, field.to_vec()).mapv_into(|v| v * unit);
+        let field = |field: asperity_grid::Field, unit: f64| map(grid, field.to_vec()).mapv_into(|v| v * unit);
         State {
             load: match step.target {
                 Load::Pressure(p) => Load::Pressure(p * modulus),

@@ -3,10 +3,10 @@
 use super::arrays::{Cell, map, row_major};
 use super::body::Body;
 use super::state::State;
-use crate::grid::Field;
-use crate::interface::{Elastic, Layer, NonPeriodic, Subsurface, SubsurfaceRequest};
-use crate::path;
 use crate::{Error, Result};
+use asperity_contact::interface::{Elastic, Layer, NonPeriodic, Subsurface, SubsurfaceRequest};
+use asperity_contact::path;
+use asperity_grid::Field;
 use ndarray::{Array2, ArrayView2};
 
 /// Named in errors.
@@ -77,7 +77,7 @@ pub fn subsurface(
         return Err(Error::input(PLACE, "pressure", found, "finite pressures [ny, nx]"));
     }
     let kept = (2 * depths.len() * size_of::<f64>() * grid.points()) as u64;
-    let (need, have) = (Subsurface::bytes(grid, kernel) + kept, crate::sys::available_memory_bytes());
+    let (need, have) = (Subsurface::bytes(grid, kernel) + kept, asperity_grid::sys::available_memory_bytes());
     if need > have {
         let advice = "fewer depths or nodes need less".into();
         return Err(Error::Memory { what: PLACE.into(), need, have, advice });
@@ -152,7 +152,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interface::Base;
+    use asperity_contact::interface::Base;
 
     #[test]
     fn values_outside_of_the_body_are_refused() {

@@ -1,14 +1,14 @@
 //! Rough surfaces from arrays, spectra and files.
 
 use super::arrays::{Cell, map};
-use crate::grid::{Grid, Series};
-use crate::method::{Heights, Problem};
-use crate::record::heights::{HeightMap, Sign};
-use crate::record::import::Content;
-use crate::record::provenance::Provenance;
 use crate::scene::{self, Laboratory, Length, ResolvedSurface, Scene, Stress, SurfaceFile, SurfaceScene, Touching};
-use crate::surface::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
 use crate::{Error, Result};
+use asperity_contact::method::{Heights, Problem};
+use asperity_grid::{Grid, Series};
+use asperity_surface::heights::{HeightMap, Sign};
+use asperity_surface::import::Content;
+use asperity_surface::provenance::Provenance;
+use asperity_surface::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
 use ndarray::{Array2, ArrayView2};
 use std::path::Path;
 use std::sync::Arc;

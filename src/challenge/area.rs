@@ -2,8 +2,8 @@
 
 use super::{ChallengeData, Statement, cover, reference, uncertainty};
 use crate::record::acceptance::AcceptanceCheck;
-use crate::record::quantity::Quantity;
-use crate::record::results::StateResults;
+use asperity_contact::quantity::Quantity;
+use asperity_contact::results::StateResults;
 use std::f64::consts::PI;
 
 /// Largest load p* for the area law without adhesion.

@@ -1,9 +1,9 @@
 //! Sizes of contact clusters.
 
 use super::{ChallengeData, Line, SIZE_EXPONENT, Statement, line};
-use crate::observe::{median_counting_error, share_counting_error};
 use crate::record::acceptance::AcceptanceCheck;
-use crate::record::results::Observed;
+use asperity_contact::observe::{median_counting_error, share_counting_error};
+use asperity_contact::results::Observed;
 
 /// Smallest cluster of the fit, nodes; sizes below depend on the discretisation.
 const SMALLEST_NODES: f64 = 16.0;

@@ -2,8 +2,8 @@
 
 use super::{ChallengeData, Line, Statement, cover, jackknife, line, reference, setting, share_below, uncertainty};
 use crate::record::acceptance::AcceptanceCheck;
-use crate::record::quantity::Quantity;
 use crate::record::results::FIRST_TOUCH;
+use asperity_contact::quantity::Quantity;
 
 /// Mean gap at the reference load, µm, and three standard deviations: 100 realisations by independent code,
 /// scripts/challenge-ranges.py.

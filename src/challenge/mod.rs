@@ -12,12 +12,13 @@ mod stress;
 #[cfg(test)]
 mod tests;
 
-use crate::load::Branch;
-use crate::observe::Distribution;
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
-use crate::record::quantity::Quantity;
-use crate::record::results::{ContinuumResults, Observed, Results, StateResults};
+use crate::record::results::Results;
 use crate::scene::REFERENCE_LOAD;
+use asperity_contact::load::Branch;
+use asperity_contact::observe::Distribution;
+use asperity_contact::quantity::Quantity;
+use asperity_contact::results::{ContinuumResults, Observed, StateResults};
 
 /// Largest dx γ/(ρ² E*) at which the stiffness of adhesion is at most that of the stiffest wave of the grid along an
 /// axis.

@@ -1,10 +1,10 @@
 //! Set-up of the problem: scales, adhesion, surface.
 
 use super::{ChallengeData, MESH_LIMIT, Statement, line, reference};
-use crate::interface;
 use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, RMS_HEIGHT};
 use crate::scene::REFERENCE_LOAD;
+use asperity_contact::interface;
 
 /// γ/(E* L): 50 mJ/m² over 25 MPa × 0.1 mm.
 pub(super) const GAMMA: f64 = 2e-5;

@@ -1,9 +1,9 @@
 //! Interfacial stresses and their distribution.
 
 use super::{ChallengeData, Statement, reference, share_below};
-use crate::observe::{Distribution, effective_clusters};
 use crate::record::acceptance::AcceptanceCheck;
-use crate::record::results::Observed;
+use asperity_contact::observe::{Distribution, effective_clusters};
+use asperity_contact::results::Observed;
 use libm::erf;
 
 /// Error of nodal stresses at a residual of 1e-4 of the pressure, over γ/ρ.

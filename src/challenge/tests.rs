@@ -4,9 +4,10 @@ mod numbers;
 
 use super::*;
 use crate::record::results::{
-    CURVATURE_RADIUS, Compressive, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, RangeResults, ScalesSi,
-    StateNumbers, Statistic, SurfaceResults,
+    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, ScalesSi, Statistic, SurfaceResults,
 };
+use asperity_contact::results::{Compressive, RangeResults};
+use asperity_contact::state_numbers::StateNumbers;
 use std::f64::consts::PI;
 
 /// Loads p* of configs/challenge.toml.
@@ -24,7 +25,7 @@ fn mean_gap_um(p: f64) -> f64 {
 }
 
 fn distribution(from: f64, to: f64, delta: f64, density: impl Fn(f64) -> f64) -> Distribution {
-    let edges = crate::observe::linear_edges(from, to, 200);
+    let edges = asperity_contact::observe::linear_edges(from, to, 200);
     let raw: Vec<f64> = edges.windows(2).map(|e| density(0.5 * (e[0] + e[1])).max(0.0)).collect();
     let whole: f64 = raw.iter().sum();
     let fractions = raw.iter().map(|r| r * (1.0 - delta) / whole).collect();
@@ -85,7 +86,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
                 contact_area_error: None,
                 patches: Some(3000),
                 load_error: 0.0,
-                stop: crate::load::Stop::Converged,
+                stop: asperity_contact::load::Stop::Converged,
                 iterations: 1,
                 fft_pairs: 1.0,
                 seconds: 1.0,

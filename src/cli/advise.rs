@@ -2,12 +2,12 @@ use super::{output, tradeoff};
 use crate::compare::advice::{Limit, Table};
 use crate::pipeline::{self, Unserved};
 use crate::record::advice::Advice;
-use crate::record::quantity::Quantity;
 use crate::record::tradeoff::FILE;
 use crate::report::number::{duration, error_of, significant};
 use crate::scene::{Case, Scene, Surface};
-use crate::units::fraction;
 use crate::{Error, Result};
+use asperity_contact::quantity::Quantity;
+use asperity_grid::units::fraction;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

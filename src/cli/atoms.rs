@@ -1,12 +1,12 @@
 use super::{crystals, output, progress::TerminalProgress};
-use crate::atoms::engine::{LammpsEngine, ranks_warning};
-use crate::atoms::job::Job;
-use crate::atoms::lammps_command::LammpsCommand;
 use crate::pipeline::{self, Listener};
 use crate::report::number::{count, percent, significant};
 use crate::scene::{AtomsCase, Case, Scene};
-use crate::units::MAX_SECONDS;
 use crate::{Error, Result};
+use asperity_atoms::engine::{LammpsEngine, ranks_warning};
+use asperity_atoms::job::Job;
+use asperity_atoms::lammps_command::LammpsCommand;
+use asperity_grid::units::MAX_SECONDS;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -2,13 +2,13 @@ use super::cluster::CommandRequest;
 use super::file::{FileFlags, flag_of, refuse_grid};
 use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::{output, progress::TerminalProgress};
-use crate::atoms::lammps_command::LammpsCommand;
 use crate::challenge::MESH_LIMIT;
-use crate::interface::RangeChoice;
 use crate::pipeline::{self, OutFolder};
 use crate::record::results;
 use crate::scene::{Case, Scene, Touching, rename_keys};
 use crate::{Error, Result};
+use asperity_atoms::lammps_command::LammpsCommand;
+use asperity_contact::interface::RangeChoice;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

@@ -2,9 +2,9 @@
 
 use super::{output, programs};
 use crate::Result;
-use crate::atoms::lammps_command::LammpsCommand;
 use crate::pipeline::Crystals;
 use crate::scene::Scene;
+use asperity_atoms::lammps_command::LammpsCommand;
 use std::path::Path;
 
 /// Compares and fills in the constants of one scene. Returns warnings. `allowed`: whether the program that it names may be executed.

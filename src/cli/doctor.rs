@@ -1,11 +1,11 @@
 use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::output;
 use super::point::PointCommand;
-use crate::atoms::engine::LammpsEngine;
-use crate::atoms::lammps_host::find_library;
 use crate::cluster::{Machine, shell_quoted};
 use crate::report::number::memory;
 use crate::{Error, Result};
+use asperity_atoms::engine::LammpsEngine;
+use asperity_atoms::lammps_host::find_library;
 use serde::Serialize;
 use std::process::{Command, ExitCode};
 
@@ -137,13 +137,13 @@ fn findings(machine: &Machine, elsewhere: bool) -> Vec<Finding> {
         Finding {
             what: "GPU",
             good: true,
-            found: crate::method::gpu(),
+            found: asperity_contact::method::gpu(),
             advice: "only for --device cuda, which solves large grids with `fast`",
         },
         Finding {
             what: "memory",
             good: true,
-            found: format!("{} available", memory(crate::sys::available_memory_bytes())),
+            found: format!("{} available", memory(asperity_grid::sys::available_memory_bytes())),
             advice: "--dry-run prints what a scene needs",
         },
     ]

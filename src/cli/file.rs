@@ -1,8 +1,8 @@
-use crate::record::import::{self, Fourier, ImportOptions};
 use crate::scene::{ContinuumScene, Laboratory, Length, SurfaceScene, Touching, last_part, metres_of};
-use crate::surface::{Detrend, Edges, Fill, FilterKind};
-use crate::units::Measure;
 use crate::{Error, Result};
+use asperity_grid::units::Measure;
+use asperity_surface::import::{self, Fourier, ImportOptions};
+use asperity_surface::{Detrend, Edges, Fill, FilterKind};
 use std::path::Path;
 
 pub(super) const COMMAND_LINE: &str = "command line";

@@ -2,15 +2,15 @@
 
 use super::file::{COMMAND_LINE, FileFlags, refused};
 use super::output;
-use crate::grid::Grid;
-use crate::record::declared::Declared;
-use crate::record::height_map::HeightMap;
-use crate::record::heights::Sign;
-use crate::record::import::{self, Content, ImportOptions, ImportedFile};
 use crate::scene::{Stress, Touching};
-use crate::surface::seam_warning;
-use crate::units::{Dimension, Measure, metres_per};
 use crate::{Error, Result};
+use asperity_grid::Grid;
+use asperity_grid::units::{Dimension, Measure, metres_per};
+use asperity_surface::declared::Declared;
+use asperity_surface::height_map::HeightMap;
+use asperity_surface::heights::Sign;
+use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
+use asperity_surface::seam_warning;
 use serde_json::json;
 use std::fmt::{Display, Write};
 use std::path::{Path, PathBuf};

@@ -2,8 +2,8 @@
 //! a block on an elastic base.
 
 use super::output;
-use crate::atoms::lammps_host::HostRun;
 use crate::{Error, Result};
+use asperity_atoms::lammps_host::HostRun;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

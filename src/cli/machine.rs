@@ -1,8 +1,8 @@
 //! Where a command runs and how it starts LAMMPS there, and its arguments for a job.
 
-use crate::atoms::lammps_command::LammpsCommand;
 use crate::cluster::{Engine, Machine, SubmittedCommand, find};
 use crate::{Error, Result};
+use asperity_atoms::lammps_command::LammpsCommand;
 use std::path::{Path, PathBuf};
 
 /// Where a command runs.

@@ -1,6 +1,7 @@
 use super::output;
 use crate::Result;
-use crate::method::{Card, Quantity, REGISTRY, Support};
+use asperity_contact::method::{Card, Quantity, Support};
+use asperity_methods::REGISTRY;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Methods {

@@ -28,8 +28,8 @@ mod sweep;
 mod sweep_table;
 mod tradeoff;
 
-use crate::method::Device;
 use crate::{Error, Result};
+use asperity_contact::method::Device;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;

@@ -1,13 +1,15 @@
 //! Results on stdout, in words and tables.
 
-use crate::load::Branch;
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::advice::AccuracyChoice;
 use crate::record::methods::MethodResults;
-use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic};
+use crate::record::results::{Overlap, Results, Statistic};
 use crate::report::hysteresis::hysteresis_sentence;
 use crate::report::number::{change, duration, error_of, percent, si, significant, trimmed};
 use crate::{Error, Result};
+use asperity_atoms::results::{AtomState, AtomsResults, AuditLine};
+use asperity_contact::load::Branch;
+use asperity_contact::results::ContinuumResults;
 use comfy_table::Table;
 use serde::Serialize;
 use std::borrow::Cow;

@@ -1,9 +1,9 @@
 //! Runs a point of a sweep, or another command, in a process of its own, with its output in a log.
 
 use super::progress;
-use crate::atoms::lammps_command::LammpsCommand;
-use crate::method::Device;
 use crate::pipeline::sweep::{Outcome, PointFolder};
+use asperity_atoms::lammps_command::LammpsCommand;
+use asperity_contact::method::Device;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ impl PointCommand {
         let mut command = Command::new(&self.program);
         command.args(arguments).args(&self.arguments).current_dir(from);
         command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
-        crate::sys::die_with_parent(&mut command);
+        asperity_grid::sys::die_with_parent(&mut command);
         let mut child = match command.spawn() {
             Ok(child) => child,
             Err(e) => return failed(format!("cannot start {}: {e}", self.program.display()), 5),
@@ -80,7 +80,7 @@ impl PointCommand {
                 Ok(Some(status)) => break status,
                 Ok(None) if stopping() || progress::stopping() => {
                     // Its own checkpoints are complete at any time.
-                    crate::sys::terminate(child.id());
+                    asperity_grid::sys::terminate(child.id());
                     let _ = child.wait();
                     return (Outcome::Interrupted, 130);
                 }

@@ -1,13 +1,13 @@
 use super::output;
-use crate::atoms::crystal::{MeasuredCrystal, Structure};
-use crate::atoms::engine::LammpsEngine;
-use crate::atoms::potential::{CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
-use crate::atoms::properties::{Card, Properties, measure};
-use crate::atoms::run_script::LmpCommand;
 use crate::pipeline::keep_crystal;
-use crate::record::atomic_file::write_atomic;
 use crate::report::number::significant;
 use crate::{Error, Result};
+use asperity_atoms::crystal::{MeasuredCrystal, Structure};
+use asperity_atoms::engine::LammpsEngine;
+use asperity_atoms::potential::{CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
+use asperity_atoms::properties::{Card, Properties, measure};
+use asperity_atoms::run_script::LmpCommand;
+use asperity_surface::files::atomic_file::write_atomic;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]

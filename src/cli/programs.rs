@@ -1,9 +1,9 @@
 //! Programs that a scene names. A scene may come from somebody else, so they are executed only on request.
 
-use crate::atoms::lammps_command::LammpsCommand;
-use crate::atoms::search_path::{find_lammps, search_path};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
+use asperity_atoms::lammps_command::LammpsCommand;
+use asperity_atoms::search_path::{find_lammps, search_path};
 use std::fs::canonicalize;
 use std::path::Path;
 

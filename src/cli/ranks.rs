@@ -2,8 +2,8 @@
 
 use super::file::COMMAND_LINE;
 use super::output;
-use crate::sys::ranks::{self, Ranks};
 use crate::{Error, Result};
+use asperity_grid::sys::ranks::{self, Ranks};
 use std::time::Duration;
 
 /// Time in which the first rank reports an error that all ranks have.
@@ -51,7 +51,7 @@ pub(super) fn share(work: impl FnOnce(&Ranks) -> Result<()>) -> Result<()> {
     let ended = work(ranks).and_then(|()| output::written());
     if !ranks.is_first() {
         // The launcher ends this rank where the first has failed.
-        crate::sys::end_at_termination();
+        asperity_grid::sys::end_at_termination();
     }
     if ranks.are_several()
         && let Err(error) = &ended

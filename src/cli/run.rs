@@ -1,13 +1,13 @@
 use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::{crystals, file::refuse_grid, output, programs, progress::TerminalProgress};
-use crate::method::Precision;
 use crate::pipeline::{self, OutFolder};
-use crate::record::import::Fourier;
 use crate::record::results;
 use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
+use asperity_contact::method::Precision;
+use asperity_surface::import::Fourier;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -89,7 +89,7 @@ impl Run {
         // A job finds the pressures itself; until then they do not tell whether the scene is another one.
         let is_job = submits(&machine);
         if !is_job {
-            case.find_contact_pressures(&crate::method::NoObserver)?;
+            case.find_contact_pressures(&asperity_contact::method::NoObserver)?;
         }
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
         let comparable = case.scene.load.contact.is_empty() && !self.overwrite;

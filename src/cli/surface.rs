@@ -1,16 +1,16 @@
 use super::file::{FileFlags, MapFlags, flag_of, refuse_grid, refused};
 use super::output;
-use crate::grid::rms;
 use crate::pipeline::statistics;
-use crate::record::declared::{Declared, DeclaredExtent};
-use crate::record::heights::{self, HeightMap, Sign};
-use crate::record::import::{Fourier, holds_numbers};
 use crate::record::results::Statistic;
 use crate::report::number::trimmed;
 use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, Touching, rename_keys, rename_keys_in};
-use crate::surface::range;
-use crate::units::{Dimension, Measure};
 use crate::{Error, Result};
+use asperity_grid::rms;
+use asperity_grid::units::{Dimension, Measure};
+use asperity_surface::declared::{Declared, DeclaredExtent};
+use asperity_surface::heights::{self, HeightMap, Sign};
+use asperity_surface::import::{Fourier, holds_numbers};
+use asperity_surface::range;
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
@@ -95,7 +95,7 @@ impl Surface {
     /// Writes the heights and prints the statistics.
     fn report(&self, case: &Case) -> Result<()> {
         // Heights, their half spectrum while it is transformed, and the copy that is written.
-        let (need, have) = (4 * 8 * case.grid.points() as u64, crate::sys::available_memory_bytes());
+        let (need, have) = (4 * 8 * case.grid.points() as u64, asperity_grid::sys::available_memory_bytes());
         if need > have {
             let what = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
             return Err(Error::Memory { what, need, have, advice: "a smaller --grid needs less".into() });

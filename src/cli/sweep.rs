@@ -7,13 +7,13 @@ use super::run::StageFlags;
 use super::sweep_table::print;
 use super::{crystals, output, programs, progress};
 use crate::cluster::{Machine, Workflow, WorkflowInput};
-use crate::method::Device;
 use crate::pipeline::Crystals;
 use crate::pipeline::sweep::{self, ChangeScene, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
 use crate::record::results;
 use crate::report::number::{duration, memory};
 use crate::scene::Scene;
 use crate::{Error, Result};
+use asperity_contact::method::Device;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -158,7 +158,7 @@ impl SweepFlags {
     /// Runs the points as processes of this machine.
     fn run_here(&self, sweep: &Points, out: &Path, machine: &Machine) -> Result<ExitCode> {
         let bytes = sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default().max(1);
-        let have = crate::sys::available_memory_bytes();
+        let have = asperity_grid::sys::available_memory_bytes();
         let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
         let fit = usize::try_from(have / bytes).unwrap_or(usize::MAX).max(1);
         let given = self.jobs.map(usize::from).or(machine.at_once);

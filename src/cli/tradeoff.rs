@@ -2,16 +2,18 @@ use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::run::StageFlags;
 use super::{crystals, output, programs, progress::TerminalProgress};
-use crate::method::{self, ContactMethod, Device, REGISTRY};
+use crate::method::{self};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
-use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
     AtomsCost, BlockSize, FILE, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Table, TradeoffPoint,
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
-use crate::units::{Dimension, MAX_SECONDS, Measure};
 use crate::{Error, Result};
+use asperity_contact::method::{ContactMethod, Device};
+use asperity_contact::quantity::Quantity;
+use asperity_grid::units::{Dimension, MAX_SECONDS, Measure};
+use asperity_methods::REGISTRY;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -117,7 +119,7 @@ impl Tradeoff {
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
         refuse_dry_run(self.dry_run)?;
-        case.find_contact_pressures(&crate::method::NoObserver)?;
+        case.find_contact_pressures(&asperity_contact::method::NoObserver)?;
         let request = TradeoffRequest {
             methods,
             grids: (!self.grids.is_empty()).then_some(self.grids),

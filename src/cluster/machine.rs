@@ -1,8 +1,8 @@
 //! `machines.toml`: how a machine runs points of a sweep.
 
-use crate::atoms::lammps_command::LammpsCommand;
-use crate::error::{Error, Result};
-use crate::record::atomic_file::read_text;
+use asperity_atoms::lammps_command::LammpsCommand;
+use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::read_text;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The commands of Slurm.
 
-use crate::error::{Error, Result};
-use crate::sys;
+use asperity_grid::error::{Error, Result};
+use asperity_grid::sys;
 use std::io::{Read, Seek};
 use std::path::Path;
 use std::process::Command;

@@ -93,8 +93,8 @@ pub fn shell_quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::atoms::lammps_command::LammpsCommand;
     use crate::cluster::Engine;
+    use asperity_atoms::lammps_command::LammpsCommand;
 
     #[test]
     fn scripts_hold_the_options_of_the_machine() {

@@ -1,9 +1,10 @@
 //! What was submitted, and how its points ended: files in `slurm/` of the folder of a sweep, or of a command.
 
 use super::machine::Machine;
-use crate::error::{Error, Result};
 use crate::pipeline::sweep::PointFolder;
-use crate::record::{json, results};
+use crate::record::results;
+use asperity_grid::error::{Error, Result};
+use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! Progress of a task within a turn.
 
-use crate::atoms::minimizer_checkpoint;
+use asperity_atoms::minimizer_checkpoint;
 use std::path::Path;
 
 /// A number that changes when a run folder gains work that a later turn continues: finished stages and, where stages are continued, load

@@ -1,10 +1,10 @@
 //! Deviations between two methods: scalars, maps and distributions.
 
 use super::overlap;
-use crate::grid::{Grid, bilinear};
-use crate::observe::Distribution;
-use crate::record::npy;
 use crate::record::tradeoff::Extrapolation;
+use asperity_contact::observe::Distribution;
+use asperity_grid::{Grid, bilinear};
+use asperity_surface::files::npy;
 
 /// Absolute log₁₀ of the ratio of two positive numbers.
 pub fn decades(found: f64, reference: f64) -> Option<f64> {
@@ -164,7 +164,7 @@ pub fn finest_error(coarse: Option<f64>, middle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observe::linear_edges;
+    use asperity_contact::observe::linear_edges;
 
     /// Rounding of sums of some hundred.
     const ROUNDING: f64 = 1e-12;

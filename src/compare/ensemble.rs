@@ -95,7 +95,7 @@ fn find<'a>(point: &'a Point, of: &Observable) -> Option<&'a Observation> {
 
 /// The sources with which one is compared.
 fn references(source: &str) -> impl Iterator<Item = &'static str> {
-    let is_method = crate::method::find(source).is_some().then_some(CONTINUUM);
+    let is_method = asperity_methods::find(source).is_some().then_some(CONTINUUM);
     let pairs: Vec<&str> = PAIRS.iter().filter(|[of, _]| *of == source).map(|[_, reference]| *reference).collect();
     pairs.into_iter().chain(is_method)
 }
@@ -129,7 +129,7 @@ mod tests {
         }
         assert!(sample(&[]).is_none());
     }
-    use crate::load::Branch;
+    use asperity_contact::load::Branch;
 
     /// Quantiles of Student's t of printed tables, to their last digit.
     const LAST_DIGIT: f64 = 6e-4;

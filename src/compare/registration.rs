@@ -1,4 +1,4 @@
-use crate::grid::{Grid, HalfSpectrum, Transform};
+use asperity_grid::{Grid, HalfSpectrum, Transform};
 
 /// Periodic shift (x, y) in nodes, each at most half the grid, that maximises the cross-correlation of `map` with
 /// `reference`.

@@ -1,9 +1,9 @@
 //! Contact of a continuum solution at the atoms' surface sites, by several criteria.
 
 use super::{MISALIGNMENT, overlap};
-use crate::atoms::wall::Wall;
-use crate::grid::{Field, Grid, bilinear};
 use crate::record::results::CriterionMatch;
+use asperity_atoms::wall::Wall;
+use asperity_grid::{Field, Grid, bilinear};
 
 /// The surface sites of the block on a continuum grid, and a permutation of them by [`MISALIGNMENT`].
 pub struct Sites {
@@ -130,7 +130,7 @@ pub fn wall_offset(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::atoms::repulsion::Repulsion;
+    use asperity_atoms::repulsion::Repulsion;
 
     /// For a contact area independent of the shift, the shift is the compression of the wall at that stress.
     #[test]

@@ -1,13 +1,13 @@
 //! Choice of grid, method, precision and tolerance for a requested accuracy, from measured tables.
 
 use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
-use crate::interface::{Adhesion, RangeChoice};
-use crate::method::Precision;
 use crate::record::advice::{AccuracyChoice, Advice};
-use crate::record::quantity::Quantity;
 use crate::report::number::{duration, error_of};
 use crate::scene::{AccuracyScene, Case, ContinuumScene, Scene, Surface, SurfaceScene};
 use crate::{Error, Result};
+use asperity_contact::interface::{Adhesion, RangeChoice};
+use asperity_contact::method::Precision;
+use asperity_contact::quantity::Quantity;
 use std::path::{Path, PathBuf};
 
 /// The tables have no setting for a request. The text names accepted values.

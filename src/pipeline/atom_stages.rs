@@ -7,17 +7,18 @@ use super::matched::{Matched, MatchedStage, YieldingStage, crystal_key, pair_key
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use super::{methods, nvt};
 use crate::Result;
-use crate::atoms::cost::{self, LoadingMode, memory_bytes};
-use crate::atoms::engine::LammpsEngine;
-use crate::atoms::job::Job;
-use crate::atoms::nvt::{MD_STEP_COST_RATIO, NvtSettings};
-use crate::atoms::potential::CALCIUM;
-use crate::atoms::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
-use crate::atoms::unloading::STEP_REFINEMENT;
-use crate::method::all_atom;
 use crate::record::methods::MethodResults;
-use crate::record::results::{AtomsResults, ComparisonResults, NvtResults};
+use crate::record::results::ComparisonResults;
 use crate::scene::{AtomsCase, AtomsScene, Case, Start};
+use asperity_atoms::cost::{self, LoadingMode, memory_bytes};
+use asperity_atoms::engine::LammpsEngine;
+use asperity_atoms::job::Job;
+use asperity_atoms::nvt::{MD_STEP_COST_RATIO, NvtSettings};
+use asperity_atoms::potential::CALCIUM;
+use asperity_atoms::results::{AtomsResults, NvtResults};
+use asperity_atoms::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
+use asperity_atoms::unloading::STEP_REFINEMENT;
+use asperity_methods::all_atom;
 use std::path::Path;
 
 /// Name of the stage that runs LAMMPS.

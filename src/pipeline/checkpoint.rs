@@ -1,12 +1,12 @@
 //! Checkpoints of load paths.
 
-use crate::grid::{Grid, sharing};
-use crate::method::{SnapshotRef, SolverSnapshot, State};
-use crate::path::{Begin, is_subsurface_map};
-use crate::record::hashed::{self, FileHash, Stored};
-use crate::record::npy;
-use crate::sys::ranks::{ALONE, Ranks};
 use crate::{Error, Result};
+use asperity_contact::method::{SnapshotRef, SolverSnapshot, State};
+use asperity_contact::path::{Begin, is_subsurface_map};
+use asperity_grid::sys::ranks::{ALONE, Ranks};
+use asperity_grid::{Grid, sharing};
+use asperity_surface::files::hashed::{self, FileHash, Stored};
+use asperity_surface::files::npy;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -260,7 +260,7 @@ impl CheckpointWriter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::Field;
+    use asperity_grid::Field;
 
     fn taken(folder: &Path) -> SolverSnapshot {
         let checkpoint = Checkpoint::find(folder, "c", "key", &|w| panic!("{w}")).expect("a checkpoint");

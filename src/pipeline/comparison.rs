@@ -5,18 +5,17 @@ use super::findings::{effective_pressure, findings};
 use super::matched::{Matched, reduced};
 use super::probe_atoms::{ProbeAtoms, Profile, map_name, share, within};
 use super::versions::{Side, Solved, Units, versions};
-use crate::atoms::contact::onto_grid;
 use crate::compare::{SiteCriterion, Sites, registration};
-use crate::grid::{Field, Grid, bilinear, mean};
-use crate::observe::{Connectivity, along_y, cluster_sizes, column_at};
-use crate::record::npy;
-use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, CriterionMatch, LoadComparison,
-    Section,
-};
+use crate::record::results::{ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, Section};
 use crate::scene::{AtomsCase, Case};
-use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
+use asperity_atoms::contact::onto_grid;
+use asperity_atoms::results::{AtomState, AtomsResults};
+use asperity_contact::observe::{Connectivity, along_y, cluster_sizes, column_at};
+use asperity_contact::results::ContinuumResults;
+use asperity_grid::units::GPA_PER_EV_A3;
+use asperity_grid::{Field, Grid, bilinear, mean};
+use asperity_surface::files::npy;
 use std::path::{Path, PathBuf};
 
 /// Position of the section in x, as a fraction of the cell length.

@@ -3,19 +3,21 @@
 use super::Progress;
 use super::observed::observed;
 use super::stage::StageContext;
-use crate::grid::{Field, Grid};
-use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
-use crate::load::{Branch, Load, LoadStep};
-use crate::method::{self, Problem, Stop};
-use crate::observe::{Leakage, WorkPoint, dissipation, leakage_bytes};
-use crate::path::{self, Begin, LoadPath, Reached};
+use crate::method::{self};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
-use crate::record::npy;
-use crate::record::results::{
-    ContinuumResults, HardnessMapResults, Hysteresis, Observed, Onset, RangeResults, StateNumbers, StateResults,
-};
 use crate::scene::RequestedOutputs;
 use crate::{Error, Result};
+use asperity_contact::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
+use asperity_contact::load::{Branch, Load, LoadStep};
+use asperity_contact::method::{Problem, Stop};
+use asperity_contact::observe::{Leakage, WorkPoint, dissipation, leakage_bytes};
+use asperity_contact::path::{self, Begin, LoadPath, Reached};
+use asperity_contact::results::{
+    ContinuumResults, HardnessMapResults, Hysteresis, Observed, Onset, RangeResults, StateResults,
+};
+use asperity_contact::state_numbers::StateNumbers;
+use asperity_grid::{Field, Grid};
+use asperity_surface::files::npy;
 use std::path::Path;
 
 /// Path of a stage's file relative to the run folder, as in `results.json`.
@@ -147,7 +149,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
 fn check_memory(path: &LoadPath, request: &PathRequest) -> Result<()> {
     let flow = if request.leakage { leakage_bytes(path.problem().grid) } else { 0 };
     let below = request.subsurface.as_ref().map_or(0, |_| path::subsurface_bytes(path.problem()));
-    let (need, have) = (path.plan(request.pull_off).bytes + flow + below, crate::sys::available_memory_bytes());
+    let (need, have) = (path.plan(request.pull_off).bytes + flow + below, asperity_grid::sys::available_memory_bytes());
     if need <= have {
         return Ok(());
     }

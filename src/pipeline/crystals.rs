@@ -1,17 +1,17 @@
 //! Constants of the crystal in a scene: those of its potential, measured with LAMMPS and kept in the user's cache.
 
 use super::atomistic::find_engine;
-use crate::atoms::crystal::{self, FaceModuli, MeasuredCrystal, Structure};
-use crate::atoms::lammps_command::LammpsCommand;
-use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
-use crate::atoms::properties::Card;
-use crate::atoms::run_script::LmpCommand;
-use crate::error::Complaint;
-use crate::record::hashed::file_hash;
-use crate::record::user_cache::UserCache;
 use crate::report::number::trimmed;
 use crate::scene::{Length, Scene, Stress};
 use crate::{Error, Result};
+use asperity_atoms::crystal::{self, FaceModuli, MeasuredCrystal, Structure};
+use asperity_atoms::lammps_command::LammpsCommand;
+use asperity_atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
+use asperity_atoms::properties::Card;
+use asperity_atoms::run_script::LmpCommand;
+use asperity_grid::error::Complaint;
+use asperity_surface::files::hashed::file_hash;
+use asperity_surface::files::user_cache::UserCache;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};

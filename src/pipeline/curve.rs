@@ -1,9 +1,10 @@
 //! `curve.csv` and `pull-off.csv` of a run: the loads of its continuum in µm and MPa.
 
 use crate::Result;
-use crate::load::Branch;
 use crate::record::load_table::{self, ResultUnits};
-use crate::record::results::{Results, StateResults};
+use crate::record::results::Results;
+use asperity_contact::load::Branch;
+use asperity_contact::results::StateResults;
 use serde_json::{Value, json};
 use std::path::Path;
 

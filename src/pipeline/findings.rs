@@ -1,13 +1,13 @@
 //! Findings of the comparison of atoms and continuum, as sentences.
 
 use super::matched::Matched;
-use crate::atoms::block::{BaseKind, Block};
-use crate::interface::Kernel;
-use crate::record::results::{
-    AtomState, AtomsResults, CriterionMatch, LoadComparison, Overlap, PlasticityResults, StateResults,
-};
+use crate::record::results::{CriterionMatch, LoadComparison, Overlap};
 use crate::scene::{AtomsCase, Case};
-use crate::units::GPA_PER_EV_A3;
+use asperity_atoms::block::{BaseKind, Block};
+use asperity_atoms::results::{AtomState, AtomsResults, PlasticityResults};
+use asperity_contact::interface::Kernel;
+use asperity_contact::results::StateResults;
+use asperity_grid::units::GPA_PER_EV_A3;
 
 /// Total pressure over E*: the load, and the mean adhesive attraction of the hard-wall solution. For an exponential law
 /// the attraction is the interaction energy over the range.
@@ -204,7 +204,7 @@ mod tests {
     fn state(p_star: f64, contacts: usize) -> AtomState {
         AtomState {
             index: 0,
-            branch: crate::load::Branch::Loading,
+            branch: asperity_contact::load::Branch::Loading,
             p_star,
             contact_area: 0.01,
             contacts,

@@ -1,11 +1,12 @@
 use super::Listener;
-use crate::grid::transformed_nodes;
-use crate::record::file_lock::try_lock;
-use crate::record::hashed::file_hash;
-use crate::record::hashed::{self, Stored};
-use crate::record::json;
 use crate::record::results::StageCost;
-use crate::{Error, Result, sys};
+use crate::{Error, Result};
+use asperity_grid::sys;
+use asperity_grid::transformed_nodes;
+use asperity_surface::files::file_lock::try_lock;
+use asperity_surface::files::hashed::file_hash;
+use asperity_surface::files::hashed::{self, Stored};
+use asperity_surface::files::json;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};

@@ -1,19 +1,20 @@
 //! Analysis of frames at one load: contact by each criterion, gap, stress field, and maps on the comparison grid.
 
 use crate::Result;
-use crate::atoms::contact::{Contact, contact_by, gaps, mean, onto_grid};
-use crate::atoms::dump::Frame;
-use crate::atoms::forces::{IndenterForces, indenter_forces, lowered_to};
-use crate::atoms::indenter::Indenter;
-use crate::atoms::interaction::Interaction;
-use crate::atoms::load_history::Between;
-use crate::atoms::voronoi;
-use crate::grid::{Grid, bilinear, spread};
-use crate::load::LoadStep;
-use crate::record::results::{AtomState, AtomStress, ContactByCriterion};
-use crate::record::{npy, xyz};
+use crate::record::xyz;
 use crate::scene::{AtomsCase, Case, RequestedOutputs};
-use crate::units::GPA_PER_EV_A3;
+use asperity_atoms::contact::{Contact, contact_by, gaps, mean, onto_grid};
+use asperity_atoms::dump::Frame;
+use asperity_atoms::forces::{IndenterForces, indenter_forces, lowered_to};
+use asperity_atoms::indenter::Indenter;
+use asperity_atoms::interaction::Interaction;
+use asperity_atoms::load_history::Between;
+use asperity_atoms::results::{AtomState, AtomStress, ContactByCriterion};
+use asperity_atoms::voronoi;
+use asperity_contact::load::LoadStep;
+use asperity_grid::units::GPA_PER_EV_A3;
+use asperity_grid::{Grid, bilinear, spread};
+use asperity_surface::files::npy;
 use std::path::Path;
 
 /// Contact distances d_c of the sensitivity curve: first and last over r_m (the distance at which the repulsion

@@ -1,13 +1,13 @@
 //! Initial configurations of the atoms at each load, from the continuum solution.
 
 use super::continuum::start;
-use crate::atoms::block::Block;
-use crate::atoms::indenter::Indenter;
-use crate::atoms::initial_configuration::{InitialConfiguration, LayerDisplacementField};
-use crate::load::{LoadStep, at_step};
-use crate::record::results::ContinuumResults;
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
+use asperity_atoms::block::Block;
+use asperity_atoms::indenter::Indenter;
+use asperity_atoms::initial_configuration::{InitialConfiguration, LayerDisplacementField};
+use asperity_contact::load::{LoadStep, at_step};
+use asperity_contact::results::ContinuumResults;
 use std::path::Path;
 
 /// Initial configurations at the distinct loads in rising order, followed by those of the unloading branch. `solved` is

@@ -4,15 +4,17 @@ use super::continuum::{Keep, PathRequest, load_path, start};
 use super::folder::Key;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use crate::Result;
-use crate::grid::{Grid, Series};
-use crate::interface::{Adhesion, RangeChoice};
-use crate::load::LoadStep;
-use crate::method::{self, ContactMethod, Heights, Problem, Targets};
-use crate::path::LoadPath;
-use crate::record::hashed::file_hash;
-use crate::record::npy;
-use crate::record::results::{ContinuumResults, SurfaceResults};
+use crate::method::{self};
+use crate::record::results::SurfaceResults;
 use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD, Surface};
+use asperity_contact::interface::{Adhesion, RangeChoice};
+use asperity_contact::load::LoadStep;
+use asperity_contact::method::{ContactMethod, Heights, Problem, Targets};
+use asperity_contact::path::LoadPath;
+use asperity_contact::results::ContinuumResults;
+use asperity_grid::{Grid, Series};
+use asperity_surface::files::hashed::file_hash;
+use asperity_surface::files::npy;
 use rustfft::num_complex::Complex;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -45,7 +47,7 @@ pub(super) struct SolvedHeights<'a> {
     case: &'a Case,
     root: &'a Path,
     surface: &'a SurfaceResults,
-    series: OnceCell<crate::grid::Series<f64>>,
+    series: OnceCell<asperity_grid::Series<f64>>,
     nodes: OnceCell<Vec<f64>>,
 }
 

@@ -4,14 +4,14 @@ use super::continuum::{Keep, PathRequest, load_path};
 use super::folder::Key;
 use super::laboratory::solve_cost;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
-use crate::grid::Grid;
-use crate::interface::{Elastic, Hardness, RangeChoice, Wall};
-use crate::method::{Precision, Problem};
-use crate::record::quantity::Quantity;
-use crate::record::results::{ContinuumResults, StateResults};
-use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 use crate::scene::{AtomsCase, AtomsScene, Case};
 use crate::{Error, Result};
+use asperity_contact::interface::{Elastic, Hardness, RangeChoice, Wall};
+use asperity_contact::method::{Precision, Problem};
+use asperity_contact::quantity::Quantity;
+use asperity_contact::results::{ContinuumResults, StateResults};
+use asperity_contact::uncertainty::{UncertaintyComponent, UncertaintySource};
+use asperity_grid::Grid;
 use serde::{Deserialize, Serialize};
 
 /// Tolerance of the matched solutions: rms KKT residual over the pressure. Gaps are then accurate to 0.001 Å.

@@ -6,22 +6,23 @@ use super::laboratory::{SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, laborato
 use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use super::{Listener, Progress};
-use crate::grid::{Field, Grid};
-use crate::interface::Adhesion;
-use crate::load::{Load, LoadStep};
-use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
-use crate::observe::{
+use crate::record::methods::{MethodResults, MethodState, Missing, loading_states};
+use crate::scene::{AtomsCase, Case};
+use crate::{Error, Result};
+use asperity_atoms::results::AtomsResults;
+use asperity_contact::interface::Adhesion;
+use asperity_contact::load::{Load, LoadStep};
+use asperity_contact::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings};
+use asperity_contact::observe::{
     ClusterAreas, Connectivity, ContactEdges, cluster_sizes, contact_area, gap_distribution, stiffness,
     stress_distribution,
 };
-use crate::path::EstimatorInput;
-use crate::record::hashed::{self, Stored};
-use crate::record::methods::{MethodResults, MethodState, Missing, loading_states};
-use crate::record::npy;
-use crate::record::results::AtomsResults;
-use crate::record::state_numbers::StateNumbers;
-use crate::scene::{AtomsCase, Case};
-use crate::{Error, Result};
+use asperity_contact::path::EstimatorInput;
+use asperity_contact::state_numbers::StateNumbers;
+use asperity_grid::{Field, Grid};
+use asperity_methods::all_atom;
+use asperity_surface::files::hashed::{self, Stored};
+use asperity_surface::files::npy;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -190,7 +191,7 @@ pub(super) fn run(case: &Case, method_run: MethodRun, heights: Heights, at: &Sta
         });
     }
     let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
-    let cpu = crate::sys::cpu_seconds();
+    let cpu = asperity_grid::sys::cpu_seconds();
     let problem = Problem { adhesion, ..case.problem(heights) };
     let ended = match card.kind {
         Kind::Solver => {
@@ -221,7 +222,7 @@ pub(super) fn run(case: &Case, method_run: MethodRun, heights: Heights, at: &Sta
         // Only estimators write these files; a missing file is no error.
         let _ = std::fs::remove_file(finished(folder, i));
     }
-    results.cpu_seconds = crate::sys::cpu_seconds() - cpu;
+    results.cpu_seconds = asperity_grid::sys::cpu_seconds() - cpu;
     Ok(results)
 }
 

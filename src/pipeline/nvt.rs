@@ -2,15 +2,15 @@
 
 use super::Listener;
 use super::frame_analysis::FrameAnalyzer;
-use crate::atoms::damage;
-use crate::atoms::engine::LammpsEngine;
-use crate::atoms::job::Job;
-use crate::atoms::nvt::{BLOCKS, NvtRun, NvtSamples, NvtSettings, mean};
-use crate::atoms::progress::Progress;
-use crate::load::LoadStep;
-use crate::record::results::{NvtResults, NvtState};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
+use asperity_atoms::damage;
+use asperity_atoms::engine::LammpsEngine;
+use asperity_atoms::job::Job;
+use asperity_atoms::nvt::{BLOCKS, NvtRun, NvtSamples, NvtSettings, mean};
+use asperity_atoms::progress::Progress;
+use asperity_atoms::results::{NvtResults, NvtState};
+use asperity_contact::load::LoadStep;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -69,7 +69,7 @@ fn run(engine: &LammpsEngine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) 
 fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
     let samples = NvtSamples::read(&job.folder, nvt, k)?;
     let load = nvt.loads[k];
-    let gap = |b: &crate::atoms::nvt::BlockAverage| {
+    let gap = |b: &asperity_atoms::nvt::BlockAverage| {
         let gaps = reader.gaps_expanded((nvt.expansion, samples.bounds), &b.positions, b.low_angstrom);
         gaps.iter().sum::<f64>() / gaps.len() as f64
     };

@@ -1,11 +1,11 @@
-use crate::grid::Grid;
-use crate::method::State;
-use crate::observe::{
+use asperity_contact::method::State;
+use asperity_contact::observe::{
     Connectivity, cluster_sizes, constriction_conductance, contact_map, cumulative_area, gap_distribution,
     hydraulic_gap, linear_edges, logarithmic_edges, median_cluster_size, median_counting_error, percolates,
     size_distribution, stress_distribution,
 };
-use crate::record::results::{Compressive, Observed};
+use asperity_contact::results::{Compressive, Observed};
+use asperity_grid::Grid;
 
 /// Number of bins of equal width.
 const BINS: usize = 120;

@@ -5,10 +5,10 @@ use super::laboratory::{SolveStage, Variant, variants};
 use super::methods::{self, MethodStage};
 use super::stage::{Machine, PlannedStage, Stage};
 use super::surface::SurfaceStage;
-use crate::atoms::cost;
-use crate::record::results::AuditLine;
 use crate::scene::Case;
 use crate::{Error, Result};
+use asperity_atoms::cost;
+use asperity_atoms::results::AuditLine;
 use serde::Serialize;
 
 /// Time of the report's maps and curves: s per load, and s per load and point. Measured: three loads took 0.54, 0.63
@@ -40,7 +40,7 @@ pub struct PlannedAtoms {
 impl RunPlan {
     /// `Memory` if the plan needs more than the available memory.
     pub fn fits(&self) -> Result<()> {
-        let have = crate::sys::available_memory_bytes();
+        let have = asperity_grid::sys::available_memory_bytes();
         if self.bytes <= have {
             return Ok(());
         }

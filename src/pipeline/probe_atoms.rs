@@ -1,13 +1,13 @@
 //! Virtual surface atoms on a continuum solution: which of them are in contact by the atoms' distance criterion.
 
 use crate::Result;
-use crate::atoms::compliant_wall::CompliantWall;
-use crate::atoms::contact::clearance;
-use crate::atoms::indenter::Indenter;
-use crate::atoms::wall::Wall;
 use crate::compare::{Sites, wall_offset};
-use crate::grid::{Field, Grid, bilinear};
 use crate::scene::{AtomsCase, Case};
+use asperity_atoms::compliant_wall::CompliantWall;
+use asperity_atoms::contact::clearance;
+use asperity_atoms::indenter::Indenter;
+use asperity_atoms::wall::Wall;
+use asperity_grid::{Field, Grid, bilinear};
 
 pub(super) struct ProbeAtoms<'a> {
     sites: &'a Sites,

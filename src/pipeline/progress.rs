@@ -1,6 +1,6 @@
 use super::Listener;
-use crate::method::{Iteration, Observer, SnapshotRef};
 use crate::pipeline::checkpoint::CheckpointWriter;
+use asperity_contact::method::{Iteration, Observer, SnapshotRef};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -12,17 +12,18 @@ use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
 use super::surface::SurfaceStage;
 use super::{Listener, engine};
-use crate::method::Device;
-use crate::path::unresolved_contact;
-use crate::record::atomic_file::write_atomic;
 use crate::record::methods::MethodResults;
-use crate::record::results::{
-    self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
-};
-use crate::record::{hashed, json, load_table, netcdf, tradeoff};
+use crate::record::results::{self, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults};
+use crate::record::{load_table, netcdf, tradeoff};
 use crate::report::number::trimmed;
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
+use asperity_atoms::results::AtomsResults;
+use asperity_contact::method::Device;
+use asperity_contact::path::unresolved_contact;
+use asperity_contact::results::ContinuumResults;
+use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::{hashed, json};
 use std::path::{Path, PathBuf};
 
 /// The scene of a run, in its folder.

@@ -1,14 +1,14 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
 use crate::Result;
-use crate::load::Stop;
-use crate::method::Device;
 use crate::record::advice::AccuracyChoice;
-use crate::record::atomic_file::write_atomic;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
-use crate::record::npy;
 use crate::record::results::{Results, StageCost};
 use crate::scene::{Case, Scene};
+use asperity_contact::load::Stop;
+use asperity_contact::method::Device;
+use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::npy;
 use std::io::Write;
 use std::path::Path;
 
@@ -60,7 +60,7 @@ pub(super) fn sources(case: &Case) -> Vec<String> {
          the contact area."
             .to_string(),
     ];
-    let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.cross_check_method));
+    let second = case.scene.challenge.as_ref().and_then(|c| asperity_methods::find(&c.cross_check_method));
     let compared = case.comparison_methods();
     let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(compared.iter().map(|m| m.card()));
     let mut named: Vec<&str> = Vec::new();

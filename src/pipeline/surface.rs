@@ -4,13 +4,13 @@ use super::continuum::in_stage;
 use super::folder::Key;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use crate::Result;
-use crate::grid::{Grid, Transform};
-use crate::record::npy;
 use crate::record::results::{
     CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, Statistic, SurfaceResults,
 };
 use crate::scene::{Case, Surface};
-use crate::surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
+use asperity_grid::{Grid, Transform};
+use asperity_surface::files::npy;
+use asperity_surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
 use std::path::Path;
 
 /// Time of synthesis and statistics on one thread, s per point; an order of magnitude.

@@ -2,12 +2,12 @@
 
 use super::frame_analysis::FrameAnalyzer;
 use crate::Result;
-use crate::atoms::job::Job;
-use crate::atoms::load_history::LoadHistory;
-use crate::atoms::unloading::pull_off;
-use crate::load::at_step;
-use crate::record::results::{AtomState, BranchChange, Unloading};
 use crate::scene::{AtomsCase, Case};
+use asperity_atoms::job::Job;
+use asperity_atoms::load_history::LoadHistory;
+use asperity_atoms::results::{AtomState, BranchChange, Unloading};
+use asperity_atoms::unloading::pull_off;
+use asperity_contact::load::at_step;
 
 /// Results of the unloading branch, if the job has one: states at the unloading loads of the path, and their changes
 /// from the loading states `loading`. A displacement ramp that ends with separation also gives the pull-off.

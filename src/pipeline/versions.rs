@@ -2,14 +2,14 @@
 //! (by each contact criterion), and the atoms. Gaps and contact are evaluated at the block's surface sites, and
 //! stresses are smoothed by the same Gaussian.
 
-use crate::atoms::contact::onto_grid;
 use crate::compare::Sites;
-use crate::grid::{Field, Grid, smoothed};
-use crate::observe::{
+use crate::record::results::ModelChainStep;
+use asperity_atoms::contact::onto_grid;
+use asperity_contact::observe::{
     Connectivity, Distribution, cluster_sizes, cumulative_area, gap_distribution, linear_edges, median_cluster_size,
 };
-use crate::record::results::ModelChainStep;
-use crate::units::ANGSTROM_M;
+use asperity_grid::units::ANGSTROM_M;
+use asperity_grid::{Field, Grid, smoothed};
 
 /// Gap bins; about 70 surface sites per bin for a block of 25 nm.
 const GAP_BINS: usize = 60;

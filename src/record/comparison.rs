@@ -1,7 +1,7 @@
 //! Comparison of continuum and atoms at the same loads, as in `results.json`.
 
 use super::continuum::ContinuumResults;
-use crate::observe::Distribution;
+use asperity_contact::observe::Distribution;
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic_file::AtomicFile;
 use super::downsample::downsample;
-use crate::error::{Error, Result};
+use asperity_grid::error::{Error, Result};
 
 /// Maximum number of cells along the longer side of a map: 256² float32 are 256 KiB per frame before compression.
 pub const LONGEST_SIDE: usize = 256;

@@ -3,8 +3,8 @@
 use super::continuum::{ContinuumResults, RangeResults, StateResults};
 use super::measured_errors::MeasuredErrors;
 use super::state_numbers::StateNumbers;
-use crate::load::{AtLoad, Branch};
-use crate::observe::Distribution;
+use asperity_contact::load::{AtLoad, Branch};
+use asperity_contact::observe::Distribution;
 use serde::{Deserialize, Serialize};
 
 /// Results of one method at the loads of the loading branch.

@@ -26,7 +26,7 @@ use super::acceptance::AcceptanceCheck;
 use super::advice::AccuracyChoice;
 use super::json;
 use super::methods::MethodResults;
-use crate::error::{Error, Result};
+use asperity_grid::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

@@ -5,7 +5,7 @@ use super::json;
 use super::methods::Missing;
 use super::quantity::Quantity;
 use super::results::ScalesSi;
-use crate::error::Result;
+use asperity_grid::error::Result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -161,9 +161,9 @@ impl Setting {
 pub struct BlockSize {
     pub cells: usize,
     pub depth_cells: usize,
-    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
     pub foundation_cells: usize,
-    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
     pub elastic_base: bool,
 }
 

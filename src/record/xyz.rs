@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::atomic_file::{miscount, write_atomic};
-use crate::error::{Error, Result};
+use asperity_grid::error::{Error, Result};
 
 /// Species of an atom that is of no element: ASE refuses any name that is neither an element nor this.
 pub const DUMMY: &str = "X";

@@ -1,5 +1,5 @@
 use super::number::trimmed;
-use crate::record::results::{ContinuumResults, Hysteresis};
+use asperity_contact::results::{ContinuumResults, Hysteresis};
 
 /// One sentence on the hysteresis of a load path; `None` for a body without history and without an unloading branch. `work` formats
 /// energies per area, units of E* L.

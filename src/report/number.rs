@@ -1,7 +1,7 @@
 //! Number formatting: significant digits, SI prefixes, powers of ten. The space before a unit is non-breaking.
 
-use crate::record::quantity::Quantity;
 use crate::record::results::ScalesSi;
+use asperity_contact::quantity::Quantity;
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 

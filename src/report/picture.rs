@@ -9,9 +9,9 @@ use std::path::Path;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::error::{Error, Result};
 use crate::record::downsample::{DownsampledMap, Downsampler};
-use crate::record::npy;
+use asperity_grid::error::{Error, Result};
+use asperity_surface::files::npy;
 
 pub type Rgb = [u8; 3];
 

@@ -3,24 +3,24 @@
 use super::model::relative_to;
 use super::repulsion::BlockCrystal;
 use super::{AtomsScene, Scene, Slope, Start, Surface};
-use crate::atoms::audit::{Actual, AuditInput, Target, audit};
-use crate::atoms::block::{BaseKind, Block};
-use crate::atoms::compliant_wall::CompliantWall;
-use crate::atoms::engine::ranks_warning;
-use crate::atoms::indenter::grid_points;
-use crate::atoms::interaction::Yukawa;
-use crate::atoms::job_spec::FORCE_TOLERANCE;
-use crate::atoms::nvt::NvtSettings;
-use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
-use crate::atoms::wall::{self, Wall as AtomWall};
-use crate::error::Complaint;
-use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
-use crate::load::LoadStep;
-use crate::record::results::AuditLine;
-use crate::surface::{dilate_by_ball, moments, range};
-use crate::units::{GPA_PER_EV_A3, Scales};
 use crate::{Error, Result};
+use asperity_atoms::audit::{Actual, AuditInput, Target, audit};
+use asperity_atoms::block::{BaseKind, Block};
+use asperity_atoms::compliant_wall::CompliantWall;
+use asperity_atoms::engine::ranks_warning;
+use asperity_atoms::indenter::grid_points;
+use asperity_atoms::interaction::Yukawa;
+use asperity_atoms::job_spec::FORCE_TOLERANCE;
+use asperity_atoms::nvt::NvtSettings;
+use asperity_atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
+use asperity_atoms::results::AuditLine;
+use asperity_atoms::wall::{self, Wall as AtomWall};
+use asperity_contact::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
+use asperity_contact::load::LoadStep;
+use asperity_grid::Grid;
+use asperity_grid::error::Complaint;
+use asperity_grid::units::{GPA_PER_EV_A3, Scales};
+use asperity_surface::{dilate_by_ball, moments, range};
 use std::path::{Path, PathBuf};
 
 /// Poisson's ratio of the calcium-like block for the depth's effect: the Hill average of its elastic constants is 0.298.
@@ -189,7 +189,7 @@ impl Profile {
         }
         let grid = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
         // The audit needs the moments of the low-passed heights: these and their spectrum.
-        let (need, have) = (3 * 8 * grid.points() as u64, crate::sys::available_memory_bytes());
+        let (need, have) = (3 * 8 * grid.points() as u64, asperity_grid::sys::available_memory_bytes());
         if need > have {
             let what = format!("the indenter's profile on {} x {} points", grid.nx, grid.ny);
             return Err(Error::Memory { what, need, have, advice: "a smaller atoms.cells needs less".into() });
@@ -257,7 +257,8 @@ impl AtomsCase {
         let length = block.length();
         let wall = AtomWall::new(repulsion, length / points as f64, crystal.a0)?;
         let profile = Profile::resolve(problem, a, &wall, points, length)?;
-        let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: crystal.modulus_gpa * 1e9 };
+        let scales =
+            Scales { length_m: length * asperity_grid::units::ANGSTROM_M, modulus_pa: crystal.modulus_gpa * 1e9 };
         let adhesion = pair_adhesion(problem, a.adhesion_range.to("Å"), &wall, scales)
             .map_err(|e| e.with_context(&place, Some("atoms.adhesion_range")))?;
         let audit = audit(&AuditInput {
@@ -408,7 +409,7 @@ fn pair_adhesion(
             cutoff_angstrom: pair.cutoff_angstrom,
         },
         gamma: law.gamma,
-        rho: rho_angstrom * crate::units::ANGSTROM_M / scales.length_m,
+        rho: rho_angstrom * asperity_grid::units::ANGSTROM_M / scales.length_m,
         calibration: pair.calibration,
     }))
 }

@@ -2,8 +2,8 @@
 
 use super::nvt::NvtScene;
 use super::quantity::{Energy, Force, Length, Stress, Time};
-use crate::atoms::block::BaseKind;
-use crate::atoms::job_spec::FORCE_TOLERANCE;
+use asperity_atoms::block::BaseKind;
+use asperity_atoms::job_spec::FORCE_TOLERANCE;
 use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -18,7 +18,7 @@ pub struct AtomsScene {
     /// Deformable cubic cells along z. An elastic base adds moving layers below them: two cells for the shipped potential.
     pub depth_cells: usize,
     /// Cubic cells of elastic foundation between the deformable cells and the fixed plane, or "half-space". 0: the base is rigid.
-    #[serde(skip_serializing_if = "crate::record::json::is_default", deserialize_with = "foundation")]
+    #[serde(skip_serializing_if = "asperity_surface::files::json::is_default", deserialize_with = "foundation")]
     pub foundation_cells: Foundation,
     /// The lowest layers of the block. Default: prescribed on a foundation, otherwise rigid.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -7,17 +7,23 @@ use super::surface_file::{SurfaceFile, preparation_keys, rounded};
 use super::{
     ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, Length, RequestedOutputs, Scene, Surface,
 };
-use crate::atoms::lammps_command::LammpsCommand;
-use crate::error::Complaint;
-use crate::grid::Grid;
-use crate::interface::{Adhesion, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall};
-use crate::load::{Load, LoadStep};
-use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
+use crate::method::{self};
 use crate::record::advice::AccuracyChoice;
-use crate::record::provenance::Provenance;
-use crate::surface::{Edges, Spectrum, moments, non_periodic_gradient, quality_warnings, seam_warning, slope_warnings};
-use crate::units::Scales;
 use crate::{Error, Result};
+use asperity_atoms::lammps_command::LammpsCommand;
+use asperity_contact::interface::{
+    Adhesion, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall,
+};
+use asperity_contact::load::{Load, LoadStep};
+use asperity_contact::method::{Card, ContactMethod, Heights, Kind, Problem};
+use asperity_grid::Grid;
+use asperity_grid::error::Complaint;
+use asperity_grid::units::Scales;
+use asperity_methods::REGISTRY;
+use asperity_surface::provenance::Provenance;
+use asperity_surface::{
+    Edges, Spectrum, moments, non_periodic_gradient, quality_warnings, seam_warning, slope_warnings,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -477,7 +483,7 @@ fn grid(scene: &Scene, surface: &Surface, place: &str) -> Result<Grid> {
 
 /// Whether a transform of the heights fits into memory: heights, a spectrum and one more field.
 fn fits(grid: Grid) -> bool {
-    3 * 8 * grid.points() as u64 <= crate::sys::available_memory_bytes()
+    3 * 8 * grid.points() as u64 <= asperity_grid::sys::available_memory_bytes()
 }
 
 /// rms gradient of the whole spectrum.
@@ -506,9 +512,9 @@ fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
 fn first_touch(scene: &Scene, lab: &Laboratory, surface: &Surface, grid: Grid, place: &str) -> Result<Option<f64>> {
     let displacements = &scene.load.displacement;
     let gap = match surface {
-        Surface::Imported { heights, .. } => crate::grid::mean(heights),
+        Surface::Imported { heights, .. } => asperity_grid::mean(heights),
         _ if displacements.is_empty() => return Ok(None),
-        _ => crate::grid::mean(&surface.heights(grid, 0.0)),
+        _ => asperity_grid::mean(&surface.heights(grid, 0.0)),
     };
     match displacements.iter().position(|d| lab.reduced(*d) >= gap) {
         None => Ok(Some(gap)),

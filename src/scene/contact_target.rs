@@ -2,9 +2,10 @@
 
 use super::Case;
 use super::load::estimated_p_star;
-use crate::load::{Load, LoadStep};
-use crate::method::{self, Observer, Started, Stop};
+use crate::method::{self};
 use crate::{Error, Result};
+use asperity_contact::load::{Load, LoadStep};
+use asperity_contact::method::{Observer, Started, Stop};
 
 /// Relative deviation of the contact area that is accepted, or one node if that is more: contact changes by whole nodes.
 const CONTACT_TOLERANCE: f64 = 1e-3;
@@ -43,7 +44,7 @@ impl Case {
         let method = method::find(&self.scene.continuum.method).expect("checked with the scene");
         let heights = self.surface.heights(self.grid, 0.0);
         let problem = self.problem((&heights).into());
-        let (need, have) = (method.plan(&problem).bytes, crate::sys::available_memory_bytes());
+        let (need, have) = (method.plan(&problem).bytes, asperity_grid::sys::available_memory_bytes());
         if need > have {
             let what = format!("a solve on {} x {} points", self.grid.nx, self.grid.ny);
             return Err(Error::Memory { what, need, have, advice: "surface.resample to fewer points".into() });

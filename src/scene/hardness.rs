@@ -2,12 +2,12 @@
 
 use super::laboratory::Laboratory;
 use super::model::{ContinuumScene, relative_to};
-use crate::error::{Complaint, Error, Result};
-use crate::grid::Grid;
-use crate::interface::{Hardness, HardnessMap};
-use crate::record::hashed::file_hash;
-use crate::record::import::{self, Content, Fourier, ImportOptions};
-use crate::record::results::HardnessMapResults;
+use asperity_contact::interface::{Hardness, HardnessMap};
+use asperity_contact::results::HardnessMapResults;
+use asperity_grid::Grid;
+use asperity_grid::error::{Complaint, Error, Result};
+use asperity_surface::files::hashed::file_hash;
+use asperity_surface::import::{self, Content, Fourier, ImportOptions};
 use std::path::Path;
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! `[laboratory]`: scales of the continuum problem.
 
 use super::quantity::{Force, Length, Stress, Work};
-use crate::units::Scales;
+use asperity_grid::units::Scales;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -6,11 +6,11 @@ use super::load::LoadScene;
 use super::outputs::AccuracyScene;
 use super::quantity::{Fraction, Length, List, Stress, Work, dimension, fraction, list, unit};
 use crate::Result;
-use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
-use crate::method::{Precision, Settings, Targets};
-use crate::record::import::Fourier;
-use crate::surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
+use asperity_contact::interface::{Adhesion, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
+use asperity_contact::method::{Precision, Settings, Targets};
+use asperity_grid::Grid;
+use asperity_surface::import::Fourier;
+use asperity_surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub struct Scene {
     #[serde(default)]
     pub continuum: ContinuumScene,
     /// Settings of single methods.
-    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
     pub methods: Settings,
     /// Default: grid, method, precision and tolerance are those of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]

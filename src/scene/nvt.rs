@@ -1,8 +1,8 @@
 //! `[atoms.nvt]`: constant-temperature runs of the atoms.
 
 use super::quantity::{Length, Temperature, Time};
-use crate::atoms::nvt::NvtSettings;
-use crate::atoms::potential::calcium_lattice_constant;
+use asperity_atoms::nvt::NvtSettings;
+use asperity_atoms::potential::calcium_lattice_constant;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

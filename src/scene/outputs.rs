@@ -1,7 +1,7 @@
 //! Requested outputs of a run, and the accuracy that can be requested in place of a grid.
 
 use super::quantity::{Fraction, Time, fraction};
-use crate::record::quantity::Quantity;
+use asperity_contact::quantity::Quantity;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error as _, IgnoredAny};
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use super::Scene;
 use super::check::{complaints, missing_files};
 use super::model::relative_to;
-use crate::atoms::lammps_command::LammpsCommand;
+use asperity_atoms::lammps_command::LammpsCommand;
 use std::path::{Path, PathBuf};
 
 impl Scene {

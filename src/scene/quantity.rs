@@ -1,7 +1,7 @@
 //! Quantities of a scene: numbers with a unit of one dimension. Those that come from a command line or the library are plain numbers,
 //! in the caller's units.
 
-use crate::units::{Dimension, Measure, Measures, Unit};
+use asperity_grid::units::{Dimension, Measure, Measures, Unit};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{DeserializeSeed, Error, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -1,9 +1,9 @@
 //! Repulsion of the indenter in a scene: as given, otherwise the challenge's, scaled to the crystal of the block.
 
 use super::AtomsScene;
-use crate::atoms::repulsion::Repulsion;
-use crate::error::Complaint;
 use crate::{Error, Result};
+use asperity_atoms::repulsion::Repulsion;
+use asperity_grid::error::Complaint;
 
 /// Keys of the constants, with names and units for messages.
 const CONSTANTS: [(&str, &str, &str); 3] = [

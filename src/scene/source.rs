@@ -3,13 +3,13 @@
 use super::check::cut_offs;
 use super::surface_file::{PreparedFile, SurfaceFile};
 use super::{Laboratory, Scene, Touching};
-use crate::grid::{Grid, rms};
-use crate::record::heights::Sign;
-use crate::record::import::{Content, Fourier};
-use crate::record::provenance::Provenance;
-use crate::surface::Wave;
-use crate::surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
 use crate::{Error, Result};
+use asperity_grid::{Grid, rms};
+use asperity_surface::Wave;
+use asperity_surface::heights::Sign;
+use asperity_surface::import::{Content, Fourier};
+use asperity_surface::provenance::Provenance;
+use asperity_surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
 use std::sync::Arc;
 
 /// Source of heights: a spectrum or series that gives them on any grid, or a map that is resampled.
@@ -58,7 +58,7 @@ impl Surface {
     /// scene is complete ([`SurfaceFile::complete`]).
     ///
     /// # Errors
-    /// Those of [`Preparation::apply`](crate::surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
+    /// Those of [`Preparation::apply`](asperity_surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
     /// does not hold, keys of maps for Fourier coefficients.
     pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, place: &str) -> Result<ResolvedSurface> {
         let (s, mut laboratory) = (&scene.surface, scene.laboratory.clone());

@@ -3,15 +3,15 @@
 use super::check::word;
 use super::model::relative_to;
 use super::{Laboratory, Length, Scene, SurfaceScene, Touching};
-use crate::error::Complaint;
-use crate::record::declared::Declared;
-use crate::record::hashed::file_hash;
-use crate::record::heights::{HeightMap, Sign};
-use crate::record::import::{self, Content, ImportOptions, ImportedFile};
-use crate::record::provenance::Provenance;
-use crate::surface::Preparation;
-use crate::units::{Dimension, Measure, metres_per};
 use crate::{Error, Result};
+use asperity_grid::error::Complaint;
+use asperity_grid::units::{Dimension, Measure, metres_per};
+use asperity_surface::Preparation;
+use asperity_surface::declared::Declared;
+use asperity_surface::files::hashed::file_hash;
+use asperity_surface::heights::{HeightMap, Sign};
+use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
+use asperity_surface::provenance::Provenance;
 use std::path::{Path, PathBuf};
 
 /// Relative deviation that a given unit may have from the declared one: rounding of a decimal fraction.

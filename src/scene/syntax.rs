@@ -1,9 +1,9 @@
 //! Reading a scene file. Errors of syntax and of types name key, value and accepted values, with the line.
 
 use super::model::Scene;
-use crate::record::atomic_file::read_text;
-use crate::record::import::holds_numbers;
 use crate::{Error, Result};
+use asperity_surface::files::atomic_file::read_text;
+use asperity_surface::import::holds_numbers;
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Numbers of the statements: values that depend on the grid, and the errors of values.
 
 use super::*;
-use crate::observe::{effective_clusters, median_counting_error, share_counting_error};
-use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
+use asperity_contact::observe::{effective_clusters, median_counting_error, share_counting_error};
+use asperity_contact::uncertainty::{UncertaintyComponent, UncertaintySource};
 
 /// Rounding.
 const ROUNDING: f64 = 1e-12;

@@ -1,11 +1,12 @@
 //! The folder of a solve, and the results of a finished one, which the same command reports instead of solving again.
 
-use crate::path::is_subsurface_map;
-use crate::record::atomic_file::PARTIAL;
-use crate::record::hashed::{self, Stored};
-use crate::record::{json, load_table};
+use crate::record::load_table;
 use crate::scene::Scene;
 use crate::{Error, Result};
+use asperity_contact::path::is_subsurface_map;
+use asperity_surface::files::atomic_file::PARTIAL;
+use asperity_surface::files::hashed::{self, Stored};
+use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs::{self, File};

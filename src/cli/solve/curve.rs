@@ -1,8 +1,8 @@
 //! The loads of a solve as a table on the terminal: one row per load.
 
-use crate::method::Stop;
 use crate::record::load_table::{Dimension, ResultUnits};
 use crate::report::number::significant;
+use asperity_contact::method::Stop;
 use serde_json::Value;
 
 /// A value with its unit, for people.

@@ -3,17 +3,20 @@
 use super::fields::load_name;
 use super::{Solve, cache};
 use crate::Result;
-use crate::cli::{output, progress::TerminalProgress};
-use crate::grid::Field;
-use crate::interface::Adhesion;
-use crate::load::{Load, LoadStep};
-use crate::method::{self, ContactMethod, Estimate, Heights, Problem, Quantity};
-use crate::path::EstimatorInput;
+use crate::cli::output;
+use crate::cli::progress::TerminalProgress;
+use crate::method::{self};
 use crate::pipeline::{Progress, state_of};
-use crate::record::{json, load_table, npy};
+use crate::record::load_table;
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::Case;
-use crate::units::Scales;
+use asperity_contact::interface::Adhesion;
+use asperity_contact::load::{Load, LoadStep};
+use asperity_contact::method::{ContactMethod, Estimate, Heights, Problem, Quantity};
+use asperity_contact::path::EstimatorInput;
+use asperity_grid::Field;
+use asperity_grid::units::Scales;
+use asperity_surface::files::{json, npy};
 use serde_json::{Value, json};
 
 pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &TerminalProgress) -> Result<()> {
@@ -21,7 +24,7 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
     let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
     let requested = &case.problem(heights);
     let card = method.card();
-    let (plan, have) = (EstimatorInput::plan(requested, method), crate::sys::available_memory_bytes());
+    let (plan, have) = (EstimatorInput::plan(requested, method), asperity_grid::sys::available_memory_bytes());
     let grid = requested.grid;
     solve.print_plan(method, grid, plan.bytes, have)?;
     if solve.dry_run {
@@ -37,12 +40,12 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
     let mut lines = Vec::new();
     let watch = Progress::new(progress, None, "", (0, loads.len()));
     let resolved_gradient = requested.resolved_gradient();
-    let growth = crate::sys::MemoryGrowth::begin();
-    let mut cpu = crate::sys::cpu_seconds();
+    let growth = asperity_grid::sys::MemoryGrowth::begin();
+    let mut cpu = asperity_grid::sys::cpu_seconds();
     let input = EstimatorInput::new(requested.clone(), method)?;
     input.walk((&loads, 0), &watch, |i, problem, found| {
         // Before anything is counted in what was found.
-        let (before, measured) = (std::mem::replace(&mut cpu, crate::sys::cpu_seconds()), growth.bytes());
+        let (before, measured) = (std::mem::replace(&mut cpu, asperity_grid::sys::cpu_seconds()), growth.bytes());
         let mut line = line(case.scales, method, problem, found);
         line["method"] = json!(card.id);
         line["criterion"] = json!(method.criterion(&problem.settings).to_string());

@@ -2,15 +2,15 @@
 
 use super::Solve;
 use crate::Result;
-use crate::grid::{Field, Grid, sum_rows, sums_of_ranks};
-use crate::interface::Adhesion;
-use crate::method::{State, Stop};
-use crate::observe::contact_map;
-use crate::path::LoadPath;
-use crate::record::npy;
 use crate::scene::Case;
-use crate::sys::ranks::Ranks;
-use crate::units::Scales;
+use asperity_contact::interface::Adhesion;
+use asperity_contact::method::{State, Stop};
+use asperity_contact::observe::contact_map;
+use asperity_contact::path::LoadPath;
+use asperity_grid::sys::ranks::Ranks;
+use asperity_grid::units::Scales;
+use asperity_grid::{Field, Grid, sum_rows, sums_of_ranks};
+use asperity_surface::files::npy;
 use std::path::Path;
 
 /// What all ranks do with the fields of a state.

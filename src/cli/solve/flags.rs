@@ -3,14 +3,14 @@
 use super::loads::{LoadFlags, list};
 use super::units::SolveUnits;
 use crate::cli::file::{COMMAND_LINE, FileFlags, MapFlags, flag_of, refuse_grid, refused};
-use crate::interface::{Base, RangeChoice};
-use crate::method::{Precision, Settings};
 use crate::scene::{
     AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, Length, LoadScene, Scene, Stress,
     SubsurfaceScene, SurfaceScene, WallKind, Work,
 };
-use crate::units::{Dimension, Measure, Measures, Unit, fraction};
 use crate::{Error, Result};
+use asperity_contact::interface::{Base, RangeChoice};
+use asperity_contact::method::{Precision, Settings};
+use asperity_grid::units::{Dimension, Measure, Measures, Unit, fraction};
 use std::path::{Path, PathBuf};
 
 // Headings of the help.

@@ -3,13 +3,13 @@
 use super::fields::FieldWriter;
 use super::flags::Solve;
 use crate::cli::file::COMMAND_LINE;
-use crate::load::Load;
-use crate::method::{ContactMethod, Iteration, Observer, SnapshotRef, Stop};
-use crate::path::{LoadPath, Reached};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::scene::Case;
-use crate::sys::ranks::Ranks;
 use crate::{Error, Result};
+use asperity_contact::load::Load;
+use asperity_contact::method::{ContactMethod, Iteration, Observer, SnapshotRef, Stop};
+use asperity_contact::path::{LoadPath, Reached};
+use asperity_grid::sys::ranks::Ranks;
 use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -4,7 +4,7 @@ use super::units::SolveUnits;
 use crate::Result;
 use crate::cli::file::refused;
 use crate::scene::{Dimensional, LoadScene, Quantity};
-use crate::units::{Dimension, Measure, Measures};
+use asperity_grid::units::{Dimension, Measure, Measures};
 
 /// Loads, one kind of them. Each flag takes numbers and ranges (lin:FROM:TO:COUNT, log:FROM:TO:COUNT), separated by commas.
 #[derive(Debug, Clone, clap::Args)]

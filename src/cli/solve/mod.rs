@@ -14,21 +14,22 @@ pub(super) use flags::Solve;
 
 use super::file::COMMAND_LINE;
 use super::{output, progress::TerminalProgress};
-use crate::grid::{Grid, Series};
-use crate::load::Load;
-use crate::method::{self, ContactMethod, Device, Heights, Kind, Precision, Problem, Stop};
-use crate::observe::leakage_bytes;
-use crate::path::{Begin, LoadPath, subsurface_bytes};
+use crate::method::{self};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::pipeline::{Key, Listener, Progress};
-use crate::record::hashed::file_hash;
 use crate::record::load_table::ResultUnits;
 use crate::report::number::memory;
 use crate::scene::{Case, Surface};
 use crate::scene::{rename_keys, rename_keys_in};
-use crate::sys::ranks::Ranks;
-use crate::units::Measure;
 use crate::{Error, Result};
+use asperity_contact::load::Load;
+use asperity_contact::method::{ContactMethod, Device, Heights, Kind, Precision, Problem, Stop};
+use asperity_contact::observe::leakage_bytes;
+use asperity_contact::path::{Begin, LoadPath, subsurface_bytes};
+use asperity_grid::sys::ranks::Ranks;
+use asperity_grid::units::Measure;
+use asperity_grid::{Grid, Series};
+use asperity_surface::files::hashed::file_hash;
 use cache::SolveCache;
 use fields::file_name;
 use followers::{CHECKPOINT, Found};
@@ -128,7 +129,7 @@ impl Solve {
         };
         // Ranks on one machine share its memory.
         let need = problem.ranks.sum_on_this_machine(planned(problem.clone()));
-        let have = crate::sys::available_memory_bytes();
+        let have = asperity_grid::sys::available_memory_bytes();
         self.print_plan(method, problem.grid, need, have)?;
         if need > have {
             let advice = fitting(planned, problem, have);
@@ -196,7 +197,7 @@ impl Solve {
             progress.note(&provenance.to_string());
         }
         if !self.dry_run {
-            case.find_contact_pressures(&crate::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
+            case.find_contact_pressures(&asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
         let stored = StoredHeights::of(case.take_surface(), ranks);
         if method.card().kind == Kind::Estimate {

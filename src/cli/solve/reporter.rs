@@ -5,19 +5,19 @@ use super::curve::{self, in_unit, share};
 use super::fields::{FieldWriter, OfFields, file_name};
 use crate::Result;
 use crate::cli::output;
-use crate::grid::Field;
-use crate::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
-use crate::method::{Card, Device, Problem, State, Stop};
-use crate::observe::Leakage;
-use crate::path::{self, LoadPath, Reached};
 use crate::record::load_table::{self, Dimension, ResultUnits};
-use crate::record::provenance::Provenance;
-use crate::record::results::{Discretisation, HardnessMapResults, Peak, PullOff, SubsurfaceResults};
-use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
 use crate::scene::{Case, rename_keys_in};
-use crate::sys::MemoryGrowth;
-use crate::units::Scales;
+use asperity_contact::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
+use asperity_contact::method::{Card, Device, Problem, State, Stop};
+use asperity_contact::observe::Leakage;
+use asperity_contact::path::{self, LoadPath, Reached};
+use asperity_contact::results::{Discretisation, HardnessMapResults, Peak, PullOff, SubsurfaceResults};
+use asperity_grid::Field;
+use asperity_grid::sys::MemoryGrowth;
+use asperity_grid::units::Scales;
+use asperity_surface::files::{json, npy};
+use asperity_surface::provenance::Provenance;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -59,7 +59,7 @@ pub(super) struct Before {
 
 impl Before {
     pub(super) fn now(planned_bytes: u64) -> Self {
-        Before { planned_bytes, growth: MemoryGrowth::begin(), cpu: crate::sys::cpu_seconds() }
+        Before { planned_bytes, growth: MemoryGrowth::begin(), cpu: asperity_grid::sys::cpu_seconds() }
     }
 }
 
@@ -122,7 +122,7 @@ impl<'a> SolveReporter<'a> {
 
     /// Reports a state and writes its files. Returns its line of JSON.
     pub(super) fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
-        let before = std::mem::replace(&mut self.cpu, crate::sys::cpu_seconds());
+        let before = std::mem::replace(&mut self.cpu, asperity_grid::sys::cpu_seconds());
         let fields = self.fields.state(i, &reached.state)?;
         let mut line = self.line(reached, &fields, self.cpu - before);
         self.add_subsurface(i, &reached.state, &fields, &mut line)?;

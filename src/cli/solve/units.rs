@@ -2,8 +2,8 @@
 
 use crate::cli::file::{COMMAND_LINE, refused};
 use crate::scene::{Dimensional, Quantity};
-use crate::units::{Dimension, Measure};
 use crate::{Error, Result};
+use asperity_grid::units::{Dimension, Measure};
 
 /// Units of length and stress, where they are known.
 pub(super) struct SolveUnits {

@@ -6,11 +6,12 @@ pub use table::{Line, Table, Tables};
 
 use super::accuracy::rms;
 use super::pareto::growth;
-use crate::grid::next_fast_len;
-use crate::method::{Kind, find};
 use crate::record::advice::Advice;
-use crate::record::quantity::Quantity;
 use crate::record::tradeoff::Setting;
+use asperity_contact::method::Kind;
+use asperity_contact::quantity::Quantity;
+use asperity_grid::next_fast_len;
+use asperity_methods::find;
 
 /// Exponent of the cost in the number of points for methods measured on one grid only. It follows from the challenge
 /// paper (1 min at 1024² points, 1 h at 4096², three weeks at 32768²).

@@ -1,10 +1,10 @@
 //! Measured costs and errors of settings on one surface, per load.
 
-use crate::interface::Adhesion;
-use crate::record::json;
-use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Setting, Tradeoff, TradeoffPoint, longest_series};
 use crate::{Error, Result};
+use asperity_contact::interface::Adhesion;
+use asperity_contact::quantity::Quantity;
+use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;

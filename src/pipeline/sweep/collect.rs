@@ -1,11 +1,11 @@
 //! Numbers of a finished point.
 
-use crate::load::Branch;
 use crate::record::comparison::ComparisonResults;
-use crate::record::continuum::{ContinuumResults, StateResults};
 use crate::record::ensemble::{Observable, Observation};
 use crate::record::methods::MethodResults;
 use crate::record::results::{Results, ScalesSi};
+use asperity_contact::load::Branch;
+use asperity_contact::results::{ContinuumResults, StateResults};
 
 /// The numbers of all loads of a run, by source. Lengths and stresses of the laboratory in µm and MPa, of the atoms in Å.
 pub(super) fn numbers(results: &Results) -> Vec<Observation> {

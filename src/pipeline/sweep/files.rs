@@ -1,9 +1,9 @@
 //! Tables of a sweep.
 
-use crate::error::Result;
-use crate::load::Branch;
-use crate::record::atomic_file::write_atomic;
 use crate::record::ensemble::{Ensemble, Observable, Sample};
+use asperity_contact::load::Branch;
+use asperity_grid::error::Result;
+use asperity_surface::files::atomic_file::write_atomic;
 use serde_json::Value;
 use std::io::Write;
 use std::path::Path;

@@ -1,10 +1,10 @@
 //! The file of a sweep: a scene and the keys that vary.
 
-use crate::error::{Complaint, Error, Result};
 use crate::pipeline::plan;
-use crate::record::atomic_file::read_text;
 use crate::scene::{Case, Scene};
-use crate::units::{Measure, Measures};
+use asperity_grid::error::{Complaint, Error, Result};
+use asperity_grid::units::{Measure, Measures};
+use asperity_surface::files::atomic_file::read_text;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};

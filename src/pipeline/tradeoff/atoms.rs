@@ -3,17 +3,19 @@
 
 use super::benchmark_point::{BenchmarkPoint, Filter, bare, halves};
 use super::measured::Measured;
-use crate::atoms::block::{BaseKind, Block};
-use crate::atoms::engine::LammpsEngine;
-use crate::atoms::lammps_host::find_library;
-use crate::interface::Adhesion;
-use crate::method::{Precision, all_atom};
 use crate::pipeline::methods::{self, MethodRun};
 use crate::pipeline::stage::StageContext;
 use crate::pipeline::{Key, atomistic, matched, plan};
 use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
 use crate::scene::{AtomsCase, AtomsScene, Case, Foundation, Start, Surface, highest_p_star};
-use crate::{Error, Result, sys};
+use crate::{Error, Result};
+use asperity_atoms::block::{BaseKind, Block};
+use asperity_atoms::engine::LammpsEngine;
+use asperity_atoms::lammps_host::find_library;
+use asperity_contact::interface::Adhesion;
+use asperity_contact::method::Precision;
+use asperity_grid::sys;
+use asperity_methods::all_atom;
 use std::path::Path;
 use std::time::Instant;
 
@@ -93,7 +95,7 @@ impl Blocks {
                 Err(_) if size.elastic_base && requested.is_none() && size != own => continue,
                 found => Case { lammps: case.lammps.clone(), ..found? },
             };
-            let method = crate::method::find(all_atom::ID).expect("it is registered");
+            let method = asperity_methods::find(all_atom::ID).expect("it is registered");
             let points = found.atoms.as_ref().map_or(0, |a| a.points);
             let method_run = MethodRun { method, adhesive: case.adhesion != Adhesion::None };
             let point = BenchmarkPoint {

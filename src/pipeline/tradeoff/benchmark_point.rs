@@ -1,14 +1,14 @@
 //! Settings of a benchmark: method, grid, precision and tolerance.
 
 use crate::compare::advice::GROWTH;
-use crate::interface::{Base, Elastic, Layer};
-use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
-use crate::path::EstimatorInput;
 use crate::pipeline::laboratory::SECONDS_PER_POINT_PAIR;
 use crate::pipeline::methods::MethodRun;
 use crate::record::tradeoff::{BlockSize, Setting};
 use crate::scene::{Case, Scene, Surface, default_tolerance};
 use crate::{Error, Result};
+use asperity_contact::interface::{Base, Elastic, Layer};
+use asperity_contact::method::{ContactMethod, Heights, Kind, Precision, Problem};
+use asperity_contact::path::EstimatorInput;
 use serde::Serialize;
 
 /// Tolerances in addition to the scene's, over the pressure: from a coarse one, with inaccurate areas, to that of the
@@ -144,7 +144,11 @@ impl BenchmarkPoint {
 /// The problem of which a method plans the cost.
 fn problem<'a>(case: &'a Case, method_run: &MethodRun) -> Problem<'a> {
     let problem = case.problem(Heights::Nodes(&[]));
-    if method_run.adhesive { problem } else { Problem { adhesion: crate::interface::Adhesion::None, ..problem } }
+    if method_run.adhesive {
+        problem
+    } else {
+        Problem { adhesion: asperity_contact::interface::Adhesion::None, ..problem }
+    }
 }
 
 /// Name of the precision in JSON.
@@ -264,7 +268,7 @@ mod tests {
         let scene = "name = \"t\"\n[surface]\ngrid = 64\n[load]\np_star = [0.01]\n";
         let file = std::path::Path::new("t.toml");
         let case = Case::resolve(Scene::parse(scene, file).expect("a scene"), file).expect("a case");
-        let method = crate::method::find("gfmd").expect("registered");
+        let method = asperity_methods::find("gfmd").expect("registered");
         let point = |n: usize| BenchmarkPoint::on_grid(MethodRun { method, adhesive: false }, n, Precision::F64, 1e-8);
         let measured = [(point(32), 1.0), (point(64), 6.0)];
         assert!((point(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);

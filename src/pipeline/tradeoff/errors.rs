@@ -4,13 +4,13 @@ use crate::Result;
 use crate::compare::accuracy::{
     Masses, at_nodes_of, decades, finest_error, map_l2, map_mismatch, richardson, rms, wasserstein,
 };
-use crate::method::Kind;
-use crate::observe::Distribution;
 use crate::record::methods::MethodState;
-use crate::record::npy;
-use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Errors, Extrapolation, LoadErrors, ReferenceLoad};
 use crate::scene::Case;
+use asperity_contact::method::Kind;
+use asperity_contact::observe::Distribution;
+use asperity_contact::quantity::Quantity;
+use asperity_surface::files::npy;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;

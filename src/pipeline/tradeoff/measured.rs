@@ -2,14 +2,15 @@
 
 use super::benchmark_point::{BenchmarkPoint, Filter};
 use super::errors::{self, MapErrors, Roughness};
-use crate::grid::Series;
-use crate::method::Heights;
+use crate::Result;
 use crate::pipeline::methods;
 use crate::pipeline::stage::StageContext;
 use crate::record::methods::MethodResults;
 use crate::record::tradeoff::{Cost, LoadErrors, ReferenceLoad};
 use crate::scene::{Case, Surface};
-use crate::{Result, sys};
+use asperity_contact::method::Heights;
+use asperity_grid::Series;
+use asperity_grid::sys;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 use std::time::Instant;

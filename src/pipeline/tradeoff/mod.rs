@@ -14,10 +14,10 @@ pub use request::{ExactSetting, TradeoffRequest};
 
 use super::methods::MethodRun;
 use super::{Listener, OutFolder, run};
-use crate::interface::{Adhesion, Elastic};
 use crate::record::tradeoff::Tradeoff;
 use crate::scene::Case;
 use crate::{Error, Result, report};
+use asperity_contact::interface::{Adhesion, Elastic};
 use atoms::Blocks;
 use bench::{Bench, Outcome};
 use std::path::PathBuf;

@@ -4,10 +4,11 @@ use super::bench::Bench;
 use super::benchmark_point::{self, BenchmarkPoint, REFERENCE_TOLERANCE};
 use super::errors;
 use super::measured::ReferenceSolution;
-use crate::method::{Precision, find};
 use crate::pipeline::methods::MethodRun;
 use crate::scene::Case;
 use crate::{Error, Result};
+use asperity_contact::method::Precision;
+use asperity_methods::find;
 use std::path::Path;
 
 /// Coarser grids of the reference. Three grids in all are the minimum for a test of the order of convergence.

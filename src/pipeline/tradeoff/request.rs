@@ -1,10 +1,10 @@
 //! What a benchmark is to measure, and the check of its grids.
 
 use super::benchmark_point::{self, COARSEST};
-use crate::method::{ContactMethod, Precision};
 use crate::record::tradeoff::{BlockSize, TradeoffPoint};
 use crate::scene::{Case, Surface};
 use crate::{Error, Result};
+use asperity_contact::method::{ContactMethod, Precision};
 
 const PLACE: &str = "command line";
 

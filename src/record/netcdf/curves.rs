@@ -1,8 +1,8 @@
 //! Curves of `results.nc`: scalars of the states along the loads, and the separation curve.
 
-use crate::load::Branch;
-use crate::record::continuum::PullOff;
-use crate::record::results::{ContinuumResults, StateResults};
+use asperity_contact::load::Branch;
+use asperity_contact::results::PullOff;
+use asperity_contact::results::{ContinuumResults, StateResults};
 use asperity_surface::files::netcdf::{Attribute, Data, Variable, counter};
 
 /// Factor from reduced to SI units.

@@ -1,15 +1,17 @@
 //! Results of a run as a single NetCDF file in SI units: maps with coordinates, curves and distributions.
 
 use super::curves::curves;
-use crate::error::Result;
-use crate::observe::Distribution;
 use crate::record::acceptance::AcceptanceCheck;
-use crate::record::height_map::Sign;
-use crate::record::npy::Reader;
-use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults};
-use crate::units::ANGSTROM_M;
+use crate::record::results::{Results, SurfaceResults};
+use asperity_atoms::results::AtomsResults;
+use asperity_contact::observe::Distribution;
+use asperity_contact::results::{ContinuumResults, Observed, StateResults};
+use asperity_grid::error::Result;
+use asperity_grid::units::ANGSTROM_M;
 use asperity_surface::files::netcdf::write;
 use asperity_surface::files::netcdf::{Attribute, Data, Variable, counter};
+use asperity_surface::files::npy::Reader;
+use asperity_surface::height_map::Sign;
 use std::path::{Path, PathBuf};
 
 /// Name of the file in a run folder.
@@ -228,14 +230,14 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
         list.push(axis("atoms_y", map.ny, extent * map.ny as f64 / map.nx as f64));
         list.push(counter("atoms_load", 1, atoms.states.len(), "number of the load"));
         let curve =
-            |of: fn(&crate::record::results::AtomState) -> f64| Data::Numbers(atoms.states.iter().map(of).collect());
+            |of: fn(&asperity_atoms::results::AtomState) -> f64| Data::Numbers(atoms.states.iter().map(of).collect());
         let along = ["atoms_load"];
         list.push(Variable::new("atoms_p_star", &along, curve(|s| s.p_star), "1", "load over E* times rms gradient"));
         let contact = "fraction of the surface atoms in contact";
         list.push(Variable::new("atoms_contact_area", &along, curve(|s| s.contact_area), "1", contact));
         let gap = curve(|s| s.mean_gap_angstrom * ANGSTROM_M);
         list.push(Variable::new("atoms_mean_gap", &along, gap, "m", "mean gap of the atoms"));
-        let files = |of: fn(&crate::record::results::AtomState) -> &String| -> Vec<PathBuf> {
+        let files = |of: fn(&asperity_atoms::results::AtomState) -> &String| -> Vec<PathBuf> {
             atoms.states.iter().map(|s| folder.join(of(s))).collect()
         };
         let gaps = Data::Scaled(files(|s| &s.gap_map), ANGSTROM_M);
@@ -244,7 +246,7 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
         list.push(Variable::new("atoms_contact", &ATOMS_MAP, flags, "1", "1 where the nearest surface atom touches"));
     }
     if !atoms.load_steps.is_empty() {
-        let step = |of: fn(&crate::record::results::LoadStepResults) -> f64| {
+        let step = |of: fn(&asperity_atoms::results::LoadStepResults) -> f64| {
             Data::Numbers(atoms.load_steps.iter().map(of).collect())
         };
         let along = ["load_step"];

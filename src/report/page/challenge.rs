@@ -200,7 +200,7 @@ impl Both<'_> {
             6 => curves.extend(middle_slope(&curves[0])),
             9 => {
                 let part = reference(self.with).and_then(|s| s.observed.as_ref()).map(|o| &o.contact_stress);
-                let curve = |d: &crate::observe::Distribution| d.density_in(1.0);
+                let curve = |d: &asperity_contact::observe::Distribution| d.density_in(1.0);
                 curves.extend(part.map(|d| Curve::line("with adhesion, contact only", HARD, curve(d))));
             }
             10 => {

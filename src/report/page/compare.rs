@@ -4,10 +4,10 @@ use super::loads::{PANEL_SIDE, of_gap, setting, states};
 use super::prelude::*;
 use super::uncertainty::total;
 use super::{criteria, model_chain};
-use crate::error::Error;
 use crate::record::downsample::DownsampledMap;
 use crate::report::picture::LONGEST_SIDE;
-use crate::units::ANGSTROM_M;
+use asperity_grid::error::Error;
+use asperity_grid::units::ANGSTROM_M;
 
 /// Relative tolerance of equal loads: solvers meet a load to 10⁻³ or better, and loads of a path differ by far more.
 pub(super) const SAME_LOAD: f64 = 0.01;

@@ -2,7 +2,7 @@
 
 use super::loads::PANEL_SIDE;
 use super::prelude::*;
-use crate::units::ANGSTROM_M;
+use asperity_grid::units::ANGSTROM_M;
 
 /// Contact under each criterion and the stress maps; empty if the scene does not request distributions.
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::error::{Error, Result};
+use asperity_grid::error::{Error, Result};
 
 /// A section of the page: anchor, title, contents.
 pub(super) struct Section {

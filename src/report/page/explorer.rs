@@ -7,11 +7,11 @@ use super::compare::{SUPERPOSED, at_load, key, matched, state_at, yielding};
 use super::loads::{of_gap, of_stress};
 use super::packed::{self, Packed};
 use super::prelude::*;
-use crate::error::Error;
-use crate::grid::{Grid, smoothed};
 use crate::record::downsample::DownsampledMap;
 use crate::report::picture::Picture;
-use crate::units::ANGSTROM_M;
+use asperity_grid::error::Error;
+use asperity_grid::units::ANGSTROM_M;
+use asperity_grid::{Grid, smoothed};
 
 /// Maximum side of the maps for the script, cells: with gap, stress and contact of two sources at three loads the page
 /// stays below 5 MB.

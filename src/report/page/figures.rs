@@ -6,14 +6,14 @@ use std::path::{Component, Path, PathBuf};
 use maud::{Markup, PreEscaped, Render, html};
 
 use super::printed::{self, Drawing, ReportOptions};
-use crate::error::{Error, Result};
-use crate::record::atomic_file::write_atomic;
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{FILE, ScalesSi};
 use crate::report::map::{self, Bar, MapFigure};
 use crate::report::picture::{self, Picture, Range, flag};
 use crate::report::plot::{PANEL, Plot};
 use crate::report::svg::Format;
+use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::write_atomic;
 
 /// Run folder and common data of its pictures.
 pub(super) struct FigureWriter<'a> {

@@ -1,8 +1,8 @@
 //! Styles of methods and of models, the same on every page.
 
-use crate::method::REGISTRY;
 use crate::report::picture::{self, Rgb};
 use crate::report::plot::{ATOMS, Dash, HARD, LABORATORY, Marker, SOFT, Style, THRESHOLD, YIELDING};
+use asperity_methods::REGISTRY;
 
 const COLOURS: [Rgb; 6] =
     [picture::BLUE, picture::VERMILION, picture::GREEN, picture::PURPLE, picture::ORANGE, picture::BLACK];

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::paper::{FIGURES, PaperFigure};
 use super::prelude::*;
-use crate::load::at_step;
 use crate::record::methods::{MethodResults, MethodState, loading_states};
 use crate::scene::REFERENCE_LOAD;
+use asperity_contact::load::at_step;
 
 /// Style of the scene's own method in every panel, with and without adhesion.
 const OWN: Style = Style { colour: picture::GREY, dash: Dash::Solid, marker: Marker::None };

@@ -37,11 +37,11 @@ mod unloading;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use crate::error::Error;
-use crate::record::atomic_file::write_atomic;
 use crate::record::ensemble::Ensemble;
 use crate::record::tradeoff::Tradeoff;
-use crate::record::uncertainty::UncertaintySource;
+use asperity_contact::uncertainty::UncertaintySource;
+use asperity_grid::error::Error;
+use asperity_surface::files::atomic_file::write_atomic;
 use document::{Section, document, linked};
 use prelude::*;
 pub use printed::{PrintedFigures, ReportOptions};

@@ -2,7 +2,7 @@
 
 use super::loads::PANEL_SIDE;
 use super::prelude::*;
-use crate::units::ANGSTROM_M;
+use asperity_grid::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) -> Result<Markup> {
     let length_m = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;

@@ -1,11 +1,11 @@
 //! Figures 4 to 12 of the challenge's paper: their axes and data, for the page of the challenge and for the comparison of methods.
 
 use super::prelude::*;
-use crate::grid::Grid;
-use crate::load::at_step;
-use crate::observe::column_at;
 use crate::record::methods::MethodState;
-use crate::record::npy;
+use asperity_contact::load::at_step;
+use asperity_contact::observe::column_at;
+use asperity_grid::Grid;
+use asperity_surface::files::npy;
 
 /// Data of a figure; the last argument is the number of micrometres per L.
 pub(super) enum Data {

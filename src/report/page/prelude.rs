@@ -4,9 +4,6 @@ pub(super) use super::figures::{
     Figure, FigureWriter, Values, bad, capitalised, columns, distinct, each, figure, of_unit, or_dash, panel, panels,
     quiet, row, spread, table,
 };
-pub(super) use crate::error::Result;
-pub(super) use crate::load::{Branch, Stop};
-pub(super) use crate::record::quantity::Quantity;
 pub(super) use crate::record::results::*;
 pub(super) use crate::report::number::{
     at, count, duration, memory, percent, si, si_given, si_scale, significant, trimmed, with_error, with_unit,
@@ -14,4 +11,7 @@ pub(super) use crate::report::number::{
 pub(super) use crate::report::picture::{self, BLACK, BLUE, GREEN, ORANGE, PURPLE, Range, Rgb, VERMILION};
 pub(super) use crate::report::plot::*;
 pub(super) use crate::report::scale::ends;
+pub(super) use asperity_contact::load::{Branch, Stop};
+pub(super) use asperity_contact::quantity::Quantity;
+pub(super) use asperity_grid::error::Result;
 pub(super) use maud::{Markup, PreEscaped, Render, html};

@@ -9,8 +9,6 @@ use std::sync::{Arc, LazyLock};
 use serde_json::{Map, Value, json};
 use svg2pdf::usvg;
 
-use crate::error::{Error, Result};
-use crate::record::atomic_file::write_atomic;
 use crate::report::map::MapFigure;
 use crate::report::number::si_scale;
 use crate::report::picture::{BLACK, BLUE, ORANGE, WHITE};
@@ -18,6 +16,8 @@ use crate::report::plot::{Dash, Fill, Plot, Style};
 use crate::report::relief::ReliefFigure;
 use crate::report::scale::ends;
 use crate::report::svg::{Format, css};
+use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::write_atomic;
 
 /// Options of a report.
 #[derive(Debug, Clone, Default, PartialEq)]

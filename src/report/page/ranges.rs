@@ -2,7 +2,7 @@
 
 use super::distributions::LOOKS;
 use super::prelude::*;
-use crate::interface::tabor;
+use asperity_contact::interface::tabor;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let Some(tabor) = Tabor::of(results) else { return Ok(html! {}) };

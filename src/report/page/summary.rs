@@ -7,7 +7,7 @@ use super::uncertainty::total;
 use super::{challenge, curves, explorer, tiles};
 use crate::record::advice::AccuracyChoice;
 use crate::report::number::error_of;
-use crate::units::ANGSTROM_M;
+use asperity_grid::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let maps = explorer::section(writer, results)?;

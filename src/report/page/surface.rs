@@ -3,8 +3,8 @@
 use super::figures::symbol;
 use super::prelude::*;
 use super::relief;
-use crate::error::Error;
 use crate::report::picture::LONGEST_SIDE;
+use asperity_grid::error::Error;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let surface = &results.surface;

@@ -1,9 +1,9 @@
 //! Grid convergence, uncertainty budget, and pull-off.
 
 use super::prelude::*;
-use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::change;
 use crate::scene::REFERENCE_LOAD;
+use asperity_contact::uncertainty::UncertaintySource;
 
 pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let scales = writer.scales;
@@ -112,7 +112,7 @@ fn parts(s: &StateResults, quantity: Quantity) -> Vec<(UncertaintySource, f64)> 
 
 /// Relative error of a quantity; `None` if a component is not known.
 pub(super) fn total(s: &StateResults, quantity: Quantity) -> Option<f64> {
-    crate::record::uncertainty::total(&s.uncertainty, quantity)
+    asperity_contact::uncertainty::total(&s.uncertainty, quantity)
 }
 
 /// Stacked bar of one quantity's components, in fractions of the longest bar.

@@ -2,9 +2,9 @@
 
 use super::complaints::Complaints;
 use super::nvt;
-use crate::atoms::block::BaseKind;
 use crate::scene::{AtomsScene, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Scene, Start};
-use crate::units::MAX_SECONDS;
+use asperity_atoms::block::BaseKind;
+use asperity_grid::units::MAX_SECONDS;
 
 /// Deepest foundation of an elastic base, edges of the block: deeper ones only lower the indenter.
 const MOST_EDGES: usize = 10;

@@ -4,7 +4,7 @@ use super::complaints::Complaints;
 use super::surface::cut_offs;
 use crate::method;
 use crate::scene::{AdhesionLaw, REFERENCE_LOAD, Scene, WallKind};
-use crate::surface::Spectrum;
+use asperity_surface::Spectrum;
 
 /// The challenge's statements are about its own problem.
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {

@@ -1,5 +1,5 @@
-use crate::error::Complaint;
 use crate::scene::quantity::{Dimensional, Quantity};
+use asperity_grid::error::Complaint;
 
 /// Complaints about one scene.
 pub(super) struct Complaints(pub Vec<Complaint>);

@@ -1,10 +1,11 @@
 //! Checks of `[continuum]`.
 
 use super::complaints::Complaints;
-use crate::error::{Complaint, Error};
-use crate::interface::RangeChoice;
-use crate::method::{self, Kind, Precision};
+use crate::method::{self};
 use crate::scene::{ALL_METHODS, Length, Scene, WallKind};
+use asperity_contact::interface::RangeChoice;
+use asperity_contact::method::{Kind, Precision};
+use asperity_grid::error::{Complaint, Error};
 
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;

@@ -12,7 +12,7 @@ pub(super) use complaints::word;
 pub(super) use surface::cut_offs;
 
 use super::{AdhesionLaw, Scene};
-use crate::error::Complaint;
+use asperity_grid::error::Complaint;
 use complaints::Complaints;
 use std::path::Path;
 

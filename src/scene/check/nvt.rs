@@ -1,9 +1,9 @@
 //! Checks of `[atoms.nvt]`.
 
 use super::complaints::Complaints;
-use crate::atoms::nvt::{FREE_LAYERS, LEAST_AVERAGED_PS};
-use crate::atoms::potential::HOTTEST_K;
 use crate::scene::{AtomsScene, NvtScene, Scene, Start};
+use asperity_atoms::nvt::{FREE_LAYERS, LEAST_AVERAGED_PS};
+use asperity_atoms::potential::HOTTEST_K;
 
 /// Strain of the crystal's expansion beyond which another unit or another crystal is more likely.
 const MOST_EXPANSION: f64 = 0.1;

@@ -1,8 +1,8 @@
 //! Checks of `[surface]`.
 
 use super::complaints::Complaints;
-use crate::record::import::Fourier;
 use crate::scene::{Length, Scene, SurfaceScene};
+use asperity_surface::import::Fourier;
 use std::ops::RangeInclusive;
 
 /// Grids of runs, whose statistics need two points per side.
@@ -23,8 +23,8 @@ pub(crate) fn cut_offs(surface: &SurfaceScene, length: Length) -> (f64, f64) {
         (None, None) => default,
     };
     (
-        pick(surface.roll_off, surface.roll_off_mode, crate::surface::Spectrum::CHALLENGE.lambda_r),
-        pick(surface.cut_off, surface.cut_off_mode, crate::surface::Spectrum::CHALLENGE.lambda_s),
+        pick(surface.roll_off, surface.roll_off_mode, asperity_surface::Spectrum::CHALLENGE.lambda_r),
+        pick(surface.cut_off, surface.cut_off_mode, asperity_surface::Spectrum::CHALLENGE.lambda_s),
     )
 }
 
