@@ -163,14 +163,16 @@ struct Bounded {
     of: fn(&GridResult) -> f64,
     variable: fn(f64) -> f64,
     value: fn(f64) -> f64,
+    /// Its error over that of [`in_variable`]: by `make errors`, 91 % of 44 areas were within one time that error, and 95 % within 1.5.
+    widened: f64,
 }
 
 /// Contact area between 0 and 1 by its logit.
 const AREA: Bounded =
-    Bounded { of: |l| l.area, variable: |a| (a / (1.0 - a)).ln(), value: |y| 1.0 / (1.0 + (-y).exp()) };
+    Bounded { of: |l| l.area, variable: |a| (a / (1.0 - a)).ln(), value: |y| 1.0 / (1.0 + (-y).exp()), widened: 1.5 };
 
 /// Mean gap above 0 by its logarithm.
-const MEAN_GAP: Bounded = Bounded { of: |l| l.mean_gap, variable: f64::ln, value: f64::exp };
+const MEAN_GAP: Bounded = Bounded { of: |l| l.mean_gap, variable: f64::ln, value: f64::exp, widened: 1.0 };
 
 /// Share of the relative error of the area that the mean gap has at least: consistent grids say nothing of what the finest lacks.
 const GAP_BY_AREA: f64 = 0.2;
@@ -192,7 +194,8 @@ pub(super) fn extrapolated(range: f64, levels: &[GridResult], resolved: bool) ->
         let found = in_variable(range, levels, quantity, resolved)?;
         let value = (quantity.value)(found.value);
         let change = |by: f64| ((quantity.value)(found.value + by) - value).abs();
-        let error = change(found.error).max(change(-found.error)) + least;
+        let by = quantity.widened * found.error;
+        let error = change(by).max(change(-by)) + least;
         (value.is_finite() && error < value).then_some(ValueWithError { value, error })
     };
     let area = estimate(&AREA, fine.edges)?;
@@ -409,7 +412,7 @@ mod tests {
         }
     }
 
-    /// For a logit on a parabola the value is the mean of line and parabola. The error is their difference, or half of
+    /// For a logit on a parabola the value is the mean of line and parabola. The error is 1.5 times their difference, or half of
     /// the change from the finest grid if that is larger.
     #[test]
     fn a_parabola_is_extrapolated() {
@@ -420,7 +423,7 @@ mod tests {
         let line = logit(0.04) - 0.03 * (logit(0.06) - logit(0.04)) / 0.02;
         let value = 0.5 * (line + logit(0.01));
         assert!((found.area.value - (AREA.value)(value)).abs() < 1e-15, "{found:?}");
-        let error = (line - logit(0.01)).abs().max(0.5 * (value - logit(0.04)).abs());
+        let error = AREA.widened * (line - logit(0.01)).abs().max(0.5 * (value - logit(0.04)).abs());
         assert!((found.area.error - ((AREA.value)(value + error) - (AREA.value)(value))).abs() < 1e-14);
         let least = 0.2 * found.area.error / found.area.value;
         assert_eq!((found.range, found.mean_gap), (0.25, Some(ValueWithError { value: 1.0, error: least })));
@@ -454,7 +457,7 @@ mod tests {
         let error = |levels: &[GridResult], resolved: bool| extrapolated(0.02, levels, resolved).map(|e| e.area.error);
         // From the value of the logit and its error.
         let close = |found: Option<f64>, value: f64, by: f64| {
-            let expected = (AREA.value)(value + by) - (AREA.value)(value);
+            let expected = (AREA.value)(value + AREA.widened * by) - (AREA.value)(value);
             assert!(found.is_some_and(|f| (f - expected).abs() < 1e-12), "{found:?} {expected}");
         };
         close(error(&steady, true), -1.1, 0.05);
