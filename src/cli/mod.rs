@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn arguments_that_are_no_numbers_are_refused_with_what_is_accepted() {
         for (given, accepted) in [
-            (["--pressure", "0,o1", "--grid", "8"], "a number"),
+            (["--pressure", "0.01", "--tol", "o1"], "a number"),
             (["--pressure", "0.01", "--grid", "8.5"], "a whole number"),
             (["--pressure", "0.01", "--grid", "99999999999999999999999"], "not so large"),
         ] {
