@@ -21,12 +21,12 @@ const PLACE: &str = "adhesion law";
 /// solvers converge on the table as on a closed form. [`TabulatedLaw::error`] is the difference from the given traction.
 ///
 /// ```
-/// use asperity::TabulatedLaw;
+/// use asperity_contact::interface::TabulatedLaw;
 ///
 /// // The challenge's exponential law: γ = 0.05, ρ = 0.002.
 /// let law = TabulatedLaw::new(0.04, |gap| 0.05 / 0.002 * (-gap / 0.002_f64).exp())?;
 /// assert!((law.work_of_adhesion() / 0.05 - 1.0).abs() < 1e-7 && law.error() < 1e-7);
-/// # Ok::<(), asperity::Error>(())
+/// # Ok::<(), asperity_contact::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TabulatedLaw {
