@@ -79,7 +79,7 @@ fn adhesion_ranges_are_reported() {
     assert!((mesh["range"]["resolution_used"].as_f64().expect("a number") - 1.4).abs() < 1e-12, "{mesh}");
     assert!(number(&mesh, "cohesive_resolution") < 1.0);
     assert_eq!(with_range("true", "1e-3")["range"]["used"].as_f64(), Some(1e-3));
-    let far = with_range("extrapolate", "4e-3");
+    let far = with_range("extrapolate", "5e-3");
     let found = &far["extrapolated"]["contact_area"];
     assert!(found["error"].as_f64().is_some_and(|e| e > 0.0), "{far}");
     assert!(with_range("extrapolate", "6e-3")["extrapolated"].is_null());
@@ -223,7 +223,7 @@ fn what_a_path_cannot_do_is_refused() {
     refused(&["--pressure", "0.01", "--pull-off"], "--pull-off");
     refused(&["--mean-gap", "0.01", "--method", "bvm"], "--method = \"bvm\"; accepted: \"fast\" or \"auto\"");
     refused(&["--mean-gap", "-0.01"], "--mean-gap = -0.01");
-    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive number; full contact from --pressure ");
+    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive number; full contact from --p-star ");
     refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
     refused(&["--pressure", "0.01", "--initial-gap", "nowhere.npy"], "nowhere.npy");
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
