@@ -12,8 +12,10 @@ pub(super) enum Data {
     /// A value of every state, against the load.
     Path(fn(&MethodState, f64) -> Option<f64>),
     /// A curve of one state.
-    State(fn(&FigureWriter, &MethodState, f64) -> Result<Vec<(f64, f64)>>),
+    State(StateCurve),
 }
+
+type StateCurve = fn(&FigureWriter, &MethodState, f64) -> Result<Vec<(f64, f64)>>;
 
 pub(super) struct PaperFigure {
     /// In the paper.

@@ -104,7 +104,7 @@ pub struct IterationControl<'o, 'p> {
 
 impl<'o, 'p> IterationControl<'o, 'p> {
     pub fn new(problem: &'p Problem<'p>, observer: &'o dyn Observer, case: LoadCase) -> Self {
-        let monitor = ConvergenceMonitor::new();
+        let monitor = ConvergenceMonitor::default();
         let floor = problem.rounding_floor(case.rms_height, case.pressure);
         IterationControl {
             problem,
@@ -232,7 +232,7 @@ impl<'o, 'p> IterationControl<'o, 'p> {
 }
 
 /// Detects that the residual has stalled, and estimates how much area and mean gap still change.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct ConvergenceMonitor {
     /// Lowest residual so far; `None` before the first iteration.
     best: Option<f64>,
@@ -254,10 +254,6 @@ impl ConvergenceMonitor {
     const PATIENCE: usize = 100;
     /// Iterations needed for an estimate.
     const FEWEST: usize = 10;
-
-    pub fn new() -> Self {
-        ConvergenceMonitor { best: None, since: 0, history: Vec::new() }
-    }
 
     /// The present point in the history.
     pub fn mark(&self) -> MonitorMark {

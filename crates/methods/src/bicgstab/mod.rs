@@ -318,7 +318,7 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
                 self.law = (self.law_of)(rho);
                 control.set_range(self.law.range());
                 each(&mut self.gap, |_, g| if g < 0.0 { 0.5 * g } else { g });
-                (residuals, control.monitor) = (self.evaluate(pressure), ConvergenceMonitor::new());
+                (residuals, control.monitor) = (self.evaluate(pressure), ConvergenceMonitor::default());
                 continue;
             }
             let forcing = FORCING.min(residual).max(0.1 * problem.tolerance);

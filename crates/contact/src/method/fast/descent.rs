@@ -292,7 +292,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
             last: 0.0,
             phase: None,
             cycle: None,
-            progress: ConvergenceMonitor::new(),
+            progress: ConvergenceMonitor::default(),
         };
         let Pause { smoothing, careful, last, phase, cycle, progress, iterations: done, pairs, .. } =
             resumed.unwrap_or(fresh);
