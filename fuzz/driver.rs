@@ -2,7 +2,8 @@
 //! found. The program that runs this has [`PeakAlloc`] as its global allocator.
 
 use super::targets::{Reading, Target};
-use asperity::{Error, Result, sys};
+use asperity::grid::sys;
+use asperity::{Error, Result};
 use peak_alloc::PeakAlloc;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};

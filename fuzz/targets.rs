@@ -9,18 +9,20 @@ use asperity::atoms::load_history::{LoadHistory, evaluations};
 use asperity::atoms::nvt::{BLOCKS, NvtRun, NvtSamples};
 use asperity::atoms::potential::SetflHeader;
 use asperity::compare::advice::Tables;
+use asperity::contact::interface::{Adhesion, RangeChoice};
+use asperity::contact::method::{Heights, Load, NoObserver, Problem};
+use asperity::contact::path::LoadPath;
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, RangeChoice};
-use asperity::method::{self, Heights, Load, NoObserver, Problem};
-use asperity::path::LoadPath;
+use asperity::grid::sys::ranks::ALONE;
+use asperity::methods;
 use asperity::pipeline::RunFolder;
 use asperity::pipeline::checkpoint::Checkpoint;
 use asperity::pipeline::sweep::Sweep;
-use asperity::record::hashed::{self, FileHash};
-use asperity::record::import::{self, Content, Fourier, ImportOptions};
-use asperity::record::{atomic_file, npy, xyz};
+use asperity::record::xyz;
 use asperity::scene::{Case, Scene};
-use asperity::sys::ranks::ALONE;
+use asperity::surface::files::hashed::{self, FileHash};
+use asperity::surface::files::{atomic_file, npy};
+use asperity::surface::import::{self, Content, Fourier, ImportOptions};
 use asperity::{Error, Result, report};
 use serde_json::{Map, Value};
 use std::io::{Seek, Write};
@@ -313,7 +315,7 @@ fn checkpoint(path: &Path) -> Result<usize> {
     for id in ["fast", "bvm", "gfmd"] {
         let problem =
             Problem { max_iterations: 20, ..Problem::new(Grid::unit(POINTS, POINTS), Heights::Nodes(&heights)) };
-        let found = method::find(id).ok_or_else(|| Error::format("method", id, "a method"))?;
+        let found = methods::find(id).ok_or_else(|| Error::format("method", id, "a method"))?;
         let Some(begin) = find() else { return Err(Error::format("checkpoint", "not its key", "its key")) };
         assert!(problem.adhesion == Adhesion::None);
         let path = LoadPath::new(problem, found, RangeChoice::Mesh, 0.0, &loads).without_error();

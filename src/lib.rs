@@ -3,7 +3,7 @@
 //! A [`Surface`] comes from an array of heights, a file or a spectrum. A [`Problem`] adds the elastic body, the adhesion and the
 //! method; [`Problem::solve`] gives the equilibrium under one mean pressure and [`Problem::load_path`] those under a sequence of
 //! loads. A [`State`] has its maps as arrays `[ny, nx]`, x fastest, and functions such as [`clusters`] and [`gap_distribution`]
-//! evaluate any map. [`compare_maps`] measures the agreement of two contact maps, [`methods`] lists the methods, and [`FinishedRun`]
+//! evaluate any map. [`compare_maps`] measures the agreement of two contact maps, [`methods()`] lists the methods, and [`FinishedRun`]
 //! reads the folder of `asperity run`.
 //!
 //! ```
@@ -33,28 +33,32 @@ mod api;
 
 pub use api::*;
 #[doc(inline)]
-pub use error::{Complaint, Error, LammpsFailure, Result};
+pub use asperity_contact::interface::{Base, RangeChoice, TabulatedLaw};
 #[doc(inline)]
-pub use interface::{Base, RangeChoice, TabulatedLaw};
+pub use asperity_contact::load::{Branch, Load};
 #[doc(inline)]
-pub use load::{Branch, Load};
+pub use asperity_contact::method::{Precision, Targets};
 #[doc(inline)]
-pub use method::{Precision, Targets};
+pub use asperity_contact::observe::{
+    Connectivity, ContactArea, Distribution, Plasticity, linear_edges, logarithmic_edges,
+};
 #[doc(inline)]
-pub use observe::{Connectivity, ContactArea, Distribution, Plasticity, linear_edges, logarithmic_edges};
+pub use asperity_grid::error::{Complaint, Error, LammpsFailure, Result};
+#[doc(inline)]
+pub use asperity_surface::{Amplitudes, Spectrum};
 #[doc(inline)]
 pub use record::results::Overlap;
 #[doc(inline)]
 pub use scene::{AdhesionLaw, Touching};
-#[doc(inline)]
-pub use surface::{Amplitudes, Spectrum};
 
 #[doc(hidden)]
 pub use asperity_atoms as atoms;
 #[doc(hidden)]
-pub use asperity_contact::{interface, load, observe, path};
+pub use asperity_contact as contact;
 #[doc(hidden)]
-pub use asperity_grid::{self as grid, error, sys, units};
+pub use asperity_grid as grid;
+#[doc(hidden)]
+pub use asperity_methods as methods;
 #[doc(hidden)]
 pub use asperity_surface as surface;
 
@@ -66,12 +70,6 @@ pub mod cli;
 pub mod cluster;
 #[doc(hidden)]
 pub mod compare;
-#[doc(hidden)]
-pub mod method {
-    //! All methods.
-    pub use asperity_contact::method::*;
-    pub use asperity_methods::*;
-}
 #[doc(hidden)]
 pub mod pipeline;
 #[doc(hidden)]

@@ -256,6 +256,23 @@ fn rooms_import_from_rooms_below_them() {
     assert!(checked > 100, "{checked} imports");
 }
 
+/// The solver is a library of its own: few packages, without flags, scenes and files of instruments.
+#[test]
+fn the_solver_needs_few_packages() {
+    /// At most, without other versions of the same package.
+    const PACKAGES: usize = 60;
+    let tree = ["tree", "--locked", "--offline", "-p", "asperity-contact", "-e", "normal", "--prefix", "none"];
+    let cargo =
+        std::process::Command::new(env!("CARGO")).args(tree).current_dir(repository()).output().expect("started");
+    assert!(cargo.status.success(), "{}", String::from_utf8_lossy(&cargo.stderr));
+    let text = String::from_utf8(cargo.stdout).expect("UTF-8");
+    let packages: BTreeSet<&str> = text.lines().filter_map(|l| l.split(' ').next()).collect();
+    assert!(packages.contains("rustfft") && packages.len() <= PACKAGES, "{}: {packages:?}", packages.len());
+    for other in ["clap", "schemars", "toml", "tempfile", "zip", "hdf5-reader", "asperity-atoms", "asperity"] {
+        assert!(!packages.contains(other), "{other}");
+    }
+}
+
 /// A `mod.rs` that re-exports its children is in no circle with them, unless it uses a child that uses items defined in
 /// it.
 #[test]

@@ -1,8 +1,9 @@
 //! Times of a transform pair and of whole solves. Compare ratios within one run only.
 
+use asperity::contact::interface::Adhesion;
+use asperity::contact::method::{self, ContactMethod, Heights, Load, NoObserver, Precision, Problem};
 use asperity::grid::{Grid, Real, Transform};
-use asperity::interface::Adhesion;
-use asperity::method::{self, ContactMethod, Heights, Load, NoObserver, Precision, Problem};
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 use criterion::{Criterion, criterion_group, criterion_main};
 use rustfft::num_complex::Complex;
@@ -43,7 +44,7 @@ fn challenge(c: &mut Criterion) {
         for (precision, tolerance) in [(Precision::F32, 1e-3), (Precision::F64, 1e-8)] {
             let heights = Heights::Series(&series);
             let problem = Problem { heights, tolerance, ..hard_wall(grid, adhesion, precision) };
-            let method = method::find("fast").expect("the default");
+            let method = methods::find("fast").expect("the default");
             c.bench_function(&format!("fast 512² {precision:?}{name}, p* = 0.01"), |b| {
                 b.iter(|| load(method, &problem))
             });
@@ -74,7 +75,7 @@ fn solve(c: &mut Criterion) {
     let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
     for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
         let problem = Problem { heights: (&heights).into(), ..hard_wall(grid, adhesion, Precision::F64) };
-        for method in method::REGISTRY.iter().filter(|m| m.card().kind == method::Kind::Solver) {
+        for method in methods::REGISTRY.iter().filter(|m| m.card().kind == method::Kind::Solver) {
             let id = method.card().id;
             c.bench_function(&format!("{id} 256²{name}, p* = 0.01"), |b| b.iter(|| load(*method, &problem)));
         }

@@ -4,7 +4,7 @@
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::law::TabulatedLaw;
 use crate::surface::Surface;
-use asperity::observe::WorkPoint;
+use asperity::contact::observe::WorkPoint;
 use asperity::{
     Adhesion, AdhesionLaw, Body, Branch, Cell, Estimate, Hardness, Loads, Monitor, Plasticity, Precision, Problem,
     Progress, PullOff, RangeChoice, State, Targets,
@@ -319,7 +319,7 @@ pub(crate) fn dissipation(path: Vec<[f64; 4]>, adhesive: bool) -> f64 {
         stored,
         plastic_work,
     };
-    asperity::observe::dissipation(&path.into_iter().map(point).collect::<Vec<_>>(), adhesive)
+    asperity::contact::observe::dissipation(&path.into_iter().map(point).collect::<Vec<_>>(), adhesive)
 }
 
 /// Values `[ny, nx]`, the largest of them, and where it is along x and y.

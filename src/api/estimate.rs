@@ -2,7 +2,6 @@
 
 use super::arrays::map;
 use super::state::State;
-use crate::method::{self};
 use asperity_contact::load::LoadStep;
 use asperity_contact::method::{ContactMethod, Quantity, Settings};
 use ndarray::Array2;
@@ -48,8 +47,8 @@ impl Estimate {
     pub(super) fn new(
         (length, modulus): (f64, f64),
         method: &dyn ContactMethod,
-        reduced: &method::Problem,
-        found: &method::Estimate,
+        reduced: &asperity_contact::method::Problem,
+        found: &asperity_contact::method::Estimate,
     ) -> Self {
         let step = LoadStep::single(found.pressure, 1.0);
         let state = crate::pipeline::state_of(method.card(), reduced, (&step, 1.0), found);

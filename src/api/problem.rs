@@ -6,7 +6,6 @@ use super::body::Body;
 use super::estimate::Estimate;
 use super::loads::Loads;
 use super::state::{LoadPath, PullOff, State};
-use crate::method::{self};
 use crate::scene::{
     AdhesionLaw, AdhesionScene, Case, ContinuumScene, CrystalScene, LayerScene, Length, LoadScene, Scene, Stress,
     WallKind, Work, last_part, rename_keys,
@@ -39,7 +38,7 @@ pub struct Problem {
     /// Hardness, in the unit of the modulus: the largest contact pressure. Where it is reached, the surface flows, and keeps its
     /// shape on unloading (methods fast, bvm and gfmd). None, the default, is an elastic body.
     pub hardness: Option<Hardness>,
-    /// An id of [`methods`](crate::methods); `"auto"`, the default, is the fastest that solves for the fields.
+    /// An id of [`methods()`](crate::methods()); `"auto"`, the default, is the fastest that solves for the fields.
     pub method: String,
     /// Floating-point type of the fields.
     pub precision: Precision,
@@ -87,7 +86,7 @@ impl<F: Fn(Progress) -> ControlFlow<()> + Sync> Monitor for F {
 struct Monitored<'m>(&'m dyn Monitor);
 
 impl Observer for Monitored<'_> {
-    fn iteration(&self, step: method::Iteration) -> ControlFlow<()> {
+    fn iteration(&self, step: asperity_contact::method::Iteration) -> ControlFlow<()> {
         let fraction = step.progress();
         self.0.progress(Progress { iteration: step.iteration, residual: step.residual, fraction })
     }
@@ -244,7 +243,11 @@ impl Problem {
         let load = Loads::Pressure(vec![mean_pressure]);
         let (mut case, method) = self.case(&load, false)?;
         if method.card().kind == Kind::Solver {
-            return Ok(Estimate::of_state(self.solve(mean_pressure)?, method, &method::Settings::default()));
+            return Ok(Estimate::of_state(
+                self.solve(mean_pressure)?,
+                method,
+                &asperity_contact::method::Settings::default(),
+            ));
         }
         let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
         case.take_surface();
@@ -289,7 +292,7 @@ impl Problem {
 
     fn path(
         &self,
-        (mut case, method): (Case, &'static dyn method::ContactMethod),
+        (mut case, method): (Case, &'static dyn asperity_contact::method::ContactMethod),
         pull_off: bool,
         observer: &dyn Observer,
         mut visit: impl FnMut(State),
@@ -362,7 +365,11 @@ impl Problem {
     }
 
     /// The checked case of this problem, as a scene or the flags of `solve` make it, and its method.
-    fn case(&self, loads: &Loads, pull_off: bool) -> Result<(Case, &'static dyn method::ContactMethod)> {
+    fn case(
+        &self,
+        loads: &Loads,
+        pull_off: bool,
+    ) -> Result<(Case, &'static dyn asperity_contact::method::ContactMethod)> {
         let (hardness, map) = match &self.hardness {
             None => (None, None),
             Some(Hardness::Uniform(value)) => (Some(Stress::plain(*value)), None),
@@ -415,7 +422,7 @@ impl Problem {
             let text = "the map is not periodic and is taken as periodic; `Body::NonPeriodic` or a preparation of the edges avoids that";
             case.warnings.push(text.into());
         }
-        Ok((case, method::find(&self.method).expect("checked with the case")))
+        Ok((case, asperity_methods::find(&self.method).expect("checked with the case")))
     }
 }
 

@@ -4,10 +4,10 @@ use super::Surface;
 use super::arrays::{Cell, map};
 use super::body::Body;
 use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
-use crate::record::results;
 use asperity_contact::load::{Branch, Load, LoadStep};
 use asperity_contact::observe::{Connectivity, Plasticity, WorkPoint, contact_map, dissipation};
 use asperity_contact::path::Reached;
+use asperity_contact::results;
 use ndarray::Array2;
 
 /// An equilibrium. Units are those of its [`Problem`](crate::Problem).

@@ -2,7 +2,6 @@ use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::run::StageFlags;
 use super::{crystals, output, programs, progress::TerminalProgress};
-use crate::method::{self};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
 use crate::record::tradeoff::{
     AtomsCost, BlockSize, FILE, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Table, TradeoffPoint,
@@ -142,13 +141,13 @@ impl Tradeoff {
 /// Methods of the registry by their ids, in its order.
 fn methods(ids: &[String]) -> Result<Vec<&'static dyn ContactMethod>> {
     for id in ids {
-        if id != ALL_METHODS && method::find(id).is_none() {
-            let accepted = format!("{}, or {ALL_METHODS}", method::ids().join(", "));
+        if id != ALL_METHODS && asperity_methods::find(id).is_none() {
+            let accepted = format!("{}, or {ALL_METHODS}", asperity_methods::ids().join(", "));
             return Err(Error::input(PLACE, "--methods", id, accepted));
         }
     }
     let all = ids.is_empty() || ids.iter().any(|id| id == ALL_METHODS);
-    let wanted = |id: &str| all || ids.iter().any(|w| method::find(w).is_some_and(|m| m.card().id == id));
+    let wanted = |id: &str| all || ids.iter().any(|w| asperity_methods::find(w).is_some_and(|m| m.card().id == id));
     Ok(REGISTRY.iter().copied().filter(|m| wanted(m.card().id)).collect())
 }
 

@@ -3,7 +3,6 @@
 use super::Progress;
 use super::observed::observed;
 use super::stage::StageContext;
-use crate::method::{self};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::scene::RequestedOutputs;
 use crate::{Error, Result};
@@ -64,7 +63,7 @@ pub(super) struct PathRequest<'a> {
 /// which is identified by the key of the stage and `tag`. `tag` distinguishes the load paths of one stage.
 pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> Result<ContinuumResults> {
     let &StageContext { folder, key, listener, .. } = at;
-    let method = method::find(request.method).expect("checked with the scene");
+    let method = asperity_methods::find(request.method).expect("checked with the scene");
     let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
     let path = LoadPath::new(request.problem.clone(), method, request.range, request.threshold, &loads);
     let path = if request.wants.grid_error { path } else { path.without_error() };
@@ -314,7 +313,8 @@ fn summary(
     [gap_map, stress_map]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
-    let observed = request.wants.distributions.then(|| observed(grid, state, request.threshold, adhesive));
+    let observed =
+        request.wants.distributions.then(|| observed(grid, state, request.threshold, area.contact_area, adhesive));
     StateResults {
         numbers: StateNumbers {
             index: step.index,

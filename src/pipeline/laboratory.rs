@@ -4,7 +4,6 @@ use super::continuum::{Keep, PathRequest, load_path, start};
 use super::folder::Key;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use crate::Result;
-use crate::method::{self};
 use crate::record::results::SurfaceResults;
 use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD, Surface};
 use asperity_contact::interface::{Adhesion, RangeChoice};
@@ -85,7 +84,7 @@ fn planned_heights(case: &Case) -> (Heights<'static>, u64) {
 
 /// Memory and time to solve a case's problem on a grid at `loads` loads, including the heights.
 pub(super) fn solve_cost(case: &Case, grid: Grid, loads: usize, machine: Machine) -> Cost {
-    let method = method::find(&case.scene.continuum.method).expect("checked with the scene");
+    let method = asperity_methods::find(&case.scene.continuum.method).expect("checked with the scene");
     let cost = method_cost(&Problem { grid, ..case.problem((&[][..]).into()) }, method, loads, machine);
     Cost { bytes: cost.bytes + 8 * grid.points() as u64, ..cost }
 }
@@ -175,7 +174,7 @@ impl SolveStage<'_> {
             (Variant::CrossCheck, Some(challenge)) => &challenge.cross_check_method,
             _ => &scene.continuum.method,
         };
-        method::find(id).expect("checked with the scene")
+        asperity_methods::find(id).expect("checked with the scene")
     }
 
     fn loads(&self) -> usize {
@@ -267,7 +266,7 @@ pub(super) fn laboratory(
             if !adhesive {
                 problem.adhesion = Adhesion::None;
             }
-            if id != method::find(method).map_or("", |m| m.card().id) {
+            if id != asperity_methods::find(method).map_or("", |m| m.card().id) {
                 problem.targets = Targets::default();
             }
             // The solution by the scene's own method already estimates the error of the range.
@@ -275,7 +274,8 @@ pub(super) fn laboratory(
             method = id;
         }
     }
-    let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
+    let criterion =
+        asperity_methods::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
     let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
     let request = PathRequest {
         problem,

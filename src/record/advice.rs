@@ -1,6 +1,6 @@
 //! Advised settings, stored with the results of a scene that requests an accuracy.
 
-use super::quantity::Quantity;
+use asperity_contact::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// A setting with its expected error and cost.

@@ -1,7 +1,7 @@
 //! Comparison of continuum and atoms at the same loads, as in `results.json`.
 
-use super::continuum::ContinuumResults;
 use asperity_contact::observe::Distribution;
+use asperity_contact::results::ContinuumResults;
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

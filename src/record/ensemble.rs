@@ -1,8 +1,8 @@
 //! `ensemble.json`: the points of a sweep with their results, and statistics over the realisations.
 
-use super::atomic_file::{read_text, write_atomic};
 use asperity_contact::load::Branch;
 use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::{read_text, write_atomic};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io::Write;

@@ -1,7 +1,7 @@
 //! `curve.csv` and `pull-off.csv`: one row per load, with the same columns for `run` and `solve`.
 
-use super::csv;
 use crate::Result;
+use asperity_surface::files::csv;
 use serde_json::Value;
 use std::path::Path;
 

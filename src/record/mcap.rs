@@ -19,9 +19,9 @@ use mcap::records::{MessageHeader, Metadata};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::atomic_file::AtomicFile;
 use super::downsample::downsample;
 use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::AtomicFile;
 
 /// Maximum number of cells along the longer side of a map: 256² float32 are 256 KiB per frame before compression.
 pub const LONGEST_SIDE: usize = 256;

@@ -1,10 +1,10 @@
 //! Results of the compared methods, as in `results.json`.
 
-use super::continuum::{ContinuumResults, RangeResults, StateResults};
-use super::measured_errors::MeasuredErrors;
-use super::state_numbers::StateNumbers;
 use asperity_contact::load::{AtLoad, Branch};
+use asperity_contact::measured_errors::MeasuredErrors;
 use asperity_contact::observe::Distribution;
+use asperity_contact::results::{ContinuumResults, RangeResults, StateResults};
+use asperity_contact::state_numbers::StateNumbers;
 use serde::{Deserialize, Serialize};
 
 /// Results of one method at the loads of the loading branch.

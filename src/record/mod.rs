@@ -1,6 +1,6 @@
-//! File formats: height maps, fields, curves, atoms, recordings, and `results.json`.
+//! Results of runs and their files: `results.json`, tables, NetCDF, recordings.
 //!
-//! All files are written atomically ([`atomic_file`]): a reader finds the old file or the complete new one.
+//! All files are written atomically ([`asperity_surface::files::atomic_file`]): a reader finds the old file or the complete new one.
 
 pub mod acceptance;
 pub mod advice;
@@ -15,8 +15,3 @@ pub mod results;
 pub mod surface;
 pub mod tradeoff;
 pub mod xyz;
-
-pub use asperity_atoms::results as atomistic;
-pub use asperity_contact::{measured_errors, quantity, results as continuum, state_numbers, uncertainty};
-pub use asperity_surface::files::{atomic_file, csv, file_lock, hashed, json, npy, user_cache};
-pub use asperity_surface::{declared, height_map, heights, import, provenance};

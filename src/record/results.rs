@@ -5,28 +5,20 @@
 //! extent of the cell in x) unless the name contains a unit; `p_star` is the mean pressure over E* times the rms
 //! gradient of the full spectrum.
 
-pub use super::atomistic::{
-    AtomPullOff, AtomState, AtomStress, AtomsResults, AuditLine, BranchChange, ContactByCriterion, DefectAtoms,
-    LoadStepResults, NvtResults, NvtState, PlasticityResults, RepulsionResults, Unloading,
-};
 pub use super::comparison::{
     ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, ModelChainStep, Overlap, Section,
 };
-pub use super::continuum::{
-    Compressive, ContinuumResults, Discretisation, Extrapolated, HardnessMapResults, Hysteresis, Observed, Onset, Peak,
-    PullOff, RangeResults, StateResults, SubsurfaceResults, SubsurfaceSlice,
-};
-pub use super::state_numbers::StateNumbers;
 pub use super::surface::{
     CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, Statistic, SurfaceResults,
 };
-pub use super::uncertainty::ValueWithError;
 
 use super::acceptance::AcceptanceCheck;
 use super::advice::AccuracyChoice;
-use super::json;
 use super::methods::MethodResults;
+use asperity_atoms::results::AtomsResults;
+use asperity_contact::results::ContinuumResults;
 use asperity_grid::error::{Error, Result};
+use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -115,7 +107,7 @@ fn no_run(folder: &Path) -> Error {
         Ok(_) if has(super::ensemble::FILE) => "not a run folder but that of a sweep".to_string(),
         Ok(_) if has(TRADEOFF_FILE) => "not a run folder but that of `asperity tradeoff`".to_string(),
         // A stage of a run has no table of loads.
-        Ok(_) if has(super::hashed::DONE_FILE) && has(super::load_table::FILE) => {
+        Ok(_) if has(asperity_surface::files::hashed::DONE_FILE) && has(super::load_table::FILE) => {
             "not a run folder but that of `asperity solve`, which has no report".to_string()
         }
         Ok(_) => format!("not a run folder, or one whose run has not ended: {} {verb} missing", missing.join(" and ")),

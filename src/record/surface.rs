@@ -1,6 +1,6 @@
 //! Surface and its statistics, as in `results.json`.
 
-use super::provenance::Provenance;
+use asperity_surface::provenance::Provenance;
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

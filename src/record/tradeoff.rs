@@ -1,11 +1,11 @@
 //! `tradeoff.json` and `tradeoff.csv`: cost of method settings and their errors against a reference.
 
-use super::atomic_file::write_atomic;
-use super::json;
 use super::methods::Missing;
-use super::quantity::Quantity;
 use super::results::ScalesSi;
+use asperity_contact::quantity::Quantity;
 use asperity_grid::error::Result;
+use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::atomic_file::{miscount, write_atomic};
 use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::{miscount, write_atomic};
 
 /// Species of an atom that is of no element: ASE refuses any name that is neither an element nor this.
 pub const DUMMY: &str = "X";
@@ -84,7 +84,7 @@ pub struct ReadAtom {
 /// # Errors
 /// `Io`; `Format`, with the line number, for any other line than [`write`] produces.
 pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
-    let text = super::atomic_file::read_text(path)?;
+    let text = asperity_surface::files::atomic_file::read_text(path)?;
     let wrong = |line: usize, found: &str| {
         Error::format(
             path,

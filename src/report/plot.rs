@@ -1,7 +1,7 @@
 //! Curves as SVG: linear or logarithmic axes, a legend above the frame, and a dash pattern and a marker for every
 //! curve, so that curves can also be distinguished in greyscale.
 //!
-//! All lengths of a drawing are multiples of its text height, so that all figures of one [`Format`] have one type size.
+//! All lengths of a drawing are multiples of its text height, so that all figures of one format have one type size.
 
 use std::fmt::Write;
 

@@ -7,7 +7,6 @@ use super::surface_file::{SurfaceFile, preparation_keys, rounded};
 use super::{
     ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, Length, RequestedOutputs, Scene, Surface,
 };
-use crate::method::{self};
 use crate::record::advice::AccuracyChoice;
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
@@ -289,7 +288,10 @@ impl Case {
             let key = if c.hardness_map.is_some() { "hardness_map" } else { "hardness" };
             values.push((format!("continuum.{key}"), reduced * modulus.value(), reduced));
         }
-        match values.into_iter().find(|(_, given, reduced)| !method::is_representable(*given, *reduced)) {
+        match values
+            .into_iter()
+            .find(|(_, given, reduced)| !asperity_contact::method::is_representable(*given, *reduced))
+        {
             None => Ok(()),
             Some((key, found, _)) => {
                 let accepted =
@@ -368,14 +370,15 @@ impl Case {
 
     /// Card of the scene's own method.
     pub fn method(&self) -> &'static Card {
-        method::find(&self.scene.continuum.method).expect("checked with the scene").card()
+        asperity_methods::find(&self.scene.continuum.method).expect("checked with the scene").card()
     }
 
     /// Methods that are compared with the scene's own at the same loads, in the order of the registry.
     pub fn comparison_methods(&self) -> Vec<&'static dyn ContactMethod> {
         let (own, also) = (self.method().id, &self.scene.continuum.compare_with);
-        let wanted =
-            |id: &str| also.iter().any(|a| a == ALL_METHODS || method::find(a).is_some_and(|m| m.card().id == id));
+        let wanted = |id: &str| {
+            also.iter().any(|a| a == ALL_METHODS || asperity_methods::find(a).is_some_and(|m| m.card().id == id))
+        };
         let runs = |id: &str| if id == own { !self.solves() } else { wanted(id) };
         // "all" are those that model what the scene contains.
         let models = |card: &Card| self.hardness.is_none() || card.capabilities.hardness;

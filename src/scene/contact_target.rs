@@ -2,7 +2,6 @@
 
 use super::Case;
 use super::load::estimated_p_star;
-use crate::method::{self};
 use crate::{Error, Result};
 use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::method::{Observer, Started, Stop};
@@ -41,7 +40,7 @@ impl Case {
     }
 
     fn pressures_of(&self, targets: &[f64], observer: &dyn Observer) -> Result<Vec<f64>> {
-        let method = method::find(&self.scene.continuum.method).expect("checked with the scene");
+        let method = asperity_methods::find(&self.scene.continuum.method).expect("checked with the scene");
         let heights = self.surface.heights(self.grid, 0.0);
         let problem = self.problem((&heights).into());
         let (need, have) = (method.plan(&problem).bytes, asperity_grid::sys::available_memory_bytes());

@@ -3,10 +3,10 @@
 
 use crate::alone;
 use crate::lammps::lammps;
+use asperity::contact::uncertainty::UncertaintySource;
 use asperity::grid::transformed_nodes;
 use asperity::pipeline::{self, Silent};
 use asperity::record::results::Results;
-use asperity::record::uncertainty::UncertaintySource;
 use asperity::scene::{Case, Scene};
 use std::path::Path;
 

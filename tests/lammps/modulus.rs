@@ -9,8 +9,8 @@ use asperity::atoms::engine::LammpsEngine;
 use asperity::atoms::job_spec::{DisplacementRamp, RelaxationSettings};
 use asperity::atoms::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
 use asperity::atoms::run_script::RunScript;
-use asperity::interface::{Base, Kernel, Layer};
-use asperity::units::GPA_PER_EV_A3;
+use asperity::contact::interface::{Base, Kernel, Layer};
+use asperity::grid::units::GPA_PER_EV_A3;
 use std::f64::consts::TAU;
 use std::path::Path;
 

@@ -8,8 +8,8 @@ use asperity::atoms::nvt::{BLOCKS, NvtSamples, NvtSettings};
 use asperity::atoms::potential::calcium_lattice_constant;
 use asperity::atoms::run_script::RunScript;
 use asperity::pipeline::{Silent, run};
-use asperity::record::npy;
 use asperity::scene::Case;
+use asperity::surface::files::npy;
 use std::ops::ControlFlow;
 use std::path::Path;
 

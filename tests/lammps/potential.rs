@@ -13,7 +13,7 @@ use asperity::atoms::properties::{Card, measure};
 use asperity::atoms::repulsion::Repulsion;
 use asperity::atoms::run_script::{LmpCommand, RunScript, results};
 use asperity::atoms::wall::{Adhesion, Wall};
-use asperity::error::{Error, LammpsFailure};
+use asperity::grid::error::{Error, LammpsFailure};
 
 /// Work of adhesion of the challenge, 2e-5 E* L, eV/Å².
 const GAMMA: f64 = 3.4878e-3;

@@ -7,8 +7,8 @@ use asperity::atoms::engine::Finished;
 use asperity::atoms::indenter::CLEARANCE_ANGSTROM;
 use asperity::atoms::job::Job;
 use asperity::atoms::load_history::StepRecord;
+use asperity::atoms::results::AtomState;
 use asperity::pipeline::read_atoms;
-use asperity::record::results::AtomState;
 use asperity::scene::Case;
 use std::path::Path;
 
@@ -96,7 +96,10 @@ fn given_constants_reach_lammps_and_the_count() {
 
 /// Atoms of a step within the job's contact distance of the indenter.
 fn counted(case: &Case, job: &Job, step: usize, down: f64) -> usize {
-    use asperity::atoms::{contact::contact, dump::read_frame, indenter::Indenter, load_history::frame_file};
+    use asperity::atoms::contact::contact;
+    use asperity::atoms::dump::read_frame;
+    use asperity::atoms::indenter::Indenter;
+    use asperity::atoms::load_history::frame_file;
     let atoms = case.atoms.as_ref().expect("atoms");
     let heights = atoms.heights_angstrom(&case.surface, asperity::grid::Grid::unit(atoms.points, atoms.points));
     let touch = atoms.wall.minimum_angstrom();

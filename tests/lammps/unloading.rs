@@ -5,10 +5,10 @@ use crate::lammps::lammps;
 use asperity::atoms::engine::Finished;
 use asperity::atoms::job::Job;
 use asperity::atoms::load_history::frame_file;
+use asperity::atoms::results::{AtomsResults, Unloading};
+use asperity::grid::units::GPA_PER_EV_A3;
 use asperity::pipeline::read_atoms;
-use asperity::record::results::{AtomsResults, Unloading};
 use asperity::scene::Case;
-use asperity::units::GPA_PER_EV_A3;
 use std::ops::ControlFlow;
 use std::path::Path;
 

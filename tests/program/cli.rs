@@ -4,7 +4,7 @@ use crate::flags::dimensionless;
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
 use approx::assert_relative_eq;
-use asperity::record::npy;
+use asperity::surface::files::npy;
 use predicates::prelude::*;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

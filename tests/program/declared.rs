@@ -2,8 +2,8 @@
 //! points, heights. Damaged twins of these files are refused.
 
 use crate::program::asperity;
-use asperity::record::height_map::HeightMap;
-use asperity::record::import::{self, Content, ImportOptions, ImportedFile};
+use asperity::surface::height_map::HeightMap;
+use asperity::surface::import::{self, Content, ImportOptions, ImportedFile};
 use nalgebra::{DMatrix, DVector};
 use serde::Deserialize;
 use std::io::Write;

@@ -4,7 +4,7 @@
 
 use crate::flags::dimensionless;
 use crate::program::{asperity, json_line, stderr};
-use asperity::record::npy;
+use asperity::surface::files::npy;
 use std::io::Write;
 use std::path::Path;
 use std::process::Output;
@@ -73,7 +73,7 @@ fn grids_beyond_the_memory_are_refused_with_what_fits() {
     }
     for (method, n) in ["fast", "bvm", "gfmd"].into_iter().flat_map(|m| [(m, 65_536usize), (m, 1 << 20)]) {
         // At least the memory of fields and spectrum.
-        if asperity::sys::available_memory_bytes() > 24 * (n * n) as u64 {
+        if asperity::grid::sys::available_memory_bytes() > 24 * (n * n) as u64 {
             println!("not tested: this machine has the memory");
             continue;
         }
@@ -87,7 +87,7 @@ fn grids_beyond_the_memory_are_refused_with_what_fits() {
     let scratch = tempfile::tempdir().expect("scratch");
     let file = scratch.path().join("large.npy");
     let points = 1u64 << 34;
-    if asperity::sys::available_memory_bytes() < 8 * points {
+    if asperity::grid::sys::available_memory_bytes() < 8 * points {
         let header = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({0}, {0}), }}", 1 << 17);
         let mut map = std::fs::File::create(&file).expect("made");
         map.write_all(b"\x93NUMPY\x01\x00\x76\x00").expect("written");

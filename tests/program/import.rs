@@ -2,8 +2,8 @@
 //! and unsupported files are refused in one line with exit code 2.
 
 use crate::program::{asperity, json_line, stderr};
-use asperity::record::import::{self, Content, Fourier, ImportOptions};
-use asperity::record::npy;
+use asperity::surface::files::npy;
+use asperity::surface::import::{self, Content, Fourier, ImportOptions};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::Output;

@@ -2,8 +2,8 @@
 //! files are refused in one line; no change of their bytes ends in a panic.
 
 use crate::program::{asperity, stderr};
-use asperity::record::heights::HeightMap;
-use asperity::record::import::{self, Content, ImportOptions, ImportedFile};
+use asperity::surface::heights::HeightMap;
+use asperity::surface::import::{self, Content, ImportOptions, ImportedFile};
 use nalgebra::{Matrix3, Vector3};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};

@@ -61,7 +61,7 @@ fn problem() -> Problem {
 }
 
 fn stored(file: &Path) -> Array2<f64> {
-    let field = asperity::record::npy::read(file).expect("a field");
+    let field = asperity::surface::files::npy::read(file).expect("a field");
     Array2::from_shape_vec((field.ny, field.nx), field.values).expect("its shape")
 }
 

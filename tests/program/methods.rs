@@ -3,13 +3,15 @@
 
 use crate::program::{asperity, json_line, stderr};
 use asperity::Error;
+use asperity::contact::method::{Card, Kind, Needs, NoObserver, Problem, Quantity, Started, Support};
 use asperity::grid::Grid;
-use asperity::method::{self, Card, Kind, Needs, NoObserver, Problem, Quantity, REGISTRY, Started, Support};
+use asperity::methods;
+use asperity::methods::REGISTRY;
 use asperity::pipeline::{self, Listener};
-use asperity::record::hashed;
 use asperity::record::methods::{MethodResults, MethodState};
 use asperity::record::results::{Results, StageCost};
 use asperity::scene::Case;
+use asperity::surface::files::hashed;
 use asperity::surface::{Modes, PowerSpectrum, Spectrum};
 use std::path::Path;
 
@@ -229,7 +231,7 @@ fn measured_errors_carry_their_surface() {
     let text = String::from_utf8(asperity().arg("methods").output().expect("started").stdout).expect("UTF-8");
     for card in &cards {
         let (id, errors) = (card["id"].as_str().expect("an id"), &card["measured_errors"]);
-        assert_eq!(errors.is_null(), method::find(id).expect("registered").card().measured_errors.is_none(), "{id}");
+        assert_eq!(errors.is_null(), methods::find(id).expect("registered").card().measured_errors.is_none(), "{id}");
         let line = text.lines().find(|l| l.starts_with(&format!("{id}: measured errors")));
         let Some(list) = errors["errors"].as_array() else {
             assert!(line.is_none(), "{id}");
@@ -278,7 +280,7 @@ fn criterion_and_calibration_follow_settings() {
         ("persson", "energy_factor=1"),
         ("srgw", ""),
     ] {
-        let card = method::find(id).expect("an id").card();
+        let card = methods::find(id).expect("an id").card();
         assert_eq!(found_by(id, None)["calibrated_on"].as_str(), card.calibrated_on, "{id}");
         if !given.is_empty() {
             assert!(card.calibrated_on.is_some() && found_by(id, Some(given))["calibrated_on"].is_null(), "{id}");

@@ -1,7 +1,7 @@
 //! A person's own surface in `surface`, `solve` and `run` alike: what files declare, preparation, warnings, loads and results.
 
 use crate::program::{asperity, json_line, stderr};
-use asperity::record::npy;
+use asperity::surface::files::npy;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Hardness of every point, and stress below the surface, as flags and as keys.
 
 use crate::program::{asperity, stderr};
-use asperity::record::npy;
+use asperity::surface::files::npy;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -150,7 +150,7 @@ fn a_height_that_is_no_number_is_reported_by_row_and_column() {
         (f64::INFINITY, "the height in row 3, column 6 (counted from 1) is inf"),
     ] {
         let heights = (0..nx * ny).map(|i| if i == 2 * nx + 5 { value } else { (i % nx) as f64 });
-        asperity::record::npy::write(&scratch.path().join("h.npy"), nx, ny, heights).expect("written");
+        asperity::surface::files::npy::write(&scratch.path().join("h.npy"), nx, ny, heights).expect("written");
         let scene = scratch.path().join("n.toml");
         std::fs::write(&scene, SCENE).expect("written");
         let out = scratch.path().join("run");
@@ -183,7 +183,7 @@ fn a_scene_that_does_not_fit_is_refused_before_it_starts() {
     let fields = 8.0 * 65536f64.powi(2);
     // At least the memory of heights, gap and stress.
     assert!(plan["bytes"].as_f64().expect("bytes") > 3.0 * fields, "{plan}");
-    if plan["bytes"].as_u64() <= Some(asperity::sys::available_memory_bytes()) {
+    if plan["bytes"].as_u64() <= Some(asperity::grid::sys::available_memory_bytes()) {
         println!("not tested: this machine has the memory");
         return;
     }

@@ -123,6 +123,26 @@ fn pulled_off_and_dry_run() {
     assert!(stderr(&huge).contains("with --precision f32"), "{}", stderr(&huge));
 }
 
+/// States that did not converge are marked, and are no points of the curve.
+#[test]
+fn what_did_not_converge_is_no_point_of_the_curve() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let curve = |name: &str, flags: &[&str]| {
+        let out = scratch.path().join(name);
+        let output = solve(&[flags, &["--out", out.to_str().expect("UTF-8")]].concat());
+        assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+        std::fs::read_to_string(out.join("curve.csv")).ok().map(|text| text.lines().count())
+    };
+    // The head and the first load; no file without a load.
+    assert_eq!(curve("detached", &[&STICKY[..], &["--pressure", "0.01,-0.1"]].concat()), Some(2));
+    assert_eq!(curve("stopped", &["--pressure", "0.01,0.02", "--max-iterations", "2"]), None);
+    let plain: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").collect();
+    let few = ["--pressure", "0.01,0.02", "--max-iterations", "2"];
+    let said = asperity().args(&plain).args(few).output().expect("started").stdout;
+    let said = String::from_utf8_lossy(&said).into_owned();
+    assert!(said.lines().last().is_some_and(|l| l.ends_with("not converged: iteration limit")), "{said}");
+}
+
 /// A map is solved as the waves it was generated from, in both precisions; the result contains the plan of a dry run.
 #[test]
 fn a_map_is_its_waves() {
@@ -306,7 +326,7 @@ fn hardness_with_adhesion_flows_at_the_hardness() {
         let output = solve(&[&flags[..], &["--out", out.to_str().expect("UTF-8")]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
         assert_eq!(stderr(&output).matches("hardness with adhesion").count(), warnings, "{}", stderr(&output));
-        let stress = asperity::record::npy::read(&out.join("load-2-stress.npy")).expect("a map").values;
+        let stress = asperity::surface::files::npy::read(&out.join("load-2-stress.npy")).expect("a map").values;
         let most = stress.iter().copied().fold(0.0, f64::max);
         assert!((most / 0.2 - 1.0).abs() < STRESS, "{flags:?}: {most}");
     }
@@ -457,7 +477,7 @@ fn a_hardness_bounds_the_contact_stress() {
     assert!(of(1, "flowing_fraction") > 0.01 && of(2, "flowing_fraction") == 0.0);
     assert_eq!(of(2, "mean_plastic_displacement"), of(1, "mean_plastic_displacement"));
     assert!(of(2, "contact_area") > of(0, "contact_area"));
-    let field = |name: &str| asperity::record::npy::read(&out.join(name)).expect("a field").values;
+    let field = |name: &str| asperity::surface::files::npy::read(&out.join(name)).expect("a field").values;
     let (stress, plastic) = (field("load-2-stress.npy"), field("load-2-plastic.npy"));
     let most = stress.iter().copied().fold(0.0, f64::max);
     assert!((most / of(1, "hardness") - 1.0).abs() < ROUNDING, "{most}");

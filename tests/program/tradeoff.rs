@@ -3,8 +3,8 @@
 
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
-use asperity::method::REGISTRY;
-use asperity::record::quantity::Quantity;
+use asperity::contact::quantity::Quantity;
+use asperity::methods::REGISTRY;
 use asperity::record::tradeoff::{FILE, Tradeoff, TradeoffPoint};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

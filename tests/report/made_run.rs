@@ -3,13 +3,17 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use asperity::atoms::results::*;
+use asperity::contact::load::{Branch, Stop};
+use asperity::contact::observe;
+use asperity::contact::quantity::Quantity;
+use asperity::contact::results::*;
+use asperity::contact::state_numbers::StateNumbers;
+use asperity::contact::uncertainty::ValueWithError;
+use asperity::contact::uncertainty::{UncertaintyComponent, UncertaintySource};
 use asperity::grid::Field;
-use asperity::load::{Branch, Stop};
-use asperity::observe;
-use asperity::record::npy;
-use asperity::record::quantity::Quantity;
 use asperity::record::results::*;
-use asperity::record::uncertainty::{UncertaintyComponent, UncertaintySource};
+use asperity::surface::files::npy;
 
 pub(crate) const N: usize = 64;
 pub(crate) const LENGTH_ANGSTROM: f64 = 400.0;

@@ -10,11 +10,14 @@ mod tools;
 
 use std::path::{Path, PathBuf};
 
-use asperity::load::{Branch, Stop};
-use asperity::observe::{Distribution, linear_edges};
-use asperity::record::npy;
+use asperity::atoms::results::*;
+use asperity::contact::load::{Branch, Stop};
+use asperity::contact::observe::{Distribution, linear_edges};
+use asperity::contact::results::*;
+use asperity::contact::state_numbers::StateNumbers;
 use asperity::record::results::*;
 use asperity::report::{self, PrintedFigures, ReportOptions};
+use asperity::surface::files::npy;
 use made_run::{grid, height, run_folder, store};
 
 #[test]

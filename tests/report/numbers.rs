@@ -2,8 +2,9 @@
 //! text, or as one of the values that the page computes from stored numbers, which are listed here. Drawings, whose ticks are
 //! round numbers, are left out; their data are in `figures/`.
 
-use asperity::record::quantity::Quantity;
-use asperity::record::results::{FILE, LoadComparison, Results, StateResults};
+use asperity::contact::quantity::Quantity;
+use asperity::contact::results::StateResults;
+use asperity::record::results::{FILE, LoadComparison, Results};
 use asperity::report::number::{duration, memory};
 use serde_json::Value;
 use std::path::Path;
@@ -253,7 +254,7 @@ fn computed(results: &Results) -> Vec<f64> {
 fn line_means(folder: &Path, results: &Results) -> Vec<f64> {
     let states = results.continuum.iter().chain(&results.non_adhesive).flat_map(|c| &c.states);
     let stored = states.filter_map(|s| {
-        Some((s, asperity::record::npy::Reader::open(&folder.join(s.numbers.gap_map.as_ref()?)).ok()?))
+        Some((s, asperity::surface::files::npy::Reader::open(&folder.join(s.numbers.gap_map.as_ref()?)).ok()?))
     });
     let mut list = Vec::new();
     for (state, map) in stored {

@@ -1,10 +1,11 @@
 //! Adhesive contact against closed forms during loading and unloading: Johnson's wave, the sphere of Johnson, Kendall &
 //! Roberts and of Maugis, Kendall's flat punch.
 
+use asperity::contact::interface::Adhesion;
+use asperity::contact::method::{Load, NoObserver, Problem, Run, State, Stop};
+use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::{Grid, mean};
-use asperity::interface::Adhesion;
-use asperity::method::{self, Load, NoObserver, Problem, Run, State, Stop};
-use asperity::observe::{ContactEdges, contact_area};
+use asperity::methods;
 use std::f64::consts::PI;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
@@ -12,7 +13,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
-    method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap()
+    methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap()
 }
 
 /// Solves a load of the path, which must converge, and evaluates `look` on the state.

@@ -1,12 +1,13 @@
 //! Solvers against closed forms and against each other.
 
-use asperity::grid::{Grid, Transform};
-use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
-use asperity::method::{self, Heights, Load, NoObserver, Precision, Problem, State, Stop, Targets};
-use asperity::observe::{
+use asperity::contact::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
+use asperity::contact::method::{self, Heights, Load, NoObserver, Precision, Problem, State, Stop, Targets};
+use asperity::contact::observe::{
     Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, gap_distribution, linear_edges,
     stress_distribution,
 };
+use asperity::grid::{Grid, Transform};
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
 
@@ -20,7 +21,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "{id} at {pressure}: residual {}", state.residual);
     assert!(state.load_error <= LOAD_BALANCE, "{id} at {pressure}: load error {}", state.load_error);
@@ -204,7 +205,7 @@ fn methods_agree_on_a_thin_incompressible_layer() {
     // Waves a thousand times stiffer than on a half-space reduce the attainable accuracy of the residual.
     let p = Problem { kernel: Elastic::Layer(layer), tolerance: 1e-7, ..problem(grid, &heights) };
     let [a, others @ ..] = METHODS.map(|id| {
-        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::Pressure(0.05)).unwrap();
         assert_eq!(state.stop, Stop::Converged, "{id}: residual {}", state.residual);
         state.energy
@@ -229,7 +230,7 @@ fn nested_grids_need_not_halve() {
 #[test]
 fn methods_agree_on_a_soft_wall() {
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
-    let wall = Wall::LennardJones(asperity::interface::LennardJonesWall { strength: 20.0, sigma: 0.0143 });
+    let wall = Wall::LennardJones(asperity::contact::interface::LennardJonesWall { strength: 20.0, sigma: 0.0143 });
     let p = Problem { wall, ..problem(grid, &heights) };
     let [a, others @ ..] = METHODS.map(|id| solve(&p, id, 0.02, |s| (s.energy, s.mean_gap)));
     for b in others {
@@ -240,12 +241,13 @@ fn methods_agree_on_a_soft_wall() {
 /// Quantities with full support on a method's card are provided, and every id is found.
 #[test]
 fn cards_agree_with_results() {
-    use asperity::method::{Kind, Quantity, REGISTRY, Support};
+    use asperity::contact::method::{Kind, Quantity, Support};
+    use asperity::methods::REGISTRY;
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
     // Estimators are tested in tests/program/methods.rs.
     for method in REGISTRY.iter().filter(|m| m.card().kind == Kind::Solver) {
         let card = method.card();
-        assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
+        assert!(std::ptr::eq(methods::find(card.id).unwrap().card(), card));
         // Support with or without a limitation.
         let delivers = |q: Quantity| !matches!((card.supports)(q), Support::No(_));
         solve(&problem(grid, &heights), card.id, 0.02, |s| {
@@ -374,7 +376,7 @@ fn single_precision() {
     let double = solve(&problem(grid, &heights), "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
     let p = Problem { precision: Precision::F32, tolerance: 1e-3, ..problem(grid, &heights) };
     for id in METHODS {
-        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let s = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert_eq!(s.stop, Stop::Converged);
         // At a residual of 1e-3 of the pressure. Measured: 3e-5, 4e-5, 2e-6; 0, 3e-4 and 1.9e-3 in area.
@@ -386,7 +388,7 @@ fn single_precision() {
 /// On a flat surface the gap is that at which the pressure of the wall equals the load.
 #[test]
 fn soft_wall_on_a_flat_surface() {
-    use asperity::interface::{Law, LennardJonesWall};
+    use asperity::contact::interface::{Law, LennardJonesWall};
     let wall = LennardJonesWall { strength: 400.0, sigma: 0.015 };
     let grid = Grid::unit(8, 8);
     let heights = vec![0.3; 64];
@@ -442,7 +444,7 @@ fn mean_gap_control_inverts_load_control() {
     for adhesion in [Adhesion::None, adhesion] {
         let p = Problem { adhesion, ..problem(grid, &heights) };
         let (gap, energy) = solve(&p, "fast", 0.02, |s| (s.mean_gap, s.energy));
-        let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::MeanGap(gap)).unwrap();
         assert_eq!(state.stop, Stop::Converged);
         assert!((state.mean_gap / gap - 1.0).abs() < 1e-8, "{adhesion}: {}", state.mean_gap / gap - 1.0);
@@ -462,7 +464,7 @@ fn mean_gap_control_inverts_load_control() {
             assert!((apart.pressure, apart.iterations) == (0.0, 0) && (apart.mean_gap - 1.0).abs() < LOAD_BALANCE);
         }
         for id in ["gfmd", "bvm"] {
-            let unavailable_reason = method::find(id)
+            let unavailable_reason = methods::find(id)
                 .unwrap()
                 .start(&p, &NoObserver)
                 .unwrap()
@@ -481,7 +483,7 @@ fn excessive_tension_separates_the_surfaces() {
     let (grid, heights) = rough(128, 1.0 / 16.0, 5);
     let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
     let p = problem(grid, &heights);
-    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let touching = run.equilibrate(Load::Pressure(0.0)).unwrap();
     assert_eq!((touching.stop, fraction(&touching, grid).0 > 0.0), (Stop::Converged, true));
     assert!((touching.mean_gap + lowest - asperity::grid::mean(&heights)).abs() < 1e-12);
@@ -490,14 +492,14 @@ fn excessive_tension_separates_the_surfaces() {
     // No pressure at mean gaps above that of first contact; positive pressure slightly below.
     for precision in [Precision::F64, Precision::F32] {
         let p = Problem { precision, tolerance: 1e-3, ..p.clone() };
-        let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let mut pressure = |share: f64| run.equilibrate(Load::MeanGap(share * apart)).unwrap().pressure;
         assert_eq!([1.0001, 2.0].map(&mut pressure), [0.0, 0.0]);
         assert!(pressure(0.9) > 0.0);
     }
     let gamma: f64 = 2.7e-4;
     let p = Problem { adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
-    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     assert_eq!(run.equilibrate(Load::Pressure(1e-3)).unwrap().stop, Stop::Converged);
     // Half the largest attraction of two flat surfaces, far above that of rough ones.
     assert_eq!(run.equilibrate(Load::Pressure(-0.07)).unwrap().stop, Stop::Detached);
@@ -512,7 +514,7 @@ fn accuracy_targets_are_met() {
     const AREA: f64 = 3e-3;
     let targets = Targets { energy: Some(1e-5), area: Some(AREA), mean_gap: Some(1e-4) };
     let p = Problem { targets, tolerance: 0.05, ..problem(grid, &heights) };
-    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
     assert_eq!(state.stop, Stop::Converged);
     assert!(state.fft_pairs < 0.7 * exact.3, "{} {}", state.fft_pairs, exact.3);
@@ -523,7 +525,7 @@ fn accuracy_targets_are_met() {
     let miss = (state.mean_gap / exact.2 - 1.0).abs();
     assert!(miss < 1e-4, "{miss:e} {:?} {:e}", state.error_estimates, state.residual);
     // Methods without an estimate of the energy error refuse an energy target, but accept targets of area and mean gap.
-    let unavailable_reason = method::find("gfmd")
+    let unavailable_reason = methods::find("gfmd")
         .unwrap()
         .start(&p, &NoObserver)
         .unwrap()
@@ -534,7 +536,7 @@ fn accuracy_targets_are_met() {
     assert!(unavailable_reason.unwrap().to_string().contains("energy"));
     let p = Problem { targets: Targets { energy: None, ..targets }, ..p };
     for id in ["gfmd", "bvm"] {
-        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert_eq!(state.stop, Stop::Converged);
         assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < AREA, "{id}");
@@ -555,7 +557,7 @@ fn solve_starts_from_an_initial_gap() {
     };
     for id in METHODS {
         let (gap, first) = solve(&p, id, 0.02, |s| (s.gap.to_vec(), s.iterations));
-        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         run.set_gap(&gap);
         let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert!(state.stop == Stop::Converged && state.iterations * 5 < first, "{id}: {} {first}", state.iterations);
@@ -582,7 +584,7 @@ fn full_contact_begins_at_its_pressure() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 3);
     let problem = Problem::new(grid, &heights);
     let full = problem.full_contact_pressure();
-    let mut run = method::find("fast").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
     for (share, all) in [(1.001, true), (0.99, false)] {
         let state = run.equilibrate(Load::Pressure(share * full)).unwrap();
         assert_eq!(state.stop, Stop::Converged);

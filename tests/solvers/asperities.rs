@@ -2,12 +2,15 @@
 //! paper.
 
 use crate::found::{near, path, problem, rough, solved};
-use asperity::grid::{Field, Grid, minimum_image};
-use asperity::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall};
-use asperity::method::{
-    self, ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
+use asperity::contact::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall};
+use asperity::contact::method::{
+    ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
 };
-use asperity::observe::{Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, median_cluster_size};
+use asperity::contact::observe::{
+    Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, median_cluster_size,
+};
+use asperity::grid::{Field, Grid, minimum_image};
+use asperity::methods;
 use asperity::surface::moments;
 use std::f64::consts::PI;
 
@@ -25,7 +28,7 @@ struct Estimated {
 }
 
 fn estimates(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
     let mut estimate = |&p: &f64| {
         let e = run.estimate(Load::Pressure(p)).unwrap();
         Estimated {
@@ -453,14 +456,14 @@ fn errors_name_the_unsupported_input() {
     let settings = |settings: Settings| Problem { settings, ..base.clone() };
     let winkler = |spring_length, calibrate_to| with(base.clone(), WinklerSettings { spring_length, calibrate_to });
     let refused = |p: &Problem, id: &str, word: &str| {
-        let error = method::find(id).unwrap().start(p, &NoObserver).err().unwrap_or_else(|| panic!("{id}: {word}"));
+        let error = methods::find(id).unwrap().start(p, &NoObserver).err().unwrap_or_else(|| panic!("{id}: {word}"));
         let error = error.to_string();
         assert!(error.contains(word) && error.contains(id) && !error.contains('\n'), "{id}: {error}");
     };
     for id in ["winkler", "srgw", "icha", "experiment"] {
         refused(&Problem { kernel: layer, ..base.clone() }, id, "kernel");
         refused(&Problem { wall: soft, ..base.clone() }, id, "wall");
-        let mut run = method::find(id).unwrap().start(&base, &NoObserver).unwrap().estimator().unwrap();
+        let mut run = methods::find(id).unwrap().start(&base, &NoObserver).unwrap().estimator().unwrap();
         for load in [Load::MeanGap(0.1), Load::Pressure(-0.1), Load::Pressure(f64::NAN)] {
             assert!(run.estimate(load).is_err(), "{id}: {load:?}");
         }

@@ -1,13 +1,14 @@
 //! Where estimates hold: what a method does not deliver at a load, what it refuses, and which waves it counts.
 
 use crate::found::{near, path, problem, rough};
+use asperity::contact::method::{Estimator, Heights, Load, NoObserver, Problem, Quantity, Stop};
+use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::Field;
-use asperity::method::{self, Estimator, Heights, Load, NoObserver, Problem, Quantity, Stop};
-use asperity::observe::{ContactEdges, contact_area};
+use asperity::methods;
 use asperity::surface::{Modes, PowerSpectrum, Spectrum, moments};
 
 fn estimator<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Estimator + 'p> {
-    method::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap()
+    methods::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap()
 }
 
 /// On surfaces with 5 to 24 points per shortest wave and on all loads: either a mean gap near that of `fast`, or none and the reason. The

@@ -1,10 +1,11 @@
 //! The error of results extrapolated to the requested range of adhesion, against a grid that resolves it.
 
+use asperity::contact::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
+use asperity::contact::method::{Heights, Load, NoObserver, Problem, Stop};
+use asperity::contact::path::LoadPath;
+use asperity::contact::uncertainty::ValueWithError;
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
-use asperity::method::{self, Heights, Load, NoObserver, Problem, Stop};
-use asperity::path::LoadPath;
-use asperity::record::results::ValueWithError;
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 
 /// Points per side of the reference grid, which resolves the range on all surfaces.
@@ -47,7 +48,7 @@ fn the_stated_error_covers_the_true_one() {
             let requested = Problem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..requested };
             let path = LoadPath::new(
                 requested,
-                method::find("fast").expect("it is there"),
+                methods::find("fast").expect("it is there"),
                 RangeChoice::Extrapolate,
                 0.0,
                 &load,

@@ -4,9 +4,9 @@
 
 use crate::found::{Found, near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
+use asperity::contact::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, PenaltyWall, Wall};
+use asperity::contact::method::{Precision, Problem, Stop};
 use asperity::grid::{Grid, lowest};
-use asperity::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, PenaltyWall, Wall};
-use asperity::method::{Precision, Problem, Stop};
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
 

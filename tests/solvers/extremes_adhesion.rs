@@ -5,9 +5,10 @@
 
 use crate::found::{near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
+use asperity::contact::interface::{Adhesion, COHESIVE_RESOLUTION, PenaltyWall, Wall};
+use asperity::contact::method::{Load, NoObserver, Precision, Problem, Stop};
 use asperity::grid::{Grid, lowest};
-use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, PenaltyWall, Wall};
-use asperity::method::{self, Load, NoObserver, Precision, Problem, Stop};
+use asperity::methods;
 use asperity::surface::Spectrum;
 use std::f64::consts::PI;
 
@@ -107,7 +108,7 @@ fn imposed_mean_gaps_near_separation_balance_the_load() {
     const BALANCE: f64 = 1.1e-10;
     let (grid, heights) = rough(512, 512, Spectrum::CHALLENGE.lambda_s, 4);
     let p = Problem { adhesion: Adhesion::exponential(2e-5, 2.767e-4), ..problem(grid, &heights) };
-    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     for i in 0..12 {
         let target = 0.0287 + 1e-4 * f64::from(i);
         let state = run.equilibrate(Load::MeanGap(target)).expect("a mean gap");
@@ -176,7 +177,7 @@ fn pulls_beyond_pull_off_are_detached() {
         assert!(parted.iter().all(|f| f.stop == Stop::Detached && f.iterations == 0), "{wall}");
         for id in ["gfmd", "bvm"] {
             for pull in [-1e-6, 0.0] {
-                let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+                let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
                 let unavailable_reason = run.equilibrate(Load::Pressure(pull)).err().unwrap().to_string();
                 assert!(
                     unavailable_reason.contains("without adhesion no tension"),

@@ -1,10 +1,11 @@
 //! Field solvers against `bvm`, and statements of the challenge paper about them.
 
 use crate::found::{Found, near, path, problem, rough, solved};
+use asperity::contact::interface::{Adhesion, LennardJonesWall, PowerLawWall, Wall};
+use asperity::contact::method::{BicgstabSettings, Load, NoObserver, Precision, Problem, Settings, Stop, Targets};
+use asperity::contact::observe::{Connectivity, cluster_sizes, median_cluster_size};
 use asperity::grid::lowest;
-use asperity::interface::{Adhesion, LennardJonesWall, PowerLawWall, Wall};
-use asperity::method::{self, BicgstabSettings, Load, NoObserver, Precision, Problem, Settings, Stop, Targets};
-use asperity::observe::{Connectivity, cluster_sizes, median_cluster_size};
+use asperity::methods;
 
 /// Load balance of every converged state.
 const LOAD_BALANCE: f64 = 1e-9;
@@ -26,7 +27,7 @@ fn resolved(gamma: f64, n: usize) -> Adhesion {
 
 /// Solution of a method from an initial gap.
 fn from_gap(problem: &Problem, id: &str, gap: &[f64], pressure: f64) -> Found {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     run.set_gap(gap);
     let s = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(s.stop, Stop::Converged, "{id}: residual {}", s.residual);
@@ -301,7 +302,7 @@ fn unsupported_problems_are_errors() {
     let (grid, heights) = rough(16, 16, 1.0 / 4.0, 3);
     let base = problem(grid, &heights);
     let error_of = |p: &Problem, id: &str, load: Load| {
-        let run = method::find(id).unwrap().start(p, &NoObserver);
+        let run = methods::find(id).unwrap().start(p, &NoObserver);
         let error = match run {
             Err(e) => e,
             Ok(s) => s.solver().unwrap().equilibrate(load).map(|s| s.stop).expect_err("refused"),

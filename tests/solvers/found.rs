@@ -1,8 +1,9 @@
 //! Copies of solver states for comparisons.
 
+use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::Grid;
-use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{ContactEdges, contact_area};
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 
 /// A problem with the default settings of scenes and of `solve`.
@@ -48,7 +49,7 @@ impl Found {
 
 /// States along a path of pressures.
 pub(crate) fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     pressures.iter().map(|&p| Found::of(problem.grid, &run.equilibrate(Load::Pressure(p)).unwrap())).collect()
 }
 

@@ -1,10 +1,13 @@
 //! Contact stress bounded by a hardness: optimality, limits, load histories, and a direct solution of the bounded problem.
 
 use crate::found::near;
+use asperity::contact::interface::{
+    Adhesion, Base, CubicHalfSpace, Elastic, Kernel, Layer, NonPeriodic, PenaltyWall, Wall,
+};
+use asperity::contact::method::{self, Load, NoObserver, Precision, Problem, Stop};
+use asperity::contact::observe::Plasticity;
 use asperity::grid::{Grid, mean};
-use asperity::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Kernel, Layer, NonPeriodic, PenaltyWall, Wall};
-use asperity::method::{self, Load, NoObserver, Precision, Problem, Stop};
-use asperity::observe::Plasticity;
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::TAU;
 
@@ -41,7 +44,7 @@ impl Found {
 
 /// Converged states along a load path.
 pub(crate) fn path(problem: &Problem, id: &str, loads: &[Load]) -> Vec<Found> {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = |&load: &Load| {
         let state = run.equilibrate(load).unwrap();
         assert_eq!(state.stop, Stop::Converged, "{id} at {load:?}: residual {}", state.residual);
@@ -285,7 +288,7 @@ fn refused_loads_keep_the_flow() {
     let (grid, heights) = rough(64, 1.0 / 16.0);
     let p = problem(grid, &heights, 0.12);
     for id in METHODS {
-        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let flow = run.equilibrate(Load::Pressure(0.04)).unwrap().plasticity;
         for load in [Load::Pressure(0.12), Load::Pressure(2.0), Load::MeanGap(0.01)] {
             assert!(run.equilibrate(load).is_err(), "{id} {load:?}");
@@ -294,7 +297,7 @@ fn refused_loads_keep_the_flow() {
         assert_eq!(state.plasticity.unwrap().displacement, flow.unwrap().displacement, "{id}");
     }
     for id in ["gfmd-fire", "winkler", "persson"] {
-        assert!(method::find(id).unwrap().start(&p, &NoObserver).is_err(), "{id}");
+        assert!(methods::find(id).unwrap().start(&p, &NoObserver).is_err(), "{id}");
     }
 }
 

@@ -2,9 +2,12 @@
 //! coarser grids.
 
 use crate::hardness::{Found, METHODS, direct, path, problem, rough, wavy};
+use asperity::contact::interface::{
+    Adhesion, Base, Elastic, Hardness, HardnessMap, Layer, NonPeriodic, PenaltyWall, Wall,
+};
+use asperity::contact::method::{Load, NoObserver, Precision, Problem};
 use asperity::grid::{Grid, mean};
-use asperity::interface::{Adhesion, Base, Elastic, Hardness, HardnessMap, Layer, NonPeriodic, PenaltyWall, Wall};
-use asperity::method::{self, Load, NoObserver, Precision, Problem};
+use asperity::methods;
 
 fn map(grid: Grid, hardness: impl Fn(usize, usize) -> f64) -> HardnessMap {
     let values = (0..grid.points()).map(|i| hardness(i % grid.nx, i / grid.nx)).collect();
@@ -156,7 +159,7 @@ fn rough_maps_converge_up_to_their_mean() {
                 assert!(*s < hardness + allowed * state.pressure, "{}: {s} {hardness}", p.adhesion);
             }
         }
-        let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let refused = run.equilibrate(Load::Pressure(1.001 * most)).map(|s| s.stop).expect_err("too much").to_string();
         assert!(refused.contains("every node flows"), "{refused}");
     }
@@ -171,7 +174,7 @@ fn maps_of_another_grid_and_behind_soft_walls_are_refused() {
     let other = Problem { hardness: Some((&turned).into()), ..base.clone() };
     for (id, p, word) in [("fast", &soft, "soft wall"), ("bvm", &other, "grid of the surface"), ("scgw", &base, "none")]
     {
-        let Err(refused) = method::find(id).unwrap().start(p, &NoObserver) else { panic!("{id} accepts {word}") };
+        let Err(refused) = methods::find(id).unwrap().start(p, &NoObserver) else { panic!("{id} accepts {word}") };
         assert!(refused.to_string().contains(word), "{refused}");
     }
 }

@@ -1,13 +1,14 @@
 //! Solvers with all adhesion laws, all walls and the kernel of a cubic crystal, against closed forms and each other.
 
 use crate::program;
-use asperity::grid::Grid;
-use asperity::interface::{
+use asperity::contact::interface::{
     Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PenaltyWall, PowerLaw93, PowerLawWall, Wall,
     WithAdhesion,
 };
-use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{ContactEdges, contact_area};
+use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::observe::{ContactEdges, contact_area};
+use asperity::grid::Grid;
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
@@ -17,7 +18,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     let Problem { kernel, adhesion, wall, .. } = problem;
     assert_eq!(state.stop, Stop::Converged, "{id}, {kernel}, {adhesion}, {wall}: residual {}", state.residual);
@@ -189,7 +190,7 @@ fn the_program_takes_laws_walls_and_crystals() {
     let n = 32;
     let wave = |i: usize| (std::f64::consts::TAU * i as f64 / n as f64).cos();
     let heights = (0..n * n).map(|i| wave(i % n) * wave(i / n));
-    asperity::record::npy::write(&file, n, n, heights).expect("written");
+    asperity::surface::files::npy::write(&file, n, n, heights).expect("written");
     let solve = |more: &[&str]| {
         let plain = ["solve", "--length", "100", "--modulus", "25", "--pressure", "0.2", "--json"];
         let sign = ["--touching", "low-points", "--heights"];

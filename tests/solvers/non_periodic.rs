@@ -1,10 +1,11 @@
 //! A non-periodic patch on a half-space: Hertzian contact at any position, and adhesion.
 
+use asperity::contact::interface::{Adhesion, Elastic, NonPeriodic, RangeChoice};
+use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::observe::{ContactEdges, contact_area};
+use asperity::contact::path::LoadPath;
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Elastic, NonPeriodic, RangeChoice};
-use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{ContactEdges, contact_area};
-use asperity::path::LoadPath;
+use asperity::methods;
 use std::f64::consts::PI;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
@@ -13,7 +14,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, load: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find("fast").unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(load)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "residual {}", state.residual);
     look(&state)
@@ -103,10 +104,10 @@ fn what_a_patch_cannot_have() {
     let heights = sphere(grid, (16, 16));
     let p = problem(grid, &heights);
     for id in ["gfmd", "bvm"] {
-        let refused = method::find(id).unwrap().start(&p, &NoObserver).err().expect("refused").to_string();
+        let refused = methods::find(id).unwrap().start(&p, &NoObserver).err().expect("refused").to_string();
         assert!(refused.contains("non-periodic") && refused.contains("`fast`"), "{refused}");
     }
-    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let refused = run.equilibrate(Load::MeanGap(0.1)).expect_err("refused").to_string();
     assert!(refused.contains("non-periodic"), "{refused}");
     assert_eq!(run.equilibrate(Load::Pressure(-0.1)).unwrap().stop, Stop::Detached);
@@ -163,7 +164,7 @@ fn displacement_from_first_contact() {
     const FULL: f64 = 1e-9;
     let displacement = |problem: Problem, load: f64| {
         let loads = [Load::Pressure(load)];
-        let path = LoadPath::new(problem, method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+        let path = LoadPath::new(problem, methods::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
         let mut found = f64::NAN;
         path.walk(None, false, &NoObserver, |_, reached| {
             assert_eq!(reached.state.stop, Stop::Converged);
@@ -196,7 +197,7 @@ fn stiffness_of_a_sphere() {
     let heights = sphere(grid, (32, 32));
     let radii = [0.12, 0.17, 0.24];
     let loads = radii.map(|a: f64| Load::Pressure(4.0 / 3.0 * a.powi(3)));
-    let path = LoadPath::new(problem(grid, &heights), method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+    let path = LoadPath::new(problem(grid, &heights), methods::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
     let mut found = Vec::new();
     path.with_stiffness()
         .walk(None, false, &NoObserver, |_, reached| {

@@ -1,12 +1,13 @@
 //! Load paths: branches, discretisation errors, pull-off, and continuation after an interruption.
 
-use asperity::grid::Grid;
-use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, Hardness, HardnessMap, RangeChoice};
-use asperity::method::{
-    self, Heights, Iteration, Load, NoObserver, Observer, Precision, Problem, SnapshotRef, SolverSnapshot, Stop,
+use asperity::contact::interface::{Adhesion, COHESIVE_RESOLUTION, Hardness, HardnessMap, RangeChoice};
+use asperity::contact::method::{
+    Heights, Iteration, Load, NoObserver, Observer, Precision, Problem, SnapshotRef, SolverSnapshot, Stop,
 };
-use asperity::path::LoadPath;
-use asperity::record::results::PullOff;
+use asperity::contact::path::LoadPath;
+use asperity::contact::results::PullOff;
+use asperity::grid::Grid;
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -37,7 +38,7 @@ struct Found {
 }
 
 fn walk(problem: &Problem, id: &str, range: RangeChoice, loads: &[Load], pulls: bool) -> (Vec<Found>, Option<PullOff>) {
-    let path = LoadPath::new(problem.clone(), method::find(id).expect("a method"), range, 0.0, loads);
+    let path = LoadPath::new(problem.clone(), methods::find(id).expect("a method"), range, 0.0, loads);
     let mut found = Vec::new();
     let pulled = path.walk(None, pulls, &NoObserver, |_, reached| {
         let state = &reached.state;
@@ -156,7 +157,7 @@ fn pulled_apart() {
     assert!((error / (3.0 * change) - 1.0).abs() < 1e-2, "{error} {coarser:?}");
     assert!((pulled.pressure - finer.pressure).abs() < error, "{} ± {error}, {}", pulled.pressure, finer.pressure);
     for (share, expected) in [(0.97, Stop::Converged), (1.03, Stop::Detached)] {
-        let mut run = method::find("fast")
+        let mut run = methods::find("fast")
             .expect("it is there")
             .start(&p, &NoObserver)
             .expect("it starts")
@@ -174,12 +175,12 @@ fn pulled_apart() {
     let (_, again) = walk(&p, "fast", RangeChoice::Mesh, &near, true);
     assert!((again.expect("requested for").pressure / pulled.pressure - 1.0).abs() < 0.01);
     let behind = [0.0, 3.0 * (pulled.mean_gap - found[0].mean_gap)].map(|d| Load::MeanGap(found[0].mean_gap + d));
-    let path = LoadPath::new(p.clone(), method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
+    let path = LoadPath::new(p.clone(), methods::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
     let refused = path.walk(None, true, &NoObserver, |_, _| Ok(())).expect_err("refused").to_string();
     assert!(refused.contains("from which on it falls"), "{refused}");
     // Without adhesion there is no pull-off.
     let p = problem(grid, Heights::Series(&modes), Adhesion::None);
-    let path = LoadPath::new(p, method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);
+    let path = LoadPath::new(p, methods::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);
     assert!(path.walk(None, true, &NoObserver, |_, _| Ok(())).expect("no load, no search").is_none());
 }
 
@@ -236,7 +237,7 @@ fn a_resumed_solve_has_the_same_bits() {
     let yielding = [("fast", 0.3.into()), ("bvm", 0.3.into()), ("gfmd", 0.3.into()), ("fast", Hardness::from(&map))]
         .map(|(id, h)| (Some(h), (id, Adhesion::None, Precision::F64, [0.03, 0.04].map(Load::Pressure).to_vec())));
     for (hardness, (id, adhesion, precision, path)) in elastic.map(|case| (None, case)).into_iter().chain(yielding) {
-        let method = method::find(id).expect("it is there");
+        let method = methods::find(id).expect("it is there");
         // The paper's own methods take hundreds of iterations; a comparison of bits does not need the last ones.
         let tolerance = if precision == Precision::F32 || id != "fast" { 1e-2 } else { 1e-7 };
         let p = Problem { precision, tolerance, hardness, ..problem(grid, Heights::Series(&modes), adhesion) };

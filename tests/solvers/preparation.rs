@@ -1,7 +1,7 @@
 //! Prepared maps and their statistics against SurfaceTopography 1.27.1 (`tests/fixtures/preparation/make.py`), and the steps together.
 
 use asperity::grid::Grid;
-use asperity::record::height_map::HeightMap;
+use asperity::surface::height_map::HeightMap;
 use asperity::surface::{
     Detrend, Edges, Fill, FilterKind, Preparation, PreparedMap, hann_windowed, moments, non_periodic_gradient, psd,
     seam_warning,

@@ -1,10 +1,11 @@
 //! Mesh convergence without adhesion: orders of convergence, and extrapolated values against closed forms. `analytic`
 //! tests the same problems on single grids.
 
+use asperity::contact::interface::Adhesion;
+use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::{Grid, mean};
-use asperity::interface::Adhesion;
-use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::{ContactEdges, contact_area};
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::{PI, SQRT_2};
 
@@ -15,7 +16,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "{id} at {pressure}: residual {}", state.residual);
     look(&state)

@@ -2,11 +2,12 @@
 
 use crate::found::{near, rough};
 use crate::program::{asperity, stderr};
-use asperity::interface::{Adhesion, Base, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
-use asperity::method::{
-    self, ContactMethod, ExperimentSettings, Kind, Load, NoObserver, Precision, Problem, REGISTRY, Settings, Stop,
+use asperity::contact::interface::{Adhesion, Base, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
+use asperity::contact::method::{
+    ContactMethod, ExperimentSettings, Kind, Load, NoObserver, Precision, Problem, Settings, Stop,
 };
-use asperity::path::{EstimatorInput, LoadPath};
+use asperity::contact::path::{EstimatorInput, LoadPath};
+use asperity::methods::{REGISTRY, find};
 
 /// Powers of two from 7e-301 to 1e150. Below, gaps of a millionth of the rms height are subnormal; above, the energy, a
 /// product of two heights, overflows.
@@ -81,7 +82,7 @@ fn contact(problem: &Problem, method: &'static dyn ContactMethod, pressure: f64,
 }
 
 fn methods() -> impl Iterator<Item = &'static dyn ContactMethod> {
-    REGISTRY.iter().copied().filter(|m| m.card().id != method::all_atom::ID)
+    REGISTRY.iter().copied().filter(|m| !m.card().capabilities.atoms)
 }
 
 /// Every registered method finds the same contact, to the last bit for powers of two.
@@ -158,7 +159,7 @@ fn mean_gaps_of_any_size_are_imposed() {
         let gaps = [1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0, 3.0, 10.0];
         let loads = gaps.map(|g| Load::MeanGap(g * rms * factor));
         let mut last = f64::INFINITY;
-        LoadPath::new(scaled, method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads)
+        LoadPath::new(scaled, find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads)
             .without_error()
             .walk(None, false, &NoObserver, |i, reached| {
                 let state = reached.state;
@@ -206,7 +207,7 @@ fn pressures_below_rounding_are_refused() {
         let least = problem.least_pressure();
         let walk = |pressure: f64| {
             let loads = [Load::Pressure(pressure)];
-            let path = LoadPath::new(problem.clone(), method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+            let path = LoadPath::new(problem.clone(), find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
             path.walk(None, false, &NoObserver, |_, reached| {
                 assert_eq!(reached.state.stop, Stop::Converged, "{kernel}: {}", reached.state.residual);
                 Ok(())
@@ -226,7 +227,7 @@ fn small_loads_on_adhesive_contact_are_solved() {
     let problem = Problem { adhesion: Adhesion::exponential(2e-3, 2e-2), ..Problem::new(grid, &heights) };
     for id in ["fast", "bvm"] {
         let mean_gaps = [0.0, 1e-14, 1e-12, -1e-11, 1e-10, 1e-9, -1e-9].map(|pressure| {
-            let started = method::find(id).unwrap().start(&problem, &NoObserver).expect("started");
+            let started = find(id).unwrap().start(&problem, &NoObserver).expect("started");
             let mut run = started.solver().expect("a solver");
             let state = run.equilibrate(Load::Pressure(pressure)).expect("solved");
             assert_eq!(state.stop, Stop::Converged, "{id} {pressure:e}: {}", state.residual);
@@ -274,7 +275,7 @@ fn heights_that_are_none_are_refused() {
     for heights in [[0.0, f64::NAN], [0.0, f64::INFINITY]] {
         let problem = Problem::new(asperity::grid::Grid::unit(2, 1), &heights[..]);
         let loads = [Load::Pressure(0.1)];
-        let path = LoadPath::new(problem, method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+        let path = LoadPath::new(problem, find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
         let error = path.walk(None, false, &NoObserver, |_, _| Ok(())).expect_err("refused").to_string();
         assert!(error.starts_with("problem: heights = an rms of"), "{heights:?}: {error}");
     }

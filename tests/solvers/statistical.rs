@@ -1,10 +1,11 @@
 //! Estimators based on surface statistics, and one based on the long waves, against closed forms, a solver and the
 //! challenge paper.
 
+use asperity::contact::interface::{Adhesion, Base, Elastic, Layer, PenaltyWall, Wall};
+use asperity::contact::method::{self, Estimate, Load, NoObserver, PerssonForm, Problem, Settings, Stop};
+use asperity::contact::observe::{ContactEdges, Distribution, StressDistribution, contact_area};
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Base, Elastic, Layer, PenaltyWall, Wall};
-use asperity::method::{self, Estimate, Load, NoObserver, PerssonForm, Problem, Settings, Stop};
-use asperity::observe::{ContactEdges, Distribution, StressDistribution, contact_area};
+use asperity::methods;
 use asperity::surface::{Modes, PowerSpectrum, Spectrum};
 
 const SPECTRAL: [&str; 3] = ["persson", "scgw", "ms-archard"];
@@ -26,7 +27,7 @@ struct Estimated {
 }
 
 fn estimates(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
-    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
+    let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
     let mut one = |&p: &f64| {
         let e: Estimate = run.estimate(Load::Pressure(p)).unwrap();
         assert_eq!((e.stop, e.pressure, e.load), (Stop::Converged, p, Load::Pressure(p)), "{id}");
@@ -70,7 +71,7 @@ struct Solved {
 
 fn solved((grid, heights): (Grid, &[f64]), pressure: f64) -> Solved {
     let problem = Problem::new(grid, heights);
-    let mut run = method::find("bvm").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("bvm").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged);
     let area = contact_area(grid, state.gap, ContactEdges::ELASTIC);
@@ -132,7 +133,7 @@ fn unsupported_problems_are_errors() {
     let (grid, heights, power) = resolved();
     let dry = Problem { power: Some(&power), ..Problem::new(grid, &heights) };
     let error_of = |id: &str, problem: &Problem, load: Load| {
-        let started = method::find(id).unwrap().start(problem, &NoObserver);
+        let started = methods::find(id).unwrap().start(problem, &NoObserver);
         let error = started.and_then(|s| s.estimator()?.estimate(load).map(|_| ())).unwrap_err().to_string();
         assert_eq!(error.lines().count(), 1, "{error}");
         assert!(error.contains(&format!("method {id}")), "{error}");

@@ -1,17 +1,18 @@
 //! Contact stiffness: the derivative along a load path, closed forms, states with a history.
 
 use super::found::problem;
+use asperity::contact::interface::{Adhesion, Base, Elastic, Hardness, Layer, PenaltyWall, RangeChoice, Wall};
+use asperity::contact::method::{Load, NoObserver, Problem};
+use asperity::contact::path::LoadPath;
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Base, Elastic, Hardness, Layer, PenaltyWall, RangeChoice, Wall};
-use asperity::method::{self, Load, NoObserver, Problem};
-use asperity::path::LoadPath;
+use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::PI;
 
 /// Pressure, separation, and stiffness at each load.
 fn states(problem: Problem, loads: &[f64]) -> Vec<(f64, f64, Option<f64>)> {
     let loads: Vec<Load> = loads.iter().map(|p| Load::Pressure(*p)).collect();
-    let path = LoadPath::new(problem, method::find("fast").expect("registered"), RangeChoice::True, 0.0, &loads);
+    let path = LoadPath::new(problem, methods::find("fast").expect("registered"), RangeChoice::True, 0.0, &loads);
     let mut found = Vec::new();
     path.without_error()
         .with_stiffness()

@@ -1,10 +1,11 @@
 //! Stress below the surface: Westergaard's wave, Hertz' contact, layers, and invariants of a stress.
 
 use crate::found::{near, problem};
+use asperity::contact::interface::{Base, Elastic, Layer, NonPeriodic, StressField, Subsurface, SubsurfaceRequest};
+use asperity::contact::method::{Load, NoObserver, Problem};
+use asperity::contact::path;
 use asperity::grid::{Field, Grid};
-use asperity::interface::{Base, Elastic, Layer, NonPeriodic, StressField, Subsurface, SubsurfaceRequest};
-use asperity::method::{self, Load, NoObserver, Problem};
-use asperity::path;
+use asperity::methods;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 const POISSON: f64 = 0.3;
@@ -141,7 +142,7 @@ fn a_solved_contact_has_the_same_stresses() {
     let p = Problem { kernel, tolerance: 1e-7, ..problem(grid, &heights) };
     // Hertz: a = 0.3, peak 2a/π, load 4a³/3.
     let (radius, peak, load) = (0.3, 0.6 / std::f64::consts::PI, 4.0 / 3.0 * 0.027);
-    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let stress = run.equilibrate(Load::Pressure(load)).unwrap().stress.to_vec();
     let axis = 32 * (n + 1);
     let StressField(found) = below(grid, kernel, &stress).at(0.48 * radius);

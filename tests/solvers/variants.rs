@@ -1,6 +1,6 @@
 //! Methods and precisions of the tests of extreme cases.
 
-use asperity::method::{Precision, Problem};
+use asperity::contact::method::{Precision, Problem};
 
 pub(crate) const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 pub(crate) const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];

@@ -1,10 +1,11 @@
 use asperity::cli::output::{print, table};
 use asperity::cli::progress::TerminalProgress;
 use asperity::compare::advice::{Limit, Table};
-use asperity::method::{self, Precision};
+use asperity::contact::method::{self, Precision};
+use asperity::contact::quantity::Quantity;
+use asperity::methods;
 use asperity::pipeline::{self, ExactSetting, Listener, TradeoffRequest, Unserved};
 use asperity::record::advice::Advice;
-use asperity::record::quantity::Quantity;
 use asperity::report::number::{error_of, percent};
 use asperity::scene::{Case, Scene, Surface};
 use asperity::{Error, Result};
@@ -142,7 +143,7 @@ impl VerifyAdvice {
         };
         let is_advised = |m: &&dyn method::ContactMethod| exact.iter().any(|e| e.method == m.card().id);
         let request = TradeoffRequest {
-            methods: method::REGISTRY.iter().copied().filter(is_advised).collect(),
+            methods: methods::REGISTRY.iter().copied().filter(is_advised).collect(),
             grids: None,
             reference: Some(reference),
             budget_seconds: None,

@@ -1,5 +1,6 @@
 use super::super::folder::{fields, of_the_scene};
-use asperity::{Error, Result, sys};
+use asperity::grid::sys;
+use asperity::{Error, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use serde_json::Value;

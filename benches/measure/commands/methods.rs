@@ -1,6 +1,8 @@
 use super::{PRESSURE, median, solve};
 use asperity::cli::output::{print, table};
-use asperity::method::{self, ContactMethod, REGISTRY, all_atom};
+use asperity::contact::method::ContactMethod;
+use asperity::methods;
+use asperity::methods::{REGISTRY, all_atom};
 use asperity::report::number::{memory, significant};
 use asperity::scene::ALL_METHODS;
 use asperity::{Error, Result};
@@ -71,8 +73,8 @@ impl Methods {
     }
 
     fn methods(&self) -> Result<Vec<&'static str>> {
-        if let Some(id) = self.methods.iter().find(|id| *id != ALL_METHODS && method::find(id).is_none()) {
-            let accepted = format!("{ALL_METHODS}, {}", method::ids().join(", "));
+        if let Some(id) = self.methods.iter().find(|id| *id != ALL_METHODS && methods::find(id).is_none()) {
+            let accepted = format!("{ALL_METHODS}, {}", methods::ids().join(", "));
             return Err(Error::input("command line", "methods", id, accepted));
         }
         let all = self.methods.iter().any(|id| id == ALL_METHODS);

@@ -7,7 +7,8 @@ mod methods;
 mod tables;
 mod times;
 
-use asperity::{Error, Result, sys};
+use asperity::grid::sys;
+use asperity::{Error, Result};
 use clap::{Parser, Subcommand};
 use serde::de::DeserializeOwned;
 use std::ffi::OsString;

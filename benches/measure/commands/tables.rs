@@ -1,5 +1,5 @@
 use asperity::compare::advice::{Table, Tables};
-use asperity::record::quantity::Quantity;
+use asperity::contact::quantity::Quantity;
 use asperity::record::tradeoff::{Tradeoff, TradeoffPoint};
 use asperity::report::number::{duration, error_of, significant};
 use asperity::{Error, Result};

@@ -1,9 +1,10 @@
 use super::{PRESSURE, median, solve};
 use asperity::cli::output::{print, table};
+use asperity::contact::interface::COHESIVE_RESOLUTION;
+use asperity::grid::sys;
 use asperity::grid::{Grid, Real, Transform};
-use asperity::interface::COHESIVE_RESOLUTION;
 use asperity::report::number::{memory, percent, significant};
-use asperity::{Error, Result, sys};
+use asperity::{Error, Result};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use serde::Deserialize;

@@ -153,6 +153,17 @@ impl Unit {
         let all = LENGTHS.iter().chain(&UNITS).chain([&PERCENT]);
         all.into_iter().find(|unit| unit.spellings.contains(&text))
     }
+
+    /// Why a text is no unit, and what is one: the unit that it is in other letters, or the usual ones.
+    fn unknown(text: &str) -> String {
+        let mut spellings = LENGTHS.iter().chain(&UNITS).flat_map(|unit| unit.spellings);
+        match spellings.find(|s| s.eq_ignore_ascii_case(text)) {
+            Some(near) => format!("{text:?} is no known unit, {near:?} is"),
+            None => format!(
+                "{text:?} is no known unit; units are m, mm, um, nm, Å; Pa, kPa, MPa, GPa; N, mN; J/m2, mJ/m2; s, min, h; %"
+            ),
+        }
+    }
 }
 
 impl Display for Unit {
@@ -220,7 +231,7 @@ impl FromStr for Measure {
             let Ok(value) = text[..end].parse::<f64>() else { continue };
             let unit = match text[end..].trim() {
                 "" => None,
-                unit => Some(Unit::find(unit).ok_or_else(|| format!("{unit:?} is no known unit"))?),
+                unit => Some(Unit::find(unit).ok_or_else(|| Unit::unknown(unit))?),
             };
             return Ok(Measure { value, unit });
         }
@@ -377,8 +388,14 @@ mod tests {
         }
         let values = ["nan", "inf", "1e400 um"].map(|text| parsed(text).map(|m| m.value.is_finite()));
         assert_eq!(values, [Ok(false), Ok(false), Ok(false)]);
-        for (text, unit) in [("1 xm", "xm"), ("100 Mm", "Mm"), ("3 mpa", "mpa"), ("2 J", "J")] {
-            assert_eq!(parsed(text), Err(format!("{unit:?} is no known unit")));
+        let usual = "; units are m, mm, um, nm, Å; Pa, kPa, MPa, GPa; N, mN; J/m2, mJ/m2; s, min, h; %";
+        for (text, unit, known) in [
+            ("1 xm", "xm", usual),
+            ("100 Mm", "Mm", ", \"mm\" is"),
+            ("3 mpa", "mpa", ", \"MPa\" is"),
+            ("2 J", "J", usual),
+        ] {
+            assert_eq!(parsed(text), Err(format!("{unit:?} is no known unit{known}")));
         }
     }
 

@@ -51,7 +51,14 @@ pub(super) fn line(number: usize, state: &Value) -> String {
     let text = |key: &str, show: &dyn Fn(f64) -> String| result(key).map_or_else(dash, show);
     let error = |key: &str| result(key).map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
     let power = |v: f64| format!("{v:.1e}");
-    row(&[
+    let stop = state["stop"].as_str().unwrap_or_default();
+    // Of separated surfaces nothing is shown that could be taken for a result.
+    let mark = if separated || stop == Stop::Converged.to_string() {
+        String::new()
+    } else {
+        format!("  not converged: {stop}")
+    };
+    let cells = row(&[
         number.to_string(),
         number_of("pressure").map_or_else(dash, |v| significant(v, 6)),
         result("contact_area").map_or_else(dash, |_| share(state, "contact_area")),
@@ -59,7 +66,8 @@ pub(super) fn line(number: usize, state: &Value) -> String {
         text("stiffness", &|v| significant(v, 4)) + &error("stiffness_error"),
         text("residual", &power),
         state["iterations"].as_u64().map_or_else(dash, |n| n.to_string()),
-    ])
+    ]);
+    cells + &mark
 }
 
 fn row(cells: &[String; 7]) -> String {

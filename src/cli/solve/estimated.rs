@@ -5,7 +5,6 @@ use super::{Solve, cache};
 use crate::Result;
 use crate::cli::output;
 use crate::cli::progress::TerminalProgress;
-use crate::method::{self};
 use crate::pipeline::{Progress, state_of};
 use crate::record::load_table;
 use crate::report::number::{duration, memory, percent, significant};
@@ -20,7 +19,7 @@ use asperity_surface::files::{json, npy};
 use serde_json::{Value, json};
 
 pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &TerminalProgress) -> Result<()> {
-    let method = method::find(&solve.method).expect("checked with the scene");
+    let method = asperity_methods::find(&solve.method).expect("checked with the scene");
     let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
     let requested = &case.problem(heights);
     let card = method.card();

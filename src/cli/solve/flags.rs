@@ -225,7 +225,7 @@ impl Solve {
     }
 
     /// # Errors
-    /// A modulus that is no stress; values with units beside others without.
+    /// A modulus that is no stress; values with units together with others without.
     fn solve_units(&self) -> Result<SolveUnits> {
         let measures = self.measures();
         SolveUnits::refuse_mixed(&measures)?;

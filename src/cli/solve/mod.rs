@@ -14,7 +14,6 @@ pub(super) use flags::Solve;
 
 use super::file::COMMAND_LINE;
 use super::{output, progress::TerminalProgress};
-use crate::method::{self};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::load_table::ResultUnits;
@@ -189,7 +188,7 @@ impl Solve {
         let mut case = self.case()?;
         let progress = TerminalProgress::new();
         let names = |key: &str| self.flag_of(key);
-        let method = method::find(&self.method).expect("checked with the scene");
+        let method = asperity_methods::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
         Device::check(&case.problem((&[][..]).into()), method.card())?;
         case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));

@@ -115,7 +115,11 @@ impl<'a> SolveReporter<'a> {
         }
         self.lines.push(line);
         match &self.solve.out {
-            Some(out) => load_table::write(out, &self.lines, &self.units),
+            Some(out) => {
+                // The first that does not converge is the last: it is no point of the curve.
+                let points = self.lines.iter().take_while(|l| l["stop"] == Stop::Converged.to_string()).count();
+                if points == 0 { Ok(()) } else { load_table::write(out, &self.lines[..points], &self.units) }
+            }
             None => Ok(()),
         }
     }

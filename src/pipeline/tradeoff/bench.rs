@@ -16,7 +16,6 @@ use crate::{Error, Result};
 use asperity_contact::method::Precision;
 use asperity_grid::Series;
 use asperity_grid::sys;
-use asperity_methods::all_atom;
 use std::cell::OnceCell;
 use std::time::{Duration, Instant};
 
@@ -324,7 +323,7 @@ impl<'a> Bench<'a> {
         let mut first: Vec<BenchmarkPoint> = Vec::new();
         let (&main, rest) = grids.split_first().expect("at least one grid");
         // Blocks of atoms run separately, not on grids.
-        let on_grids = |b: &&MethodRun| self.blocks.is_none() || b.method.card().id != all_atom::ID;
+        let on_grids = |b: &&MethodRun| self.blocks.is_none() || !b.method.card().capabilities.atoms;
         let method_runs: Vec<MethodRun> = method_runs.iter().filter(on_grids).copied().collect();
         let mut pending: Vec<BenchmarkPoint> = method_runs.iter().map(|b| point(b, main)).collect();
         self.cheap_first(&mut pending)?;

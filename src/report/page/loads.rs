@@ -165,7 +165,7 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             add(1, &words, writer.values((&name, &words), &gap, length_m)?, html! {});
             let (name, words) = (format!("contact-{}", i + 1), title("Contact"));
             let image = writer.map((&name, &words), &picture::contact(&contact, BLACK), length_m)?;
-            add(0, &words, image, html! { (percent(state.contact_nodes)) " in contact (black)" });
+            add(0, &words, image, html! { (percent(state.contact_nodes)) " of the nodes in contact (black)" });
         }
         if let Some(file) = &state.numbers.stress_map {
             let small = &writer.load(file, PANEL_SIDE, |v| v * writer.scales.modulus_pa)?;

@@ -2,7 +2,7 @@
 //! visible without JavaScript; with it maps and curves answer to pointer and keyboard.
 //!
 //! [`write()`] reads `results.json` and the field files that it names, and writes `report.html` and `figures/`.
-//! Sections without results are omitted. [`write_tradeoff`] does the same for `tradeoff.json`.
+//! Sections without results are omitted. `tradeoff` does the same for `tradeoff.json`.
 
 mod atoms;
 mod bands;

@@ -11,7 +11,10 @@ pub(super) use crate::report::number::{
 pub(super) use crate::report::picture::{self, BLACK, BLUE, GREEN, ORANGE, PURPLE, Range, Rgb, VERMILION};
 pub(super) use crate::report::plot::*;
 pub(super) use crate::report::scale::ends;
+pub(super) use asperity_atoms::results::*;
 pub(super) use asperity_contact::load::{Branch, Stop};
 pub(super) use asperity_contact::quantity::Quantity;
+pub(super) use asperity_contact::results::*;
+pub(super) use asperity_contact::uncertainty::ValueWithError;
 pub(super) use asperity_grid::error::Result;
 pub(super) use maud::{Markup, PreEscaped, Render, html};

@@ -2,17 +2,18 @@
 
 use super::complaints::Complaints;
 use super::surface::cut_offs;
-use crate::method;
 use crate::scene::{AdhesionLaw, REFERENCE_LOAD, Scene, WallKind};
 use asperity_surface::Spectrum;
 
 /// The challenge's statements are about its own problem.
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let Some(challenge) = &scene.challenge else { return };
-    let ids = method::ids().join(", ");
+    let ids = asperity_methods::ids().join(", ");
     let second = &challenge.cross_check_method;
-    c.unless(method::find(second).is_some(), "challenge.cross_check_method", format!("{second:?}"), &ids);
-    let same = |a: &str, b: &str| method::find(a).zip(method::find(b)).is_some_and(|(a, b)| a.card().id == b.card().id);
+    c.unless(asperity_methods::find(second).is_some(), "challenge.cross_check_method", format!("{second:?}"), &ids);
+    let same = |a: &str, b: &str| {
+        asperity_methods::find(a).zip(asperity_methods::find(b)).is_some_and(|(a, b)| a.card().id == b.card().id)
+    };
     c.unless(
         !same(second, &scene.continuum.method),
         "challenge.cross_check_method",

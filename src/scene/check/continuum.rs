@@ -1,7 +1,6 @@
 //! Checks of `[continuum]`.
 
 use super::complaints::Complaints;
-use crate::method::{self};
 use crate::scene::{ALL_METHODS, Length, Scene, WallKind};
 use asperity_contact::interface::RangeChoice;
 use asperity_contact::method::{Kind, Precision};
@@ -9,10 +8,10 @@ use asperity_grid::error::{Complaint, Error};
 
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
-    let ids = method::ids().join(", ");
-    c.unless(method::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
+    let ids = asperity_methods::ids().join(", ");
+    c.unless(asperity_methods::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
     for (i, id) in m.compare_with.iter().enumerate() {
-        let known = id == ALL_METHODS || method::find(id).is_some();
+        let known = id == ALL_METHODS || asperity_methods::find(id).is_some();
         c.unless(known, &format!("continuum.compare_with[{i}]"), format!("{id:?}"), &format!("{ALL_METHODS}, {ids}"));
     }
     estimates(c, scene);
@@ -27,7 +26,8 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         goal.into_iter().for_each(|g| c.positive(key, g));
     }
     c.unless(
-        m.energy_tolerance.is_none() || method::find(&m.method).is_none_or(|m| m.card().capabilities.energy_target),
+        m.energy_tolerance.is_none()
+            || asperity_methods::find(&m.method).is_none_or(|m| m.card().capabilities.energy_target),
         "continuum.energy_tolerance",
         m.energy_tolerance.unwrap_or(0.0),
         "none with this method: `fast` estimates its energy above the minimum",
@@ -74,7 +74,7 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
             "a periodic surface, or the half-space",
         ),
         (
-            method::find(&m.method).is_some_and(|m| !m.card().capabilities.non_periodic),
+            asperity_methods::find(&m.method).is_some_and(|m| !m.card().capabilities.non_periodic),
             "this continuum.method",
             "a periodic surface, or continuum.method = \"fast\"",
         ),
@@ -106,10 +106,10 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
     let accepted = "continuum.hardness: a map has no gap of first flow behind a soft wall";
     c.unless(!is_map || m.wall == WallKind::Hard, key, "given with continuum.wall = \"penalty\"", accepted);
     let capable: Vec<&str> =
-        method::REGISTRY.iter().map(|m| m.card()).filter(|m| m.capabilities.hardness).map(|m| m.id).collect();
+        asperity_methods::REGISTRY.iter().map(|m| m.card()).filter(|m| m.capabilities.hardness).map(|m| m.id).collect();
     let accepted = format!("none, or a method that models plastic flow: {}", capable.join(", "));
     for id in std::iter::once(&m.method).chain(m.compare_with.iter().filter(|id| *id != ALL_METHODS)) {
-        let models = method::find(id).is_none_or(|m| m.card().capabilities.hardness);
+        let models = asperity_methods::find(id).is_none_or(|m| m.card().capabilities.hardness);
         c.unless(models, key, format!("given with the method {id}"), &accepted);
     }
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);
@@ -155,7 +155,7 @@ fn subsurface(c: &mut Complaints, scene: &Scene) {
     }
     s.shear_strength.into_iter().for_each(|t| c.positive_quantity("continuum.subsurface.shear_strength", t));
     c.unless(m.crystal.is_none(), "continuum.subsurface", "given with continuum.crystal", "an isotropic body");
-    let solves = method::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver);
+    let solves = asperity_methods::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver);
     let accepted = "a solver of the fields (see `asperity methods`)";
     c.unless(solves, "continuum.subsurface", format!("given with the method {}", m.method), accepted);
 }
@@ -192,7 +192,7 @@ fn body(c: &mut Complaints, scene: &Scene) {
 /// What a method that estimates cannot do.
 fn estimates(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
-    if method::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver) {
+    if asperity_methods::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver) {
         return;
     }
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);

@@ -1,7 +1,6 @@
 //! Checks of `[load]`.
 
 use super::complaints::Complaints;
-use crate::method;
 use crate::scene::{Dimensional, LoadRange, LoadScene, Number, Quantity, Scene};
 
 /// Loads that a message names.
@@ -58,7 +57,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let controls = !load.mean_gap.is_empty() || !load.displacement.is_empty() || load.pull_off;
     let method = &scene.continuum.method;
     c.unless(
-        !controls || method::find(method).is_none_or(|m| m.card().capabilities.mean_gap),
+        !controls || asperity_methods::find(method).is_none_or(|m| m.card().capabilities.mean_gap),
         "continuum.method",
         format!("{method:?}"),
         "\"fast\" or \"auto\": no other method controls the mean gap, which load.mean_gap and load.pull_off need",
@@ -90,7 +89,7 @@ fn first_contact(c: &mut Complaints, scene: &Scene, pressures: &[(&str, Vec<Give
     let zero = pressures.iter().find_map(|(key, list)| Some((key, list.iter().position(|v| v.value == 0.0)?)));
     let Some((key, i)) = zero.filter(|_| !attracts && scene.atoms.is_none()) else { return };
     let own = &scene.continuum.method;
-    let others = method::find(own).is_some_and(|m| !m.card().capabilities.first_contact);
+    let others = asperity_methods::find(own).is_some_and(|m| !m.card().capabilities.first_contact);
     c.unless(
         !others && scene.continuum.compare_with.is_empty(),
         &format!("load.{key}[{i}]"),

@@ -1,7 +1,7 @@
 //! Contact solvers behind one trait.
 //!
-//! A method receives a [`Problem`] (grid, heights, kernel, interaction), never a scene. A new method is one file and
-//! one line in [`REGISTRY`]. States are borrowed, not copied. For a quantity that a method does not support, its card
+//! A method receives a [`Problem`] (grid, heights, kernel, interaction), never a scene. `fast`, `gfmd` and `bvm` are here; the modules
+//! that are public serve authors of other methods, which `asperity-methods` registers. States are borrowed, not copied. For a quantity that a method does not support, its card
 //! states the reason.
 
 mod bvm;

@@ -29,8 +29,8 @@ pub fn subsurface_bytes(problem: &Problem) -> u64 {
     Subsurface::bytes(problem.grid, problem.kernel) + (2 * size_of::<f64>() * problem.grid.points()) as u64
 }
 
-/// Stresses below the pressure `[ny, nx]` (E*) of a state. `map` receives the number of the depth, the quantity of
-/// [`MAPS`] and its values `[ny, nx]` (E*), and returns the name of the file where it is stored, if it is.
+/// Stresses below the pressure `[ny, nx]` (E*) of a state. `map` receives the number of the depth, the quantity
+/// (`von-mises` or `shear`) and its values `[ny, nx]` (E*), and returns the name of the file where it is stored, if it is.
 ///
 /// # Errors
 /// `Input` for a crystal; those of `map`.

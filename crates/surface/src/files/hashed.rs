@@ -113,7 +113,7 @@ pub fn write<T: Serialize>(path: &Path, value: &T, files: &[FileHash]) -> Result
     json::write(path, &object)
 }
 
-/// Reads a file that [`write`] wrote, and checks its own hash; with `verify` also the files that it lists.
+/// Reads a file that [`write()`] wrote, and checks its own hash; with `verify` also the files that it lists.
 pub fn read<T: DeserializeOwned>(path: &Path, verify: bool) -> Stored<T> {
     let damaged = |what: &str| Stored::Damaged(format!("{} {what}", path.display()));
     let bytes = match std::fs::read(path) {

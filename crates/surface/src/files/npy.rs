@@ -60,7 +60,7 @@ pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIte
     write_on_ranks(&ALONE, path, [nx, ny], values)
 }
 
-/// As [`write`], of the values of the rows of this rank. Collective.
+/// As [`write()`], of the values of the rows of this rank. Collective.
 pub fn write_on_ranks<T: Element>(
     ranks: &Ranks,
     path: &Path,

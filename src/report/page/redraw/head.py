@@ -1,4 +1,4 @@
-"""Draws the data beside this file with matplotlib, into a PDF."""
+"""Draws the data in the folder of this file with matplotlib, into a PDF."""
 import csv
 import json
 from pathlib import Path

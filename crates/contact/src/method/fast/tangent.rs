@@ -11,7 +11,7 @@ use asperity_grid::Result;
 /// Contact stiffness of a state of any method ([`State::stiffness`]).
 ///
 /// # Errors
-/// As [`ContactMethod::start`].
+/// As [`ContactMethod::start`](crate::method::ContactMethod::start).
 pub fn contact_stiffness(problem: &Problem, state: &State) -> Result<Option<f64>> {
     let problem = Problem { stiffness: true, ..problem.clone() };
     dispatch(&problem, Tangent { problem: &problem, state })
