@@ -76,8 +76,8 @@ fn the_error_of_the_grid_is_reported() {
             for (coarse, fine) in on(128).iter().zip(on(512)) {
                 let (area, gap) = coarse.discretisation.expect("both grids converge");
                 let error = ((coarse.area / fine.area - 1.0).abs(), (coarse.mean_gap / fine.mean_gap - 1.0).abs());
-                // Twice the change, at most 0.0135 here, and a twentieth of the change of the area, at most 0.04.
-                assert!(area < 0.3 && gap < 2.0 * 0.0135 + 0.05 * 0.04, "{id}: {area} {gap}");
+                // The error of the gap is at least twice its change.
+                assert!(area < 0.3 && gap / 2.0 < 0.0145, "{id}: {area} {gap}");
                 assert!(error.0 * AT_LEAST < area, "{id}: area {error:?} {area}");
                 assert!(error.1 * AT_LEAST < gap, "{id}: mean gap {error:?} {gap}");
             }

@@ -260,7 +260,8 @@ impl FromStr for Measures {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let lists: Result<Vec<_>, _> = text.split(',').map(entry).collect();
         let list = lists?.concat();
-        let bare = list.iter().find(|m| m.unit.is_none());
+        // Zero is the same in every unit.
+        let bare = list.iter().find(|m| m.unit.is_none() && m.value != 0.0);
         match bare.filter(|_| list.iter().any(|m| m.unit.is_some())) {
             Some(bare) => Err(format!(
                 "{bare} has no unit: units at all values or at none, and decimal points, as commas separate values"

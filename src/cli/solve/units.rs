@@ -46,9 +46,10 @@ impl SolveUnits {
     }
 
     /// # Errors
-    /// Where some measures have units and others none.
+    /// Where some measures have units and others none. Zero is the same in every unit.
     pub(super) fn refuse_mixed(given: &[(&str, Measure)]) -> Result<()> {
-        let find = |has_unit: bool| given.iter().find(|(_, m)| m.unit.is_some() == has_unit);
+        let find =
+            |has_unit: bool| given.iter().find(|(_, m)| m.unit.is_some() == has_unit && (has_unit || m.value != 0.0));
         match (find(false), find(true)) {
             (Some((bare, value)), Some((other, with_unit))) => {
                 let accepted =
@@ -98,6 +99,8 @@ mod tests {
             said,
             "command line: --modulus = 25; accepted: a value with its unit, as --pressure 1 MPa has: all values have units, or none"
         );
+        let zero = [("--displacement", measure("0")), given[1]];
+        assert!(SolveUnits::refuse_mixed(&zero).is_ok());
         assert!(SolveUnits::refuse_mixed(&given[..1]).is_ok() && SolveUnits::refuse_mixed(&given[1..]).is_ok());
     }
 }

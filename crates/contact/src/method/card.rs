@@ -108,7 +108,7 @@ pub struct Card {
 }
 
 /// What a method solves besides an elastic periodic body under pressures.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize)]
 pub struct Capabilities {
     /// Plastic flow at a hardness.
     pub hardness: bool,
