@@ -110,7 +110,7 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&K
     let loading = (case.loading_p_star(), &scene.load.mean_gap, &scene.load.maps_at);
     // Definition of p* = 1; with [challenge] the nominal gradient of the challenge's surface, not that of the height
     // file.
-    let unit = (case.gradient, case.requested_outputs());
+    let unit = case.gradient;
     let methods = &scene.methods;
     match variant {
         Variant::Primary => {
@@ -295,7 +295,6 @@ pub(super) fn laboratory(
             let keep = maps && case.stores_maps(step);
             Keep { gap: keep, stress: keep }
         },
-        wants: case.requested_outputs(),
     };
     load_path(request, at, "")
 }

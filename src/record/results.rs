@@ -23,7 +23,6 @@ pub use super::surface::{
 pub use super::uncertainty::ValueWithError;
 
 use super::acceptance::AcceptanceCheck;
-use super::advice::AccuracyChoice;
 use super::json;
 use super::methods::MethodResults;
 use asperity_grid::error::{Error, Result};
@@ -49,9 +48,6 @@ pub struct Results {
     pub description: String,
     pub scales: ScalesSi,
     pub surface: SurfaceResults,
-    /// Settings chosen for the accuracy that the scene requests.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<AccuracyChoice>,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
     /// The same loads without adhesion.
