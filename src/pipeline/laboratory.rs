@@ -292,7 +292,7 @@ pub(super) fn laboratory(
         subsurface: case.subsurface().filter(|_| primary),
         criterion,
         keep: &|step| {
-            let keep = maps && case.stores_maps(step);
+            let keep = maps && step.maps;
             Keep { gap: keep, stress: keep }
         },
     };

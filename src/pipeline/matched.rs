@@ -21,7 +21,7 @@ const MATCHED_TOLERANCE: f64 = 1e-8;
 /// atoms' heights, and compliant wall.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Matched {
-    /// None if not requested, or if it did not converge.
+    /// None if it did not converge.
     pub full: Option<ContinuumResults>,
     pub hard: ContinuumResults,
     pub compliant: ContinuumResults,

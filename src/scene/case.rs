@@ -332,11 +332,6 @@ impl Case {
         self.load_steps.iter().filter_map(|s| s.p_star).fold(0.0, f64::max)
     }
 
-    /// Whether the maps of a load are stored.
-    pub fn stores_maps(&self, step: &LoadStep) -> bool {
-        step.maps
-    }
-
     /// Whether the loads are solved without the scene's adhesion, too: on request, or as the reference of a compared method without
     /// adhesion.
     pub fn solves_nonadhesive(&self) -> bool {
