@@ -177,7 +177,7 @@ def tradeoff(
     reference : int, optional
         Points per side of the reference. Default: the scene's.
     budget : str, optional
-        Limit on the time of all settings, as ``90s``, ``10m`` or ``2h``; what is skipped is listed.
+        Limit on the time of all settings, as ``90s``, ``10min`` or ``2h``; what is skipped is listed.
     repeats : int, optional
         Runs of each setting, of which the fastest counts.
     threads, echo

@@ -310,7 +310,7 @@ fn summary(
     [gap_map, stress_map]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
-    let observed = Some(observed(grid, state, request.threshold, adhesive));
+    let observed = Some(observed(grid, state, request.threshold, area.contact_area, adhesive));
     StateResults {
         numbers: StateNumbers {
             index: step.index,

@@ -39,8 +39,8 @@ fn median_error(sizes: &[usize]) -> Option<f64> {
 }
 
 /// Distributions, contact clusters, conductances and percolation of a state. A node is in contact if its gap is at most
-/// `threshold` (units of L).
-pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool) -> Observed {
+/// `threshold` (units of L). `contact_area`: the best value, over the area of the cell.
+pub(super) fn observed(grid: Grid, state: &State, threshold: f64, contact_area: f64, adhesive: bool) -> Observed {
     let map = contact_map(state.gap, threshold);
     let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight);
     let node = grid.dx() * grid.dy();
@@ -61,9 +61,8 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
             median_cluster_area_error: median_error(&sizes).map(|a| a * node),
         }
     });
-    let touching = sizes.iter().sum::<usize>() as f64 / grid.points() as f64;
     Observed {
-        mean_contact_pressure: (touching > 0.0).then_some(state.pressure / touching),
+        mean_contact_pressure: (contact_area > 0.0).then_some(state.pressure / contact_area),
         gap: gap_distribution(state.gap, threshold, linear_edges(0.0, logarithmic[logarithmic.len() - 1], BINS)),
         gap_logarithmic: gap_distribution(state.gap, threshold, logarithmic),
         stress: stress.all,

@@ -331,7 +331,7 @@ pub struct Compressive {
 /// Observables of a state. Lengths in L, areas in L², stresses in E*.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Observed {
-    /// Mean pressure over the contact nodes; absent without contact.
+    /// Pressure over the contact area; absent without contact.
     pub mean_contact_pressure: Option<f64>,
     /// Pr(u) in bins of equal width, and in bins of equal ratio; contact is the delta.
     pub gap: Distribution,

@@ -59,47 +59,56 @@ impl Grid {
         Grid { nx, ny, lx: 1.0, ly: ny as f64 / nx as f64 }
     }
 
+    #[inline]
     pub fn points(&self) -> usize {
         self.nx * self.ny
     }
 
+    #[inline]
     pub fn dx(&self) -> f64 {
         self.lx / self.nx as f64
     }
 
+    #[inline]
     pub fn dy(&self) -> f64 {
         self.ly / self.ny as f64
     }
 
     /// Number of complex columns of the half spectrum of a real transform.
+    #[inline]
     pub fn half(&self) -> usize {
         self.nx / 2 + 1
     }
 
     /// Distance of consecutive rows of a half spectrum, in elements: the number of columns, rounded up to whole
     /// blocks if it exceeds one block.
+    #[inline]
     pub fn pitch(&self) -> usize {
         let half = self.half();
         if half > COLUMNS { half.next_multiple_of(COLUMNS) } else { half }
     }
 
     /// Wave number along x of column `i` of the half spectrum (`0 ..= nx/2`).
+    #[inline]
     pub fn qx(&self, i: usize) -> f64 {
         2.0 * PI / self.lx * i as f64
     }
 
     /// Wave number along y of row `j` of the spectrum (FFT order: positive, then negative).
+    #[inline]
     pub fn qy(&self, j: usize) -> f64 {
         self.qy_step() * signed_mode(j, self.ny) as f64
     }
 
     /// Distance of neighbouring wave numbers along y.
+    #[inline]
     pub fn qy_step(&self) -> f64 {
         2.0 * PI / self.ly
     }
 
     /// Weight of column `i` of the half spectrum in sums over the full spectrum: 1 on the axis and on the Nyquist
     /// column of an even grid, otherwise 2.
+    #[inline]
     pub fn column_weight(&self, i: usize) -> f64 {
         if i == 0 || 2 * i == self.nx { 1.0 } else { 2.0 }
     }
@@ -112,6 +121,7 @@ impl Grid {
 }
 
 /// Mode number of FFT index `j` of `n`: `0, 1, …, n/2, …, -1` (the Nyquist mode of an even grid is counted positive).
+#[inline]
 pub fn signed_mode(j: usize, n: usize) -> i64 {
     if 2 * j <= n { j as i64 } else { j as i64 - n as i64 }
 }

@@ -17,10 +17,12 @@ pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum +
 }
 
 impl Real for f32 {
+    #[inline]
     fn of(value: f64) -> Self {
         value as f32
     }
 
+    #[inline]
     fn wide(self) -> f64 {
         f64::from(self)
     }
@@ -35,10 +37,12 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    #[inline]
     fn of(value: f64) -> Self {
         value
     }
 
+    #[inline]
     fn wide(self) -> f64 {
         self
     }

@@ -60,7 +60,7 @@ const COLUMNS: [Column; 25] = [
     ("mean_gap_extrapolated", Scale::Length, "m", "mean gap at the true range of the adhesion", |s| {
         s.extrapolated.and_then(|e| e.mean_gap).map(|g| g.value)
     }),
-    ("mean_contact_pressure", Scale::Stress, "Pa", "pressure over the contact fraction", |s| {
+    ("mean_contact_pressure", Scale::Stress, "Pa", "pressure over the contact area", |s| {
         s.observed.as_ref().and_then(|o| o.mean_contact_pressure)
     }),
     (
