@@ -10,7 +10,7 @@ PREFIX ?= $(HOME)/.local
 SECONDS ?= 60
 INPUTS ?= 100000
 
-.PHONY: help install wheel manylinux docs demo test bench fuzz damage kills bench-peers measured verify-advice claims errors lint
+.PHONY: help install wheel manylinux docs demo test bench fuzz damage kills bench-peers claims errors lint
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
@@ -21,8 +21,6 @@ help:
 	@echo "make test   install, then run every test"
 	@echo "make bench  run the benchmarks"
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
-	@echo "make measured  write the tables of advise, and docs/trade-off-series.md (an hour on two idle cores)"
-	@echo "make verify-advice  compare advice with results on five other seeds and two other spectra (half an hour)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
 	@echo "make errors  test how often the stated errors cover the truth, and write docs/errors.md (half an hour)"
 	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
@@ -70,13 +68,6 @@ bench:
 bench-peers:
 	cargo build --release --locked
 	python3 benches/peers/compare.py --asperity target/release/asperity $(PEERS)
-
-measured:
-	cargo build --release --locked
-	scripts/measure.sh target/release/asperity
-
-verify-advice:
-	scripts/verify-advice.sh
 
 claims:
 	cargo build --release --locked

@@ -8,7 +8,6 @@ use asperity::atoms::job::Job;
 use asperity::atoms::load_history::{LoadHistory, evaluations};
 use asperity::atoms::nvt::{BLOCKS, NvtRun, NvtSamples};
 use asperity::atoms::potential::SetflHeader;
-use asperity::compare::advice::Tables;
 use asperity::contact::interface::{Adhesion, RangeChoice};
 use asperity::contact::method::{Heights, Load, NoObserver, Problem};
 use asperity::contact::path::LoadPath;
@@ -410,7 +409,7 @@ fn results(path: &Path) -> Result<usize> {
 }
 
 fn tradeoff(path: &Path) -> Result<usize> {
-    Tables::read(path)?;
+    asperity::record::tradeoff::Tradeoff::read(path)?;
     report::write(path.parent().unwrap_or(path)).map(|_| 0)
 }
 

@@ -26,7 +26,7 @@ from ._observe import (
     percolation,
     pressure_distribution,
 )
-from ._program import advise, command, program, run, tradeoff
+from ._program import command, program, run, tradeoff
 from ._progress import Progress
 from ._run import Run, RunState, open_run
 from ._solve import estimate, memory, solve
@@ -64,7 +64,6 @@ __all__ = [
     "Surface",
     "TabulatedLaw",
     "__version__",
-    "advise",
     "clusters",
     "command",
     "compare_maps",

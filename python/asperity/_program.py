@@ -147,40 +147,6 @@ def run(
     return Run(_json("run", scene, *options, *_words(arguments), echo=echo)["out"])
 
 
-def advise(
-    scene: Where,
-    quantity: str,
-    *,
-    error: float | None = None,
-    budget: str | None = None,
-    extrapolate: bool = False,
-) -> dict[str, Any]:
-    """The cheapest setting for an error, or the most accurate for a time, from measured tables.
-
-    Parameters
-    ----------
-    scene : path_like
-        Scene file (TOML).
-    quantity : str
-        Such as ``contact_area`` or ``mean_gap``.
-    error : float, optional
-        Largest relative error.
-    budget : str, optional
-        Largest wall time, as ``30s``, ``10min`` or ``2h``.
-    extrapolate : bool
-        Whether to go beyond the measured settings.
-
-    Returns
-    -------
-    dict
-        As ``asperity advise --json`` prints it.
-    """
-    if (error is None) == (budget is None):
-        raise InputError("advise: error and budget are both given or both missing; accepted: one of them")
-    largest = None if error is None else real("error", error)
-    return _json("advise", scene, *_options(quantity=quantity, error=largest, budget=budget, extrapolate=bool(extrapolate)))
-
-
 def tradeoff(
     scene: Where,
     out: Where | None = None,
@@ -196,7 +162,7 @@ def tradeoff(
 ) -> dict[str, Any]:
     """Measures cost and error of methods, grids, precisions and tolerances against one reference solution.
 
-    The same call resumes an interrupted measurement, and :func:`advise` uses the table in the default folder.
+    The same call resumes an interrupted measurement.
 
     Parameters
     ----------

@@ -113,8 +113,6 @@ def test_bad_arguments_are_refused(scene: Path) -> None:
         lambda: asperity.run(scene, threads=-1),
         lambda: asperity.run(scene, arguments="--overwrite"),
         lambda: asperity.command(["doctor"]),  # type: ignore[arg-type]
-        lambda: asperity.advise(scene, "mean_gap"),
-        lambda: asperity.advise(scene, "mean_gap", error="5%"),  # type: ignore[arg-type]
         lambda: asperity.tradeoff(scene, methods="fast"),
         lambda: asperity.tradeoff(scene, methods=["slow"]),
         lambda: asperity.tradeoff(scene, grids=[7]),
@@ -135,11 +133,6 @@ def test_a_missing_program_is_explained(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setenv("ASPERITY_PROGRAM", "/nowhere/asperity")
     with pytest.raises(asperity.ResourceError, match="ASPERITY_PROGRAM"):
         asperity.program()
-
-
-def test_advice_comes_as_a_dictionary(tmp_path: Path) -> None:
-    found = asperity.advise(CONFIGS / "challenge.toml", "mean_gap", error=0.05, extrapolate=True)
-    assert isinstance(found, dict) and found
 
 
 def test_costs_and_errors_come_as_a_dictionary(scene: Path, tmp_path: Path) -> None:

@@ -153,7 +153,6 @@ fn agreeing() -> Results {
     };
     let heights = [(RMS_HEIGHT, 0.762), (FIRST_TOUCH, 2.633), (HEIGHT_RANGE, 5.642), (CURVATURE_RADIUS, 60.0)];
     Results {
-        accuracy: None,
         schema: 1,
         name: String::new(),
         description: String::new(),

@@ -1,6 +1,5 @@
 //! Commands: arguments become a scene once; results go to stdout, everything else to stderr.
 
-mod advise;
 mod atoms;
 pub mod bug;
 mod challenge;
@@ -82,8 +81,6 @@ enum Command {
     Challenge(challenge::Challenge),
     /// Measure cost and error of methods, grids, precisions and tolerances against one reference.
     Tradeoff(tradeoff::Tradeoff),
-    /// Predict the cheapest setting for an error, or the most accurate for a time, from measured tables.
-    Advise(advise::Advise),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or analyse the atoms of a scene.
@@ -174,7 +171,6 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Solve(c) => ranks::share(|ranks| c.execute(ranks))?,
         Command::Challenge(c) => return c.execute(),
         Command::Tradeoff(c) => return c.execute(),
-        Command::Advise(c) => return c.execute(),
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {

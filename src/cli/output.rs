@@ -1,11 +1,10 @@
 //! Results on stdout, in words and tables.
 
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
-use crate::record::advice::AccuracyChoice;
 use crate::record::methods::MethodResults;
 use crate::record::results::{Overlap, Results, Statistic};
 use crate::report::hysteresis::hysteresis_sentence;
-use crate::report::number::{change, duration, error_of, percent, si, significant, trimmed};
+use crate::report::number::{change, duration, percent, si, significant, trimmed};
 use crate::{Error, Result};
 use asperity_atoms::results::{AtomState, AtomsResults, AuditLine};
 use asperity_contact::load::Branch;
@@ -193,26 +192,6 @@ fn methods(list: &[MethodResults], um: f64) {
             print(&format!("{} not available: {why}", m.method));
         }
     }
-}
-
-/// The setting chosen for the accuracy of a scene.
-pub fn chosen(c: &AccuracyChoice) -> String {
-    let a = &c.advice;
-    let requested = match (c.error, c.budget_s) {
-        (Some(share), _) => format!("within {} %", significant(100.0 * share, 3)),
-        (None, s) => format!("in at most {}", duration(s.unwrap_or(0.0))),
-    };
-    format!(
-        "{} {requested}: {} on {} × {} points, {} to {:e}; expected error {}, expected time {}",
-        c.quantity.name(),
-        a.method,
-        a.grid,
-        a.grid,
-        a.precision,
-        a.tolerance,
-        error_of(c.quantity, a.expected_error),
-        duration(a.expected_seconds)
-    )
 }
 
 /// States of a load path, with the change from half the points per side.

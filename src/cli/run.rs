@@ -73,12 +73,9 @@ impl Run {
         // A dry run does not execute what the scene names.
         let allowed = self.stages.allow_program && !self.dry_run;
         let warnings = crystals::settle(&mut scene, &self.scene, &machine.lammps, allowed)?;
-        let mut case = pipeline::resolve_accuracy(scene, &self.scene)?;
+        let mut case = Case::resolve(scene, &self.scene)?;
         case.warnings.extend(warnings);
         case.lammps = machine.lammps.clone();
-        if let Some(chosen) = &case.chosen {
-            output::eprint(&output::chosen(chosen));
-        }
         if let Some(provenance) = &case.provenance {
             output::eprint(&provenance.to_string());
         }
@@ -114,16 +111,6 @@ impl Run {
 
     /// Sets keys of the scene from flags; they are checked with the scene.
     fn overrule(&self, scene: &mut Scene) -> Result<()> {
-        let flags = [
-            ("--grid", self.grid.is_some()),
-            ("--method", self.method.is_some()),
-            ("--precision", self.precision.is_some()),
-            ("--tolerance", self.tolerance.is_some()),
-        ];
-        if let (Some(_), Some((flag, _))) = (&scene.accuracy, flags.iter().find(|f| f.1)) {
-            let accepted = format!("none: [accuracy] of {} chooses it", self.scene.display());
-            return Err(Error::input("command line", *flag, "given", accepted));
-        }
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
         if self.no_atoms {

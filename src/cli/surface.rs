@@ -76,8 +76,8 @@ impl Surface {
                 accepted,
             ));
         }
-        // Nothing is solved, so atoms, adhesion and accuracy are not checked.
-        (scene.atoms, scene.adhesion, scene.accuracy) = (None, None, None);
+        // Nothing is solved, so atoms and adhesion are not checked.
+        (scene.atoms, scene.adhesion) = (None, None);
         // Nothing is pressed: statistics need no modulus.
         scene.laboratory.modulus.get_or_insert(Stress::new(1.0, "MPa"));
         self.overwrite(&mut scene)?;

@@ -1,7 +1,6 @@
 //! Comparison of two states: contact maps at surface sites, registration, gaps, and deviations against cost.
 
 pub mod accuracy;
-pub mod advice;
 pub mod ensemble;
 pub mod forecast;
 mod overlap;

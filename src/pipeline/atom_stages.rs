@@ -193,8 +193,7 @@ impl Stage for FramesStage<'_> {
 
     fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
         let (case, atoms) = (self.0.case, self.0.atoms);
-        let outputs = (case.requested_outputs(), Key::of_program()?);
-        let depends = (&case.scene.load, atoms.contact_force, atoms.stress_width_angstrom, outputs);
+        let depends = (&case.scene.load, atoms.contact_force, atoms.stress_width_angstrom, Key::of_program()?);
         Key::new("atoms", &depends, after).map(StageKeys::restarted)
     }
 

@@ -4,7 +4,6 @@ use super::Progress;
 use super::observed::observed;
 use super::stage::StageContext;
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
-use crate::scene::RequestedOutputs;
 use crate::{Error, Result};
 use asperity_contact::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
 use asperity_contact::load::{Branch, Load, LoadStep};
@@ -55,7 +54,6 @@ pub(super) struct PathRequest<'a> {
     pub criterion: String,
     /// Which fields of a load's state are stored.
     pub keep: &'a dyn Fn(&LoadStep) -> Keep,
-    pub wants: RequestedOutputs,
 }
 
 /// Solves the equilibria along a load path, and writes fields into the stage folder. A state without convergence is
@@ -66,9 +64,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     let method = asperity_methods::find(request.method).expect("checked with the scene");
     let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
     let path = LoadPath::new(request.problem.clone(), method, request.range, request.threshold, &loads);
-    let path = if request.wants.grid_error { path } else { path.without_error() };
-    let path = if request.wants.stiffness { path.with_stiffness() } else { path };
-    let path = path.with_leakage(request.leakage);
+    let path = path.with_stiffness().with_leakage(request.leakage);
     let problem = path.problem();
     let grid = problem.grid;
     check_memory(&path, &request)?;
@@ -313,8 +309,7 @@ fn summary(
     [gap_map, stress_map]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
-    let observed =
-        request.wants.distributions.then(|| observed(grid, state, request.threshold, area.contact_area, adhesive));
+    let observed = Some(observed(grid, state, request.threshold, area.contact_area, adhesive));
     StateResults {
         numbers: StateNumbers {
             index: step.index,

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::record::xyz;
-use crate::scene::{AtomsCase, Case, RequestedOutputs};
+use crate::scene::{AtomsCase, Case};
 use asperity_atoms::contact::{Contact, contact_by, gaps, mean, onto_grid};
 use asperity_atoms::dump::Frame;
 use asperity_atoms::forces::{IndenterForces, indenter_forces, lowered_to};
@@ -37,7 +37,6 @@ pub(super) struct FrameAnalyzer<'a> {
     interaction: Interaction,
     owners: Vec<usize>,
     fine: Vec<f64>,
-    wants: RequestedOutputs,
     folder: &'a Path,
     /// Name of the stage; prefix of the file names in the results.
     stage: &'a str,
@@ -53,7 +52,6 @@ impl<'a> FrameAnalyzer<'a> {
             interaction: interaction(atoms),
             owners: atoms.block.surface().onto_grid(atoms.matched.nx, atoms.matched.ny),
             fine: atoms.heights_angstrom(&case.surface, atoms.matched),
-            wants: case.requested_outputs(),
             folder,
             stage,
         })
@@ -103,7 +101,7 @@ impl<'a> FrameAnalyzer<'a> {
         let (length, offset) = (sites.length(), self.fine[0] - self.indenter.heights()[0]);
         let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| self.fine[k], x / length, y / length);
         let gap = gaps(frame, &sites, |x, y| self.indenter.start_z() - down + profile(x, y) - offset, touch)?;
-        let stress = self.wants.distributions.then(|| self.stress(frame, &forces));
+        let stress = self.stress(frame, &forces);
         let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
         let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
         let name = |what: &str, end: &str| format!("load-{}-{what}.{end}", step.number());
@@ -111,14 +109,10 @@ impl<'a> FrameAnalyzer<'a> {
         let in_stage = |what: &str, end: &str| format!("{}/{}", self.stage, name(what, end));
         npy::write(&path("contact", "npy"), nx, ny, onto_grid(&flags, &self.owners))?;
         npy::write(&path("gap", "npy"), nx, ny, onto_grid(&gap, &self.owners))?;
-        if let Some(stress) = &stress {
-            npy::write(&path("stress", "npy"), nx, ny, stress.iter().copied())?;
-        }
+        npy::write(&path("stress", "npy"), nx, ny, stress.iter().copied())?;
         npy::write(&path("site-contact", "npy"), flags.len(), 1, flags.iter().copied())?;
         npy::write(&path("site-gap", "npy"), gap.len(), 1, gap.iter().copied())?;
-        if self.wants.maps {
-            write_frame(&path("frame", "xyz"), frame, &self.indenter, down, &touching.ids, (&atoms.element, p_star))?;
-        }
+        write_frame(&path("frame", "xyz"), frame, &self.indenter, down, &touching.ids, (&atoms.element, p_star))?;
         let contacts = touching.ids.len();
         let area_per_atom = length.powi(2) / sites.len() as f64;
         let (from, to, n) = DISTANCES;
@@ -138,11 +132,11 @@ impl<'a> FrameAnalyzer<'a> {
             },
             contact_map: in_stage("contact", "npy"),
             gap_map: in_stage("gap", "npy"),
-            frame: self.wants.maps.then(|| in_stage("frame", "xyz")),
+            frame: Some(in_stage("frame", "xyz")),
             indenter_shift_angstrom: down - between.displacement_angstrom,
-            criteria: if self.wants.distributions { self.criteria(frame, &forces, &touching) } else { Vec::new() },
+            criteria: self.criteria(frame, &forces, &touching),
             sensitivity: distances.map(|d| [d, near(d).fraction()]).collect(),
-            stress: stress.map(|stress| AtomStress {
+            stress: Some(AtomStress {
                 width_angstrom: atoms.stress_width_angstrom,
                 load_error: mean(&stress) / GPA_PER_EV_A3 * length.powi(2) / force - 1.0,
                 highest_gpa: stress.iter().copied().fold(0.0, f64::max),

@@ -109,7 +109,7 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&K
     let loading = (case.loading_p_star(), &scene.load.mean_gap, &scene.load.maps_at);
     // Definition of p* = 1; with [challenge] the nominal gradient of the challenge's surface, not that of the height
     // file.
-    let unit = (case.gradient, case.requested_outputs());
+    let unit = case.gradient;
     let methods = &scene.methods;
     match variant {
         Variant::Primary => {
@@ -292,10 +292,9 @@ pub(super) fn laboratory(
         subsurface: case.subsurface().filter(|_| primary),
         criterion,
         keep: &|step| {
-            let keep = maps && case.stores_maps(step);
+            let keep = maps && step.maps;
             Keep { gap: keep, stress: keep }
         },
-        wants: case.requested_outputs(),
     };
     load_path(request, at, "")
 }

@@ -21,7 +21,7 @@ const MATCHED_TOLERANCE: f64 = 1e-8;
 /// atoms' heights, and compliant wall.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Matched {
-    /// None if not requested, or if it did not converge.
+    /// None if it did not converge.
     pub full: Option<ContinuumResults>,
     pub hard: ContinuumResults,
     pub compliant: ContinuumResults,
@@ -47,17 +47,16 @@ impl Stage for MatchedStage<'_> {
 
     fn what(&self) -> String {
         let (id, grid) = (self.case.method().id, self.atoms.matched);
-        let full = if self.case.requested_outputs().distributions { ", and on the full heights" } else { "" };
-        format!("{id} on the atoms' heights, {} x {} points, hard and compliant wall{full}", grid.nx, grid.ny)
+        format!(
+            "{id} on the atoms' heights, {} x {} points, hard and compliant wall, and on the full heights",
+            grid.nx, grid.ny
+        )
     }
 
     fn cost(&self, machine: Machine) -> Cost {
         let loads = self.case.load_steps().len();
         let solves = if self.scene.depth_error { 3 } else { 2 };
         let own = solve_cost(self.case, self.atoms.matched, solves * loads, machine);
-        if !self.case.requested_outputs().distributions {
-            return own;
-        }
         let full = solve_cost(self.case, self.case.grid, loads, machine);
         Cost { bytes: own.bytes.max(full.bytes), seconds: own.seconds + full.seconds }
     }
@@ -67,9 +66,8 @@ impl Stage for MatchedStage<'_> {
         // The foundation enters the continuum only through the total depth.
         let layer = (profile_key(scene), scene.depth_cells + scene.foundation_depth());
         let method = (&continuum.method, &self.case.scene.methods, continuum.max_iterations);
-        let outputs = (self.case.requested_outputs(), scene.depth_error);
         let (pair, crystal) = (pair_key(self.case), crystal_key(scene, self.atoms));
-        let depends = (&self.case.scene.load, pair, method, layer, crystal, outputs);
+        let depends = (&self.case.scene.load, pair, method, layer, crystal, scene.depth_error);
         Key::new("matched", &depends, after).map(StageKeys::continued)
     }
 
@@ -81,14 +79,13 @@ impl Stage for MatchedStage<'_> {
         // The full heights on the scene's grid, without low-pass filter and stretch factor.
         let whole = case.surface.heights(case.grid, 0.0);
         let full = Matching { tag: "full heights", ..hard };
-        let wanted = case.requested_outputs().distributions;
-        let full = match wanted.then(|| solve(case, atoms, (case.grid, &whole), full, at)).transpose() {
+        let full = match solve(case, atoms, (case.grid, &whole), full, at) {
             // This solution is auxiliary, and is omitted if it does not converge.
             Err(e @ Error::NotConverged { .. }) => {
                 at.listener.warn(&format!("the continuum on the full heights is left out: {e}"));
                 None
             }
-            other => other?,
+            other => Some(other?),
         };
         let heights = reduced(atoms, atoms.heights_angstrom(&case.surface, atoms.matched));
         let mut found = solve(case, atoms, (atoms.matched, &heights), hard, at)?;
@@ -248,8 +245,7 @@ fn solve(
         leakage: false,
         subsurface: None,
         criterion: matching.criterion.into(),
-        keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
-        wants: case.requested_outputs(),
+        keep: &|_| Keep { gap: true, stress: true },
     };
     load_path(request, at, matching.tag)
 }

@@ -257,7 +257,7 @@ fn estimate(
     let watch = Progress::new(listener, None, "", (states.len(), loads.len()));
     input.walk((&loads, states.len()), &watch, |i, problem, found| {
         let mut state = state_of(input.card(), problem, (&steps[i], case.gradient), found);
-        if case.stores_maps(&steps[i]) {
+        if steps[i].maps {
             let grid = problem.grid;
             let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
             for (quantity, field, kept) in [

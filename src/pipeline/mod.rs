@@ -3,7 +3,6 @@
 //! A stage is reused if its folder has the same key. The same command therefore continues an interrupted run, and a
 //! changed scene recomputes only the stages that depend on the change.
 
-mod accuracy;
 mod atom_stages;
 mod atomistic;
 pub mod checkpoint;
@@ -33,7 +32,6 @@ mod tradeoff;
 mod unloading;
 mod versions;
 
-pub use accuracy::{Unserved, advise, read_tables, resolve_accuracy, shortest_wavelength};
 pub use atomistic::{LammpsOutcome, build_job, engine, read_atoms, read_frames, run_lammps, speed};
 pub use continuum::start;
 pub use crystals::{Crystals, Said, keep_crystal};

@@ -79,7 +79,6 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface,
-        accuracy: case.chosen.clone(),
         continuum: found.primary,
         non_adhesive: found.non_adhesive,
         other_ranges: found.other_ranges,

@@ -1,7 +1,6 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
 use crate::Result;
-use crate::record::advice::AccuracyChoice;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::results::{Results, StageCost};
 use crate::scene::{Case, Scene};
@@ -23,8 +22,6 @@ pub(super) struct Manifest<'a> {
     program: String,
     scene: &'a Scene,
     engine: Option<&'a str>,
-    /// Grid, method, precision and tolerance that were chosen for the requested accuracy.
-    accuracy: Option<&'a AccuracyChoice>,
     threads: usize,
     device: Device,
     peak_rss_bytes: u64,
@@ -39,7 +36,6 @@ impl<'a> Manifest<'a> {
             program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
             scene: &case.scene,
             engine,
-            accuracy: results.accuracy.as_ref(),
             threads: rayon::current_num_threads(),
             device: Device::of(&case.problem((&[][..]).into()), case.method()),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),

@@ -41,7 +41,7 @@ impl Stage for SurfaceStage<'_> {
     }
 
     fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
-        Key::new("surface", &(Key::of_program()?, self.case.requested_outputs()), after).map(StageKeys::restarted)
+        Key::new("surface", &Key::of_program()?, after).map(StageKeys::restarted)
     }
 
     fn run(&self, (): (), at: &StageContext) -> Result<SurfaceResults> {
@@ -49,15 +49,10 @@ impl Stage for SurfaceStage<'_> {
     }
 }
 
-/// Expected and realised statistics of heights, and their power spectrum. Heights are written to `heights.npy` if maps
-/// are requested or the heights are imported.
+/// Expected and realised statistics of heights, and their power spectrum. Heights are written to `heights.npy`, from which the solve
+/// stages read imported ones.
 fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
-    let wants = case.requested_outputs();
-    // The solve stages read imported heights from this file.
-    let kept = wants.maps || matches!(case.surface, Surface::Imported { .. });
-    if kept {
-        npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
-    }
+    npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
     let is_finite = case.is_non_periodic();
     let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
                 them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
@@ -69,11 +64,9 @@ fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<S
         nx: case.grid.nx,
         ny: case.grid.ny,
         aspect: case.grid.ly / case.grid.lx,
-        heights: kept.then(|| in_stage(stage, "heights.npy")),
-        statistics: if wants.spectrum { statistics(case, heights) } else { Vec::new() },
-        psd: if !wants.spectrum {
-            Vec::new()
-        } else if is_finite {
+        heights: Some(in_stage(stage, "heights.npy")),
+        statistics: statistics(case, heights),
+        psd: if is_finite {
             spectrum(&case.surface, case.grid, &hann_windowed(case.grid, heights))
         } else {
             spectrum(&case.surface, case.grid, heights)

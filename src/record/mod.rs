@@ -3,7 +3,6 @@
 //! All files are written atomically ([`asperity_surface::files::atomic_file`]): a reader finds the old file or the complete new one.
 
 pub mod acceptance;
-pub mod advice;
 pub mod comparison;
 pub mod downsample;
 pub mod ensemble;

@@ -13,7 +13,6 @@ pub use super::surface::{
 };
 
 use super::acceptance::AcceptanceCheck;
-use super::advice::AccuracyChoice;
 use super::methods::MethodResults;
 use asperity_atoms::results::AtomsResults;
 use asperity_contact::results::ContinuumResults;
@@ -41,9 +40,6 @@ pub struct Results {
     pub description: String,
     pub scales: ScalesSi,
     pub surface: SurfaceResults,
-    /// Settings chosen for the accuracy that the scene requests.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<AccuracyChoice>,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
     /// The same loads without adhesion.

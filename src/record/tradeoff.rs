@@ -84,7 +84,10 @@ impl Tradeoff {
     pub fn grids(&self, method: &str) -> Vec<&TradeoffPoint> {
         let is_grid =
             |p: &&TradeoffPoint| p.setting.method == method && p.setting.is_grid() && p.unavailable_reason.is_none();
-        longest_series(self.points.iter().filter(is_grid), |p| &p.setting)
+        let all = self.points.iter().filter(is_grid);
+        let how = |p: &TradeoffPoint| (p.setting.precision.clone(), p.setting.tolerance);
+        let alike = |a: &TradeoffPoint| all.clone().filter(|b| how(b) == how(a)).collect::<Vec<_>>();
+        all.clone().map(alike).reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
     }
 
     /// Writes `tradeoff.json` and `tradeoff.csv` into a run folder.
@@ -117,13 +120,6 @@ impl Tradeoff {
     pub fn read(file: &Path) -> Result<Self> {
         json::read_schema(file, SCHEMA)
     }
-}
-
-/// The largest group with one precision and one tolerance; the first of several equally large ones.
-pub fn longest_series<'a, T>(all: impl Iterator<Item = &'a T> + Clone, setting: fn(&T) -> &Setting) -> Vec<&'a T> {
-    let how = |item: &T| (setting(item).precision.clone(), setting(item).tolerance);
-    let alike = |a: &'a T| all.clone().filter(|b| how(b) == how(a)).collect::<Vec<_>>();
-    all.clone().map(alike).reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
 }
 
 /// Columns before those of the errors.

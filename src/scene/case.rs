@@ -4,10 +4,7 @@ use super::load::estimated_p_star;
 use super::model::relative_to;
 use super::source::ResolvedSurface;
 use super::surface_file::{SurfaceFile, preparation_keys, rounded};
-use super::{
-    ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, Length, RequestedOutputs, Scene, Surface,
-};
-use crate::record::advice::AccuracyChoice;
+use super::{ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, Length, Scene, Surface};
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::{
@@ -60,8 +57,6 @@ pub struct Case {
     pub atoms: Option<AtomsCase>,
     /// How LAMMPS is started here; it overrules `atoms.program` and `atoms.ranks` of the scene.
     pub lammps: LammpsCommand,
-    /// The setting chosen for the scene's `[accuracy]`, if it has one.
-    pub chosen: Option<AccuracyChoice>,
     pub warnings: Vec<String>,
 }
 
@@ -144,7 +139,6 @@ impl Case {
             hardness,
             atoms: None,
             lammps: LammpsCommand::default(),
-            chosen: None,
             warnings,
         };
         case.warnings.extend(case.surface_warnings());
@@ -340,16 +334,6 @@ impl Case {
         self.load_steps.iter().filter_map(|s| s.p_star).fold(0.0, f64::max)
     }
 
-    /// Outputs of the run: those that `[accuracy]` needs, or all.
-    pub fn requested_outputs(&self) -> RequestedOutputs {
-        self.scene.accuracy.as_ref().map_or(RequestedOutputs::EVERYTHING, |a| RequestedOutputs::of(a.quantity))
-    }
-
-    /// Whether the maps of a load are stored.
-    pub fn stores_maps(&self, step: &LoadStep) -> bool {
-        self.requested_outputs().maps && step.maps
-    }
-
     /// Whether the loads are solved without the scene's adhesion, too: on request, or as the reference of a compared method without
     /// adhesion.
     pub fn solves_nonadhesive(&self) -> bool {
@@ -441,9 +425,6 @@ impl Case {
         scene.surface.heights = scene.surface.heights.as_ref().map(whole);
         scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(whole);
         scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(whole);
-        if let Some(accuracy) = &mut scene.accuracy {
-            accuracy.tables = accuracy.tables.iter().map(whole).collect();
-        }
         if let Some(atoms) = &mut scene.atoms {
             atoms.potential = atoms.potential.as_ref().map(whole);
             // A bare name is looked for on the search path.

@@ -14,7 +14,6 @@ mod laboratory;
 mod load;
 mod model;
 mod nvt;
-mod outputs;
 mod potential;
 mod quantity;
 mod repulsion;
@@ -34,7 +33,6 @@ pub use model::{
     Scene, SubsurfaceScene, SurfaceScene, Touching, WallKind, default_tolerance,
 };
 pub use nvt::NvtScene;
-pub use outputs::{AccuracyScene, RequestedOutputs};
 pub use quantity::{
     Dimensional, Energy, Force, Fraction, Length, Number, Quantity, Stress, Temperature, Time, Work, dimension,
 };

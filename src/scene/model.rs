@@ -3,7 +3,6 @@
 use super::atoms_scene::AtomsScene;
 use super::laboratory::Laboratory;
 use super::load::LoadScene;
-use super::outputs::AccuracyScene;
 use super::quantity::{Fraction, Length, List, Stress, Work, dimension, fraction, list, unit};
 use crate::Result;
 use asperity_contact::interface::{Adhesion, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
@@ -37,9 +36,6 @@ pub struct Scene {
     /// Settings of single methods.
     #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
     pub methods: Settings,
-    /// Default: grid, method, precision and tolerance are those of the scene.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<AccuracyScene>,
     /// Default: no acceptance checks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub challenge: Option<ChallengeScene>,
@@ -60,7 +56,6 @@ impl Scene {
             adhesion: None,
             continuum: ContinuumScene::default(),
             methods: Settings::default(),
-            accuracy: None,
             challenge: None,
             atoms: None,
         }

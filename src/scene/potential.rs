@@ -13,12 +13,6 @@ impl Scene {
         Some(relative_to(file, path))
     }
 
-    /// Whether constants of the crystal are left to the potential.
-    pub fn leaves_constants_out(&self) -> bool {
-        let absent = |a: &super::AtomsScene| a.lattice_constant.is_none() || a.modulus.is_none();
-        self.atoms.as_ref().is_some_and(|a| a.potential.is_some() && absent(a))
-    }
-
     /// Whether there are no complaints about its values and the files that it names.
     pub fn is_sound(&self, file: &Path) -> bool {
         complaints(self).is_empty() && missing_files(self, file).is_empty()

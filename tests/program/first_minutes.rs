@@ -239,10 +239,8 @@ fn the_table_of_keys_is_complete() {
         }
     }
     for line in [
-        "## [accuracy]",
         "## [methods.fft-ia]",
         "## [continuum.layer]",
-        "| `error` | fraction, as `\"5 %\"` | – | ",
         "| `length` | length, as `\"100 um\"` | – | ",
         "| `grid` | whole number | `512` | ",
         "| `work_of_adhesion` | work, as `\"50 mJ/m2\"` | required | ",

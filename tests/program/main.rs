@@ -1,6 +1,5 @@
 //! The compiled program, started as a user starts it.
 
-mod accuracy;
 mod challenge;
 mod cli;
 mod cluster;

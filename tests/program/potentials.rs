@@ -157,12 +157,6 @@ fn without_lammps_constants_must_be_given() {
     assert!(bench.kept().is_empty());
     // Nothing is measured where no atoms run.
     success(&bench.plan("", &[&WITHOUT[..], &["--no-atoms"]].concat()));
-    let scene = bench.path("scene.toml");
-    let scene = scene.to_str().expect("UTF-8");
-    let mut advise = asperity();
-    advise.args(["advise", scene, "--quantity", "contact_area", "--error", "5%", "--extrapolate"]).env("PATH", "");
-    let advised = advise.output().expect("started");
-    assert!(!stderr(&advised).contains("lattice_constant"), "{}", stderr(&advised));
     // An element that the file lacks, and a file that is none, are found without LAMMPS.
     let other = bench.scene("potential = \"Al.eam.alloy\"\nelement = \"Cu\"\n");
     let said = refusal(&bench.ask(&["run", other.to_str().expect("UTF-8"), "--dry-run"]), 2);

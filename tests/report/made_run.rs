@@ -383,7 +383,6 @@ pub(crate) fn run_folder(folder: &Path) -> Results {
                 })
                 .collect(),
         },
-        accuracy: None,
         continuum: Some(continuum(folder, "laboratory", "gfmd", 0.009, [true, true])),
         non_adhesive: None,
         other_ranges: vec![],

@@ -1,10 +1,8 @@
 //! One file per command. Solves run the program `asperity`.
 
-mod advice;
 mod damage;
 mod kills;
 mod methods;
-mod tables;
 mod times;
 
 use asperity::grid::sys;
@@ -20,7 +18,7 @@ const SEED: &str = "1";
 /// Load of every solve, over E*.
 const PRESSURE: &str = "0.01";
 
-/// Times of transforms and methods, the tables of `asperity advise` and their verification, damaged files, killed runs.
+/// Times of transforms and methods, damaged files, killed runs.
 #[derive(Parser)]
 #[command(name = "measure", max_term_width = 110)]
 struct Arguments {
@@ -37,8 +35,6 @@ enum Measurement {
     Kills(kills::Kills),
     Times(times::Times),
     Methods(methods::Methods),
-    MergeTables(tables::MergeTables),
-    VerifyAdvice(advice::VerifyAdvice),
 }
 
 /// Runs the command line `arguments` (the program's name first).
@@ -48,8 +44,6 @@ pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitC
         Measurement::Kills(c) => c.execute(),
         Measurement::Times(c) => c.execute(),
         Measurement::Methods(c) => c.execute(),
-        Measurement::MergeTables(c) => c.execute(),
-        Measurement::VerifyAdvice(c) => return c.execute(),
     }?;
     Ok(ExitCode::SUCCESS)
 }

@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 /// A number, curve or map of a contact. Method cards declare which [`Quantity::OUTPUTS`] they provide; errors against
 /// a reference are computed for [`Quantity::COMPARED`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     ContactArea,
@@ -19,10 +18,8 @@ pub enum Quantity {
     PatchArea,
     MedianClusterArea,
     /// Output only: stresses are compared by their distribution.
-    #[cfg_attr(feature = "schemars", schemars(skip))]
     StressMap,
     /// Pr(a): output only, compared as [`Quantity::PatchArea`] and [`Quantity::MedianClusterArea`].
-    #[cfg_attr(feature = "schemars", schemars(skip))]
     PatchPdf,
 }
 

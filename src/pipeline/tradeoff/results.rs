@@ -6,13 +6,13 @@ use super::errors;
 use super::measured::{Measured, ReferenceSolution};
 use super::request::TradeoffRequest;
 use crate::compare::forecast::{Ran, forecast};
-use crate::pipeline::accuracy::{adhesion_label, hurst, shortest_wavelength};
 use crate::pipeline::methods::MethodRun;
 use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
     Cost, Forecast, Reference, ResolvedErrors, SCHEMA, SkippedSetting, Tradeoff, TradeoffPoint,
 };
-use crate::scene::Case;
+use crate::scene::{Case, Surface};
+use asperity_contact::interface::{Adhesion, RangeChoice};
 
 /// `warnings`: those of the benchmark.
 pub(super) fn table(
@@ -143,4 +143,30 @@ fn forecast_of(grids: &[&TradeoffPoint]) -> Option<Forecast> {
         ratio: predicted / finest.cost.cpu_seconds,
         doubled_grid_cpu_seconds: forecast(&all, 4.0 * points),
     })
+}
+
+/// Adhesion as named in tables. With a true range on every grid, coarse grids may not resolve it and the problem
+/// differs from the default, so the text states it.
+fn adhesion_label(case: &Case) -> String {
+    match case.range() {
+        RangeChoice::True if case.adhesion != Adhesion::None => format!("{}, true on every grid", case.adhesion),
+        _ => case.adhesion.to_string(),
+    }
+}
+
+/// Shortest wavelength of a surface, units of L; for a height map, two grid spacings.
+fn shortest_wavelength(surface: &Surface) -> f64 {
+    match surface {
+        Surface::Synthesised { spectrum, .. } => spectrum.lambda_s,
+        Surface::Fourier { modes, .. } => modes.shortest(),
+        Surface::Imported { grid, .. } => 2.0 * grid.dx(),
+    }
+}
+
+/// Hurst exponent of a surface that is synthesised from a spectrum.
+fn hurst(surface: &Surface) -> Option<f64> {
+    match surface {
+        Surface::Synthesised { spectrum, .. } => Some(spectrum.hurst),
+        _ => None,
+    }
 }

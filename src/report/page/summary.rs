@@ -5,8 +5,6 @@ use super::definitions::{Term, term};
 use super::prelude::*;
 use super::uncertainty::total;
 use super::{challenge, curves, explorer, tiles};
-use crate::record::advice::AccuracyChoice;
-use crate::report::number::error_of;
 use asperity_grid::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
@@ -16,7 +14,6 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         @if let Some(subject) = subject(results) { p.subject { (subject) } }
         @if !results.acceptance.is_empty() { p.found { (challenge::conclusion(results)) } }
         @if let Some(answer) = answer(results) { p.found { (answer) } }
-        @if let Some(c) = &results.accuracy { p { (chosen(c)) } }
         div.stage {
             @if let Some(maps) = maps { div.explorer id="explorer" { (maps) } }
             div.numbers {
@@ -57,28 +54,6 @@ fn subject(results: &Results) -> Option<String> {
     let [x, y] = [1.0, results.surface.aspect].map(|l| si_given(l * results.scales.length_m, "m"));
     let (modulus, nodes) = (si_given(results.scales.modulus_pa, "Pa"), format!("{} × {}", count(c.nx), count(c.ny)));
     Some(format!("{x} × {y}, {nodes} nodes; elastic body: {}, E* = {modulus}; adhesion: {}.", c.kernel, c.adhesion))
-}
-
-/// The setting chosen for the accuracy that the scene requests.
-fn chosen(c: &AccuracyChoice) -> String {
-    let a = &c.advice;
-    let requested = match (c.error, c.budget_s) {
-        (Some(error), _) => format!("within {}", percent(error)),
-        (None, s) => format!("within a time of {}", duration(s.unwrap_or(0.0))),
-    };
-    let beyond = Some(a.extrapolated.join("; ")).filter(|words| !words.is_empty());
-    let beyond = beyond.map_or(String::new(), |words| format!(" Extrapolated: {words}."));
-    format!(
-        "Requested: the {0} {requested}. Chosen from measured tables ({1}): {2} on an {3} × {3} grid, {4} to {5:e}; expected error {6}.{beyond} \
-         Quantities that this does not need were neither computed nor stored.",
-        c.quantity.name(),
-        c.tables,
-        a.method,
-        a.grid,
-        a.precision,
-        a.tolerance,
-        error_of(c.quantity, a.expected_error)
-    )
 }
 
 /// The main result in one sentence with its uncertainty.

@@ -115,7 +115,6 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);
     c.unless(!extrapolates, key, "given with adhesion.resolution = \"extrapolate\"", "another range");
     c.unless(m.initial_gap.is_none(), key, "given with continuum.initial_gap", "none: a gap has no history of flow");
-    c.unless(scene.accuracy.is_none(), key, "given with [accuracy]", "none: the measured errors are of elastic bodies");
     let l = &scene.load;
     let needs_pressures = !l.mean_gap.is_empty() || !l.displacement.is_empty() || !l.contact.is_empty() || l.pull_off;
     let accepted = "loads as pressure, force or p*: searches for other loads would leave flow behind";

@@ -42,7 +42,6 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
     surface::check(&mut c, scene);
     loads::check(&mut c, scene);
     challenge::check(&mut c, scene);
-    accuracy(&mut c, scene);
     adhesion(&mut c, scene);
     continuum::check(&mut c, scene);
     atoms::check(&mut c, scene);
@@ -72,16 +71,6 @@ fn adhesion(c: &mut Complaints, scene: &Scene) {
     );
 }
 
-fn accuracy(c: &mut Complaints, scene: &Scene) {
-    let Some(a) = &scene.accuracy else { return };
-    let given = [a.error.is_some(), a.budget.is_some()];
-    let found = if given == [true; 2] { "error and budget" } else { "neither error nor budget" };
-    c.unless(given[0] != given[1], "accuracy", found, "one of error (0.05) and budget (\"30 s\")");
-    a.error.iter().for_each(|e| c.positive("accuracy.error", *e));
-    a.budget.iter().for_each(|s| c.positive_quantity("accuracy.budget", *s));
-    c.unless(scene.challenge.is_none(), "challenge", "with [accuracy]", "none: its statements need every output");
-}
-
 /// Complaints about files that a scene names and that do not exist. An error on opening them would not know the key.
 pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = [
@@ -90,8 +79,6 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
         ("continuum.hardness_map", scene.continuum.hardness_map.as_ref(), "a map of the hardness"),
         ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
     ];
-    let tables = scene.accuracy.iter().flat_map(|a| &a.tables);
-    let named = named.into_iter().chain(tables.map(|t| ("accuracy.tables", Some(t), "a table of asperity tradeoff")));
     let complaint = |key: &str, path: &Path, accepted: &str| {
         let found = super::model::relative_to(file, path);
         if found == path && !found.is_file() {
@@ -108,5 +95,5 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
         let found = format!("{:?}, that is {}, {why}", path.display(), found.display());
         Some(Complaint::new(key, found, format!("{accepted}, its path relative to the scene file")))
     };
-    named.filter_map(|(key, path, accepted)| complaint(key, path?, accepted)).collect()
+    named.into_iter().filter_map(|(key, path, accepted)| complaint(key, path?, accepted)).collect()
 }
