@@ -8,9 +8,9 @@ use asperity::atoms::job::Job;
 use asperity::atoms::load_history::{LoadHistory, evaluations};
 use asperity::atoms::nvt::{BLOCKS, NvtRun, NvtSamples};
 use asperity::atoms::potential::SetflHeader;
-use asperity::contact::interface::{Adhesion, RangeChoice};
-use asperity::contact::method::{Heights, Load, NoObserver, Problem};
-use asperity::contact::path::LoadPath;
+use asperity::contact::interface::{AttractionLaw, RangeChoice};
+use asperity::contact::method::{Heights, Load, NoObserver, ReducedProblem};
+use asperity::contact::path::LoadPathSolver;
 use asperity::grid::Grid;
 use asperity::grid::sys::ranks::ALONE;
 use asperity::methods;
@@ -312,12 +312,14 @@ fn checkpoint(path: &Path) -> Result<usize> {
     let heights: Vec<f64> = (0..POINTS * POINTS).map(|i| ((i * 7919) % 64) as f64 * 1e-4).collect();
     let loads = [Load::Pressure(0.01), Load::Pressure(0.02)];
     for id in ["fast", "bvm", "gfmd"] {
-        let problem =
-            Problem { max_iterations: 20, ..Problem::new(Grid::unit(POINTS, POINTS), Heights::Nodes(&heights)) };
+        let problem = ReducedProblem {
+            max_iterations: 20,
+            ..ReducedProblem::new(Grid::unit(POINTS, POINTS), Heights::Nodes(&heights))
+        };
         let found = methods::find(id).ok_or_else(|| Error::format("method", id, "a method"))?;
         let Some(begin) = find() else { return Err(Error::format("checkpoint", "not its key", "its key")) };
-        assert!(problem.adhesion == Adhesion::None);
-        let path = LoadPath::new(problem, found, RangeChoice::Mesh, 0.0, &loads).without_error();
+        assert!(problem.adhesion == AttractionLaw::None);
+        let path = LoadPathSolver::new(problem, found, RangeChoice::Mesh, 0.0, &loads).without_error();
         path.walk(Some(begin.begin(&ALONE)?), false, &NoObserver, |_, _| Ok(()))?;
     }
     Ok(0)
@@ -409,7 +411,7 @@ fn results(path: &Path) -> Result<usize> {
 }
 
 fn tradeoff(path: &Path) -> Result<usize> {
-    asperity::record::tradeoff::Tradeoff::read(path)?;
+    asperity::record::tradeoff::TradeoffResults::read(path)?;
     report::write(path.parent().unwrap_or(path)).map(|_| 0)
 }
 

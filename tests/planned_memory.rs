@@ -49,7 +49,7 @@ fn planned_memory_is_what_is_used() {
     };
     for id in REGISTRY.iter().map(|m| m.card().id).filter(|id| *id != "all-atom") {
         // Estimates must converge.
-        let estimates = find(id).is_some_and(|m| m.card().kind == asperity::contact::method::Kind::Estimate);
+        let estimates = find(id).is_some_and(|m| m.card().kind == asperity::contact::method::MethodKind::Estimate);
         let few = ["--max-iterations", "3"];
         judge(id, planned_and_measured(id, if estimates { &[] } else { &few }));
     }

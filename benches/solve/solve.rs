@@ -1,7 +1,7 @@
 //! Times of a transform pair and of whole solves. Compare ratios within one run only.
 
-use asperity::contact::interface::Adhesion;
-use asperity::contact::method::{self, ContactMethod, Heights, Load, NoObserver, Precision, Problem};
+use asperity::contact::interface::AttractionLaw;
+use asperity::contact::method::{self, ContactMethod, Heights, Load, NoObserver, Precision, ReducedProblem};
 use asperity::grid::{Grid, Real, Transform};
 use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
@@ -39,11 +39,11 @@ fn challenge(c: &mut Criterion) {
     let grid = Grid::unit(512, 512);
     let series = Modes::new(Spectrum::CHALLENGE, 1, 1.0).series();
     let gamma: f64 = 2e-5;
-    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
-    for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
+    let adhesion = AttractionLaw::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
+    for (name, adhesion) in [("", AttractionLaw::None), (" adhesive", adhesion)] {
         for (precision, tolerance) in [(Precision::F32, 1e-3), (Precision::F64, 1e-8)] {
             let heights = Heights::Series(&series);
-            let problem = Problem { heights, tolerance, ..hard_wall(grid, adhesion, precision) };
+            let problem = ReducedProblem { heights, tolerance, ..hard_wall(grid, adhesion, precision) };
             let method = methods::find("fast").expect("the default");
             c.bench_function(&format!("fast 512² {precision:?}{name}, p* = 0.01"), |b| {
                 b.iter(|| load(method, &problem))
@@ -53,12 +53,18 @@ fn challenge(c: &mut Criterion) {
 }
 
 /// A half-space with a hard wall; the heights are to be set.
-fn hard_wall(grid: Grid, adhesion: Adhesion, precision: Precision) -> Problem<'static> {
-    Problem { adhesion, precision, tolerance: 1e-6, max_iterations: 20_000, ..Problem::new(grid, Heights::Nodes(&[])) }
+fn hard_wall(grid: Grid, adhesion: AttractionLaw, precision: Precision) -> ReducedProblem<'static> {
+    ReducedProblem {
+        adhesion,
+        precision,
+        tolerance: 1e-6,
+        max_iterations: 20_000,
+        ..ReducedProblem::new(grid, Heights::Nodes(&[]))
+    }
 }
 
 /// Number of iterations to p* = 0.01.
-fn load(method: &dyn ContactMethod, problem: &Problem) -> usize {
+fn load(method: &dyn ContactMethod, problem: &ReducedProblem) -> usize {
     let mut run = method
         .start(problem, &NoObserver)
         .expect("a problem of this size starts")
@@ -72,10 +78,10 @@ fn solve(c: &mut Criterion) {
     let spectrum = Spectrum { lambda_s: 1.0 / 64.0, ..Spectrum::CHALLENGE };
     let heights: Vec<f64> = Modes::new(spectrum, 18, 1.0).heights(grid, 0.0);
     let gamma: f64 = 2.7e-4;
-    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
-    for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
-        let problem = Problem { heights: (&heights).into(), ..hard_wall(grid, adhesion, Precision::F64) };
-        for method in methods::REGISTRY.iter().filter(|m| m.card().kind == method::Kind::Solver) {
+    let adhesion = AttractionLaw::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
+    for (name, adhesion) in [("", AttractionLaw::None), (" adhesive", adhesion)] {
+        let problem = ReducedProblem { heights: (&heights).into(), ..hard_wall(grid, adhesion, Precision::F64) };
+        for method in methods::REGISTRY.iter().filter(|m| m.card().kind == method::MethodKind::Solver) {
             let id = method.card().id;
             c.bench_function(&format!("{id} 256²{name}, p* = 0.01"), |b| b.iter(|| load(*method, &problem)));
         }

@@ -47,14 +47,14 @@ impl Estimate {
     pub(super) fn new(
         (length, modulus): (f64, f64),
         method: &dyn ContactMethod,
-        reduced: &asperity_contact::method::Problem,
-        found: &asperity_contact::method::Estimate,
+        reduced: &asperity_contact::method::ReducedProblem,
+        found: &asperity_contact::method::MethodEstimate,
     ) -> Self {
         let step = LoadStep::single(found.pressure, 1.0);
         let state = crate::pipeline::state_of(method.card(), reduced, (&step, 1.0), found);
-        let (card, adhesive) = (method.card(), reduced.adhesion != asperity_contact::interface::Adhesion::None);
+        let (card, adhesive) = (method.card(), reduced.adhesion != asperity_contact::interface::AttractionLaw::None);
         let never = Quantity::OUTPUTS.into_iter().filter_map(|q| Some((q.id(), card.unsupported_reason(q, adhesive)?)));
-        let missing = never.chain(found.undelivered.iter().map(|(q, why)| (q.id(), *why))).collect();
+        let missing = never.chain(found.undelivered.iter().map(|(q, reason)| (q.id(), *reason))).collect();
         let scaled_map = |values: &[f64], unit: f64| map(reduced.grid, values.iter().map(|v| v * unit).collect());
         Estimate {
             method: method.card().id,

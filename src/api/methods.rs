@@ -1,6 +1,6 @@
 //! The methods of the crate.
 
-use asperity_contact::method::Kind;
+use asperity_contact::method::MethodKind;
 use asperity_methods::REGISTRY;
 
 /// A method of solving or estimating a contact problem.
@@ -34,11 +34,11 @@ pub struct Method {
 /// assert!(solvers.contains(&"fast"));
 /// ```
 pub fn methods() -> Vec<Method> {
-    let entry = |card: &asperity_contact::method::Card| Method {
+    let entry = |card: &asperity_contact::method::MethodCard| Method {
         id: card.id,
         paper_name: card.paper_name,
         family: card.family,
-        solves: card.kind == Kind::Solver,
+        solves: card.kind == MethodKind::Solver,
         adhesion: card.supports_adhesion(),
         criterion: card.criterion.to_string(),
         calibrated_on: card.calibrated_on,

@@ -77,9 +77,9 @@ pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell) -> Contact
 /// ```
 pub fn clusters(contact: ArrayView2<bool>, connectivity: Connectivity) -> Clusters {
     let (ny, nx) = contact.dim();
-    let found = observe::clusters(&flags(contact), nx, connectivity);
+    let labelled = observe::clusters(&flags(contact), nx, connectivity);
     let label = |l: u32| if l == NO_CLUSTER { 0 } else { l as usize + 1 };
-    Clusters { labels: map(Grid::unit(nx, ny), found.label.into_iter().map(label).collect()), sizes: found.sizes }
+    Clusters { labels: map(Grid::unit(nx, ny), labelled.label.into_iter().map(label).collect()), sizes: labelled.sizes }
 }
 
 /// Whether the contact percolates. Nodes that share an edge or a corner are neighbours.
@@ -106,8 +106,9 @@ pub fn pressure_distribution(
 ) -> PressureDistribution {
     assert_eq!(pressure.dim(), contact.dim(), "the maps differ in shape");
     let gap: Vec<f64> = contact.iter().map(|&c| if c { 0.0 } else { 1.0 }).collect();
-    let found = stress_distribution(Field::F64(&gap), Field::F64(&row_major(pressure)), (0.0, true), edges.to_vec());
-    PressureDistribution { all: found.all, contact: found.contact }
+    let distribution =
+        stress_distribution(Field::F64(&gap), Field::F64(&row_major(pressure)), (0.0, true), edges.to_vec());
+    PressureDistribution { all: distribution.all, contact: distribution.contact }
 }
 
 /// Height of the uniform gap with the same pressure-driven flow, in the unit of the gap, in Bruggeman's effective-medium

@@ -13,8 +13,8 @@ use crate::scene::{
 use crate::{Error, Result};
 use asperity_contact::interface::{RangeChoice, TabulatedLaw};
 use asperity_contact::load::Load;
-use asperity_contact::method::{Card, Kind, NoObserver, Observer, Precision, Stop, Targets};
-use asperity_contact::path::{self, Begin};
+use asperity_contact::method::{MethodCard, MethodKind, NoObserver, Observer, Precision, Stop, Targets};
+use asperity_contact::path::{self, InitialState};
 use ndarray::Array2;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -242,7 +242,7 @@ impl Problem {
     pub fn estimate(&self, mean_pressure: f64) -> Result<Estimate> {
         let load = Loads::Pressure(vec![mean_pressure]);
         let (mut case, method) = self.case(&load, false)?;
-        if method.card().kind == Kind::Solver {
+        if method.card().kind == MethodKind::Solver {
             return Ok(Estimate::of_state(
                 self.solve(mean_pressure)?,
                 method,
@@ -253,12 +253,12 @@ impl Problem {
         case.take_surface();
         self.surface.with_heights(false, |heights| {
             let input = path::EstimatorInput::new(case.problem(heights), method)?;
-            let mut found = None;
+            let mut completed = None;
             input.walk((&loads, 0), &NoObserver, |_, problem, estimate| {
-                found = Some(Estimate::new((self.surface.length(), self.modulus), method, problem, estimate));
+                completed = Some(Estimate::new((self.surface.length(), self.modulus), method, problem, estimate));
                 Ok(())
             })?;
-            Ok(found.expect("a path that ends without an error has visited its load"))
+            Ok(completed.expect("a path that ends without an error has visited its load"))
         })
     }
 
@@ -270,7 +270,7 @@ impl Problem {
         // Any load that is small.
         let (case, method) = self.case(&Loads::Pressure(vec![1e-6 * self.modulus]), false)?;
         self.surface.with_heights(false, |heights| {
-            Ok(path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &[]).plan(false).bytes)
+            Ok(path::LoadPathSolver::new(case.problem(heights), method, case.range(), 0.0, &[]).plan(false).bytes)
         })
     }
 
@@ -297,7 +297,7 @@ impl Problem {
         observer: &dyn Observer,
         mut visit: impl FnMut(State),
     ) -> Result<Option<PullOff>> {
-        if method.card().kind != Kind::Solver {
+        if method.card().kind != MethodKind::Solver {
             let accepted = "a method that solves for the fields, or `Problem::estimate`";
             return Err(Error::input(PLACE, "method", method.card().id, accepted));
         }
@@ -309,12 +309,12 @@ impl Problem {
         // As on the command line: the default method works on waves.
         let as_waves = method.card().capabilities.waves && case.scene.continuum.is_periodic();
         self.surface.with_heights(as_waves, |heights| {
-            let path = path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &targets);
-            let (need, have) = (path.plan(pull_off).bytes, asperity_grid::sys::available_memory_bytes());
-            if need > have {
+            let path = path::LoadPathSolver::new(case.problem(heights), method, case.range(), 0.0, &targets);
+            let (required, available) = (path.plan(pull_off).bytes, asperity_grid::sys::available_memory_bytes());
+            if required > available {
                 let what = method.card().id.into();
                 let advice = "a surface with fewer nodes or Precision::F32 needs less".into();
-                return Err(Error::Memory { what, need, have, advice });
+                return Err(Error::Memory { what, need: required, have: available, advice });
             }
             let path = path.with_stiffness();
             let pulled = path.walk(begin, pull_off, observer, |i, reached| {
@@ -331,7 +331,7 @@ impl Problem {
     }
 
     /// The initial gap in reduced units.
-    fn begin(&self) -> Result<Option<Begin>> {
+    fn begin(&self) -> Result<Option<InitialState>> {
         let Some(gap) = &self.initial_gap else { return Ok(None) };
         if self.hardness.is_some() {
             return Err(Error::input(
@@ -351,7 +351,7 @@ impl Problem {
                 format!("finite gaps {shape:?}, as the surface has"),
             ));
         }
-        Ok(Some(Begin::Gap(gap.iter().map(|g| g / self.surface.length()).collect())))
+        Ok(Some(InitialState::Gap(gap.iter().map(|g| g / self.surface.length()).collect())))
     }
 
     /// Values of a map of the hardness, row by row.
@@ -450,16 +450,21 @@ fn named(error: Error) -> Error {
     rename_keys(error, &argument_of)
 }
 
-fn require_converged(reached: &path::Reached, card: &Card, tolerance: f64, [load, loads]: [usize; 2]) -> Result<()> {
+fn require_converged(
+    reached: &path::Reached,
+    card: &MethodCard,
+    tolerance: f64,
+    [load, loads]: [usize; 2],
+) -> Result<()> {
     match reached.state.stop {
         Stop::Converged => Ok(()),
         Stop::Interrupted => Err(Error::Interrupted),
         stop => {
-            let why = match stop {
+            let reason = match stop {
                 Stop::Detached => "the tension separates the surfaces, and no equilibrium exists".to_string(),
                 stop => stop.to_string(),
             };
-            Err(reached.state.not_converged(card.id, format!("load {load} of {loads}: {why}"), tolerance, None))
+            Err(reached.state.not_converged(card.id, format!("load {load} of {loads}: {reason}"), tolerance, None))
         }
     }
 }

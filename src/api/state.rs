@@ -179,12 +179,12 @@ pub struct PullOff {
 }
 
 impl PullOff {
-    pub(super) fn new(length: f64, modulus: f64, found: &results::PullOff) -> Self {
+    pub(super) fn new(length: f64, modulus: f64, pull_off: &results::PullOff) -> Self {
         PullOff {
-            mean_pressure: found.pressure * modulus,
-            pressure_error: found.pressure_error.map(|e| e * modulus),
-            mean_gap: found.mean_gap * length,
-            mean_gap_error: found.mean_gap_error.map(|e| e * length),
+            mean_pressure: pull_off.pressure * modulus,
+            pressure_error: pull_off.pressure_error.map(|e| e * modulus),
+            mean_gap: pull_off.mean_gap * length,
+            mean_gap_error: pull_off.mean_gap_error.map(|e| e * length),
         }
     }
 }

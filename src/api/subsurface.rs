@@ -77,10 +77,10 @@ pub fn subsurface(
         return Err(Error::input(PLACE, "pressure", found, "finite pressures [ny, nx]"));
     }
     let kept = (2 * depths.len() * size_of::<f64>() * grid.points()) as u64;
-    let (need, have) = (Subsurface::bytes(grid, kernel) + kept, asperity_grid::sys::available_memory_bytes());
-    if need > have {
+    let (required, available) = (Subsurface::bytes(grid, kernel) + kept, asperity_grid::sys::available_memory_bytes());
+    if required > available {
         let advice = "fewer depths or nodes need less".into();
-        return Err(Error::Memory { what: PLACE.into(), need, have, advice });
+        return Err(Error::Memory { what: PLACE.into(), need: required, have: available, advice });
     }
     let request = SubsurfaceRequest { depths: reduced, poisson, shear_strength: None };
     let pressure = row_major(pressure);
@@ -101,9 +101,9 @@ pub fn subsurface(
     Ok(slices.collect())
 }
 
-fn poisson_of(body: Body, given: Option<f64>) -> Result<f64> {
+fn poisson_of(body: Body, value: Option<f64>) -> Result<f64> {
     let refused = |found: String, accepted: String| Err(Error::input(PLACE, "poisson", found, accepted));
-    match (body, given) {
+    match (body, value) {
         (Body::Layer { poisson, .. }, None) => Ok(poisson),
         (Body::Layer { poisson, .. }, Some(nu)) => refused(nu.to_string(), format!("none: the layer's own, {poisson}")),
         (_, Some(nu)) if (0.0..=0.5).contains(&nu) => Ok(nu),
@@ -114,13 +114,13 @@ fn poisson_of(body: Body, given: Option<f64>) -> Result<f64> {
 
 /// A depth over the extent of the cell.
 fn depth_in(body: Body, cell: Cell, depth: f64) -> Result<f64> {
-    let most = if let Body::Layer { thickness, .. } = body { thickness } else { f64::MAX };
-    if (0.0..=most).contains(&depth) {
+    let largest = if let Body::Layer { thickness, .. } = body { thickness } else { f64::MAX };
+    if (0.0..=largest).contains(&depth) {
         // Rounding does not take it out of the layer.
-        return Ok((depth / cell.x).min(most / cell.x));
+        return Ok((depth / cell.x).min(largest / cell.x));
     }
     let accepted = match body {
-        Body::Layer { .. } => format!("depths from 0 to {most}, the thickness of the layer"),
+        Body::Layer { .. } => format!("depths from 0 to {largest}, the thickness of the layer"),
         _ => "finite depths from 0 on".into(),
     };
     Err(Error::input(PLACE, "depths", depth, accepted))
@@ -181,7 +181,7 @@ mod tests {
         let mut pressure = Array2::zeros((16, 32));
         pressure[(5, 9)] = 1.0;
         let layer = Body::Layer { thickness: 0.3, poisson: 0.2, base: Base::Bonded };
-        let of = |scale: f64| {
+        let value_of = |scale: f64| {
             let body = match layer {
                 Body::Layer { thickness, poisson, base } => Body::Layer { thickness: thickness * scale, poisson, base },
                 other => other,
@@ -189,7 +189,7 @@ mod tests {
             let cell = Cell { x: scale, y: scale / 2.0 };
             subsurface(pressure.view(), cell, body, &[0.1 * scale, 0.3 * scale], None).expect("within the layer")
         };
-        let (one, seven) = (of(1.0), of(7.0));
+        let (one, seven) = (value_of(1.0), value_of(7.0));
         for (a, b) in one.iter().zip(&seven) {
             for (a, b) in [(&a.von_mises, &b.von_mises), (&a.shear, &b.shear)] {
                 let difference = (&a.values - &b.values).mapv(f64::abs);

@@ -1,11 +1,13 @@
 //! Rough surfaces from arrays, spectra and files.
 
 use super::arrays::{Cell, map};
-use crate::scene::{self, Laboratory, Length, ResolvedSurface, Scene, Stress, SurfaceFile, SurfaceScene, Touching};
+use crate::scene::{
+    self, LaboratoryScene, Length, ResolvedSurface, Scene, Stress, SurfaceFile, SurfaceScene, Touching,
+};
 use crate::{Error, Result};
-use asperity_contact::method::{Heights, Problem};
+use asperity_contact::method::{Heights, ReducedProblem};
 use asperity_grid::{Grid, Series};
-use asperity_surface::heights::{HeightMap, Sign};
+use asperity_surface::heights::{HeightMap, TouchingPoints};
 use asperity_surface::import::Content;
 use asperity_surface::provenance::Provenance;
 use asperity_surface::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
@@ -16,7 +18,7 @@ use std::sync::Arc;
 /// A rough surface on a periodic cell: a height map, or the waves of a spectrum on a grid.
 #[derive(Debug, Clone)]
 pub struct Surface {
-    source: scene::Surface,
+    source: scene::HeightSource,
     /// In reduced units: the cell has the extent 1 along x.
     grid: Grid,
     length: f64,
@@ -122,7 +124,7 @@ impl Surface {
         let unit = 1.0 / extent[0];
         map.heights.iter_mut().for_each(|h| *h *= unit);
         let grid = Grid { ly: extent[1] / extent[0], ..Grid::unit(map.nx, map.ny) };
-        let source = scene::Surface::Imported { grid, heights: Arc::new(map.heights), origin: "array".into() };
+        let source = scene::HeightSource::Imported { grid, heights: Arc::new(map.heights), origin: "array".into() };
         let periodic = periodic || preparation.edges.is_some();
         Ok(Surface { periodic, steps: history, ..Self::of(source, grid, extent[0]) })
     }
@@ -147,7 +149,7 @@ impl Surface {
             return Err(Error::input(PLACE, "nodes", 0, "at least 1"));
         }
         let modes = Modes::new(spectrum, seed, 1.0);
-        Ok(Self::of(scene::Surface::Synthesised { modes, spectrum, seed }, Grid::unit(nodes, nodes), length))
+        Ok(Self::of(scene::HeightSource::Synthesised { modes, spectrum, seed }, Grid::unit(nodes, nodes), length))
     }
 
     /// Reads a height map: text, `.npy`, `.npz`, HDF5, NetCDF, `.x3p`, `.sdf`, `.sur` or `.gwy`.
@@ -175,7 +177,7 @@ impl Surface {
         let mut scene = Scene::new("surface", table);
         // A plain modulus: lengths are in the unit of the heights.
         let (length, modulus) = (options.length.map(Length::plain), Some(Stress::plain(1.0)));
-        scene.laboratory = Laboratory { length, modulus, ..Laboratory::default() };
+        scene.laboratory = LaboratoryScene { length, modulus, ..LaboratoryScene::default() };
         options.length.iter().try_for_each(|l| positive("length", *l))?;
         let Some(mut file) = SurfaceFile::read(&scene.surface, Path::new(""))? else { unreachable!("it has a file") };
         if !matches!(file.found.content, Content::Map(_)) {
@@ -190,14 +192,14 @@ impl Surface {
         if !list.is_empty() {
             return Err(Error::Input { place: PLACE.into(), list });
         }
-        let resolved = scene::Surface::resolve(&scene, Some(file), PLACE)?;
-        let scene::Surface::Imported { grid, .. } = resolved.surface else { unreachable!("a map") };
+        let resolved = scene::HeightSource::resolve(&scene, Some(file), PLACE)?;
+        let scene::HeightSource::Imported { grid, .. } = resolved.surface else { unreachable!("a map") };
         let length = resolved.laboratory.length().value();
         let periodic = resolved.provenance.as_ref().is_none_or(|p| p.periodic);
         Ok(Surface { periodic, provenance: resolved.provenance, ..Self::of(resolved.surface, grid, length) })
     }
 
-    fn of(source: scene::Surface, grid: Grid, length: f64) -> Self {
+    fn of(source: scene::HeightSource, grid: Grid, length: f64) -> Self {
         Surface { source, grid, length, periodic: true, provenance: None, steps: Vec::new() }
     }
 
@@ -235,7 +237,7 @@ impl Surface {
 
     /// Root mean square of the gradient of all waves that the grid resolves.
     pub fn rms_gradient(&self) -> f64 {
-        self.with_heights(false, |heights| Problem::new(self.grid, heights).resolved_gradient())
+        self.with_heights(false, |heights| ReducedProblem::new(self.grid, heights).resolved_gradient())
     }
 
     /// Root mean square of the heights about their mean.
@@ -246,9 +248,9 @@ impl Surface {
     /// What limits the results on this surface: unresolved waves, steep slopes, quantised heights.
     pub fn warnings(&self) -> Vec<String> {
         let mut list = match &self.source {
-            scene::Surface::Synthesised { modes, .. } => modes.left_out_by(self.grid).into_iter().collect(),
-            scene::Surface::Imported { heights, .. } => quality_warnings(self.grid, heights),
-            scene::Surface::Fourier { .. } => Vec::new(),
+            scene::HeightSource::Synthesised { modes, .. } => modes.left_out_by(self.grid).into_iter().collect(),
+            scene::HeightSource::Imported { heights, .. } => quality_warnings(self.grid, heights),
+            scene::HeightSource::Fourier { .. } => Vec::new(),
         };
         list.extend(slope_warnings(self.rms_gradient()));
         list
@@ -265,15 +267,15 @@ impl Surface {
     /// The surface as a scene describes it: its table `[surface]`, and the heights with the extents of the cell, in the
     /// unit of length of this surface.
     pub(super) fn scene_parts(&self) -> (SurfaceScene, ResolvedSurface) {
-        let laboratory = Laboratory {
+        let laboratory = LaboratoryScene {
             length: Some(Length::plain(self.length)),
             length_y: Some(Length::plain(self.grid.ly * self.length)),
-            ..Laboratory::default()
+            ..LaboratoryScene::default()
         };
         let table = SurfaceScene { grid: self.grid.nx, ..SurfaceScene::default() };
         let surface = match &self.source {
-            scene::Surface::Imported { heights, origin, .. } => {
-                scene::Surface::Imported { grid: self.grid, heights: heights.clone(), origin: origin.clone() }
+            scene::HeightSource::Imported { heights, origin, .. } => {
+                scene::HeightSource::Imported { grid: self.grid, heights: heights.clone(), origin: origin.clone() }
             }
             other => other.clone(),
         };
@@ -284,12 +286,12 @@ impl Surface {
     /// Lends the heights: as waves where the surface has them or `as_waves` requires them, else on the nodes.
     pub(super) fn with_heights<R>(&self, as_waves: bool, then: impl FnOnce(Heights) -> R) -> R {
         match &self.source {
-            scene::Surface::Synthesised { modes, .. } => then(Heights::Series(&modes.series())),
-            scene::Surface::Fourier { modes, .. } => then(Heights::Series(modes.series())),
-            scene::Surface::Imported { heights, .. } if as_waves => {
+            scene::HeightSource::Synthesised { modes, .. } => then(Heights::Series(&modes.series())),
+            scene::HeightSource::Fourier { modes, .. } => then(Heights::Series(modes.series())),
+            scene::HeightSource::Imported { heights, .. } if as_waves => {
                 then(Heights::Series(&Series::from_nodes(self.grid, heights)))
             }
-            scene::Surface::Imported { heights, .. } => then(Heights::Nodes(heights)),
+            scene::HeightSource::Imported { heights, .. } => then(Heights::Nodes(heights)),
         }
     }
 }
@@ -304,9 +306,9 @@ fn positive(key: &str, value: f64) -> Result<()> {
     }
 }
 
-fn sign(touching: Touching) -> Sign {
+fn sign(touching: Touching) -> TouchingPoints {
     match touching {
-        Touching::LowPoints => Sign::LowFirst,
-        Touching::HighPoints => Sign::HighFirst,
+        Touching::LowPoints => TouchingPoints::LowFirst,
+        Touching::HighPoints => TouchingPoints::HighFirst,
     }
 }

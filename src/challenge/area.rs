@@ -24,17 +24,17 @@ fn area(s: &StateResults) -> f64 {
 
 /// Values that the statements are about.
 struct Areas {
-    increase: Found,
-    at_reference: Found,
-    ratio: Found,
-    law: Found,
-    spread: Found,
-    lowest: Found,
-    first: Found,
+    increase: RelativeValue,
+    at_reference: RelativeValue,
+    ratio: RelativeValue,
+    law: RelativeValue,
+    spread: RelativeValue,
+    lowest: RelativeValue,
+    first: RelativeValue,
 }
 
 /// A value with its relative error; `None` if the run has no such value.
-type Found = Option<(f64, Option<f64>)>;
+type RelativeValue = Option<(f64, Option<f64>)>;
 
 impl Areas {
     fn of(data: &ChallengeData) -> Self {
@@ -46,8 +46,8 @@ impl Areas {
         let load = |s: &StateResults| s.numbers.pressure / gradient;
         // Values with their relative errors.
         let worst = |list: &[(f64, Option<f64>)], aim: f64| {
-            let off = |v: &(f64, Option<f64>)| (v.0 / aim - 1.0).abs();
-            list.iter().copied().max_by(|a, b| off(a).total_cmp(&off(b)))
+            let deviation = |v: &(f64, Option<f64>)| (v.0 / aim - 1.0).abs();
+            list.iter().copied().max_by(|a, b| deviation(a).total_cmp(&deviation(b)))
         };
         let of = |s: &StateResults| uncertainty(s, Quantity::ContactArea);
         let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a + b);
@@ -74,8 +74,8 @@ impl Areas {
             .collect();
         let spread = cover(adhesive.iter().map(|s| s.numbers.p_star), SPAN).then(|| {
             let by_value = |a: &&(f64, Option<f64>), b: &&(f64, Option<f64>)| a.0.total_cmp(&b.0);
-            let (least, most) = (pressures.iter().min_by(by_value)?, pressures.iter().max_by(by_value)?);
-            Some((most.0 / least.0, both(most.1, least.1)))
+            let (smallest, largest) = (pressures.iter().min_by(by_value)?, pressures.iter().max_by(by_value)?);
+            Some((largest.0 / smallest.0, both(largest.1, smallest.1)))
         });
         let lowest: Vec<_> =
             plain.iter().filter(|s| s.numbers.p_star < 0.0101).map(|s| (load(s) / area(s), of(s))).collect();
@@ -95,9 +95,10 @@ impl Areas {
 
 pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let Areas { increase, at_reference, ratio, law, spread, lowest, first } = Areas::of(data);
-    let value = |found: Found| found.map(|f| f.0);
-    let with_error =
-        |check: AcceptanceCheck, found: Found| check.with_error(found.and_then(|(v, relative)| Some(v * relative?)));
+    let value = |known: RelativeValue| known.map(|f| f.0);
+    let with_error = |check: AcceptanceCheck, known: RelativeValue| {
+        check.with_error(known.and_then(|(v, relative)| Some(v * relative?)))
+    };
     vec![
         data.of_both(
             Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"),

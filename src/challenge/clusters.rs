@@ -1,6 +1,6 @@
 //! Sizes of contact clusters.
 
-use super::{ChallengeData, Line, SIZE_EXPONENT, Statement, line};
+use super::{ChallengeData, LineFit, SIZE_EXPONENT, Statement, line};
 use crate::record::acceptance::AcceptanceCheck;
 use asperity_contact::observe::{median_counting_error, share_counting_error};
 use asperity_contact::results::Observed;
@@ -16,13 +16,13 @@ const FINE_UM: f64 = 5e-3;
 
 pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let um2 = data.length_um * data.length_um;
-    let with = data.observed().map(|[with, _]| with);
+    let adhesive = data.observed().map(|[adhesive, _]| adhesive);
     let node_um2 = um2 / (data.adhesive.nx * data.adhesive.ny) as f64;
-    let size_exponent = with.and_then(|o| size_exponent(o, SMALLEST_NODES * node_um2 / um2));
-    let median = with.and_then(|o| o.median_cluster_area).map(|a| a * um2);
+    let size_exponent = adhesive.and_then(|o| size_exponent(o, SMALLEST_NODES * node_um2 / um2));
+    let median = adhesive.and_then(|o| o.median_cluster_area).map(|a| a * um2);
     let fifth =
-        with.map(|o| o.patch_area.iter().take_while(|[a, _]| a * um2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
-    let compressive = with.and_then(|o| o.compressive?.median_cluster_area).map(|a| a * um2);
+        adhesive.map(|o| o.patch_area.iter().take_while(|[a, _]| a * um2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
+    let compressive = adhesive.and_then(|o| o.compressive?.median_cluster_area).map(|a| a * um2);
     let spacing = node_um2.sqrt();
     let s16 = Statement::new("S16", "most probable cluster", "nm²");
     vec![
@@ -42,32 +42,32 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
                 1e3 * spacing
             ))
         } else {
-            let most = with.and_then(|o| most_probable(&o.patch_density));
+            let largest = adhesive.and_then(|o| most_probable(&o.patch_density));
             data.of_both(s16, |item| {
                 item.within(
-                    most.map(|[a, _]| a * um2 * 1e6),
+                    largest.map(|[a, _]| a * um2 * 1e6),
                     316.0,
                     [100.0, 1000.0],
                     "the paper names 100 and 1000 nm²",
                 )
-                .with_error(most.map(|[_, error]| error * um2 * 1e6))
+                .with_error(largest.map(|[_, error]| error * um2 * 1e6))
             })
         },
         data.of_both(
             Statement::new("S17a", "median cluster: half of the contact is in clusters up to it", "µm²"),
             |item| {
-                let error = with
+                let error = adhesive
                     .zip(median)
                     .and_then(|(o, m)| Some(median_counting_error(&o.patch_area, o.gap.delta, m / um2)? * um2));
                 item.within(median, 3.0, [2.0, 4.5], "a factor of 1.5").with_error(error)
             },
         ),
         data.of_both(Statement::new("S17b", "contact in clusters up to 1 µm²", "1"), |item| {
-            let error = with.and_then(|o| share_counting_error(&o.patch_area, o.gap.delta, FIFTH_UM2 / um2));
+            let error = adhesive.and_then(|o| share_counting_error(&o.patch_area, o.gap.delta, FIFTH_UM2 / um2));
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load").with_error(error)
         }),
         data.of_both(Statement::new("S18", "median cluster where contact is compression", "µm²"), |item| {
-            let error = with.and_then(|o| o.compressive?.median_cluster_area_error).map(|e| e * um2);
+            let error = adhesive.and_then(|o| o.compressive?.median_cluster_area_error).map(|e| e * um2);
             item.within(compressive, 1.0, [0.5, 2.0], "a third of the other, to a factor of two").with_error(error)
         }),
     ]
@@ -75,7 +75,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
 
 /// Line of the number density of clusters in logarithms, fitted from the area `smallest_area` (units of L²) to the
 /// median one.
-fn size_exponent(o: &Observed, smallest_area: f64) -> Option<Line> {
+fn size_exponent(o: &Observed, smallest_area: f64) -> Option<LineFit> {
     let largest = o.median_cluster_area?;
     let fits = |[a, density, n]: &&[f64; 3]| (smallest_area..=largest).contains(a) && *n >= FEWEST && *density > 0.0;
     let points: Vec<(f64, f64)> = o.patch_density.iter().filter(fits).map(|[a, d, _]| (a.ln(), d.ln())).collect();
@@ -85,14 +85,14 @@ fn size_exponent(o: &Observed, smallest_area: f64) -> Option<Line> {
 /// The most probable cluster area and its error: half the range of the bins whose density is that of the most probable
 /// one within the counting errors of both, and half a bin.
 fn most_probable(density: &[[f64; 3]]) -> Option<[f64; 2]> {
-    let most = density.iter().max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    let upper = density.iter().max_by(|a, b| a[1].total_cmp(&b[1]))?;
     let error = |bin: &[f64; 3]| bin[1] / bin[2].sqrt();
-    let alike = |bin: &&[f64; 3]| most[1] - bin[1] <= error(most).hypot(error(bin));
+    let alike = |bin: &&[f64; 3]| upper[1] - bin[1] <= error(upper).hypot(error(bin));
     let areas = || density.iter().filter(alike).map(|[a, ..]| *a);
-    let (least, largest) = (areas().fold(most[0], f64::min), areas().fold(most[0], f64::max));
-    let next = density.iter().map(|[a, ..]| *a).filter(|a| *a > most[0]).fold(f64::INFINITY, f64::min);
-    let bin = if next.is_finite() { next - most[0] } else { 0.0 };
-    Some([most[0], 0.5 * (largest - least + bin)])
+    let (smallest, largest) = (areas().fold(upper[0], f64::min), areas().fold(upper[0], f64::max));
+    let next = density.iter().map(|[a, ..]| *a).filter(|a| *a > upper[0]).fold(f64::INFINITY, f64::min);
+    let bin = if next.is_finite() { next - upper[0] } else { 0.0 };
+    Some([upper[0], 0.5 * (largest - smallest + bin)])
 }
 
 #[cfg(test)]
@@ -102,8 +102,8 @@ mod tests {
     #[test]
     fn bins_within_the_counting_error_count_for_the_most_probable_cluster() {
         // Densities 8 ± 2, 10 ± 1 and 2 ± 1: the first is as probable as the second, the third is not.
-        let found = most_probable(&[[1.0, 8.0, 16.0], [2.0, 10.0, 100.0], [4.0, 2.0, 4.0]]);
-        assert_eq!(found, Some([2.0, 0.5 * (1.0 + 2.0)]));
+        let actual = most_probable(&[[1.0, 8.0, 16.0], [2.0, 10.0, 100.0], [4.0, 2.0, 4.0]]);
+        assert_eq!(actual, Some([2.0, 0.5 * (1.0 + 2.0)]));
         assert_eq!(most_probable(&[[1.0, 3.0, 100.0], [2.0, 10.0, 100.0], [4.0, 2.0, 4.0]]), Some([2.0, 1.0]));
         assert_eq!(most_probable(&[]), None);
     }

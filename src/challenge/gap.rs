@@ -1,6 +1,6 @@
 //! Mean gap, stiffness and the distribution of gaps.
 
-use super::{ChallengeData, Line, Statement, cover, jackknife, line, reference, setting, share_below, uncertainty};
+use super::{ChallengeData, LineFit, Statement, cover, jackknife, line, reference, setting, share_below, uncertainty};
 use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::FIRST_TOUCH;
 use asperity_contact::quantity::Quantity;
@@ -46,15 +46,15 @@ fn at_reference_load(data: &ChallengeData) -> [AcceptanceCheck; 2] {
 fn over_load(data: &ChallengeData) -> [AcceptanceCheck; 3] {
     let results = if data.unresolved.is_none() { data.adhesive } else { data.plain };
     // None if the loads do not extend over the range.
-    let points = |span: &std::ops::Range<f64>, of: fn(f64, f64) -> (f64, f64)| -> Vec<(f64, f64)> {
+    let points = |span: &std::ops::Range<f64>, value: fn(f64, f64) -> (f64, f64)| -> Vec<(f64, f64)> {
         let loads = ChallengeData::loading(results).map(|s| s.numbers.p_star);
         let states = ChallengeData::loading(results).filter(|s| span.contains(&s.numbers.p_star) && s.mean_gap > 0.0);
-        let points = states.map(|s| of(s.numbers.p_star, s.mean_gap * data.length_um));
+        let points = states.map(|s| value(s.numbers.p_star, s.mean_gap * data.length_um));
         if cover(loads, [span.start, 0.99 * span.end]) { points.collect() } else { Vec::new() }
     };
     let exponential = line(&points(&EXPONENTIAL, |p, u| (p, u.ln())));
     let logarithmic = points(&LOGARITHMIC, |p, u| (p.ln(), u));
-    let fitted = |of: fn(&Line) -> f64| exponential.as_ref().map(of);
+    let fitted = |value: fn(&LineFit) -> f64| exponential.as_ref().map(value);
     let slope = "slope of ln ū over p*, p* = 0.137 … 1, with adhesion where the grid resolves it";
     let checks = [
         data.of_roughness(Statement::new("S11a", slope, "1"), |item| {
@@ -93,8 +93,8 @@ fn distributions(data: &ChallengeData) -> [AcceptanceCheck; 2] {
     let far = pair.map(|[with, without]| {
         let (shares, edges) = ((share_below(with, FAR_UM / um), share_below(without, FAR_UM / um)), &without.edges);
         let beyond = edges.iter().filter(|e| **e * um > FAR_UM);
-        let apart = |x: f64| ((share_below(with, x) - shares.0) - (share_below(without, x) - shares.1)).abs();
-        beyond.map(|e| apart(*e)).fold(0.0, f64::max)
+        let difference = |x: f64| ((share_below(with, x) - shares.0) - (share_below(without, x) - shares.1)).abs();
+        beyond.map(|e| difference(*e)).fold(0.0, f64::max)
     });
     let near = pair.zip(data.adhesive.range).map(|([with, without], range)| {
         share_below(with, range.used) / share_below(without, range.used).max(f64::MIN_POSITIVE)
@@ -107,7 +107,7 @@ fn distributions(data: &ChallengeData) -> [AcceptanceCheck; 2] {
         data.of_adhesion(Statement::new("S21b", "gaps below the range ρ, with adhesion over without", "1"), |item| {
             // The smallest gaps are at the edges of the clusters, which are independent.
             let clusters = reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
-            let error = near.zip(clusters).map(|(share, n)| share * (2.0 / n as f64).sqrt());
+            let error = near.zip(clusters).map(|(fraction, n)| fraction * (2.0 / n as f64).sqrt());
             item.within(near, 0.0, [0.0, 1.0], "adhesion suppresses the smallest gaps").with_error(error)
         }),
     ]

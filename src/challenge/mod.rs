@@ -127,8 +127,8 @@ impl<'a> ChallengeData<'a> {
 
     /// Observables at the reference load, with and without adhesion.
     fn observed(&self) -> Option<[&Observed; 2]> {
-        let of = |c| reference(c)?.observed.as_ref();
-        Some([of(self.adhesive)?, of(self.plain)?])
+        let value_of = |c| reference(c)?.observed.as_ref();
+        Some([value_of(self.adhesive)?, value_of(self.plain)?])
     }
 
     /// Checks a statement about adhesion if the grid resolves it; otherwise the value is only reported.
@@ -257,12 +257,12 @@ fn share_below(d: &Distribution, x: f64) -> f64 {
 /// Whether the loads extend from `from` to `to`, within 5 %.
 fn cover(loads: impl Iterator<Item = f64>, [from, to]: [f64; 2]) -> bool {
     let few_per_cent = 1.05;
-    let (least, most) = loads.fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
-    least <= from * few_per_cent && most * few_per_cent >= to
+    let (smallest, largest) = loads.fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
+    smallest <= from * few_per_cent && largest * few_per_cent >= to
 }
 
 /// A least-squares line with standard errors.
-struct Line {
+struct LineFit {
     slope: f64,
     intercept: f64,
     /// Coefficient of determination.
@@ -272,12 +272,12 @@ struct Line {
 }
 
 /// The least-squares line; `None` for fewer than three points.
-fn line(points: &[(f64, f64)]) -> Option<Line> {
+fn line(points: &[(f64, f64)]) -> Option<LineFit> {
     if points.len() < 3 {
         return None;
     }
     let n = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
     let (x, y) = (mean(|p| p.0), mean(|p| p.1));
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for p in points {
@@ -288,7 +288,7 @@ fn line(points: &[(f64, f64)]) -> Option<Line> {
     (xx > 0.0).then(|| {
         let slope = xy / xx;
         let variance = (yy - slope * xy).max(0.0) / (n - 2.0);
-        Line {
+        LineFit {
             slope,
             intercept: y - slope * x,
             r2: if yy > 0.0 { xy * xy / (xx * yy) } else { 1.0 },
@@ -300,15 +300,15 @@ fn line(points: &[(f64, f64)]) -> Option<Line> {
 
 /// Standard error of a number of a line by leaving out one point after the other (jackknife): (n − 1)/n times the sum of
 /// the squared deviations from the mean of the n numbers.
-fn jackknife(points: &[(f64, f64)], number: impl Fn(&Line) -> f64) -> Option<f64> {
+fn jackknife(points: &[(f64, f64)], number: impl Fn(&LineFit) -> f64) -> Option<f64> {
     let without = |k: usize| -> Option<f64> {
         let others: Vec<_> = points.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
         line(&others).map(|l| number(&l))
     };
-    let found: Vec<f64> = (0..points.len()).map(without).collect::<Option<_>>()?;
-    let n = found.len() as f64;
-    let mean = found.iter().sum::<f64>() / n;
-    (n > 0.0).then(|| ((n - 1.0) / n * found.iter().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt())
+    let actual: Vec<f64> = (0..points.len()).map(without).collect::<Option<_>>()?;
+    let n = actual.len() as f64;
+    let mean = actual.iter().sum::<f64>() / n;
+    (n > 0.0).then(|| ((n - 1.0) / n * actual.iter().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt())
 }
 
 #[cfg(test)]
@@ -340,8 +340,8 @@ mod arithmetic {
             (0..4).map(|k| line(&[&points[..k], &points[k + 1..]].concat()).expect("three points").slope).collect();
         let mean = slopes.iter().sum::<f64>() / 4.0;
         let expected = (0.75 * slopes.iter().map(|s| (s - mean).powi(2)).sum::<f64>()).sqrt();
-        let found = jackknife(&points, |l| l.slope).expect("four points");
-        assert!((found - expected).abs() < 1e-12 && found > 0.1, "{found} {expected}");
+        let actual = jackknife(&points, |l| l.slope).expect("four points");
+        assert!((actual - expected).abs() < 1e-12 && actual > 0.1, "{actual} {expected}");
         assert!(jackknife(&points[..3], |l| l.slope).is_none());
         // On a line, no point matters.
         assert!(jackknife(&[(0.0, 1.0), (1.0, 3.0), (2.0, 5.0), (4.0, 9.0)], |l| l.r2).expect("four points") < 1e-12);
@@ -360,10 +360,10 @@ mod arithmetic {
     fn shares_run_from_none_to_all() {
         let d =
             Distribution { edges: vec![0.0, 1.0, 3.0], fractions: vec![0.2, 0.4], delta: 0.4, below: 0.0, above: 0.0 };
-        for (x, share) in [(-1.0, 0.0), (0.5, 0.1), (1.0, 0.2), (2.0, 0.4), (9.0, 0.6)] {
-            assert!((share_below(&d, x) - share).abs() < 1e-12, "{x}");
+        for (x, fraction) in [(-1.0, 0.0), (0.5, 0.1), (1.0, 0.2), (2.0, 0.4), (9.0, 0.6)] {
+            assert!((share_below(&d, x) - fraction).abs() < 1e-12, "{x}");
             // Values below the first edge count everywhere.
-            assert!((share_below(&Distribution { below: 0.1, ..d.clone() }, x) - share - 0.1).abs() < 1e-12, "{x}");
+            assert!((share_below(&Distribution { below: 0.1, ..d.clone() }, x) - fraction - 0.1).abs() < 1e-12, "{x}");
         }
     }
 

@@ -13,7 +13,7 @@ const PRINTED_RADIUS: f64 = 60e-9 / 1e-4;
 
 /// A statistic of heights. `printed`: value of the challenge's surface and half a unit of its last digit; `alike`: mean
 /// over surfaces with the same spectrum and three standard deviations.
-struct Statistic {
+struct HeightStatistic {
     id: &'static str,
     text: &'static str,
     symbol: &'static str,
@@ -23,8 +23,8 @@ struct Statistic {
 }
 
 /// Heights of surfaces with the same spectrum: 100 realisations by independent code, scripts/challenge-ranges.py.
-const HEIGHTS: [Statistic; 4] = [
-    Statistic {
+const HEIGHTS: [HeightStatistic; 4] = [
+    HeightStatistic {
         id: "S04a",
         text: "rms height",
         symbol: RMS_HEIGHT,
@@ -32,7 +32,7 @@ const HEIGHTS: [Statistic; 4] = [
         printed: [0.762, HALF_A_DIGIT],
         alike: [0.776, 0.1],
     },
-    Statistic {
+    HeightStatistic {
         id: "S04b",
         text: "mean minus lowest height",
         symbol: FIRST_TOUCH,
@@ -40,7 +40,7 @@ const HEIGHTS: [Statistic; 4] = [
         printed: [2.633, HALF_A_DIGIT],
         alike: [2.888, 0.8],
     },
-    Statistic {
+    HeightStatistic {
         id: "S04c",
         text: "range of heights",
         symbol: HEIGHT_RANGE,
@@ -48,7 +48,7 @@ const HEIGHTS: [Statistic; 4] = [
         printed: [5.642, HALF_A_DIGIT],
         alike: [5.79, 1.17],
     },
-    Statistic {
+    HeightStatistic {
         id: "S04d",
         text: "curvature radius",
         symbol: CURVATURE_RADIUS,
@@ -148,11 +148,15 @@ fn mesh(data: &ChallengeData) -> AcceptanceCheck {
     }
 }
 
-fn heights(data: &ChallengeData, of: &Statistic) -> AcceptanceCheck {
-    let found = data.results.surface.statistic(of.symbol);
+fn heights(data: &ChallengeData, of: &HeightStatistic) -> AcceptanceCheck {
+    let statistic = data.results.surface.statistic(of.symbol);
     let item = Statement::new(of.id, of.text, of.unit);
-    let Some(found) = found else { return item.not_assessed("the surface has no such statistic") };
-    if found.expected_on_grid.zip(found.expected).is_some_and(|(on_grid, whole)| (on_grid / whole - 1.0).abs() > 0.01) {
+    let Some(statistic) = statistic else { return item.not_assessed("the surface has no such statistic") };
+    if statistic
+        .expected_on_grid
+        .zip(statistic.expected)
+        .is_some_and(|(on_grid, whole)| (on_grid / whole - 1.0).abs() > 0.01)
+    {
         return item.not_assessed("the grid does not resolve the whole spectrum: 2002 points per side do");
     }
     let ([printed, digit], [alike, width]) = (of.printed, of.alike);
@@ -168,10 +172,10 @@ fn heights(data: &ChallengeData, of: &Statistic) -> AcceptanceCheck {
     if data.is_imported() {
         return data.of_roughness(item, |item| {
             let reason = "the paper's own surface, to the last printed digit and what lies between nodes";
-            item.near(Some(found.realised), printed, digit + extreme, reason).with_error(error)
+            item.near(Some(statistic.realised), printed, digit + extreme, reason).with_error(error)
         });
     }
     let reason =
         format!("three standard deviations of surfaces with this spectrum; the paper's own has {printed} {}", of.unit);
-    item.near(Some(found.realised), alike, width, reason).with_error(error)
+    item.near(Some(statistic.realised), alike, width, reason).with_error(error)
 }

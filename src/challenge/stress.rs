@@ -20,15 +20,15 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let observed = data.observed();
     // The histogram starts at the largest tension. At loads above the reference load the residual, proportional to the
     // pressure, exceeds the tension.
-    let tension = observed.and_then(|[with, _]| with.stress.edges.first().copied());
+    let tension = observed.and_then(|[adhesive, _]| adhesive.stress.edges.first().copied());
     let reference = reference(data.plain);
     let form =
         reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.numbers.pressure, &plain.contact_stress));
     // Stresses within a cluster are correlated: the independent ones are as many as equal clusters.
     let independent = observed.and_then(|[_, plain]| effective_clusters(&plain.patch_area, plain.gap.delta));
-    let form_error = form.zip(independent).map(|([_, share], n)| (share * (1.0 - share) / n).sqrt());
+    let form_error = form.zip(independent).map(|([_, fraction], n)| (fraction * (1.0 - fraction) / n).sqrt());
     let second = data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
-    let apart =
+    let difference =
         second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
     // The clusters are independent, their nodes are not.
     let clusters = super::reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
@@ -49,7 +49,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             ),
             |item| {
                 item.within(
-                    form.map(|[apart, _]| apart),
+                    form.map(|[difference, _]| difference),
                     0.0,
                     [0.0, CLOSE],
                     "Persson's form with the variance that gives the area found; limit as for S24",
@@ -60,10 +60,10 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         data.of_adhesion(
             Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"),
             |item| {
-                let share = observed.and_then(|[with, _]| under_tension(with));
-                let error = share.zip(clusters).map(|(f, n)| (f * (100.0 - f) / n as f64).sqrt());
+                let fraction = observed.and_then(|[adhesive, _]| under_tension(adhesive));
+                let error = fraction.zip(clusters).map(|(f, n)| (f * (100.0 - f) / n as f64).sqrt());
                 item.within(
-                    share,
+                    fraction,
                     100.0 / 3.0,
                     TENSILE_SHARE,
                     "\"reaching into tension\"; limits from JKR spots at pull-off and at eleven times the cubed radius of zero load",
@@ -74,14 +74,14 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         data.of_adhesion(
             Statement::new("S23b", "Pr(σ) out of contact, just below zero over half of the largest tension", "1"),
             |item| {
-                let peak = observed.and_then(|[with, _]| peak(with));
+                let peak = observed.and_then(|[adhesive, _]| peak(adhesive));
                 // Large tension is at the edges of the clusters, as the smallest gaps of S21b.
                 let error = peak.zip(clusters).map(|(ratio, n)| ratio * (2.0 / n as f64).sqrt());
                 item.at_least(peak, 1.0, "a peak at σ → 0⁻ from the gap").with_error(error)
             },
         ),
         match second {
-            Some(_) => s24.within(apart, 0.0, [0.0, CLOSE], "\"O(10 %)\""),
+            Some(_) => s24.within(difference, 0.0, [0.0, CLOSE], "\"O(10 %)\""),
             None => s24.not_assessed("one method ran"),
         },
     ]
@@ -106,8 +106,8 @@ fn peak(o: &Observed) -> Option<f64> {
 /// Largest difference of two cumulative distributions, each normalised to one.
 fn distance(a: &Distribution, b: &Distribution) -> f64 {
     let total = |d: &Distribution| d.fractions.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let apart = |x: &f64| (share_below(a, *x) / total(a) - share_below(b, *x) / total(b)).abs();
-    a.edges.iter().chain(&b.edges).map(apart).fold(0.0, f64::max)
+    let difference = |x: &f64| (share_below(a, *x) / total(a) - share_below(b, *x) / total(b)).abs();
+    a.edges.iter().chain(&b.edges).map(difference).fold(0.0, f64::max)
 }
 
 /// Largest difference from Persson's Pr(σ), a Gaussian around the pressure minus its mirror image, with the variance
@@ -126,11 +126,15 @@ fn persson_distance(pressure: f64, contact: &Distribution) -> [f64; 2] {
         0.5 * (erf((s - pressure) / width) + whole) - 0.5 * (erf((s + pressure) / width) - whole)
     };
     let area = area.max(f64::MIN_POSITIVE);
-    let apart = |x: &f64| {
-        let share = share_below(contact, *x);
-        [(share - below(x.max(0.0))).abs() / area, share / area]
+    let difference = |x: &f64| {
+        let fraction = share_below(contact, *x);
+        [(fraction - below(x.max(0.0))).abs() / area, fraction / area]
     };
-    contact.edges.iter().map(apart).fold([0.0; 2], |most, found| if found[0] > most[0] { found } else { most })
+    contact
+        .edges
+        .iter()
+        .map(difference)
+        .fold([0.0; 2], |most, candidate| if candidate[0] > most[0] { candidate } else { most })
 }
 
 #[cfg(test)]
@@ -150,8 +154,8 @@ mod tests {
         let gauss = |x: f64| (-x * x / (2.0 * v)).exp() / (2.0 * std::f64::consts::PI * v).sqrt();
         let form = of(|s| gauss(s - p) - gauss(s + p));
         assert!(persson_distance(p, &form)[0] < 1e-3);
-        let [apart, share] = persson_distance(p, &of(|s| if s < 0.2 { 0.5 } else { 0.0 }));
-        assert!(apart > 0.3 && share > 0.99, "{apart} {share}");
+        let [apart, fraction] = persson_distance(p, &of(|s| if s < 0.2 { 0.5 } else { 0.0 }));
+        assert!(apart > 0.3 && fraction > 0.99, "{apart} {fraction}");
     }
 
     #[test]

@@ -4,7 +4,7 @@ mod numbers;
 
 use super::*;
 use crate::record::results::{
-    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, ScalesSi, Statistic, SurfaceResults,
+    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, ScalesSi, SurfaceResults, SurfaceStatistic,
 };
 use asperity_contact::results::{Compressive, RangeResults};
 use asperity_contact::state_numbers::StateNumbers;
@@ -142,7 +142,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
 
 /// A run on the paper's surface with all results as stated there.
 fn agreeing() -> Results {
-    let statistic = |symbol: &str, realised: f64| Statistic {
+    let statistic = |symbol: &str, realised: f64| SurfaceStatistic {
         name: symbol.into(),
         symbol: symbol.into(),
         unit: String::new(),
@@ -287,7 +287,7 @@ fn one_number_changed_fails_a_statement() {
         ("S15", |r| seen(with(r)).patch_density.iter_mut().for_each(|[a, d, _]| *d *= a.powf(-0.2))),
         ("S16", |r| seen(with(r)).patch_density.iter_mut().for_each(|[_, d, _]| *d = d.recip())),
         ("S17a", |r| seen(with(r)).median_cluster_area = Some(5e-4)),
-        ("S17b", |r| seen(with(r)).patch_area.iter_mut().for_each(|[_, share]| *share *= 0.5)),
+        ("S17b", |r| seen(with(r)).patch_area.iter_mut().for_each(|[_, fraction]| *fraction *= 0.5)),
         ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-4)),
         ("S21a", |r| {
             // Moves a tenth of the gaps from large to small values.
@@ -370,17 +370,17 @@ fn accepted_ranges_are_those_of_the_documents() {
     let list = assess(&agreeing());
     assert_eq!(list.len(), ranges.len());
     for (id, low, high) in ranges {
-        let found = list.iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).tolerance.expect("a range");
-        let ends = found.map(|end| end.unwrap_or(f64::INFINITY));
+        let actual = list.iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).tolerance.expect("a range");
+        let ends = actual.map(|end| end.unwrap_or(f64::INFINITY));
         assert!((ends[0] - low).abs() < SMALL && (ends[1] == high || (ends[1] - high).abs() < SMALL), "{id}: {ends:?}");
     }
 }
 
 /// Moves a fraction of the gaps with adhesion from one bin to another; bins are 25 nm wide.
-fn move_gaps(r: &mut Results, from: usize, to: usize, share: f64) {
+fn move_gaps(r: &mut Results, from: usize, to: usize, fraction: f64) {
     let d = &mut seen(with(r)).gap_logarithmic;
-    d.fractions[from] -= share;
-    d.fractions[to] += share;
+    d.fractions[from] -= fraction;
+    d.fractions[to] += fraction;
 }
 
 /// Adds clusters of an area (µm²) with a density that is a millionth of that of the power law.
@@ -434,12 +434,12 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
         ("S21a", |r| move_gaps(r, 3, 1, 0.06), |r| move_gaps(r, 7, 5, 0.06)),
     ];
     for (k, (id, outside, inside)) in changes.iter().enumerate() {
-        let of = |change: &Change| {
+        let value_of = |change: &Change| {
             let mut results = agreeing();
             change(&mut results);
             status(&results, id)
         };
-        assert_eq!((of(outside), of(inside)), (CheckStatus::Pass, CheckStatus::Fail), "{id}, change {k}");
+        assert_eq!((value_of(outside), value_of(inside)), (CheckStatus::Pass, CheckStatus::Fail), "{id}, change {k}");
     }
 }
 
@@ -450,7 +450,7 @@ fn area_of(c: &mut ContinuumResults, p: f64, factor: f64) {
 /// Between nodes 49 nm apart an extremum of radius 40 nm is up to 14.9 nm higher than the highest node.
 #[test]
 fn extrema_may_lie_between_the_nodes() {
-    let of = |id: &str, change: f64| {
+    let value_of = |id: &str, change: f64| {
         let mut results = agreeing();
         with(&mut results).nx = 2048;
         let index = if id == "S04c" { 2 } else { 1 };
@@ -459,8 +459,8 @@ fn extrema_may_lie_between_the_nodes() {
     };
     for id in ["S04b", "S04c", "S13"] {
         for sign in [-1.0, 1.0] {
-            assert_eq!(of(id, sign * 0.0152), CheckStatus::Pass, "{id}");
-            assert_eq!(of(id, sign * 0.0156), CheckStatus::Fail, "{id}");
+            assert_eq!(value_of(id, sign * 0.0152), CheckStatus::Pass, "{id}");
+            assert_eq!(value_of(id, sign * 0.0156), CheckStatus::Fail, "{id}");
         }
     }
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 #[derive(Debug, clap::Subcommand)]
-pub(super) enum Atoms {
+pub(super) enum AtomsArgs {
     /// Write a LAMMPS job folder: data file, script, potential, variables (lammps-inputs/README.md).
     Build {
         /// Scene with [atoms].
@@ -79,11 +79,11 @@ fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
     }
 }
 
-impl Atoms {
+impl AtomsArgs {
     pub(super) fn execute(self) -> Result<()> {
         match self {
-            Atoms::Build { scene, out, json } => build(&scene, &out, json),
-            Atoms::Run { job, lammps, ranks, time_limit, json } => {
+            AtomsArgs::Build { scene, out, json } => build(&scene, &out, json),
+            AtomsArgs::Run { job, lammps, ranks, time_limit, json } => {
                 if let Some(s) = time_limit.filter(|s| !(*s > 0.0 && *s <= MAX_SECONDS)) {
                     let accepted = format!("a positive number of seconds, at most {MAX_SECONDS}");
                     return Err(Error::input("command line", "--time-limit", s, accepted));
@@ -95,7 +95,7 @@ impl Atoms {
                     .with_time_limit(time_limit.map(Duration::from_secs_f64));
                 run(&engine, &job, ranks, json)
             }
-            Atoms::Read { scene, job, frames, out, json } => {
+            AtomsArgs::Read { scene, job, frames, out, json } => {
                 let frames_folder = || frames[0].parent().map_or(PathBuf::new(), Path::to_path_buf);
                 let out = out.unwrap_or_else(|| job.clone().unwrap_or_else(frames_folder).join("read"));
                 read(&scene, job.as_deref(), &frames, &out, json)
@@ -149,7 +149,7 @@ fn run(engine: &LammpsEngine, job: &Job, ranks: usize, json: bool) -> Result<()>
 fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: bool) -> Result<()> {
     let (case, atoms) = block(scene)?;
     let make = || std::fs::create_dir_all(out).map_err(Error::io("create", out));
-    let found = match job {
+    let results = match job {
         Some(job) => {
             let job = Job::open(job)?;
             make()?;
@@ -158,7 +158,7 @@ fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: 
         None => {
             make()?;
             let progress = TerminalProgress::new();
-            let (places, found) = pipeline::read_frames(&case, &atoms, frames, out, &mut |w| progress.warn(w))?;
+            let (places, results) = pipeline::read_frames(&case, &atoms, frames, out, &mut |w| progress.warn(w))?;
             drop(progress);
             if !json {
                 let loads = places.places.iter().map(|p| {
@@ -169,13 +169,13 @@ fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: 
                 });
                 output::print(&output::table(&["file", "timestep", "down / Å", "load / eV/Å", "p*"], loads));
             }
-            found
+            results
         }
     };
     if json {
-        return output::json_line(&json!({ "out": output::path(out), "states": found.states }));
+        return output::json_line(&json!({ "out": output::path(out), "states": results.states }));
     }
-    let rows = found.states.iter().map(|s| {
+    let rows = results.states.iter().map(|s| {
         vec![
             s.p_star.to_string(),
             s.contacts.to_string(),

@@ -12,11 +12,11 @@ pub const EXIT_CODE: u8 = 70;
 static FOUND: AtomicBool = AtomicBool::new(false);
 
 /// The line that reports a bug.
-fn line(message: &str, place: &str, command: &str) -> String {
+fn line(message: &str, context: &str, command: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
     let message = message.replace('\n', " ");
     format!(
-        "asperity: bug: {message} ({place}, version {version}, command: {command}); report it with this line and the scene"
+        "asperity: bug: {message} ({context}, version {version}, command: {command}); report it with this line and the scene"
     )
 }
 
@@ -29,9 +29,9 @@ fn hook(info: &PanicHookInfo) {
     let text = payload.downcast_ref::<&str>().copied();
     let text = text.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
     let message = text.unwrap_or("a panic without a message");
-    let place = info.location().map_or("unknown place".to_string(), |l| format!("{}:{}", l.file(), l.line()));
+    let location = info.location().map_or("unknown place".to_string(), |l| format!("{}:{}", l.file(), l.line()));
     let command: Vec<String> = std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect();
-    output::complain(&line(message, &place, &command.join(" ")));
+    output::complain(&line(message, &location, &command.join(" ")));
 }
 
 /// Installs the report of panics, and runs the program. The result is its exit code, or [`EXIT_CODE`] after a panic of any

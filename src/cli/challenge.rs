@@ -23,7 +23,7 @@ const COARSEST: usize = 32;
 const FILE_UNIT: &str = "0.1 mm";
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Challenge {
+pub(super) struct ChallengeArgs {
     /// Points per side for a synthesised surface or Fourier coefficients, at least 32. Default: 2048.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
@@ -64,7 +64,7 @@ pub(super) struct Challenge {
     json: bool,
 }
 
-impl Challenge {
+impl ChallengeArgs {
     /// Exit code 1 where a statement failed.
     pub(super) fn execute(self) -> Result<ExitCode> {
         let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME)).map_err(|e| rename_keys(e, &flag_of::<Self>))?;

@@ -5,8 +5,8 @@ use super::output;
 use super::point::PointCommand;
 use super::progress;
 use crate::cluster::{
-    EndedPoint, FOLDER, Machine, Outcome, QueueState, Scripts, Slurm, Submission, SubmittedCommand, SubmittedPoint,
-    TURNS, Turn, forget_end, pack, progress_of, record_end,
+    EndedPoint, FOLDER, Machine, QueueState, Scripts, Slurm, Submission, SubmittedCommand, SubmittedPoint, TURNS, Turn,
+    TurnOutcome, forget_end, pack, progress_of, record_end,
 };
 use crate::pipeline::sweep::{self, PointFolder, Sweep};
 use crate::pipeline::{self, RunFolder};
@@ -58,7 +58,7 @@ impl Request<'_> {
         let mut submission = Submission::new(&sweep.name, &sweep.keys, machine, self.flags);
         submission.points = sweep.points.iter().map(submitted).collect();
         let missing: Vec<(usize, f64)> = (submission.points.iter().enumerate())
-            .filter(|(_, p)| submission.end_of(out, p).is_none_or(|end| end.outcome != Outcome::Done))
+            .filter(|(_, p)| submission.end_of(out, p).is_none_or(|end| end.outcome != TurnOutcome::Done))
             .map(|(i, p)| (i, p.seconds))
             .collect();
         submission.tasks = pack(&missing, &submission.machine);
@@ -95,21 +95,21 @@ impl Request<'_> {
             submission.collect_job = Some(collect);
             submission.write(out)?;
         }
-        let done = submission.points.len() - missing.len();
+        let finished = submission.points.len() - missing.len();
         if self.json {
             return output::json_line(&json!({
-                "out": output::path(out), "points": submission.points.len(), "done": done, "failed": 0,
+                "out": output::path(out), "points": submission.points.len(), "done": finished, "failed": 0,
                 "submitted": missing.len(), "tasks": submission.tasks.len(), "job": submission.job,
             }));
         }
         match &submission.job {
             Some(job) => output::print(&format!(
-                "{} in {} of job {job}, {done} done before; asperity status {} shows their state",
+                "{} in {} of job {job}, {finished} done before; asperity status {} shows their state",
                 number(missing.len(), "point"),
                 number(submission.tasks.len(), "task"),
                 out.display()
             )),
-            None => output::print(&format!("all {done} points are done; asperity collect {}", out.display())),
+            None => output::print(&format!("all {finished} points are done; asperity collect {}", out.display())),
         }
         Ok(())
     }
@@ -259,14 +259,14 @@ fn plan(
 
 /// One turn of a task. Batch scripts call it.
 #[derive(Debug, clap::Args)]
-pub(super) struct SlurmTask {
+pub(super) struct SlurmTaskArgs {
     /// Folder of the sweep or of the command.
     folder: PathBuf,
     /// Index of the task.
     task: usize,
 }
 
-impl SlurmTask {
+impl SlurmTaskArgs {
     pub(super) fn execute(self) -> Result<ExitCode> {
         sys::note_user_signal();
         progress::compute();
@@ -276,12 +276,12 @@ impl SlurmTask {
             let accepted = format!("less than {}", submission.tasks.len());
             return Err(Error::input("command line", "TASK", self.task, accepted));
         };
-        let begun = Instant::now();
+        let started = Instant::now();
         let node = std::env::var("SLURMD_NODENAME").unwrap_or_else(|_| "unknown".into());
         let folders: Vec<PathBuf> = points.iter().map(|&i| submission.place(out, &submission.points[i]).0).collect();
         let continues = submission.command.as_ref().is_none_or(SubmittedCommand::continues_stages);
         let progress = || folders.iter().map(|f| progress_of(f, continues)).fold(0, u64::wrapping_add);
-        let before = progress();
+        let previous = progress();
         output::eprint(&format!("{} on {node}", number(points.len(), "point")));
         let (worst, interrupted) = run_points(&submission, points, out)?;
         let outcome = match interrupted {
@@ -289,7 +289,7 @@ impl SlurmTask {
             0 => "failed",
             _ => "interrupted",
         };
-        let turn = Turn { node, seconds: begun.elapsed().as_secs_f64(), outcome };
+        let turn = Turn { node, seconds: started.elapsed().as_secs_f64(), outcome };
         let append = turn.append(out, self.task);
         append.map_err(Error::io("write the turns in", out))?;
         if interrupted == 0 {
@@ -298,19 +298,23 @@ impl SlurmTask {
         if !sys::user_signal() {
             return Err(Error::Interrupted);
         }
-        if progress() == before {
-            let (seconds, machine) = (begun.elapsed().as_secs_f64(), &submission.machine);
-            let why = format!(
+        if progress() == previous {
+            let (seconds, machine) = (started.elapsed().as_secs_f64(), &submission.machine);
+            let reason = format!(
                 "no progress within a turn of {seconds:.0} s: increase time ({}) of the machine, of which margin_seconds ({}) are not used",
                 machine.time, machine.margin_seconds
             );
             for &i in points.iter() {
                 let point = &submission.points[i];
-                if submission.end_of(out, point).is_some_and(|end| end.outcome == Outcome::Interrupted) {
-                    record_end(out, &point.label, &ended(point, Outcome::Failed, NO_PROGRESS, Some(why.clone())))?;
+                if submission.end_of(out, point).is_some_and(|end| end.outcome == TurnOutcome::Interrupted) {
+                    record_end(
+                        out,
+                        &point.label,
+                        &ended(point, TurnOutcome::Failed, NO_PROGRESS, Some(reason.clone())),
+                    )?;
                 }
             }
-            output::eprint(&why);
+            output::eprint(&reason);
             return Ok(ExitCode::from(NO_PROGRESS));
         }
         let job = std::env::var("SLURM_ARRAY_JOB_ID").ok().or(submission.job).unwrap_or_default();
@@ -320,7 +324,7 @@ impl SlurmTask {
     }
 }
 
-fn ended(point: &SubmittedPoint, outcome: Outcome, code: u8, reason: Option<String>) -> EndedPoint {
+fn ended(point: &SubmittedPoint, outcome: TurnOutcome, code: u8, reason: Option<String>) -> EndedPoint {
     EndedPoint { scene: point.scene.clone(), outcome, code, reason }
 }
 
@@ -329,7 +333,7 @@ fn run_point(
     point: &SubmittedPoint,
     command: &PointCommand,
     out: &Path,
-) -> (sweep::Outcome, u8) {
+) -> (sweep::PointOutcome, u8) {
     match &submission.command {
         Some(given) => {
             let arguments: Vec<&OsStr> = given.arguments.iter().map(OsStr::new).collect();
@@ -352,19 +356,19 @@ fn run_points(submission: &Submission, points: &[usize], out: &Path) -> Result<(
     let work = || {
         while let Some(point) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
             let end = match progress::stopping() || sys::user_signal() {
-                true => (sweep::Outcome::Interrupted, 130),
+                true => (sweep::PointOutcome::Interrupted, 130),
                 false => run_point(submission, point, &command, out),
             };
             let end = match end {
-                (sweep::Outcome::Done, _) => ended(point, Outcome::Done, 0, None),
-                (sweep::Outcome::Interrupted, _) => {
+                (sweep::PointOutcome::Done, _) => ended(point, TurnOutcome::Done, 0, None),
+                (sweep::PointOutcome::Interrupted, _) => {
                     interrupted.fetch_add(1, Ordering::Relaxed);
-                    ended(point, Outcome::Interrupted, 130, None)
+                    ended(point, TurnOutcome::Interrupted, 130, None)
                 }
-                (sweep::Outcome::Failed(why), code) => {
+                (sweep::PointOutcome::Failed(why), code) => {
                     worst.fetch_max(code, Ordering::Relaxed);
                     output::eprint(&format!("{}: {why}", point.label));
-                    ended(point, Outcome::Failed, code, Some(why))
+                    ended(point, TurnOutcome::Failed, code, Some(why))
                 }
             };
             if let Err(e) = record_end(out, &point.label, &end) {
@@ -381,7 +385,7 @@ fn run_points(submission: &Submission, points: &[usize], out: &Path) -> Result<(
 
 /// Write tables and report of a sweep that a cluster runs, of the points that are done.
 #[derive(Debug, clap::Args)]
-pub(super) struct Collect {
+pub(super) struct CollectArgs {
     /// Folder of the sweep.
     folder: PathBuf,
     /// One line of JSON on stdout.
@@ -389,7 +393,7 @@ pub(super) struct Collect {
     json: bool,
 }
 
-impl Collect {
+impl CollectArgs {
     pub(super) fn execute(self) -> Result<ExitCode> {
         let out = &self.folder;
         let submission = Submission::read(out)?;
@@ -404,8 +408,8 @@ impl Collect {
             let end = submission.end_of(out, p);
             let in_queue = queue.as_ref().is_none_or(|q| q.iter().any(|q| Some(q.task) == task));
             let (status, reason) = match end.map(|e| (e.outcome, e)) {
-                Some((Outcome::Done, _)) => (PointStatus::Done, None),
-                Some((Outcome::Failed, end)) => {
+                Some((TurnOutcome::Done, _)) => (PointStatus::Done, None),
+                Some((TurnOutcome::Failed, end)) => {
                     worst = end.code.max(worst);
                     (PointStatus::Failed, end.reason)
                 }
@@ -431,7 +435,7 @@ impl Collect {
 
 /// Show the state of a sweep or command on a cluster: done, running, waiting, failed with the reason; core hours.
 #[derive(Debug, clap::Args)]
-pub(super) struct Status {
+pub(super) struct StatusArgs {
     /// Folder of the sweep or of the command.
     folder: PathBuf,
     /// Repeat every 10 s until nothing waits or runs.
@@ -443,7 +447,7 @@ pub(super) struct Status {
 }
 
 /// State of the points of a sweep, or of a command.
-struct State {
+struct QueueStatus {
     /// Points by state of their task in the queue, as `running` and `pending`.
     queued: Vec<(String, usize)>,
     done: usize,
@@ -458,32 +462,32 @@ const USUAL_REASONS: [&str; 7] = ["", "None", "Priority", "Resources", "BeginTim
 /// Why a point has neither an end nor a task in the queue.
 fn without_end(out: &Path, submission: &Submission, task: Option<usize>) -> String {
     let log = task.map(|t| PathBuf::from(FOLDER).join(format!("task-{t}.log")));
-    let why = match log {
+    let reason = match log {
         _ if submission.job.is_none() => "it was not submitted: sbatch refused the job".into(),
         Some(log) if out.join(&log).exists() => {
             format!("its task ended without a result: cancelled, or killed, for which see {}", log.display())
         }
         _ => "its task did not begin: cancelled, or see scontrol show job".into(),
     };
-    format!("{why}; the same command submits it again")
+    format!("{reason}; the same command submits it again")
 }
 
-impl State {
-    fn read(out: &Path) -> Result<State> {
+impl QueueStatus {
+    fn read(out: &Path) -> Result<QueueStatus> {
         let submission = Submission::read(out)?;
         let has_ended = |p: &SubmittedPoint| {
-            submission.end_of(out, p).is_some_and(|end| matches!(end.outcome, Outcome::Done | Outcome::Failed))
+            submission.end_of(out, p).is_some_and(|end| matches!(end.outcome, TurnOutcome::Done | TurnOutcome::Failed))
         };
         // The folder has the state of a submission that has ended.
         let job = submission.job.as_deref().filter(|_| !submission.points.iter().all(has_ended));
         let queue = job.map_or(Ok(Vec::new()), |job| Slurm.tasks(job))?;
         let of_task = |task: Option<usize>| -> Option<&QueueState> { queue.iter().find(|q| Some(q.task) == task) };
-        let (mut done, mut failed, mut queued, mut left) = (0, Vec::new(), Vec::<(String, usize)>::new(), 0.0);
+        let (mut finished, mut failed, mut queued, mut left) = (0, Vec::new(), Vec::<(String, usize)>::new(), 0.0);
         for (point, task) in submission.points.iter().zip(submission.task_of()) {
             let end = submission.end_of(out, point);
             match (end.as_ref().map(|e| e.outcome), of_task(task)) {
-                (Some(Outcome::Done), _) => done += 1,
-                (Some(Outcome::Failed), _) => {
+                (Some(TurnOutcome::Done), _) => finished += 1,
+                (Some(TurnOutcome::Failed), _) => {
                     failed.push((point.label.clone(), end.and_then(|e| e.reason).unwrap_or_default()));
                 }
                 (_, Some(in_queue)) => {
@@ -493,7 +497,7 @@ impl State {
                         state += &format!(" ({})", in_queue.reason);
                     }
                     match queued.iter_mut().find(|q| q.0 == state) {
-                        Some(found) => found.1 += 1,
+                        Some(entry) => entry.1 += 1,
                         None => queued.push((state, 1)),
                     }
                 }
@@ -502,7 +506,7 @@ impl State {
         }
         let machine = &submission.machine;
         let used = Turn::total_seconds(out) * machine.cpus as f64 / 3600.0;
-        Ok(State { queued, done, failed, core_hours: [used, core_hours(left, machine)] })
+        Ok(QueueStatus { queued, done: finished, failed, core_hours: [used, core_hours(left, machine)] })
     }
 
     fn print(&self, out: &Path, json: bool) -> Result<()> {
@@ -511,7 +515,8 @@ impl State {
         let [used, left] = self.core_hours;
         if json {
             let by_state: serde_json::Map<_, _> = self.queued.iter().map(|(s, n)| (s.clone(), json!(n))).collect();
-            let failures: Vec<_> = self.failed.iter().map(|(l, why)| json!({ "point": l, "reason": why })).collect();
+            let failures: Vec<_> =
+                self.failed.iter().map(|(l, reason)| json!({ "point": l, "reason": reason })).collect();
             return output::json_line(&json!({
                 "out": output::path(out), "points": points, "done": self.done, "failed": self.failed.len(),
                 "queued": queued, "states": by_state, "failures": failures,
@@ -523,8 +528,8 @@ impl State {
             [vec![format!("{} done", self.done)], states, vec![format!("{} failed", self.failed.len())]].concat();
         output::print(&format!("{}: {}", number(points, "point"), states.join(", ")));
         output::print(&format!("core hours: {} used, about {} left", significant(used, 2), significant(left, 2)));
-        for (label, why) in self.failed.iter().take(MOST_SHOWN) {
-            output::print(&format!("failed: {label}: {why}"));
+        for (label, reason) in self.failed.iter().take(MOST_SHOWN) {
+            output::print(&format!("failed: {label}: {reason}"));
         }
         if self.failed.len() > MOST_SHOWN {
             output::print(&format!("and {} more (--json lists all)", self.failed.len() - MOST_SHOWN));
@@ -533,16 +538,16 @@ impl State {
     }
 }
 
-impl Status {
+impl StatusArgs {
     pub(super) fn execute(self) -> Result<()> {
         loop {
-            let state = State::read(&self.folder)?;
+            let state = QueueStatus::read(&self.folder)?;
             state.print(&self.folder, self.json)?;
             if !self.watch || state.queued.is_empty() {
                 return Ok(());
             }
-            let begun = Instant::now();
-            while begun.elapsed() < WATCH {
+            let started = Instant::now();
+            while started.elapsed() < WATCH {
                 if progress::stopping() {
                     return Err(Error::Interrupted);
                 }
@@ -554,12 +559,12 @@ impl Status {
 
 /// Cancel the tasks of a sweep or command that wait or run. What is finished is kept.
 #[derive(Debug, clap::Args)]
-pub(super) struct Cancel {
+pub(super) struct CancelArgs {
     /// Folder of the sweep or of the command.
     folder: PathBuf,
 }
 
-impl Cancel {
+impl CancelArgs {
     pub(super) fn execute(self) -> Result<()> {
         let submission = Submission::read(&self.folder)?;
         // Without an answer of the queue everything may wait.

@@ -6,13 +6,13 @@ use clap_complete::Shell;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Completions {
+pub(super) struct CompletionsArgs {
     /// Shell of the completions.
     #[arg(value_enum)]
     shell: Shell,
 }
 
-impl Completions {
+impl CompletionsArgs {
     /// `command`: the whole program's.
     pub(super) fn execute(self, mut command: clap::Command) {
         let mut text = Vec::new();
@@ -22,13 +22,13 @@ impl Completions {
 }
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Man {
+pub(super) struct ManArgs {
     /// Folder for the pages, one per command.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
-impl Man {
+impl ManArgs {
     /// `command`: the whole program's.
     pub(super) fn execute(self, command: clap::Command) -> Result<()> {
         std::fs::create_dir_all(&self.out).map_err(Error::io("create", &self.out))?;

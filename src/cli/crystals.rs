@@ -11,8 +11,17 @@ use std::path::Path;
 ///
 /// # Errors
 /// Those of [`Crystals::settle`].
-pub(super) fn settle(scene: &mut Scene, file: &Path, here: &LammpsCommand, allowed: bool) -> Result<Vec<String>> {
-    settle_with(&Crystals::new(here, &|s, f| programs::check_scene((s, f), here, allowed)), scene, file)
+pub(super) fn settle(
+    scene: &mut Scene,
+    file: &Path,
+    default_lammps: &LammpsCommand,
+    allowed: bool,
+) -> Result<Vec<String>> {
+    settle_with(
+        &Crystals::new(default_lammps, &|s, f| programs::check_scene((s, f), default_lammps, allowed)),
+        scene,
+        file,
+    )
 }
 
 /// The same for one of several scenes.

@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::process::{Command, ExitCode};
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Doctor {
+pub(super) struct DoctorArgs {
     #[command(flatten)]
     machine: MachineFlags,
     #[command(flatten)]
@@ -32,7 +32,7 @@ struct Finding {
     advice: &'static str,
 }
 
-impl Doctor {
+impl DoctorArgs {
     /// Exit code 5 when something that scenes with atoms need is missing.
     pub(super) fn execute(self) -> Result<ExitCode> {
         let (_, machine) = self.machine.find(&self.lammps)?;
@@ -57,12 +57,12 @@ impl Doctor {
     /// Runs this command in a login shell after the set-up lines of the machine, as its jobs do.
     fn after_setup(&self, machine: &Machine) -> Result<ExitCode> {
         let program = std::env::current_exe().map_err(Error::io("find", "this program"))?;
-        let mut words = vec![program.display().to_string(), "doctor".into(), "--elsewhere".into()];
-        words.extend(PointCommand::of_lammps(&machine.lammps));
-        words.extend(self.json.then(|| "--json".into()));
-        let words: Vec<String> = words.iter().map(|word| shell_quoted(word)).collect();
+        let mut arguments = vec![program.display().to_string(), "doctor".into(), "--elsewhere".into()];
+        arguments.extend(PointCommand::of_lammps(&machine.lammps));
+        arguments.extend(self.json.then(|| "--json".into()));
+        let arguments: Vec<String> = arguments.iter().map(|word| shell_quoted(word)).collect();
         // What the lines print is none of the findings.
-        let script = format!("set -e\n{{\n{}\n}} >&2\nexec {}", machine.setup.join("\n"), words.join(" "));
+        let script = format!("set -e\n{{\n{}\n}} >&2\nexec {}", machine.setup.join("\n"), arguments.join(" "));
         let status = Command::new("bash").args(["-l", "-c", &script]).status().map_err(Error::io("start", "bash"))?;
         Ok(ExitCode::from(status.code().and_then(|c| u8::try_from(c).ok()).unwrap_or(1)))
     }

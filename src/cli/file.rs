@@ -1,4 +1,4 @@
-use crate::scene::{ContinuumScene, Laboratory, Length, SurfaceScene, Touching, last_part, metres_of};
+use crate::scene::{ContinuumScene, LaboratoryScene, Length, SurfaceScene, Touching, last_part, metres_of};
 use crate::{Error, Result};
 use asperity_grid::units::Measure;
 use asperity_surface::import::{self, Fourier, ImportOptions};
@@ -95,7 +95,7 @@ pub(super) struct MapFlags {
 impl MapFlags {
     /// The first of these flags that is given and that a synthesised surface does not have.
     pub(super) fn of_maps(&self) -> Option<&'static str> {
-        let given = [
+        let options = [
             ("--touching", self.touching.is_some() || self.flip),
             ("--unit", self.unit.is_some()),
             ("--length-y", self.length_y.is_some()),
@@ -109,7 +109,7 @@ impl MapFlags {
             ("--resample", !self.resample.is_empty()),
             ("--edges", self.edges.is_some()),
         ];
-        given.into_iter().find(|(_, given)| *given).map(|(flag, _)| flag)
+        options.into_iter().find(|(_, options)| *options).map(|(flag, _)| flag)
     }
 
     /// Sets the keys of a scene from the flags that are given.
@@ -119,7 +119,7 @@ impl MapFlags {
     pub(super) fn set(
         &self,
         s: &mut SurfaceScene,
-        lab: &mut Laboratory,
+        lab: &mut LaboratoryScene,
         continuum: &mut ContinuumScene,
         in_scene: &dyn Fn(&str, Measure) -> Result<Length>,
     ) -> Result<()> {
@@ -127,8 +127,8 @@ impl MapFlags {
         s.touching = self.touching.or(flip).or(s.touching);
         s.unit = self.unit.clone().or(s.unit.take());
         let to = [&mut lab.length, &mut lab.length_y, &mut s.low_pass, &mut s.high_pass];
-        for ((flag, given), to) in self.lengths().into_iter().zip(to) {
-            *to = given.map(|m| in_scene(flag, m)).transpose()?.or(*to);
+        for ((flag, value), to) in self.lengths().into_iter().zip(to) {
+            *to = value.map(|m| in_scene(flag, m)).transpose()?.or(*to);
         }
         s.crop = numbers("--crop", &self.crop, "four numbers: X,Y,NX,NY")?.or(s.crop);
         s.resample = numbers("--resample", &self.resample, "two numbers: NX,NY")?.or(s.resample);
@@ -166,12 +166,12 @@ impl MapFlags {
     }
 }
 
-fn numbers<const N: usize>(flag: &str, given: &[usize], accepted: &str) -> Result<Option<[usize; N]>> {
-    if given.is_empty() {
+fn numbers<const N: usize>(flag: &str, value: &[usize], accepted: &str) -> Result<Option<[usize; N]>> {
+    if value.is_empty() {
         return Ok(None);
     }
-    let wrong = |_| Error::input(COMMAND_LINE, flag, format!("{} numbers", given.len()), accepted);
-    given.to_vec().try_into().map(Some).map_err(wrong)
+    let wrong = |_| Error::input(COMMAND_LINE, flag, format!("{} numbers", value.len()), accepted);
+    value.to_vec().try_into().map(Some).map_err(wrong)
 }
 
 /// The refusal of a measure of a flag.

@@ -8,7 +8,7 @@ use asperity_grid::Grid;
 use asperity_grid::units::{Dimension, Measure, metres_per};
 use asperity_surface::declared::Declared;
 use asperity_surface::height_map::HeightMap;
-use asperity_surface::heights::Sign;
+use asperity_surface::heights::TouchingPoints;
 use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
 use asperity_surface::seam_warning;
 use serde_json::json;
@@ -76,7 +76,7 @@ rms_gradient = 1
 ";
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Init {
+pub(super) struct InitArgs {
     /// Surface file; what it declares is filled in. Default: a synthesised surface.
     file: Option<PathBuf>,
     /// The scene of the contact-mechanics challenge.
@@ -101,7 +101,7 @@ pub(super) struct Init {
     json: bool,
 }
 
-impl Init {
+impl InitArgs {
     pub(super) fn execute(self) -> Result<()> {
         if self.out.exists() && !self.overwrite {
             let found = format!("{} (exists)", self.out.display());
@@ -129,16 +129,16 @@ impl Init {
 
     fn of_file(&self, file: &Path) -> Result<Draft> {
         let options = ImportOptions { dataset: self.of.dataset.as_deref(), fourier: self.of.fourier };
-        let found = import::read(file, options)?;
+        let imported = import::read(file, options)?;
         let stem = file.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
         let name: String =
             stem.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect();
         let mut draft = Draft::new(HEAD);
-        draft.line(format!("# {}: {}.", file.display(), found.layout));
+        draft.line(format!("# {}: {}.", file.display(), imported.layout));
         draft.line(format!("name = {}\ndescription = \"\"\n", quoted(name)));
-        self.laboratory(&mut draft, &found.declared)?;
-        self.surface(&mut draft, &found, file)?;
-        let periodic = match found.declared.periodic {
+        self.laboratory(&mut draft, &imported.declared)?;
+        self.surface(&mut draft, &imported, file)?;
+        let periodic = match imported.declared.periodic {
             Some(periodic) => format!("The file declares periodic = {periodic}."),
             None => "The file does not declare whether the map repeats; by default it does.".into(),
         };
@@ -181,8 +181,8 @@ impl Init {
         Ok(())
     }
 
-    fn surface(&self, draft: &mut Draft, found: &ImportedFile, file: &Path) -> Result<()> {
-        let declared = &found.declared;
+    fn surface(&self, draft: &mut Draft, imported: &ImportedFile, file: &Path) -> Result<()> {
+        let declared = &imported.declared;
         draft.line(format!("\n[surface]\nheights = {}", quoted(self.relative(file)?.display())));
         if let Some(dataset) = &self.of.dataset {
             draft.line(format!("dataset = {}", quoted(dataset)));
@@ -192,13 +192,13 @@ impl Init {
                 draft.line(format!("# Unit of the heights, as the file declares it.\nunit = {}", quoted(unit)));
             }
             other => {
-                let why = other.as_ref().map_or(String::new(), |u| format!(" (the file's {u:?} is none)"));
-                draft.missing("surface.unit", "\"nm\"", format!("unit of the heights: m, mm, um, nm, Å{why}"));
+                let reason = other.as_ref().map_or(String::new(), |u| format!(" (the file's {u:?} is none)"));
+                draft.missing("surface.unit", "\"nm\"", format!("unit of the heights: m, mm, um, nm, Å{reason}"));
             }
         }
         let sign = declared.sign.map(|sign| match sign {
-            Sign::LowFirst => Touching::LowPoints,
-            Sign::HighFirst => Touching::HighPoints,
+            TouchingPoints::LowFirst => Touching::LowPoints,
+            TouchingPoints::HighFirst => Touching::HighPoints,
         });
         match self.touching.or(sign) {
             Some(touching) => draft.line(format!("# Points that touch first.\ntouching = {}", quoted(word(touching)))),
@@ -208,7 +208,7 @@ impl Init {
                 "points that touch first, \"low-points\" or \"high-points\": instruments store high points of the rough body as high",
             ),
         }
-        match &found.content {
+        match &imported.content {
             Content::Waves(_) => self.waves(draft),
             Content::Map(map) => {
                 if let Some(kind) = self.of.fourier {
@@ -236,8 +236,8 @@ impl Init {
 
     /// The surface file as the scene names it: relative to the scene's folder where it is inside.
     fn relative(&self, file: &Path) -> Result<PathBuf> {
-        let whole = |path: &Path| std::path::absolute(path).map_err(Error::io("find", path));
-        let (file, scene) = (whole(file)?, whole(&self.out)?);
+        let is_whole = |path: &Path| std::path::absolute(path).map_err(Error::io("find", path));
+        let (file, scene) = (is_whole(file)?, is_whole(&self.out)?);
         let folder = scene.parent().unwrap_or(Path::new("/"));
         Ok(file.strip_prefix(folder).map_or(file.clone(), Path::to_path_buf))
     }
@@ -266,10 +266,10 @@ fn preparation(draft: &mut Draft, missing: usize, seam: bool) {
             format!("filling of the {n} points that were not measured: {fillings}"),
         ),
     }
-    let why = if seam { ", as this one" } else { "" };
+    let reason = if seam { ", as this one" } else { "" };
     draft.line(format!(
         "# Shortest and longest wavelength that are kept.\n# low_pass = \"0.5 um\"\n# high_pass = \"10 um\"\n\
-         # Makes a map periodic that is not{why}: \"mirror\" (four times the points) or \"taper\".\n{optional}edges = \"mirror\""
+         # Makes a map periodic that is not{reason}: \"mirror\" (four times the points) or \"taper\".\n{optional}edges = \"mirror\""
     ));
 }
 
@@ -289,9 +289,9 @@ impl Draft {
     }
 
     /// A required key that the file does not declare, with an example of its value.
-    fn missing(&mut self, key: &str, example: &str, what: impl Display) {
+    fn missing(&mut self, key: &str, example: &str, description: impl Display) {
         let own = key.rsplit('.').next().unwrap_or(key);
-        self.line(format!("# FILL IN {own}: {what}.\n# {own} = {example}"));
+        self.line(format!("# FILL IN {own}: {description}.\n# {own} = {example}"));
         self.fill_in.push(key.into());
     }
 }

@@ -72,7 +72,7 @@ fn kind(schema: &Value, node: &Value) -> Vec<String> {
     if let Some(name) = quantity(node) {
         return vec![format!("{name}, as `{}`", node["examples"][0])];
     }
-    let whole = |name: &str| match name {
+    let is_whole = |name: &str| match name {
         "integer" => Some("whole number".to_string()),
         "string" => Some("text".to_string()),
         "null" => None,
@@ -98,8 +98,8 @@ fn kind(schema: &Value, node: &Value) -> Vec<String> {
         return values.iter().map(|v| format!("`{v}`")).collect();
     }
     match &node["type"] {
-        Value::String(name) => whole(name).into_iter().collect(),
-        Value::Array(names) => names.iter().filter_map(|n| whole(n.as_str()?)).collect(),
+        Value::String(name) => is_whole(name).into_iter().collect(),
+        Value::Array(names) => names.iter().filter_map(|n| is_whole(n.as_str()?)).collect(),
         _ => Vec::new(),
     }
 }

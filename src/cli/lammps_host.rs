@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct LammpsHost {
+pub(super) struct LammpsHostArgs {
     /// The shared library: its path, or a name that the loader finds.
     #[arg(long, value_name = "FILE")]
     library: PathBuf,
@@ -23,7 +23,7 @@ pub(super) struct LammpsHost {
     args: Vec<String>,
 }
 
-impl LammpsHost {
+impl LammpsHostArgs {
     /// Reports errors as LAMMPS does, for the program that reads its output.
     pub(super) fn execute(self) -> Result<ExitCode> {
         let run = HostRun { library: self.library, version: self.version_date, ranks: self.ranks, args: self.args };

@@ -98,23 +98,23 @@ pub(super) fn own_command(results: &str) -> Result<SubmittedCommand> {
         let shown = word.to_string_lossy().into_owned();
         word.into_string().map_err(|_| Error::input("command line", "argument", shown, "text in UTF-8"))
     };
-    let words = std::env::args_os().skip(1).map(text).collect::<Result<Vec<_>>>()?;
-    Ok(SubmittedCommand { folder, arguments: without_machine(words), results: results.into() })
+    let arguments = std::env::args_os().skip(1).map(text).collect::<Result<Vec<_>>>()?;
+    Ok(SubmittedCommand { folder, arguments: without_machine(arguments), results: results.into() })
 }
 
 /// Arguments without the flags that choose where and how they run.
 fn without_machine(words: Vec<String>) -> Vec<String> {
-    let mut kept = Vec::new();
+    let mut retained = Vec::new();
     let mut words = words.into_iter();
     while let Some(word) = words.next() {
         let flag = word.split('=').next().unwrap_or_default();
         if !OF_MACHINE.contains(&flag) {
-            kept.push(word);
+            retained.push(word);
         } else if !word.contains('=') {
             words.next();
         }
     }
-    kept
+    retained
 }
 
 #[cfg(test)]
@@ -124,18 +124,18 @@ mod tests {
     /// Tasks have another working folder than the command that submits them.
     #[test]
     fn programs_become_absolute() {
-        let of = |program: &str| {
+        let value_of = |program: &str| {
             let flags = LammpsFlags { lammps: Some(program.into()), ..LammpsFlags::default() };
             MachineFlags::default().find(&flags).expect("this machine").1.lammps.program.expect("given")
         };
-        assert!(of("bin/lmp").is_absolute() && of("bin/lmp").ends_with("bin/lmp"));
-        assert_eq!(of("lmp"), Path::new("lmp"));
+        assert!(value_of("bin/lmp").is_absolute() && value_of("bin/lmp").ends_with("bin/lmp"));
+        assert_eq!(value_of("lmp"), Path::new("lmp"));
     }
 
     #[test]
     fn flags_of_the_machine_are_left_out() {
-        let words = "run --machine cluster a.toml --ranks=4 --lammps-args -echo --out=b --threads 2 --json";
-        let kept = without_machine(words.split(' ').map(str::to_string).collect());
+        let arguments = "run --machine cluster a.toml --ranks=4 --lammps-args -echo --out=b --threads 2 --json";
+        let kept = without_machine(arguments.split(' ').map(str::to_string).collect());
         assert_eq!(kept, ["run", "a.toml", "--out=b", "--json"]);
     }
 }

@@ -1,10 +1,10 @@
 use super::output;
 use crate::Result;
-use asperity_contact::method::{Card, Quantity, Support};
+use asperity_contact::method::{MethodCard, Quantity, Support};
 use asperity_methods::REGISTRY;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Methods {
+pub(super) struct MethodsArgs {
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -29,7 +29,7 @@ fn push_new<'a>(list: &mut Vec<&'a str>, name: &'a str) {
     }
 }
 
-impl Methods {
+impl MethodsArgs {
     pub(super) fn execute(self) -> Result<()> {
         let cards: Vec<_> = REGISTRY.iter().map(|m| m.card()).collect();
         if self.json {
@@ -70,8 +70,8 @@ impl Methods {
 }
 
 /// Cards as a table of Markdown; a star marks constants that were fitted.
-fn markdown(cards: &[&Card]) -> String {
-    let line = |c: &&Card| {
+fn markdown(cards: &[&MethodCard]) -> String {
+    let line = |c: &&MethodCard| {
         let (fitted, name) = (if c.calibrated_on.is_some() { "*" } else { "" }, c.paper_name);
         let name = if name == "-" { "–" } else { name };
         format!("| `{}`{fitted} | {name} | {} | {} | {} |", c.id, c.family, c.criterion, c.summary)

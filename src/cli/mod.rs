@@ -40,7 +40,7 @@ use std::process::ExitCode;
 /// Exit codes: 0 ok, 1 an acceptance check failed, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 70 a bug, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "asperity", version, max_term_width = 110)]
-struct Arguments {
+struct Cli {
     /// Threads (of each rank); 0 for all cores. Results do not depend on it.
     #[arg(long, global = true, default_value_t = 0, value_name = "N")]
     threads: usize,
@@ -54,44 +54,44 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Write a commented scene: of a surface file, of the challenge, or of a synthesised surface.
-    Init(init::Init),
+    Init(init::InitArgs),
     /// Run a scene: surface, continuum, atoms, comparison, report. The same command resumes an interrupted run.
-    Run(run::Run),
+    Run(run::RunArgs),
     /// Run a scene for many values of its keys: seeds, loads, sizes, methods. Statistics, tables and one report.
-    Sweep(sweep::Sweep),
+    Sweep(sweep::SweepArgs),
     /// Run a scene for many seeds of its surface: means with standard errors.
     Ensemble(sweep::EnsembleArguments),
     /// Show the state of a sweep or command on a cluster: done, running, waiting, failed with the reason; core hours.
-    Status(cluster::Status),
+    Status(cluster::StatusArgs),
     /// Write tables and report of a sweep that a cluster runs, of the points that are done.
-    Collect(cluster::Collect),
+    Collect(cluster::CollectArgs),
     /// Cancel the tasks of a sweep or command that wait or run. What is finished is kept.
-    Cancel(cluster::Cancel),
+    Cancel(cluster::CancelArgs),
     /// One turn of a task. Batch scripts call it.
     #[command(hide = true)]
-    SlurmTask(cluster::SlurmTask),
+    SlurmTask(cluster::SlurmTaskArgs),
     /// LAMMPS as a library, for a job on an elastic base.
     #[command(hide = true)]
-    LammpsHost(lammps_host::LammpsHost),
+    LammpsHost(lammps_host::LammpsHostArgs),
     /// Synthesise or read a surface; print its statistics.
-    Surface(Box<surface::Surface>),
+    Surface(Box<surface::SurfaceArgs>),
     /// Solve one surface under one load path, without a scene file.
-    Solve(Box<solve::Solve>),
+    Solve(Box<solve::SolveArgs>),
     /// Solve the contact-mechanics challenge's problem and check the statements of its paper.
-    Challenge(challenge::Challenge),
+    Challenge(challenge::ChallengeArgs),
     /// Measure cost and error of methods, grids, precisions and tolerances against one reference.
-    Tradeoff(tradeoff::Tradeoff),
+    Tradeoff(tradeoff::TradeoffArgs),
     /// Write, measure or check an EAM potential.
-    Potential(potential::Potential),
+    Potential(potential::PotentialArgs),
     /// Build, run or analyse the atoms of a scene.
     #[command(subcommand)]
-    Atoms(atoms::Atoms),
+    Atoms(atoms::AtomsArgs),
     /// Repeat the comparison of atoms and continuum in a run folder, and its report.
-    Compare(RunFolder),
+    Compare(RunFolderArgs),
     /// Write the report of a folder of results again: a run, a challenge, a trade-off or a sweep.
-    Report(report::Report),
+    Report(report::ReportArgs),
     /// List the methods and their outputs.
-    Methods(methods::Methods),
+    Methods(methods::MethodsArgs),
     /// Print the JSON Schema of scene files.
     Schema {
         /// A Markdown table of all keys instead.
@@ -99,15 +99,15 @@ enum Command {
         keys: bool,
     },
     /// Check the installation: what is missing, and how to install it.
-    Doctor(doctor::Doctor),
+    Doctor(doctor::DoctorArgs),
     /// Print the completions of a shell.
-    Completions(completions::Completions),
+    Completions(completions::CompletionsArgs),
     /// Write manual pages.
-    Man(completions::Man),
+    Man(completions::ManArgs),
 }
 
 #[derive(Debug, clap::Args)]
-struct RunFolder {
+struct RunFolderArgs {
     /// Run folder.
     folder: PathBuf,
     /// One line of JSON on stdout.
@@ -128,7 +128,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
 const MOST_THREADS: usize = 1024;
 
 fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let arguments = match Cli::try_parse_from(arguments) {
         Ok(a) => a,
         Err(e) => {
             if let Some(complaint) = no_number(&e) {
@@ -191,8 +191,8 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
             output::print(&if keys { keys::markdown(&schema) } else { format!("{schema:#}") });
         }
         Command::Doctor(c) => return c.execute(),
-        Command::Completions(c) => c.execute(Arguments::command()),
-        Command::Man(c) => c.execute(Arguments::command())?,
+        Command::Completions(c) => c.execute(Cli::command()),
+        Command::Man(c) => c.execute(Cli::command())?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -209,11 +209,11 @@ fn one_line(text: &str) -> String {
 fn no_number(e: &clap::Error) -> Option<Error> {
     use std::error::Error as _;
     use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
-    let why = e.source()?;
-    let accepted = match why.downcast_ref::<ParseIntError>().map(ParseIntError::kind) {
+    let reason = e.source()?;
+    let accepted = match reason.downcast_ref::<ParseIntError>().map(ParseIntError::kind) {
         Some(IntErrorKind::PosOverflow | IntErrorKind::NegOverflow) => "a whole number that is not so large",
         Some(_) => "a whole number, zero or above",
-        None => why.downcast_ref::<ParseFloatError>().map(|_| "a number, as 0.01 or 1e-8")?,
+        None => reason.downcast_ref::<ParseFloatError>().map(|_| "a number, as 0.01 or 1e-8")?,
     };
     let context = |kind| match e.get(kind)? {
         ContextValue::String(text) => Some(text.as_str()),
@@ -236,13 +236,13 @@ mod tests {
             (["--pressure", "0.01", "--grid", "99999999999999999999999"], "not so large"),
         ] {
             let line = ["asperity", "solve", "map.txt"].into_iter().chain(given);
-            let complaint = Arguments::try_parse_from(line).err().and_then(|e| no_number(&e)).expect("no number");
+            let complaint = Cli::try_parse_from(line).err().and_then(|e| no_number(&e)).expect("no number");
             let text = complaint.to_string();
             assert!(text.contains("--") && text.contains(accepted), "{text}");
             assert_eq!(complaint.exit_code(), 2);
         }
         let said = |arguments: &[&str]| {
-            let e = Arguments::try_parse_from(arguments).expect_err("refused");
+            let e = Cli::try_parse_from(arguments).expect_err("refused");
             assert!(no_number(&e).is_none());
             one_line(&e.render().to_string())
         };
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn every_argument_has_help() {
-        let mut all = Arguments::command();
+        let mut all = Cli::command();
         all.build();
         assert_eq!(without_help(&all, ""), Vec::<String>::new());
         assert!(all.find_subcommand("atoms").is_some_and(|c| c.find_subcommand("run").is_some()), "nothing was walked");

@@ -2,7 +2,7 @@
 
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::methods::MethodResults;
-use crate::record::results::{Overlap, Results, Statistic};
+use crate::record::results::{Overlap, Results, SurfaceStatistic};
 use crate::report::hysteresis::hysteresis_sentence;
 use crate::report::number::{change, duration, percent, si, significant, trimmed};
 use crate::{Error, Result};
@@ -112,7 +112,7 @@ pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> St
 }
 
 /// Expected against realised.
-pub fn statistics(list: &[Statistic]) -> String {
+pub fn statistics(list: &[SurfaceStatistic]) -> String {
     let coarse = list.iter().any(|s| s.expected_on_grid.is_some());
     let mut head = vec!["quantity", "symbol", "expected", "band (2 sd)", "realised", "unit"];
     if coarse {
@@ -188,17 +188,17 @@ fn methods(list: &[MethodResults], um: f64) {
     let head = ["method", "p*", "contact", "mean gap / µm", "clusters", "median / µm²", "time"];
     print(&table(&head, lines));
     for m in list {
-        if let Some(why) = &m.unavailable_reason {
-            print(&format!("{} not available: {why}", m.method));
+        if let Some(reason) = &m.unavailable_reason {
+            print(&format!("{} not available: {reason}", m.method));
         }
     }
 }
 
 /// States of a load path, with the change from half the points per side.
 fn states(c: &ContinuumResults, um: f64) {
-    let known = c.states.iter().any(|s| s.discretisation.is_some());
+    let is_known = c.states.iter().any(|s| s.discretisation.is_some());
     let mut head = vec!["p*", "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
-    if known {
+    if is_known {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
     print(&table(
@@ -219,7 +219,7 @@ fn states(c: &ContinuumResults, um: f64) {
             row
         }),
     ));
-    if known {
+    if is_known {
         print("grid: relative errors of contact area and mean gap, from the changes to half the points per side");
     }
 }
@@ -254,7 +254,7 @@ fn adhesion(c: &ContinuumResults, um: f64) {
 /// Atoms against the continuum on their own heights.
 pub fn comparison(results: &Results) {
     let Some(c) = &results.comparison else { return };
-    let pair = |a: &Overlap, b: &Overlap, of: fn(&Overlap) -> f64| format!("{:.2} ({:.2})", of(a), of(b));
+    let pair = |a: &Overlap, b: &Overlap, value: fn(&Overlap) -> f64| format!("{:.2} ({:.2})", value(a), value(b));
     print("atoms against the continuum on the same profile, layer and load (in brackets: misaligned map)");
     let rows = c.loads.iter().flat_map(|load| {
         let atoms = vec![
@@ -291,8 +291,8 @@ fn yielding(a: &AtomsResults) -> Option<String> {
             format!("first yield between p* = {} and {}", significant(before, 3), significant(load, 3))
         }
     };
-    let at = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
-    let counts: Vec<_> = a.states.iter().filter_map(at).collect();
+    let value_at = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
+    let counts: Vec<_> = a.states.iter().filter_map(value_at).collect();
     Some(format!("{begins}; defect atoms of {} analysed, by p*: {}", p.atoms, counts.join(", ")))
 }
 
@@ -338,8 +338,8 @@ pub fn finished(
 
 /// Exit code of a run with a report: an error if an auxiliary solve failed, 1 if an acceptance check failed.
 pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
-    if let Some(why) = results.continuum.as_ref().and_then(|c| c.pull_off_failure.clone()) {
-        return Err(Error::PullOff { why, kept: page });
+    if let Some(reason) = results.continuum.as_ref().and_then(|c| c.pull_off_failure.clone()) {
+        return Err(Error::PullOff { why: reason, kept: page });
     }
     if !results.failures.is_empty() {
         return Err(Error::AuxiliarySolve { why: results.failures.join("; "), kept: page });

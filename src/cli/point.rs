@@ -1,7 +1,7 @@
 //! Runs a point of a sweep, or another command, in a process of its own, with its output in a log.
 
 use super::progress;
-use crate::pipeline::sweep::{Outcome, PointFolder};
+use crate::pipeline::sweep::{PointFolder, PointOutcome};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Device;
 use std::ffi::OsStr;
@@ -48,7 +48,7 @@ impl PointCommand {
     }
 
     /// Runs the point; stops it when `stopping` says so. A failure comes with the exit code.
-    pub(super) fn run(&self, point: &PointFolder, stopping: &dyn Fn() -> bool) -> (Outcome, u8) {
+    pub(super) fn run(&self, point: &PointFolder, stopping: &dyn Fn() -> bool) -> (PointOutcome, u8) {
         let arguments = ["run".as_ref(), point.scene.as_os_str(), "--out".as_ref(), point.out.as_os_str()];
         self.execute(&arguments, Path::new("."), &point.log, stopping)
     }
@@ -60,8 +60,8 @@ impl PointCommand {
         from: &Path,
         log: &Path,
         stopping: &dyn Fn() -> bool,
-    ) -> (Outcome, u8) {
-        let failed = |why: String, code: u8| (Outcome::Failed(why), code);
+    ) -> (PointOutcome, u8) {
+        let failed = |cause: String, code: u8| (PointOutcome::Failed(cause), code);
         let opened = File::create(log).and_then(|log| Ok((log.try_clone()?, log)));
         let (stdout, stderr) = match opened {
             Ok(both) => both,
@@ -82,7 +82,7 @@ impl PointCommand {
                     // Its own checkpoints are complete at any time.
                     asperity_grid::sys::terminate(child.id());
                     let _ = child.wait();
-                    return (Outcome::Interrupted, 130);
+                    return (PointOutcome::Interrupted, 130);
                 }
                 Ok(None) => std::thread::sleep(POLL),
                 Err(e) => return failed(format!("cannot wait for the run: {e}"), 5),
@@ -90,8 +90,8 @@ impl PointCommand {
         };
         match status.code() {
             // 1: a statement of the challenge failed; the results are complete.
-            Some(0 | 1) => (Outcome::Done, 0),
-            Some(130) if stopping() || progress::stopping() => (Outcome::Interrupted, 130),
+            Some(0 | 1) => (PointOutcome::Done, 0),
+            Some(130) if stopping() || progress::stopping() => (PointOutcome::Interrupted, 130),
             code => {
                 let code = code.and_then(|c| u8::try_from(c).ok()).unwrap_or(70);
                 failed(reason(log).unwrap_or_else(|| status.to_string()), code)
@@ -104,5 +104,5 @@ impl PointCommand {
 fn reason(log: &Path) -> Option<String> {
     let text = String::from_utf8_lossy(&std::fs::read(log).ok()?).into_owned();
     let last = text.lines().rfind(|l| l.contains("error: "))?;
-    Some(last.split_once("error: ").map_or(last, |(_, why)| why).to_string())
+    Some(last.split_once("error: ").map_or(last, |(_, reason)| reason).to_string())
 }

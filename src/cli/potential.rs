@@ -5,13 +5,13 @@ use crate::{Error, Result};
 use asperity_atoms::crystal::{MeasuredCrystal, Structure};
 use asperity_atoms::engine::LammpsEngine;
 use asperity_atoms::potential::{CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
-use asperity_atoms::properties::{Card, Properties, measure};
+use asperity_atoms::properties::{PotentialCard, Properties, measure};
 use asperity_atoms::run_script::LmpCommand;
 use asperity_surface::files::atomic_file::write_atomic;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Potential {
+pub(super) struct PotentialArgs {
     /// Write the shipped calcium-like potential (setfl, eam/alloy) here.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -36,7 +36,7 @@ pub(super) struct Potential {
     json: bool,
 }
 
-impl Potential {
+impl PotentialArgs {
     pub(super) fn execute(self) -> Result<()> {
         if let (Some(given), Some(_)) = (&self.potential, &self.out) {
             let accepted = "--out writes the shipped potential; leave out one of the two";
@@ -59,7 +59,7 @@ impl Potential {
         };
         let shipped = self.potential.is_none() && self.element == CALCIUM_ELEMENT.0;
         let deviations = match &measured {
-            Some(m) if shipped => Some(Card::calcium()?.deviations(m)),
+            Some(m) if shipped => Some(PotentialCard::calcium()?.deviations(m)),
             _ => None,
         };
         let name = self.potential.as_ref().or(self.out.as_ref());
@@ -103,12 +103,12 @@ impl Potential {
         let engine = LammpsEngine::find(self.lammps.as_deref())?;
         let file = std::path::absolute(file).map_err(Error::io("find", file))?;
         let command = LmpCommand { program: engine.program().to_path_buf() };
-        let found = measure(&command, scratch, &file, &self.element, self.lattice_constant)?;
+        let properties = measure(&command, scratch, &file, &self.element, self.lattice_constant)?;
         if self.lattice_constant.is_none() {
             // Scenes of this potential need not measure it again.
-            keep_crystal(&file, &self.element, engine.describe(), &found.0)?;
+            keep_crystal(&file, &self.element, engine.describe(), &properties.0)?;
         }
-        Ok(found)
+        Ok(properties)
     }
 }
 

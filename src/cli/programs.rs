@@ -19,19 +19,19 @@ pub(super) fn check(case: &Case, allowed: bool) -> Result<()> {
 ///
 /// # Errors
 /// Those of [`check`].
-pub(super) fn check_scene((scene, file): (&Scene, &Path), here: &LammpsCommand, allowed: bool) -> Result<()> {
+pub(super) fn check_scene((scene, file): (&Scene, &Path), default_lammps: &LammpsCommand, allowed: bool) -> Result<()> {
     // A program that the machine names replaces that of the scene.
-    let replaced = here.program.is_some();
+    let replaced = default_lammps.program.is_some();
     let named = scene.atoms.as_ref().and_then(|a| a.program.as_ref()).filter(|_| !replaced);
     let Some(program) = named.filter(|_| !allowed) else { return Ok(()) };
     let is_path = program.components().count() > 1;
-    let found = if is_path { scene.lammps_command(file, here).program } else { search_path(program) };
+    let program_path = if is_path { scene.lammps_command(file, default_lammps).program } else { search_path(program) };
     // A program that does not exist is reported as missing, with the remedy.
-    let Some(found) = found.filter(|p| p.exists()) else { return Ok(()) };
+    let Some(program_path) = program_path.filter(|p| p.exists()) else { return Ok(()) };
     let same = |a: &Path, b: &Path| canonicalize(a).is_ok_and(|a| canonicalize(b).is_ok_and(|b| a == b));
-    if find_lammps().is_some_and(|usual| same(&usual, &found)) {
+    if find_lammps().is_some_and(|usual| same(&usual, &program_path)) {
         return Ok(());
     }
     let accepted = "lmp or lammps of the search path; --allow-program executes this one, so read the scene first";
-    Err(Error::input(file.display(), "atoms.program", found.display(), accepted))
+    Err(Error::input(file.display(), "atoms.program", program_path.display(), accepted))
 }

@@ -20,7 +20,7 @@ const QUIET: Duration = Duration::from_secs(5);
 const STEPS: u64 = 1000;
 
 /// Progress of a stage.
-struct Stage {
+struct StageProgress {
     name: String,
     /// Time and text of the last line.
     last: (Instant, String),
@@ -28,16 +28,16 @@ struct Stage {
     first: Option<(Instant, f64)>,
 }
 
-impl Stage {
+impl StageProgress {
     fn new(name: &str) -> Self {
-        Stage { name: name.into(), last: (Instant::now(), String::new()), first: None }
+        StageProgress { name: name.into(), last: (Instant::now(), String::new()), first: None }
     }
 
     /// Remaining time at the mean speed so far, s.
-    fn remaining(&mut self, done: f64) -> Option<f64> {
-        let (since, from) = *self.first.get_or_insert((Instant::now(), done));
-        let (seen, seconds) = (done - from, since.elapsed().as_secs_f64());
-        (seen > LEAST_SEEN && seconds > 1.0).then(|| seconds * (1.0 - done) / seen)
+    fn remaining(&mut self, fraction: f64) -> Option<f64> {
+        let (since, from) = *self.first.get_or_insert((Instant::now(), fraction));
+        let (seen, seconds) = (fraction - from, since.elapsed().as_secs_f64());
+        (seen > LEAST_SEEN && seconds > 1.0).then(|| seconds * (1.0 - fraction) / seen)
     }
 }
 
@@ -48,7 +48,7 @@ const LEAST_SEEN: f64 = 0.02;
 pub struct TerminalProgress {
     bar: ProgressBar,
     terminal: bool,
-    stage: Mutex<Stage>,
+    stage: Mutex<StageProgress>,
 }
 
 /// Whether a computation has begun, which a stop lets reach its next step.
@@ -89,7 +89,7 @@ impl TerminalProgress {
         if let Ok(style) = ProgressStyle::with_template("{prefix:>10} [{bar:24}] {elapsed:>4} {wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        TerminalProgress { bar, terminal, stage: Mutex::new(Stage::new("")) }
+        TerminalProgress { bar, terminal, stage: Mutex::new(StageProgress::new("")) }
     }
 
     /// Prints a line of its own.
@@ -107,24 +107,24 @@ impl TerminalProgress {
 }
 
 impl Listener for TerminalProgress {
-    fn begin(&self, stage: &str, what: &str) {
+    fn begin(&self, stage: &str, description: &str) {
         COMPUTING.store(true, Ordering::Relaxed);
-        *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = Stage::new(stage);
+        *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = StageProgress::new(stage);
         self.bar.reset();
         self.bar.set_prefix(stage.to_string());
-        self.bar.set_message(output::printable(what).into_owned());
+        self.bar.set_message(output::printable(description).into_owned());
         if !self.terminal {
-            self.line(&format!("{stage:>10}  {what}"));
+            self.line(&format!("{stage:>10}  {description}"));
         }
     }
 
-    fn progress(&self, done: Option<f64>, message: &str) {
+    fn progress(&self, progress: Option<f64>, message: &str) {
         let mut stage = self.stage.lock().unwrap_or_else(|e| e.into_inner());
-        let to_go = done.and_then(|d| stage.remaining(d));
+        let to_go = progress.and_then(|d| stage.remaining(d));
         let message = to_go.map_or(message.to_string(), |s| format!("{message}, {} to go", duration(s)));
         if self.terminal {
-            if let Some(share) = done {
-                self.bar.set_position((share * STEPS as f64) as u64);
+            if let Some(fraction) = progress {
+                self.bar.set_position((fraction * STEPS as f64) as u64);
             }
             self.bar.set_message(output::printable(&message).into_owned());
             return;

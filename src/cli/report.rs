@@ -6,12 +6,12 @@ use crate::{Error, Result};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Report {
+pub(super) struct ReportArgs {
     /// Folder of a run, a challenge, a trade-off or a sweep.
     folder: PathBuf,
     /// Also write every figure for papers to figures/WIDTHmm/, with its data as CSV and a script of matplotlib.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMATS")]
-    figures: Vec<Format>,
+    figures: Vec<PictureFormat>,
     /// Width of these figures: 84mm is a column, 174mm a page of most journals.
     #[arg(long, default_value = "84mm", requires = "figures")]
     width: String,
@@ -24,7 +24,7 @@ pub(super) struct Report {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
-enum Format {
+enum PictureFormat {
     Svg,
     Pdf,
 }
@@ -42,11 +42,11 @@ fn millimetres(text: &str) -> Result<f64> {
     width.ok_or_else(|| Error::input("command line", "--width", format!("{text:?}"), accepted()))
 }
 
-impl Report {
+impl ReportArgs {
     pub(super) fn execute(&self) -> Result<()> {
         let width_mm = millimetres(&self.width)?;
         let has = |format| self.figures.contains(&format);
-        let printed = PrintedFigures { width_mm, svg: has(Format::Svg), pdf: has(Format::Pdf) };
+        let printed = PrintedFigures { width_mm, svg: has(PictureFormat::Svg), pdf: has(PictureFormat::Pdf) };
         let printed = (!self.figures.is_empty()).then_some(printed);
         let figures = printed.as_ref().map(|p| p.folder(&self.folder));
         let options = ReportOptions { own_ranges: self.own_ranges, printed };

@@ -23,7 +23,7 @@ pub(super) struct StageFlags {
 }
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Run {
+pub(super) struct RunArgs {
     /// Scene file (TOML).
     scene: PathBuf,
     /// Run folder. Default: runs/NAME with the scene's name.
@@ -64,7 +64,7 @@ pub(super) struct Run {
     json: bool,
 }
 
-impl Run {
+impl RunArgs {
     pub(super) fn execute(self) -> Result<ExitCode> {
         let mut scene = Scene::read(&self.scene)?;
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());

@@ -1,14 +1,14 @@
 use super::file::{FileFlags, MapFlags, flag_of, refuse_grid, refused};
 use super::output;
 use crate::pipeline::statistics;
-use crate::record::results::Statistic;
+use crate::record::results::SurfaceStatistic;
 use crate::report::number::trimmed;
 use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, Touching, rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use asperity_grid::rms;
 use asperity_grid::units::{Dimension, Measure};
 use asperity_surface::declared::{Declared, DeclaredExtent};
-use asperity_surface::heights::{self, HeightMap, Sign};
+use asperity_surface::heights::{self, HeightMap, TouchingPoints};
 use asperity_surface::import::{Fourier, holds_numbers};
 use asperity_surface::range;
 use clap::ValueEnum;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
-pub(super) struct Surface {
+pub(super) struct SurfaceArgs {
     /// Scene, or file of heights or Fourier coefficients. Default: the challenge's surface, changed by the options.
     #[arg(value_name = "SCENE|FILE")]
     given: Option<PathBuf>,
@@ -53,7 +53,7 @@ pub(super) struct Surface {
     json: bool,
 }
 
-impl Surface {
+impl SurfaceArgs {
     pub(super) fn execute(mut self) -> Result<()> {
         if let Some(path) = self.given.take_if(|p| p.exists() && holds_numbers(p).unwrap_or(false)) {
             if let Some(heights) = &self.heights {
@@ -95,10 +95,15 @@ impl Surface {
     /// Writes the heights and prints the statistics.
     fn report(&self, case: &Case) -> Result<()> {
         // Heights, their half spectrum while it is transformed, and the copy that is written.
-        let (need, have) = (4 * 8 * case.grid.points() as u64, asperity_grid::sys::available_memory_bytes());
-        if need > have {
-            let what = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
-            return Err(Error::Memory { what, need, have, advice: "a smaller --grid needs less".into() });
+        let (required, available) = (4 * 8 * case.grid.points() as u64, asperity_grid::sys::available_memory_bytes());
+        if required > available {
+            let description = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
+            return Err(Error::Memory {
+                what: description,
+                need: required,
+                have: available,
+                advice: "a smaller --grid needs less".into(),
+            });
         }
         let heights = case.surface.heights(case.grid, 0.0);
         let length_um = case.laboratory.length().to("um");
@@ -128,7 +133,7 @@ impl Surface {
     }
 
     /// Everything about the surface, in SI units; low points touch first in a written file.
-    fn json(&self, case: &Case, heights: &[f64], list: &[Statistic]) -> serde_json::Value {
+    fn json(&self, case: &Case, heights: &[f64], list: &[SurfaceStatistic]) -> serde_json::Value {
         let (metres, p) = (case.scales.length_m, &case.provenance);
         let values = range(heights);
         let periodic = case.scene.continuum.is_periodic();
@@ -226,17 +231,17 @@ fn length(flag: &str, m: Measure) -> Result<Length> {
 }
 
 /// The sign with which a surface is written: that of its file.
-fn sign(case: &Case) -> Sign {
+fn sign(case: &Case) -> TouchingPoints {
     match case.scene.surface.touching {
-        Some(Touching::HighPoints) => Sign::HighFirst,
-        _ => Sign::LowFirst,
+        Some(Touching::HighPoints) => TouchingPoints::HighFirst,
+        _ => TouchingPoints::LowFirst,
     }
 }
 
 /// Writes the prepared heights in µm, with all that `solve` needs to know about them.
 fn write(out: &Path, case: &Case, heights: &[f64]) -> Result<()> {
     let (um, sign, highest) = (case.laboratory.length().to("um"), sign(case), range(heights).max);
-    let flipped = |h: &f64| if sign == Sign::HighFirst { highest - h } else { *h };
+    let flipped = |h: &f64| if sign == TouchingPoints::HighFirst { highest - h } else { *h };
     let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, heights.iter().map(|h| flipped(h) * um).collect())?;
     let declared = Declared {
         sign: Some(sign),

@@ -20,7 +20,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Sweep {
+pub(super) struct SweepArgs {
     /// File of the sweep (TOML): scene = "FILE" and the keys that vary under [over].
     file: PathBuf,
     #[command(flatten)]
@@ -69,7 +69,7 @@ struct SweepFlags {
     json: bool,
 }
 
-impl Sweep {
+impl SweepArgs {
     pub(super) fn execute(self) -> Result<ExitCode> {
         let points = self.flags.with_changes(|changes| Points::read(&self.file, changes))?;
         self.flags.execute(&points)
@@ -158,9 +158,9 @@ impl SweepFlags {
     /// Runs the points as processes of this machine.
     fn run_here(&self, sweep: &Points, out: &Path, machine: &Machine) -> Result<ExitCode> {
         let bytes = sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default().max(1);
-        let have = asperity_grid::sys::available_memory_bytes();
+        let available = asperity_grid::sys::available_memory_bytes();
         let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
-        let fit = usize::try_from(have / bytes).unwrap_or(usize::MAX).max(1);
+        let fit = usize::try_from(available / bytes).unwrap_or(usize::MAX).max(1);
         let given = self.jobs.map(usize::from).or(machine.at_once);
         let ranks = machine.lammps.ranks.unwrap_or(sweep.ranks()).max(1);
         // Points on a GPU share its memory.
@@ -174,12 +174,12 @@ impl SweepFlags {
         let worst = AtomicU8::new(0);
         let runner = |point: &PointFolder| {
             let (outcome, code) = command.run(point, &|| false);
-            if !matches!(outcome, sweep::Outcome::Interrupted) {
+            if !matches!(outcome, sweep::PointOutcome::Interrupted) {
                 worst.fetch_max(code, Ordering::Relaxed);
             }
             outcome
         };
-        let ensemble = sweep::run(sweep, out, (at_once, self.overwrite), &runner, &Lines(Mutex::new(())))?;
+        let ensemble = sweep::run(sweep, out, (at_once, self.overwrite), &runner, &PointPrinter(Mutex::new(())))?;
         let page = crate::report::write(out)?;
         print(&ensemble, out, &page, self.json)?;
         Ok(ExitCode::from(worst.load(Ordering::Relaxed)))
@@ -215,13 +215,13 @@ impl SweepFlags {
 }
 
 /// One line on stderr for each point.
-struct Lines(Mutex<()>);
+struct PointPrinter(Mutex<()>);
 
-impl SweepListener for Lines {
-    fn ended(&self, label: &str, failure: Option<&str>, done: usize, all: usize) {
+impl SweepListener for PointPrinter {
+    fn ended(&self, label: &str, failure: Option<&str>, finished: usize, all: usize) {
         let _one_at_a_time = self.0.lock();
-        let how = failure.map_or("done".into(), |why| format!("failed: {why}"));
-        output::eprint(&format!("  {done} of {all}: {label} {how}"));
+        let remedy = failure.map_or("done".into(), |reason| format!("failed: {reason}"));
+        output::eprint(&format!("  {finished} of {all}: {label} {remedy}"));
     }
 
     fn stopping(&self) -> bool {

@@ -9,13 +9,13 @@ use std::path::Path;
 /// Statistics and failures of a sweep.
 pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) -> Result<()> {
     let count = |status: PointStatus| ensemble.points.iter().filter(|p| p.status == status).count();
-    let (done, failed) = (count(PointStatus::Done), count(PointStatus::Failed));
+    let (record, failed) = (count(PointStatus::Done), count(PointStatus::Failed));
     if json {
         return output::json_line(&serde_json::json!({
             "out": output::path(out),
             "report": output::path(page),
             "points": ensemble.points.len(),
-            "done": done,
+            "done": record,
             "failed": failed,
         }));
     }
@@ -33,8 +33,8 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
     output::print(&output::table(&head, rows));
     ensemble.warnings().iter().for_each(|w| output::print(&format!("warning: {w}")));
     let failures = ensemble.points.iter().filter_map(|p| Some((&p.label, p.reason.as_ref()?)));
-    failures.for_each(|(label, why)| output::print(&format!("failed: {label}: {why}")));
-    output::print(&format!("{done} of {} points done, {failed} failed", ensemble.points.len()));
+    failures.for_each(|(label, reason)| output::print(&format!("failed: {label}: {reason}")));
+    output::print(&format!("{record} of {} points done, {failed} failed", ensemble.points.len()));
     output::print(&format!("report: {}", page.display()));
     Ok(())
 }

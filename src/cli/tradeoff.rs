@@ -4,7 +4,7 @@ use super::run::StageFlags;
 use super::{crystals, output, programs, progress::TerminalProgress};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
 use crate::record::tradeoff::{
-    AtomsCost, BlockSize, FILE, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Table, TradeoffPoint,
+    AtomsCost, BlockSize, FILE, FORECAST_TOLERANCE, Forecast, ResolvedErrors, TradeoffPoint, TradeoffResults as Table,
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
@@ -22,7 +22,7 @@ const PLACE: &str = "command line";
 const MOST_REPEATS: usize = 100;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Tradeoff {
+pub(super) struct TradeoffArgs {
     /// Scene file (TOML): its surface, loads and adhesion.
     scene: PathBuf,
     /// Run folder. Default: runs/NAME-tradeoff.
@@ -70,7 +70,7 @@ pub(super) struct Tradeoff {
     json: bool,
 }
 
-impl Tradeoff {
+impl TradeoffArgs {
     pub(super) fn execute(self) -> Result<ExitCode> {
         if Device::chosen() == Device::Cuda {
             return Err(Error::input(PLACE, "--device", "cuda", "cpu: costs of methods are compared on the processor"));
@@ -147,32 +147,32 @@ fn methods(ids: &[String]) -> Result<Vec<&'static dyn ContactMethod>> {
         }
     }
     let all = ids.is_empty() || ids.iter().any(|id| id == ALL_METHODS);
-    let wanted = |id: &str| all || ids.iter().any(|w| asperity_methods::find(w).is_some_and(|m| m.card().id == id));
-    Ok(REGISTRY.iter().copied().filter(|m| wanted(m.card().id)).collect())
+    let keep = |id: &str| all || ids.iter().any(|w| asperity_methods::find(w).is_some_and(|m| m.card().id == id));
+    Ok(REGISTRY.iter().copied().filter(|m| keep(m.card().id)).collect())
 }
 
 /// A block as its name.
 fn block(text: &str) -> Result<BlockSize> {
-    let found = text.trim().split_once('x').and_then(|(cells, depth)| {
+    let size = text.trim().split_once('x').and_then(|(cells, depth)| {
         let (depth, below) = depth.split_once('+').unwrap_or((depth, "0"));
         let elastic_base = below.ends_with(BlockSize::ELASTIC);
         let below = below.strip_suffix(BlockSize::ELASTIC).unwrap_or(below);
         let [cells, depth_cells, foundation_cells] = [cells, depth, below].map(|w| w.parse().ok());
         Some(BlockSize { cells: cells?, depth_cells: depth_cells?, foundation_cells: foundation_cells?, elastic_base })
     });
-    let found = found.filter(|b| {
+    let size = size.filter(|b| {
         (4..=2000).contains(&b.cells)
             && (1..=1000).contains(&b.depth_cells)
             && b.foundation_cells <= MOST_FOUNDATION_CELLS
     });
     let accepted = "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6, or on a foundation 15x6+10 or 15x2+14-elastic";
-    found.ok_or_else(|| Error::input(PLACE, "--atoms", text, accepted))
+    size.ok_or_else(|| Error::input(PLACE, "--atoms", text, accepted))
 }
 
 /// A time with its unit, in s.
 pub(super) fn seconds(flag: &str, text: &str) -> Result<f64> {
-    let found = text.parse::<Measure>().and_then(|m| m.of(Dimension::Time)).ok().map(Measure::si);
-    found.filter(|s| *s > 0.0 && *s <= MAX_SECONDS).ok_or_else(|| {
+    let seconds = text.parse::<Measure>().and_then(|m| m.of(Dimension::Time)).ok().map(Measure::si);
+    seconds.filter(|s| *s > 0.0 && *s <= MAX_SECONDS).ok_or_else(|| {
         Error::input(PLACE, flag, text, "a time above zero, at most 30 years, as 0.5s, 30s, 10min or 2h")
     })
 }
@@ -233,9 +233,9 @@ fn print_tradeoff(tradeoff: &Table) {
     print_forecasts(tradeoff);
     let mut refused: Vec<(&str, &str)> = Vec::new();
     for p in &tradeoff.points {
-        if let Some(why) = p.unavailable_reason.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
-            refused.push((&p.setting.method, why));
-            output::print(&format!("{} in {} not available: {why}", p.setting.method, p.setting.precision));
+        if let Some(reason) = p.unavailable_reason.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
+            refused.push((&p.setting.method, reason));
+            output::print(&format!("{} in {} not available: {reason}", p.setting.method, p.setting.precision));
         }
     }
     for l in &tradeoff.skipped {
@@ -257,7 +257,7 @@ fn print_atoms(tradeoff: &Table) {
     }
     let row = |(p, r): &(&TradeoffPoint, &ResolvedErrors)| {
         let taken = p.cost.atoms;
-        let number = |of: fn(&AtomsCost) -> String| taken.as_ref().map_or("-".into(), of);
+        let number = |value: fn(&AtomsCost) -> String| taken.as_ref().map_or("-".into(), value);
         let mut cells = vec![
             p.setting.block.map_or("-".into(), |b| b.to_string()),
             number(|a| count(a.atoms as usize)),

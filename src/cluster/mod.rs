@@ -11,7 +11,7 @@ pub use machine::{Engine, Machine, find};
 pub use queue::{QueueState, Slurm};
 pub use script::{Scripts, shell_quoted};
 pub use submission::{
-    EndedPoint, FOLDER, Outcome, Submission, SubmittedCommand, SubmittedPoint, TURNS, Turn, forget_end, pack,
+    EndedPoint, FOLDER, Submission, SubmittedCommand, SubmittedPoint, TURNS, Turn, TurnOutcome, forget_end, pack,
     record_end,
 };
 pub use task::progress_of;

@@ -37,9 +37,10 @@ impl Slurm {
         }
         command.arg(script);
         let text = call(command).map_err(|e| match e {
-            Error::Cluster { program, said } => {
-                let said = format!("{said} (options of the machine: sbatch, time, cpus, memory_mb in machines.toml)");
-                Error::Cluster { program, said }
+            Error::Cluster { program, said: message } => {
+                let message =
+                    format!("{message} (options of the machine: sbatch, time, cpus, memory_mb in machines.toml)");
+                Error::Cluster { program, said: message }
             }
             other => other,
         })?;
@@ -86,15 +87,15 @@ impl Slurm {
 
 /// A line `JOB TASK STATE REASON`; a single job has `N/A` for its task.
 fn parse(line: &str) -> Option<QueueState> {
-    let mut words = line.split_whitespace();
-    let (_, task, state) = (words.next()?, words.next()?, words.next()?);
+    let mut tokens = line.split_whitespace();
+    let (_, task, state) = (tokens.next()?, tokens.next()?, tokens.next()?);
     let task = if task == "N/A" { 0 } else { task.parse().ok()? };
-    Some(QueueState { task, state: state.into(), reason: words.collect::<Vec<_>>().join(" ") })
+    Some(QueueState { task, state: state.into(), reason: tokens.collect::<Vec<_>>().join(" ") })
 }
 
 fn call(mut command: Command) -> Result<String> {
     let program = command.get_program().to_string_lossy().into_owned();
-    let failed = |said: String| Error::Cluster { program: program.clone(), said };
+    let failed = |message: String| Error::Cluster { program: program.clone(), said: message };
     let mut words = tempfile::tempfile().map_err(|e| failed(e.to_string()))?;
     command.stderr(words.try_clone().map_err(|e| failed(e.to_string()))?);
     let printed = sys::probe(command, LIMIT, MOST_BYTES).map_err(|e| match e.kind() {
@@ -107,9 +108,9 @@ fn call(mut command: Command) -> Result<String> {
     if printed.status.success() {
         return Ok(String::from_utf8_lossy(&printed.stdout).into_owned());
     }
-    let mut said = String::new();
-    let read = words.rewind().and_then(|()| words.read_to_string(&mut said));
-    let line = said.lines().find(|l| !l.trim().is_empty()).filter(|_| read.is_ok());
+    let mut message = String::new();
+    let read = words.rewind().and_then(|()| words.read_to_string(&mut message));
+    let line = message.lines().find(|l| !l.trim().is_empty()).filter(|_| read.is_ok());
     Err(failed(line.unwrap_or("no reason given").trim().to_string()))
 }
 

@@ -67,7 +67,7 @@ pub struct SubmittedPoint {
 /// How a turn left a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Outcome {
+pub enum TurnOutcome {
     Done,
     Failed,
     Interrupted,
@@ -78,7 +78,7 @@ pub enum Outcome {
 pub struct EndedPoint {
     /// Hash of the scene that was run.
     pub scene: String,
-    pub outcome: Outcome,
+    pub outcome: TurnOutcome,
     /// Exit code of its run.
     pub code: u8,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -140,15 +140,15 @@ impl Submission {
     pub fn end_of(&self, out: &Path, point: &SubmittedPoint) -> Option<EndedPoint> {
         let end: EndedPoint = json::read(&end_file(out, &point.label)).ok()?;
         let file = self.command.as_ref().map_or(results::FILE, |c| &c.results);
-        let kept = || self.place(out, point).0.join(file).exists();
-        (end.scene == point.scene && (end.outcome != Outcome::Done || kept())).then_some(end)
+        let keep = || self.place(out, point).0.join(file).exists();
+        (end.scene == point.scene && (end.outcome != TurnOutcome::Done || keep())).then_some(end)
     }
 
     /// Points that are not done.
     pub fn missing<'a>(&'a self, out: &Path, points: &[usize]) -> Vec<&'a SubmittedPoint> {
-        let of = |&i: &usize| &self.points[i];
-        let done = |p: &&SubmittedPoint| self.end_of(out, p).is_some_and(|end| end.outcome == Outcome::Done);
-        points.iter().map(of).filter(|p| !done(p)).collect()
+        let value_of = |&i: &usize| &self.points[i];
+        let record = |p: &&SubmittedPoint| self.end_of(out, p).is_some_and(|end| end.outcome == TurnOutcome::Done);
+        points.iter().map(value_of).filter(|p| !record(p)).collect()
     }
 
     /// Task of each point; `None` for points that were done before.
@@ -170,10 +170,10 @@ impl Submission {
 pub fn pack(seconds: &[(usize, f64)], machine: &Machine) -> Vec<Vec<usize>> {
     let limit = 60.0 * machine.pack_minutes * Submission::at_once(machine, usize::MAX) as f64;
     let total: f64 = seconds.iter().map(|s| s.1).sum();
-    let most = machine.most_tasks.max(1);
+    let largest = machine.most_tasks.max(1);
     // A task that exceeds the limit holds one point more than fits, so that twice the mean load suffices.
-    let limit = if seconds.len() > most { limit.max(2.0 * total / most as f64) } else { limit };
-    let at_least = seconds.len().div_ceil(most);
+    let limit = if seconds.len() > largest { limit.max(2.0 * total / largest as f64) } else { limit };
+    let at_least = seconds.len().div_ceil(largest);
     let mut tasks: Vec<(f64, Vec<usize>)> = Vec::new();
     for &(point, s) in seconds {
         match tasks.last_mut() {
@@ -235,14 +235,14 @@ impl Turn {
     pub fn total_seconds(out: &Path) -> f64 {
         let Ok(folder) = std::fs::read_dir(out.join(FOLDER).join(TURNS)) else { return 0.0 };
         let tables = folder.flatten().filter_map(|f| std::fs::read_to_string(f.path()).ok());
-        let of = |table: String| {
+        let value_of = |table: String| {
             table
                 .lines()
                 .filter_map(|l| l.split(',').nth(1)?.parse::<f64>().ok())
                 .filter(|s| s.is_finite())
                 .sum::<f64>()
         };
-        tables.map(of).sum()
+        tables.map(value_of).sum()
     }
 }
 

@@ -41,10 +41,10 @@ impl Workflow {
     }
 
     /// Text of the file. Paths are relative to the folder of the sweep.
-    pub fn text(self, of: &WorkflowInput) -> String {
+    pub fn text(self, input: &WorkflowInput) -> String {
         match self {
-            Workflow::Snakemake => snakefile(of),
-            Workflow::Row => row(of),
+            Workflow::Snakemake => snakefile(input),
+            Workflow::Row => row(input),
         }
     }
 }
@@ -54,23 +54,23 @@ fn words(list: &[String]) -> String {
 }
 
 /// `asperity run` of the scene and folder of a point. Exit code 1, a statement of the challenge that failed, is a result.
-fn run(of: &WorkflowInput, name: &str) -> String {
-    let program = shell_quoted(&of.program.display().to_string());
-    let setup: String = of.machine.setup.iter().fold(String::new(), |text, line| text + line + "; ");
-    let arguments = words(of.arguments);
+fn run(input: &WorkflowInput, name: &str) -> String {
+    let program = shell_quoted(&input.program.display().to_string());
+    let setup: String = input.machine.setup.iter().fold(String::new(), |text, line| text + line + "; ");
+    let arguments = words(input.arguments);
     format!(
         "{setup}{program} run scenes/{name}.toml --out points/{name}{arguments} > logs/{name}.log 2>&1 || [ $? -eq 1 ]"
     )
 }
 
-fn snakefile(of: &WorkflowInput) -> String {
-    let labels = serde_json::to_string(&of.labels).expect("text");
+fn snakefile(input: &WorkflowInput) -> String {
+    let labels = serde_json::to_string(&input.labels).expect("text");
     // Braces name wildcards.
     let mark = "\u{0}";
     let literal = |text: String| serde_json::to_string(&text.replace('{', "{{").replace('}', "}}")).expect("text");
-    let shell = literal(run(of, mark)).replace("\\u0000", "{wildcards.label}");
-    let (folder, command) = &of.collect;
-    let program = shell_quoted(&of.program.display().to_string());
+    let shell = literal(run(input, mark)).replace("\\u0000", "{wildcards.label}");
+    let (folder, command) = &input.collect;
+    let program = shell_quoted(&input.program.display().to_string());
     let collect = format!("cd {} && {program}{}", shell_quoted(&folder.display().to_string()), words(command));
     let mut text =
         String::from("# Runs the points of a sweep; the last rule writes its tables. Written by asperity.\n");
@@ -80,19 +80,19 @@ fn snakefile(of: &WorkflowInput) -> String {
     line("localrules: all, collect\n".into());
     line("rule all:\n    input: \"ensemble.json\"\n".into());
     line("rule point:\n    input: \"scenes/{label}.toml\"\n    output: \"points/{label}/results.json\"".into());
-    line(format!("    threads: {}", of.machine.cpus));
-    let minutes = of.machine.seconds().div_ceil(60);
-    line(format!("    resources: mem_mb={}, runtime={minutes}", memory_mb(of.machine, of.bytes)));
+    line(format!("    threads: {}", input.machine.cpus));
+    let minutes = input.machine.seconds().div_ceil(60);
+    line(format!("    resources: mem_mb={}, runtime={minutes}", memory_mb(input.machine, input.bytes)));
     line(format!("    shell: {shell}\n"));
     line("rule collect:\n    input: expand(\"points/{label}/results.json\", label=LABELS)".into());
     line(format!("    output: \"ensemble.json\"\n    shell: {}", literal(collect)));
     text
 }
 
-fn row(of: &WorkflowInput) -> String {
-    let command = toml::Value::String(run(of, "{directory}"));
-    let (hours, minutes) = (of.machine.seconds() / 3600, of.machine.seconds() / 60 % 60);
-    let (folder, collect) = &of.collect;
+fn row(input: &WorkflowInput) -> String {
+    let command = toml::Value::String(run(input, "{directory}"));
+    let (hours, minutes) = (input.machine.seconds() / 3600, input.machine.seconds() / 60 % 60);
+    let (folder, collect) = &input.collect;
     format!(
         "# Runs the points of a sweep. Its tables are written by, in {}:\n# asperity{}\n[workspace]\npath = \"points\"\n\n\
          [[action]]\nname = \"run\"\ncommand = {command}\nproducts = [\"results.json\"]\n\n\
@@ -100,7 +100,7 @@ fn row(of: &WorkflowInput) -> String {
          threads_per_process = {}\nwalltime.per_directory = \"{hours:02}:{minutes:02}:00\"\n",
         folder.display(),
         words(collect),
-        of.machine.cpus,
+        input.machine.cpus,
     )
 }
 

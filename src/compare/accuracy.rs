@@ -7,8 +7,8 @@ use asperity_grid::{Grid, bilinear};
 use asperity_surface::files::npy;
 
 /// Absolute log₁₀ of the ratio of two positive numbers.
-pub fn decades(found: f64, reference: f64) -> Option<f64> {
-    Some((found / reference).log10().abs()).filter(|e| e.is_finite())
+pub fn decades(value: f64, reference: f64) -> Option<f64> {
+    Some((value / reference).log10().abs()).filter(|e| e.is_finite())
 }
 
 /// Root mean square; `None` of no values.
@@ -19,14 +19,14 @@ pub fn rms(values: &[f64]) -> Option<f64> {
 /// Pairs of values at the nodes common to two maps of the same cell. `None` if the number of nodes of one grid is no
 /// multiple of the other's.
 fn coincident<'a>(
-    a: &'a npy::Field<f64>,
-    b: &'a npy::Field<f64>,
+    a: &'a npy::NpyMap<f64>,
+    b: &'a npy::NpyMap<f64>,
 ) -> Option<impl Iterator<Item = (f64, f64)> + use<'a>> {
     let (nx, ny) = (a.nx.min(b.nx), a.ny.min(b.ny));
     if nx == 0 || ny == 0 {
         return None;
     }
-    let steps = |map: &npy::Field<f64>| {
+    let steps = |map: &npy::NpyMap<f64>| {
         (map.nx.is_multiple_of(nx) && map.ny.is_multiple_of(ny)).then(|| (map.nx / nx, map.ny / ny))
     };
     let ((ax, ay), (bx, by)) = (steps(a)?, steps(b)?);
@@ -36,29 +36,29 @@ fn coincident<'a>(
 
 /// Values of a periodic map at the nodes of an `nx` × `ny` grid: bilinear interpolation, or the nearest node for binary
 /// maps.
-pub fn at_nodes_of(map: &npy::Field<f64>, nx: usize, ny: usize, nearest: bool) -> npy::Field<f64> {
+pub fn at_nodes_of(map: &npy::NpyMap<f64>, nx: usize, ny: usize, nearest: bool) -> npy::NpyMap<f64> {
     let own = Grid::unit(map.nx, map.ny);
     let node = |x: f64, n: usize| (x * n as f64).round() as usize % n;
-    let at = |k: usize| {
+    let value_at = |k: usize| {
         let (x, y) = ((k % nx) as f64 / nx as f64, (k / nx) as f64 / ny as f64);
         match nearest {
             true => map.values[node(y, map.ny) * map.nx + node(x, map.nx)],
             false => bilinear(own, |k| map.values[k], x, y),
         }
     };
-    npy::Field { nx, ny, values: (0..nx * ny).map(at).collect() }
+    npy::NpyMap { nx, ny, values: (0..nx * ny).map(value_at).collect() }
 }
 
 /// rms difference of two maps at their common nodes, over `scale`.
-pub fn map_l2(found: &npy::Field<f64>, reference: &npy::Field<f64>, scale: f64) -> Option<f64> {
-    let differences: Vec<f64> = coincident(found, reference)?.map(|(a, b)| a - b).collect();
+pub fn map_l2(map: &npy::NpyMap<f64>, reference: &npy::NpyMap<f64>, scale: f64) -> Option<f64> {
+    let differences: Vec<f64> = coincident(map, reference)?.map(|(a, b)| a - b).collect();
     rms(&differences).map(|d| d / scale).filter(|e| e.is_finite())
 }
 
 /// One minus the Jaccard index of two contact maps (positive: contact) at their common nodes: 0 for equal maps, 1 for
 /// disjoint ones.
-pub fn map_mismatch(found: &npy::Field<f64>, reference: &npy::Field<f64>) -> Option<f64> {
-    let (a, b): (Vec<bool>, Vec<bool>) = coincident(found, reference)?.map(|(a, b)| (a > 0.0, b > 0.0)).unzip();
+pub fn map_mismatch(map: &npy::NpyMap<f64>, reference: &npy::NpyMap<f64>) -> Option<f64> {
+    let (a, b): (Vec<bool>, Vec<bool>) = coincident(map, reference)?.map(|(a, b)| (a > 0.0, b > 0.0)).unzip();
     Some(1.0 - overlap(&a, &b).jaccard)
 }
 
@@ -72,7 +72,7 @@ impl Masses {
     /// the first edge, or placed at the first edge without `lowest`; the mass above is placed at the last edge.
     pub fn of(d: &Distribution, lowest: Option<f64>) -> Self {
         let (Some(&first), Some(&last)) = (d.edges.first(), d.edges.last()) else { return Masses(Vec::new()) };
-        let bins = d.edges.windows(2).zip(&d.fractions).map(|(e, share)| (e[0], e[1], *share));
+        let bins = d.edges.windows(2).zip(&d.fractions).map(|(e, fraction)| (e[0], e[1], *fraction));
         let beyond = [(0.0, 0.0, d.delta), (lowest.unwrap_or(first).min(first), first, d.below), (last, last, d.above)];
         Masses(bins.chain(beyond).filter(|m| m.2 > 0.0).collect())
     }
@@ -80,10 +80,10 @@ impl Masses {
     /// From CPr(a), pairs of cluster area a and fraction of the contact in clusters up to that area, as a distribution
     /// over log₁₀ a.
     pub fn of_patches(curve: &[[f64; 2]]) -> Self {
-        let mut before = 0.0;
-        let step = |[area, share]: &[f64; 2]| {
-            let (at, mass) = (area.log10(), share - before);
-            before = *share;
+        let mut previous = 0.0;
+        let step = |[area, fraction]: &[f64; 2]| {
+            let (at, mass) = (area.log10(), fraction - previous);
+            previous = *fraction;
             (at, at, mass)
         };
         Masses(curve.iter().map(step).filter(|m| m.2 > 0.0).collect())
@@ -132,8 +132,8 @@ const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=4.0;
 /// Without a valid order of convergence the finest value is returned. `None` of no levels.
 pub fn richardson(levels: &[f64]) -> Option<Extrapolation> {
     let &finest = levels.last()?;
-    let before = levels.len().checked_sub(2).map(|i| levels[i]);
-    let plain = Extrapolation { value: finest, finest, uncertainty: before.map(|b| (finest - b).abs()), order: None };
+    let previous = levels.len().checked_sub(2).map(|i| levels[i]);
+    let plain = Extrapolation { value: finest, finest, uncertainty: previous.map(|b| (finest - b).abs()), order: None };
     let [.., coarse, middle, _] = *levels else { return Some(plain) };
     let ratio = (middle - coarse) / (finest - middle);
     let order = ratio.log2();
@@ -169,19 +169,19 @@ mod tests {
     /// Rounding of sums of some hundred.
     const ROUNDING: f64 = 1e-12;
 
-    fn close(found: Option<f64>, expected: f64) {
-        assert!(found.is_some_and(|f| (f - expected).abs() < ROUNDING), "{found:?} is not {expected}");
+    fn close(actual: Option<f64>, expected: f64) {
+        assert!(actual.is_some_and(|f| (f - expected).abs() < ROUNDING), "{actual:?} is not {expected}");
     }
 
-    fn map(n: usize, of: impl Fn(f64, f64) -> f64) -> npy::Field<f64> {
-        let at = |k: usize| k as f64 / n as f64;
-        npy::Field { nx: n, ny: n, values: (0..n * n).map(|i| of(at(i % n), at(i / n))).collect() }
+    fn map(n: usize, value: impl Fn(f64, f64) -> f64) -> npy::NpyMap<f64> {
+        let value_at = |k: usize| k as f64 / n as f64;
+        npy::NpyMap { nx: n, ny: n, values: (0..n * n).map(|i| value(value_at(i % n), value_at(i / n))).collect() }
     }
 
     /// x + 10 y on a unit cell.
-    fn oblong(nx: usize, ny: usize) -> npy::Field<f64> {
-        let at = |k: usize| (k % nx) as f64 / nx as f64 + 10.0 * (k / nx) as f64 / ny as f64;
-        npy::Field { nx, ny, values: (0..nx * ny).map(at).collect() }
+    fn oblong(nx: usize, ny: usize) -> npy::NpyMap<f64> {
+        let value_at = |k: usize| (k % nx) as f64 / nx as f64 + 10.0 * (k / nx) as f64 / ny as f64;
+        npy::NpyMap { nx, ny, values: (0..nx * ny).map(value_at).collect() }
     }
 
     #[test]
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn patches_are_compared_in_decades() {
         let curve = [[1e-4, 0.2], [1e-3, 1.0]];
-        let larger = curve.map(|[a, share]| [10.0 * a, share]);
+        let larger = curve.map(|[a, fraction]| [10.0 * a, fraction]);
         close(wasserstein(&Masses::of_patches(&curve), &Masses::of_patches(&larger)), 1.0);
         let other = [[1e-5, 0.1], [1e-3, 1.0]];
         // A tenth of the mass moves by one decade between 1e-5 and 1e-4, and another tenth between 1e-4 and 1e-3.
@@ -288,21 +288,21 @@ mod tests {
 
     #[test]
     fn an_order_is_extrapolated() {
-        let at = |h: f64| 3.0 + 0.8 * h * h;
-        let found = richardson(&[at(0.4), at(0.2), at(0.1)]).expect("levels");
-        assert!((found.value - 3.0).abs() < ROUNDING, "{found:?}");
-        assert!(found.order.is_some_and(|o| (o - 2.0).abs() < 1e-9), "{found:?}");
-        close(found.uncertainty, at(0.1) - 3.0);
+        let value_at = |h: f64| 3.0 + 0.8 * h * h;
+        let actual = richardson(&[value_at(0.4), value_at(0.2), value_at(0.1)]).expect("levels");
+        assert!((actual.value - 3.0).abs() < ROUNDING, "{actual:?}");
+        assert!(actual.order.is_some_and(|o| (o - 2.0).abs() < 1e-9), "{actual:?}");
+        close(actual.uncertainty, value_at(0.1) - 3.0);
         // Values that are not monotonic, and increasing changes: no order, the finest value.
         for levels in [[1.0, 2.0, 1.5], [1.0, 1.1, 1.4], [1.0, 1.0, 1.0]] {
-            let found = richardson(&levels).expect("levels");
-            assert_eq!((found.value, found.order), (levels[2], None));
-            close(found.uncertainty, (levels[2] - levels[1]).abs());
+            let actual = richardson(&levels).expect("levels");
+            assert_eq!((actual.value, actual.order), (levels[2], None));
+            close(actual.uncertainty, (levels[2] - levels[1]).abs());
         }
         // Changes of orders 0.4 and 4.2 are accidental, those of 0.6 and 3.9 are not.
         for (order, is_valid) in [(0.4f64, false), (0.6, true), (3.9, true), (4.2, false)] {
-            let found = richardson(&[0.0, order.exp2(), order.exp2() + 1.0]).expect("levels");
-            assert_eq!(found.order.is_some(), is_valid, "{order}");
+            let actual = richardson(&[0.0, order.exp2(), order.exp2() + 1.0]).expect("levels");
+            assert_eq!(actual.order.is_some(), is_valid, "{order}");
         }
         assert_eq!(richardson(&[2.0]).map(|f| (f.value, f.uncertainty)), Some((2.0, None)));
         assert_eq!(richardson(&[]), None);

@@ -1,7 +1,9 @@
 //! Statistics over realisations: mean, scatter and confidence of each number, and differences of sources on the same
 //! realisations.
 
-use crate::record::ensemble::{Difference, Ensemble, Observable, Observation, Point, PointStatus, Sample, Statistic};
+use crate::record::ensemble::{
+    Difference, Ensemble, EnsemblePoint, EnsembleStatistic, Observable, Observation, PointStatus, Sample,
+};
 use serde_json::Value;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -50,23 +52,30 @@ fn student(freedom: usize) -> f64 {
 pub fn evaluate(ensemble: &mut Ensemble) {
     let (mut statistics, mut differences) = (Vec::new(), Vec::new());
     for (group, points) in groups(&ensemble.keys, &ensemble.points) {
-        for of in observables(&points) {
-            let found: Vec<&Observation> = points.iter().filter_map(|p| find(p, &of)).collect();
-            let values = |of: fn(&Observation) -> f64| found.iter().map(|o| of(o)).collect::<Vec<f64>>();
+        for observable in observables(&points) {
+            let observations: Vec<&Observation> = points.iter().filter_map(|p| find(p, &observable)).collect();
+            let values =
+                |observable: fn(&Observation) -> f64| observations.iter().map(|o| observable(o)).collect::<Vec<f64>>();
             if let (Some(sample), Some(p)) = (sample(&values(|o| o.value)), sample(&values(|o| o.p_star))) {
-                statistics.push(Statistic { group: group.clone(), of: of.clone(), p_star: p.mean, sample });
+                statistics.push(EnsembleStatistic {
+                    group: group.clone(),
+                    of: observable.clone(),
+                    p_star: p.mean,
+                    sample,
+                });
             }
-            differences.extend(references(&of.source).filter_map(|r| difference(&group, &points, &of, r)));
+            differences
+                .extend(references(&observable.source).filter_map(|r| difference(&group, &points, &observable, r)));
         }
     }
     (ensemble.statistics, ensemble.differences) = (statistics, differences);
 }
 
 /// A combination of the varied keys besides the seed, with its realisations.
-type Group<'a> = (Vec<(String, Value)>, Vec<&'a Point>);
+type RealisationGroup<'a> = (Vec<(String, Value)>, Vec<&'a EnsemblePoint>);
 
-fn groups<'a>(keys: &[String], points: &'a [Point]) -> Vec<Group<'a>> {
-    let mut groups: Vec<Group> = Vec::new();
+fn groups<'a>(keys: &[String], points: &'a [EnsemblePoint]) -> Vec<RealisationGroup<'a>> {
+    let mut groups: Vec<RealisationGroup> = Vec::new();
     for point in points.iter().filter(|p| p.status == PointStatus::Done) {
         let others = keys.iter().zip(&point.values).filter(|(k, _)| *k != SEED);
         let of: Vec<(String, Value)> = others.map(|(k, v)| (k.clone(), v.clone())).collect();
@@ -79,7 +88,7 @@ fn groups<'a>(keys: &[String], points: &'a [Point]) -> Vec<Group<'a>> {
 }
 
 /// What any of the points has, in the order of the first that has it.
-fn observables(points: &[&Point]) -> Vec<Observable> {
+fn observables(points: &[&EnsemblePoint]) -> Vec<Observable> {
     let mut list: Vec<Observable> = Vec::new();
     for o in points.iter().flat_map(|p| &p.numbers) {
         if !list.contains(&o.of) {
@@ -89,8 +98,8 @@ fn observables(points: &[&Point]) -> Vec<Observable> {
     list
 }
 
-fn find<'a>(point: &'a Point, of: &Observable) -> Option<&'a Observation> {
-    point.numbers.iter().find(|o| o.of == *of)
+fn find<'a>(point: &'a EnsemblePoint, observable: &Observable) -> Option<&'a Observation> {
+    point.numbers.iter().find(|o| o.of == *observable)
 }
 
 /// The sources with which one is compared.
@@ -100,19 +109,24 @@ fn references(source: &str) -> impl Iterator<Item = &'static str> {
     pairs.into_iter().chain(is_method)
 }
 
-fn difference(group: &[(String, Value)], points: &[&Point], of: &Observable, reference: &str) -> Option<Difference> {
-    let other = Observable { source: reference.into(), ..of.clone() };
+fn difference(
+    group: &[(String, Value)],
+    points: &[&EnsemblePoint],
+    observable: &Observable,
+    reference: &str,
+) -> Option<Difference> {
+    let other = Observable { source: reference.into(), ..observable.clone() };
     let pairs: Vec<(&Observation, f64)> =
-        points.iter().filter_map(|p| Some((find(p, of)?, find(p, &other)?.value))).collect();
-    let apart: Vec<f64> = pairs.iter().map(|(a, b)| a.value - b).collect();
+        points.iter().filter_map(|p| Some((find(p, observable)?, find(p, &other)?.value))).collect();
+    let difference: Vec<f64> = pairs.iter().map(|(a, b)| a.value - b).collect();
     let relative: Vec<f64> = pairs.iter().filter(|(_, b)| *b != 0.0).map(|(a, b)| a.value / b - 1.0).collect();
     let p_star: Vec<f64> = pairs.iter().map(|(a, _)| a.p_star).collect();
     Some(Difference {
         group: group.to_vec(),
-        of: of.clone(),
+        of: observable.clone(),
         reference: reference.into(),
         p_star: sample(&p_star)?.mean,
-        difference: sample(&apart)?,
+        difference: sample(&difference)?,
         relative: sample(&relative).filter(|r| r.realisations == pairs.len()),
     })
 }
@@ -157,20 +171,20 @@ mod tests {
     }
 
     fn number(source: &str, value: f64) -> Observation {
-        let of = Observable {
+        let observable = Observable {
             source: source.into(),
             load: 0,
             branch: Branch::Loading,
             quantity: "contact_area".into(),
             unit: "1".into(),
         };
-        Observation { of, p_star: 0.01, value }
+        Observation { of: observable, p_star: 0.01, value }
     }
 
     /// Differences are paired by realisation: their scatter is not that of the realisations. Failed points do not count.
     #[test]
     fn differences_are_paired_and_groups_are_separate() {
-        let point = |seed: u64, hurst: f64, atoms: f64, wall: f64, status| Point {
+        let point = |seed: u64, hurst: f64, atoms: f64, wall: f64, status| EnsemblePoint {
             label: String::new(),
             values: vec![seed.into(), hurst.into()],
             status,

@@ -34,15 +34,15 @@ const NOISE: f64 = 0.05;
 pub fn forecast(ran: &[Ran], points: f64) -> Option<f64> {
     let mut ran: Vec<Ran> = ran.iter().copied().filter(|r| r.seconds > 0.0 && r.points > 0.0).collect();
     ran.sort_by(|a, b| a.points.total_cmp(&b.points));
-    let [.., before, last] = ran[..] else { return None };
+    let [.., previous, last] = ran[..] else { return None };
     let counts_pairs = ran.iter().all(|r| r.pairs > 0.0);
     if let (false, [.., first, _, _]) = (counts_pairs, &ran[..])
-        && let Some(found) = power_from_start([*first, before, last], points)
+        && let Some(power) = power_from_start([*first, previous, last], points)
     {
-        return Some(found);
+        return Some(power);
     }
     let pairs = if counts_pairs {
-        let exponent = (last.pairs / before.pairs).ln() / (last.points / before.points).ln();
+        let exponent = (last.pairs / previous.pairs).ln() / (last.points / previous.points).ln();
         last.pairs * (points / last.points).powf(exponent)
     } else {
         ran.iter_mut().for_each(|r| r.pairs = 1.0);
@@ -55,25 +55,25 @@ pub fn forecast(ran: &[Ran], points: f64) -> Option<f64> {
 
 /// a + b Nᶜ through three grids, from coarse to fine, with c limited to [`EXPONENTS`] (then through the finer two).
 /// `None` if the time does not increase from each grid to the next.
-fn power_from_start([first, before, last]: [Ran; 3], points: f64) -> Option<f64> {
-    let rises = [before.seconds - first.seconds, last.seconds - before.seconds];
-    if rises[0] <= NOISE * before.seconds || rises[1] <= NOISE * last.seconds {
+fn power_from_start([first, previous, last]: [Ran; 3], points: f64) -> Option<f64> {
+    let rises = [previous.seconds - first.seconds, last.seconds - previous.seconds];
+    if rises[0] <= NOISE * previous.seconds || rises[1] <= NOISE * last.seconds {
         return None;
     }
     let rise = |from: f64, to: f64, c: f64| (to / last.points).powf(c) - (from / last.points).powf(c);
-    let ratio = |c: f64| rise(before.points, last.points, c) / rise(first.points, before.points, c);
+    let ratio = |c: f64| rise(previous.points, last.points, c) / rise(first.points, previous.points, c);
     // The ratio of the increases grows with the exponent.
     let [mut low, mut high] = EXPONENTS;
     for _ in 0..f64::MANTISSA_DIGITS {
         let middle = 0.5 * (low + high);
         if ratio(middle) < rises[1] / rises[0] { low = middle } else { high = middle }
     }
-    Some(last.seconds + rises[1] / rise(before.points, last.points, high) * rise(last.points, points, high))
+    Some(last.seconds + rises[1] / rise(previous.points, last.points, high) * rise(last.points, points, high))
 }
 
 /// Non-negative constant and slope of time against work that minimise the squared relative deviations.
 fn line(ran: &[Ran]) -> (f64, f64) {
-    let sum = |of: fn(f64, f64) -> f64| ran.iter().map(|r| of(r.work(), r.seconds)).sum::<f64>();
+    let sum = |value: fn(f64, f64) -> f64| ran.iter().map(|r| value(r.work(), r.seconds)).sum::<f64>();
     let (s0, s1, s2) = (sum(|_, t| 1.0 / (t * t)), sum(|w, t| w / (t * t)), sum(|w, t| w * w / (t * t)));
     let (t0, t1) = (sum(|_, t| 1.0 / t), sum(|w, t| w / t));
     let determinant = s0 * s2 - s1 * s1;
@@ -100,8 +100,8 @@ mod tests {
         Ran { points: n * n, pairs, seconds }
     }
 
-    fn close(found: Option<f64>, expected: f64) {
-        assert!(found.is_some_and(|f| (f / expected - 1.0).abs() < ROUNDING), "{found:?} is not {expected}");
+    fn close(actual: Option<f64>, expected: f64) {
+        assert!(actual.is_some_and(|f| (f / expected - 1.0).abs() < ROUNDING), "{actual:?} is not {expected}");
     }
 
     /// Constant part of 20 ms, and FFT pairs that grow as the square root of the points per side, as for a solver.

@@ -10,4 +10,4 @@ mod site_contact;
 
 pub use overlap::{MISALIGNMENT, overlap};
 pub use registration::registration;
-pub use site_contact::{SiteCriterion, Sites, wall_offset};
+pub use site_contact::{SiteCriterion, SitesOnGrid, wall_offset};

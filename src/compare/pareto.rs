@@ -5,10 +5,10 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|&i| points[i].0.is_finite() && points[i].1.is_finite()).collect();
     order.sort_by(|&a, &b| points[a].0.total_cmp(&points[b].0).then(points[a].1.total_cmp(&points[b].1)));
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     order.retain(|&i| {
-        let better = points[i].1 < least;
-        least = least.min(points[i].1);
+        let better = points[i].1 < smallest;
+        smallest = smallest.min(points[i].1);
         better
     });
     order
@@ -22,7 +22,7 @@ pub fn cheapest(points: &[(f64, f64)], limit: f64) -> Option<usize> {
 
 /// A power law through costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Growth {
+pub struct CostExponent {
     pub exponent: f64,
     /// Standard error of the exponent; `None` for two sizes.
     pub error: Option<f64>,
@@ -31,20 +31,20 @@ pub struct Growth {
 }
 
 /// Exponent of the cost in the number of points by least squares of the logarithms. `None` for fewer than two sizes.
-pub fn growth(sizes: &[(f64, f64)]) -> Option<Growth> {
+pub fn growth(sizes: &[(f64, f64)]) -> Option<CostExponent> {
     let logs: Vec<(f64, f64)> =
         sizes.iter().map(|(n, c)| (n.ln(), c.ln())).filter(|(n, c)| n.is_finite() && c.is_finite()).collect();
     let n = logs.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / n;
+    let mean = |value: fn(&(f64, f64)) -> f64| logs.iter().map(value).sum::<f64>() / n;
     let (mx, my) = (mean(|l| l.0), mean(|l| l.1));
     let spread: f64 = logs.iter().map(|l| (l.0 - mx).powi(2)).sum();
     if logs.len() < 2 || spread == 0.0 {
         return None;
     }
     let exponent = logs.iter().map(|l| (l.0 - mx) * (l.1 - my)).sum::<f64>() / spread;
-    let rest: f64 = logs.iter().map(|l| (l.1 - my - exponent * (l.0 - mx)).powi(2)).sum();
-    let error = (logs.len() > 2).then(|| (rest / (n - 2.0) / spread).sqrt());
-    Some(Growth { exponent, error, sizes: logs.len() })
+    let residual: f64 = logs.iter().map(|l| (l.1 - my - exponent * (l.0 - mx)).powi(2)).sum();
+    let error = (logs.len() > 2).then(|| (residual / (n - 2.0) / spread).sqrt());
+    Some(CostExponent { exponent, error, sizes: logs.len() })
 }
 
 #[cfg(test)]
@@ -62,8 +62,8 @@ mod tests {
     #[test]
     fn a_power_law_is_found() {
         let law = |n: f64| 3.0 * n.powf(1.5);
-        let found = growth(&[64.0, 256.0, 1024.0].map(|n| (n, law(n)))).expect("three sizes");
-        assert!((found.exponent - 1.5).abs() < 1e-12 && found.error.is_some_and(|e| e < 1e-9) && found.sizes == 3);
+        let actual = growth(&[64.0, 256.0, 1024.0].map(|n| (n, law(n)))).expect("three sizes");
+        assert!((actual.exponent - 1.5).abs() < 1e-12 && actual.error.is_some_and(|e| e < 1e-9) && actual.sizes == 3);
         let two = growth(&[(64.0, 1.0), (256.0, 4.0)]).expect("two sizes");
         assert!((two.exponent - 1.0).abs() < 1e-12 && two.error.is_none(), "{two:?}");
         assert_eq!(growth(&[(64.0, 1.0), (64.0, 4.0)]), None);

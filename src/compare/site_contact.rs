@@ -2,18 +2,18 @@
 
 use super::{MISALIGNMENT, overlap};
 use crate::record::results::CriterionMatch;
-use asperity_atoms::wall::Wall;
+use asperity_atoms::wall::LatticeWall;
 use asperity_grid::{Field, Grid, bilinear};
 
 /// The surface sites of the block on a continuum grid, and a permutation of them by [`MISALIGNMENT`].
-pub struct Sites {
+pub struct SitesOnGrid {
     grid: Grid,
     positions: Vec<[f64; 2]>,
     nodes: Vec<usize>,
     shifted: Vec<usize>,
 }
 
-impl Sites {
+impl SitesOnGrid {
     /// `sites`: site positions over the length of the block, in [0, 1). `nearest(x, y)`: index of the site nearest to a
     /// position.
     pub fn new(grid: Grid, sites: impl Iterator<Item = [f64; 2]>, nearest: impl Fn(f64, f64) -> usize) -> Self {
@@ -25,7 +25,7 @@ impl Sites {
         let [dx, dy] = MISALIGNMENT.map(|n| 1.0 / n as f64);
         let shift = |x: f64, y: f64| nearest((x + dx).fract(), (y + dy).fract());
         let (nodes, shifted) = positions.iter().map(|&[x, y]| (node(x, y), shift(x, y))).unzip();
-        Sites { grid, positions, nodes, shifted }
+        SitesOnGrid { grid, positions, nodes, shifted }
     }
 
     /// Site positions over the length of the block.
@@ -114,14 +114,14 @@ impl SiteCriterion {
 /// Under the stress σ a Lennard-Jones wall is compressed by `r_m - d(σ)`, so that the bodies are closer by this
 /// distance than with a hard wall. The stress is the mean over the contact, `pressure` (eV/Å³) over `fraction(shift)`,
 /// which makes the shift self-consistent. It has no parameter fitted to the atoms.
-pub fn wall_offset(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
-    let most = wall.minimum_angstrom();
+pub fn wall_offset(wall: &LatticeWall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
+    let largest = wall.minimum_angstrom();
     // A larger shift gives more contact, a lower stress and less compression: there is one solution.
-    let (mut low, mut high) = (0.0, most);
+    let (mut low, mut high) = (0.0, largest);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
         let touching = fraction(middle);
-        let approach = if touching > 0.0 { most - wall.distance_at_pressure(pressure / touching) } else { high };
+        let approach = if touching > 0.0 { largest - wall.distance_at_pressure(pressure / touching) } else { high };
         if approach > middle { low = middle } else { high = middle }
     }
     0.5 * (low + high)
@@ -135,10 +135,10 @@ mod tests {
     /// For a contact area independent of the shift, the shift is the compression of the wall at that stress.
     #[test]
     fn rise_of_a_flat_punch() {
-        let wall = Wall::new(Repulsion::CHALLENGE, 5.5884 * 5.0 / 11.0, 5.5884).unwrap();
+        let wall = LatticeWall::new(Repulsion::CHALLENGE, 5.5884 * 5.0 / 11.0, 5.5884).unwrap();
         let (pressure, fraction) = (3e-3, 0.1);
-        let found = wall_offset(&wall, pressure, |_| fraction);
-        assert!((found - (wall.minimum_angstrom() - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
+        let actual = wall_offset(&wall, pressure, |_| fraction);
+        assert!((actual - (wall.minimum_angstrom() - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
         assert!(wall_offset(&wall, 1e-12, |_| fraction) < 1e-3);
     }
 
@@ -149,19 +149,19 @@ mod tests {
         let gap: Vec<f64> = (0..900).map(f64::from).collect();
         let list = [[0.0, 0.0], [0.99, 0.5], [0.51 / 30.0, 0.0], [1.0 / 3.0, 0.2]];
         // The first site is shifted to the last, and the second across the periodic boundary to the third.
-        let at = |x: f64, y: f64, [a, b]: [f64; 2]| (x - a).abs() < 1e-9 && (y - b).abs() < 1e-9;
-        let nearest = |x: f64, y: f64| match (at(x, y, list[3]), at(x, y, [0.99 - 2.0 / 3.0, 0.7])) {
+        let value_at = |x: f64, y: f64, [a, b]: [f64; 2]| (x - a).abs() < 1e-9 && (y - b).abs() < 1e-9;
+        let nearest = |x: f64, y: f64| match (value_at(x, y, list[3]), value_at(x, y, [0.99 - 2.0 / 3.0, 0.7])) {
             (true, _) => 3,
             (_, true) => 2,
             _ => 1,
         };
-        let sites = Sites::new(grid, list.into_iter(), nearest);
+        let sites = SitesOnGrid::new(grid, list.into_iter(), nearest);
         assert_eq!(sites.nodes, [0, 15 * 30, 1, 6 * 30 + 10]);
         assert_eq!(sites.touching(Field::F64(&gap), 0.5), [true, false, false, false]);
         assert_eq!(sites.touching(Field::F64(&gap), 1.0), [true, false, true, false]);
         let values = sites.sample(Field::F64(&gap));
-        for (found, exact) in values.iter().zip([0.0, 450.0 + 0.3 * 29.0, 0.51]) {
-            assert!((found - exact).abs() < 1e-9, "{values:?}");
+        for (actual, exact) in values.iter().zip([0.0, 450.0 + 0.3 * 29.0, 0.51]) {
+            assert!((actual - exact).abs() < 1e-9, "{values:?}");
         }
         assert_eq!(sites.shifted, [3, 2, 1, 1]);
         let agreement = sites.compare(

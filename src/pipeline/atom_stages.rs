@@ -2,14 +2,14 @@
 
 use super::atomistic::{self, LammpsOutcome};
 use super::comparison::compare;
-use super::folder::Key;
+use super::folder::StageKey;
 use super::matched::{Matched, MatchedStage, YieldingStage, crystal_key, pair_key, profile_key};
-use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use super::{methods, nvt};
 use crate::Result;
 use crate::record::methods::MethodResults;
 use crate::record::results::ComparisonResults;
-use crate::scene::{AtomsCase, AtomsScene, Case, Start};
+use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case};
 use asperity_atoms::cost::{self, LoadingMode, memory_bytes};
 use asperity_atoms::engine::LammpsEngine;
 use asperity_atoms::job::Job;
@@ -79,16 +79,16 @@ impl<'a> AtomStages<'a> {
     /// Loading mode, and its description.
     fn loading(&self) -> (LoadingMode, String) {
         match self.atoms.start {
-            Start::Touch => {
+            AtomsStart::Touch => {
                 let (steps, step) = (self.ramp_steps(), self.scene.step_or_default());
-                let back = if self.atoms.unload { ", loading and unloading" } else { "" };
-                (LoadingMode::RampSteps(steps), format!("about {steps:.0} steps of {step} Å{back}"))
+                let unloading = if self.atoms.unload { ", loading and unloading" } else { "" };
+                (LoadingMode::RampSteps(steps), format!("about {steps:.0} steps of {step} Å{unloading}"))
             }
-            Start::Continuum => {
+            AtomsStart::Continuum => {
                 let number = self.case.rising_steps().len() + self.case.unloading_steps().len();
-                let words = format!("{number} load{} from the continuum", if number == 1 { "" } else { "s" });
+                let caption = format!("{number} load{} from the continuum", if number == 1 { "" } else { "s" });
                 let force_tolerance = self.scene.force_tolerance.to("eV/Å");
-                (LoadingMode::PrescribedLoads { number, force_tolerance }, words)
+                (LoadingMode::PrescribedLoads { number, force_tolerance }, caption)
             }
         }
     }
@@ -123,50 +123,55 @@ impl Stage for LammpsStage<'_> {
     }
 
     fn what(&self) -> String {
-        let of = &self.0;
-        format!("{} atoms, {}, about {:.0} force evaluations", of.atoms.atoms(), of.loading().1, of.force_evaluations())
+        let method_run = &self.0;
+        format!(
+            "{} atoms, {}, about {:.0} force evaluations",
+            method_run.atoms.atoms(),
+            method_run.loading().1,
+            method_run.force_evaluations()
+        )
     }
 
-    fn cost(&self, machine: Machine) -> Cost {
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let (total, ranks, mode) = (self.0.atoms.atoms(), self.0.case.ranks(), self.0.loading().0);
-        Cost {
-            bytes: memory_bytes(total, ranks, self.0.atoms.start == Start::Touch),
+        EstimatedCost {
+            bytes: memory_bytes(total, ranks, self.0.atoms.start == AtomsStart::Touch),
             seconds: cost::seconds(total, self.0.force_evaluations(), mode, machine.seconds_per_evaluation, ranks),
         }
     }
 
     /// `after`: keys of the geometry and of the matched continuum.
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
         let &AtomStages { case, atoms, scene, .. } = &self.0;
-        let [geometry, matched] = after else { unreachable!("two keys") };
+        let [geometry, matched] = dependencies else { unreachable!("two keys") };
         let block = (profile_key(scene), scene.depth_cells, atoms.block.foundation_cells, atoms.block.base);
         let potential = match &atoms.potential {
-            Some(path) => Key::of_file(path)?,
+            Some(path) => StageKey::of_file(path)?,
             None => format!("{CALCIUM:?}"),
         };
         let (script, step) = match atoms.start {
-            Start::Continuum => (PRESCRIBED_LOAD, None),
-            Start::Touch => (DISPLACEMENT_RAMP, Some(scene.step_or_default())),
+            AtomsStart::Continuum => (PRESCRIBED_LOAD, None),
+            AtomsStart::Touch => (DISPLACEMENT_RAMP, Some(scene.step_or_default())),
         };
         // The loads are not part of this key: the job folder determines which finished steps are valid for other loads.
         let program = (block, crystal_key(scene, atoms), potential, self.0.engine().describe(), script.hash());
         let steps = (step, scene.force_tolerance, scene.plasticity, pair_key(case));
-        let history = Key::new("load steps", &(program, steps), &[geometry])?;
+        let history = StageKey::new("load steps", &(program, steps), &[geometry])?;
         let key = match atoms.start {
-            Start::Continuum => {
-                Key::new(LAMMPS, &(case.scene.load.p_star_path(), atoms.nvt.is_some()), &[&history, matched])?
+            AtomsStart::Continuum => {
+                StageKey::new(LAMMPS, &(case.scene.load.p_star_path(), atoms.nvt.is_some()), &[&history, matched])?
             }
             // A ramp depends on the loads only through the highest one, where the loading branch ends.
-            Start::Touch => Key::new(LAMMPS, &(case.highest_p_star(), atoms.unload), &[&history])?,
+            AtomsStart::Touch => StageKey::new(LAMMPS, &(case.highest_p_star(), atoms.unload), &[&history])?,
         };
         Ok(StageKeys { key, resumes: Some(history) })
     }
 
-    fn run(&self, (matched, root): (&Matched, &Path), at: &StageContext) -> Result<LammpsOutcome> {
+    fn run(&self, (matched, root): (&Matched, &Path), context: &StageContext) -> Result<LammpsOutcome> {
         let &AtomStages { case, atoms, .. } = &self.0;
-        let solved = (atoms.start == Start::Continuum).then_some((&matched.compliant, root));
-        let job = atomistic::write_job(case, atoms, at.folder, solved)?;
-        atomistic::run_lammps(self.0.engine(), &job, at.listener)
+        let solved = (atoms.start == AtomsStart::Continuum).then_some((&matched.compliant, root));
+        let job = atomistic::write_job(case, atoms, context.folder, solved)?;
+        atomistic::run_lammps(self.0.engine(), &job, context.listener)
     }
 }
 
@@ -186,20 +191,20 @@ impl Stage for FramesStage<'_> {
         "contact, gap and frames at every load".into()
     }
 
-    fn cost(&self, _: Machine) -> Cost {
+    fn cost(&self, _: MachineSpeed) -> EstimatedCost {
         let total = self.0.atoms.atoms();
-        Cost { bytes: 200 * total, seconds: 2e-6 * total as f64 * self.0.case.load_steps().len() as f64 }
+        EstimatedCost { bytes: 200 * total, seconds: 2e-6 * total as f64 * self.0.case.load_steps().len() as f64 }
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
         let (case, atoms) = (self.0.case, self.0.atoms);
-        let depends = (&case.scene.load, atoms.contact_force, atoms.stress_width_angstrom, Key::of_program()?);
-        Key::new("atoms", &depends, after).map(StageKeys::restarted)
+        let depends = (&case.scene.load, atoms.contact_force, atoms.stress_width_angstrom, StageKey::of_program()?);
+        StageKey::new("atoms", &depends, dependencies).map(StageKeys::restarted)
     }
 
-    fn run(&self, (outcome, root): (&LammpsOutcome, &Path), at: &StageContext) -> Result<AtomsResults> {
+    fn run(&self, (outcome, root): (&LammpsOutcome, &Path), context: &StageContext) -> Result<AtomsResults> {
         let job = Job::open(root.join(LAMMPS))?;
-        atomistic::read(self.0.case, self.0.atoms, &job, outcome, at.folder, at.stage)
+        atomistic::read(self.0.case, self.0.atoms, &job, outcome, context.folder, context.stage)
     }
 }
 
@@ -229,25 +234,33 @@ impl Stage for NvtStage<'_> {
         )
     }
 
-    fn cost(&self, machine: Machine) -> Cost {
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let (total, ranks) = (self.of.atoms.atoms(), self.of.case.ranks());
         let steps = self.settings.steps() * self.of.case.rising_steps().len();
         let each = machine.seconds_per_evaluation;
-        Cost {
+        EstimatedCost {
             bytes: memory_bytes(total, ranks, true),
             seconds: MD_STEP_COST_RATIO * total as f64 * each * steps as f64 / ranks as f64,
         }
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
-        let samples = Key::new(nvt::STAGE, &(self.settings, NVT.hash(), self.of.engine().describe()), after)?;
-        let key = Key::new("averages", &Key::of_program()?, &[&samples])?;
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
+        let samples =
+            StageKey::new(nvt::STAGE, &(self.settings, NVT.hash(), self.of.engine().describe()), dependencies)?;
+        let key = StageKey::new("averages", &StageKey::of_program()?, &[&samples])?;
         Ok(StageKeys { key, resumes: Some(samples) })
     }
 
-    fn run(&self, root: &Path, at: &StageContext) -> Result<NvtResults> {
+    fn run(&self, root: &Path, context: &StageContext) -> Result<NvtResults> {
         let job = Job::open(root.join(LAMMPS))?;
-        nvt::run_nvt(self.of.case, self.of.atoms, (self.of.engine(), &job), self.settings, at.folder, at.listener)
+        nvt::run_nvt(
+            self.of.case,
+            self.of.atoms,
+            (self.of.engine(), &job),
+            self.settings,
+            context.folder,
+            context.listener,
+        )
     }
 }
 
@@ -267,22 +280,22 @@ impl Stage for CompareStage<'_> {
         "maps, areas and gaps of atoms and continuum".into()
     }
 
-    fn cost(&self, _: Machine) -> Cost {
+    fn cost(&self, _: MachineSpeed) -> EstimatedCost {
         let (points, (load, point)) = (self.0.atoms.matched.points(), COMPARISON);
         let loads = self.0.case.load_steps().len() as f64;
-        Cost { bytes: 24 * points as u64, seconds: loads * (load + point * points as f64) }
+        EstimatedCost { bytes: 24 * points as u64, seconds: loads * (load + point * points as f64) }
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
-        Key::new(&self.name(), &(), after).map(StageKeys::restarted)
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
+        StageKey::new(&self.name(), &(), dependencies).map(StageKeys::restarted)
     }
 
     fn run(
         &self,
-        (found, matched, root): (&AtomsResults, &Matched, &Path),
-        at: &StageContext,
+        (atoms, matched, root): (&AtomsResults, &Matched, &Path),
+        context: &StageContext,
     ) -> Result<ComparisonResults> {
-        compare(self.0.case, self.0.atoms, found, matched, root, at.stage)
+        compare(self.0.case, self.0.atoms, atoms, matched, root, context.stage)
     }
 }
 
@@ -302,15 +315,19 @@ impl Stage for AllAtomStage<'_> {
         "the atoms as one of the methods".into()
     }
 
-    fn cost(&self, machine: Machine) -> Cost {
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         FramesStage(self.0).cost(machine)
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
-        Key::new(&self.name(), &(), after).map(StageKeys::restarted)
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
+        StageKey::new(&self.name(), &(), dependencies).map(StageKeys::restarted)
     }
 
-    fn run(&self, (found, seconds, root): (&AtomsResults, f64, &Path), at: &StageContext) -> Result<MethodResults> {
-        methods::of_atoms(self.0.case, found, seconds, (root, at.folder, at.stage))
+    fn run(
+        &self,
+        (atoms, seconds, root): (&AtomsResults, f64, &Path),
+        context: &StageContext,
+    ) -> Result<MethodResults> {
+        methods::of_atoms(self.0.case, atoms, seconds, (root, context.folder, context.stage))
     }
 }

@@ -5,8 +5,8 @@ use super::initial_states::initial_configurations;
 use super::matched::compliant_wall;
 use super::stage::StageContext;
 use super::unloading::unloading;
-use super::{Key, Listener, frame_analysis};
-use crate::scene::{AtomsCase, Case, Start};
+use super::{Listener, StageKey, frame_analysis};
+use crate::scene::{AtomsCase, AtomsStart, Case};
 use crate::{Error, Result};
 use asperity_atoms::block::{BaseKind, SurfaceSites};
 use asperity_atoms::cost::evaluations_from_continuum;
@@ -14,7 +14,7 @@ use asperity_atoms::dump::read_frame;
 use asperity_atoms::engine::{Finished, LammpsEngine};
 use asperity_atoms::external_dump::DumpTrajectory;
 use asperity_atoms::indenter::Indenter;
-use asperity_atoms::job::{Crystal, Job, Loading, POTENTIAL_FILE};
+use asperity_atoms::job::{Job, JobCrystal, Loading, POTENTIAL_FILE};
 use asperity_atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, RelaxationSettings};
 use asperity_atoms::lammps_command::{ARGUMENTS, LammpsCommand};
 use asperity_atoms::load_history::StepRecord;
@@ -43,12 +43,12 @@ const CONTINUUM: &str = "continuum";
 /// Writes the job folder of a case: data file, script, potential and variables. For a start from the continuum it
 /// solves the continuum first, and adds the initial displacements of each load.
 pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path, listener: &dyn Listener) -> Result<Job> {
-    if atoms.start == Start::Touch {
+    if atoms.start == AtomsStart::Touch {
         return write_job(case, atoms, folder, None);
     }
     let inside = folder.join(CONTINUUM);
     std::fs::create_dir_all(&inside).map_err(Error::io("create", &inside))?;
-    let key = Key::new(CONTINUUM, &case.portable_scene(), &[])?;
+    let key = StageKey::new(CONTINUUM, &case.portable_scene(), &[])?;
     let solved = compliant_wall(case, atoms, &StageContext { folder: &inside, stage: CONTINUUM, key: &key, listener })?;
     write_job(case, atoms, folder, Some((&solved, folder)))
 }
@@ -89,7 +89,7 @@ pub(super) fn write_job(
     };
     let configurations = solved.map(|s| initial_configurations(case, atoms, &indenter, s)).transpose()?;
     let loading = configurations.as_deref().map_or(Loading::Ramp(ramp), Loading::Prescribed);
-    let crystal = Crystal { potential: &potential, element: &atoms.element, mass_u: atoms.mass_u };
+    let crystal = JobCrystal { potential: &potential, element: &atoms.element, mass_u: atoms.mass_u };
     Job::write(folder, &atoms.block, &indenter, crystal, interaction, settings, loading)
 }
 
@@ -164,8 +164,8 @@ const NEARLY: f64 = 0.9;
 
 /// Runs a job with LAMMPS, or continues it, and writes `load_curve.csv`.
 pub fn run_lammps(engine: &LammpsEngine, job: &Job, listener: &dyn Listener) -> Result<LammpsOutcome> {
-    if let Some(what) = damage::remove_damaged(&job.folder)? {
-        listener.warn(&format!("{what}; LAMMPS computes the steps from there on again"));
+    if let Some(damage) = damage::remove_damaged(&job.folder)? {
+        listener.warn(&format!("{damage}; LAMMPS computes the steps from there on again"));
     }
     let mut reversed = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
     let mut watch = |p: Progress| {
@@ -221,11 +221,14 @@ fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool
             let spec = &job.spec;
             let expected =
                 evaluations_from_continuum(spec.cells, job.block().relaxing_cells(), spec.settings.force_tolerance);
-            let (of, next) = (loads.loads.len(), record.step + 1);
+            let (total, next) = (loads.loads.len(), record.step + 1);
             let part = (p.iterations as f64 / expected).min(NEARLY);
-            let within = if next > of || p.is_new { 0.0 } else { part };
-            let now = if next > of { String::new() } else { format!(", iteration {} of the next", p.iterations) };
-            (Some((record.step as f64 + within) / of as f64), format!("load {} of {of}, {state}{now}", record.step))
+            let within = if next > total || p.is_new { 0.0 } else { part };
+            let now = if next > total { String::new() } else { format!(", iteration {} of the next", p.iterations) };
+            (
+                Some((record.step as f64 + within) / total as f64),
+                format!("load {} of {total}, {state}{now}", record.step),
+            )
         }
         LoadingProtocol::Nvt(_) => (None, format!("load {}, {state}", record.step)),
     }
@@ -247,8 +250,8 @@ pub fn read_frames(
         states.push(reader.state(step, &frames.at_load(atoms.load(step))?)?);
     }
     let outcome = LammpsOutcome { engine: "unknown".into(), ..LammpsOutcome::default() };
-    let found = results(atoms, &reader, &outcome, states);
-    Ok((frames, found))
+    let atoms_results = results(atoms, &reader, &outcome, states);
+    Ok((frames, atoms_results))
 }
 
 /// Analyses a finished job folder outside a run folder. File names in the results are relative to `out`.
@@ -350,7 +353,7 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
             contact_distance_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
         },
         audit: atoms.audit.clone(),
-        from_continuum: atoms.start == Start::Continuum,
+        from_continuum: atoms.start == AtomsStart::Continuum,
         load_steps: outcome.steps.clone(),
         states,
         unloading: None,

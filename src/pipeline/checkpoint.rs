@@ -1,8 +1,8 @@
 //! Checkpoints of load paths.
 
 use crate::{Error, Result};
-use asperity_contact::method::{SnapshotRef, SolverSnapshot, State};
-use asperity_contact::path::{Begin, is_subsurface_map};
+use asperity_contact::method::{Equilibrium, SnapshotRef, SolverSnapshot};
+use asperity_contact::path::{InitialState, is_subsurface_map};
 use asperity_grid::sys::ranks::{ALONE, Ranks};
 use asperity_grid::{Grid, sharing};
 use asperity_surface::files::hashed::{self, FileHash, Stored};
@@ -59,29 +59,29 @@ impl Checkpoint {
 
     /// As [`Checkpoint::find`], without reading the files that it names.
     pub fn unverified(folder: &Path, stem: &str, key: &str) -> Option<Checkpoint> {
-        let found = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
-        found.filter(|c| c.key == key).map(|c| Checkpoint { folder: folder.to_path_buf(), ..c })
+        let checkpoint = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
+        checkpoint.filter(|c| c.key == key).map(|c| Checkpoint { folder: folder.to_path_buf(), ..c })
     }
 
     /// Whether `STEM.json` in `folder` is the checkpoint of another path than that of `key`.
     pub fn is_of_another(folder: &Path, stem: &str, key: &str) -> bool {
-        let found = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
-        found.is_some_and(|c| c.key != key)
+        let checkpoint = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
+        checkpoint.is_some_and(|c| c.key != key)
     }
 
     /// The rows of this rank.
     fn field(&self, name: &str, ranks: &Ranks) -> Result<Vec<f64>> {
         let path = self.folder.join(name);
-        let stored = npy::Reader::open(&path)?;
-        if (stored.nx, stored.ny) != (self.nx, self.ny) {
-            let found = format!("{} x {} values", stored.nx, stored.ny);
+        let reader = npy::NpyReader::open(&path)?;
+        if (reader.nx, reader.ny) != (self.nx, self.ny) {
+            let found = format!("{} x {} values", reader.nx, reader.ny);
             return Err(Error::format(&path, found, format!("{} x {}, as its checkpoint says", self.nx, self.ny)));
         }
-        stored.rows(ranks.share(self.ny))
+        reader.rows(ranks.share(self.ny))
     }
 
     /// The stored state on these ranks.
-    pub fn begin(&self, ranks: &Ranks) -> Result<Begin> {
+    pub fn begin(&self, ranks: &Ranks) -> Result<InitialState> {
         let grid = Grid::unit(self.nx, self.ny);
         let rows = if self.progress.is_null() { &ALONE } else { sharing(ranks, grid) };
         let whole = |name: &Option<String>| name.as_deref().map(|name| self.field(name, &ALONE)).transpose();
@@ -92,11 +92,11 @@ impl Checkpoint {
             plastic: whole(&self.plastic)?,
             progress: self.progress.clone(),
         };
-        Ok(Begin::Snapshot { finished: self.finished.len(), snapshot: Box::new(snapshot) })
+        Ok(InitialState::Snapshot { finished: self.finished.len(), snapshot: Box::new(snapshot) })
     }
 }
 
-impl Inner {
+impl WriterState {
     /// Adds the files of finished loads that are not listed yet. Those of later loads may come from an earlier attempt.
     fn list_fields(&mut self, folder: &Path, prefix: &str) -> Result<()> {
         let listed = |name: &str| self.fields.iter().any(|f| f.name == name);
@@ -120,10 +120,10 @@ pub struct CheckpointWriter {
     folder: PathBuf,
     stem: String,
     key: String,
-    inner: Mutex<Inner>,
+    inner: Mutex<WriterState>,
 }
 
-struct Inner {
+struct WriterState {
     finished: Vec<Value>,
     /// Files of the finished loads, which a continued path does not write again.
     fields: Vec<FileHash>,
@@ -142,7 +142,7 @@ impl CheckpointWriter {
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
         // The checkpoint that a run continues from is not overwritten before the next one is complete.
         let first = Checkpoint::unverified(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
-        let inner = Inner {
+        let inner = WriterState {
             finished,
             fields: Vec::new(),
             due: Instant::now() + EVERY,
@@ -164,7 +164,7 @@ impl CheckpointWriter {
         CheckpointWriter { ranks: ranks.clone(), ..self }
     }
 
-    fn inner(&self) -> std::sync::MutexGuard<'_, Inner> {
+    fn inner(&self) -> std::sync::MutexGuard<'_, WriterState> {
         self.inner.lock().unwrap_or_else(|e| e.into_inner())
     }
 
@@ -181,10 +181,10 @@ impl CheckpointWriter {
     }
 
     /// Writes the gap of an interrupted load if its method has provided no snapshot.
-    pub fn write_interrupted(&self, grid: Grid, state: &State) {
+    pub fn write_interrupted(&self, grid: Grid, state: &Equilibrium) {
         let kept = self.ranks.first_says(self.inner().kept.into()) == 1;
         if !kept {
-            let State { ranks, gap, plastic, .. } = *state;
+            let Equilibrium { ranks, gap, plastic, .. } = *state;
             self.write(&SnapshotRef { grid, ranks, gap, auxiliary: None, plastic, progress: Value::Null });
         }
     }
@@ -265,8 +265,8 @@ mod tests {
     fn taken(folder: &Path) -> SolverSnapshot {
         let checkpoint = Checkpoint::find(folder, "c", "key", &|w| panic!("{w}")).expect("a checkpoint");
         match checkpoint.begin(&ALONE).expect("whole") {
-            Begin::Snapshot { snapshot, .. } => *snapshot,
-            Begin::Gap(_) => unreachable!("a snapshot is more than a gap"),
+            InitialState::Snapshot { snapshot, .. } => *snapshot,
+            InitialState::Gap(_) => unreachable!("a snapshot is more than a gap"),
         }
     }
 
@@ -298,9 +298,9 @@ mod tests {
             assert!(writer.take_error().is_none());
             let find = || {
                 let heard = std::cell::RefCell::new(Vec::new());
-                let found =
+                let actual =
                     Checkpoint::find(folder.path(), "checkpoint", "key", &|w| heard.borrow_mut().push(w.to_string()));
-                (found.is_some(), heard.into_inner())
+                (actual.is_some(), heard.into_inner())
             };
             // The second load is of an earlier attempt, and is solved again.
             std::fs::remove_file(path("load-2-gap.npy")).unwrap();
@@ -310,8 +310,8 @@ mod tests {
             let middle = bytes.len() / 2;
             bytes[middle] ^= 1;
             std::fs::write(path(damaged), bytes).unwrap();
-            let (found, heard) = find();
-            assert!(!found && heard.len() == 1 && heard[0].contains(damaged), "{heard:?}");
+            let (actual, heard) = find();
+            assert!(!actual && heard.len() == 1 && heard[0].contains(damaged), "{heard:?}");
             assert!(!damaged.ends_with("json") || !Checkpoint::is_of_another(folder.path(), "checkpoint", "other"));
         }
     }

@@ -4,9 +4,9 @@ use super::atomistic::site_positions;
 use super::findings::{effective_pressure, findings};
 use super::matched::{Matched, reduced};
 use super::probe_atoms::{ProbeAtoms, Profile, map_name, share, within};
-use super::versions::{Side, Solved, Units, versions};
-use crate::compare::{SiteCriterion, Sites, registration};
-use crate::record::results::{ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, Section};
+use super::versions::{AtomUnits, Side, Solved, versions};
+use crate::compare::{SiteCriterion, SitesOnGrid, registration};
+use crate::record::results::{ComparisonResults, CriterionArea, CriterionMatch, GapSection, LoadComparison};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use asperity_atoms::contact::onto_grid;
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 const SECTION: f64 = 0.5;
 
 /// A stored field of the run folder.
-struct StoredField(npy::Field<f64>);
+struct StoredField(npy::NpyMap<f64>);
 
 /// Sorted gaps, for the fraction of nodes with a gap up to any threshold.
 struct Shares(Vec<f64>);
@@ -72,7 +72,7 @@ pub(super) fn compare(
     let surface = atoms.block.surface();
     let length = atoms.block.length();
     let nearest = |x: f64, y: f64| surface.nearest(x * length, y * length);
-    let sites = Sites::new(atoms.matched, site_positions(&surface), nearest);
+    let sites = SitesOnGrid::new(atoms.matched, site_positions(&surface), nearest);
     let comparison = Comparison {
         case,
         atoms,
@@ -84,7 +84,7 @@ pub(super) fn compare(
         owners: surface.onto_grid(atoms.matched.nx, atoms.matched.ny),
         probes: ProbeAtoms::new(case, atoms, &sites)?,
         sites: &sites,
-        fine_sites: Sites::new(case.grid, site_positions(&surface), nearest),
+        fine_sites: SitesOnGrid::new(case.grid, site_positions(&surface), nearest),
         dilation: dilation(case, atoms),
     };
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
@@ -120,8 +120,8 @@ struct Comparison<'a> {
     owners: Vec<usize>,
     probes: ProbeAtoms<'a>,
     /// Surface sites on the comparison grid, and on the scene's grid.
-    sites: &'a Sites,
-    fine_sites: Sites,
+    sites: &'a SitesOnGrid,
+    fine_sites: SitesOnGrid,
     /// Height of the atoms' profile above the dilated profile, units of L. Added to gaps of the compliant wall, so that
     /// these refer to the atoms' profile as the gaps of the atoms do.
     dilation: Vec<f64>,
@@ -257,7 +257,7 @@ impl Comparison<'_> {
     }
 
     /// Gaps along y in the middle of the cell.
-    fn section(&self, i: usize, state: &AtomState, gaps: &WallGaps) -> Result<Section> {
+    fn section(&self, i: usize, state: &AtomState, gaps: &WallGaps) -> Result<GapSection> {
         let (grid, length) = (self.grid, self.length);
         let column = column_at(grid, SECTION);
         let atoms_gap = StoredField::read(self.root, Some(&state.gap_map))?;
@@ -266,12 +266,13 @@ impl Comparison<'_> {
         let full_heights_gap_angstrom = match &self.matched.full {
             Some(full) => {
                 let gap = StoredField::read(self.root, full.states[i].numbers.gap_map.as_ref())?;
-                let at = |j: usize| bilinear(self.case.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
-                (0..grid.ny).map(|j| at(j) * length).collect()
+                let value_at =
+                    |j: usize| bilinear(self.case.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
+                (0..grid.ny).map(|j| value_at(j) * length).collect()
             }
             None => Vec::new(),
         };
-        Ok(Section {
+        Ok(GapSection {
             p_star: state.p_star,
             y: (0..grid.ny).map(|j| j as f64 * grid.dy() / grid.lx).collect(),
             atoms_gap_angstrom: line(&atoms_gap, 1.0),
@@ -283,7 +284,7 @@ impl Comparison<'_> {
 
     /// Every step of the model chain at load `i`. Solutions without a stored stress are omitted.
     fn sides(&self, i: usize, state: &AtomState, contacts: &WallContacts) -> Result<Vec<Side>> {
-        let units = Units {
+        let units = AtomUnits {
             length_angstrom: self.length,
             modulus_gpa: self.atoms.modulus_gpa,
             width_angstrom: self.atoms.stress_width_angstrom,
@@ -335,8 +336,8 @@ impl Comparison<'_> {
 }
 
 /// Path of a file of an atoms' state with one value per surface site.
-fn per_site(root: &Path, state: &AtomState, what: &str) -> PathBuf {
-    root.join(state.contact_map.replace("contact.npy", what))
+fn per_site(root: &Path, state: &AtomState, description: &str) -> PathBuf {
+    root.join(state.contact_map.replace("contact.npy", description))
 }
 
 /// Contact flag of the atoms per surface site.

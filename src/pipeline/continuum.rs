@@ -1,15 +1,15 @@
 //! Equilibria of the continuum along a load path.
 
-use super::Progress;
+use super::ProgressReporter;
 use super::observed::observed;
 use super::stage::StageContext;
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::{Error, Result};
-use asperity_contact::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
+use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
 use asperity_contact::load::{Branch, Load, LoadStep};
-use asperity_contact::method::{Problem, Stop};
+use asperity_contact::method::{ReducedProblem, Stop};
 use asperity_contact::observe::{Leakage, WorkPoint, dissipation, leakage_bytes};
-use asperity_contact::path::{self, Begin, LoadPath, Reached};
+use asperity_contact::path::{self, InitialState, LoadPathSolver, Reached};
 use asperity_contact::results::{
     ContinuumResults, HardnessMapResults, Hysteresis, Observed, Onset, RangeResults, StateResults,
 };
@@ -33,7 +33,7 @@ pub(super) struct Keep {
 /// Problem, method and load path of a continuum solution, and labels of its results.
 pub(super) struct PathRequest<'a> {
     /// Its adhesion has the requested range, before adaptation to the grid.
-    pub problem: Problem<'a>,
+    pub problem: ReducedProblem<'a>,
     /// Of the problem's hardness, if it is a map.
     pub hardness_map: Option<HardnessMapResults>,
     pub method: &'a str,
@@ -59,11 +59,11 @@ pub(super) struct PathRequest<'a> {
 /// Solves the equilibria along a load path, and writes fields into the stage folder. A state without convergence is
 /// stored under a separate name, and ends the stage with an error. An interrupted path continues from its checkpoint,
 /// which is identified by the key of the stage and `tag`. `tag` distinguishes the load paths of one stage.
-pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> Result<ContinuumResults> {
-    let &StageContext { folder, key, listener, .. } = at;
+pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str) -> Result<ContinuumResults> {
+    let &StageContext { folder, key, listener, .. } = context;
     let method = asperity_methods::find(request.method).expect("checked with the scene");
     let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
-    let path = LoadPath::new(request.problem.clone(), method, request.range, request.threshold, &loads);
+    let path = LoadPathSolver::new(request.problem.clone(), method, request.range, request.threshold, &loads);
     let path = path.with_stiffness().with_leakage(request.leakage);
     let problem = path.problem();
     let grid = problem.grid;
@@ -83,22 +83,22 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     let writer = CheckpointWriter::new(folder, &stem, key, finished);
     let begin = match checkpoint {
         Some(checkpoint) => Some(checkpoint.begin(problem.ranks)?),
-        None => request.start.clone().map(Begin::Gap),
+        None => request.start.clone().map(InitialState::Gap),
     };
-    let watch = Progress::new(listener, Some(&writer), &label, (states.len(), loads.len()));
+    let watch = ProgressReporter::new(listener, Some(&writer), &label, (states.len(), loads.len()));
     let walked = path.walk(begin, request.pull_off, &watch, |i, reached| {
         watch.next();
         if reached.state.stop == Stop::Interrupted {
             writer.write_interrupted(grid, &reached.state);
             return Err(Error::Interrupted);
         }
-        let found = stored_state(&request, &request.steps[i], &path, &reached, at, &prefix)?;
-        writer.load_finished(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
-        states.push(found);
+        let state = stored_state(&request, &request.steps[i], &path, &reached, context, &prefix)?;
+        writer.load_finished(serde_json::to_value(&state).map_err(|e| Error::format(folder, e, "finite numbers"))?);
+        states.push(state);
         Ok(())
     });
     let (pull_off, pull_off_failure) = match walked {
-        Ok(found) => (found, None),
+        Ok(state) => (state, None),
         // All loads are solved and remain valid; only the pull-off failed.
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
             if request.pull_off && states.len() == loads.len() =>
@@ -113,7 +113,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     if request.hysteresis {
         compare_branches(&mut states, request.steps);
     }
-    let adhesive = request.problem.adhesion != Adhesion::None;
+    let adhesive = request.problem.adhesion != AttractionLaw::None;
     let has_history = adhesive || problem.hardness.is_some();
     let dissipation = has_history.then(|| dissipation(&work_points(&states, request.steps), adhesive));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
@@ -141,18 +141,19 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
 ///
 /// # Errors
 /// `Memory` if the path needs more.
-fn check_memory(path: &LoadPath, request: &PathRequest) -> Result<()> {
+fn check_memory(path: &LoadPathSolver, request: &PathRequest) -> Result<()> {
     let flow = if request.leakage { leakage_bytes(path.problem().grid) } else { 0 };
     let below = request.subsurface.as_ref().map_or(0, |_| path::subsurface_bytes(path.problem()));
-    let (need, have) = (path.plan(request.pull_off).bytes + flow + below, asperity_grid::sys::available_memory_bytes());
-    if need <= have {
+    let (required, available) =
+        (path.plan(request.pull_off).bytes + flow + below, asperity_grid::sys::available_memory_bytes());
+    if required <= available {
         return Ok(());
     }
     let (problem, id) = (path.problem(), path.method().card().id);
     Err(Error::Memory {
         what: format!("{id} on {} x {} points in {:?}", problem.grid.nx, problem.grid.ny, problem.precision),
-        need,
-        have,
+        need: required,
+        have: available,
         advice: "a coarser surface.grid or continuum.precision = \"f32\" needs less".into(),
     })
 }
@@ -164,7 +165,7 @@ fn check_memory(path: &LoadPath, request: &PathRequest) -> Result<()> {
 fn stored_state(
     request: &PathRequest,
     step: &LoadStep,
-    path: &LoadPath,
+    path: &LoadPathSolver,
     reached: &Reached,
     at: &StageContext,
     prefix: &str,
@@ -196,7 +197,7 @@ fn stored_state(
         return Err(state.not_converged(path.method().card().id, state.stop, problem.tolerance, file));
     }
     let stress = match keep.stress {
-        true if problem.adhesion == Adhesion::None => {
+        true if problem.adhesion == AttractionLaw::None => {
             let file = format!("{name}-stress.npy");
             npy::write_contact_pressure(
                 state.ranks,
@@ -212,8 +213,8 @@ fn stored_state(
         false => None,
     };
     let subsurface = match &request.subsurface {
-        Some(wanted) => {
-            Some(path::subsurface(wanted, (grid, problem.kernel), state.stress, |depth, quantity, values| {
+        Some(requested) => {
+            Some(path::subsurface(requested, (grid, problem.kernel), state.stress, |depth, quantity, values| {
                 if !keep.stress {
                     return Ok(None);
                 }
@@ -222,14 +223,19 @@ fn stored_state(
         }
         None => None,
     };
-    let found = summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]);
-    Ok(StateResults { leakage: flow(request, problem, reached, at, step), plastic_map: plastic, subsurface, ..found })
+    let state_results = summary(request, reached, grid, step, problem.adhesion != AttractionLaw::None, [gap, stress]);
+    Ok(StateResults {
+        leakage: flow(request, problem, reached, at, step),
+        plastic_map: plastic,
+        subsurface,
+        ..state_results
+    })
 }
 
 /// The flow through the gap of a state, if requested. Without convergence of the flow a warning.
 fn flow(
     request: &PathRequest,
-    problem: &Problem,
+    problem: &ReducedProblem,
     reached: &Reached,
     at: &StageContext,
     step: &LoadStep,
@@ -237,15 +243,15 @@ fn flow(
     if !request.leakage {
         return None;
     }
-    let found = path::leakage(problem, reached.state.gap, request.threshold, reached.coarser_gaps);
-    if found.is_none() {
+    let leakage = path::leakage(problem, reached.state.gap, request.threshold, reached.coarser_gaps);
+    if leakage.is_none() {
         at.listener.warn(&format!("load {}: the flow through the gap did not converge", step.number()));
     }
-    found
+    leakage
 }
 
 /// Requested and used range of an adhesion law; None without adhesion.
-pub(super) fn range_results(requested: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
+pub(super) fn range_results(requested: AttractionLaw, used: AttractionLaw, grid: Grid) -> Option<RangeResults> {
     let spacing = grid.dx().max(grid.dy());
     let (resolution_requested, resolution_used) = requested.resolution_on(spacing).zip(used.resolution_on(spacing))?;
     Some(RangeResults {

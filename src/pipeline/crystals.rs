@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use asperity_atoms::crystal::{self, FaceModuli, MeasuredCrystal, Structure};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
-use asperity_atoms::properties::Card;
+use asperity_atoms::properties::PotentialCard;
 use asperity_atoms::run_script::LmpCommand;
 use asperity_grid::error::Complaint;
 use asperity_surface::files::hashed::file_hash;
@@ -53,7 +53,7 @@ struct Constants {
 /// What the cache keeps of a crystal.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Kept {
+struct CachedCrystal {
     /// BLAKE3 hash of the potential's file, and the element in it.
     potential_blake3: String,
     element: String,
@@ -63,7 +63,7 @@ struct Kept {
 }
 
 /// The crystal of an element of a potential, and what measured it.
-type Known = (MeasuredCrystal, String);
+type CrystalWithOrigin = (MeasuredCrystal, String);
 
 /// Name of a crystal in the cache. It contains the scripts: another way of measuring finds its own values.
 fn key(hash: &str, element: &str) -> String {
@@ -78,7 +78,7 @@ pub struct Crystals<'a> {
     permit: &'a dyn Fn(&Scene, &Path) -> Result<()>,
     cache: UserCache,
     /// By hash of the file and element: those of this process, where nothing is kept.
-    known: RefCell<BTreeMap<(String, String), Known>>,
+    known: RefCell<BTreeMap<(String, String), CrystalWithOrigin>>,
     said: RefCell<BTreeSet<String>>,
 }
 
@@ -101,11 +101,11 @@ impl<'a> Crystals<'a> {
         let Some(atoms) = &scene.atoms else { return Ok(Said::default()) };
         let given = (atoms.lattice_constant.map(|a| a.to("Å")), atoms.modulus.map(|e| e.to("GPa")));
         let element = atoms.element.clone();
-        let found = match self.find(scene, file, &path, &element) {
+        let crystal = match self.find(scene, file, &path, &element) {
             Err(e) if is_of_machine(&e) => return self.unmeasured(given, (&path, file), e),
-            found => found?,
+            crystal => crystal?,
         };
-        let (constants, how) = match found {
+        let (constants, how) = match crystal {
             Some((measured, by)) => (fcc(&measured, (&path, &element), file)?, by),
             None => (shipped()?, "the shipped potential".to_string()),
         };
@@ -125,10 +125,10 @@ impl<'a> Crystals<'a> {
 
     /// Without what has been said before.
     fn once(&self, mut said: Said) -> Said {
-        let mut before = self.said.borrow_mut();
+        let mut previous = self.said.borrow_mut();
         [&mut said.used, &mut said.warnings]
             .into_iter()
-            .for_each(|list| list.retain(|text| before.insert(text.clone())));
+            .for_each(|list| list.retain(|text| previous.insert(text.clone())));
         said
     }
 
@@ -148,30 +148,30 @@ impl<'a> Crystals<'a> {
         }
         Err(match e {
             Error::MissingProgram { program, .. } => {
-                let how = format!(
+                let remedy = format!(
                     "it measures {}, which {} leaves out: install it (Debian: apt-get install lammps), name it with --lammps or as \
                      atoms.program, or give the values that `asperity potential --measure` prints where it is",
                     absent.join(" and "),
                     file.display()
                 );
-                Error::MissingProgram { program, how }
+                Error::MissingProgram { program, how: remedy }
             }
             other => other,
         })
     }
 
     /// The crystal; `None` for the shipped potential, whose constants are known.
-    fn find(&self, scene: &Scene, file: &Path, potential: &Path, element: &str) -> Result<Option<Known>> {
+    fn find(&self, scene: &Scene, file: &Path, potential: &Path, element: &str) -> Result<Option<CrystalWithOrigin>> {
         let hash = file_hash(potential)?;
-        if element == CALCIUM_ELEMENT.0 && hash == Card::calcium()?.blake3 {
+        if element == CALCIUM_ELEMENT.0 && hash == PotentialCard::calcium()?.blake3 {
             return Ok(None);
         }
         let id = (hash.clone(), element.to_string());
         if let Some(known) = self.known.borrow().get(&id) {
             return Ok(Some(known.clone()));
         }
-        let kept = self.cache.read::<Kept>(&key(&hash, element));
-        let found = match kept.filter(|k| k.potential_blake3 == hash && k.element == element) {
+        let kept = self.cache.read::<CachedCrystal>(&key(&hash, element));
+        let cached = match kept.filter(|k| k.potential_blake3 == hash && k.element == element) {
             Some(kept) => (kept.crystal, format!("measured earlier with {}", kept.lammps)),
             None => {
                 // Before a program is started: what is wrong with the file says more.
@@ -191,19 +191,19 @@ impl<'a> Crystals<'a> {
                 (crystal, format!("measured with {}", engine.describe()))
             }
         };
-        self.known.borrow_mut().insert(id, found.clone());
-        Ok(Some(found))
+        self.known.borrow_mut().insert(id, cached.clone());
+        Ok(Some(cached))
     }
 }
 
 fn keep(cache: &UserCache, (hash, element): (&str, &str), lammps: &str, crystal: &MeasuredCrystal) {
-    let kept = Kept {
+    let cached = CachedCrystal {
         potential_blake3: hash.into(),
         element: element.into(),
         lammps: lammps.into(),
         crystal: crystal.clone(),
     };
-    cache.write(&key(hash, element), &kept);
+    cache.write(&key(hash, element), &cached);
 }
 
 /// Keeps a crystal that was measured for other reasons.
@@ -231,7 +231,7 @@ fn rounded(value: f64, digits: usize) -> f64 {
 }
 
 fn shipped() -> Result<Constants> {
-    let p = Card::calcium()?.properties;
+    let p = PotentialCard::calcium()?.properties;
     let (along_100_gpa, along_110_gpa) = (p.contact_modulus_100_gpa, p.contact_modulus_110_gpa);
     let moduli = FaceModuli { mean_gpa: CALCIUM_MODULUS_GPA, along_100_gpa, along_110_gpa };
     Ok(Constants { a0: CALCIUM.a0, moduli })
@@ -252,28 +252,28 @@ fn fcc(measured: &MeasuredCrystal, (potential, element): (&Path, &str), file: &P
 
 /// Refuses constants that are not those of the potential. Returns a warning of a strained crystal.
 fn compare(
-    given: (Option<f64>, Option<f64>),
+    value: (Option<f64>, Option<f64>),
     constants: &Constants,
     (potential, element): (&Path, &str),
     file: &Path,
 ) -> Result<Option<String>> {
     let of = format!("{element} of {}", potential.display());
-    let apart = |given: f64, measured: f64| (given / measured - 1.0).abs();
-    let complaint = |(key, unit): (&str, &str), given: f64, measured: f64, hint: String| {
+    let separation = |value: f64, measured: f64| (value / measured - 1.0).abs();
+    let complaint = |(key, unit): (&str, &str), value: f64, measured: f64, hint: String| {
         let accepted = format!(
             "{measured} {unit}, which LAMMPS measures for {of} ({} apart; up to 1 % is accepted): give that value or leave the key out{hint}",
-            difference(given, measured)
+            difference(value, measured)
         );
-        Complaint::new(key, format!("{given} {unit}"), accepted)
+        Complaint::new(key, format!("{value} {unit}"), accepted)
     };
     let mut list = Vec::new();
-    if let Some(a0) = given.0.filter(|a0| apart(*a0, constants.a0) > TOLERANCE) {
+    if let Some(a0) = value.0.filter(|a0| separation(*a0, constants.a0) > TOLERANCE) {
         list.push(complaint(LATTICE, a0, constants.a0, another_unit(a0, constants.a0)));
     }
     let m = &constants.moduli;
-    if let Some(modulus) = given.1.filter(|modulus| apart(*modulus, m.mean_gpa) > TOLERANCE) {
+    if let Some(modulus) = value.1.filter(|modulus| separation(*modulus, m.mean_gpa) > TOLERANCE) {
         let directions = [("[100]", m.along_100_gpa), ("[110]", m.along_110_gpa)];
-        let hint = match directions.iter().find(|d| apart(modulus, d.1) <= TOLERANCE) {
+        let hint = match directions.iter().find(|d| separation(modulus, d.1) <= TOLERANCE) {
             Some((along, _)) => {
                 format!("; the given value is that of waves along {along}, not the mean over directions")
             }
@@ -284,7 +284,7 @@ fn compare(
     if !list.is_empty() {
         return Err(Error::Input { place: file.display().to_string(), list });
     }
-    Ok(given.0.filter(|a0| apart(*a0, constants.a0) > STRAINED).map(|a0| {
+    Ok(value.0.filter(|a0| separation(*a0, constants.a0) > STRAINED).map(|a0| {
         format!(
             "{} = {a0} Å is {} from the {} Å that LAMMPS measures for {of}: the block is under that strain along x and y",
             LATTICE.0,
@@ -295,8 +295,8 @@ fn compare(
 }
 
 /// How far a value is from the measured one, in per cent, or as a factor.
-fn difference(given: f64, measured: f64) -> String {
-    let ratio = given / measured;
+fn difference(value: f64, measured: f64) -> String {
+    let ratio = value / measured;
     if (0.5..2.0).contains(&ratio) {
         return format!("{} %", trimmed(100.0 * (ratio - 1.0).abs(), 3));
     }
@@ -304,8 +304,8 @@ fn difference(given: f64, measured: f64) -> String {
 }
 
 /// A power of ten between the values suggests another unit.
-fn another_unit(given: f64, measured: f64) -> String {
-    let power = (given / measured).log10();
+fn another_unit(value: f64, measured: f64) -> String {
+    let power = (value / measured).log10();
     let is_power = power.round() != 0.0 && (power - power.round()).abs() <= TOLERANCE;
     String::from(if is_power { "; check the unit" } else { "" })
 }

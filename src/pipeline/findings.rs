@@ -22,8 +22,8 @@ fn below_surface(p: &PlasticityResults) -> String {
             p.noise_atoms
         ),
         Some(load) => {
-            let before = p.last_elastic.filter(|b| *b > 0.0);
-            let after = before.map_or(String::new(), |b| format!(" (not yet at the step before, {b:.5})"));
+            let previous = p.last_elastic.filter(|b| *b > 0.0);
+            let after = previous.map_or(String::new(), |b| format!(" (not yet at the step before, {b:.5})"));
             format!(
                 "Below the surface layers the crystal first yields at p* = {load:.5}{after}: at higher loads it is not elastic."
             )
@@ -49,14 +49,14 @@ const FLOWED: f64 = 0.02;
 
 /// Compares the compliant wall with hardness (GPa) and without, each with the deviation of the atoms' contact.
 fn of_hardness(load: &LoadComparison, hardness: f64, walls: [(&CriterionMatch, String); 2]) -> String {
-    let [(with, over), (without, over_without)] = walls;
+    let [(adhesive, over), (without, over_without)] = walls;
     let kappa = |m: &CriterionMatch| format!("{:.2}", m.overlap.kappa).replace('-', "−");
     format!(
         "p* = {}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % (the atoms deviate by {over}), κ = {}, \
          mean gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {over_without}, κ = {}, the mean gap {:.3} Å.",
         load.p_star,
-        100.0 * with.contact_area,
-        kappa(with),
+        100.0 * adhesive.contact_area,
+        kappa(adhesive),
         load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
         load.atoms_mean_gap_angstrom,
         kappa(without),
@@ -102,9 +102,9 @@ pub(super) fn findings(
             percent(over(offset)),
             kappa(&offset.overlap),
         ));
-        list.extend(yielding.iter().zip(&matched.yielding).map(|(with, wall)| {
+        list.extend(yielding.iter().zip(&matched.yielding).map(|(adhesive, wall)| {
             let hardness = wall.hardness.unwrap_or(f64::NAN) * atoms.modulus_gpa;
-            of_hardness(load, hardness, [(with, percent(over(with))), (compliant, percent(over(compliant)))])
+            of_hardness(load, hardness, [(adhesive, percent(over(adhesive))), (compliant, percent(over(compliant)))])
         }));
         if load.registration != [0, 0] {
             list.push(format!(

@@ -23,21 +23,21 @@ const MARKER: &str = ".asperity";
 /// Hash of everything that a stage depends on: its name, the versions of program and format, its resolved parameters,
 /// the keys of earlier stages, and the contents of input files. Times are not included.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Key(String);
+pub struct StageKey(String);
 
-impl Key {
+impl StageKey {
     /// `parameters` is hashed as JSON with fields in the order of their declaration.
-    pub fn new(stage: &str, parameters: &impl Serialize, after: &[&Key]) -> Result<Key> {
+    pub fn new(stage: &str, parameters: &impl Serialize, dependencies: &[&StageKey]) -> Result<StageKey> {
         let text = serde_json::to_string(parameters)
             .map_err(|e| Error::format("stage parameters", e, "values that JSON can hold"))?;
         let mut hasher = blake3::Hasher::new();
         for part in [stage, &FORMAT.to_string(), env!("CARGO_PKG_VERSION"), &text] {
             hasher.update(part.as_bytes()).update(&[0]);
         }
-        for key in after {
+        for key in dependencies {
             hasher.update(key.0.as_bytes()).update(&[0]);
         }
-        Ok(Key(hasher.finalize().to_hex().to_string()))
+        Ok(StageKey(hasher.finalize().to_hex().to_string()))
     }
 
     /// The key as text. `tag` distinguishes the load paths of one stage.
@@ -65,11 +65,11 @@ const KEY_SHOWN: usize = 12;
 pub enum ResumePolicy<'a> {
     Restart,
     /// Continue an attempt with this key, which may depend on fewer inputs than the key of the stage.
-    ContinueFrom(&'a Key),
+    ContinueFrom(&'a StageKey),
 }
 
 #[derive(Serialize, Deserialize)]
-struct Done {
+struct StageRecord {
     key: String,
     /// Time of all attempts; `earlier_seconds` is that of all but the last.
     seconds: f64,
@@ -148,9 +148,9 @@ impl RunFolder {
     }
 
     /// Whether the stage `name` is complete with this key, and its files are as they were written.
-    pub fn is_complete(&self, name: &str, key: &Key) -> bool {
-        let done = hashed::read::<Done>(&self.root.join(name).join(DONE), self.verify);
-        done.valid().is_some_and(|done| done.key == key.0)
+    pub fn is_complete(&self, name: &str, key: &StageKey) -> bool {
+        let record = hashed::read::<StageRecord>(&self.root.join(name).join(DONE), self.verify);
+        record.valid().is_some_and(|record| record.key == key.0)
     }
 
     /// Checks the files of all complete stages.
@@ -159,7 +159,7 @@ impl RunFolder {
     /// `Format`, which names the first file that is not as it was written.
     pub fn check(&self) -> Result<()> {
         for entry in fs::read_dir(&self.root).map_err(Error::io("read the run folder", &self.root))?.flatten() {
-            if let Stored::Damaged(what) = hashed::read::<Done>(&entry.path().join(DONE), true) {
+            if let Stored::Damaged(what) = hashed::read::<StageRecord>(&entry.path().join(DONE), true) {
                 return Err(Error::format(&self.root, what, AS_WRITTEN));
             }
         }
@@ -170,7 +170,7 @@ impl RunFolder {
     pub(super) fn list_again(&self, name: &str) -> Result<()> {
         let folder = self.root.join(name);
         let file = folder.join(DONE);
-        hashed::read::<Done>(&file, false).valid().map_or(Ok(()), |done| write_done(&folder, &done))
+        hashed::read::<StageRecord>(&file, false).valid().map_or(Ok(()), |record| write_done(&folder, &record))
     }
 
     /// Runs a stage in its subfolder, or reads its output if it is complete with this key and its files are as they
@@ -178,27 +178,27 @@ impl RunFolder {
     pub fn stage<T: Serialize + DeserializeOwned>(
         &mut self,
         listener: &dyn Listener,
-        (name, what): (&str, &str),
-        key: &Key,
+        (name, description): (&str, &str),
+        key: &StageKey,
         policy: ResumePolicy<'_>,
         work: impl FnOnce(&Path) -> Result<T>,
     ) -> Result<T> {
         let folder = self.root.join(name);
         let (done_file, key_file, output_file) = (folder.join(DONE), folder.join(KEY), folder.join("output.json"));
         let (mut earlier, mut damage) = (None, None);
-        match hashed::read::<Done>(&done_file, self.verify) {
-            Stored::Valid(done) => earlier = Some(done),
-            Stored::Damaged(what) => damage = Some(what),
+        match hashed::read::<StageRecord>(&done_file, self.verify) {
+            Stored::Valid(record) => earlier = Some(record),
+            Stored::Damaged(description) => damage = Some(description),
             Stored::Absent => {}
         }
-        if let Some(done) = earlier.filter(|done| done.key == key.0)
+        if let Some(record) = earlier.filter(|record| record.key == key.0)
             && let Ok(output) = json::read::<T>(&output_file)
         {
-            self.finish(listener, name, &done, true);
+            self.finish(listener, name, &record, true);
             return Ok(output);
         }
-        if let Some(what) = &damage {
-            listener.warn(&format!("{what}; the stage {name} is computed again"));
+        if let Some(description) = &damage {
+            listener.warn(&format!("{description}; the stage {name} is computed again"));
         }
         let kept = match policy {
             ResumePolicy::Restart => key,
@@ -220,35 +220,35 @@ impl RunFolder {
         if listener.stopping() {
             return Err(Error::Interrupted);
         }
-        listener.begin(name, what);
+        listener.begin(name, description);
         sys::reset_peak_rss();
         let children_before = sys::children_peak_rss_bytes();
-        let (clock, before) = (Instant::now(), transformed_nodes());
+        let (clock, previous) = (Instant::now(), transformed_nodes());
         let output = work(&folder)?;
         // The kernel reports the peak of the largest child process so far. An increase comes from a child of this
         // stage.
         let child = Some(sys::children_peak_rss_bytes()).filter(|c| *c > children_before).unwrap_or(0);
-        let done = Done {
+        let record = StageRecord {
             key: key.0.clone(),
             seconds: earlier + clock.elapsed().as_secs_f64(),
             earlier_seconds: earlier,
             peak_rss_bytes: sys::peak_rss_bytes().max(child),
-            transformed_nodes: transformed_nodes() - before,
+            transformed_nodes: transformed_nodes() - previous,
         };
         json::write(&output_file, &output)?;
-        write_done(&folder, &done)?;
-        self.finish(listener, name, &done, false);
+        write_done(&folder, &record)?;
+        self.finish(listener, name, &record, false);
         Ok(output)
     }
 
-    fn finish(&mut self, listener: &dyn Listener, name: &str, done: &Done, reused: bool) {
+    fn finish(&mut self, listener: &dyn Listener, name: &str, record: &StageRecord, reused: bool) {
         let cost = StageCost {
             name: name.into(),
-            key: done.key.get(..KEY_SHOWN).unwrap_or(&done.key).into(),
-            seconds: done.seconds,
-            earlier_seconds: done.earlier_seconds,
-            peak_rss_bytes: done.peak_rss_bytes,
-            transformed_nodes: done.transformed_nodes,
+            key: record.key.get(..KEY_SHOWN).unwrap_or(&record.key).into(),
+            seconds: record.seconds,
+            earlier_seconds: record.earlier_seconds,
+            peak_rss_bytes: record.peak_rss_bytes,
+            transformed_nodes: record.transformed_nodes,
             reused,
         };
         listener.end(&cost);
@@ -261,29 +261,29 @@ pub(super) const AS_WRITTEN: &str =
     "a file as the run wrote it; the command that made the folder computes again what is damaged";
 
 /// Marks a stage as complete, with the hashes of its files.
-fn write_done(folder: &Path, done: &Done) -> Result<()> {
+fn write_done(folder: &Path, record: &StageRecord) -> Result<()> {
     let files = hashed::hashes(folder, &|name| !OF_ATTEMPTS.contains(&name))?;
-    hashed::write(&folder.join(DONE), done, &files)
+    hashed::write(&folder.join(DONE), record, &files)
 }
 
 /// Whether a folder without a marker holds a stage that this program completed.
 fn holds_a_stage(root: &Path) -> Result<bool> {
     let entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
-    Ok(entries.flatten().any(|e| hashed::read::<Done>(&e.path().join(DONE), false).valid().is_some()))
+    Ok(entries.flatten().any(|e| hashed::read::<StageRecord>(&e.path().join(DONE), false).valid().is_some()))
 }
 
 /// Time that earlier attempts spent on a stage folder, s. A killed attempt does not record its end: its time is the
 /// difference between the modification times of its last file and of its key file.
 fn spent(folder: &Path) -> f64 {
-    if let Ok(done) = json::read::<Done>(&folder.join(DONE)) {
-        return done.seconds;
+    if let Ok(record) = json::read::<StageRecord>(&folder.join(DONE)) {
+        return record.seconds;
     }
     let written = |path: &Path| fs::metadata(path).and_then(|m| m.modified()).ok();
-    let Some(begun) = written(&folder.join(KEY)) else { return 0.0 };
+    let Some(start) = written(&folder.join(KEY)) else { return 0.0 };
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
-    let last = files.filter_map(|f| written(&f.path())).max().unwrap_or(begun);
+    let last = files.filter_map(|f| written(&f.path())).max().unwrap_or(start);
     let earlier = json::read::<f64>(&folder.join(SPENT)).unwrap_or(0.0);
-    earlier + last.duration_since(begun).map_or(0.0, |d| d.as_secs_f64())
+    earlier + last.duration_since(start).map_or(0.0, |d| d.as_secs_f64())
 }
 
 #[cfg(test)]
@@ -297,9 +297,9 @@ mod tests {
     fn a_stage_that_goes_on_costs_the_sum_of_its_parts() {
         let scratch = tempfile::tempdir().expect("scratch");
         let mut run = RunFolder::open(&scratch.path().join("run")).expect("a new folder");
-        let key = |text: &str| Key::new("stage", &text, &[]).expect("a key");
+        let key = |text: &str| StageKey::new("stage", &text, &[]).expect("a key");
         let (part, first, second) = (key("part"), key("first"), key("second"));
-        let stage = |run: &mut RunFolder, key: &Key, fails: bool| {
+        let stage = |run: &mut RunFolder, key: &StageKey, fails: bool| {
             run.stage(&Silent, ("stage", "steps"), key, ResumePolicy::ContinueFrom(&part), |folder| {
                 let file = File::create(folder.join("steps")).expect("written");
                 let later = std::time::SystemTime::now() + std::time::Duration::from_secs(100);
@@ -358,7 +358,7 @@ mod tests {
     fn damaged_stages_are_computed_again_with_one_warning() {
         let scratch = tempfile::tempdir().expect("scratch");
         let root = scratch.path().join("run");
-        let key = Key::new("ladder", &"key", &[]).expect("a key");
+        let key = StageKey::new("ladder", &"key", &[]).expect("a key");
         let computed = std::cell::Cell::new(0);
         let run = |verify: bool| {
             let heard = Warned(Default::default());

@@ -3,8 +3,8 @@
 use crate::Result;
 use crate::record::xyz;
 use crate::scene::{AtomsCase, Case};
-use asperity_atoms::contact::{Contact, contact_by, gaps, mean, onto_grid};
-use asperity_atoms::dump::Frame;
+use asperity_atoms::contact::{ContactAtoms, contact_by, gaps, mean, onto_grid};
+use asperity_atoms::dump::DumpFrame;
 use asperity_atoms::forces::{IndenterForces, indenter_forces, lowered_to};
 use asperity_atoms::indenter::Indenter;
 use asperity_atoms::interaction::Interaction;
@@ -104,9 +104,9 @@ impl<'a> FrameAnalyzer<'a> {
         let stress = self.stress(frame, &forces);
         let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
         let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
-        let name = |what: &str, end: &str| format!("load-{}-{what}.{end}", step.number());
-        let path = |what: &str, end: &str| self.folder.join(name(what, end));
-        let in_stage = |what: &str, end: &str| format!("{}/{}", self.stage, name(what, end));
+        let name = |description: &str, end: &str| format!("load-{}-{description}.{end}", step.number());
+        let path = |description: &str, end: &str| self.folder.join(name(description, end));
+        let in_stage = |description: &str, end: &str| format!("{}/{}", self.stage, name(description, end));
         npy::write(&path("contact", "npy"), nx, ny, onto_grid(&flags, &self.owners))?;
         npy::write(&path("gap", "npy"), nx, ny, onto_grid(&gap, &self.owners))?;
         npy::write(&path("stress", "npy"), nx, ny, stress.iter().copied())?;
@@ -147,23 +147,23 @@ impl<'a> FrameAnalyzer<'a> {
     }
 
     /// Normal stress on the comparison grid, GPa: normal forces smoothed by a Gaussian of the scene's width.
-    fn stress(&self, frame: &Frame, forces: &IndenterForces) -> Vec<f64> {
+    fn stress(&self, frame: &DumpFrame, forces: &IndenterForces) -> Vec<f64> {
         let length = self.atoms.block.length();
         let forces = frame.positions.iter().zip(&forces.normal).filter(|(_, f)| **f != 0.0);
         let reduced = forces.map(|([x, y, _], f)| ([x / length, y / length], f / length.powi(2) * GPA_PER_EV_A3));
         spread(self.atoms.matched, reduced, self.atoms.stress_width_angstrom / length)
     }
 
-    fn criteria(&self, frame: &Frame, forces: &IndenterForces, touching: &Contact) -> Vec<ContactByCriterion> {
-        let (sites, least) = (self.atoms.block.surface(), self.atoms.contact_force);
-        let by = |id: &str, criterion: String, found: &Contact| ContactByCriterion {
+    fn criteria(&self, frame: &DumpFrame, forces: &IndenterForces, touching: &ContactAtoms) -> Vec<ContactByCriterion> {
+        let (sites, smallest) = (self.atoms.block.surface(), self.atoms.contact_force);
+        let by = |id: &str, criterion: String, contact: &ContactAtoms| ContactByCriterion {
             id: id.into(),
             criterion,
-            atoms: found.ids.len(),
-            contact_area: found.fraction(),
+            atoms: contact.ids.len(),
+            contact_area: contact.fraction(),
         };
         let pressed = contact_by(frame, &sites, |k| forces.normal[k] > 0.0);
-        let loaded = contact_by(frame, &sites, |k| forces.normal[k] > least);
+        let loaded = contact_by(frame, &sites, |k| forces.normal[k] > smallest);
         // Current surface: atoms of the initial surface layer, and contact atoms from below it.
         let on_top = |id: &u32| sites.index_of(*id).is_some() || touching.ids.binary_search(id).is_ok();
         let (ids, points): (Vec<u32>, Vec<[f64; 2]>) = frame
@@ -179,7 +179,7 @@ impl<'a> FrameAnalyzer<'a> {
         vec![
             by("distance", self.atoms.contact_criterion(), touching),
             by("compressed", "the indenter's normal force presses".into(), &pressed),
-            by("force_threshold", format!("the indenter presses with more than {least} eV/Å"), &loaded),
+            by("force_threshold", format!("the indenter presses with more than {smallest} eV/Å"), &loaded),
             ContactByCriterion {
                 contact_area: area / sites.length().powi(2),
                 ..by("voronoi_area", "Voronoi share of the atoms within the distance".into(), touching)
@@ -191,7 +191,7 @@ impl<'a> FrameAnalyzer<'a> {
 /// Writes the block atoms of a frame and the indenter atoms as extended XYZ.
 fn write_frame(
     path: &Path,
-    frame: &Frame,
+    frame: &DumpFrame,
     indenter: &Indenter,
     down: f64,
     touching: &[u32],
@@ -212,7 +212,7 @@ fn write_frame(
         contact: false,
         indenter: true,
     });
-    let info = xyz::Frame {
+    let info = xyz::XyzHeader {
         cell_angstrom: [frame.length(0), frame.length(1), frame.length(2)],
         p_star,
         atoms: frame.len() + indenter.atoms() as usize,

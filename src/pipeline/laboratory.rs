@@ -1,15 +1,15 @@
 //! Stages that solve the scene's problem and its variants at laboratory scale.
 
 use super::continuum::{Keep, PathRequest, load_path, start};
-use super::folder::Key;
-use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use super::folder::StageKey;
+use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::Result;
 use crate::record::results::SurfaceResults;
-use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD, Surface};
-use asperity_contact::interface::{Adhesion, RangeChoice};
+use crate::scene::{AdhesionScene, Case, ContinuumScene, HeightSource, Length, REFERENCE_LOAD};
+use asperity_contact::interface::{AttractionLaw, RangeChoice};
 use asperity_contact::load::LoadStep;
-use asperity_contact::method::{ContactMethod, Heights, Problem, Targets};
-use asperity_contact::path::LoadPath;
+use asperity_contact::method::{ContactMethod, Heights, ReducedProblem, Targets};
+use asperity_contact::path::LoadPathSolver;
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::{Grid, Series};
 use asperity_surface::files::hashed::file_hash;
@@ -59,9 +59,9 @@ impl<'a> SolvedHeights<'a> {
     pub(super) fn get(&self) -> Result<Heights<'_>> {
         Ok(match &self.case.surface {
             // The Fourier series defines the heights, and usually needs less memory.
-            Surface::Synthesised { modes, .. } => Heights::Series(self.series.get_or_init(|| modes.series())),
-            Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
-            Surface::Imported { .. } => {
+            HeightSource::Synthesised { modes, .. } => Heights::Series(self.series.get_or_init(|| modes.series())),
+            HeightSource::Fourier { modes, .. } => Heights::Series(modes.series()),
+            HeightSource::Imported { .. } => {
                 if self.nodes.get().is_none() {
                     let file = self.surface.heights.as_ref().expect("imported heights are stored");
                     let _ = self.nodes.set(npy::read(&self.root.join(file))?.values);
@@ -83,22 +83,27 @@ fn planned_heights(case: &Case) -> (Heights<'static>, u64) {
 }
 
 /// Memory and time to solve a case's problem on a grid at `loads` loads, including the heights.
-pub(super) fn solve_cost(case: &Case, grid: Grid, loads: usize, machine: Machine) -> Cost {
+pub(super) fn solve_cost(case: &Case, grid: Grid, loads: usize, machine: MachineSpeed) -> EstimatedCost {
     let method = asperity_methods::find(&case.scene.continuum.method).expect("checked with the scene");
-    let cost = method_cost(&Problem { grid, ..case.problem((&[][..]).into()) }, method, loads, machine);
-    Cost { bytes: cost.bytes + 8 * grid.points() as u64, ..cost }
+    let cost = method_cost(&ReducedProblem { grid, ..case.problem((&[][..]).into()) }, method, loads, machine);
+    EstimatedCost { bytes: cost.bytes + 8 * grid.points() as u64, ..cost }
 }
 
 /// Memory and time of any problem and method, without the heights.
-fn method_cost(problem: &Problem, method: &dyn ContactMethod, loads: usize, machine: Machine) -> Cost {
+fn method_cost(
+    problem: &ReducedProblem,
+    method: &dyn ContactMethod,
+    loads: usize,
+    machine: MachineSpeed,
+) -> EstimatedCost {
     let plan = method.plan(problem);
     let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads as f64;
     let seconds = pairs * problem.grid.points() as f64 * SECONDS_PER_POINT_PAIR / machine.threads as f64;
-    Cost { bytes: plan.bytes, seconds }
+    EstimatedCost { bytes: plan.bytes, seconds }
 }
 
 /// Key of a stage that solves or estimates a variant.
-pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&Key]) -> Result<Key> {
+pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, dependencies: &[&StageKey]) -> Result<StageKey> {
     let scene = &case.scene;
     // Other variants do not affect this problem.
     let alone = scene.adhesion.clone().map(|a| AdhesionScene { also_nonadhesive: false, other_ranges: vec![], ..a });
@@ -114,16 +119,16 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&K
     match variant {
         Variant::Primary => {
             let initial_gap = scene.continuum.initial_gap.as_ref();
-            let initial_gap = initial_gap.map(|p| Key::of_file(&case.resolve_path(p))).transpose()?;
-            Key::new(name, &(&scene.load, &alone, &own, methods, &initial_gap, unit), after)
+            let initial_gap = initial_gap.map(|p| StageKey::of_file(&case.resolve_path(p))).transpose()?;
+            StageKey::new(name, &(&scene.load, &alone, &own, methods, &initial_gap, unit), dependencies)
         }
-        Variant::NonAdhesive => Key::new(name, &(&loading, &own, methods, unit), after),
+        Variant::NonAdhesive => StageKey::new(name, &(&loading, &own, methods, unit), dependencies),
         Variant::Range(range) => {
             let of_range = alone.map(|a| AdhesionScene { range, ..a });
-            Key::new(name, &(&loading, of_range, &own, methods, unit), after)
+            StageKey::new(name, &(&loading, of_range, &own, methods, unit), dependencies)
         }
-        Variant::CrossCheck => Key::new(name, &(&scene.challenge, &own, methods, unit), after),
-        Variant::Comparison(..) => Key::new(name, &(&loading, &alone, &own, methods, unit), after),
+        Variant::CrossCheck => StageKey::new(name, &(&scene.challenge, &own, methods, unit), dependencies),
+        Variant::Comparison(..) => StageKey::new(name, &(&loading, &alone, &own, methods, unit), dependencies),
     }
 }
 
@@ -206,30 +211,30 @@ impl Stage for SolveStage<'_> {
         format!("{} at {n} {loads} on {} x {} points, {}", self.method().card().id, grid.nx, grid.ny, self.label())
     }
 
-    fn cost(&self, machine: Machine) -> Cost {
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let case = self.case;
         let (heights, bytes) = planned_heights(case);
         let problem = case.problem(heights);
         let pulls_off = self.variant == Variant::Primary && case.scene.load.pull_off;
         let loads = self.loads() + if pulls_off { PULL_OFF_LOADS } else { 0 };
         let own = method_cost(&problem, self.method(), loads, machine);
-        let own = Cost { bytes: own.bytes + bytes, ..own };
+        let own = EstimatedCost { bytes: own.bytes + bytes, ..own };
         if self.variant != Variant::Primary {
             return own;
         }
         // The path adds the memory of its coarser grids and of the pull-off.
         let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
         let alone = self.method().plan(&problem).bytes;
-        let path = LoadPath::new(problem, self.method(), case.range(), 0.0, &targets);
-        Cost { bytes: own.bytes + (path.plan(case.scene.load.pull_off).bytes - alone), ..own }
+        let path = LoadPathSolver::new(problem, self.method(), case.range(), 0.0, &targets);
+        EstimatedCost { bytes: own.bytes + (path.plan(case.scene.load.pull_off).bytes - alone), ..own }
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
-        variant_key(self.case, &self.name(), self.variant, after).map(StageKeys::continued)
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
+        variant_key(self.case, &self.name(), self.variant, dependencies).map(StageKeys::continued)
     }
 
-    fn run(&self, heights: &SolvedHeights, at: &StageContext) -> Result<ContinuumResults> {
-        laboratory(self.case, self.variant, heights.get()?, at)
+    fn run(&self, heights: &SolvedHeights, context: &StageContext) -> Result<ContinuumResults> {
+        laboratory(self.case, self.variant, heights.get()?, context)
     }
 }
 
@@ -253,10 +258,10 @@ pub(super) fn laboratory(
     let mut range = case.range();
     match variant {
         Variant::Primary => {}
-        Variant::NonAdhesive => problem.adhesion = Adhesion::None,
+        Variant::NonAdhesive => problem.adhesion = AttractionLaw::None,
         Variant::Range(range) => problem.adhesion = case.adhesion_of_range(range),
         Variant::CrossCheck => {
-            problem.adhesion = Adhesion::None;
+            problem.adhesion = AttractionLaw::None;
             // Only the default method estimates these errors, so the targets do not apply to other methods.
             problem.targets = Targets::default();
             method = scene.challenge.as_ref().map_or(method, |c| &c.cross_check_method);
@@ -264,7 +269,7 @@ pub(super) fn laboratory(
         }
         Variant::Comparison(id, adhesive) => {
             if !adhesive {
-                problem.adhesion = Adhesion::None;
+                problem.adhesion = AttractionLaw::None;
             }
             if id != asperity_methods::find(method).map_or("", |m| m.card().id) {
                 problem.targets = Targets::default();

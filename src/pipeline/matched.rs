@@ -1,13 +1,13 @@
 //! The matched continuum: solutions for the atoms' heights, elastic layer and loads, with which the atoms are compared.
 
 use super::continuum::{Keep, PathRequest, load_path};
-use super::folder::Key;
+use super::folder::StageKey;
 use super::laboratory::solve_cost;
-use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::scene::{AtomsCase, AtomsScene, Case};
 use crate::{Error, Result};
-use asperity_contact::interface::{Elastic, Hardness, RangeChoice, Wall};
-use asperity_contact::method::{Precision, Problem};
+use asperity_contact::interface::{Elastic, NodalHardness, RangeChoice, Wall};
+use asperity_contact::method::{Precision, ReducedProblem};
 use asperity_contact::quantity::Quantity;
 use asperity_contact::results::{ContinuumResults, StateResults};
 use asperity_contact::uncertainty::{UncertaintyComponent, UncertaintySource};
@@ -53,25 +53,25 @@ impl Stage for MatchedStage<'_> {
         )
     }
 
-    fn cost(&self, machine: Machine) -> Cost {
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let loads = self.case.load_steps().len();
         let solves = if self.scene.depth_error { 3 } else { 2 };
         let own = solve_cost(self.case, self.atoms.matched, solves * loads, machine);
         let full = solve_cost(self.case, self.case.grid, loads, machine);
-        Cost { bytes: own.bytes.max(full.bytes), seconds: own.seconds + full.seconds }
+        EstimatedCost { bytes: own.bytes.max(full.bytes), seconds: own.seconds + full.seconds }
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
         let (scene, continuum) = (self.scene, &self.case.scene.continuum);
         // The foundation enters the continuum only through the total depth.
         let layer = (profile_key(scene), scene.depth_cells + scene.foundation_depth());
         let method = (&continuum.method, &self.case.scene.methods, continuum.max_iterations);
         let (pair, crystal) = (pair_key(self.case), crystal_key(scene, self.atoms));
         let depends = (&self.case.scene.load, pair, method, layer, crystal, scene.depth_error);
-        Key::new("matched", &depends, after).map(StageKeys::continued)
+        StageKey::new("matched", &depends, dependencies).map(StageKeys::continued)
     }
 
-    fn run(&self, (): (), at: &StageContext) -> Result<Matched> {
+    fn run(&self, (): (), context: &StageContext) -> Result<Matched> {
         let (case, atoms) = (self.case, self.atoms);
         let (kernel, wall) = (atoms.kernel(), Wall::Hard);
         let (hardness, is_compliant) = (None, false);
@@ -79,24 +79,24 @@ impl Stage for MatchedStage<'_> {
         // The full heights on the scene's grid, without low-pass filter and stretch factor.
         let whole = case.surface.heights(case.grid, 0.0);
         let full = Matching { tag: "full heights", ..hard };
-        let full = match solve(case, atoms, (case.grid, &whole), full, at) {
+        let full = match solve(case, atoms, (case.grid, &whole), full, context) {
             // This solution is auxiliary, and is omitted if it does not converge.
             Err(e @ Error::NotConverged { .. }) => {
-                at.listener.warn(&format!("the continuum on the full heights is left out: {e}"));
+                context.listener.warn(&format!("the continuum on the full heights is left out: {e}"));
                 None
             }
             other => Some(other?),
         };
         let heights = reduced(atoms, atoms.heights_angstrom(&case.surface, atoms.matched));
-        let mut found = solve(case, atoms, (atoms.matched, &heights), hard, at)?;
+        let mut matched = solve(case, atoms, (atoms.matched, &heights), hard, context)?;
         if self.scene.depth_error {
             let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
-            let deep = solve(case, atoms, (atoms.matched, &heights), deep, at)?;
-            let pairs = found.states.iter_mut().zip(&deep.states);
+            let deep = solve(case, atoms, (atoms.matched, &heights), deep, context)?;
+            let pairs = matched.states.iter_mut().zip(&deep.states);
             pairs.for_each(|(state, deep)| state.add_uncertainty(of_depth(state, deep)));
         }
-        let compliant = compliant_wall(case, atoms, at)?;
-        Ok(Matched { full, hard: found, compliant, yielding: None })
+        let compliant = compliant_wall(case, atoms, context)?;
+        Ok(Matched { full, hard: matched, compliant, yielding: None })
     }
 }
 
@@ -120,23 +120,23 @@ impl Stage for YieldingStage<'_> {
         format!("the compliant wall with a hardness of {} GPa", self.hardness_gpa)
     }
 
-    fn cost(&self, machine: Machine) -> Cost {
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         solve_cost(self.case, self.atoms.matched, self.case.load_steps().len(), machine)
     }
 
     /// `after`: key of the matched continuum.
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
-        Key::new("yielding", &self.hardness_gpa, after).map(StageKeys::continued)
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
+        StageKey::new("yielding", &self.hardness_gpa, dependencies).map(StageKeys::continued)
     }
 
-    fn run(&self, (): (), at: &StageContext) -> Result<Option<ContinuumResults>> {
-        match yielding_wall(self.case, self.atoms, self.hardness_gpa, at) {
+    fn run(&self, (): (), context: &StageContext) -> Result<Option<ContinuumResults>> {
+        match yielding_wall(self.case, self.atoms, self.hardness_gpa, context) {
             // This solution is auxiliary, and is omitted if there is none.
             Err(e @ (Error::NotConverged { .. } | Error::Input { .. })) => {
-                at.listener.warn(&format!("the compliant wall with hardness is left out: {e}"));
+                context.listener.warn(&format!("the compliant wall with hardness is left out: {e}"));
                 Ok(None)
             }
-            found => found.map(Some),
+            matched => matched.map(Some),
         }
     }
 }
@@ -161,8 +161,8 @@ pub(super) fn pair_key(case: &Case) -> impl Serialize + use<> {
 
 /// Effect of the block's finite depth on contact area and mean gap: relative difference from the half-space.
 fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent; 2] {
-    let part = |quantity, found: f64, deep: f64| {
-        let relative = Some((found / deep - 1.0).abs()).filter(|r| r.is_finite());
+    let part = |quantity, value: f64, deep: f64| {
+        let relative = Some((value / deep - 1.0).abs()).filter(|r| r.is_finite());
         UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
     };
     [
@@ -172,13 +172,13 @@ fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent;
 }
 
 /// Solves the compliant-wall continuum at every load, and stores its gaps in the stage folder.
-pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) -> Result<ContinuumResults> {
-    on_dilated_heights(case, atoms, ("compliant wall", None), at)
+pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, context: &StageContext) -> Result<ContinuumResults> {
+    on_dilated_heights(case, atoms, ("compliant wall", None), context)
 }
 
 /// The same with a contact stress of at most the crystal's hardness.
-fn yielding_wall(case: &Case, atoms: &AtomsCase, gpa: f64, at: &StageContext) -> Result<ContinuumResults> {
-    on_dilated_heights(case, atoms, ("yielding wall", Some(gpa / atoms.modulus_gpa)), at)
+fn yielding_wall(case: &Case, atoms: &AtomsCase, gpa: f64, context: &StageContext) -> Result<ContinuumResults> {
+    on_dilated_heights(case, atoms, ("yielding wall", Some(gpa / atoms.modulus_gpa)), context)
 }
 
 fn on_dilated_heights(
@@ -220,15 +220,15 @@ fn solve(
     matching: Matching,
     at: &StageContext,
 ) -> Result<ContinuumResults> {
-    let problem = Problem {
+    let problem = ReducedProblem {
         kernel: matching.kernel,
         adhesion: atoms.matched_adhesion(matching.is_compliant),
         wall: matching.wall,
-        hardness: matching.hardness.map(Hardness::Uniform),
+        hardness: matching.hardness.map(NodalHardness::Uniform),
         precision: Precision::F64,
         tolerance: MATCHED_TOLERANCE,
         max_iterations: case.scene.continuum.max_iterations,
-        ..Problem::new(grid, heights)
+        ..ReducedProblem::new(grid, heights)
     };
     let request = PathRequest {
         problem,

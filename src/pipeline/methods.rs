@@ -1,18 +1,20 @@
 //! Comparison methods at the loads of the scene: solvers and estimators.
 
 use super::continuum::range_results;
-use super::folder::Key;
+use super::folder::StageKey;
 use super::laboratory::{SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, laboratory, variant_key};
 use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
-use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
-use super::{Listener, Progress};
+use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
+use super::{Listener, ProgressReporter};
 use crate::record::methods::{MethodResults, MethodState, Missing, loading_states};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
-use asperity_contact::interface::Adhesion;
+use asperity_contact::interface::AttractionLaw;
 use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings};
+use asperity_contact::method::{
+    ContactMethod, Criterion, Heights, MethodCard, MethodEstimate, MethodKind, Quantity, ReducedProblem, Settings,
+};
 use asperity_contact::observe::{
     ClusterAreas, Connectivity, ContactEdges, cluster_sizes, contact_area, gap_distribution, stiffness,
     stress_distribution,
@@ -43,15 +45,15 @@ impl MethodRun {
 /// Runs of all comparison methods: with the scene's adhesion if the method supports it; without adhesion if that is
 /// requested, if the method does not support it, or if the scene has none.
 pub(super) fn all(case: &Case) -> Vec<MethodRun> {
-    let attracts = case.adhesion != Adhesion::None;
+    let attracts = case.adhesion != AttractionLaw::None;
     let without = !attracts || case.solves_all_nonadhesive();
-    let of = |method: &'static dyn ContactMethod| {
+    let value_of = |method: &'static dyn ContactMethod| {
         let with_adhesion = attracts && method.card().supports_adhesion() && !method.card().capabilities.atoms;
         let with = with_adhesion.then_some(MethodRun { method, adhesive: true });
         with.into_iter().chain((without || !with_adhesion).then_some(MethodRun { method, adhesive: false }))
     };
     let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().capabilities.atoms;
-    case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
+    case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(value_of).collect()
 }
 
 /// Runs one of the comparison methods.
@@ -74,25 +76,25 @@ impl Stage for MethodStage<'_> {
         format!("{} at {n} {loads} on {} x {} points", self.of.label(), grid.nx, grid.ny)
     }
 
-    fn cost(&self, machine: Machine) -> Cost {
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let (case, loads) = (self.case, self.case.loading_steps().len() as f64);
-        let adhesion = if self.of.adhesive { case.adhesion } else { Adhesion::None };
-        let problem = Problem { adhesion, ..case.problem((&[][..]).into()) };
+        let adhesion = if self.of.adhesive { case.adhesion } else { AttractionLaw::None };
+        let problem = ReducedProblem { adhesion, ..case.problem((&[][..]).into()) };
         let plan = EstimatorInput::plan(&problem, self.of.method);
         let points = case.grid.points();
         let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads;
         // Estimators run nearly serially, so their time is not divided by the number of threads.
         let seconds = pairs * points as f64 * SECONDS_PER_POINT_PAIR / machine.threads as f64 + plan.seconds * loads;
-        Cost { bytes: plan.bytes + 8 * points as u64, seconds }
+        EstimatedCost { bytes: plan.bytes + 8 * points as u64, seconds }
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
         let variant = Variant::Comparison(self.of.method.card().id, self.of.adhesive);
-        variant_key(self.case, &self.name(), variant, after).map(StageKeys::continued)
+        variant_key(self.case, &self.name(), variant, dependencies).map(StageKeys::continued)
     }
 
-    fn run(&self, heights: &SolvedHeights, at: &StageContext) -> Result<MethodResults> {
-        run(self.case, self.of, heights.get()?, at)
+    fn run(&self, heights: &SolvedHeights, context: &StageContext) -> Result<MethodResults> {
+        run(self.case, self.of, heights.get()?, context)
     }
 }
 
@@ -109,7 +111,7 @@ pub(super) fn of_atoms(
     (root, folder, stage): (&Path, &Path, &str),
 ) -> Result<MethodResults> {
     let card = all_atom::AllAtom.card();
-    let adhesive = case.adhesion != Adhesion::None;
+    let adhesive = case.adhesion != AttractionLaw::None;
     let mut results = nothing(&all_atom::AllAtom, &case.scene.methods, adhesive);
     results.cpu_seconds = seconds;
     // The card has the challenge's d_c.
@@ -124,16 +126,16 @@ pub(super) fn of_atoms(
             .map(|g| (g / atoms.length_angstrom).max(0.0))
             .collect::<Vec<_>>();
         let grid = Grid::unit(map.nx, map.ny);
-        let problem = Problem { adhesion: case.adhesion, ..Problem::new(grid, &[][..]) };
+        let problem = ReducedProblem { adhesion: case.adhesion, ..ReducedProblem::new(grid, &[][..]) };
         let pressure = s.p_star * case.gradient;
-        let found = Estimate {
+        let estimate = MethodEstimate {
             contact_area: s.contact_area,
             mean_gap: Some(s.mean_gap_angstrom / atoms.length_angstrom),
             contact: Some(&contact),
             gap: Some(&gap),
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         };
-        let mut state = state_of(card, &problem, (&case.load_steps()[s.index], case.gradient), &found);
+        let mut state = state_of(card, &problem, (&case.load_steps()[s.index], case.gradient), &estimate);
         let file = format!("load-{}-gap.npy", s.index + 1);
         npy::write(&folder.join(&file), grid.nx, grid.ny, gap.iter().copied())?;
         state.numbers.gap_map = Some(format!("{stage}/{file}"));
@@ -178,8 +180,13 @@ fn set_differences(states: &mut [MethodState]) {
 
 /// Runs a method at the loads of the loading branch. Invalid input, lack of memory and missing convergence are recorded
 /// in the results as `unavailable_reason`.
-pub(super) fn run(case: &Case, method_run: MethodRun, heights: Heights, at: &StageContext) -> Result<MethodResults> {
-    let &StageContext { folder, stage, listener, .. } = at;
+pub(super) fn run(
+    case: &Case,
+    method_run: MethodRun,
+    heights: Heights,
+    context: &StageContext,
+) -> Result<MethodResults> {
+    let &StageContext { folder, stage, listener, .. } = context;
     let (method, adhesive) = (method_run.method, method_run.adhesive);
     let card = method.card();
     let mut results = nothing(method, &case.scene.methods, adhesive);
@@ -190,16 +197,16 @@ pub(super) fn run(case: &Case, method_run: MethodRun, heights: Heights, at: &Sta
             ..results
         });
     }
-    let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
+    let adhesion = if adhesive { case.adhesion } else { AttractionLaw::None };
     let cpu = asperity_grid::sys::cpu_seconds();
-    let problem = Problem { adhesion, ..case.problem(heights) };
+    let problem = ReducedProblem { adhesion, ..case.problem(heights) };
     let ended = match card.kind {
-        Kind::Solver => {
+        MethodKind::Solver => {
             results.planned_bytes = method.plan(&problem).bytes;
-            laboratory(case, Variant::Comparison(card.id, adhesive), heights, at)
+            laboratory(case, Variant::Comparison(card.id, adhesive), heights, context)
                 .map(|c| (results.states, results.range) = (loading_states(&c), c.range))
         }
-        Kind::Estimate => EstimatorInput::new(problem.clone(), method).and_then(|input| {
+        MethodKind::Estimate => EstimatorInput::new(problem.clone(), method).and_then(|input| {
             results.planned_bytes = EstimatorInput::plan(&problem, method).bytes;
             results.range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
             estimate(case, &input, (folder, stage), listener, &mut results.states)
@@ -207,14 +214,14 @@ pub(super) fn run(case: &Case, method_run: MethodRun, heights: Heights, at: &Sta
     };
     match ended {
         Ok(()) => {
-            if let Some(why) = &results.warning {
-                listener.warn(&format!("{}: {why}", method_run.label()));
+            if let Some(reason) = &results.warning {
+                listener.warn(&format!("{}: {reason}", method_run.label()));
             }
         }
         Err(e @ (Error::Input { .. } | Error::NotConverged { .. } | Error::Memory { .. })) => {
-            let why = e.to_string().replace('\n', " ");
-            listener.warn(&format!("{}: {why}", method_run.label()));
-            results.unavailable_reason = Some(why);
+            let reason = e.to_string().replace('\n', " ");
+            listener.warn(&format!("{}: {reason}", method_run.label()));
+            results.unavailable_reason = Some(reason);
         }
         Err(e) => return Err(e),
     }
@@ -254,15 +261,15 @@ fn estimate(
     let steps = case.loading_steps();
     let loads: Vec<Load> = steps.iter().map(|s| s.target).collect();
     states.extend((0..loads.len()).map_while(|i| finished_state(folder, i, listener)));
-    let watch = Progress::new(listener, None, "", (states.len(), loads.len()));
-    input.walk((&loads, states.len()), &watch, |i, problem, found| {
-        let mut state = state_of(input.card(), problem, (&steps[i], case.gradient), found);
+    let watch = ProgressReporter::new(listener, None, "", (states.len(), loads.len()));
+    input.walk((&loads, states.len()), &watch, |i, problem, estimate| {
+        let mut state = state_of(input.card(), problem, (&steps[i], case.gradient), estimate);
         if steps[i].maps {
             let grid = problem.grid;
             let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
             for (quantity, field, kept) in [
-                ("gap", found.gap, &mut state.numbers.gap_map),
-                ("stress", found.stress, &mut state.numbers.stress_map),
+                ("gap", estimate.gap, &mut state.numbers.gap_map),
+                ("stress", estimate.stress, &mut state.numbers.stress_map),
             ] {
                 if let Some(field) = field {
                     let file = name(quantity);
@@ -270,7 +277,7 @@ fn estimate(
                     *kept = Some(format!("{stage}/{file}"));
                 }
             }
-            if let Some(map) = found.contact {
+            if let Some(map) = estimate.contact {
                 let file = name("contact");
                 npy::write(&folder.join(&file), grid.nx, grid.ny, map.iter().copied())?;
                 state.contact_map = Some(format!("{stage}/{file}"));
@@ -289,7 +296,12 @@ fn estimate(
 
 /// The numbers of an estimate: those that the method gives, and those evaluated from its fields.
 /// `gradient`: pressure over E* at p* = 1.
-pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f64), e: &Estimate) -> MethodState {
+pub fn state_of(
+    card: &MethodCard,
+    problem: &ReducedProblem,
+    (step, gradient): (&LoadStep, f64),
+    e: &MethodEstimate,
+) -> MethodState {
     let grid = problem.grid;
     let node = grid.dx() * grid.dy();
     // Zero at nodes in contact, positive elsewhere.
@@ -309,7 +321,7 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
         .gap_distribution
         .clone()
         .or_else(|| e.gap.map(|gap| gap_distribution(Field::F64(gap), 0.0, gap_edges(largest(gap)))));
-    let adhesive = problem.adhesion != Adhesion::None;
+    let adhesive = problem.adhesion != AttractionLaw::None;
     let stress = e.stress_distribution.clone().or_else(|| {
         let stress = e.stress?;
         let edges = stress_edges(stress.iter().copied().fold(0.0, f64::min), largest(stress));
@@ -319,9 +331,9 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
     // defined by overlap has no such bias.
     let edges = if card.criterion == Criterion::ZeroGap { ContactEdges::ELASTIC } else { ContactEdges::COUNTED };
     let counted = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, edges));
-    let area = counted.filter(|_| edges.excess > 0.0).map_or(e.contact_area, |found| found.contact_area);
+    let area = counted.filter(|_| edges.excess > 0.0).map_or(e.contact_area, |corrected| corrected.contact_area);
     let mut missing: Vec<Missing> =
-        e.undelivered.iter().map(|(q, why)| Missing { quantity: q.id().into(), reason: (*why).into() }).collect();
+        e.undelivered.iter().map(|(q, reason)| Missing { quantity: q.id().into(), reason: (*reason).into() }).collect();
     // From the mean gaps of neighbouring loads, unless the method has an own one or never gives any.
     if e.undelivered.iter().any(|(q, _)| *q == Quantity::MeanGap)
         && e.stiffness.is_none()

@@ -46,20 +46,20 @@ pub(super) fn run_nvt(
 }
 
 fn run(engine: &LammpsEngine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) -> Result<()> {
-    let of = nvt.loads.len();
+    let total = nvt.loads.len();
     let mut watch = |p: Progress| {
         let ended = p.record.as_ref().map_or(0, |r| r.step + 1);
-        let within = if ended == of || p.is_new { 0.0 } else { (p.iterations as f64 / nvt.steps() as f64).min(1.0) };
+        let within = if ended == total || p.is_new { 0.0 } else { (p.iterations as f64 / nvt.steps() as f64).min(1.0) };
         let ps = within * nvt.steps() as f64 * nvt.timestep_ps;
-        let words = format!("{ended} of {of} loads sampled at {} K, {ps:.1} ps of the next", nvt.temperature_k);
-        listener.progress(Some((ended as f64 + within) / of as f64), &words);
+        let caption = format!("{ended} of {total} loads sampled at {} K, {ps:.1} ps of the next", nvt.temperature_k);
+        listener.progress(Some((ended as f64 + within) / total as f64), &caption);
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    if let Some(what) = damage::remove_damaged(&job.folder)? {
-        listener.warn(&format!("{what}; LAMMPS computes the loads from there on again"));
+    if let Some(damage) = damage::remove_damaged(&job.folder)? {
+        listener.warn(&format!("{damage}; LAMMPS computes the loads from there on again"));
     }
     let finished = engine.run(job, &mut watch)?;
-    if let Some(step) = finished.resumed_from.filter(|s| s + 1 < of) {
+    if let Some(step) = finished.resumed_from.filter(|s| s + 1 < total) {
         listener.warn(&format!("resumed at load {} of an earlier NVT run", step + 1));
     }
     Ok(())
@@ -74,9 +74,11 @@ fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k
         gaps.iter().sum::<f64>() / gaps.len() as f64
     };
     let sites = samples.probabilities();
-    let share = |of: fn(f64) -> bool| sites.iter().filter(|s| of(s.value)).count() as f64 / sites.len() as f64;
-    let name = |what: &str| format!("load-{}-{what}.npy", step.number());
-    let write = |what: &str, values: Vec<f64>| reader.write_sites(&values, &name(what), &name(&format!("site-{what}")));
+    let fraction = |value: fn(f64) -> bool| sites.iter().filter(|s| value(s.value)).count() as f64 / sites.len() as f64;
+    let name = |description: &str| format!("load-{}-{description}.npy", step.number());
+    let write = |description: &str, values: Vec<f64>| {
+        reader.write_sites(&values, &name(description), &name(&format!("site-{description}")))
+    };
     let [probability_map, site_probability] = write("probability", sites.iter().map(|s| s.value).collect())?;
     let [_, site_error] = write("probability-error", sites.iter().map(|s| s.error).collect())?;
     Ok(NvtState {
@@ -86,8 +88,8 @@ fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k
         load: samples.mean(|b| b.load / load),
         contact_area: samples.mean(|b| b.contact_probability.iter().sum::<f64>() / b.contact_probability.len() as f64),
         mean_gap_angstrom: mean(&samples.blocks.iter().map(gap).collect::<Vec<f64>>()),
-        majority_contact: share(|p| p > 0.5),
-        any_contact: share(|p| p > 0.0),
+        majority_contact: fraction(|p| p > 0.5),
+        any_contact: fraction(|p| p > 0.0),
         probability_map,
         site_probability,
         site_error,

@@ -1,4 +1,4 @@
-use asperity_contact::method::State;
+use asperity_contact::method::Equilibrium;
 use asperity_contact::observe::{
     Connectivity, cluster_sizes, constriction_conductance, contact_map, cumulative_area, gap_distribution,
     hydraulic_gap, linear_edges, logarithmic_edges, median_cluster_size, median_counting_error, percolates,
@@ -25,31 +25,31 @@ pub(super) fn gap_edges(largest: f64) -> Vec<f64> {
 }
 
 /// Edges of linear bins for stresses from `least` to `most`.
-pub(super) fn stress_edges(least: f64, most: f64) -> Vec<f64> {
+pub(super) fn stress_edges(smallest: f64, largest: f64) -> Vec<f64> {
     // Without stress the width is arbitrary.
-    let width = if most > least { ABOVE * (most - least) } else { 1.0 };
-    linear_edges(least, least + width, BINS)
+    let width = if largest > smallest { ABOVE * (largest - smallest) } else { 1.0 };
+    linear_edges(smallest, smallest + width, BINS)
 }
 
 /// Counting error of the median cluster, nodes.
 fn median_error(sizes: &[usize]) -> Option<f64> {
-    let curve: Vec<[f64; 2]> = cumulative_area(sizes).into_iter().map(|(a, share)| [a as f64, share]).collect();
+    let curve: Vec<[f64; 2]> = cumulative_area(sizes).into_iter().map(|(a, fraction)| [a as f64, fraction]).collect();
     let contact = sizes.iter().sum::<usize>() as f64;
     median_counting_error(&curve, contact, median_cluster_size(sizes)? as f64)
 }
 
 /// Distributions, contact clusters, conductances and percolation of a state. A node is in contact if its gap is at most
 /// `threshold` (units of L). `contact_area`: the best value, over the area of the cell.
-pub(super) fn observed(grid: Grid, state: &State, threshold: f64, contact_area: f64, adhesive: bool) -> Observed {
+pub(super) fn observed(grid: Grid, state: &Equilibrium, threshold: f64, contact_area: f64, adhesive: bool) -> Observed {
     let map = contact_map(state.gap, threshold);
     let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight);
     let node = grid.dx() * grid.dy();
     let nodes = 0..state.gap.len();
     let largest = nodes.clone().map(|i| state.gap.at(i)).fold(0.0, f64::max);
     let stresses = nodes.map(|i| state.stress.at(i));
-    let (least, most) = stresses.fold((0.0, 0.0), |(a, b): (f64, f64), s| (a.min(s), b.max(s)));
+    let (smallest, upper) = stresses.fold((0.0, 0.0), |(a, b): (f64, f64), s| (a.min(s), b.max(s)));
     let logarithmic = gap_edges(largest);
-    let stress = stress_distribution(state.gap, state.stress, (threshold, adhesive), stress_edges(least, most));
+    let stress = stress_distribution(state.gap, state.stress, (threshold, adhesive), stress_edges(smallest, upper));
     let compressive = adhesive.then(|| {
         let under: Vec<u8> =
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
@@ -71,7 +71,7 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, contact_area: 
             .into_iter()
             .map(|(a, density, n)| [a * node, density / node, n as f64])
             .collect(),
-        patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
+        patch_area: cumulative_area(&sizes).into_iter().map(|(a, fraction)| [a as f64 * node, fraction]).collect(),
         median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
         compressive,
         constriction_conductance: constriction_conductance(sizes.iter().map(|&a| a as f64 * node)),

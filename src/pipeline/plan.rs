@@ -3,7 +3,7 @@
 use super::atom_stages::{AtomStages, CompareStage, FramesStage, LammpsStage};
 use super::laboratory::{SolveStage, Variant, variants};
 use super::methods::{self, MethodStage};
-use super::stage::{Machine, PlannedStage, Stage};
+use super::stage::{MachineSpeed, PlannedStage, Stage};
 use super::surface::SurfaceStage;
 use crate::scene::Case;
 use crate::{Error, Result};
@@ -40,12 +40,12 @@ pub struct PlannedAtoms {
 impl RunPlan {
     /// `Memory` if the plan needs more than the available memory.
     pub fn fits(&self) -> Result<()> {
-        let have = asperity_grid::sys::available_memory_bytes();
-        if self.bytes <= have {
+        let available = asperity_grid::sys::available_memory_bytes();
+        if self.bytes <= available {
             return Ok(());
         }
         let advice = "a smaller surface.grid or atoms.cells needs less".into();
-        Err(Error::Memory { what: "the scene".into(), need: self.bytes, have, advice })
+        Err(Error::Memory { what: "the scene".into(), need: self.bytes, have: available, advice })
     }
 }
 
@@ -54,22 +54,22 @@ impl RunPlan {
 /// machine.
 pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunPlan> {
     let seconds_per_evaluation = evaluation.unwrap_or(cost::SECONDS_PER_ATOM_EVALUATION);
-    let machine = Machine { threads, seconds_per_evaluation };
+    let machine = MachineSpeed { threads, seconds_per_evaluation };
     let mut stages = vec![SurfaceStage { case }.plan(machine)];
     if case.solves() {
         stages.push(SolveStage { case, variant: Variant::Primary }.plan(machine));
     }
     stages.extend(variants(case).0.iter().map(|stage| stage.plan(machine)));
-    stages.extend(methods::all(case).into_iter().map(|of| MethodStage { case, of }.plan(machine)));
+    stages.extend(methods::all(case).into_iter().map(|method_run| MethodStage { case, of: method_run }.plan(machine)));
     let atoms = AtomStages::of(case, None);
-    if let Some(of) = atoms {
-        stages.push(of.matched().plan(machine));
-        stages.push(LammpsStage(of).plan(machine));
-        stages.push(FramesStage(of).plan(machine));
-        stages.extend(of.nvt().map(|stage| stage.plan(machine)));
-        stages.extend(of.yielding().map(|stage| stage.plan(machine)));
-        stages.push(CompareStage(of).plan(machine));
-        stages.extend(of.all_atom().map(|stage| stage.plan(machine)));
+    if let Some(method_run) = atoms {
+        stages.push(method_run.matched().plan(machine));
+        stages.push(LammpsStage(method_run).plan(machine));
+        stages.push(FramesStage(method_run).plan(machine));
+        stages.extend(method_run.nvt().map(|stage| stage.plan(machine)));
+        stages.extend(method_run.yielding().map(|stage| stage.plan(machine)));
+        stages.push(CompareStage(method_run).plan(machine));
+        stages.extend(method_run.all_atom().map(|stage| stage.plan(machine)));
     }
     let drawn = case.atoms.as_ref().map_or(case.grid.points(), |a| a.matched.points());
     stages.push(PlannedStage {
@@ -83,10 +83,10 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         bytes: stages.iter().map(|s| s.bytes).max().unwrap_or(0),
         seconds: stages.iter().map(|s| s.seconds).sum(),
         stages,
-        atoms: atoms.map(|of| PlannedAtoms {
-            deformable: of.atoms.block.deformable(),
-            fixed: of.atoms.block.fixed(),
-            indenter: of.atoms.atoms() - of.atoms.block.atoms(),
+        atoms: atoms.map(|method_run| PlannedAtoms {
+            deformable: method_run.atoms.block.deformable(),
+            fixed: method_run.atoms.block.fixed(),
+            indenter: method_run.atoms.atoms() - method_run.atoms.block.atoms(),
             seconds_per_evaluation,
             measured: evaluation.is_some(),
         }),

@@ -1,17 +1,17 @@
 //! Virtual surface atoms on a continuum solution: which of them are in contact by the atoms' distance criterion.
 
 use crate::Result;
-use crate::compare::{Sites, wall_offset};
+use crate::compare::{SitesOnGrid, wall_offset};
 use crate::scene::{AtomsCase, Case};
 use asperity_atoms::compliant_wall::CompliantWall;
 use asperity_atoms::contact::clearance;
 use asperity_atoms::indenter::Indenter;
-use asperity_atoms::wall::Wall;
+use asperity_atoms::wall::LatticeWall;
 use asperity_grid::{Field, Grid, bilinear};
 
 pub(super) struct ProbeAtoms<'a> {
-    sites: &'a Sites,
-    wall: &'a Wall,
+    sites: &'a SitesOnGrid,
+    wall: &'a LatticeWall,
     compliant_wall: CompliantWall,
     indenter: Indenter,
     /// Position of each site's atom at zero gap, Å, in the order of [`Profile`]: for the atoms' own heights and for the
@@ -29,7 +29,7 @@ pub(super) enum Profile {
 
 impl<'a> ProbeAtoms<'a> {
     /// `sites`: surface sites of the block on the comparison grid.
-    pub(super) fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a Sites) -> Result<Self> {
+    pub(super) fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a SitesOnGrid) -> Result<Self> {
         let (touch, length) = (atoms.wall.minimum_angstrom(), atoms.block.length());
         let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
         let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch)?;

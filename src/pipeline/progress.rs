@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Reports the progress of a load path to a listener, and writes its checkpoints.
-pub struct Progress<'a> {
+pub struct ProgressReporter<'a> {
     listener: &'a dyn Listener,
     writer: Option<&'a CheckpointWriter>,
     /// Prefix of each message.
@@ -14,7 +14,7 @@ pub struct Progress<'a> {
     of: usize,
 }
 
-impl<'a> Progress<'a> {
+impl<'a> ProgressReporter<'a> {
     /// `(done, of)`: number of finished loads, and number of loads of the path.
     pub fn new(
         listener: &'a dyn Listener,
@@ -22,7 +22,7 @@ impl<'a> Progress<'a> {
         prefix: &'a str,
         (done, of): (usize, usize),
     ) -> Self {
-        Progress { listener, writer, prefix, done: AtomicUsize::new(done), of }
+        ProgressReporter { listener, writer, prefix, done: AtomicUsize::new(done), of }
     }
 
     /// Counts a load as finished.
@@ -31,14 +31,14 @@ impl<'a> Progress<'a> {
     }
 }
 
-impl Observer for Progress<'_> {
+impl Observer for ProgressReporter<'_> {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
-        let (load, of) = (self.done.load(Ordering::Relaxed), self.of);
+        let (load, total) = (self.done.load(Ordering::Relaxed), self.of);
         let on = if step.grid_fraction < 1.0 { " on a coarser grid" } else { "" };
-        let part = if load < of { format!("load {} of {of}", load + 1) } else { "pulling off".to_string() };
+        let part = if load < total { format!("load {} of {total}", load + 1) } else { "pulling off".to_string() };
         let message =
             format!("{}{part}, iteration {}{on}, residual {:.1e}", self.prefix, step.iteration, step.residual);
-        let done = (load < of).then(|| (load as f64 + step.progress()) / of as f64);
+        let done = (load < total).then(|| (load as f64 + step.progress()) / total as f64);
         self.listener.progress(done, &message);
         if let Some(e) = self.writer.and_then(CheckpointWriter::take_error) {
             self.listener.warn(&format!("no checkpoint: {e}"));

@@ -4,7 +4,7 @@ use super::atom_stages::{AtomStages, CompareStage, FramesStage, LAMMPS, LammpsSt
 use super::comparison::compare;
 use super::curve;
 use super::findings::few_contact_atoms;
-use super::folder::{AS_WRITTEN, Key, OutFolder, RunFolder};
+use super::folder::{AS_WRITTEN, OutFolder, RunFolder, StageKey};
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variants};
 use super::matched::Matched;
 use super::methods::{self, MethodStage};
@@ -65,25 +65,25 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     keep_scene(case, out, listener)?;
     // The key of the geometry does not depend on the executable, so LAMMPS steps remain valid after a new build; other
     // results do not. The job folder determines which of its steps are valid.
-    let geometry = Key::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
+    let geometry = StageKey::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
     let mut run = Running { case, listener, folder, geometry, warnings: case.warnings.clone(), failures: Vec::new() };
     let (surface, surface_key) = run.execute(&SurfaceStage { case }, &[&run.geometry.clone()], ())?;
-    let mut found = run.laboratory(&surface, &surface_key, out)?;
+    let mut laboratory = run.laboratory(&surface, &surface_key, out)?;
     let atoms = AtomStages::of(case, engine.as_ref());
     let atoms = atoms.map(|stages| run.atoms(stages, &surface_key, out)).transpose()?;
     let (atoms, comparison, all_atom) = atoms.map_or((None, None, None), |(a, c, m)| (Some(a), Some(c), m));
-    found.methods.extend(all_atom);
+    laboratory.methods.extend(all_atom);
     let mut results = Results {
         schema: SCHEMA,
         name: case.scene.name.clone(),
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface,
-        continuum: found.primary,
-        non_adhesive: found.non_adhesive,
-        other_ranges: found.other_ranges,
-        cross_check: found.cross_check,
-        methods: found.methods,
+        continuum: laboratory.primary,
+        non_adhesive: laboratory.non_adhesive,
+        other_ranges: laboratory.other_ranges,
+        cross_check: laboratory.cross_check,
+        methods: laboratory.methods,
         failures: run.failures,
         acceptance: Vec::new(),
         atoms,
@@ -116,14 +116,14 @@ struct Running<'a> {
     listener: &'a dyn Listener,
     folder: RunFolder,
     /// Key of the surface's heights, independent of the requested statistics.
-    geometry: Key,
+    geometry: StageKey,
     warnings: Vec<String>,
     failures: Vec<String>,
 }
 
 /// Results at laboratory scale.
 #[derive(Default)]
-struct Laboratory {
+struct LaboratoryOutputs {
     primary: Option<ContinuumResults>,
     non_adhesive: Option<ContinuumResults>,
     other_ranges: Vec<ContinuumResults>,
@@ -132,8 +132,13 @@ struct Laboratory {
 }
 
 impl Running<'_> {
-    fn execute<S: Stage>(&mut self, stage: &S, after: &[&Key], input: S::Input<'_>) -> Result<(S::Output, Key)> {
-        self.folder.execute(stage, after, input, self.listener)
+    fn execute<S: Stage>(
+        &mut self,
+        stage: &S,
+        dependencies: &[&StageKey],
+        input: S::Input<'_>,
+    ) -> Result<(S::Output, StageKey)> {
+        self.folder.execute(stage, dependencies, input, self.listener)
     }
 
     fn warn(&mut self, text: String) {
@@ -142,10 +147,15 @@ impl Running<'_> {
     }
 
     /// Solves the scene's problem and its variants, and runs the comparison methods.
-    fn laboratory(&mut self, surface: &SurfaceResults, surface_key: &Key, out: &Path) -> Result<Laboratory> {
+    fn laboratory(
+        &mut self,
+        surface: &SurfaceResults,
+        surface_key: &StageKey,
+        out: &Path,
+    ) -> Result<LaboratoryOutputs> {
         let case = self.case;
         let heights = SolvedHeights::new(case, out, surface);
-        let mut found = Laboratory::default();
+        let mut laboratory = LaboratoryOutputs::default();
         if case.solves() {
             let stage = SolveStage { case, variant: Variant::Primary };
             let solved = self.execute(&stage, &[surface_key], &heights)?.0;
@@ -154,7 +164,7 @@ impl Running<'_> {
                 .iter()
                 .map(|s| (trimmed(s.numbers.p_star, 4), s.numbers.contact_area, s.discretisation.as_ref()));
             unresolved_contact("p* = ", loads).into_iter().for_each(|text| self.warn(text));
-            found.primary = Some(solved);
+            laboratory.primary = Some(solved);
         }
         let (variants, left_out) = variants(case);
         left_out.into_iter().for_each(|text| self.warn(text));
@@ -171,16 +181,16 @@ impl Running<'_> {
                 Err(e) => return Err(e),
             };
             match stage.variant {
-                Variant::NonAdhesive => found.non_adhesive = Some(solved),
-                Variant::Range(_) => found.other_ranges.push(solved),
-                Variant::CrossCheck => found.cross_check = Some(solved),
+                Variant::NonAdhesive => laboratory.non_adhesive = Some(solved),
+                Variant::Range(_) => laboratory.other_ranges.push(solved),
+                Variant::CrossCheck => laboratory.cross_check = Some(solved),
                 Variant::Primary | Variant::Comparison(..) => {}
             }
         }
-        for of in methods::all(case) {
-            found.methods.push(self.execute(&MethodStage { case, of }, &[surface_key], &heights)?.0);
+        for method_run in methods::all(case) {
+            laboratory.methods.push(self.execute(&MethodStage { case, of: method_run }, &[surface_key], &heights)?.0);
         }
-        Ok(found)
+        Ok(laboratory)
     }
 
     /// Runs the atoms, and compares them with the matched continuum. If requested, lists the atoms among the comparison
@@ -188,7 +198,7 @@ impl Running<'_> {
     fn atoms(
         &mut self,
         stages: AtomStages,
-        surface_key: &Key,
+        surface_key: &StageKey,
         out: &Path,
     ) -> Result<(AtomsResults, ComparisonResults, Option<MethodResults>)> {
         let (mut matched, matched_key) = self.execute(&stages.matched(), &[surface_key], ())?;
@@ -199,23 +209,23 @@ impl Running<'_> {
                 "load step {step} of the atoms stopped above the force tolerance or off its load; states taken from it are not equilibria"
             ));
         }
-        let (mut found, atoms_key) = self.execute(&FramesStage(stages), &[&lammps_key], (&outcome, out))?;
+        let (mut results, atoms_key) = self.execute(&FramesStage(stages), &[&lammps_key], (&outcome, out))?;
         if let Some(stage) = stages.nvt() {
-            found.nvt = Some(self.execute(&stage, &[&lammps_key], out)?.0);
+            results.nvt = Some(self.execute(&stage, &[&lammps_key], out)?.0);
         }
-        few_contact_atoms(&found.states).into_iter().for_each(|text| self.warn(text));
-        let mut after = vec![matched_key, atoms_key.clone()];
+        few_contact_atoms(&results.states).into_iter().for_each(|text| self.warn(text));
+        let mut dependencies = vec![matched_key, atoms_key.clone()];
         if let Some(stage) = stages.yielding() {
-            let (yielding, key) = self.execute(&stage, &[&after[0]], ())?;
+            let (yielding, key) = self.execute(&stage, &[&dependencies[0]], ())?;
             matched.yielding = yielding;
-            after.push(key);
+            dependencies.push(key);
         }
-        let after: Vec<&Key> = after.iter().collect();
-        let (compared, _) = self.execute(&CompareStage(stages), &after, (&found, &matched, out))?;
-        let Some(stage) = stages.all_atom() else { return Ok((found, compared, None)) };
+        let dependencies: Vec<&StageKey> = dependencies.iter().collect();
+        let (compared, _) = self.execute(&CompareStage(stages), &dependencies, (&results, &matched, out))?;
+        let Some(stage) = stages.all_atom() else { return Ok((results, compared, None)) };
         let seconds = self.folder.costs.iter().filter(|c| c.name == LAMMPS).map(|c| c.seconds).sum();
-        let (all_atom, _) = self.execute(&stage, &[&atoms_key], (&found, seconds, out))?;
-        Ok((found, compared, Some(all_atom)))
+        let (all_atom, _) = self.execute(&stage, &[&atoms_key], (&results, seconds, out))?;
+        Ok((results, compared, Some(all_atom)))
     }
 }
 
@@ -272,7 +282,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let (mut results, folder) = checked(out)?;
     let case = Case::read(&out.join(SCENE_FILE))?;
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
-    let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
+    let (a, atoms) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
     let matched = Matched {
         full: earlier.full_heights.clone(),
@@ -280,7 +290,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
         compliant: earlier.compliant_wall.clone(),
         yielding: earlier.yielding_wall.clone(),
     };
-    results.comparison = Some(compare(&case, a, found, &matched, out, COMPARE)?);
+    results.comparison = Some(compare(&case, a, atoms, &matched, out, COMPARE)?);
     results.write(out)?;
     folder.list_again(COMPARE)?;
     let page = report::write(out)?;
@@ -331,5 +341,5 @@ fn checked(out: &Path) -> Result<(Results, RunFolder)> {
 }
 
 pub(super) fn heights_hash(case: &Case) -> Result<Option<String>> {
-    case.scene.surface.heights.as_ref().map(|p| Key::of_file(&case.resolve_path(p))).transpose()
+    case.scene.surface.heights.as_ref().map(|p| StageKey::of_file(&case.resolve_path(p))).transpose()
 }

@@ -1,7 +1,7 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
 use crate::Result;
-use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
+use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, RecordingInfo as Recorded};
 use crate::record::results::{Results, StageCost};
 use crate::scene::{Case, Scene};
 use asperity_contact::load::Stop;

@@ -1,7 +1,7 @@
 //! Stages of a run. The plan lists them, and the run executes them.
 
 use super::Listener;
-use super::folder::{Key, ResumePolicy, RunFolder};
+use super::folder::{ResumePolicy, RunFolder, StageKey};
 use crate::Result;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -18,14 +18,14 @@ pub struct PlannedStage {
 
 /// Estimated memory (bytes) and time (s) of a stage, to an order of magnitude.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cost {
+pub(super) struct EstimatedCost {
     pub bytes: u64,
     pub seconds: f64,
 }
 
 /// Machine parameters of the time estimates.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Machine {
+pub(super) struct MachineSpeed {
     pub threads: usize,
     /// CPU time of LAMMPS, s per atom and force evaluation.
     pub seconds_per_evaluation: f64,
@@ -34,20 +34,20 @@ pub(super) struct Machine {
 /// Keys of a stage.
 pub(super) struct StageKeys {
     /// Key of the results.
-    pub key: Key,
+    pub key: StageKey,
     /// Key of interrupted attempts that the stage can continue; None if it always restarts. It may depend on fewer
     /// inputs than `key`.
-    pub resumes: Option<Key>,
+    pub resumes: Option<StageKey>,
 }
 
 impl StageKeys {
     /// Keys of a stage that restarts after an interruption.
-    pub(super) fn restarted(key: Key) -> Self {
+    pub(super) fn restarted(key: StageKey) -> Self {
         StageKeys { key, resumes: None }
     }
 
     /// Keys of a stage that continues an interrupted attempt with the same key.
-    pub(super) fn continued(key: Key) -> Self {
+    pub(super) fn continued(key: StageKey) -> Self {
         StageKeys { resumes: Some(key.clone()), key }
     }
 }
@@ -58,7 +58,7 @@ pub(super) struct StageContext<'a> {
     pub folder: &'a Path,
     /// Path of the folder relative to the run folder, as in `results.json`.
     pub stage: &'a str,
-    pub key: &'a Key,
+    pub key: &'a StageKey,
     pub listener: &'a dyn Listener,
 }
 
@@ -74,15 +74,15 @@ pub(super) trait Stage {
     /// Description for the plan and for progress messages.
     fn what(&self) -> String;
 
-    fn cost(&self, machine: Machine) -> Cost;
+    fn cost(&self, machine: MachineSpeed) -> EstimatedCost;
 
     /// `after`: keys of the stages that it depends on.
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys>;
+    fn keys(&self, after: &[&StageKey]) -> Result<StageKeys>;
 
     fn run(&self, input: Self::Input<'_>, at: &StageContext) -> Result<Self::Output>;
 
-    fn plan(&self, machine: Machine) -> PlannedStage {
-        let Cost { bytes, seconds } = self.cost(machine);
+    fn plan(&self, machine: MachineSpeed) -> PlannedStage {
+        let EstimatedCost { bytes, seconds } = self.cost(machine);
         PlannedStage { name: self.name(), what: self.what(), bytes, seconds }
     }
 }
@@ -92,10 +92,10 @@ impl RunFolder {
     pub(super) fn execute<S: Stage>(
         &mut self,
         stage: &S,
-        after: &[&Key],
+        after: &[&StageKey],
         input: S::Input<'_>,
         listener: &dyn Listener,
-    ) -> Result<(S::Output, Key)> {
+    ) -> Result<(S::Output, StageKey)> {
         let (name, StageKeys { key, resumes }) = (stage.name(), stage.keys(after)?);
         let policy = resumes.as_ref().map_or(ResumePolicy::Restart, ResumePolicy::ContinueFrom);
         let output = self.stage(listener, (&name, &stage.what()), &key, policy, |folder| {

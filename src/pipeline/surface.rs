@@ -1,13 +1,13 @@
 //! The surface stage: heights and their statistics.
 
 use super::continuum::in_stage;
-use super::folder::Key;
-use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use super::folder::StageKey;
+use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::Result;
 use crate::record::results::{
-    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, Statistic, SurfaceResults,
+    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, SurfaceResults, SurfaceStatistic,
 };
-use crate::scene::{Case, Surface};
+use crate::scene::{Case, HeightSource};
 use asperity_grid::{Grid, Transform};
 use asperity_surface::files::npy;
 use asperity_surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
@@ -32,20 +32,20 @@ impl Stage for SurfaceStage<'_> {
         format!("{} x {} heights, statistics", self.case.grid.nx, self.case.grid.ny)
     }
 
-    fn cost(&self, _: Machine) -> Cost {
+    fn cost(&self, _: MachineSpeed) -> EstimatedCost {
         let points = self.case.grid.points();
         // Heights and their half spectrum; in addition the map that they are resampled from.
         let fields = if self.case.surface.series_bytes().is_some() { 2 } else { 3 };
         let spare = Transform::<f64>::spectrum_bytes(self.case.grid) - 8 * points as u64;
-        Cost { bytes: fields * 8 * points as u64 + spare, seconds: SECONDS_PER_POINT * points as f64 }
+        EstimatedCost { bytes: fields * 8 * points as u64 + spare, seconds: SECONDS_PER_POINT * points as f64 }
     }
 
-    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
-        Key::new("surface", &Key::of_program()?, after).map(StageKeys::restarted)
+    fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
+        StageKey::new("surface", &StageKey::of_program()?, dependencies).map(StageKeys::restarted)
     }
 
-    fn run(&self, (): (), at: &StageContext) -> Result<SurfaceResults> {
-        surface(self.case, &self.case.surface.heights(self.case.grid, 0.0), at.folder, at.stage)
+    fn run(&self, (): (), context: &StageContext) -> Result<SurfaceResults> {
+        surface(self.case, &self.case.surface.heights(self.case.grid, 0.0), context.folder, context.stage)
     }
 }
 
@@ -76,31 +76,36 @@ fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<S
 
 /// Expected and realised statistics of heights on their grid. Expected values are those of the full spectrum; if the
 /// grid does not resolve all modes, the values of the resolved modes are added.
-pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
+pub fn statistics(case: &Case, heights: &[f64]) -> Vec<SurfaceStatistic> {
     let (surface, grid, um) = (&case.surface, case.grid, case.scales.length_m * 1e6);
     if case.is_non_periodic() {
         return patch_statistics(grid, heights, um);
     }
     let (m, r) = (moments(grid, heights), range(heights));
     let (expected, on_grid) = match surface {
-        Surface::Synthesised { spectrum, modes, .. } => (
+        HeightSource::Synthesised { spectrum, modes, .. } => (
             Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
             (!modes.resolved_on(grid)).then(|| spectrum.expected_on(grid)),
         ),
-        Surface::Imported { .. } | Surface::Fourier { .. } => (None, None),
+        HeightSource::Imported { .. } | HeightSource::Fourier { .. } => (None, None),
     };
-    let line = |name: &str, symbol: &str, unit: &str, of: Option<&dyn Fn(&Expected) -> f64>, realised: f64| Statistic {
-        name: name.into(),
-        symbol: symbol.into(),
-        unit: unit.into(),
-        expected: of.and_then(|of| expected.as_ref().map(of)),
-        expected_on_grid: of.and_then(|of| on_grid.as_ref().map(of)),
-        realised,
-        band: None,
+    let line = |name: &str, symbol: &str, unit: &str, value: Option<&dyn Fn(&Expected) -> f64>, realised: f64| {
+        SurfaceStatistic {
+            name: name.into(),
+            symbol: symbol.into(),
+            unit: unit.into(),
+            expected: value.and_then(|value| expected.as_ref().map(value)),
+            expected_on_grid: value.and_then(|value| on_grid.as_ref().map(value)),
+            realised,
+            band: None,
+        }
     };
     let band = on_grid.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
     vec![
-        Statistic { band, ..line("rms height", RMS_HEIGHT, "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
+        SurfaceStatistic {
+            band,
+            ..line("rms height", RMS_HEIGHT, "µm", Some(&|e| e.rms_height * um), m.rms_height * um)
+        },
         line("rms gradient", "ḡ", "1", Some(&|e| e.rms_gradient), m.rms_gradient),
         line(
             "curvature radius",
@@ -126,7 +131,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
 }
 
 /// Statistics of non-periodic heights, without expected values.
-fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
+fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<SurfaceStatistic> {
     let (m, r) = (non_periodic_moments(grid, heights), range(heights));
     let lines = [
         ("rms height about the mean", RMS_HEIGHT, "µm", m.rms_height * um),
@@ -141,7 +146,7 @@ fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
         .into_iter()
         // Heights without curvature have no finite radius.
         .filter(|line| line.3.is_finite())
-        .map(|(name, symbol, unit, realised)| Statistic {
+        .map(|(name, symbol, unit, realised)| SurfaceStatistic {
             name: name.into(),
             symbol: symbol.into(),
             unit: unit.into(),
@@ -153,13 +158,13 @@ fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
         .collect()
 }
 
-fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
+fn spectrum(surface: &HeightSource, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
     let power = match surface {
-        Surface::Synthesised { spectrum, .. } => {
+        HeightSource::Synthesised { spectrum, .. } => {
             let scale = spectrum.expected(grid.ly / grid.lx, 0.0).power_prefactor;
             Some(move |n: f64| spectrum.relative_power(n) * scale)
         }
-        Surface::Imported { .. } | Surface::Fourier { .. } => None,
+        HeightSource::Imported { .. } | HeightSource::Fourier { .. } => None,
     };
     let bins = psd(grid, heights, |n| power.as_ref().map_or(0.0, |p| p(n)));
     bins.iter()

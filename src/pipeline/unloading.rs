@@ -22,12 +22,12 @@ pub(super) fn unloading(
     let (mut states, mut changes) = (Vec::new(), Vec::new());
     for step in case.unloading_steps() {
         let state = reader.state(step, &job.at_load_unloading(history, atoms.load(step))?)?;
-        if let Some(before) = step.counterpart.and_then(|k| at_step(loading, k)) {
+        if let Some(previous) = step.counterpart.and_then(|k| at_step(loading, k)) {
             changes.push(BranchChange {
                 p_star: state.p_star,
-                contact_area_loading: before.contact_area,
+                contact_area_loading: previous.contact_area,
                 contact_area_unloading: state.contact_area,
-                mean_gap_angstrom: state.mean_gap_angstrom - before.mean_gap_angstrom,
+                mean_gap_angstrom: state.mean_gap_angstrom - previous.mean_gap_angstrom,
             });
         }
         states.push(state);

@@ -2,7 +2,7 @@
 //! (by each contact criterion), and the atoms. Gaps and contact are evaluated at the block's surface sites, and
 //! stresses are smoothed by the same Gaussian.
 
-use crate::compare::Sites;
+use crate::compare::SitesOnGrid;
 use crate::record::results::ModelChainStep;
 use asperity_atoms::contact::onto_grid;
 use asperity_contact::observe::{
@@ -32,7 +32,7 @@ pub(super) struct Side {
 
 /// A continuum solution at the same load.
 pub(super) struct Solved<'a> {
-    pub sites: &'a Sites,
+    pub sites: &'a SitesOnGrid,
     pub grid: Grid,
     /// Gap in units of L; stress in units of E*.
     pub gap: Field<'a>,
@@ -42,7 +42,7 @@ pub(super) struct Solved<'a> {
 
 /// Factors from reduced units to the units of the atoms.
 #[derive(Clone, Copy)]
-pub(super) struct Units {
+pub(super) struct AtomUnits {
     pub length_angstrom: f64,
     pub modulus_gpa: f64,
     /// Width of the smoothing Gaussian, Å.
@@ -51,7 +51,7 @@ pub(super) struct Units {
 
 impl Solved<'_> {
     /// Smoothed normal stress, GPa.
-    pub(super) fn smooth(&self, units: Units) -> Vec<f64> {
+    pub(super) fn smooth(&self, units: AtomUnits) -> Vec<f64> {
         let stress: Vec<f64> = (0..self.grid.points()).map(|i| self.stress.at(i) * units.modulus_gpa).collect();
         smoothed(self.grid, &stress, units.width_angstrom / units.length_angstrom)
     }
@@ -63,7 +63,7 @@ impl Solved<'_> {
         criterion: String,
         touching: Vec<bool>,
         stress: Vec<f64>,
-        units: Units,
+        units: AtomUnits,
     ) -> Side {
         Side {
             id,
@@ -84,13 +84,13 @@ pub(super) fn versions(
     pressure_gpa: f64,
     length_angstrom: f64,
 ) -> Vec<ModelChainStep> {
-    let all = |of: fn(&Side) -> &Vec<f64>| {
-        let values = sides.iter().flat_map(of);
+    let all = |value: fn(&Side) -> &Vec<f64>| {
+        let values = sides.iter().flat_map(value);
         values.fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(*v), b.max(*v)))
     };
-    let edges = |(least, most): (f64, f64), bins| {
-        let top = if most > least { least + ABOVE * (most - least) } else { least + 1.0 };
-        linear_edges(least, top, bins)
+    let edges = |(smallest, largest): (f64, f64), bins| {
+        let top = if largest > smallest { smallest + ABOVE * (largest - smallest) } else { smallest + 1.0 };
+        linear_edges(smallest, top, bins)
     };
     let (gap_edges, stress_edges) = (edges(all(|s| &s.gap), GAP_BINS), edges(all(|s| &s.stress), STRESS_BINS));
     let node_nm2 = grid.dx() * grid.dy() * (length_angstrom * ANGSTROM_M * 1e9).powi(2);
@@ -106,7 +106,7 @@ pub(super) fn versions(
             contact_stress_gpa: (fraction > 0.0).then(|| pressure_gpa / fraction),
             patches: sizes.len(),
             median_cluster_area_nm2: median_cluster_size(&sizes).map(|a| a as f64 * node_nm2),
-            patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node_nm2, share]).collect(),
+            patch_area: cumulative_area(&sizes).into_iter().map(|(a, ratio)| [a as f64 * node_nm2, ratio]).collect(),
             gap: open_gaps(&side.gap, &side.touching, gap_edges.clone()),
             stress: gap_distribution(Field::F64(&side.stress), f64::NEG_INFINITY, stress_edges.clone()),
         }
@@ -136,8 +136,8 @@ mod tests {
             mean_gap_angstrom: 3.0,
             stress: (0..16).map(|k| f64::from(k % 4) * 0.5).collect(),
         };
-        let found = versions(vec![side("hard_wall", 0.0, "a"), side("atoms", 0.5, "b")], (grid, &owners), 2.0, 100.0);
-        for v in &found {
+        let actual = versions(vec![side("hard_wall", 0.0, "a"), side("atoms", 0.5, "b")], (grid, &owners), 2.0, 100.0);
+        for v in &actual {
             assert_eq!((v.gap.delta, v.gap.below, v.gap.above), (0.25, 0.0, 0.0));
             assert!((v.gap.total() - 1.0).abs() < 1e-12 && (v.stress.total() - 1.0).abs() < 1e-12);
             assert_eq!((v.contact_area, v.contact_stress_gpa), (0.25, Some(8.0)));
@@ -145,7 +145,7 @@ mod tests {
             assert_eq!((v.patches, v.median_cluster_area_nm2), (2, Some(3.0 * 6.25)));
             assert_eq!(v.patch_area.last(), Some(&[3.0 * 6.25, 1.0]));
         }
-        assert_eq!(found[0].gap.edges, found[1].gap.edges);
-        assert_ne!(found[0].gap.fractions, found[1].gap.fractions);
+        assert_eq!(actual[0].gap.edges, actual[1].gap.edges);
+        assert_ne!(actual[0].gap.fractions, actual[1].gap.fractions);
     }
 }

@@ -19,7 +19,7 @@ pub struct ComparisonResults {
     pub yielding_wall: Option<ContinuumResults>,
     pub loads: Vec<LoadComparison>,
     /// Gap profiles in the section x = L/2, one per load.
-    pub sections: Vec<Section>,
+    pub sections: Vec<GapSection>,
     /// Sentences on the causes of the differences, with numbers.
     pub findings: Vec<String>,
 }
@@ -115,7 +115,7 @@ pub struct Overlap {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Section {
+pub struct GapSection {
     pub p_star: f64,
     /// Position along y over L; gaps in Å. All values are finite.
     pub y: Vec<f64>,

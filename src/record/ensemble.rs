@@ -21,14 +21,14 @@ pub struct Ensemble {
     pub name: String,
     /// The varied keys, the slowest first.
     pub keys: Vec<String>,
-    pub points: Vec<Point>,
-    pub statistics: Vec<Statistic>,
+    pub points: Vec<EnsemblePoint>,
+    pub statistics: Vec<EnsembleStatistic>,
     pub differences: Vec<Difference>,
 }
 
 /// A scene of the sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct EnsemblePoint {
     /// Name of its run folder in `points/`.
     pub label: String,
     /// Values of the varied keys.
@@ -79,7 +79,7 @@ pub struct Observation {
 
 /// Statistics over the realisations of one combination of the other varied keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Statistic {
+pub struct EnsembleStatistic {
     /// Varied keys besides the seed, with their values.
     pub group: Vec<(String, Value)>,
     #[serde(flatten)]
@@ -120,7 +120,7 @@ pub struct Difference {
 }
 
 impl Ensemble {
-    pub fn new(name: String, keys: Vec<String>, points: Vec<Point>) -> Self {
+    pub fn new(name: String, keys: Vec<String>, points: Vec<EnsemblePoint>) -> Self {
         Ensemble { schema: SCHEMA, name, keys, points, statistics: Vec::new(), differences: Vec::new() }
     }
 
@@ -133,15 +133,15 @@ impl Ensemble {
                 100.0 * u
             )
         });
-        let mut found: Vec<(usize, &str)> = Vec::new();
+        let mut counted: Vec<(usize, &str)> = Vec::new();
         for warning in self.points.iter().flat_map(|p| &p.warnings) {
-            match found.iter_mut().find(|(_, known)| known == warning) {
+            match counted.iter_mut().find(|(_, known)| known == warning) {
                 Some((count, _)) => *count += 1,
-                None => found.push((1, warning)),
+                None => counted.push((1, warning)),
             }
         }
         let all = self.points.len();
-        shared.into_iter().chain(found.iter().map(|(n, w)| format!("{n} of {all} points: {w}"))).collect()
+        shared.into_iter().chain(counted.iter().map(|(n, w)| format!("{n} of {all} points: {w}"))).collect()
     }
 
     /// # Errors

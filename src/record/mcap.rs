@@ -30,7 +30,7 @@ pub const FRAME_ID: &str = "cell";
 
 /// Metadata of a recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
+pub struct RecordingInfo {
     pub name: String,
     /// Unit of all lengths recorded ("Å", "cell extent in x"); Foxglove itself shows metres.
     pub length_unit: String,
@@ -84,13 +84,13 @@ pub struct LoadState<'a> {
 pub struct Recorder {
     // Dropping the recorder before `finish` leaves no file.
     writer: mcap::Writer<AtomicFile>,
-    scene: Scene,
+    scene: RecordingInfo,
     path: std::path::PathBuf,
     sequence: u32,
 }
 
 impl Recorder {
-    pub fn create(path: &Path, scene: Scene) -> Result<Self> {
+    pub fn create(path: &Path, scene: RecordingInfo) -> Result<Self> {
         let options = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Zstd))
             .library(concat!("asperity ", env!("CARGO_PKG_VERSION")));
@@ -106,7 +106,7 @@ impl Recorder {
 
     /// Records the scalars and, where given, the gap map and the atoms.
     pub fn state(&mut self, state: &LoadState) -> Result<()> {
-        let at = Timestamp::new(state.index, 0);
+        let timestamp = Timestamp::new(state.index, 0);
         let schema = serde_json::to_vec(&schemars::schema_for!(LoadScalars)).map_err(|e| write_error(&self.path, e))?;
         let json = serde_json::to_vec(&state.scalars).map_err(|e| write_error(&self.path, e))?;
         self.message(state, "load", ("asperity.Load", "jsonschema", &schema), "json", &json)?;
@@ -115,10 +115,10 @@ impl Recorder {
                 let found = format!("a gap map of {} values in rows of {}", map.gap.len(), map.nx);
                 return Err(Error::format(&self.path, found, "whole rows"));
             }
-            self.foxglove(state, "gap", &self.grid(map, at))?;
+            self.foxglove(state, "gap", &self.grid(map, timestamp))?;
         }
         if !state.atoms.is_empty() {
-            self.foxglove(state, "cloud", &cloud(state.atoms, at))?;
+            self.foxglove(state, "cloud", &cloud(state.atoms, timestamp))?;
         }
         Ok(())
     }
@@ -129,7 +129,7 @@ impl Recorder {
         self.writer.into_inner().commit()
     }
 
-    fn grid(&self, map: GapMap, at: Timestamp) -> Grid {
+    fn grid(&self, map: GapMap, timestamp: Timestamp) -> Grid {
         let ny = map.gap.len() / map.nx;
         let small = downsample(map.nx, map.gap, LONGEST_SIDE);
         let cell_size = Vector2 {
@@ -137,7 +137,7 @@ impl Recorder {
             y: self.scene.cell[1] * small.factor as f64 / ny as f64,
         };
         Grid {
-            timestamp: Some(at),
+            timestamp: Some(timestamp),
             frame_id: FRAME_ID.into(),
             pose: Some(origin()),
             column_count: small.nx as u32,
@@ -149,12 +149,12 @@ impl Recorder {
         }
     }
 
-    fn foxglove<M: Encode + Decode>(&mut self, state: &LoadState, what: &str, message: &M) -> Result<()> {
-        let schema = M::get_schema().ok_or_else(|| write_error(&self.path, format!("no schema for {what}")))?;
+    fn foxglove<M: Encode + Decode>(&mut self, state: &LoadState, description: &str, message: &M) -> Result<()> {
+        let schema = M::get_schema().ok_or_else(|| write_error(&self.path, format!("no schema for {description}")))?;
         let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
         message.encode(&mut bytes).map_err(|e| write_error(&self.path, e.to_string()))?;
         let encoding = M::get_message_encoding();
-        self.message(state, what, (&schema.name, &schema.encoding, &schema.data), &encoding, &bytes)
+        self.message(state, description, (&schema.name, &schema.encoding, &schema.data), &encoding, &bytes)
     }
 
     /// The writer stores each schema and channel only once.
@@ -179,7 +179,7 @@ impl Recorder {
     }
 }
 
-fn cloud(atoms: &[CloudAtom], at: Timestamp) -> PointCloud {
+fn cloud(atoms: &[CloudAtom], timestamp: Timestamp) -> PointCloud {
     const STRIDE: usize = 13;
     let mut data = Vec::with_capacity(STRIDE * atoms.len());
     for atom in atoms {
@@ -193,7 +193,7 @@ fn cloud(atoms: &[CloudAtom], at: Timestamp) -> PointCloud {
         field("contact", 12, NumericType::Uint8),
     ];
     PointCloud {
-        timestamp: Some(at),
+        timestamp: Some(timestamp),
         frame_id: FRAME_ID.into(),
         pose: Some(origin()),
         point_stride: STRIDE as u32,
@@ -229,7 +229,7 @@ mod tests {
 
     fn record(path: &Path) {
         let notes = BTreeMap::from([("seed".to_string(), "1".to_string())]);
-        let scene = Scene { name: "two loads".into(), length_unit: "Å".into(), cell: [100.0, 50.0], notes };
+        let scene = RecordingInfo { name: "two loads".into(), length_unit: "Å".into(), cell: [100.0, 50.0], notes };
         let mut recorder = Recorder::create(path, scene).unwrap();
         let gap: Vec<f64> = (0..512 * 256).map(|i| f64::from(i % 512)).collect();
         let atoms: Vec<CloudAtom> =
@@ -265,13 +265,13 @@ mod tests {
             .map(|c| (c.topic.as_str(), c.schema.as_ref().map_or("", |s| s.name.as_str())))
             .collect();
         topics.sort();
-        let wanted = [
+        let requested = [
             ("/atoms/cloud", "foxglove.PointCloud"),
             ("/atoms/load", "asperity.Load"),
             ("/continuum/gap", "foxglove.Grid"),
             ("/continuum/load", "asperity.Load"),
         ];
-        assert_eq!(topics, wanted);
+        assert_eq!(topics, requested);
         assert_eq!(summary.schemas.len(), 3);
         assert!(summary.chunk_indexes.iter().all(|c| c.compression == "zstd"));
         let metadata = mcap::read::metadata(&bytes, &summary.metadata_indexes[0]).unwrap();
@@ -318,7 +318,8 @@ mod tests {
         let paths = ["a.mcap", "b.mcap"].map(|n| folder.path().join(n));
         paths.iter().for_each(|p| record(p));
         assert_eq!(std::fs::read(&paths[0]).unwrap(), std::fs::read(&paths[1]).unwrap());
-        let scene = Scene { name: String::new(), length_unit: "Å".into(), cell: [1.0; 2], notes: BTreeMap::new() };
+        let scene =
+            RecordingInfo { name: String::new(), length_unit: "Å".into(), cell: [1.0; 2], notes: BTreeMap::new() };
         drop(Recorder::create(&folder.path().join("c.mcap"), scene).unwrap());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     }

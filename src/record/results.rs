@@ -6,10 +6,10 @@
 //! gradient of the full spectrum.
 
 pub use super::comparison::{
-    ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, ModelChainStep, Overlap, Section,
+    ComparisonResults, CriterionArea, CriterionMatch, GapSection, LoadComparison, ModelChainStep, Overlap,
 };
 pub use super::surface::{
-    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, Statistic, SurfaceResults,
+    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, SurfaceResults, SurfaceStatistic,
 };
 
 use super::acceptance::AcceptanceCheck;

@@ -23,12 +23,12 @@ pub struct SurfaceResults {
     /// File of the `[ny, nx]` f64 heights, low points in contact first, min = 0. Absent if no map was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heights: Option<String>,
-    pub statistics: Vec<Statistic>,
+    pub statistics: Vec<SurfaceStatistic>,
     /// Radial power spectral density; without `expected` for an imported surface.
     pub psd: Vec<PsdPoint>,
 }
 
-/// Symbols of [`Statistic`]s that other modules use.
+/// Symbols of [`SurfaceStatistic`]s that other modules use.
 pub const RMS_HEIGHT: &str = "h_rms";
 
 pub const CURVATURE_RADIUS: &str = "R_c";
@@ -39,14 +39,14 @@ pub const HEIGHT_RANGE: &str = "h_max - h_min";
 
 impl SurfaceResults {
     /// The statistic with a symbol, if the surface has it.
-    pub fn statistic(&self, symbol: &str) -> Option<&Statistic> {
+    pub fn statistic(&self, symbol: &str) -> Option<&SurfaceStatistic> {
         self.statistics.iter().find(|s| s.symbol == symbol)
     }
 }
 
 /// One statistic: expected and realised value.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Statistic {
+pub struct SurfaceStatistic {
     pub name: String,
     pub symbol: String,
     /// Unit of both values, for display ("µm", "nm", "1").

@@ -20,7 +20,7 @@ pub const CSV_FILE: &str = "tradeoff.csv";
 pub type Errors = BTreeMap<Quantity, f64>;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Tradeoff {
+pub struct TradeoffResults {
     pub schema: u32,
     pub name: String,
     pub scales: ScalesSi,
@@ -59,7 +59,7 @@ pub struct Tradeoff {
     pub warnings: Vec<String>,
 }
 
-impl Tradeoff {
+impl TradeoffResults {
     pub fn reference(&self, adhesive: bool) -> Option<&Reference> {
         self.references.iter().find(|r| r.setting.adhesive == adhesive)
     }
@@ -70,8 +70,8 @@ impl Tradeoff {
         if point.setting.layer_thickness.is_some() {
             return None;
         }
-        let least = self.reference(point.setting.adhesive)?.uncertainty.get(&quantity);
-        Some(point.errors.get(&quantity)?.max(least.copied().unwrap_or(0.0)))
+        let smallest = self.reference(point.setting.adhesive)?.uncertainty.get(&quantity);
+        Some(point.errors.get(&quantity)?.max(smallest.copied().unwrap_or(0.0)))
     }
 
     /// Prediction of the cost of a point from coarser grids.
@@ -180,7 +180,7 @@ impl std::fmt::Display for BlockSize {
 
 /// Cost of a setting for all loads, including the observables: minimum over its repeats.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Cost {
+pub struct MeasuredCost {
     pub wall_seconds: f64,
     pub cpu_seconds: f64,
     /// Processor time over that of the reference.
@@ -243,7 +243,7 @@ impl Forecast {
 pub struct Reference {
     #[serde(flatten)]
     pub setting: Setting,
-    pub cost: Cost,
+    pub cost: MeasuredCost,
     /// Points along x of the coarser grids used for the extrapolation, coarse to fine.
     pub coarser: Vec<usize>,
     pub loads: Vec<ReferenceLoad>,
@@ -289,7 +289,7 @@ pub struct TradeoffPoint {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unavailable_reason: Option<String>,
     pub missing: Vec<Missing>,
-    pub cost: Cost,
+    pub cost: MeasuredCost,
     /// Root mean square over the loads.
     pub errors: Errors,
     pub loads: Vec<LoadErrors>,

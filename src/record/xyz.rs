@@ -23,7 +23,7 @@ pub struct Atom<'a> {
 
 /// Metadata of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct XyzHeader {
     /// Edges of the orthogonal cell. Periodic in x and y, open in z.
     pub cell_angstrom: [f64; 3],
     pub p_star: f64,
@@ -32,7 +32,7 @@ pub struct Frame {
 }
 
 /// Writes one frame atom by atom, without a second copy in memory. Returns an error if the number of atoms is wrong.
-pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom<'a>>) -> Result<()> {
+pub fn write<'a>(path: &Path, frame: XyzHeader, atoms: impl IntoIterator<Item = Atom<'a>>) -> Result<()> {
     write_atomic(path, |w| {
         let [a, b, c] = frame.cell_angstrom;
         writeln!(w, "{}", frame.atoms)?;
@@ -93,12 +93,12 @@ pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
         )
     };
     let parse = |line: &str| -> Option<ReadAtom> {
-        let mut words = line.split_whitespace();
-        let species = words.next()?.to_string();
-        let mut number = || words.next()?.parse::<f64>().ok();
+        let mut tokens = line.split_whitespace();
+        let species = tokens.next()?.to_string();
+        let mut number = || tokens.next()?.parse::<f64>().ok();
         let position_angstrom = [number()?, number()?, number()?];
-        let contact = words.next()? == "1";
-        Some(ReadAtom { species, position_angstrom, contact, indenter: words.nth(1)? == "1" })
+        let contact = tokens.next()? == "1";
+        Some(ReadAtom { species, position_angstrom, contact, indenter: tokens.nth(1)? == "1" })
     };
     let atoms: Vec<ReadAtom> = text
         .lines()
@@ -122,16 +122,16 @@ mod tests {
     fn a_frame_reads_as_ovito_expects() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("frame.xyz");
-        let frame = Frame { cell_angstrom: [10.0, 20.5, 30.0], p_star: 0.01, atoms: 2 };
+        let frame = XyzHeader { cell_angstrom: [10.0, 20.5, 30.0], p_star: 0.01, atoms: 2 };
         let atoms = [
             Atom { id: 7, species: "Ca", position_angstrom: [0.0, 1.25, -2.0], contact: true, indenter: false },
             Atom { id: 9, species: DUMMY, position_angstrom: [9.0, 1e-7, 3.0], contact: false, indenter: true },
         ];
         write(&path, frame, atoms).unwrap();
-        let wanted = "2\nLattice=\"10 0 0 0 20.5 0 0 0 30\" \
+        let requested = "2\nLattice=\"10 0 0 0 20.5 0 0 0 30\" \
                       Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1:color:R:3 p_star=0.01 pbc=\"T T F\"\n\
                       Ca 0.000000 1.250000 -2.000000 1 7 0 0.9 0.62 0\nX 9.000000 0.000000 3.000000 0 9 1 0 0.45 0.7\n";
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), wanted);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), requested);
         let flags: Vec<[bool; 2]> = read(&path).unwrap().iter().map(|a| [a.contact, a.indenter]).collect();
         assert_eq!(flags, [[true, false], [false, true]]);
         assert!(write(&path, frame, atoms.into_iter().take(1)).unwrap_err().to_string().contains("1 atoms were given"));

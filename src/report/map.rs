@@ -6,9 +6,9 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::number::{si_scale, trimmed};
-use super::picture::{self, BLACK, Picture, Range};
+use super::picture::{self, BLACK, ColourRange, Picture};
 use super::scale::round_step;
-use super::svg::{self, Format, Ticks, css, escaped, half_width, text};
+use super::svg::{self, DrawingSize, Ticks, css, escaped, half_width, text};
 
 /// Widths on the page of a frame alone, and of one of several in a row, px.
 pub(super) const ALONE: f64 = 500.0;
@@ -21,7 +21,7 @@ const STOPS: u32 = 24;
 pub(super) struct Bar {
     pub quantity: &'static str,
     /// Range in `unit`, values of the map per `unit`, and whether some values exceed the end of the range.
-    pub range: Range,
+    pub range: ColourRange,
     pub unit: String,
     pub factor: f64,
     pub clipped: bool,
@@ -31,10 +31,10 @@ pub(super) struct Bar {
 
 impl Bar {
     /// Of values in `unit`: a metre or a pascal gets the SI prefix that suits the upper end.
-    pub(super) fn new(quantity: &'static str, range: Range, unit: &str) -> Self {
+    pub(super) fn new(quantity: &'static str, range: ColourRange, unit: &str) -> Self {
         let prefixed = ["m", "Pa"].contains(&unit);
         let (factor, prefix) = if prefixed { si_scale(range.low.abs().max(range.high.abs())) } else { (1.0, "") };
-        let range = Range { low: range.low / factor, high: range.high / factor };
+        let range = ColourRange { low: range.low / factor, high: range.high / factor };
         Bar { quantity, range, unit: format!("{prefix}{unit}"), factor, clipped: false, over_contact: false }
     }
 
@@ -57,7 +57,7 @@ pub(super) struct MapFigure<'a> {
 }
 
 impl MapFigure<'_> {
-    pub(super) fn svg(&self, png: &[u8], format: Format) -> String {
+    pub(super) fn svg(&self, png: &[u8], format: DrawingSize) -> String {
         let (t, width) = (format.text, format.width);
         let (scale, prefix) = si_scale(self.cell_m[0]);
         let [x_ticks, y_ticks] = self.cell_m.map(|l| ticks(l / scale));
@@ -145,9 +145,9 @@ mod tests {
         let picture = picture::contact(&DownsampledMap { nx: 1, ny: 1, factor: 1, values: vec![0.0] }, BLACK);
         let svg = |bar| {
             MapFigure { name: "gap-1", alt: "gap at p* < 1", picture: &picture, cell_m: [1e-4, 5e-5], bar }
-                .svg(b"not looked at", Format::page(IN_A_ROW))
+                .svg(b"not looked at", DrawingSize::page(IN_A_ROW))
         };
-        let bar = Bar::new("gap", Range { low: 0.0, high: 2.5e-6 }, "m");
+        let bar = Bar::new("gap", ColourRange { low: 0.0, high: 2.5e-6 }, "m");
         let svg_of_gap = svg(Some(Bar { clipped: true, over_contact: true, ..bar }));
         for piece in [
             "x (µm)",

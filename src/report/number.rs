@@ -53,7 +53,7 @@ pub fn with_unit(x: f64, n: usize, unit: &str) -> String {
 }
 
 /// `p* = 0.01`.
-pub fn at(p_star: f64) -> String {
+pub fn load_label(p_star: f64) -> String {
     format!("p* = {}", trimmed(p_star, 4))
 }
 
@@ -80,8 +80,8 @@ impl ScalesSi {
 }
 
 /// A fraction in per cent with three digits; below one in a million as a power of ten.
-pub fn percent(share: f64) -> String {
-    with_unit(100.0 * share, 3, "%")
+pub fn percent(fraction: f64) -> String {
+    with_unit(100.0 * fraction, 3, "%")
 }
 
 /// An error of a quantity in its usual unit.

@@ -46,25 +46,25 @@ pub struct Picture {
 
 /// Values at the ends of a colour bar; values outside are clamped.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Range {
+pub struct ColourRange {
     pub low: f64,
     pub high: f64,
 }
 
-impl Range {
+impl ColourRange {
     /// Range from the lowest value to the quantile `1 − clip`, so that single peaks do not darken the whole map. A
     /// constant field gets a range of width one.
     pub fn of<'a>(values: impl IntoIterator<Item = &'a f64>, clip: f64) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().copied().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let (Some(&low), Some(&last)) = (sorted.first(), sorted.last()) else {
-            return Range { low: 0.0, high: 1.0 };
+            return ColourRange { low: 0.0, high: 1.0 };
         };
         let kept = ((1.0 - clip) * sorted.len() as f64).ceil() as usize;
         let high = sorted[kept.clamp(1, sorted.len()) - 1];
         // If only few values differ from the rest, the range ends at the highest value.
         let high = if high > low { high } else { last };
-        if high > low { Range { low, high } } else { Range { low, high: low + 1.0 } }
+        if high > low { ColourRange { low, high } } else { ColourRange { low, high: low + 1.0 } }
     }
 
     fn share(self, value: f64) -> f64 {
@@ -73,8 +73,8 @@ impl Range {
 }
 
 /// Colour of a normalised value between 0 (dark) and 1 (light).
-pub fn colour(share: f64) -> Rgb {
-    let c = colorous::CIVIDIS.eval_continuous(share);
+pub fn colour(fraction: f64) -> Rgb {
+    let c = colorous::CIVIDIS.eval_continuous(fraction);
     [c.r, c.g, c.b]
 }
 
@@ -82,20 +82,20 @@ pub fn colour(share: f64) -> Rgb {
 const DARKEST: f64 = 0.3;
 
 /// Colour of a normalised value if contact is black.
-pub fn over_contact(share: f64) -> Rgb {
-    colour(DARKEST + (1.0 - DARKEST) * share)
+pub fn over_contact(fraction: f64) -> Rgb {
+    colour(DARKEST + (1.0 - DARKEST) * fraction)
 }
 
 /// Reads a field file and reduces it to at most `longest` cells along a side; `of` is applied to each node first.
 /// Only one row is in memory at a time.
-pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<DownsampledMap> {
-    let reader = npy::Reader::open(path)?;
+pub fn load(path: &Path, longest: usize, select: impl Fn(f64) -> f64) -> Result<DownsampledMap> {
+    let reader = npy::NpyReader::open(path)?;
     let mut reducer = Downsampler::new(reader.nx, reader.ny, longest);
     let mut seen = Vec::with_capacity(reader.nx);
     let mut bad = None;
     reader.for_each_row(|y, row| {
         seen.clear();
-        seen.extend(row.iter().map(|&v| of(v)));
+        seen.extend(row.iter().map(|&v| select(v)));
         if let Some(x) = row.iter().position(|v| !v.is_finite()) {
             bad.get_or_insert((y, x, row[x]));
         }
@@ -112,12 +112,12 @@ pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Down
 }
 
 /// A continuous map in CIVIDIS; low values are dark.
-pub fn map(small: &DownsampledMap, range: Range) -> Picture {
+pub fn map(small: &DownsampledMap, range: ColourRange) -> Picture {
     Picture::from_cells(small.nx, small.values.clone(), |i| colour(range.share(small.values[i])))
 }
 
 /// A gap map with contact (from the contact fraction of each cell) in black; small gaps are dark.
-pub fn gap(small: &DownsampledMap, range: Range, contact: &DownsampledMap) -> Picture {
+pub fn gap(small: &DownsampledMap, range: ColourRange, contact: &DownsampledMap) -> Picture {
     let values = small.values.iter().enumerate().map(|(i, v)| if touches(contact, i) { f64::NAN } else { *v });
     Picture::from_cells(small.nx, values.collect(), |i| {
         if touches(contact, i) { BLACK } else { over_contact(range.share(small.values[i])) }
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn the_first_row_is_at_the_bottom_and_small_maps_are_enlarged() {
-        let picture = map(&small(2, &[0.0, 1.0, 1.0, 1.0]), Range { low: 0.0, high: 1.0 });
+        let picture = map(&small(2, &[0.0, 1.0, 1.0, 1.0]), ColourRange { low: 0.0, high: 1.0 });
         assert_eq!((picture.width, picture.height), (320, 320));
         assert_eq!(picture.at(0, 319), colour(0.0));
         assert_eq!(picture.at(319, 319), colour(1.0));
@@ -231,7 +231,7 @@ mod tests {
         let luma = |c: Rgb| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);
         let steps: Vec<f64> = (0..=20).map(|i| luma(over_contact(f64::from(i) / 20.0))).collect();
         assert!(steps[0] > 255.0 / 6.0 && steps.windows(2).all(|w| w[1] > w[0]), "{steps:?}");
-        let range = Range { low: 0.0, high: 1.0 };
+        let range = ColourRange { low: 0.0, high: 1.0 };
         let picture = gap(&small(2, &[0.0, 0.0, 1.0, 1.0]), range, &small(2, &[1.0, 0.0, 0.0, 0.0]));
         assert_eq!([picture.at(0, 319), picture.at(319, 319)], [BLACK, over_contact(0.0)]);
     }
@@ -240,19 +240,19 @@ mod tests {
     fn a_range_leaves_out_peaks_but_never_collapses() {
         let mut values: Vec<f64> = (0..1000).map(f64::from).collect();
         values[7] = 1e9;
-        assert_eq!(Range::of(&values, 0.002), Range { low: 0.0, high: 998.0 });
-        assert_eq!(Range::of(&[2.0; 3], 0.0), Range { low: 2.0, high: 3.0 });
+        assert_eq!(ColourRange::of(&values, 0.002), ColourRange { low: 0.0, high: 998.0 });
+        assert_eq!(ColourRange::of(&[2.0; 3], 0.0), ColourRange { low: 2.0, high: 3.0 });
         let mut flat = [0.0; 1000];
         flat[1] = 5.0;
-        assert_eq!(Range::of(&flat, 0.01), Range { low: 0.0, high: 5.0 });
-        assert_eq!(Range::of([].iter(), 0.0), Range { low: 0.0, high: 1.0 });
+        assert_eq!(ColourRange::of(&flat, 0.01), ColourRange { low: 0.0, high: 5.0 });
+        assert_eq!(ColourRange::of([].iter(), 0.0), ColourRange { low: 0.0, high: 1.0 });
     }
 
     #[test]
     fn a_png_is_one() {
         let png = contact(&small(3, &[0.0, 1.0, 0.0]), BLACK).png().unwrap();
         assert!(png.starts_with(b"\x89PNG"));
-        let back = image::load_from_memory(&png).unwrap();
-        assert_eq!((back.width(), back.height()), (321, 107));
+        let unloading = image::load_from_memory(&png).unwrap();
+        assert_eq!((unloading.width(), unloading.height()), (321, 107));
     }
 }

@@ -6,9 +6,9 @@
 use std::fmt::Write;
 
 use super::picture::{self, Rgb};
-use super::scale::Scale;
-pub use super::scale::{Axis, linear, log};
-use super::svg::{self, CHARACTER, Format, Ticks, css, escaped, half_width, text};
+use super::scale::PlotAxis;
+pub use super::scale::{AxisScale, linear, log};
+use super::svg::{self, CHARACTER, DrawingSize, Ticks, css, escaped, half_width, text};
 
 /// Height of a row of the legend, and length of a line sample, in text heights.
 const LEGEND_ROW: f64 = 1.45;
@@ -146,8 +146,8 @@ pub const PANEL: f64 = 270.0;
 /// A frame with its curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
-    pub x: Axis,
-    pub y: Axis,
+    pub x: AxisScale,
+    pub y: AxisScale,
     pub curves: Vec<Curve>,
     /// Points that the axes must include.
     pub include: Vec<(f64, f64)>,
@@ -158,16 +158,16 @@ pub struct Plot {
 }
 
 /// Frame and axes of a drawing.
-struct Layout {
-    format: Format,
+struct PlotLayout {
+    format: DrawingSize,
     /// Edges of the frame: left, right, top, bottom.
     frame: [f64; 4],
     height: f64,
-    x: Scale,
-    y: Scale,
+    x: PlotAxis,
+    y: PlotAxis,
 }
 
-impl Layout {
+impl PlotLayout {
     fn place(&self, point: &(f64, f64)) -> (f64, f64) {
         let [left, right, top, bottom] = self.frame;
         (left + self.x.place(point.0) * (right - left), bottom - self.y.place(point.1) * (bottom - top))
@@ -176,17 +176,17 @@ impl Layout {
 
 impl Plot {
     /// A frame of default proportions around its curves.
-    pub fn new(x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
+    pub fn new(x: AxisScale, y: AxisScale, curves: Vec<Curve>) -> Self {
         Plot { x, y, curves, include: Vec::new(), proportion: 0.6, width: WHOLE }
     }
 
     /// The drawing for the page.
     pub fn svg(&self) -> Option<String> {
-        self.drawn(Format::page(self.width))
+        self.drawn(DrawingSize::page(self.width))
     }
 
     /// SVG text; `None` if no curve has a point in the domain of the axes.
-    pub fn drawn(&self, format: Format) -> Option<String> {
+    pub fn drawn(&self, format: DrawingSize) -> Option<String> {
         let curves: Vec<Curve> = self.curves.iter().filter_map(|c| self.shown(c)).collect();
         if curves.is_empty() {
             return None;
@@ -195,7 +195,7 @@ impl Plot {
         let spread = |pick: fn(&(f64, f64)) -> f64| -> Vec<f64> {
             curves.iter().chain(&include).flat_map(|c| &c.points).filter(|p| is_seen(p)).map(pick).collect()
         };
-        let (x, y) = (Scale::new(self.x.log, &spread(|p| p.0)), Scale::new(self.y.log, &spread(|p| p.1)));
+        let (x, y) = (PlotAxis::new(self.x.log, &spread(|p| p.0)), PlotAxis::new(self.y.log, &spread(|p| p.1)));
         let t = format.text;
         let legend = legend_rows(&curves, format);
         let longest = y.labels().map(|l| l.chars().count()).max().unwrap_or(1).max(3) as f64;
@@ -205,16 +205,16 @@ impl Plot {
         let last = x.labels().last().map_or(0, |l| l.chars().count());
         let right = format.width - (half_width(last) + 0.2).max(1.2) * t;
         let frame = [(longest * CHARACTER + 2.5) * t, right, top, height - 3.0 * t];
-        let layout = Layout { format, frame, height, x, y };
+        let layout = PlotLayout { format, frame, height, x, y };
         Some(self.assemble(&layout, &curves, &legend))
     }
 
-    fn assemble(&self, layout: &Layout, curves: &[Curve], legend: &[Vec<(f64, usize)>]) -> String {
-        let Layout { frame: [left, right, top, bottom], format, height, x, y } = layout;
+    fn assemble(&self, layout: &PlotLayout, curves: &[Curve], legend: &[Vec<(f64, usize)>]) -> String {
+        let PlotLayout { frame: [left, right, top, bottom], format, height, x, y } = layout;
         let [x_label, y_label] = [&self.x, &self.y].map(|axis| escaped(&axis.label));
         let mut svg = format.open(*height, &format!("{y_label} against {x_label}"));
         // Axes for scripts: kind, and the values and positions of the ends.
-        let axis = |axis: &Axis, scale: &Scale| format!("{} {} {}", axis.kind(), scale.low, scale.high);
+        let axis = |axis: &AxisScale, scale: &PlotAxis| format!("{} {} {}", axis.kind(), scale.low, scale.high);
         let (along, up) = (axis(&self.x, x), axis(&self.y, y));
         let data = format!(
             " class=\"plot\" data-x=\"{along} {left:.2} {right:.2}\" data-y=\"{up} {bottom:.2} {top:.2}\" data-labels=\"{x_label}|{y_label}\""
@@ -241,8 +241,8 @@ impl Plot {
         svg
     }
 
-    fn axes(&self, svg: &mut String, layout: &Layout) {
-        let Layout { frame: [left, right, top, bottom], format, x, y, .. } = layout;
+    fn axes(&self, svg: &mut String, layout: &PlotLayout) {
+        let PlotLayout { frame: [left, right, top, bottom], format, x, y, .. } = layout;
         let t = format.text;
         let at_x = |v: &f64| left + x.place(*v) * (right - left);
         let at_y = |v: &f64| bottom - y.place(*v) * (bottom - top);
@@ -260,7 +260,7 @@ impl Plot {
             }
             svg.push_str("\"/>");
         }
-        let ticks = |scale: &Scale, at: &dyn Fn(&f64) -> f64, label: &str| Ticks {
+        let ticks = |scale: &PlotAxis, at: &dyn Fn(&f64) -> f64, label: &str| Ticks {
             places: scale.ticks.iter().map(at).zip(scale.labels()).collect(),
             label: format!("{label}{}", scale.factor_note()),
         };
@@ -270,7 +270,7 @@ impl Plot {
     }
 
     /// Line, error bars and markers of a curve in axis coordinates.
-    fn curve(&self, svg: &mut String, layout: &Layout, curve: &Curve) {
+    fn curve(&self, svg: &mut String, layout: &PlotLayout, curve: &Curve) {
         let t = layout.format.text;
         let seen = |p: &(f64, f64)| if is_seen(p) { Some(layout.place(p)) } else { None };
         let mut path = String::new();
@@ -300,7 +300,7 @@ impl Plot {
         if !bars.is_empty() {
             line(svg, &bars, Style { dash: Dash::Solid, ..curve.style }, 0.6 * t);
         }
-        curve.points.iter().filter_map(seen).for_each(|at| mark(svg, at, curve.style, t));
+        curve.points.iter().filter_map(seen).for_each(|node| mark(svg, node, curve.style, t));
     }
 
     /// The curve in axis coordinates (logarithms on logarithmic axes).
@@ -365,7 +365,7 @@ fn mark(svg: &mut String, (x, y): (f64, f64), style: Style, t: f64) {
 }
 
 /// Legend entries (position, index of the curve), broken into rows that fit the width.
-fn legend_rows(curves: &[Curve], format: Format) -> Vec<Vec<(f64, usize)>> {
+fn legend_rows(curves: &[Curve], format: DrawingSize) -> Vec<Vec<(f64, usize)>> {
     let mut rows: Vec<Vec<(f64, usize)>> = Vec::new();
     let (t, mut at) = (format.text, format.width);
     for (number, curve) in curves.iter().enumerate().filter(|(_, c)| !c.label.is_empty()) {

@@ -9,7 +9,7 @@ use image::ExtendedColorType;
 
 use super::picture::{self, Rgb};
 use super::scale::ends;
-use super::svg::{Format, escaped, text};
+use super::svg::{DrawingSize, escaped, text};
 
 /// Direction of the view, degrees, of the picture without JavaScript.
 pub(super) const AZIMUTH: f64 = 30.0;
@@ -54,7 +54,7 @@ impl ReliefFigure<'_> {
     pub(super) const WIDTH: usize = 800;
 
     /// The picture with its labels.
-    pub(super) fn svg(&self, png: &[u8], format: Format) -> String {
+    pub(super) fn svg(&self, png: &[u8], format: DrawingSize) -> String {
         let (t, width) = (format.text, format.width);
         let height = PROPORTION * width;
         let mut svg = format.open(height, &escaped(&self.alt));
@@ -98,14 +98,14 @@ impl Canvas {
         for y in y0..y1 {
             for x in x0..x1 {
                 let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
-                let share =
+                let fraction =
                     |p: Projected, q: Projected| ((q[0] - p[0]) * (py - p[1]) - (px - p[0]) * (q[1] - p[1])) / area;
-                let (of_a, of_b, of_c) = (share(b, c), share(c, a), share(a, b));
+                let (of_a, of_b, of_c) = (fraction(b, c), fraction(c, a), fraction(a, b));
                 let depth = of_a * a[2] + of_b * b[2] + of_c * c[2];
-                let at = y * self.width + x;
-                if of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0 && depth < self.depth[at] {
-                    self.depth[at] = depth;
-                    self.pixels[at] = [red, green, blue, 255];
+                let index = y * self.width + x;
+                if of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0 && depth < self.depth[index] {
+                    self.depth[index] = depth;
+                    self.pixels[index] = [red, green, blue, 255];
                 }
             }
         }
@@ -121,8 +121,8 @@ impl Canvas {
 const LIGHT: [f64; 3] = [-0.42, 0.57, 0.705];
 
 fn shaded(colour: Rgb, light: f64) -> Rgb {
-    let share = 0.45 + 0.55 * (SHADES * light.clamp(0.0, 1.0)).round() / SHADES;
-    colour.map(|c| (f64::from(c) * share).round() as u8)
+    let fraction = 0.45 + 0.55 * (SHADES * light.clamp(0.0, 1.0)).round() / SHADES;
+    colour.map(|c| (f64::from(c) * fraction).round() as u8)
 }
 
 impl Relief<'_> {
@@ -135,11 +135,11 @@ impl Relief<'_> {
     pub(super) fn edges(&self, width: f64) -> [(f64, f64); 2] {
         let (low, high) = ends(self.heights.iter().copied());
         let middle = 0.5 * (low + high);
-        let at = |x: f64, y: f64| {
+        let value_at = |x: f64, y: f64| {
             let [right, down, _] = self.projected([x, y, low - FLOOR - middle], [width, PROPORTION * width]);
             (right, down)
         };
-        [at(0.0, -0.5 * self.aspect), at(-0.5, 0.0)]
+        [value_at(0.0, -0.5 * self.aspect), value_at(-0.5, 0.0)]
     }
 
     /// A point, from the middle of the block, in a picture of a width and height.
@@ -172,12 +172,14 @@ impl Relief<'_> {
             let centred = [x - 0.5, y - 0.5 * self.aspect, z - 0.5 * (low + high)];
             self.projected(centred, [width as f64, height as f64])
         };
-        let at = |i: usize, j: usize| self.heights[j * nx + i];
-        let node = |i: usize, j: usize| project((i as f64 + 0.5) * dx, (j as f64 + 0.5) * dy, at(i, j));
+        let value_at = |i: usize, j: usize| self.heights[j * nx + i];
+        let node = |i: usize, j: usize| project((i as f64 + 0.5) * dx, (j as f64 + 0.5) * dy, value_at(i, j));
         for j in 0..ny.saturating_sub(1) {
             for i in 0..nx.saturating_sub(1) {
-                let slope_x = (at(i + 1, j) - at(i, j) + at(i + 1, j + 1) - at(i, j + 1)) / (2.0 * dx);
-                let slope_y = (at(i, j + 1) - at(i, j) + at(i + 1, j + 1) - at(i + 1, j)) / (2.0 * dy);
+                let slope_x =
+                    (value_at(i + 1, j) - value_at(i, j) + value_at(i + 1, j + 1) - value_at(i, j + 1)) / (2.0 * dx);
+                let slope_y =
+                    (value_at(i, j + 1) - value_at(i, j) + value_at(i + 1, j + 1) - value_at(i + 1, j)) / (2.0 * dy);
                 let (across, away) = (slope_x * cos_a - slope_y * sin_a, slope_x * sin_a + slope_y * cos_a);
                 let normal = [-across, cos_e + away * -sin_e, sin_e + away * cos_e];
                 let length = (1.0 + slope_x * slope_x + slope_y * slope_y).sqrt();
@@ -211,8 +213,9 @@ mod tests {
     #[test]
     fn what_is_behind_is_hidden() {
         let n = 32;
-        let map =
-            |ridge: f64, at: usize| -> Vec<f64> { (0..n * n).map(|k| if k / n == at { ridge } else { 0.0 }).collect() };
+        let map = |ridge: f64, node: usize| -> Vec<f64> {
+            (0..n * n).map(|k| if k / n == node { ridge } else { 0.0 }).collect()
+        };
         let colours: Vec<Rgb> = (0..n * n).map(|k| if k / n > 20 { BLUE } else { ORANGE }).collect();
         let blue = |heights: &[f64]| {
             let canvas = Relief { nx: n, heights, colours: &colours, aspect: 1.0 }.drawn(300);

@@ -4,20 +4,20 @@ use super::number::{superscript, trimmed};
 
 /// An axis: whether it is logarithmic, and its label with the unit in brackets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub struct AxisScale {
     pub log: bool,
     pub label: String,
 }
 
-pub fn linear<T: Into<String>>(label: T) -> Axis {
-    Axis { log: false, label: label.into() }
+pub fn linear<T: Into<String>>(label: T) -> AxisScale {
+    AxisScale { log: false, label: label.into() }
 }
 
-pub fn log<T: Into<String>>(label: T) -> Axis {
-    Axis { log: true, label: label.into() }
+pub fn log<T: Into<String>>(label: T) -> AxisScale {
+    AxisScale { log: true, label: label.into() }
 }
 
-impl Axis {
+impl AxisScale {
     /// For scripts.
     pub(super) fn kind(&self) -> &'static str {
         if self.log { "log" } else { "linear" }
@@ -34,7 +34,7 @@ const FEW_DECADES: f64 = 3.0;
 
 /// Range and ticks of an axis, in axis coordinates.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Scale {
+pub(super) struct PlotAxis {
     log: bool,
     pub(super) low: f64,
     pub(super) high: f64,
@@ -45,7 +45,7 @@ pub(super) struct Scale {
     power: i32,
 }
 
-impl Scale {
+impl PlotAxis {
     pub(super) fn new(log: bool, values: &[f64]) -> Self {
         let (low, high) = ends(values.iter().copied());
         if log { Self::logarithmic(low, high) } else { Self::linear(low, high) }
@@ -64,7 +64,7 @@ impl Scale {
         let largest = low.abs().max(high.abs());
         let power = if (1e-2..1e5).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
         let ticks = (first..=last).map(|i| i as f64 * step).collect();
-        Scale { log: false, low, high, ticks, minor: Vec::new(), step, power }
+        PlotAxis { log: false, low, high, ticks, minor: Vec::new(), step, power }
     }
 
     fn logarithmic(low: f64, high: f64) -> Self {
@@ -80,7 +80,7 @@ impl Scale {
         // Over fewer than three decades, powers of ten alone are too few labels.
         let ticks = if high - low < FEW_DECADES { multiples(&[1.0, 2.0, 5.0]) } else { decades };
         let minor = if every == 1 { multiples(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { Vec::new() };
-        Scale { log: true, low, high, ticks, minor, step: 1.0, power: 0 }
+        PlotAxis { log: true, low, high, ticks, minor, step: 1.0, power: 0 }
     }
 
     fn label(&self, v: f64) -> String {
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     fn labels(log: bool, low: f64, high: f64) -> Vec<String> {
-        Scale::new(log, &[low, high]).labels().collect()
+        PlotAxis::new(log, &[low, high]).labels().collect()
     }
 
     #[test]
@@ -143,7 +143,7 @@ mod tests {
         let path = ["0.001", "0.002", "0.005", "0.01", "0.02", "0.05", "0.1", "0.2"];
         assert_eq!(labels(true, -3.0, 0.3_f64.log10()), path);
         assert_eq!(labels(true, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);
-        let small = Scale::new(false, &[0.0, 3e-5]);
+        let small = PlotAxis::new(false, &[0.0, 3e-5]);
         assert_eq!(small.factor_note(), " × 10⁵");
         assert!(small.labels().any(|l| l == "1.0"), "{:?}", small.labels().collect::<Vec<_>>());
         assert_eq!(labels(false, 5.0, 5.0).len(), 5);

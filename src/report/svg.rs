@@ -6,7 +6,7 @@ use super::picture::Rgb;
 
 /// Size of a drawing: width and text height in units of `unit`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Format {
+pub struct DrawingSize {
     pub width: f64,
     pub text: f64,
     /// Width of the drawing in the file, with its unit ("84mm"); `None` on the page, whose style sheet sets it.
@@ -16,7 +16,7 @@ pub struct Format {
 /// Points per millimetre.
 const POINTS: f64 = 72.0 / 25.4;
 
-impl Format {
+impl DrawingSize {
     /// Text height on the page, px.
     pub const PAGE_TEXT: f64 = 13.0;
     /// Text height in printed figures, points.
@@ -24,12 +24,12 @@ impl Format {
 
     /// For the page, px.
     pub fn page(width: f64) -> Self {
-        Format { width, text: Self::PAGE_TEXT, printed_mm: None }
+        DrawingSize { width, text: Self::PAGE_TEXT, printed_mm: None }
     }
 
     /// For print, points.
     pub fn printed(width_mm: f64) -> Self {
-        Format { width: width_mm * POINTS, text: Self::PRINTED_TEXT, printed_mm: Some(width_mm) }
+        DrawingSize { width: width_mm * POINTS, text: Self::PRINTED_TEXT, printed_mm: Some(width_mm) }
     }
 
     /// Start of the drawing.
@@ -102,11 +102,11 @@ pub(super) fn axes(svg: &mut String, t: f64, outline: &str, frame: [f64; 4], [x,
 }
 
 /// A text at its base line; `anchor`: "start", "middle" or "end".
-pub(super) fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, words: &str) {
+pub(super) fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, tokens: &str) {
     // Writing into a string does not fail.
     let _ = write!(
         svg,
         "<text x=\"{x:.2}\" y=\"{y:.2}\" text-anchor=\"{anchor}\" fill=\"currentColor\">{}</text>",
-        escaped(words)
+        escaped(tokens)
     );
 }

@@ -2,7 +2,7 @@
 
 use super::model::relative_to;
 use super::repulsion::BlockCrystal;
-use super::{AtomsScene, Scene, Slope, Start, Surface};
+use super::{AtomsScene, AtomsStart, HeightSource, Scene, Slope};
 use crate::{Error, Result};
 use asperity_atoms::audit::{Actual, AuditInput, Target, audit};
 use asperity_atoms::block::{BaseKind, Block};
@@ -14,8 +14,8 @@ use asperity_atoms::job_spec::FORCE_TOLERANCE;
 use asperity_atoms::nvt::NvtSettings;
 use asperity_atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
 use asperity_atoms::results::AuditLine;
-use asperity_atoms::wall::{self, Wall as AtomWall};
-use asperity_contact::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
+use asperity_atoms::wall::{self, LatticeWall as AtomWall};
+use asperity_contact::interface::{AttractionLaw, Base, Elastic, Layer, TabulatedWall};
 use asperity_contact::load::LoadStep;
 use asperity_grid::Grid;
 use asperity_grid::error::Complaint;
@@ -83,7 +83,7 @@ pub struct AtomsCase {
     /// Factor on the heights: 1 for the literal profile.
     pub stretch: f64,
     pub resolved_gradient: f64,
-    pub start: Start,
+    pub start: AtomsStart,
     /// Whether the highest load is followed by an unloading branch.
     pub unload: bool,
     /// Constant-temperature runs of the relaxed states, if requested.
@@ -107,36 +107,36 @@ pub struct AtomsCase {
 pub(super) struct LaboratoryProblem<'a> {
     pub(super) scene: &'a Scene,
     pub(super) file: &'a Path,
-    pub(super) surface: &'a Surface,
+    pub(super) surface: &'a HeightSource,
     pub(super) grid: Grid,
     pub(super) gradient: f64,
-    pub(super) adhesion: Adhesion,
+    pub(super) adhesion: AttractionLaw,
     pub(super) highest_p_star: f64,
 }
 
 /// A pressure that would shorten the block by half is refused.
-fn refuse_crushing(problem: &LaboratoryProblem, place: &str) -> Result<()> {
-    let (p_star, most) = (problem.highest_p_star, highest_p_star(problem.gradient));
-    if p_star <= most {
+fn refuse_crushing(problem: &LaboratoryProblem, context: &str) -> Result<()> {
+    let (p_star, largest) = (problem.highest_p_star, highest_p_star(problem.gradient));
+    if p_star <= largest {
         return Ok(());
     }
     let accepted = format!(
         "at most {:.1e} with atoms: pressures above {MAX_PRESSURE_OVER_MODULUS} E* crush the crystal. p* is the pressure over E* times \
          the rms gradient; if {:.3} is not the gradient of the surface, the unit of its heights or of its extent is wrong",
-        rounded_down(most),
+        rounded_down(largest),
         problem.gradient
     );
-    Err(Error::input(place, "load.p_star", p_star, accepted))
+    Err(Error::input(context, "load.p_star", p_star, accepted))
 }
 
 /// The block's crystal, and the mass of an atom, u.
-fn crystal<'a>(problem: &LaboratoryProblem, a: &'a AtomsScene, place: &str) -> Result<(BlockCrystal<'a>, f64)> {
+fn crystal<'a>(problem: &LaboratoryProblem, a: &'a AtomsScene, context: &str) -> Result<(BlockCrystal<'a>, f64)> {
     let element = a.element.as_str();
     let Some(path) = &a.potential else {
         let (symbol, _, mass_u) = CALCIUM_ELEMENT;
         if element != symbol {
             let accepted = format!("{symbol:?}, the element of the shipped potential, or another atoms.potential");
-            return Err(Error::input(place, "atoms.element", format!("{element:?}"), accepted));
+            return Err(Error::input(context, "atoms.element", format!("{element:?}"), accepted));
         }
         let (a0, cutoff_angstrom) = (CALCIUM.a0, CALCIUM.rc);
         return Ok((BlockCrystal { element, a0, modulus_gpa: CALCIUM_MODULUS_GPA, cutoff_angstrom }, mass_u));
@@ -148,17 +148,17 @@ fn crystal<'a>(problem: &LaboratoryProblem, a: &'a AtomsScene, place: &str) -> R
         ("atoms.lattice_constant", a.lattice_constant.map(|l| l.to("Å"))),
         ("atoms.modulus", a.modulus.map(|e| e.to("GPa"))),
     ];
-    let absent = constants.iter().filter(|(_, given)| given.is_none());
+    let absent = constants.iter().filter(|(_, value)| value.is_none());
     let accepted = "the value for atoms.potential (`asperity potential --measure` finds it)";
     let list: Vec<Complaint> = absent.map(|(key, _)| Complaint::new(*key, "not given", accepted)).collect();
     let [(_, Some(a0)), (_, Some(modulus_gpa))] = constants else {
-        return Err(Error::Input { place: place.into(), list });
+        return Err(Error::Input { place: context.into(), list });
     };
     Ok((BlockCrystal { element, a0, modulus_gpa, cutoff_angstrom: header.cutoff_angstrom }, mass_u))
 }
 
 /// The low-passed profile of the indenter, in units of the block's length.
-struct Profile {
+struct IndenterProfile {
     grid: Grid,
     low_pass_angstrom: f64,
     /// Factor on the heights.
@@ -170,7 +170,7 @@ struct Profile {
     first_touch_gap: f64,
 }
 
-impl Profile {
+impl IndenterProfile {
     /// `points`: atoms along a side of the indenter; `length`: of the block, Å.
     fn resolve(
         problem: &LaboratoryProblem,
@@ -189,10 +189,15 @@ impl Profile {
         }
         let grid = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
         // The audit needs the moments of the low-passed heights: these and their spectrum.
-        let (need, have) = (3 * 8 * grid.points() as u64, asperity_grid::sys::available_memory_bytes());
-        if need > have {
-            let what = format!("the indenter's profile on {} x {} points", grid.nx, grid.ny);
-            return Err(Error::Memory { what, need, have, advice: "a smaller atoms.cells needs less".into() });
+        let (required, available) = (3 * 8 * grid.points() as u64, asperity_grid::sys::available_memory_bytes());
+        if required > available {
+            let description = format!("the indenter's profile on {} x {} points", grid.nx, grid.ny);
+            return Err(Error::Memory {
+                what: description,
+                need: required,
+                have: available,
+                advice: "a smaller atoms.cells needs less".into(),
+            });
         }
         let heights = problem.surface.heights(grid, low_pass);
         let resolved = moments(grid, &heights);
@@ -206,7 +211,7 @@ impl Profile {
             Slope::Renormalised => problem.gradient / resolved.rms_gradient,
         };
         let extent = range(&heights);
-        Ok(Profile {
+        Ok(IndenterProfile {
             grid,
             low_pass_angstrom,
             stretch,
@@ -221,9 +226,9 @@ impl Profile {
 fn target(problem: &LaboratoryProblem) -> Target {
     let (gamma, rho) = (problem.adhesion.work_of_adhesion(), problem.adhesion.range());
     let (lambda_s, curvature_radius) = match problem.surface {
-        Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
-        Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
-        Surface::Fourier { modes, .. } => {
+        HeightSource::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
+        HeightSource::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
+        HeightSource::Fourier { modes, .. } => {
             let heights = modes.heights(problem.grid, 0.0);
             (modes.shortest(), moments(problem.grid, &heights).curvature_radius())
         }
@@ -256,7 +261,7 @@ impl AtomsCase {
         let points = grid_points(a.cells, crystal.a0, repulsion.minimum_angstrom());
         let length = block.length();
         let wall = AtomWall::new(repulsion, length / points as f64, crystal.a0)?;
-        let profile = Profile::resolve(problem, a, &wall, points, length)?;
+        let profile = IndenterProfile::resolve(problem, a, &wall, points, length)?;
         let scales =
             Scales { length_m: length * asperity_grid::units::ANGSTROM_M, modulus_pa: crystal.modulus_gpa * 1e9 };
         let adhesion = pair_adhesion(problem, a.adhesion_range.to("Å"), &wall, scales)
@@ -312,13 +317,13 @@ impl AtomsCase {
     }
 
     /// Heights of the profile in Å on a grid over the block, lowest at 0.
-    pub fn heights_angstrom(&self, surface: &Surface, grid: Grid) -> Vec<f64> {
+    pub fn heights_angstrom(&self, surface: &HeightSource, grid: Grid) -> Vec<f64> {
         let scale = self.stretch * self.block.length();
         surface.heights(grid, self.low_pass).into_iter().map(|h| h * scale).collect()
     }
 
     /// What an atom of the block meets of these heights, as a ball of the wall's radius r_m, on the grid of the comparison, Å.
-    pub fn dilated_heights_angstrom(&self, surface: &Surface) -> Vec<f64> {
+    pub fn dilated_heights_angstrom(&self, surface: &HeightSource) -> Vec<f64> {
         let length = self.block.length();
         let scaled = Grid { lx: self.matched.lx * length, ly: self.matched.ly * length, ..self.matched };
         dilate_by_ball(scaled, &self.heights_angstrom(surface, self.matched), self.wall.minimum_angstrom())
@@ -364,9 +369,9 @@ impl AtomsCase {
     }
 
     /// Adhesion of the continuum to be compared with the atoms, for a hard or for the compliant wall.
-    pub fn matched_adhesion(&self, compliant: bool) -> Adhesion {
-        self.adhesion.map_or(Adhesion::None, |a| {
-            Adhesion::exponential(a.gamma * if compliant { a.calibration } else { 1.0 }, a.rho)
+    pub fn matched_adhesion(&self, compliant: bool) -> AttractionLaw {
+        self.adhesion.map_or(AttractionLaw::None, |a| {
+            AttractionLaw::exponential(a.gamma * if compliant { a.calibration } else { 1.0 }, a.rho)
         })
     }
 
@@ -399,9 +404,9 @@ fn pair_adhesion(
     scales: Scales,
 ) -> Result<Option<PairAdhesion>> {
     // Another law is refused with the scene.
-    let Adhesion::Exponential(law) = problem.adhesion else { return Ok(None) };
+    let AttractionLaw::Exponential(law) = problem.adhesion else { return Ok(None) };
     let gamma_ev_a2 = scales.energy_per_area_ev_a2(law.gamma);
-    let pair = wall::Adhesion::new(wall, gamma_ev_a2, rho_angstrom)?;
+    let pair = wall::YukawaAdhesion::new(wall, gamma_ev_a2, rho_angstrom)?;
     Ok(Some(PairAdhesion {
         pair: Yukawa {
             amplitude_ev_angstrom: pair.coefficient_ev_angstrom,

@@ -58,7 +58,7 @@ pub struct AtomsScene {
     /// Initial configuration of each load. Default: the continuum's solution; with adhesion, where states depend on the load history,
     /// and with `step`, first contact.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub start: Option<Start>,
+    pub start: Option<AtomsStart>,
     /// Descent of the indenter per load step from first contact. Default: 0.3 Å.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<Length>,
@@ -104,13 +104,13 @@ pub const HALF_SPACE_EDGES: usize = 4;
 pub enum Foundation {
     /// Lattice constants.
     Cells(usize),
-    Word(HalfSpace),
+    Word(HalfSpaceWord),
 }
 
 /// A foundation that is as deep as every wave of the block needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum HalfSpace {
+pub enum HalfSpaceWord {
     HalfSpace,
 }
 
@@ -164,7 +164,7 @@ impl AtomsScene {
     pub fn foundation_depth(&self) -> usize {
         match self.foundation_cells {
             Foundation::Cells(cells) => cells,
-            Foundation::Word(HalfSpace::HalfSpace) => self.cells.saturating_mul(HALF_SPACE_EDGES),
+            Foundation::Word(HalfSpaceWord::HalfSpace) => self.cells.saturating_mul(HALF_SPACE_EDGES),
         }
     }
 
@@ -174,9 +174,9 @@ impl AtomsScene {
     }
 
     /// Where the atoms of a load start from, where the bodies attract each other or not.
-    pub fn start_or_default(&self, attracts: bool) -> Start {
+    pub fn start_or_default(&self, attracts: bool) -> AtomsStart {
         let steps = attracts || self.step.is_some();
-        self.start.unwrap_or(if steps { Start::Touch } else { Start::Continuum })
+        self.start.unwrap_or(if steps { AtomsStart::Touch } else { AtomsStart::Continuum })
     }
 }
 
@@ -193,7 +193,7 @@ pub enum Slope {
 /// Initial configuration of the atoms at a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Start {
+pub enum AtomsStart {
     /// The continuum's solution at that load. The indenter then finds its height under the load.
     Continuum,
     /// First contact: the indenter descends step by step, and the loads are interpolated between two steps.

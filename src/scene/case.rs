@@ -4,14 +4,14 @@ use super::load::estimated_p_star;
 use super::model::relative_to;
 use super::source::ResolvedSurface;
 use super::surface_file::{SurfaceFile, preparation_keys, rounded};
-use super::{ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, Laboratory, Length, Scene, Surface};
+use super::{ALL_METHODS, AdhesionScene, AtomsCase, CaseHardness, HeightSource, LaboratoryScene, Length, Scene};
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::{
-    Adhesion, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall,
+    AttractionLaw, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, SubsurfaceRequest, Wall,
 };
 use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{Card, ContactMethod, Heights, Kind, Problem};
+use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
 use asperity_grid::Grid;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
@@ -37,9 +37,9 @@ pub struct Case {
     /// The scene file, for messages and relative paths.
     pub file: PathBuf,
     /// The scene's scales, with the extents of the prepared cell.
-    pub laboratory: Laboratory,
+    pub laboratory: LaboratoryScene,
     pub scales: Scales,
-    pub surface: Surface,
+    pub surface: HeightSource,
     /// Mean gap at first contact, units of L; `None` for a synthesised surface without imposed displacements.
     pub first_touch: Option<f64>,
     /// Of an imported surface.
@@ -50,7 +50,7 @@ pub struct Case {
     /// See [`Case::load_steps`].
     pub(crate) load_steps: Vec<LoadStep>,
     pub kernel: Elastic,
-    pub adhesion: Adhesion,
+    pub adhesion: AttractionLaw,
     pub wall: Wall,
     /// Largest contact stress, units of E*; `None` for an elastic body.
     pub hardness: Option<CaseHardness>,
@@ -90,7 +90,7 @@ impl Case {
             // What the file declares is checked as what is given.
             refuse(complaints(&scene))?;
         }
-        let surface = Surface::resolve(&scene, source, &place)?;
+        let surface = HeightSource::resolve(&scene, source, &place)?;
         Self::on_surface(scene, file, surface, None)
     }
 
@@ -116,7 +116,7 @@ impl Case {
         let grid = grid(&scene, &surface, &place)?;
         let gradient = gradient(&scene, &surface, &place)?;
         let first_touch = first_touch(&scene, &lab, &surface, grid, &place)?;
-        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&lab, a, a.range));
+        let adhesion = scene.adhesion.as_ref().map_or(AttractionLaw::None, |a| adhesion(&lab, a, a.range));
         let wall = match scene.continuum.penalty_length {
             Some(length) => Wall::Penalty(PenaltyWall { length: lab.reduced(length) }),
             None => Wall::Hard,
@@ -200,7 +200,7 @@ impl Case {
                     kernel => kernel,
                 };
                 let heights = self.surface.heights(self.grid, 0.0);
-                Problem { kernel, ..Problem::new(self.grid, &heights) }.full_contact_pressure()
+                ReducedProblem { kernel, ..ReducedProblem::new(self.grid, &heights) }.full_contact_pressure()
             }
             false => RANDOM_FULL_CONTACT * self.gradient,
         };
@@ -231,13 +231,13 @@ impl Case {
     /// does not resolve.
     fn surface_warnings(&self) -> Vec<String> {
         let of_surface = match &self.surface {
-            Surface::Synthesised { modes, .. } => modes.left_out_by(self.grid).into_iter().collect(),
-            Surface::Imported { grid, heights, .. } => {
+            HeightSource::Synthesised { modes, .. } => modes.left_out_by(self.grid).into_iter().collect(),
+            HeightSource::Imported { grid, heights, .. } => {
                 let seam = seam_warning(*grid, heights).filter(|_| self.scene.continuum.is_periodic());
                 let list = quality_warnings(*grid, heights).into_iter().chain(seam);
                 list.map(|text| preparation_keys(&text)).collect()
             }
-            Surface::Fourier { .. } => Vec::new(),
+            HeightSource::Fourier { .. } => Vec::new(),
         };
         let of_range = self.range().resolution_warning(self.adhesion, self.grid.dx().max(self.grid.dy()));
         of_surface.into_iter().chain(slope_warnings(self.gradient)).chain(of_range).collect()
@@ -248,7 +248,7 @@ impl Case {
         let zero = self.scene.load.mean_gap.iter().position(|g| g.value() == 0.0);
         let Some(i) = zero.filter(|_| self.wall == Wall::Hard) else { return Ok(()) };
         let mut accepted = "a positive number".to_string();
-        if self.adhesion == Adhesion::None && fits(self.grid) {
+        if self.adhesion == AttractionLaw::None && fits(self.grid) {
             let heights = self.surface.heights(self.grid, 0.0);
             let full = self.problem((&heights).into()).full_contact_pressure();
             accepted += &format!("; full contact from load.p_star = {} on", full / self.gradient);
@@ -284,7 +284,7 @@ impl Case {
         }
         match values
             .into_iter()
-            .find(|(_, given, reduced)| !asperity_contact::method::is_representable(*given, *reduced))
+            .find(|(_, given_value, reduced)| !asperity_contact::method::is_representable(*given_value, *reduced))
         {
             None => Ok(()),
             Some((key, found, _)) => {
@@ -297,7 +297,7 @@ impl Case {
 
     /// Whether the surface is a non-periodic map. A synthesised surface is periodic even on a non-periodic half-space.
     pub fn is_non_periodic(&self) -> bool {
-        !self.scene.continuum.is_periodic() && matches!(self.surface, Surface::Imported { .. })
+        !self.scene.continuum.is_periodic() && matches!(self.surface, HeightSource::Imported { .. })
     }
 
     /// The load path, the unloading branch of a closed path included.
@@ -349,23 +349,23 @@ impl Case {
 
     /// Whether the scene's own method is a solver. An estimate runs as the compared methods do.
     pub fn solves(&self) -> bool {
-        self.method().kind == Kind::Solver
+        self.method().kind == MethodKind::Solver
     }
 
     /// Card of the scene's own method.
-    pub fn method(&self) -> &'static Card {
+    pub fn method(&self) -> &'static MethodCard {
         asperity_methods::find(&self.scene.continuum.method).expect("checked with the scene").card()
     }
 
     /// Methods that are compared with the scene's own at the same loads, in the order of the registry.
     pub fn comparison_methods(&self) -> Vec<&'static dyn ContactMethod> {
         let (own, also) = (self.method().id, &self.scene.continuum.compare_with);
-        let wanted = |id: &str| {
+        let requested = |id: &str| {
             also.iter().any(|a| a == ALL_METHODS || asperity_methods::find(a).is_some_and(|m| m.card().id == id))
         };
-        let runs = |id: &str| if id == own { !self.solves() } else { wanted(id) };
+        let runs = |id: &str| if id == own { !self.solves() } else { requested(id) };
         // "all" are those that model what the scene contains.
-        let models = |card: &Card| self.hardness.is_none() || card.capabilities.hardness;
+        let models = |card: &MethodCard| self.hardness.is_none() || card.capabilities.hardness;
         REGISTRY.iter().copied().filter(|m| runs(m.card().id) && models(m.card())).collect()
     }
 
@@ -375,19 +375,19 @@ impl Case {
     }
 
     /// The scene's adhesion with another range.
-    pub fn adhesion_of_range(&self, range: Length) -> Adhesion {
-        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&self.laboratory, a, range))
+    pub fn adhesion_of_range(&self, range: Length) -> AttractionLaw {
+        self.scene.adhesion.as_ref().map_or(AttractionLaw::None, |a| adhesion(&self.laboratory, a, range))
     }
 
     /// Range of a law on the scene's grid, units of L: enlarged where the grid does not resolve it.
-    pub fn range_used(&self, adhesion: Adhesion) -> f64 {
+    pub fn range_used(&self, adhesion: AttractionLaw) -> f64 {
         self.range().law(adhesion, self.grid.dx().max(self.grid.dy())).range()
     }
 
     /// The laboratory-scale problem on the scene's grid, with the scene's own range of adhesion.
-    pub fn problem<'a>(&'a self, heights: Heights<'a>) -> Problem<'a> {
+    pub fn problem<'a>(&'a self, heights: Heights<'a>) -> ReducedProblem<'a> {
         let c = &self.scene.continuum;
-        Problem {
+        ReducedProblem {
             kernel: self.kernel,
             adhesion: self.adhesion,
             wall: self.wall,
@@ -397,7 +397,7 @@ impl Case {
             targets: c.targets(),
             max_iterations: c.max_iterations,
             settings: self.scene.methods,
-            ..Problem::new(self.grid, heights)
+            ..ReducedProblem::new(self.grid, heights)
         }
     }
 
@@ -413,23 +413,23 @@ impl Case {
     }
 
     /// The surface, for a caller that stores its heights in another form. An empty map is left.
-    pub fn take_surface(&mut self) -> Surface {
-        let empty = Surface::Imported { grid: self.grid, heights: Arc::default(), origin: String::new() };
+    pub fn take_surface(&mut self) -> HeightSource {
+        let empty = HeightSource::Imported { grid: self.grid, heights: Arc::default(), origin: String::new() };
         std::mem::replace(&mut self.surface, empty)
     }
 
     /// The scene with its paths made absolute, so that it means the same wherever it is read from.
     pub fn portable_scene(&self) -> Scene {
-        let whole = |p: &PathBuf| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
+        let is_whole = |p: &PathBuf| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
         let mut scene = self.scene.clone();
-        scene.surface.heights = scene.surface.heights.as_ref().map(whole);
-        scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(whole);
-        scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(whole);
+        scene.surface.heights = scene.surface.heights.as_ref().map(is_whole);
+        scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(is_whole);
+        scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(is_whole);
         if let Some(atoms) = &mut scene.atoms {
-            atoms.potential = atoms.potential.as_ref().map(whole);
+            atoms.potential = atoms.potential.as_ref().map(is_whole);
             // A bare name is looked for on the search path.
             atoms.program =
-                atoms.program.as_ref().map(|p| if p.components().count() > 1 { whole(p) } else { p.clone() });
+                atoms.program.as_ref().map(|p| if p.components().count() > 1 { is_whole(p) } else { p.clone() });
         }
         scene
     }
@@ -451,17 +451,17 @@ impl Case {
 }
 
 /// The grid on which the surface is solved.
-fn grid(scene: &Scene, surface: &Surface, place: &str) -> Result<Grid> {
+fn grid(scene: &Scene, surface: &HeightSource, context: &str) -> Result<Grid> {
     let n = scene.surface.grid;
     match surface {
-        Surface::Imported { grid, .. } => Ok(*grid),
-        Surface::Fourier { modes, .. } if !modes.resolved_on(Grid::unit(n.max(1), n.max(1))) => {
-            let least = modes.smallest_grid();
+        HeightSource::Imported { grid, .. } => Ok(*grid),
+        HeightSource::Fourier { modes, .. } if !modes.resolved_on(Grid::unit(n.max(1), n.max(1))) => {
+            let smallest = modes.smallest_grid();
             let accepted =
-                format!("at least {least}, which resolves every wave, or surface.low_pass that leaves fewer");
-            Err(Error::input(place, "surface.grid", n, accepted))
+                format!("at least {smallest}, which resolves every wave, or surface.low_pass that leaves fewer");
+            Err(Error::input(context, "surface.grid", n, accepted))
         }
-        Surface::Synthesised { .. } | Surface::Fourier { .. } => Ok(Grid::unit(n, n)),
+        HeightSource::Synthesised { .. } | HeightSource::Fourier { .. } => Ok(Grid::unit(n, n)),
     }
 }
 
@@ -471,32 +471,38 @@ fn fits(grid: Grid) -> bool {
 }
 
 /// rms gradient of the whole spectrum.
-fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
+fn gradient(scene: &Scene, surface: &HeightSource, context: &str) -> Result<f64> {
     let consistent = scene.laboratory.is_plain();
-    let found = match surface {
+    let gradient = match surface {
         // In consistent units the gradient serves a warning only; the memory plan of the solver comes later.
-        Surface::Imported { grid, .. } if consistent && !fits(*grid) => return Ok(f64::NAN),
-        Surface::Synthesised { spectrum, .. } => spectrum.rms_gradient,
-        Surface::Fourier { modes, .. } => modes.rms_gradient(),
-        Surface::Imported { grid, heights, .. } if !scene.continuum.is_periodic() => {
+        HeightSource::Imported { grid, .. } if consistent && !fits(*grid) => return Ok(f64::NAN),
+        HeightSource::Synthesised { spectrum, .. } => spectrum.rms_gradient,
+        HeightSource::Fourier { modes, .. } => modes.rms_gradient(),
+        HeightSource::Imported { grid, heights, .. } if !scene.continuum.is_periodic() => {
             non_periodic_gradient(*grid, heights)
         }
-        Surface::Imported { grid, heights, .. } => moments(*grid, heights).rms_gradient,
+        HeightSource::Imported { grid, heights, .. } => moments(*grid, heights).rms_gradient,
     };
     // In consistent units nothing is given or reported as p*.
-    if found == 0.0 && !consistent {
+    if gradient == 0.0 && !consistent {
         let accepted = "a rough surface: p* is pressure over E* times rms gradient";
-        return Err(Error::input(place, "load.p_star", "a flat surface, rms gradient 0", accepted));
+        return Err(Error::input(context, "load.p_star", "a flat surface, rms gradient 0", accepted));
     }
     // A coarse file of the challenge's surface lacks gradient, not load.
-    Ok(if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { found })
+    Ok(if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { gradient })
 }
 
 /// Mean gap at first contact: of imported maps, and where displacements are imposed.
-fn first_touch(scene: &Scene, lab: &Laboratory, surface: &Surface, grid: Grid, place: &str) -> Result<Option<f64>> {
+fn first_touch(
+    scene: &Scene,
+    lab: &LaboratoryScene,
+    surface: &HeightSource,
+    grid: Grid,
+    context: &str,
+) -> Result<Option<f64>> {
     let displacements = &scene.load.displacement;
     let gap = match surface {
-        Surface::Imported { heights, .. } => asperity_grid::mean(heights),
+        HeightSource::Imported { heights, .. } => asperity_grid::mean(heights),
         _ if displacements.is_empty() => return Ok(None),
         _ => asperity_grid::mean(&surface.heights(grid, 0.0)),
     };
@@ -504,15 +510,15 @@ fn first_touch(scene: &Scene, lab: &Laboratory, surface: &Surface, grid: Grid, p
         None => Ok(Some(gap)),
         Some(i) => {
             let given = displacements[i];
-            let most = rounded(given.with(gap / lab.reduced(given.with(1.0))));
-            let accepted = format!("less than {most}, the mean gap at first contact: there the gap is closed");
-            Err(Error::input(place, format!("load.displacement[{i}]"), given, accepted))
+            let largest = rounded(given.with(gap / lab.reduced(given.with(1.0))));
+            let accepted = format!("less than {largest}, the mean gap at first contact: there the gap is closed");
+            Err(Error::input(context, format!("load.displacement[{i}]"), given, accepted))
         }
     }
 }
 
 /// The elastic body.
-fn kernel(scene: &Scene, lab: &Laboratory, grid: Grid) -> Result<Elastic> {
+fn kernel(scene: &Scene, lab: &LaboratoryScene, grid: Grid) -> Result<Elastic> {
     let c = &scene.continuum;
     Ok(match (&c.layer, &c.crystal) {
         (Some(l), _) => {
@@ -527,7 +533,7 @@ fn kernel(scene: &Scene, lab: &Laboratory, grid: Grid) -> Result<Elastic> {
 
 /// The load steps of a scene. `gradient`: rms gradient, to which p* refers; `first_touch`: mean gap at first contact. Contact fractions
 /// have estimated pressures ([`Case::find_contact_pressures`]).
-fn load_steps(scene: &Scene, lab: &Laboratory, grid: Grid, gradient: f64, first_touch: f64) -> Vec<LoadStep> {
+fn load_steps(scene: &Scene, lab: &LaboratoryScene, grid: Grid, gradient: f64, first_touch: f64) -> Vec<LoadStep> {
     let load = &scene.load;
     let pressures: Vec<f64> = [
         load.pressure.iter().map(|p| lab.reduced_stress(*p)).collect::<Vec<f64>>(),
@@ -555,6 +561,6 @@ fn load_steps(scene: &Scene, lab: &Laboratory, grid: Grid, gradient: f64, first_
 }
 
 /// The law of a scene, with a range that may be another than its own.
-fn adhesion(lab: &Laboratory, a: &AdhesionScene, range: Length) -> Adhesion {
+fn adhesion(lab: &LaboratoryScene, a: &AdhesionScene, range: Length) -> AttractionLaw {
     a.adhesion(lab.reduced_work(a.work_of_adhesion), lab.reduced(range))
 }

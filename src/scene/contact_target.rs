@@ -4,7 +4,7 @@ use super::Case;
 use super::load::estimated_p_star;
 use crate::{Error, Result};
 use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{Observer, Started, Stop};
+use asperity_contact::method::{Observer, StartedMethod, Stop};
 
 /// Relative deviation of the contact area that is accepted, or one node if that is more: contact changes by whole nodes.
 const CONTACT_TOLERANCE: f64 = 1e-3;
@@ -43,12 +43,17 @@ impl Case {
         let method = asperity_methods::find(&self.scene.continuum.method).expect("checked with the scene");
         let heights = self.surface.heights(self.grid, 0.0);
         let problem = self.problem((&heights).into());
-        let (need, have) = (method.plan(&problem).bytes, asperity_grid::sys::available_memory_bytes());
-        if need > have {
-            let what = format!("a solve on {} x {} points", self.grid.nx, self.grid.ny);
-            return Err(Error::Memory { what, need, have, advice: "surface.resample to fewer points".into() });
+        let (required, available) = (method.plan(&problem).bytes, asperity_grid::sys::available_memory_bytes());
+        if required > available {
+            let description = format!("a solve on {} x {} points", self.grid.nx, self.grid.ny);
+            return Err(Error::Memory {
+                what: description,
+                need: required,
+                have: available,
+                advice: "surface.resample to fewer points".into(),
+            });
         }
-        let Started::Solver(mut run) = method.start(&problem, observer)? else {
+        let StartedMethod::Solver(mut run) = method.start(&problem, observer)? else {
             let found = format!("{targets:?} with an estimate");
             let place = self.file.display().to_string();
             return Err(Error::input(
@@ -90,18 +95,18 @@ fn root(target: f64, guess: f64, tolerance: f64, contact: &mut impl FnMut(f64) -
     let (mut low, mut high): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
     let (mut x, mut side) = (guess.ln(), 0);
     for _ in 0..MOST_SOLVES {
-        let off = contact(x.exp())? - target;
-        if off.abs() <= tolerance {
+        let deviation = contact(x.exp())? - target;
+        if deviation.abs() <= tolerance {
             return Ok(Some(x.exp()));
         }
-        let here = if off < 0.0 { -1 } else { 1 };
+        let here = if deviation < 0.0 { -1 } else { 1 };
         // Illinois: an end that stays twice counts half.
         if here == side {
-            let other = if off < 0.0 { &mut high } else { &mut low };
+            let other = if deviation < 0.0 { &mut high } else { &mut low };
             other.iter_mut().for_each(|end| end[1] /= 2.0);
         }
         side = here;
-        *(if off < 0.0 { &mut low } else { &mut high }) = Some([x, off]);
+        *(if deviation < 0.0 { &mut low } else { &mut high }) = Some([x, deviation]);
         x = match (low, high) {
             (Some([a, fa]), Some([b, fb])) if (b - a).abs() > JUMP => (a * fb - b * fa) / (fb - fa),
             (Some(_), Some(_)) => return Ok(None),
@@ -126,8 +131,8 @@ mod tests {
                 solves += 1;
                 Ok(p / (1.0 + p))
             };
-            let found = root(0.2, guess, 1e-6, &mut smooth).expect("no error").expect("a root");
-            assert!((found - 0.25).abs() < 1e-5 && solves < 40, "{found} after {solves}");
+            let actual = root(0.2, guess, 1e-6, &mut smooth).expect("no error").expect("a root");
+            assert!((actual - 0.25).abs() < 1e-5 && solves < 40, "{actual} after {solves}");
         }
         let mut step = |p: f64| Ok(if p < 0.5 { 0.1 } else { 0.9 });
         assert_eq!(root(0.5, 0.4, 1e-3, &mut step).expect("no error"), None);

@@ -1,8 +1,8 @@
 //! The hardness of a scene: one value, or a map from a file.
 
-use super::laboratory::Laboratory;
+use super::laboratory::LaboratoryScene;
 use super::model::{ContinuumScene, relative_to};
-use asperity_contact::interface::{Hardness, HardnessMap};
+use asperity_contact::interface::{HardnessMap, NodalHardness};
 use asperity_contact::results::HardnessMapResults;
 use asperity_grid::Grid;
 use asperity_grid::error::{Complaint, Error, Result};
@@ -27,7 +27,7 @@ impl CaseHardness {
     /// Those of reading the map; a map on another grid; values that are not positive and finite.
     pub(super) fn resolve(
         c: &ContinuumScene,
-        lab: &Laboratory,
+        lab: &LaboratoryScene,
         grid: Grid,
         (file, given): (&Path, Option<Vec<f64>>),
     ) -> Result<Option<Self>> {
@@ -53,10 +53,10 @@ impl CaseHardness {
         Ok(Some(CaseHardness::Map(Arc::new(map), HardnessMapResults { file, hash, lowest, highest })))
     }
 
-    pub fn lend(&self) -> Hardness<'_> {
+    pub fn lend(&self) -> NodalHardness<'_> {
         match self {
             CaseHardness::Uniform(value) => (*value).into(),
-            CaseHardness::Map(map, _) => Hardness::from(&**map),
+            CaseHardness::Map(map, _) => NodalHardness::from(&**map),
         }
     }
 

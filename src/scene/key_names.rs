@@ -26,23 +26,23 @@ pub fn rename_keys(error: Error, name: &NameOf) -> Error {
 /// A text with names in place of keys, without the index of a list's entry and with values as on a command line.
 pub fn rename_keys_in(text: &str, name: &NameOf) -> String {
     let mut done = String::new();
-    let mut rest = text;
-    while let Some((before, key, after)) = next_key(rest) {
+    let mut remainder = text;
+    while let Some((before, key, after)) = next_key(remainder) {
         done += before;
         match name(key) {
-            None => (done, rest) = (done + key, after),
+            None => (done, remainder) = (done + key, after),
             Some(name) => {
                 done += &name;
-                rest = without_index(after);
-                match rest.strip_prefix(" = \"").and_then(|r| r.split_once('"')) {
-                    Some((value, after)) => (done, rest) = (done + " " + value, after),
+                remainder = without_index(after);
+                match remainder.strip_prefix(" = \"").and_then(|r| r.split_once('"')) {
+                    Some((value, after)) => (done, remainder) = (done + " " + value, after),
                     // A flag that is given has no value.
-                    None => rest = rest.strip_prefix(" = false").unwrap_or(rest),
+                    None => remainder = remainder.strip_prefix(" = false").unwrap_or(remainder),
                 }
             }
         }
     }
-    done + rest
+    done + remainder
 }
 
 /// The first dotted key of a text, with what is before and after it.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Scales of the continuum problem.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Laboratory {
+pub struct LaboratoryScene {
     /// Extent of the cell in x. Default: 100 µm for a synthesised surface; for an imported one what its file declares;
     /// required where it declares none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -21,7 +21,7 @@ pub struct Laboratory {
     pub modulus: Option<Stress>,
 }
 
-impl Laboratory {
+impl LaboratoryScene {
     /// Extent of the cell in x: the given one, or the challenge's.
     pub fn length(&self) -> Length {
         self.length.unwrap_or(Length::new(100.0, "um"))

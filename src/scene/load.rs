@@ -86,8 +86,8 @@ impl LoadRange {
         }
         let steps = (decades.abs() * self.per_decade as f64 - 1e-9).ceil().max(1.0);
         // Exact powers of ten where the range contains them.
-        let at = |k: f64| self.from * 10f64.powf(decades * k / steps);
-        (0..=steps as usize).map(|k| if k as f64 == steps { self.to } else { at(k as f64) }).collect()
+        let value_at = |k: f64| self.from * 10f64.powf(decades * k / steps);
+        (0..=steps as usize).map(|k| if k as f64 == steps { self.to } else { value_at(k as f64) }).collect()
     }
 }
 
@@ -105,8 +105,8 @@ impl LoadScene {
 
     /// A list of loads and, if the scene has one, its unloading branch.
     pub fn with_unloading<T: Copy>(&self, list: &[T]) -> Vec<T> {
-        let back = list.iter().rev().skip(1).filter(|_| self.unload);
-        list.iter().chain(back).copied().collect()
+        let unloading = list.iter().rev().skip(1).filter(|_| self.unload);
+        list.iter().chain(unloading).copied().collect()
     }
 
     /// Whether the path rises to its highest load and returns by the same loads, by `unload` or by its list.
@@ -165,8 +165,8 @@ mod tests {
     fn the_estimate_inverts_the_error_function() {
         // erf(√π p*) at p* = 0.01 and 0.5: 0.019998, 0.789908 (Abramowitz and Stegun 7.1.6).
         for (p_star, area) in [(0.01, 0.019998), (0.5, 0.789908)] {
-            let found: f64 = estimated_p_star(area);
-            assert!((found / p_star - 1.0).abs() < 4e-3, "{found} for {p_star}");
+            let actual: f64 = estimated_p_star(area);
+            assert!((actual / p_star - 1.0).abs() < 4e-3, "{actual} for {p_star}");
         }
     }
 }

@@ -22,11 +22,11 @@ mod surface_file;
 mod syntax;
 
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
-pub use atoms_scene::{AtomsScene, Foundation, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Slope, Start};
+pub use atoms_scene::{AtomsScene, AtomsStart, Foundation, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Slope};
 pub use case::Case;
 pub use hardness::CaseHardness;
 pub use key_names::{NameOf, last_part, rename_keys, rename_keys_in};
-pub use laboratory::Laboratory;
+pub use laboratory::LaboratoryScene;
 pub use load::{LoadRange, LoadScene};
 pub use model::{
     ALL_METHODS, AdhesionLaw, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, REFERENCE_LOAD,
@@ -36,5 +36,5 @@ pub use nvt::NvtScene;
 pub use quantity::{
     Dimensional, Energy, Force, Fraction, Length, Number, Quantity, Stress, Temperature, Time, Work, dimension,
 };
-pub use source::{ResolvedSurface, Surface};
+pub use source::{HeightSource, ResolvedSurface};
 pub use surface_file::{SurfaceFile, metres_of};

@@ -1,11 +1,11 @@
 //! The tables of a scene file.
 
 use super::atoms_scene::AtomsScene;
-use super::laboratory::Laboratory;
+use super::laboratory::LaboratoryScene;
 use super::load::LoadScene;
 use super::quantity::{Fraction, Length, List, Stress, Work, dimension, fraction, list, unit};
 use crate::Result;
-use asperity_contact::interface::{Adhesion, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
+use asperity_contact::interface::{AttractionLaw, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
 use asperity_contact::method::{Precision, Settings, Targets};
 use asperity_grid::Grid;
 use asperity_surface::import::Fourier;
@@ -25,7 +25,7 @@ pub struct Scene {
     #[serde(default)]
     pub description: String,
     #[serde(default)]
-    pub laboratory: Laboratory,
+    pub laboratory: LaboratoryScene,
     pub surface: SurfaceScene,
     pub load: LoadScene,
     /// Default: no adhesion.
@@ -50,7 +50,7 @@ impl Scene {
         Scene {
             name: name.into(),
             description: String::new(),
-            laboratory: Laboratory::default(),
+            laboratory: LaboratoryScene::default(),
             surface,
             load: LoadScene { p_star: vec![REFERENCE_LOAD], ..LoadScene::default() },
             adhesion: None,
@@ -256,12 +256,12 @@ impl CrystalScene {
 
 impl AdhesionScene {
     /// The law with work of adhesion γ (units of E*·L) and range ρ (units of L).
-    pub fn adhesion(&self, gamma: f64, rho: f64) -> Adhesion {
+    pub fn adhesion(&self, gamma: f64, rho: f64) -> AttractionLaw {
         match (&self.table, self.law) {
-            (Some(table), _) => Adhesion::tabulated(table, gamma, rho),
-            (None, AdhesionLaw::Exponential) => Adhesion::exponential(gamma, rho),
-            (None, AdhesionLaw::Dugdale) => Adhesion::dugdale(gamma, rho),
-            (None, AdhesionLaw::Power93) => Adhesion::power_law_93(gamma, rho),
+            (Some(table), _) => AttractionLaw::tabulated(table, gamma, rho),
+            (None, AdhesionLaw::Exponential) => AttractionLaw::exponential(gamma, rho),
+            (None, AdhesionLaw::Dugdale) => AttractionLaw::dugdale(gamma, rho),
+            (None, AdhesionLaw::Power93) => AttractionLaw::power_law_93(gamma, rho),
         }
     }
 }

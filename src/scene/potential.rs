@@ -19,10 +19,10 @@ impl Scene {
     }
 
     /// How LAMMPS is started: as the scene says, unless `here` says otherwise.
-    pub fn lammps_command(&self, file: &Path, here: &LammpsCommand) -> LammpsCommand {
-        let Some(atoms) = &self.atoms else { return here.clone() };
+    pub fn lammps_command(&self, file: &Path, default_lammps: &LammpsCommand) -> LammpsCommand {
+        let Some(atoms) = &self.atoms else { return default_lammps.clone() };
         let path = |p: &PathBuf| if p.components().count() > 1 { relative_to(file, p) } else { p.clone() };
         let program = atoms.program.as_ref().map(path);
-        LammpsCommand { program, ranks: Some(atoms.ranks), ..LammpsCommand::default() }.overruled_by(here)
+        LammpsCommand { program, ranks: Some(atoms.ranks), ..LammpsCommand::default() }.overruled_by(default_lammps)
     }
 }

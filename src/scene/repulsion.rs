@@ -55,12 +55,12 @@ impl BlockCrystal<'_> {
     ///
     /// # Errors
     /// `Input` at `place` for values out of range.
-    pub(super) fn repulsion(&self, a: &AtomsScene, place: &str) -> Result<Repulsion> {
+    pub(super) fn repulsion(&self, a: &AtomsScene, context: &str) -> Result<Repulsion> {
         let scaled = self.scaled();
         let [epsilon_ev, sigma_angstrom, contact_distance_angstrom] = given(a);
         let sigma_angstrom = sigma_angstrom.unwrap_or(scaled.sigma_angstrom);
         let in_proportion = scaled.contact_distance_angstrom * (sigma_angstrom / scaled.sigma_angstrom);
-        let found = Repulsion {
+        let repulsion = Repulsion {
             epsilon_ev: epsilon_ev.unwrap_or(scaled.epsilon_ev),
             sigma_angstrom,
             contact_distance_angstrom: contact_distance_angstrom.unwrap_or(in_proportion),
@@ -81,21 +81,21 @@ impl BlockCrystal<'_> {
                 ),
             ),
             (
-                [found.minimum_angstrom(), cutoff],
+                [repulsion.minimum_angstrom(), cutoff],
                 "from where the repulsion begins, 2^(1/6) sigma (with less, atoms would carry load without being in contact), to the range \
                  of the potential, in which LAMMPS has the neighbours"
                     .into(),
             ),
         ];
         let mut list = Vec::new();
-        for (k, ([low, high], why)) in limits.into_iter().enumerate() {
-            let ((key, _, unit), value) = (CONSTANTS[k], values(&found)[k]);
+        for (k, ([low, high], reason)) in limits.into_iter().enumerate() {
+            let ((key, _, unit), value) = (CONSTANTS[k], values(&repulsion)[k]);
             if !(low..=high).contains(&value) {
-                let accepted = format!("{} to {} {unit}: {why}", digits(low, f64::ceil), digits(high, f64::floor));
+                let accepted = format!("{} to {} {unit}: {reason}", digits(low, f64::ceil), digits(high, f64::floor));
                 list.push(Complaint::new(key, format!("{value} {unit}"), accepted));
             }
         }
-        if list.is_empty() { Ok(found) } else { Err(Error::Input { place: place.into(), list }) }
+        if list.is_empty() { Ok(repulsion) } else { Err(Error::Input { place: context.into(), list }) }
     }
 
     /// Warnings about constants that are scaled from calcium, and about calcium's that are given for another crystal.
@@ -104,7 +104,8 @@ impl BlockCrystal<'_> {
         let (used, given, mut list) = (values(used), given(a), Vec::new());
         let derived: Vec<usize> = (0..3).filter(|k| given[*k].is_none() && scaled[*k] != challenge[*k]).collect();
         if !derived.is_empty() {
-            let each = |of: &dyn Fn(usize) -> String| derived.iter().map(|k| of(*k)).collect::<Vec<_>>().join(", ");
+            let each =
+                |value: &dyn Fn(usize) -> String| derived.iter().map(|k| value(*k)).collect::<Vec<_>>().join(", ");
             list.push(format!(
                 "the challenge's indenter for calcium is scaled to this {} (a0 = {} Å, E* = {} GPa): {}; {} set other values",
                 self.element,

@@ -2,11 +2,11 @@
 
 use super::check::cut_offs;
 use super::surface_file::{PreparedFile, SurfaceFile};
-use super::{Laboratory, Scene, Touching};
+use super::{LaboratoryScene, Scene, Touching};
 use crate::{Error, Result};
 use asperity_grid::{Grid, rms};
 use asperity_surface::Wave;
-use asperity_surface::heights::Sign;
+use asperity_surface::heights::TouchingPoints;
 use asperity_surface::import::{Content, Fourier};
 use asperity_surface::provenance::Provenance;
 use asperity_surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Source of heights: a spectrum or series that gives them on any grid, or a map that is resampled.
 #[derive(Debug, Clone)]
-pub enum Surface {
+pub enum HeightSource {
     Synthesised {
         modes: Modes,
         spectrum: Spectrum,
@@ -35,22 +35,22 @@ pub enum Surface {
 
 /// A surface with what its file determines beyond the heights.
 pub struct ResolvedSurface {
-    pub surface: Surface,
+    pub surface: HeightSource,
     /// The scene's, with the extents of the prepared cell.
-    pub laboratory: Laboratory,
+    pub laboratory: LaboratoryScene,
     /// Of an imported surface.
     pub provenance: Option<Provenance>,
     /// What is doubtful about its file.
     pub warnings: Vec<String>,
 }
 
-impl Surface {
+impl HeightSource {
     /// Bytes of the Fourier series that defines the heights; `None` for a map.
     pub fn series_bytes(&self) -> Option<u64> {
         match self {
-            Surface::Synthesised { modes, .. } => Some(modes.series_bytes()),
-            Surface::Fourier { modes, .. } => Some(modes.series().bytes()),
-            Surface::Imported { .. } => None,
+            HeightSource::Synthesised { modes, .. } => Some(modes.series_bytes()),
+            HeightSource::Fourier { modes, .. } => Some(modes.series().bytes()),
+            HeightSource::Imported { .. } => None,
         }
     }
 
@@ -60,24 +60,25 @@ impl Surface {
     /// # Errors
     /// Those of [`Preparation::apply`](asperity_surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
     /// does not hold, keys of maps for Fourier coefficients.
-    pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, place: &str) -> Result<ResolvedSurface> {
+    pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, context: &str) -> Result<ResolvedSurface> {
         let (s, mut laboratory) = (&scene.surface, scene.laboratory.clone());
         let Some(file) = file else {
             let (lambda_r, lambda_s) = cut_offs(s, laboratory.length());
             let spectrum =
                 Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
-            let surface = Surface::Synthesised { modes: Modes::new(spectrum, s.seed, 1.0), spectrum, seed: s.seed };
+            let surface =
+                HeightSource::Synthesised { modes: Modes::new(spectrum, s.seed, 1.0), spectrum, seed: s.seed };
             return Ok(ResolvedSurface { surface, laboratory, provenance: None, warnings: Vec::new() });
         };
         let sign = match s.touching {
-            Some(Touching::HighPoints) => Sign::HighFirst,
-            _ => Sign::LowFirst,
+            Some(Touching::HighPoints) => TouchingPoints::HighFirst,
+            _ => TouchingPoints::LowFirst,
         };
         let warnings = file.found.warnings.clone();
         if let Content::Waves(_) = file.found.content {
-            let (modes, provenance) = series(scene, file, sign, place)?;
+            let (modes, provenance) = series(scene, file, sign, context)?;
             let origin = format!("read from {provenance}; {}", modes.summary());
-            let surface = Surface::Fourier { modes, origin };
+            let surface = HeightSource::Fourier { modes, origin };
             return Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings });
         }
         let PreparedFile { map, extent: [x, y], provenance } = file.prepare(scene)?;
@@ -87,7 +88,7 @@ impl Surface {
         let mut grid = Grid::unit(map.nx, map.ny);
         grid.ly = y / x;
         let origin = format!("read from {provenance}");
-        let surface = Surface::Imported { grid, heights: Arc::new(map.heights), origin };
+        let surface = HeightSource::Imported { grid, heights: Arc::new(map.heights), origin };
         Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings })
     }
 
@@ -95,10 +96,10 @@ impl Surface {
     /// holds).
     pub fn heights(&self, grid: Grid, low_pass: f64) -> Vec<f64> {
         let mut heights: Vec<f64> = match self {
-            Surface::Synthesised { modes, .. } => modes.heights(grid, low_pass),
-            Surface::Imported { grid: own, heights, .. } if *own == grid && low_pass == 0.0 => heights.to_vec(),
-            Surface::Imported { grid: own, heights, .. } => resample(*own, heights, grid, low_pass),
-            Surface::Fourier { modes, .. } => modes.heights(grid, low_pass),
+            HeightSource::Synthesised { modes, .. } => modes.heights(grid, low_pass),
+            HeightSource::Imported { grid: own, heights, .. } if *own == grid && low_pass == 0.0 => heights.to_vec(),
+            HeightSource::Imported { grid: own, heights, .. } => resample(*own, heights, grid, low_pass),
+            HeightSource::Fourier { modes, .. } => modes.heights(grid, low_pass),
         };
         lower_to_zero(&mut heights);
         heights
@@ -107,28 +108,28 @@ impl Surface {
     /// Root mean square about the mean, over L; of a spectrum what is expected of it.
     pub fn rms_height(&self) -> f64 {
         match self {
-            Surface::Synthesised { spectrum, .. } => spectrum.expected(1.0, 0.0).rms_height,
-            Surface::Imported { heights, .. } => rms(heights),
-            Surface::Fourier { modes, .. } => modes.series().rms(),
+            HeightSource::Synthesised { spectrum, .. } => spectrum.expected(1.0, 0.0).rms_height,
+            HeightSource::Imported { heights, .. } => rms(heights),
+            HeightSource::Fourier { modes, .. } => modes.series().rms(),
         }
     }
 
     /// One line for the report.
     pub fn origin(&self) -> String {
         match self {
-            Surface::Synthesised { seed, .. } => format!("synthesised from its spectrum, seed {seed}"),
-            Surface::Imported { origin, .. } | Surface::Fourier { origin, .. } => origin.clone(),
+            HeightSource::Synthesised { seed, .. } => format!("synthesised from its spectrum, seed {seed}"),
+            HeightSource::Imported { origin, .. } | HeightSource::Fourier { origin, .. } => origin.clone(),
         }
     }
 }
 
 /// Fourier coefficients of a file over the cell's extent.
-fn series(scene: &Scene, file: SurfaceFile, sign: Sign, place: &str) -> Result<(FourierModes, Provenance)> {
+fn series(scene: &Scene, file: SurfaceFile, sign: TouchingPoints, context: &str) -> Result<(FourierModes, Provenance)> {
     let (s, lab) = (&scene.surface, &scene.laboratory);
     let of_maps = file.keys_of_maps(s);
     if let Some(key) = of_maps.first() {
         let accepted = format!("none: {} has Fourier coefficients", file.path().display());
-        return Err(Error::input(place, *key, "given", accepted));
+        return Err(Error::input(context, *key, "given", accepted));
     }
     let Content::Waves(waves) = &file.found.content else { unreachable!("a map is no series") };
     let points = s.fourier_points.filter(|_| s.fourier == Some(Fourier::Fftw));
@@ -141,7 +142,7 @@ fn series(scene: &Scene, file: SurfaceFile, sign: Sign, place: &str) -> Result<(
             format!("waves below half of the {n} points of surface.fourier_points (--fourier-points)"),
         ));
     }
-    let sign = if sign == Sign::HighFirst { -1.0 } else { 1.0 };
+    let sign = if sign == TouchingPoints::HighFirst { -1.0 } else { 1.0 };
     let scale = points.map_or(1.0, |n| (n as f64).powi(-2));
     let low_pass = s.low_pass.map_or(0.0, |length| lab.reduced(length));
     let unit = file.height_unit(scene);

@@ -2,14 +2,14 @@
 
 use super::check::word;
 use super::model::relative_to;
-use super::{Laboratory, Length, Scene, SurfaceScene, Touching};
+use super::{LaboratoryScene, Length, Scene, SurfaceScene, Touching};
 use crate::{Error, Result};
 use asperity_grid::error::Complaint;
 use asperity_grid::units::{Dimension, Measure, metres_per};
 use asperity_surface::Preparation;
 use asperity_surface::declared::Declared;
 use asperity_surface::files::hashed::file_hash;
-use asperity_surface::heights::{HeightMap, Sign};
+use asperity_surface::heights::{HeightMap, TouchingPoints};
 use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
 use asperity_surface::provenance::Provenance;
 use std::path::{Path, PathBuf};
@@ -43,8 +43,8 @@ impl SurfaceFile {
     pub fn read(s: &SurfaceScene, file: &Path) -> Result<Option<Self>> {
         let Some(path) = &s.heights else { return Ok(None) };
         let path = relative_to(file, path);
-        let found = import::read(&path, ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier })?;
-        Ok(Some(SurfaceFile { path, periodicity_is_given: false, found }))
+        let imported = import::read(&path, ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier })?;
+        Ok(Some(SurfaceFile { path, periodicity_is_given: false, found: imported }))
     }
 
     /// Completes the scene with what the file declares: unit, extents, sign, periodicity. Returns what is missing in both, and what
@@ -63,8 +63,8 @@ impl SurfaceFile {
         &self.found.declared
     }
 
-    fn declares(&self, what: impl std::fmt::Display) -> String {
-        format!("{what}, as {} declares", self.path.display())
+    fn declares(&self, description: impl std::fmt::Display) -> String {
+        format!("{description}, as {} declares", self.path.display())
     }
 
     /// Statements of the file that may be what is missing.
@@ -76,7 +76,7 @@ impl SurfaceFile {
     }
 
     /// The length of a unit of the heights in metres, if it is known. It is kept where the scene has units.
-    fn unit(&self, s: &mut SurfaceScene, lab: &Laboratory, list: &mut Vec<Complaint>) -> Option<f64> {
+    fn unit(&self, s: &mut SurfaceScene, lab: &LaboratoryScene, list: &mut Vec<Complaint>) -> Option<f64> {
         let declared = self.declared().unit_m();
         let given = s.unit.as_deref().and_then(metres_of);
         if let Some(unit) = s.unit.as_deref().filter(|_| given.is_none()) {
@@ -103,7 +103,7 @@ impl SurfaceFile {
     }
 
     /// Sets the extents. A unit is not needed where heights and extents have the same.
-    fn extents(&self, lab: &mut Laboratory, heights_m: Option<f64>, list: &mut Vec<Complaint>) {
+    fn extents(&self, lab: &mut LaboratoryScene, heights_m: Option<f64>, list: &mut Vec<Complaint>) {
         let declared = self.declared().extent.as_ref();
         let own_unit = declared.and_then(|e| e.unit.as_deref());
         let scale = match (own_unit, lab.metres(heights_m)) {
@@ -144,8 +144,8 @@ impl SurfaceFile {
 
     fn sign(&self, s: &mut SurfaceScene, list: &mut Vec<Complaint>) {
         let declared = self.declared().sign.map(|sign| match sign {
-            Sign::LowFirst => Touching::LowPoints,
-            Sign::HighFirst => Touching::HighPoints,
+            TouchingPoints::LowFirst => Touching::LowPoints,
+            TouchingPoints::HighFirst => Touching::HighPoints,
         });
         match (s.touching, declared) {
             (Some(given), Some(declared)) if given != declared => {
@@ -193,7 +193,7 @@ impl SurfaceFile {
 
     /// Keys of the scene that Fourier coefficients do not have.
     pub fn keys_of_maps(&self, s: &SurfaceScene) -> Vec<&'static str> {
-        let given = [
+        let options = [
             ("surface.crop", s.crop.is_some()),
             ("surface.remove_outliers", s.remove_outliers.is_some()),
             ("surface.fill", s.fill.is_some()),
@@ -203,7 +203,7 @@ impl SurfaceFile {
             ("surface.resample", s.resample.is_some()),
             ("surface.edges", s.edges.is_some()),
         ];
-        given.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect()
+        options.into_iter().filter(|(_, options)| *options).map(|(key, _)| key).collect()
     }
 
     /// Heights in the unit of the scene's lengths, after the steps of preparation that the scene names. The scene is complete.
@@ -274,8 +274,8 @@ impl SurfaceFile {
     }
 }
 
-fn differs(given: f64, declared: f64, tolerance: f64) -> bool {
-    (given / declared - 1.0).abs() > tolerance
+fn differs(value: f64, declared: f64, tolerance: f64) -> bool {
+    (value / declared - 1.0).abs() > tolerance
 }
 
 /// An error of the preparation of a file, with the keys of scenes.
@@ -309,7 +309,7 @@ pub fn metres_of(unit: &str) -> Option<f64> {
 }
 
 /// The steps that a scene names, with lengths as numbers.
-fn preparation(s: &SurfaceScene, lab: &Laboratory) -> Preparation {
+fn preparation(s: &SurfaceScene, lab: &LaboratoryScene) -> Preparation {
     Preparation {
         crop: s.crop,
         remove_outliers: s.remove_outliers,

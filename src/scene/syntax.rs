@@ -170,7 +170,7 @@ fn table_at<'t, 'i>(tree: &'t mut DeTable<'i>, path: Option<&str>) -> Option<&'t
 /// One error as key, value and accepted values, with its line.
 fn complaint_of(error: &toml::de::Error, text: &str, tree: Option<&DeTable>) -> (Option<usize>, String) {
     let span = error.span().filter(|s| text.get(s.clone()).is_some()).unwrap_or(0..0);
-    let found = short(&text[span.clone()]);
+    let fragment = short(&text[span.clone()]);
     let line = 1 + text[..span.start].matches('\n').count();
     // There is no tree after a syntax error, and no place in it for a missing top-level table.
     let key = tree.filter(|_| !span.is_empty()).and_then(|tree| key_at(tree, &span));
@@ -182,17 +182,20 @@ fn complaint_of(error: &toml::de::Error, text: &str, tree: Option<&DeTable>) -> 
         match message.rsplit_once(", expected ") {
             Some((what, known)) if what.starts_with("unknown field") => {
                 let known = list(known).replace('`', "");
-                let near = nearest(&key, &known).map_or(String::new(), |near| format!(" ({near} is one)"));
-                format!("{key} is no key of a scene{near}; accepted: {known}")
+                let suggestion =
+                    nearest(&key, &known).map_or(String::new(), |suggestion| format!(" ({suggestion} is one)"));
+                format!("{key} is no key of a scene{suggestion}; accepted: {known}")
             }
             Some((what, known)) if what.starts_with("unknown variant") => {
-                format!("{key} = {found}; accepted: {}", list(known).replace('`', "\""))
+                format!("{key} = {fragment}; accepted: {}", list(known).replace('`', "\""))
             }
             // A table in double brackets is a list of tables.
-            Some(_) if found.starts_with("[[") => format!("{key} = {found}; accepted: one table, [{key}]"),
-            Some((_, expected)) => format!("{key} = {found}; accepted: {}", plain(expected)),
-            None if message == "wanted string or table" => format!("{key} = {found}; accepted: {}", plain("a string")),
-            None => format!("{key} = {found}: {}", message.replace('\n', ", ")),
+            Some(_) if fragment.starts_with("[[") => format!("{key} = {fragment}; accepted: one table, [{key}]"),
+            Some((_, expected)) => format!("{key} = {fragment}; accepted: {}", plain(expected)),
+            None if message == "wanted string or table" => {
+                format!("{key} = {fragment}; accepted: {}", plain("a string"))
+            }
+            None => format!("{key} = {fragment}: {}", message.replace('\n', ", ")),
         }
     } else {
         let whole = text.lines().nth(line - 1).unwrap_or_default();
@@ -249,8 +252,8 @@ fn plain(expected: &str) -> &str {
 
 fn short(text: &str) -> String {
     let first = text.lines().next().unwrap_or_default().trim();
-    let whole = first.len() == text.trim().len() && first.chars().count() <= REPEATED;
-    if whole { first.to_string() } else { first.chars().take(REPEATED).collect::<String>() + " …" }
+    let is_complete = first.len() == text.trim().len() && first.chars().count() <= REPEATED;
+    if is_complete { first.to_string() } else { first.chars().take(REPEATED).collect::<String>() + " …" }
 }
 
 #[cfg(test)]

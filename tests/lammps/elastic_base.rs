@@ -5,7 +5,7 @@ use crate::lammps::lammps;
 use asperity::atoms::block::{Block, FLOOR_GAP_ANGSTROM};
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Finished, LammpsEngine};
-use asperity::atoms::force_constants::{Crystal, ForceConstants, reach};
+use asperity::atoms::force_constants::{ForceConstantInput, ForceConstants, reach};
 use asperity::atoms::job_spec::{DisplacementRamp, RelaxationSettings};
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::potential::CALCIUM_C11_GPA;
@@ -234,7 +234,13 @@ fn force_constants_are_those_of_the_crystal() {
     let folder = tempfile::tempdir().expect("scratch");
     std::fs::copy(potential(), folder.path().join("table")).expect("copied");
     let highest_pressure = 0.002 * CALCIUM_C11_GPA / GPA_PER_EV_A3;
-    let crystal = Crystal { table: "table", element: "Ca", a0_angstrom: A0, cutoff_angstrom: CUTOFF, highest_pressure };
+    let crystal = ForceConstantInput {
+        table: "table",
+        element: "Ca",
+        a0_angstrom: A0,
+        cutoff_angstrom: CUTOFF,
+        highest_pressure,
+    };
     let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, &mut || Ok(())).expect("measured");
     assert_eq!(reach(CUTOFF, A0), 4);
     for share in [0.3, 1.0] {
@@ -253,7 +259,7 @@ fn force_constants_are_those_of_the_crystal() {
     let carried: f64 = -found.at(strain).cut_force.iter().sum::<f64>() / (0.5 * A0 * A0);
     assert!((carried / tension - 1.0).abs() < 1e-3, "{carried} instead of {tension}");
     assert!(found.strain_at(3.0 * tension).is_err());
-    let crushed = Crystal { highest_pressure: 100.0 * highest_pressure, ..crystal };
+    let crushed = ForceConstantInput { highest_pressure: 100.0 * highest_pressure, ..crystal };
     let refused =
         ForceConstants::measure(&command(&engine), folder.path(), crushed, &mut || Ok(())).expect_err("refused");
     let message = refused.to_string();
@@ -324,8 +330,13 @@ fn a_missing_library_and_another_version_are_named() {
     assert!(text.contains("force_constants.json"), "{text}");
     std::fs::copy(potential(), folder.path().join("table")).expect("copied");
     let engine = LammpsEngine::find(None).expect("LAMMPS");
-    let crystal =
-        Crystal { table: "table", element: "Ca", a0_angstrom: A0, cutoff_angstrom: CUTOFF, highest_pressure: 1e-3 };
+    let crystal = ForceConstantInput {
+        table: "table",
+        element: "Ca",
+        a0_angstrom: A0,
+        cutoff_angstrom: CUTOFF,
+        highest_pressure: 1e-3,
+    };
     let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, &mut || Ok(())).expect("measured");
     let file = job.folder.join("force_constants.json");
     std::fs::write(file, serde_json::to_string(&found).expect("text")).expect("written");

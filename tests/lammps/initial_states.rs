@@ -3,7 +3,7 @@
 use crate::jobs::{built, case, on, ramp};
 use crate::lammps::lammps;
 use asperity::atoms::block::SurfaceSites;
-use asperity::atoms::contact::{Contact, contact};
+use asperity::atoms::contact::{ContactAtoms, contact};
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::Finished;
 use asperity::atoms::indenter::Indenter;
@@ -23,7 +23,7 @@ fn smooth_case(atoms: &str) -> Case {
     case(&format!("p_star = {LOADS:?}"), "", atoms)
 }
 
-fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact {
+fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> ContactAtoms {
     let atoms = case.atoms.as_ref().expect("atoms");
     let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
     let touch = atoms.wall.minimum_angstrom();

@@ -5,7 +5,7 @@ use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::LammpsEngine;
 use asperity::atoms::indenter::{Indenter, grid_points};
 use asperity::atoms::interaction::{Interaction, Yukawa};
-use asperity::atoms::job::{Crystal, Job, Loading};
+use asperity::atoms::job::{Job, JobCrystal, Loading};
 use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, RelaxationSettings};
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::progress::Progress;
@@ -93,7 +93,7 @@ pub(crate) fn written(
     let heights = (0..points * points).map(|k| height(k % points, k / points, points)).collect();
     let indenter = Indenter::above(&block, points, heights, interaction.touch_angstrom()).expect("valid");
     let potential = potential();
-    let crystal = Crystal { potential: &potential, element: "Ca", mass_u: 40.078 };
+    let crystal = JobCrystal { potential: &potential, element: "Ca", mass_u: 40.078 };
     let job = Job::write(folder, &block, &indenter, crystal, interaction, settings, Loading::Ramp(ramp))
         .expect("a written job");
     Setting { block, indenter, job }

@@ -9,10 +9,10 @@ use crate::table::Table;
 use std::path::{Path, PathBuf};
 
 use asperity::atoms::crystal::Structure;
-use asperity::atoms::properties::{Card, measure};
+use asperity::atoms::properties::{PotentialCard, measure};
 use asperity::atoms::repulsion::Repulsion;
 use asperity::atoms::run_script::{LmpCommand, RunScript, results};
-use asperity::atoms::wall::{Adhesion, Wall};
+use asperity::atoms::wall::{LatticeWall, YukawaAdhesion};
 use asperity::grid::error::{Error, LammpsFailure};
 
 /// Work of adhesion of the challenge, 2e-5 E* L, eV/Å².
@@ -28,8 +28,8 @@ fn input(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("lammps-inputs").join(name)
 }
 
-fn wall() -> Wall {
-    Wall::new(Repulsion::CHALLENGE, A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
+fn wall() -> LatticeWall {
+    LatticeWall::new(Repulsion::CHALLENGE, A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
 }
 
 /// Energies and pressure between two flat surfaces in LAMMPS, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the
@@ -41,7 +41,7 @@ struct Flats {
     pressure: f64,
 }
 
-fn flats(command: &LmpCommand, pair: Option<&Adhesion>, distances: &[f64]) -> Vec<Flats> {
+fn flats(command: &LmpCommand, pair: Option<&YukawaAdhesion>, distances: &[f64]) -> Vec<Flats> {
     let folder = tempfile::tempdir().unwrap();
     let (kappa, coefficient, cutoff) =
         pair.map_or((1.0, 0.0, 1.0), |a| (a.kappa_per_angstrom(), a.coefficient_ev_angstrom, a.cutoff_angstrom));
@@ -75,7 +75,7 @@ fn flats(command: &LmpCommand, pair: Option<&Adhesion>, distances: &[f64]) -> Ve
 fn the_generated_potential_has_the_stated_properties() {
     let Some(lammps) = lammps(1) else { return };
     let command = command(&lammps);
-    let card = Card::calcium().unwrap();
+    let card = PotentialCard::calcium().unwrap();
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials").join(&card.file);
     let folder = tempfile::tempdir().unwrap();
     let (crystal, found) = measure(&command, folder.path(), &table, &card.element, None).unwrap();
@@ -134,7 +134,7 @@ fn a_hcp_crystal_has_no_cubic_properties() {
 /// calculations for calcium (potentials/README.md).
 #[test]
 fn the_stated_properties_resemble_calcium() {
-    let stated = Card::calcium().unwrap().properties;
+    let stated = PotentialCard::calcium().unwrap().properties;
     let one_percent =
         |found: f64, target: f64| assert!((found / target - 1.0).abs() < 0.01, "{found}, target {target}");
     one_percent(stated.a0_angstrom, A0);
@@ -164,7 +164,7 @@ fn yukawa_between_flats_is_exponential_per_area() {
     let wall = wall();
     let z0 = wall.minimum_angstrom();
     for rho in [0.5, 1.0, 2.0] {
-        let pair = Adhesion::uncalibrated(&wall, GAMMA, rho, z0 + 20.0 * rho);
+        let pair = YukawaAdhesion::uncalibrated(&wall, GAMMA, rho, z0 + 20.0 * rho);
         for at in flats(&command, Some(&pair), &[3.6, 4.0, 4.5, 5.0, 6.0, 8.0]) {
             let expected = -GAMMA * (-(at.distance - z0) / rho).exp();
             let ratio = at.adhesion / expected;
@@ -183,7 +183,7 @@ fn calibrated_flats_have_the_target_work_of_adhesion() {
     let Some(lammps) = lammps(1) else { return };
     let command = command(&lammps);
     for rho in [0.3, 0.5, 1.0, 2.0] {
-        let pair = Adhesion::new(&wall(), GAMMA, rho).unwrap();
+        let pair = YukawaAdhesion::new(&wall(), GAMMA, rho).unwrap();
         let d = pair.equilibrium_angstrom;
         let found = flats(&command, Some(&pair), &[d - 0.05, d, d + 0.05, d + 0.5]);
         let work: Vec<f64> = found.iter().map(|at| -(at.repulsion + at.adhesion) / GAMMA).collect();

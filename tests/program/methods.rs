@@ -3,7 +3,9 @@
 
 use crate::program::{asperity, json_line, stderr};
 use asperity::Error;
-use asperity::contact::method::{Card, Kind, Needs, NoObserver, Problem, Quantity, Started, Support};
+use asperity::contact::method::{
+    MethodCard, MethodKind, Needs, NoObserver, Quantity, ReducedProblem, StartedMethod, Support,
+};
 use asperity::grid::Grid;
 use asperity::methods;
 use asperity::methods::REGISTRY;
@@ -63,12 +65,12 @@ fn maps_exist(out: &Path, state: &MethodState) {
     }
 }
 
-fn delivers(kind: Kind, s: &MethodState, quantity: Quantity) -> bool {
+fn delivers(kind: MethodKind, s: &MethodState, quantity: Quantity) -> bool {
     match quantity {
         Quantity::GapMap => s.numbers.gap_map.is_some(),
         Quantity::StressMap => s.numbers.stress_map.is_some(),
         // For solvers contact is where the gap is closed.
-        Quantity::ContactMap => s.contact_map.is_some() || kind == Kind::Solver && s.numbers.gap_map.is_some(),
+        Quantity::ContactMap => s.contact_map.is_some() || kind == MethodKind::Solver && s.numbers.gap_map.is_some(),
         Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
             !s.patch_area.is_empty() && !s.patch_density.is_empty()
         }
@@ -81,7 +83,7 @@ fn delivers(kind: Kind, s: &MethodState, quantity: Quantity) -> bool {
 }
 
 /// Deviations of a run from the method's card.
-fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
+fn faults(card: &MethodCard, run: &MethodResults) -> Vec<String> {
     let mut faults = Vec::new();
     let name = format!("{}, adhesion {}", card.id, run.adhesive);
     if NEED_MORE.contains(&card.id) {
@@ -148,16 +150,16 @@ fn methods_need_only_the_inputs_of_their_cards() {
     for method in REGISTRY.iter().filter(|m| !NEED_MORE.contains(&m.card().id)) {
         let card = method.card();
         let problem = match card.needs {
-            Needs::Heights => Problem::new(grid, &heights),
-            Needs::Spectrum => Problem::of_power(grid, &power),
+            Needs::Heights => ReducedProblem::new(grid, &heights),
+            Needs::Spectrum => ReducedProblem::of_power(grid, &power),
         };
         let kind = match method.start(&problem, &NoObserver).unwrap_or_else(|e| panic!("{}: {e}", card.id)) {
-            Started::Solver(_) => Kind::Solver,
-            Started::Estimator(_) => Kind::Estimate,
+            StartedMethod::Solver(_) => MethodKind::Solver,
+            StartedMethod::Estimator(_) => MethodKind::Estimate,
         };
         assert_eq!(kind, card.kind, "{}", card.id);
         if card.needs == Needs::Spectrum {
-            let problem = Problem::new(grid, &heights);
+            let problem = ReducedProblem::new(grid, &heights);
             let unavailable_reason =
                 method.start(&problem, &NoObserver).err().map(|e| e.to_string()).unwrap_or_default();
             assert!(unavailable_reason.contains("spectrum"), "{}: {unavailable_reason}", card.id);
@@ -168,7 +170,8 @@ fn methods_need_only_the_inputs_of_their_cards() {
 /// `solve` accepts estimators; options that need a solver are refused in one line that names the flag.
 #[test]
 fn solve_takes_methods_that_estimate() {
-    for method in REGISTRY.iter().filter(|m| !NEED_MORE.contains(&m.card().id) && m.card().kind == Kind::Estimate) {
+    for method in REGISTRY.iter().filter(|m| !NEED_MORE.contains(&m.card().id) && m.card().kind == MethodKind::Estimate)
+    {
         let id = method.card().id;
         let command = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.01", "--json", "--method"];
         let output = asperity().args(command).arg(id).output().expect("started");

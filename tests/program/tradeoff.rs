@@ -5,7 +5,7 @@ use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
 use asperity::contact::quantity::Quantity;
 use asperity::methods::REGISTRY;
-use asperity::record::tradeoff::{FILE, Tradeoff, TradeoffPoint};
+use asperity::record::tradeoff::{FILE, TradeoffPoint, TradeoffResults};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -46,11 +46,11 @@ impl Bench {
     }
 
     /// The table of a successful run, which is identical to that in its file.
-    fn table(&self, out: &str, flags: &[&str]) -> Tradeoff {
+    fn table(&self, out: &str, flags: &[&str]) -> TradeoffResults {
         let output = self.run(out, &[flags, &["--json"]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
-        let results: Tradeoff = serde_json::from_value(json_line(&output)["tradeoff"].clone()).expect("a table");
-        let file = Tradeoff::read(&self.out(out).join(FILE)).expect("its file");
+        let results: TradeoffResults = serde_json::from_value(json_line(&output)["tradeoff"].clone()).expect("a table");
+        let file = TradeoffResults::read(&self.out(out).join(FILE)).expect("its file");
         assert_eq!(results.points, file.points);
         let page = std::fs::read_to_string(self.out(out).join("report.html")).expect("a page");
         assert!(page.contains("Error against cost"));
@@ -59,7 +59,7 @@ impl Bench {
 }
 
 /// The point of a method on a grid, in f64 at a tolerance of 1e-8.
-fn on_grid<'a>(results: &'a Tradeoff, method: &str, n: usize) -> &'a TradeoffPoint {
+fn on_grid<'a>(results: &'a TradeoffResults, method: &str, n: usize) -> &'a TradeoffPoint {
     let is = |p: &&TradeoffPoint| {
         let s = &p.setting;
         s.method == method && s.nx == n && s.precision == "f64" && s.tolerance == 1e-8
@@ -246,7 +246,7 @@ fn a_killed_benchmark_resumes() {
     let (found, whole) = (bench.table("killed", &flags[..4]), bench.table("whole", &flags[..4]));
     assert_eq!(std::fs::read(&done).expect("the first stage"), first, "it was measured again");
     assert!(before < finished("whole"), "the benchmark was over when it was killed");
-    let numbers = |t: &Tradeoff| -> Vec<_> {
+    let numbers = |t: &TradeoffResults| -> Vec<_> {
         t.points.iter().map(|p| (p.setting.clone(), p.loads.clone(), p.cost.iterations)).collect()
     };
     assert_eq!(numbers(&found), numbers(&whole));

@@ -319,7 +319,7 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
     });
     let y: Vec<f64> = (0..N).map(|i| i as f64 / N as f64).collect();
     let gap = |level: f64| y.iter().map(|&y| LENGTH_ANGSTROM * (height(0.5, y) - level).max(0.0)).collect::<Vec<f64>>();
-    let section = |p_star: f64| Section {
+    let section = |p_star: f64| GapSection {
         p_star,
         y: y.clone(),
         atoms_gap_angstrom: gap(0.0095 + 0.1 * p_star).iter().map(|g| g + 0.2).collect(),
@@ -344,7 +344,7 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
 pub(crate) fn run_folder(folder: &Path) -> Results {
     std::fs::create_dir_all(folder).unwrap();
     store(folder, "heights.npy", &grid(height));
-    let statistic = |name: &str, symbol: &str, unit: &str, expected, realised, band| Statistic {
+    let statistic = |name: &str, symbol: &str, unit: &str, expected, realised, band| SurfaceStatistic {
         name: name.into(),
         symbol: symbol.into(),
         unit: unit.into(),

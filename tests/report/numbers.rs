@@ -254,7 +254,7 @@ fn computed(results: &Results) -> Vec<f64> {
 fn line_means(folder: &Path, results: &Results) -> Vec<f64> {
     let states = results.continuum.iter().chain(&results.non_adhesive).flat_map(|c| &c.states);
     let stored = states.filter_map(|s| {
-        Some((s, asperity::surface::files::npy::Reader::open(&folder.join(s.numbers.gap_map.as_ref()?)).ok()?))
+        Some((s, asperity::surface::files::npy::NpyReader::open(&folder.join(s.numbers.gap_map.as_ref()?)).ok()?))
     });
     let mut list = Vec::new();
     for (state, map) in stored {

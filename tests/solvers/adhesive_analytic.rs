@@ -1,23 +1,23 @@
 //! Adhesive contact against closed forms during loading and unloading: Johnson's wave, the sphere of Johnson, Kendall &
 //! Roberts and of Maugis, Kendall's flat punch.
 
-use asperity::contact::interface::Adhesion;
-use asperity::contact::method::{Load, NoObserver, Problem, Run, State, Stop};
+use asperity::contact::interface::AttractionLaw;
+use asperity::contact::method::{Equilibrium, Load, NoObserver, ReducedProblem, SolverRun, Stop};
 use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::{Grid, mean};
 use asperity::methods;
 use std::f64::consts::PI;
 
-fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem { tolerance: 1e-7, max_iterations: 5_000, ..Problem::new(grid, heights) }
+fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
+    ReducedProblem { tolerance: 1e-7, max_iterations: 5_000, ..ReducedProblem::new(grid, heights) }
 }
 
-fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
+fn start<'p>(problem: &'p ReducedProblem<'p>, id: &str) -> Box<dyn SolverRun + 'p> {
     methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap()
 }
 
 /// Solves a load of the path, which must converge, and evaluates `look` on the state.
-fn hold<R>(run: &mut dyn Run, load: Load, look: impl FnOnce(&State) -> R) -> R {
+fn hold<R>(run: &mut dyn SolverRun, load: Load, look: impl FnOnce(&Equilibrium) -> R) -> R {
     let state = run.equilibrate(load).unwrap();
     assert_eq!(
         state.stop,
@@ -69,17 +69,17 @@ impl Wave {
     }
 
     /// Exponential attraction of cohesive resolution `c` on the grid.
-    fn problem(self, heights: &[f64], c: f64) -> Problem<'_> {
+    fn problem(self, heights: &[f64], c: f64) -> ReducedProblem<'_> {
         let range = c * (self.work() / heights.len() as f64).sqrt();
-        let adhesion = Adhesion::exponential(self.work(), range);
-        Problem { adhesion, ..problem(Self::grid(heights.len()), heights) }
+        let adhesion = AttractionLaw::exponential(self.work(), range);
+        ReducedProblem { adhesion, ..problem(Self::grid(heights.len()), heights) }
     }
 
     fn pressure(p: f64) -> Load {
         Load::Pressure(p * PI * Self::AMPLITUDE)
     }
 
-    fn fraction(state: &State) -> f64 {
+    fn fraction(state: &Equilibrium) -> f64 {
         contact_area(Self::grid(state.gap.len()), state.gap, ContactEdges::COUNTED).contact_nodes
     }
 }
@@ -198,11 +198,11 @@ fn flattened(force: f64) -> f64 {
 }
 
 /// Pull-off force over πγR of the paraboloid from a scan over mean gaps, with approaches in units of s², s³ = γR²/E*.
-fn pull_off(n: usize, s: f64, adhesion: Adhesion, approaches: impl Iterator<Item = f64>) -> f64 {
+fn pull_off(n: usize, s: f64, adhesion: AttractionLaw, approaches: impl Iterator<Item = f64>) -> f64 {
     let grid = Grid::unit(n, n);
     let heights = paraboloid(n);
     let plane = mean(&heights);
-    let p = Problem { adhesion, tolerance: 1e-6, ..problem(grid, &heights) };
+    let p = ReducedProblem { adhesion, tolerance: 1e-6, ..problem(grid, &heights) };
     let mut run = start(&p, "fast");
     let pulls = approaches.map(|approach| {
         hold(&mut *run, Load::MeanGap(plane - s * s * approach), |state| {
@@ -219,11 +219,11 @@ fn jkr() {
     const TOLERANCE: f64 = 0.02;
     let (n, s) = (512, 0.1f64);
     let gamma = s.powi(3);
-    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / n as f64).sqrt());
+    let adhesion = AttractionLaw::exponential(gamma, 1.4 * (gamma / n as f64).sqrt());
     let pull = pull_off(n, s, adhesion, (0..6).map(|k| 0.1 - 0.07 * f64::from(k)));
     assert!((pull / 1.5 - 1.0).abs() < TOLERANCE, "pull-off {pull}");
     let (grid, heights) = (Grid::unit(n, n), paraboloid(n));
-    let p = Problem { adhesion, tolerance: 1e-6, ..problem(grid, &heights) };
+    let p = ReducedProblem { adhesion, tolerance: 1e-6, ..problem(grid, &heights) };
     let area = hold(&mut *start(&p, "fast"), Load::Pressure(0.0), |s| {
         contact_area(grid, s.gap, ContactEdges::ELASTIC).contact_area
     });
@@ -275,7 +275,7 @@ fn maugis_pull_off() {
         (5.0, 768, 0.1, 0.0, -0.3),
     ] {
         let gamma = s.powi(3);
-        let adhesion = Adhesion::dugdale(gamma, s * s / tabor);
+        let adhesion = AttractionLaw::dugdale(gamma, s * s / tabor);
         let steps = 8;
         let approaches = (0..=steps).map(|k| from + (to - from) * f64::from(k) / f64::from(steps));
         let pull = pull_off(n, s, adhesion, approaches);
@@ -299,8 +299,8 @@ fn kendalls_punch() {
     // The depth of the groove has no influence.
     for depth in [0.02, 1.0] {
         let heights: Vec<f64> = (0..n).map(|i| if i < edge || i >= n - edge { 0.0 } else { depth }).collect();
-        let adhesion = Adhesion::exponential(gamma, c * (gamma / n as f64).sqrt());
-        let p = Problem { adhesion, ..problem(grid, &heights) };
+        let adhesion = AttractionLaw::exponential(gamma, c * (gamma / n as f64).sqrt());
+        let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
         let mut run = start(&p, "fast");
         for x in [0.2, 0.5, 0.8, 0.9, 1.0 - TOLERANCE] {
             hold(&mut *run, Load::Pressure(-x * ideal), |_| ());

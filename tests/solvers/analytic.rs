@@ -1,7 +1,9 @@
 //! Solvers against closed forms and against each other.
 
-use asperity::contact::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
-use asperity::contact::method::{self, Heights, Load, NoObserver, Precision, Problem, State, Stop, Targets};
+use asperity::contact::interface::{AttractionLaw, Base, Elastic, Kernel, Layer, Wall};
+use asperity::contact::method::{
+    self, Equilibrium, Heights, Load, NoObserver, Precision, ReducedProblem, Stop, Targets,
+};
 use asperity::contact::observe::{
     Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, gap_distribution, linear_edges,
     stress_distribution,
@@ -16,11 +18,11 @@ const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 /// Load balance of every converged state.
 const LOAD_BALANCE: f64 = 1e-9;
 
-fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem { tolerance: 1e-9, max_iterations: 200_000, ..Problem::new(grid, heights) }
+fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
+    ReducedProblem { tolerance: 1e-9, max_iterations: 200_000, ..ReducedProblem::new(grid, heights) }
 }
 
-fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
+fn solve<R>(problem: &ReducedProblem, id: &str, pressure: f64, look: impl FnOnce(&Equilibrium) -> R) -> R {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "{id} at {pressure}: residual {}", state.residual);
@@ -29,7 +31,7 @@ fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State
     look(&state)
 }
 
-fn fraction(state: &State, grid: Grid) -> (f64, f64) {
+fn fraction(state: &Equilibrium, grid: Grid) -> (f64, f64) {
     let area = contact_area(grid, state.gap, ContactEdges::ELASTIC);
     (area.contact_nodes, area.contact_area)
 }
@@ -183,11 +185,11 @@ fn methods_agree_on_a_rough_surface() {
     let layer = Elastic::Layer(Layer { thickness: 0.143, poisson: 0.3, base: Base::Bonded });
     // Cohesive resolution ρ/√(γ dx) = 1.4 on this grid: the result does not depend on the path.
     let gamma: f64 = 2.7e-4;
-    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / 512.0).sqrt());
+    let adhesion = AttractionLaw::exponential(gamma, 1.4 * (gamma / 512.0).sqrt());
     for (kernel, adhesion) in
-        [(Elastic::HalfSpace, Adhesion::None), (layer, Adhesion::None), (Elastic::HalfSpace, adhesion)]
+        [(Elastic::HalfSpace, AttractionLaw::None), (layer, AttractionLaw::None), (Elastic::HalfSpace, adhesion)]
     {
-        let p = Problem { kernel, adhesion, ..problem(grid, &heights) };
+        let p = ReducedProblem { kernel, adhesion, ..problem(grid, &heights) };
         let [a, others @ ..] = METHODS.map(|id| solve(&p, id, 0.01, |s| (s.gap.to_vec(), s.energy)));
         for b in others {
             let largest = a.0.iter().zip(&b.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -203,7 +205,7 @@ fn methods_agree_on_a_thin_incompressible_layer() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 3);
     let layer = Layer { thickness: 0.005, poisson: 0.5, base: Base::Bonded };
     // Waves a thousand times stiffer than on a half-space reduce the attainable accuracy of the residual.
-    let p = Problem { kernel: Elastic::Layer(layer), tolerance: 1e-7, ..problem(grid, &heights) };
+    let p = ReducedProblem { kernel: Elastic::Layer(layer), tolerance: 1e-7, ..problem(grid, &heights) };
     let [a, others @ ..] = METHODS.map(|id| {
         let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::Pressure(0.05)).unwrap();
@@ -231,7 +233,7 @@ fn nested_grids_need_not_halve() {
 fn methods_agree_on_a_soft_wall() {
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
     let wall = Wall::LennardJones(asperity::contact::interface::LennardJonesWall { strength: 20.0, sigma: 0.0143 });
-    let p = Problem { wall, ..problem(grid, &heights) };
+    let p = ReducedProblem { wall, ..problem(grid, &heights) };
     let [a, others @ ..] = METHODS.map(|id| solve(&p, id, 0.02, |s| (s.energy, s.mean_gap)));
     for b in others {
         assert!((b.0 / a.0 - 1.0).abs() < 1e-7 && (b.1 - a.1).abs() < 1e-7, "{a:?} {others:?}");
@@ -241,11 +243,11 @@ fn methods_agree_on_a_soft_wall() {
 /// Quantities with full support on a method's card are provided, and every id is found.
 #[test]
 fn cards_agree_with_results() {
-    use asperity::contact::method::{Kind, Quantity, Support};
+    use asperity::contact::method::{MethodKind, Quantity, Support};
     use asperity::methods::REGISTRY;
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
     // Estimators are tested in tests/program/methods.rs.
-    for method in REGISTRY.iter().filter(|m| m.card().kind == Kind::Solver) {
+    for method in REGISTRY.iter().filter(|m| m.card().kind == MethodKind::Solver) {
         let card = method.card();
         assert!(std::ptr::eq(methods::find(card.id).unwrap().card(), card));
         // Support with or without a limitation.
@@ -298,8 +300,9 @@ fn elastic_stress_equals_the_direct_sum() {
 fn no_work_of_adhesion_is_no_adhesion() {
     let (grid, heights) = rough(144, 1.0 / 16.0, 5);
     for id in METHODS {
-        let with = Problem { adhesion: Adhesion::exponential(0.0, 1e-3), ..problem(grid, &heights) };
-        let bits = |p: &Problem| solve(p, id, 0.02, |s| s.gap.to_vec().iter().map(|g| g.to_bits()).collect::<Vec<_>>());
+        let with = ReducedProblem { adhesion: AttractionLaw::exponential(0.0, 1e-3), ..problem(grid, &heights) };
+        let bits =
+            |p: &ReducedProblem| solve(p, id, 0.02, |s| s.gap.to_vec().iter().map(|g| g.to_bits()).collect::<Vec<_>>());
         assert_eq!(bits(&with), bits(&problem(grid, &heights)));
     }
 }
@@ -325,19 +328,22 @@ fn results_are_invariant_to_offset_transposition_and_units() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 9);
     let gamma: f64 = 1e-3;
     let rho = 2.0 * (gamma / 64.0).sqrt();
-    let base = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
+    let base = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, rho), ..problem(grid, &heights) };
     let (gap, area) = solve(&base, "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
     let offset: Vec<f64> = heights.iter().map(|h| h + 1e4).collect();
     let transposed: Vec<f64> = (0..64 * 64).map(|i| heights[(i % 64) * 64 + i / 64]).collect();
     for (name, h, tolerance) in [("offset", &offset, 1e-7), ("transposed", &transposed, 1e-9)] {
-        let p = Problem { heights: h.into(), ..base.clone() };
+        let p = ReducedProblem { heights: h.into(), ..base.clone() };
         let (g, a) = solve(&p, "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
         assert!((g / gap - 1.0).abs() < tolerance && a == area, "{name}: {g} {gap}, {a} {area}");
     }
     // In units of 2E*: heights, range and gap halve, γ/(E*L) is a quarter, the pressure over E* halves.
     let half: Vec<f64> = heights.iter().map(|h| 0.5 * h).collect();
-    let p =
-        Problem { heights: (&half).into(), adhesion: Adhesion::exponential(gamma / 4.0, rho / 2.0), ..base.clone() };
+    let p = ReducedProblem {
+        heights: (&half).into(),
+        adhesion: AttractionLaw::exponential(gamma / 4.0, rho / 2.0),
+        ..base.clone()
+    };
     let (g, a) = solve(&p, "bvm", 0.01, |s| (s.mean_gap, fraction(s, grid).0));
     assert!((2.0 * g / gap - 1.0).abs() < 1e-8 && a == area, "{g} {gap}");
 }
@@ -348,10 +354,10 @@ fn results_are_invariant_to_offset_transposition_and_units() {
 fn unresolved_adhesion_lowers_the_energy() {
     let (grid, heights) = rough(128, 1.0 / 32.0, 18);
     let gamma: f64 = 2e-4;
-    let adhesion = Adhesion::exponential(gamma, 0.1 * (gamma / 128.0).sqrt());
+    let adhesion = AttractionLaw::exponential(gamma, 0.1 * (gamma / 128.0).sqrt());
     let plain = solve(&problem(grid, &heights), "bvm", 0.003, |s| s.energy);
     for id in METHODS {
-        let adhesive = Problem { adhesion, ..problem(grid, &heights) };
+        let adhesive = ReducedProblem { adhesion, ..problem(grid, &heights) };
         let energy = solve(&adhesive, id, 0.003, |s| s.energy);
         assert!(energy < plain, "{id}: {energy} with, {plain} without");
     }
@@ -363,7 +369,7 @@ fn unresolved_adhesion_lowers_the_energy() {
 fn long_range_adhesion_adds_to_the_pressure() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 4);
     let (gamma, rho) = (50.0, 5000.0);
-    let adhesive = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
+    let adhesive = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, rho), ..problem(grid, &heights) };
     let (area, stress) = solve(&adhesive, "bvm", 0.01, |s| (fraction(s, grid).0, s.interaction_energy));
     let plain = solve(&problem(grid, &heights), "bvm", 0.01 - stress / rho, |s| fraction(s, grid).0);
     assert_eq!(area, plain);
@@ -374,7 +380,7 @@ fn long_range_adhesion_adds_to_the_pressure() {
 fn single_precision() {
     let (grid, heights) = rough(256, 1.0 / 64.0, 18);
     let double = solve(&problem(grid, &heights), "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
-    let p = Problem { precision: Precision::F32, tolerance: 1e-3, ..problem(grid, &heights) };
+    let p = ReducedProblem { precision: Precision::F32, tolerance: 1e-3, ..problem(grid, &heights) };
     for id in METHODS {
         let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let s = run.equilibrate(Load::Pressure(0.02)).unwrap();
@@ -393,7 +399,7 @@ fn soft_wall_on_a_flat_surface() {
     let grid = Grid::unit(8, 8);
     let heights = vec![0.3; 64];
     for id in METHODS {
-        let p = Problem { wall: Wall::LennardJones(wall), ..problem(grid, &heights) };
+        let p = ReducedProblem { wall: Wall::LennardJones(wall), ..problem(grid, &heights) };
         solve(&p, id, 0.2, |s| assert!((-wall.traction(s.mean_gap) / 0.2 - 1.0).abs() < 1e-8, "{id} {}", s.mean_gap));
     }
 }
@@ -424,7 +430,7 @@ fn heights_as_a_series() {
         let heights: Vec<f64> = modes.heights(grid, 0.0);
         for id in METHODS {
             let nodes = problem(grid, &heights);
-            let waves = Problem { heights: Heights::Series(&series), ..nodes.clone() };
+            let waves = ReducedProblem { heights: Heights::Series(&series), ..nodes.clone() };
             let [a, b] = [&nodes, &waves].map(|p| solve(p, id, 0.02, |s| (s.energy, s.mean_gap, fraction(s, grid).0)));
             assert!(
                 (a.0 / b.0 - 1.0).abs() < 1e-9 && (a.1 / b.1 - 1.0).abs() < 1e-9 && a.2 == b.2,
@@ -440,9 +446,9 @@ fn heights_as_a_series() {
 fn mean_gap_control_inverts_load_control() {
     let (grid, heights) = rough(144, 1.0 / 16.0, 5);
     let gamma: f64 = 2.7e-4;
-    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / 144.0).sqrt());
-    for adhesion in [Adhesion::None, adhesion] {
-        let p = Problem { adhesion, ..problem(grid, &heights) };
+    let adhesion = AttractionLaw::exponential(gamma, 1.4 * (gamma / 144.0).sqrt());
+    for adhesion in [AttractionLaw::None, adhesion] {
+        let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
         let (gap, energy) = solve(&p, "fast", 0.02, |s| (s.mean_gap, s.energy));
         let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::MeanGap(gap)).unwrap();
@@ -453,14 +459,14 @@ fn mean_gap_control_inverts_load_control() {
         // Residuals of the returned state at its pressure; the force of the constraint counts once.
         assert!(state.load_error < LOAD_BALANCE && state.residual <= p.tolerance, "{}", state.load_error);
         let mean = (0..state.stress.len()).map(|i| state.stress.at(i)).sum::<f64>() / state.stress.len() as f64;
-        if adhesion == Adhesion::None {
+        if adhesion == AttractionLaw::None {
             assert!((mean / state.pressure - 1.0).abs() < LOAD_BALANCE, "{mean} {}", state.pressure);
         }
         // Beyond the range of all forces the pressure is zero.
         let apart = run.equilibrate(Load::MeanGap(1.0)).unwrap();
         assert!(apart.stop == Stop::Converged && apart.pressure.abs() < 1e-9, "{}, {}", apart.stop, apart.pressure);
         // Without adhesion no solve is needed for that.
-        if adhesion == Adhesion::None {
+        if adhesion == AttractionLaw::None {
             assert!((apart.pressure, apart.iterations) == (0.0, 0) && (apart.mean_gap - 1.0).abs() < LOAD_BALANCE);
         }
         for id in ["gfmd", "bvm"] {
@@ -491,14 +497,14 @@ fn excessive_tension_separates_the_surfaces() {
     assert_eq!(run.equilibrate(Load::Pressure(-1e-3)).unwrap().stop, Stop::Detached);
     // No pressure at mean gaps above that of first contact; positive pressure slightly below.
     for precision in [Precision::F64, Precision::F32] {
-        let p = Problem { precision, tolerance: 1e-3, ..p.clone() };
+        let p = ReducedProblem { precision, tolerance: 1e-3, ..p.clone() };
         let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let mut pressure = |share: f64| run.equilibrate(Load::MeanGap(share * apart)).unwrap().pressure;
         assert_eq!([1.0001, 2.0].map(&mut pressure), [0.0, 0.0]);
         assert!(pressure(0.9) > 0.0);
     }
     let gamma: f64 = 2.7e-4;
-    let p = Problem { adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
+    let p = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
     let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     assert_eq!(run.equilibrate(Load::Pressure(1e-3)).unwrap().stop, Stop::Converged);
     // Half the largest attraction of two flat surfaces, far above that of rough ones.
@@ -513,7 +519,7 @@ fn accuracy_targets_are_met() {
         solve(&problem(grid, &heights), "fast", 0.02, |s| (s.energy, fraction(s, grid).0, s.mean_gap, s.fft_pairs));
     const AREA: f64 = 3e-3;
     let targets = Targets { energy: Some(1e-5), area: Some(AREA), mean_gap: Some(1e-4) };
-    let p = Problem { targets, tolerance: 0.05, ..problem(grid, &heights) };
+    let p = ReducedProblem { targets, tolerance: 0.05, ..problem(grid, &heights) };
     let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
     assert_eq!(state.stop, Stop::Converged);
@@ -534,7 +540,7 @@ fn accuracy_targets_are_met() {
         .equilibrate(Load::Pressure(0.02))
         .err();
     assert!(unavailable_reason.unwrap().to_string().contains("energy"));
-    let p = Problem { targets: Targets { energy: None, ..targets }, ..p };
+    let p = ReducedProblem { targets: Targets { energy: None, ..targets }, ..p };
     for id in ["gfmd", "bvm"] {
         let mut run = methods::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
@@ -550,8 +556,8 @@ fn accuracy_targets_are_met() {
 fn solve_starts_from_an_initial_gap() {
     let (grid, heights) = rough(128, 1.0 / 16.0, 5);
     let gamma: f64 = 2.7e-4;
-    let p = Problem {
-        adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()),
+    let p = ReducedProblem {
+        adhesion: AttractionLaw::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()),
         tolerance: 1e-8,
         ..problem(grid, &heights)
     };
@@ -578,11 +584,11 @@ fn full_contact_begins_at_its_pressure() {
     let line = Grid { nx: 64, ny: 1, lx: 1.0, ly: 1.0 / 64.0 };
     for k in [1.0, 4.0] {
         let heights = wave(k);
-        let found = Problem::new(line, &heights).full_contact_pressure();
+        let found = ReducedProblem::new(line, &heights).full_contact_pressure();
         assert!((found / (PI * amplitude * k) - 1.0).abs() < EXACT, "{found}");
     }
     let (grid, heights) = rough(64, 1.0 / 16.0, 3);
-    let problem = Problem::new(grid, &heights);
+    let problem = ReducedProblem::new(grid, &heights);
     let full = problem.full_contact_pressure();
     let mut run = methods::find("fast").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
     for (share, all) in [(1.001, true), (0.99, false)] {

@@ -2,9 +2,9 @@
 //! paper.
 
 use crate::found::{near, path, problem, rough, solved};
-use asperity::contact::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall};
+use asperity::contact::interface::{AttractionLaw, Base, Elastic, Layer, LennardJonesWall, Wall};
 use asperity::contact::method::{
-    ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
+    ExperimentSettings, IchaSettings, Load, NoObserver, ReducedProblem, Settings, Stop, WinklerSettings,
 };
 use asperity::contact::observe::{
     Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, median_cluster_size,
@@ -27,7 +27,7 @@ struct Estimated {
     patches: Vec<f64>,
 }
 
-fn estimates(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
+fn estimates(problem: &ReducedProblem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
     let mut estimate = |&p: &f64| {
         let e = run.estimate(Load::Pressure(p)).unwrap();
@@ -45,7 +45,7 @@ fn estimates(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
     pressures.iter().map(&mut estimate).collect()
 }
 
-fn one(problem: &Problem, id: &str, pressure: f64) -> Estimated {
+fn one(problem: &ReducedProblem, id: &str, pressure: f64) -> Estimated {
     let found = estimates(problem, id, &[pressure]).remove(0);
     assert_eq!(found.stop, Stop::Converged, "{id} at {pressure}");
     found
@@ -65,8 +65,8 @@ fn spheres(n: usize, list: &[(f64, f64, f64, f64)]) -> (Grid, Vec<f64>) {
     (grid, (0..n * n).map(height).collect())
 }
 
-fn with<'p>(problem: Problem<'p>, winkler: WinklerSettings) -> Problem<'p> {
-    Problem { settings: Settings { winkler, ..Settings::default() }, ..problem }
+fn with<'p>(problem: ReducedProblem<'p>, winkler: WinklerSettings) -> ReducedProblem<'p> {
+    ReducedProblem { settings: Settings { winkler, ..Settings::default() }, ..problem }
 }
 
 fn gradient(grid: Grid, heights: &[f64]) -> f64 {
@@ -196,7 +196,7 @@ fn default_spring_length_gives_the_challenges_area() {
 fn srgw_single_summit_is_jkr() {
     let (radius, gamma) = (0.5, 1e-4);
     let (grid, heights) = spheres(64, &[(0.25, 0.5, radius, 0.1)]);
-    let p = Problem { adhesion: Adhesion::exponential(gamma, 1e-5), ..problem(grid, &heights) };
+    let p = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, 1e-5), ..problem(grid, &heights) };
     let pull_off = 1.5 * PI * gamma * radius;
     // 4a³/3R - √(8πγa³) = F, a quadratic in √a³.
     let closed = |load: f64| {
@@ -236,9 +236,9 @@ fn srgw_without_adhesion_is_hertz() {
 fn srgw_has_adhesive_hysteresis() {
     let (grid, heights) = rough(512, 512, 1.0 / 64.0, 1);
     let g = gradient(grid, &heights);
-    let adhesion = Adhesion::exponential(2e-4, 2e-5);
+    let adhesion = AttractionLaw::exponential(2e-4, 2e-5);
     let loads = [0.0, 0.003 * g, 0.03 * g, 0.003 * g, 0.0];
-    let with = estimates(&Problem { adhesion, ..problem(grid, &heights) }, "srgw", &loads);
+    let with = estimates(&ReducedProblem { adhesion, ..problem(grid, &heights) }, "srgw", &loads);
     let without = estimates(&problem(grid, &heights), "srgw", &loads[1..3]);
     println!("areas {:?} without {:?}", with.iter().map(|f| f.area).collect::<Vec<_>>(), without[0].area);
     assert!(with.iter().chain(&without).all(|f| f.stop == Stop::Converged && f.load_error < 1e-8));
@@ -389,8 +389,8 @@ fn threads_do_not_change_estimates() {
 
 // Experiment model
 
-fn laboratory<'p>(problem: Problem<'p>, experiment: ExperimentSettings) -> Problem<'p> {
-    Problem { settings: Settings { experiment, ..Settings::default() }, ..problem }
+fn laboratory<'p>(problem: ReducedProblem<'p>, experiment: ExperimentSettings) -> ReducedProblem<'p> {
+    ReducedProblem { settings: Settings { experiment, ..Settings::default() }, ..problem }
 }
 
 /// With ideal printer and camera the contact is that of `fast`, on a half-space and on the layer of the experiment;
@@ -408,7 +408,7 @@ fn experiment_with_ideal_camera_agrees_with_fast() {
     };
     for (thickness, differs) in [(100.0, false), (0.15, true)] {
         let kernel = Elastic::Layer(Layer { thickness, poisson: 0.5, base: Base::Bonded });
-        let exact = solved(&Problem { kernel, ..problem(grid, &heights) }, "fast", 0.02);
+        let exact = solved(&ReducedProblem { kernel, ..problem(grid, &heights) }, "fast", 0.02);
         let p = laboratory(problem(grid, &heights), ExperimentSettings { thickness, ..perfect });
         let found = one(&p, "experiment", 0.02);
         assert_eq!(found.contact, contact_map(Field::F64(&exact.gap), perfect.optical_gap));
@@ -451,25 +451,25 @@ fn errors_name_the_unsupported_input() {
     let base = problem(grid, &heights);
     let layer = Elastic::Layer(Layer { thickness: 0.1, poisson: 0.3, base: Base::Bonded });
     let soft = Wall::LennardJones(LennardJonesWall { strength: 1e-3, sigma: 1e-2 });
-    let adhesion = Adhesion::exponential(1e-4, 1e-3);
+    let adhesion = AttractionLaw::exponential(1e-4, 1e-3);
     let flat = vec![1.0; 64 * 64];
-    let settings = |settings: Settings| Problem { settings, ..base.clone() };
+    let settings = |settings: Settings| ReducedProblem { settings, ..base.clone() };
     let winkler = |spring_length, calibrate_to| with(base.clone(), WinklerSettings { spring_length, calibrate_to });
-    let refused = |p: &Problem, id: &str, word: &str| {
+    let refused = |p: &ReducedProblem, id: &str, word: &str| {
         let error = methods::find(id).unwrap().start(p, &NoObserver).err().unwrap_or_else(|| panic!("{id}: {word}"));
         let error = error.to_string();
         assert!(error.contains(word) && error.contains(id) && !error.contains('\n'), "{id}: {error}");
     };
     for id in ["winkler", "srgw", "icha", "experiment"] {
-        refused(&Problem { kernel: layer, ..base.clone() }, id, "kernel");
-        refused(&Problem { wall: soft, ..base.clone() }, id, "wall");
+        refused(&ReducedProblem { kernel: layer, ..base.clone() }, id, "kernel");
+        refused(&ReducedProblem { wall: soft, ..base.clone() }, id, "wall");
         let mut run = methods::find(id).unwrap().start(&base, &NoObserver).unwrap().estimator().unwrap();
         for load in [Load::MeanGap(0.1), Load::Pressure(-0.1), Load::Pressure(f64::NAN)] {
             assert!(run.estimate(load).is_err(), "{id}: {load:?}");
         }
     }
     for id in ["winkler", "icha"] {
-        refused(&Problem { adhesion, ..base.clone() }, id, "adhesion");
+        refused(&ReducedProblem { adhesion, ..base.clone() }, id, "adhesion");
     }
     for id in ["srgw", "icha"] {
         refused(&problem(grid, &flat), id, "summit");

@@ -1,13 +1,13 @@
 //! Where estimates hold: what a method does not deliver at a load, what it refuses, and which waves it counts.
 
 use crate::found::{near, path, problem, rough};
-use asperity::contact::method::{Estimator, Heights, Load, NoObserver, Problem, Quantity, Stop};
+use asperity::contact::method::{Estimator, Heights, Load, NoObserver, Quantity, ReducedProblem, Stop};
 use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::Field;
 use asperity::methods;
 use asperity::surface::{Modes, PowerSpectrum, Spectrum, moments};
 
-fn estimator<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Estimator + 'p> {
+fn estimator<'p>(problem: &'p ReducedProblem<'p>, id: &str) -> Box<dyn Estimator + 'p> {
     methods::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap()
 }
 
@@ -80,8 +80,9 @@ fn rl_archard_counts_waves_once() {
     const HALF_OF_THE_POINTS: f64 = 0.02;
     let (grid, heights) = rough(256, 256, 1.0 / 16.0, 18);
     let series = Modes::new(Spectrum { lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE }, 18, 1.0).series();
-    let of =
-        |problem: &Problem, p: f64| estimator(problem, "rl-archard").estimate(Load::Pressure(p)).unwrap().contact_area;
+    let of = |problem: &ReducedProblem, p: f64| {
+        estimator(problem, "rl-archard").estimate(Load::Pressure(p)).unwrap().contact_area
+    };
     for p in [0.01, 0.1, 0.3].map(|p| p * moments(grid, &heights).rms_gradient) {
         let own = problem(grid, &heights);
         let exact =
@@ -89,7 +90,7 @@ fn rl_archard_counts_waves_once() {
         let found = of(&own, p);
         println!("{p}: {}", found / exact);
         assert!(near(found, exact, HALF_OF_THE_POINTS), "{p}: {found} {exact}");
-        assert!(near(of(&Problem::new(grid, Heights::Series(&series)), p), found, 1e-6));
+        assert!(near(of(&ReducedProblem::new(grid, Heights::Series(&series)), p), found, 1e-6));
         let mut cut = problem(grid, &heights);
         cut.settings.rl_archard.cut_off_modes = Some(8);
         let cut = of(&cut, p);
@@ -102,7 +103,7 @@ fn rl_archard_counts_waves_once() {
 fn scgw_refuses_more_contact_than_the_cell_has() {
     let (grid, heights) = rough(256, 256, 1.0 / 32.0, 18);
     let power = PowerSpectrum::from_nodes(grid, &heights);
-    let problem = Problem { power: Some(&power), ..Problem::new(grid, &[][..]) };
+    let problem = ReducedProblem { power: Some(&power), ..ReducedProblem::new(grid, &[][..]) };
     let mut run = estimator(&problem, "scgw");
     let sparse = run.estimate(Load::Pressure(0.3 * power.rms_gradient())).unwrap().contact_area;
     assert!(sparse > 0.1 && sparse < 1.0, "{sparse}");

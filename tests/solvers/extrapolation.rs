@@ -1,8 +1,8 @@
 //! The error of results extrapolated to the requested range of adhesion, against a grid that resolves it.
 
-use asperity::contact::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
-use asperity::contact::method::{Heights, Load, NoObserver, Problem, Stop};
-use asperity::contact::path::LoadPath;
+use asperity::contact::interface::{AttractionLaw, COHESIVE_RESOLUTION, RangeChoice};
+use asperity::contact::method::{Heights, Load, NoObserver, ReducedProblem, Stop};
+use asperity::contact::path::LoadPathSolver;
 use asperity::contact::uncertainty::ValueWithError;
 use asperity::grid::Grid;
 use asperity::methods;
@@ -41,12 +41,12 @@ fn the_stated_error_covers_the_true_one() {
     let (mut judged, mut missed, mut refused) = (0, Vec::new(), 0);
     for (cut, seed, gamma, pressure) in SURFACES {
         let modes = Modes::new(Spectrum { lambda_s: 1.0 / cut, ..Spectrum::CHALLENGE }, seed, 1.0).series();
-        let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / FINE as f64).sqrt());
+        let adhesion = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / FINE as f64).sqrt());
         let load = [Load::Pressure(pressure)];
         let on = |n: usize| {
-            let requested = Problem::new(Grid::unit(n, n), Heights::Series(&modes));
-            let requested = Problem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..requested };
-            let path = LoadPath::new(
+            let requested = ReducedProblem::new(Grid::unit(n, n), Heights::Series(&modes));
+            let requested = ReducedProblem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..requested };
+            let path = LoadPathSolver::new(
                 requested,
                 methods::find("fast").expect("it is there"),
                 RangeChoice::Extrapolate,

@@ -4,8 +4,8 @@
 
 use crate::found::{Found, near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
-use asperity::contact::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, PenaltyWall, Wall};
-use asperity::contact::method::{Precision, Problem, Stop};
+use asperity::contact::interface::{AttractionLaw, Base, COHESIVE_RESOLUTION, Elastic, Layer, PenaltyWall, Wall};
+use asperity::contact::method::{Precision, ReducedProblem, Stop};
 use asperity::grid::{Grid, lowest};
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
@@ -106,7 +106,7 @@ fn flat_surfaces_touch_everywhere() {
             for (id, precision) in METHODS.into_iter().flat_map(|id| PRECISIONS.map(|p| (id, p))) {
                 let what = format!("{id} {precision:?} {nx} x {ny} at {value}");
                 let p = in_precision(&problem(grid, &heights), precision);
-                let adhesive = Problem { adhesion: Adhesion::exponential(gamma, rho), ..p.clone() };
+                let adhesive = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, rho), ..p.clone() };
                 for (p, load) in [(&p, 0.125), (&p, 1e-9), (&adhesive, 0.125), (&adhesive, 0.0), (&adhesive, -0.0625)] {
                     let found = solved(p, id, load);
                     assert_eq!((found.area, found.mean_gap, found.residual), (1.0, 0.0, 0.0), "{what}");
@@ -168,7 +168,7 @@ fn layers_of_any_thickness() {
         for thickness in [1e-3, 1e-2, 0.1, 1.0, 10.0] {
             let energies = [0.0, 0.3, 0.5].map(|poisson| {
                 let kernel = Elastic::Layer(Layer { thickness, poisson, base });
-                let layer = Problem { kernel, ..p.clone() };
+                let layer = ReducedProblem { kernel, ..p.clone() };
                 let single = path(&in_precision(&layer, Precision::F32), "fast", &[0.02]).remove(0);
                 // The stiffness of the thin incompressible layer exceeds the precision of f32.
                 assert!(matches!(single.stop, Stop::Converged | Stop::RoundingFloor), "{kernel}: {:?}", single.stop);
@@ -196,7 +196,7 @@ fn walls_of_any_stiffness() {
     let hard = solved(&p, "fast", 0.02);
     let mut last = f64::NEG_INFINITY;
     for length in [1e3, 1.0, 0.1, 1e-2, 1e-3, 1e-4] {
-        let wall = Problem { wall: Wall::Penalty(PenaltyWall { length }), ..p.clone() };
+        let wall = ReducedProblem { wall: Wall::Penalty(PenaltyWall { length }), ..p.clone() };
         let [a, b] = ["fast", "bvm"].map(|id| solved(&wall, id, 0.02));
         assert!(near(a.energy, b.energy, SAME_ENERGY) && a.area == b.area, "ℓ = {length}");
         assert!(a.mean_gap > last && a.mean_gap < hard.mean_gap && a.area >= hard.area, "ℓ = {length}");
@@ -209,7 +209,8 @@ fn walls_of_any_stiffness() {
     }
     // No method converges for a wall that is far stiffer than the stiffest mode of the grid; each reports it.
     for id in METHODS {
-        let wall = Problem { wall: Wall::Penalty(PenaltyWall { length: 1e-8 }), max_iterations: 200, ..p.clone() };
+        let wall =
+            ReducedProblem { wall: Wall::Penalty(PenaltyWall { length: 1e-8 }), max_iterations: 200, ..p.clone() };
         let found = path(&wall, id, &[0.02]).remove(0);
         assert!(found.stop != Stop::Converged && found.residual > wall.tolerance && found.is_finite(), "{id}");
     }
@@ -245,7 +246,7 @@ fn symmetries_of_the_cell() {
     let n = 192;
     let (grid, heights) = rough(n, n, 1.0 / 16.0, 5);
     let gamma: f64 = 2.7e-4;
-    let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma * grid.dx()).sqrt());
+    let adhesion = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma * grid.dx()).sqrt());
     let moved = |from: &dyn Fn(usize, usize) -> (usize, usize)| -> Vec<f64> {
         let at = |(x, y): (usize, usize)| heights[y % n * n + x % n];
         (0..n * n).map(|i| at(from(i % n, i / n))).collect()
@@ -255,9 +256,10 @@ fn symmetries_of_the_cell() {
         ("turned", moved(&|x, y| (y, n - x))),
         ("shifted", moved(&|x, y| (x + 13, y + 101))),
     ];
-    for adhesion in [Adhesion::None, adhesion] {
+    for adhesion in [AttractionLaw::None, adhesion] {
         for id in ["bvm", "fast"] {
-            let solve = |h: &[f64]| solved(&Problem { adhesion, heights: h.into(), ..problem(grid, h) }, id, 0.02);
+            let solve =
+                |h: &[f64]| solved(&ReducedProblem { adhesion, heights: h.into(), ..problem(grid, h) }, id, 0.02);
             let plain = solve(&heights);
             for (name, surface) in &surfaces {
                 let found = solve(surface);
@@ -273,10 +275,10 @@ fn symmetries_of_the_cell() {
 fn threads_change_no_bit_of_any_kind() {
     let (grid, heights) = rough(135, 77, 1.0 / 16.0, 5);
     let gamma: f64 = 2.7e-4;
-    let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma * grid.dx()).sqrt());
+    let adhesion = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma * grid.dx()).sqrt());
     for (id, precision) in METHODS.into_iter().flat_map(|id| PRECISIONS.map(|p| (id, p))) {
-        for adhesion in [Adhesion::None, adhesion] {
-            let p = in_precision(&Problem { adhesion, ..problem(grid, &heights) }, precision);
+        for adhesion in [AttractionLaw::None, adhesion] {
+            let p = in_precision(&ReducedProblem { adhesion, ..problem(grid, &heights) }, precision);
             let on = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| solved(&p, id, 0.02))

@@ -5,16 +5,16 @@
 
 use crate::found::{near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
-use asperity::contact::interface::{Adhesion, COHESIVE_RESOLUTION, PenaltyWall, Wall};
-use asperity::contact::method::{Load, NoObserver, Precision, Problem, Stop};
+use asperity::contact::interface::{AttractionLaw, COHESIVE_RESOLUTION, PenaltyWall, Wall};
+use asperity::contact::method::{Load, NoObserver, Precision, ReducedProblem, Stop};
 use asperity::grid::{Grid, lowest};
 use asperity::methods;
 use asperity::surface::Spectrum;
 use std::f64::consts::PI;
 
 /// The challenge's adhesion for a surface of curvature radius R: γ = E* R/30, ρ = 0.0345 R.
-fn of_the_challenge(radius: f64, times: f64) -> Adhesion {
-    Adhesion::exponential(times * radius / 30.0, 0.0345 * radius)
+fn of_the_challenge(radius: f64, times: f64) -> AttractionLaw {
+    AttractionLaw::exponential(times * radius / 30.0, 0.0345 * radius)
 }
 
 fn radius(lambda_s: f64) -> f64 {
@@ -32,10 +32,10 @@ fn ranges_from_far_below_a_pixel_to_far_above_the_roughness() {
     let plain = solved(&p, "fast", load);
     for gamma in [1.0, 16.0].map(|times| times * radius(lambda_s) / 30.0) {
         for pixels in [1e-3, 1e-2, 0.1, 0.5, 1.4, 5.0, 30.0, 1e3, 1e6] {
-            let adhesion = Adhesion::exponential(gamma, pixels * dx);
+            let adhesion = AttractionLaw::exponential(gamma, pixels * dx);
             let resolution = adhesion.resolution_on(dx).expect("an adhesive law");
             assert!(near(resolution, pixels * (dx / gamma).sqrt(), 1e-12), "{resolution}");
-            let adhesive = Problem { adhesion, ..p.clone() };
+            let adhesive = ReducedProblem { adhesion, ..p.clone() };
             let [double, _] = PRECISIONS.map(|precision| {
                 let found = solved(&in_precision(&adhesive, precision), "fast", load);
                 assert!(found.energy < plain.energy && found.area >= plain.area, "{adhesion}");
@@ -60,7 +60,7 @@ fn sixteenfold_adhesion_unresolved() {
             let adhesion = of_the_challenge(radius(lambda_s), times);
             assert!(adhesion.resolution_on(grid.dx()).expect("adhesive") < COHESIVE_RESOLUTION);
             for load in [0.0, 0.01, 0.1] {
-                let found = solved(&Problem { adhesion, ..problem(grid, &heights) }, "fast", load);
+                let found = solved(&ReducedProblem { adhesion, ..problem(grid, &heights) }, "fast", load);
                 assert!(found.area > 0.0 && lowest(&found.stress) < 0.0, "{n}, {times}, {load}");
                 if times == 16.0 && load > 0.0 {
                     assert!(found.area > 0.85, "{n}, {load}: {}", found.area);
@@ -88,7 +88,7 @@ fn sixteenfold_adhesion_resolved() {
             let (grid, heights) = profile(n);
             let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
             assert!(resolution > COHESIVE_RESOLUTION, "{times}: {resolution}");
-            let p = Problem { adhesion, ..problem(grid, &heights) };
+            let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
             let fast = solved(&p, "fast", 0.05).energy;
             if n == 8192 {
                 let bvm = solved(&p, "bvm", 0.05).energy;
@@ -107,7 +107,7 @@ fn imposed_mean_gaps_near_separation_balance_the_load() {
     /// A tenth of the tolerance of the load balance, and 10 % for another order of the sums.
     const BALANCE: f64 = 1.1e-10;
     let (grid, heights) = rough(512, 512, Spectrum::CHALLENGE.lambda_s, 4);
-    let p = Problem { adhesion: Adhesion::exponential(2e-5, 2.767e-4), ..problem(grid, &heights) };
+    let p = ReducedProblem { adhesion: AttractionLaw::exponential(2e-5, 2.767e-4), ..problem(grid, &heights) };
     let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     for i in 0..12 {
         let target = 0.0287 + 1e-4 * f64::from(i);
@@ -128,12 +128,12 @@ fn tabor_numbers_from_a_hundredth_to_ten() {
         (0..n * n).map(|i| (from_middle(i % n).powi(2) + from_middle(i / n).powi(2)) / (2.0 * r)).collect();
     let unit = PI * gamma * r;
     for tabor in [0.01, 0.1, 1.0, 3.0, 10.0] {
-        let adhesion = Adhesion::exponential(gamma, (r * gamma * gamma).cbrt() / tabor);
+        let adhesion = AttractionLaw::exponential(gamma, (r * gamma * gamma).cbrt() / tabor);
         let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
         // A tension above the strength γ/ρ of the law over the whole cell.
         let beyond = 1.01 * gamma / adhesion.range() + 2.5 * unit;
         for precision in PRECISIONS {
-            let p = in_precision(&Problem { adhesion, ..problem(grid, &heights) }, precision);
+            let p = in_precision(&ReducedProblem { adhesion, ..problem(grid, &heights) }, precision);
             let found = path(&p, "fast", &[1e-3, 0.0, -0.5 * unit, -2.5 * unit, -beyond]);
             for (i, state) in found[..3].iter().enumerate() {
                 // In f32 the small loads may stop at the rounding floor, which does not count as convergence.
@@ -160,8 +160,8 @@ fn pulls_beyond_pull_off_are_detached() {
     let gamma: f64 = 1e-2;
     let rho = COHESIVE_RESOLUTION * (gamma * grid.dx()).sqrt();
     for (id, precision) in METHODS.into_iter().flat_map(|id| PRECISIONS.map(|p| (id, p))) {
-        let adhesion = Adhesion::exponential(gamma, rho);
-        let p = in_precision(&Problem { adhesion, ..problem(grid, &heights) }, precision);
+        let adhesion = AttractionLaw::exponential(gamma, rho);
+        let p = in_precision(&ReducedProblem { adhesion, ..problem(grid, &heights) }, precision);
         let strength = gamma / rho;
         let found = path(&p, id, &[0.02, -0.1 * strength, -0.5 * strength, -100.0 * strength, 0.02]);
         let stops: Vec<Stop> = found.iter().map(|f| f.stop).collect();
@@ -172,7 +172,7 @@ fn pulls_beyond_pull_off_are_detached() {
     }
     // Without adhesion, with a compliant wall as well, a tension is detached at once or refused.
     for wall in [Wall::Hard, Wall::Penalty(PenaltyWall { length: 1e-2 })] {
-        let p = Problem { wall, ..problem(grid, &heights) };
+        let p = ReducedProblem { wall, ..problem(grid, &heights) };
         let parted = path(&p, "fast", &[-1e-6, -1.0]);
         assert!(parted.iter().all(|f| f.stop == Stop::Detached && f.iterations == 0), "{wall}");
         for id in ["gfmd", "bvm"] {
@@ -202,7 +202,7 @@ fn full_contact_opens_at_the_strength_of_the_law() {
     let strength = gamma / rho;
     // p - K h with the stiffness √2 π of the wave.
     let opening = 2f64.sqrt() * PI * amplitude - strength;
-    let p = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
+    let p = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, rho), ..problem(grid, &heights) };
     for id in METHODS {
         let held = [0.05, 1e-3, 0.0, 0.5 * opening, opening + SIDE * strength];
         let found = path(&p, id, &[&held[..], &[opening - SIDE * strength, opening - 0.05 * strength]].concat());

@@ -1,8 +1,10 @@
 //! Field solvers against `bvm`, and statements of the challenge paper about them.
 
 use crate::found::{Found, near, path, problem, rough, solved};
-use asperity::contact::interface::{Adhesion, LennardJonesWall, PowerLawWall, Wall};
-use asperity::contact::method::{BicgstabSettings, Load, NoObserver, Precision, Problem, Settings, Stop, Targets};
+use asperity::contact::interface::{AttractionLaw, LennardJonesWall, PowerLawWall, Wall};
+use asperity::contact::method::{
+    BicgstabSettings, Load, NoObserver, Precision, ReducedProblem, Settings, Stop, Targets,
+};
 use asperity::contact::observe::{Connectivity, cluster_sizes, median_cluster_size};
 use asperity::grid::lowest;
 use asperity::methods;
@@ -21,12 +23,12 @@ fn balanced(found: &Found, what: &str) {
 }
 
 /// Adhesion with a cohesive resolution ρ/√(γ dx) = 1.4, which does not pin contact lines.
-fn resolved(gamma: f64, n: usize) -> Adhesion {
-    Adhesion::exponential(gamma, 1.4 * (gamma / n as f64).sqrt())
+fn resolved(gamma: f64, n: usize) -> AttractionLaw {
+    AttractionLaw::exponential(gamma, 1.4 * (gamma / n as f64).sqrt())
 }
 
 /// Solution of a method from an initial gap.
-fn from_gap(problem: &Problem, id: &str, gap: &[f64], pressure: f64) -> Found {
+fn from_gap(problem: &ReducedProblem, id: &str, gap: &[f64], pressure: f64) -> Found {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     run.set_gap(gap);
     let s = run.equilibrate(Load::Pressure(pressure)).unwrap();
@@ -46,8 +48,8 @@ fn gfmd_fire_agrees_with_bvm() {
     const BRANCHES: f64 = 1e-6;
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let scale = asperity::grid::rms(&heights);
-    for (adhesion, law) in [(Adhesion::None, "none"), (resolved(2.7e-4, 128), "exponential")] {
-        let p = Problem { adhesion, tolerance: 1e-9, ..problem(grid, &heights) };
+    for (adhesion, law) in [(AttractionLaw::None, "none"), (resolved(2.7e-4, 128), "exponential")] {
+        let p = ReducedProblem { adhesion, tolerance: 1e-9, ..problem(grid, &heights) };
         for pressure in [0.01, 0.05] {
             let [a, touch] = ["bvm", "gfmd-fire"].map(|id| solved(&p, id, pressure));
             assert!(near(touch.energy, a.energy, BRANCHES), "{adhesion}: {} {}", touch.energy, a.energy);
@@ -60,7 +62,7 @@ fn gfmd_fire_agrees_with_bvm() {
                 assert!(lowest(&found.stress) > -adhesion.work_of_adhesion() / adhesion.range().max(1e-9) - 1e-9);
             }
             let mut compared = vec![&b];
-            if adhesion == Adhesion::None {
+            if adhesion == AttractionLaw::None {
                 compared.push(&touch);
             }
             for b in compared {
@@ -84,8 +86,8 @@ fn gfmd_fire_agrees_with_bvm() {
 fn gfmd_fire_agrees_with_bvm_on_a_soft_wall() {
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let wall = Wall::LennardJones(LennardJonesWall { strength: 20.0, sigma: 0.0143 });
-    for adhesion in [Adhesion::None, resolved(2.7e-4, 128)] {
-        let p = Problem { wall, adhesion, tolerance: 1e-9, ..problem(grid, &heights) };
+    for adhesion in [AttractionLaw::None, resolved(2.7e-4, 128)] {
+        let p = ReducedProblem { wall, adhesion, tolerance: 1e-9, ..problem(grid, &heights) };
         let a = solved(&p, "bvm", 0.02);
         let b = from_gap(&p, "gfmd-fire", &a.gap, 0.02);
         let c = solved(&p, "gfmd-fire", 0.02);
@@ -158,7 +160,7 @@ fn fft_ia_converges_to_pointwise_adhesion() {
     let mut errors = Vec::new();
     for n in [64, 128, 256] {
         let (grid, heights) = rough(n, n, 1.0 / 16.0, 18);
-        let p = Problem { adhesion, ..problem(grid, &heights) };
+        let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
         let [a, b] = ["bvm", "fft-ia"].map(|id| solved(&p, id, 0.02));
         balanced(&b, "fft-ia");
         assert!(lowest(&b.stress) >= -gamma / rho * (1.0 + 1e-12), "{} {}", lowest(&b.stress), gamma / rho);
@@ -188,7 +190,7 @@ fn bicgstab_converges_to_the_hard_wall_at_first_order() {
     let errors: Vec<f64> = [1.0, 0.5, 0.25, 0.125]
         .map(|wall_range| {
             let bicgstab = BicgstabSettings { wall_range, ..Default::default() };
-            let p = Problem { settings: Settings { bicgstab, ..Default::default() }, ..problem(grid, &heights) };
+            let p = ReducedProblem { settings: Settings { bicgstab, ..Default::default() }, ..problem(grid, &heights) };
             let soft = solved(&p, "bicgstab", 0.02);
             balanced(&soft, "bicgstab");
             let t = touching(&soft, grid.nx, 0.02);
@@ -207,13 +209,17 @@ fn bicgstab_agrees_with_bvm_for_the_same_law() {
     const RHO: f64 = 1.0264;
     let (grid, heights) = rough(128, 128, 1.0 / 16.0, 18);
     let (gamma, rho) = (resolved(1e-4, 128).work_of_adhesion(), resolved(1e-4, 128).range());
-    let exponential = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
+    let exponential = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, rho), ..problem(grid, &heights) };
     let found = solved(&exponential, "bicgstab", 0.02);
     balanced(&found, "bicgstab");
     let rho_93 = RHO * rho;
     let wall = Wall::PowerLaw(PowerLawWall { gamma, rho: rho_93 });
-    let p =
-        Problem { wall, adhesion: Adhesion::power_law_93(gamma, rho_93), tolerance: 1e-7, ..problem(grid, &heights) };
+    let p = ReducedProblem {
+        wall,
+        adhesion: AttractionLaw::power_law_93(gamma, rho_93),
+        tolerance: 1e-7,
+        ..problem(grid, &heights)
+    };
     let a = from_gap(&p, "bvm", &found.gap, 0.02);
     println!("energies {} {}, lowest stress {} of {}", found.energy, a.energy, lowest(&found.stress), gamma / rho);
     assert!(near(found.energy, a.energy, 1e-8) && apart(&found.gap, &a.gap) < 1e-6 * asperity::grid::rms(&heights));
@@ -231,7 +237,7 @@ fn bicgstab_agrees_with_bvm_for_the_same_law() {
 fn compressed_patches_are_smaller_than_closed_ones() {
     let n = 128;
     let (grid, heights) = rough(n, n, 1.0 / 24.0, 18);
-    let p = Problem { adhesion: resolved(2.7e-4, n), ..problem(grid, &heights) };
+    let p = ReducedProblem { adhesion: resolved(2.7e-4, n), ..problem(grid, &heights) };
     for pressure in [0.01, 0.02] {
         let [reference, ia] = ["bvm", "fft-ia"].map(|id| solved(&p, id, pressure));
         for (id, found) in [("bvm", &reference), ("fft-ia", &ia)] {
@@ -255,11 +261,11 @@ fn compressed_patches_are_smaller_than_closed_ones() {
 /// mesh.
 #[test]
 fn bem_bspline_converges_to_bvm() {
-    for (adhesion, law) in [(Adhesion::None, "none"), (resolved(1e-4, 64), "exponential")] {
+    for (adhesion, law) in [(AttractionLaw::None, "none"), (resolved(1e-4, 64), "exponential")] {
         let (mut gaps, mut means) = (Vec::new(), Vec::new());
         for n in [64, 128, 256] {
             let (grid, heights) = rough(n, n, 1.0 / 16.0, 18);
-            let p = Problem { adhesion, ..problem(grid, &heights) };
+            let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
             let [a, b] = ["bvm", "bem-bspline"].map(|id| solved(&p, id, 0.02));
             balanced(&b, "bem-bspline");
             let (gamma, rho) = (adhesion.work_of_adhesion(), adhesion.range());
@@ -301,7 +307,7 @@ fn bem_bspline_filters_unresolved_roughness() {
 fn unsupported_problems_are_errors() {
     let (grid, heights) = rough(16, 16, 1.0 / 4.0, 3);
     let base = problem(grid, &heights);
-    let error_of = |p: &Problem, id: &str, load: Load| {
+    let error_of = |p: &ReducedProblem, id: &str, load: Load| {
         let run = methods::find(id).unwrap().start(p, &NoObserver);
         let error = match run {
             Err(e) => e,
@@ -313,24 +319,26 @@ fn unsupported_problems_are_errors() {
     };
     let press = Load::Pressure(0.02);
     for id in ["gfmd-fire", "fft-ia", "bicgstab", "bem-bspline"] {
-        assert!(error_of(&Problem { precision: Precision::F32, ..base.clone() }, id, press).contains("precision"));
+        assert!(
+            error_of(&ReducedProblem { precision: Precision::F32, ..base.clone() }, id, press).contains("precision")
+        );
         assert!(error_of(&base, id, Load::MeanGap(0.01)).contains("mean gap"));
         assert!(error_of(&base, id, Load::Pressure(-0.01)).contains("pressure"));
         let targets = Targets { energy: Some(1e-3), ..Targets::default() };
-        assert!(error_of(&Problem { targets, ..base.clone() }, id, press).contains("energy"));
+        assert!(error_of(&ReducedProblem { targets, ..base.clone() }, id, press).contains("energy"));
     }
     let soft = Wall::LennardJones(LennardJonesWall { strength: 20.0, sigma: 0.0143 });
     for id in ["fft-ia", "bicgstab", "bem-bspline"] {
-        assert!(error_of(&Problem { wall: soft, ..base.clone() }, id, press).contains("wall"));
+        assert!(error_of(&ReducedProblem { wall: soft, ..base.clone() }, id, press).contains("wall"));
     }
-    let dugdale = Problem { adhesion: Adhesion::dugdale(1e-4, 1e-2), ..base.clone() };
+    let dugdale = ReducedProblem { adhesion: AttractionLaw::dugdale(1e-4, 1e-2), ..base.clone() };
     for id in ["fft-ia", "bicgstab"] {
         assert!(error_of(&dugdale, id, press).contains("adhesion"));
     }
     let settings = |change: fn(&mut Settings)| {
         let mut settings = Settings::default();
         change(&mut settings);
-        Problem { settings, ..base.clone() }
+        ReducedProblem { settings, ..base.clone() }
     };
     assert!(error_of(&settings(|s| s.fft_ia.relaxation = 0.0), "fft-ia", press).contains("relaxation"));
     assert!(error_of(&settings(|s| s.bicgstab.wall_range = -1.0), "bicgstab", press).contains("wall"));
@@ -344,7 +352,7 @@ fn unsupported_problems_are_errors() {
 fn results_do_not_depend_on_threads_and_are_stationary() {
     let (grid, heights) = rough(64, 48, 1.0 / 16.0, 5);
     for id in ["gfmd-fire", "fft-ia", "bicgstab", "bem-bspline"] {
-        let p = Problem { adhesion: resolved(1e-4, 64), ..problem(grid, &heights) };
+        let p = ReducedProblem { adhesion: resolved(1e-4, 64), ..problem(grid, &heights) };
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| solved(&p, id, 0.02))
@@ -362,7 +370,7 @@ fn results_do_not_depend_on_threads_and_are_stationary() {
 fn excessive_tension_separates_the_surfaces() {
     let (grid, heights) = rough(64, 64, 1.0 / 16.0, 5);
     for id in ["gfmd-fire", "fft-ia", "bicgstab", "bem-bspline"] {
-        let p = Problem { adhesion: resolved(1e-4, 64), ..problem(grid, &heights) };
+        let p = ReducedProblem { adhesion: resolved(1e-4, 64), ..problem(grid, &heights) };
         let found = path(&p, id, &[0.01, -0.07]);
         assert_eq!((found[0].stop, found[1].stop), (Stop::Converged, Stop::Detached), "{id}");
     }

@@ -1,14 +1,14 @@
 //! Copies of solver states for comparisons.
 
-use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::method::{Equilibrium, Load, NoObserver, ReducedProblem, Stop};
 use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::Grid;
 use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 
 /// A problem with the default settings of scenes and of `solve`.
-pub(crate) fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem { max_iterations: 20_000, ..Problem::new(grid, heights) }
+pub(crate) fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
+    ReducedProblem { max_iterations: 20_000, ..ReducedProblem::new(grid, heights) }
 }
 
 /// A copied state.
@@ -27,7 +27,7 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    pub(crate) fn of(grid: Grid, s: &State) -> Self {
+    pub(crate) fn of(grid: Grid, s: &Equilibrium) -> Self {
         Found {
             stop: s.stop,
             iterations: s.iterations,
@@ -48,15 +48,15 @@ impl Found {
 }
 
 /// States along a path of pressures.
-pub(crate) fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
+pub(crate) fn path(problem: &ReducedProblem, id: &str, pressures: &[f64]) -> Vec<Found> {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     pressures.iter().map(|&p| Found::of(problem.grid, &run.equilibrate(Load::Pressure(p)).unwrap())).collect()
 }
 
 /// Converged state at one pressure.
-pub(crate) fn solved(problem: &Problem, id: &str, pressure: f64) -> Found {
+pub(crate) fn solved(problem: &ReducedProblem, id: &str, pressure: f64) -> Found {
     let found = path(problem, id, &[pressure]).remove(0);
-    let Problem { kernel, adhesion, wall, precision, .. } = problem;
+    let ReducedProblem { kernel, adhesion, wall, precision, .. } = problem;
     let what = format!("{id} {precision:?} at {pressure}, {kernel}, {adhesion}, {wall}");
     assert_eq!(found.stop, Stop::Converged, "{what}: residual {}", found.residual);
     assert!(found.is_finite(), "{what}");

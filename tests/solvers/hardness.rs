@@ -2,9 +2,9 @@
 
 use crate::found::near;
 use asperity::contact::interface::{
-    Adhesion, Base, CubicHalfSpace, Elastic, Kernel, Layer, NonPeriodic, PenaltyWall, Wall,
+    AttractionLaw, Base, CubicHalfSpace, Elastic, Kernel, Layer, NonPeriodic, PenaltyWall, Wall,
 };
-use asperity::contact::method::{self, Load, NoObserver, Precision, Problem, Stop};
+use asperity::contact::method::{self, Load, NoObserver, Precision, ReducedProblem, Stop};
 use asperity::contact::observe::Plasticity;
 use asperity::grid::{Grid, mean};
 use asperity::methods;
@@ -18,9 +18,9 @@ pub(crate) fn rough(n: usize, short: f64) -> (Grid, Vec<f64>) {
     (grid, Modes::new(Spectrum { lambda_s: short, ..Spectrum::CHALLENGE }, 3, 1.0).heights(grid, 0.0))
 }
 
-pub(crate) fn problem(grid: Grid, heights: &[f64], hardness: f64) -> Problem<'_> {
-    let base = Problem::new(grid, heights);
-    Problem { hardness: Some(hardness.into()), tolerance: 1e-9, max_iterations: 200_000, ..base }
+pub(crate) fn problem(grid: Grid, heights: &[f64], hardness: f64) -> ReducedProblem<'_> {
+    let base = ReducedProblem::new(grid, heights);
+    ReducedProblem { hardness: Some(hardness.into()), tolerance: 1e-9, max_iterations: 200_000, ..base }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +43,7 @@ impl Found {
 }
 
 /// Converged states along a load path.
-pub(crate) fn path(problem: &Problem, id: &str, loads: &[Load]) -> Vec<Found> {
+pub(crate) fn path(problem: &ReducedProblem, id: &str, loads: &[Load]) -> Vec<Found> {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = |&load: &Load| {
         let state = run.equilibrate(load).unwrap();
@@ -68,12 +68,12 @@ pub(crate) fn path(problem: &Problem, id: &str, loads: &[Load]) -> Vec<Found> {
 fn an_unreachable_hardness_changes_no_bit() {
     let (grid, heights) = rough(64, 1.0 / 16.0);
     let loads = [0.01, 0.03, 0.01].map(Load::Pressure);
-    for adhesion in [Adhesion::None, Adhesion::dugdale(2e-4, 3e-3)] {
+    for adhesion in [AttractionLaw::None, AttractionLaw::dugdale(2e-4, 3e-3)] {
         for precision in [Precision::F64, Precision::F32] {
             for id in METHODS {
                 let tolerance = if precision == Precision::F32 { 1e-3 } else { 1e-7 };
-                let hard = Problem { adhesion, precision, tolerance, ..problem(grid, &heights, 1e30) };
-                let elastic = Problem { hardness: None, ..hard.clone() };
+                let hard = ReducedProblem { adhesion, precision, tolerance, ..problem(grid, &heights, 1e30) };
+                let elastic = ReducedProblem { hardness: None, ..hard.clone() };
                 let (with, without) = (path(&hard, id, &loads), path(&elastic, id, &loads));
                 for (a, b) in with.into_iter().zip(without) {
                     let none = Plasticity { flowing: 0.0, displaced: 0.0, displacement: 0.0, work: 0.0 };
@@ -98,7 +98,7 @@ fn states_are_optimal_between_both_bounds() {
     let layer = Elastic::Layer(Layer { thickness: 0.05, poisson: 0.3, base: Base::Bonded });
     for kernel in [Elastic::HalfSpace, layer] {
         let hardness = 0.15;
-        let p = Problem { kernel, ..problem(grid, &heights, hardness) };
+        let p = ReducedProblem { kernel, ..problem(grid, &heights, hardness) };
         let all = METHODS.map(|id| path(&p, id, &loads));
         for states in &all {
             let mut before = vec![0.0; grid.points()];
@@ -135,7 +135,7 @@ fn a_low_hardness_gives_the_bearing_area() {
             // Half a node: the last one carries a part of the hardness.
             let nodes = (share * grid.points() as f64).floor() + 0.5;
             let load = Load::Pressure(hardness * nodes / grid.points() as f64);
-            let p = Problem { tolerance: 1e-7, ..problem(grid, &heights, hardness) };
+            let p = ReducedProblem { tolerance: 1e-7, ..problem(grid, &heights, hardness) };
             let found = path(&p, id, &[load]);
             let mut order: Vec<usize> = (0..grid.points()).collect();
             order.sort_by(|&i, &j| heights[i].total_cmp(&heights[j]));
@@ -177,10 +177,10 @@ fn plastic_displacement_is_kept() {
 }
 
 /// The elastic state of the surface with this plastic displacement.
-fn path_of(p: &Problem, plastic: &[f64], id: &str, pressure: f64) -> Found {
+fn path_of(p: &ReducedProblem, plastic: &[f64], id: &str, pressure: f64) -> Found {
     let method::Heights::Nodes(nodes) = p.heights else { unreachable!() };
     let heights: Vec<f64> = nodes.iter().zip(plastic).map(|(h, d)| h + d).collect();
-    path(&Problem { heights: (&heights).into(), hardness: None, ..p.clone() }, id, &[Load::Pressure(pressure)])
+    path(&ReducedProblem { heights: (&heights).into(), hardness: None, ..p.clone() }, id, &[Load::Pressure(pressure)])
         .remove(0)
 }
 
@@ -251,25 +251,25 @@ fn other_bodies_walls_and_laws_flow_too() {
     const STRESS: [f64; 2] = [1e-5, 2e-2];
     let (grid, heights) = rough(64, 1.0 / 16.0);
     let hardness = 0.1;
-    let base = Problem { tolerance: 1e-7, ..problem(grid, &heights, hardness) };
-    let attraction = Adhesion::exponential(4e-5, 4e-3);
+    let base = ReducedProblem { tolerance: 1e-7, ..problem(grid, &heights, hardness) };
+    let attraction = AttractionLaw::exponential(4e-5, 4e-3);
     let non_periodic = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
     let crystal = Elastic::Cubic(CubicHalfSpace::new(2.0, 1.0, 0.8).unwrap());
     for (id, p, net) in [
-        ("fast", Problem { kernel: non_periodic, ..base.clone() }, hardness),
-        ("fast", Problem { kernel: crystal, ..base.clone() }, hardness),
-        ("fast", Problem { wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() }, hardness),
-        ("bvm", Problem { wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() }, hardness),
-        ("fast", Problem { adhesion: attraction, ..base.clone() }, hardness),
-        ("bvm", Problem { adhesion: attraction, ..base.clone() }, hardness),
-        ("gfmd", Problem { adhesion: attraction, ..base.clone() }, hardness),
-        ("fast", Problem { adhesion: Adhesion::exponential(4e-5, 1.5e-3), ..base.clone() }, hardness),
+        ("fast", ReducedProblem { kernel: non_periodic, ..base.clone() }, hardness),
+        ("fast", ReducedProblem { kernel: crystal, ..base.clone() }, hardness),
+        ("fast", ReducedProblem { wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() }, hardness),
+        ("bvm", ReducedProblem { wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() }, hardness),
+        ("fast", ReducedProblem { adhesion: attraction, ..base.clone() }, hardness),
+        ("bvm", ReducedProblem { adhesion: attraction, ..base.clone() }, hardness),
+        ("gfmd", ReducedProblem { adhesion: attraction, ..base.clone() }, hardness),
+        ("fast", ReducedProblem { adhesion: AttractionLaw::exponential(4e-5, 1.5e-3), ..base.clone() }, hardness),
         (
             "fast",
-            Problem { adhesion: attraction, wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() },
+            ReducedProblem { adhesion: attraction, wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() },
             hardness,
         ),
-        ("fast", Problem { precision: Precision::F32, tolerance: 1e-3, ..base.clone() }, hardness),
+        ("fast", ReducedProblem { precision: Precision::F32, tolerance: 1e-3, ..base.clone() }, hardness),
     ] {
         let states = path(&p, id, &[0.005, 0.02, 0.005].map(Load::Pressure));
         let most = states[1].stress.iter().copied().fold(0.0, f64::max);
@@ -316,7 +316,7 @@ fn a_sphere_flows() {
     let peak = 1.5 * force / (std::f64::consts::PI * (0.75 * force).cbrt().powi(2));
     let solved = |n: usize, hardness: f64| {
         let heights = sphere(n);
-        let p = Problem { tolerance: 1e-8, ..problem(Grid::unit(n, n), &heights, hardness) };
+        let p = ReducedProblem { tolerance: 1e-8, ..problem(Grid::unit(n, n), &heights, hardness) };
         path(&p, "fast", &[Load::Pressure(force), Load::Pressure(0.05 * force)])
     };
     let flow = |hardness: f64| solved(64, hardness)[0].plasticity.unwrap().flowing;
@@ -328,7 +328,7 @@ fn a_sphere_flows() {
     assert!((force / fraction / (0.1 * peak) - 1.0).abs() < FULL, "{}", force / fraction / (0.1 * peak));
     // Unloaded, the indent conforms to the sphere less its elastic recovery: contact is larger than on the virgin surface.
     let heights = sphere(128);
-    let virgin = Problem { tolerance: 1e-8, ..problem(Grid::unit(128, 128), &heights, 1e30) };
+    let virgin = ReducedProblem { tolerance: 1e-8, ..problem(Grid::unit(128, 128), &heights, 1e30) };
     let elastic = path(&virgin, "fast", &[Load::Pressure(0.05 * force)]);
     let count = |f: &Found| f.contact().iter().filter(|c| **c).count();
     assert!(count(&soft[1]) > count(&elastic[0]));
@@ -436,7 +436,7 @@ fn a_plastic_core_under_a_sphere_equals_that_of_rings() {
     let heights: Vec<f64> = (0..n * n).map(|i| 0.5 * (at(i % n) + at(i / n))).collect();
     let grid = Grid::unit(n, n);
     let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(1.0, 1.0));
-    let p = Problem { kernel, tolerance: 1e-7, ..problem(grid, &heights, hardness) };
+    let p = ReducedProblem { kernel, tolerance: 1e-7, ..problem(grid, &heights, hardness) };
     let found = path(&p, "fast", &[force, 0.5 * force].map(Load::Pressure));
     let area = |f: &Found| f.contact().iter().filter(|c| **c).count() as f64 / grid.points() as f64;
     let deepest = found[0].plastic.iter().copied().fold(0.0, f64::max);

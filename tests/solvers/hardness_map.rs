@@ -3,9 +3,9 @@
 
 use crate::hardness::{Found, METHODS, direct, path, problem, rough, wavy};
 use asperity::contact::interface::{
-    Adhesion, Base, Elastic, Hardness, HardnessMap, Layer, NonPeriodic, PenaltyWall, Wall,
+    AttractionLaw, Base, Elastic, HardnessMap, Layer, NodalHardness, NonPeriodic, PenaltyWall, Wall,
 };
-use asperity::contact::method::{Load, NoObserver, Precision, Problem};
+use asperity::contact::method::{Load, NoObserver, Precision, ReducedProblem};
 use asperity::grid::{Grid, mean};
 use asperity::methods;
 
@@ -19,8 +19,8 @@ fn squares(grid: Grid, side: usize, [soft, hard]: [f64; 2]) -> HardnessMap {
     map(grid, |x, y| if (x / side + y / side).is_multiple_of(2) { soft } else { hard })
 }
 
-fn with_map<'a>(grid: Grid, heights: &'a [f64], map: &'a HardnessMap) -> Problem<'a> {
-    Problem { hardness: Some(map.into()), ..problem(grid, heights, 1.0) }
+fn with_map<'a>(grid: Grid, heights: &'a [f64], map: &'a HardnessMap) -> ReducedProblem<'a> {
+    ReducedProblem { hardness: Some(map.into()), ..problem(grid, heights, 1.0) }
 }
 
 #[test]
@@ -30,7 +30,7 @@ fn a_direct_solution_of_two_hardnesses_has_the_same_stresses() {
     let (n, [soft, hard], pressure) = (12, [0.04, 0.07], 0.02);
     let (grid, heights) = wavy(n);
     let map = squares(grid, 3, [soft, hard]);
-    let values: Vec<f64> = (0..n * n).map(|i| Hardness::from(&map).at(i)).collect();
+    let values: Vec<f64> = (0..n * n).map(|i| NodalHardness::from(&map).at(i)).collect();
     let direct = direct(n, &heights, &values, pressure);
     for of in [soft, hard] {
         let flowing = direct.iter().zip(&values).filter(|(s, h)| **h == of && **s == of).count();
@@ -55,13 +55,13 @@ fn where_it_is_not_reached_the_hardness_changes_no_bit() {
         let (grid, heights) = rough(n, 1.0 / 16.0);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let valley = heights.iter().position(|h| *h == highest).unwrap();
-        let p = Problem { tolerance: 1e-7, ..problem(grid, &heights, hardness) };
+        let p = ReducedProblem { tolerance: 1e-7, ..problem(grid, &heights, hardness) };
         let number = path(&p, id, &loads);
         assert!(number[1].plasticity.unwrap().flowing > 0.01);
         let equal = map(grid, |_, _| hardness);
-        assert_eq!(path(&Problem { hardness: Some((&equal).into()), ..p.clone() }, id, &loads), number);
+        assert_eq!(path(&ReducedProblem { hardness: Some((&equal).into()), ..p.clone() }, id, &loads), number);
         let other = map(grid, |x, y| if y * grid.nx + x == valley { 2.0 * hardness } else { hardness });
-        let of_map = path(&Problem { hardness: Some((&other).into()), ..p.clone() }, id, &loads);
+        let of_map = path(&ReducedProblem { hardness: Some((&other).into()), ..p.clone() }, id, &loads);
         for (a, b) in of_map.into_iter().zip(number) {
             let [work, expected] = [a.plasticity, b.plasticity].map(|p| p.unwrap().work);
             assert!((work - expected).abs() <= 1e-12 * expected, "{id}: {work} {expected}");
@@ -85,7 +85,7 @@ fn states_are_optimal_for_the_hardness_of_each_node() {
     let patch = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
     let map = squares(grid, 8, [0.1, 0.2]);
     for (kernel, ids) in [(Elastic::HalfSpace, &METHODS[..]), (layer, &METHODS[..2]), (patch, &METHODS[..1])] {
-        let p = Problem { kernel, ..with_map(grid, &heights, &map) };
+        let p = ReducedProblem { kernel, ..with_map(grid, &heights, &map) };
         let all: Vec<_> = ids.iter().map(|id| path(&p, id, &loads)).collect();
         for states in &all {
             let mut before = vec![0.0; grid.points()];
@@ -94,7 +94,7 @@ fn states_are_optimal_for_the_hardness_of_each_node() {
                 let (allowed, mut work) = (STRESS * pressure, 0.0);
                 for (i, earlier) in before.iter().enumerate() {
                     let (g, s, flow) = (state.gap[i], state.stress[i], state.plastic[i] - earlier);
-                    let hardness = Hardness::from(&map).at(i);
+                    let hardness = NodalHardness::from(&map).at(i);
                     assert!(g >= 0.0 && s > -allowed && s < hardness + allowed, "{kernel}: {i}: {g} {s}");
                     assert!(g == 0.0 || s.abs() < allowed, "{kernel}: {i}: {g} {s}");
                     let at_hardness = (s - hardness).abs() < allowed;
@@ -125,7 +125,7 @@ fn states_shift_with_the_map() {
     let map = squares(grid, 5, [0.1, 0.3]);
     let shifted = |i: usize| (i % n + 13) % n + n * ((i / n + 29) % n);
     let other: Vec<f64> = (0..heights.len()).map(|i| heights[shifted(i)]).collect();
-    let values = (0..heights.len()).map(|i| Hardness::from(&map).at(shifted(i))).collect();
+    let values = (0..heights.len()).map(|i| NodalHardness::from(&map).at(shifted(i))).collect();
     let other_map = HardnessMap::new(n, n, values).unwrap();
     for id in METHODS {
         let of = |heights: &[f64], map| path(&with_map(grid, heights, map), id, &[Load::Pressure(pressure)]).remove(0);
@@ -145,17 +145,17 @@ fn rough_maps_converge_up_to_their_mean() {
     const STRESS: [f64; 2] = [1e-5, 3e-2];
     let (grid, heights) = rough(128, 1.0 / 16.0);
     let map = map(grid, |x, y| if (x * 7919 + y * 104_729).is_multiple_of(5) { 0.5 } else { 0.02 });
-    let attraction = Adhesion::exponential(2e-5, 4e-3);
-    let base = Problem { tolerance: 1e-7, ..with_map(grid, &heights, &map) };
+    let attraction = AttractionLaw::exponential(2e-5, 4e-3);
+    let base = ReducedProblem { tolerance: 1e-7, ..with_map(grid, &heights, &map) };
     for p in [
         base.clone(),
-        Problem { precision: Precision::F32, tolerance: 1e-3, ..base.clone() },
-        Problem { adhesion: attraction, ..base.clone() },
+        ReducedProblem { precision: Precision::F32, tolerance: 1e-3, ..base.clone() },
+        ReducedProblem { adhesion: attraction, ..base.clone() },
     ] {
         let (most, allowed) = (map.mean(), STRESS[usize::from(p.precision == Precision::F32)]);
         for state in path(&p, "fast", &[0.1, 0.9].map(|share| Load::Pressure(share * most))) {
             for (i, s) in state.stress.iter().enumerate() {
-                let hardness = Hardness::from(&map).at(i);
+                let hardness = NodalHardness::from(&map).at(i);
                 assert!(*s < hardness + allowed * state.pressure, "{}: {s} {hardness}", p.adhesion);
             }
         }
@@ -170,8 +170,8 @@ fn maps_of_another_grid_and_behind_soft_walls_are_refused() {
     let (grid, heights) = rough(64, 1.0 / 16.0);
     let (own, turned) = (squares(grid, 4, [0.1, 0.2]), squares(Grid::unit(32, 128), 4, [0.1, 0.2]));
     let base = with_map(grid, &heights, &own);
-    let soft = Problem { wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() };
-    let other = Problem { hardness: Some((&turned).into()), ..base.clone() };
+    let soft = ReducedProblem { wall: Wall::Penalty(PenaltyWall { length: 1e-3 }), ..base.clone() };
+    let other = ReducedProblem { hardness: Some((&turned).into()), ..base.clone() };
     for (id, p, word) in [("fast", &soft, "soft wall"), ("bvm", &other, "grid of the surface"), ("scgw", &base, "none")]
     {
         let Err(refused) = methods::find(id).unwrap().start(p, &NoObserver) else { panic!("{id} accepts {word}") };

@@ -2,10 +2,10 @@
 
 use crate::program;
 use asperity::contact::interface::{
-    Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PenaltyWall, PowerLaw93, PowerLawWall, Wall,
+    AttractionLaw, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PenaltyWall, PowerLaw93, PowerLawWall, Wall,
     WithAdhesion,
 };
-use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::method::{Equilibrium, Load, NoObserver, ReducedProblem, Stop};
 use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::Grid;
 use asperity::methods;
@@ -13,14 +13,14 @@ use asperity::surface::{Modes, Spectrum};
 
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 
-fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem { tolerance: 1e-9, max_iterations: 20_000, ..Problem::new(grid, heights) }
+fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
+    ReducedProblem { tolerance: 1e-9, max_iterations: 20_000, ..ReducedProblem::new(grid, heights) }
 }
 
-fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
+fn solve<R>(problem: &ReducedProblem, id: &str, pressure: f64, look: impl FnOnce(&Equilibrium) -> R) -> R {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
-    let Problem { kernel, adhesion, wall, .. } = problem;
+    let ReducedProblem { kernel, adhesion, wall, .. } = problem;
     assert_eq!(state.stop, Stop::Converged, "{id}, {kernel}, {adhesion}, {wall}: residual {}", state.residual);
     look(&state)
 }
@@ -35,20 +35,21 @@ fn rough(n: usize) -> (Grid, Vec<f64>) {
 const GAMMA: f64 = 2.7e-4;
 
 /// A law with work of adhesion γ and cohesive resolution `c` on the grid.
-fn resolved(make: fn(f64, f64) -> Adhesion, grid: Grid, c: f64) -> Adhesion {
+fn resolved(make: fn(f64, f64) -> AttractionLaw, grid: Grid, c: f64) -> AttractionLaw {
     // Laws have the form (γ/ρ) f(g/ρ): the resolution is proportional to the range.
     let unit = make(GAMMA, 1.0).resolution_on(grid.dx()).expect("an adhesive law");
     make(GAMMA, c / unit)
 }
 
-const LAWS: [fn(f64, f64) -> Adhesion; 3] = [Adhesion::exponential, Adhesion::dugdale, Adhesion::power_law_93];
+const LAWS: [fn(f64, f64) -> AttractionLaw; 3] =
+    [AttractionLaw::exponential, AttractionLaw::dugdale, AttractionLaw::power_law_93];
 
 /// Checks that the methods agree on the state of the rough surface.
-fn agree(problem: &Problem, pressure: f64) {
+fn agree(problem: &ReducedProblem, pressure: f64) {
     /// Relative to the energy.
     const TOLERANCE: f64 = 1e-6;
     let [a, others @ ..] = METHODS.map(|id| solve(problem, id, pressure, |s| (s.energy, s.mean_gap)));
-    let Problem { kernel, adhesion, wall, .. } = problem;
+    let ReducedProblem { kernel, adhesion, wall, .. } = problem;
     for b in others {
         let (energy, gap) = (b.0 / a.0 - 1.0, b.1 / a.1 - 1.0);
         assert!(energy.abs() < TOLERANCE && gap.abs() < TOLERANCE, "{kernel}, {adhesion}, {wall}: {energy:e}, {gap:e}");
@@ -60,21 +61,21 @@ fn methods_agree_with_every_law() {
     let (grid, heights) = rough(128);
     for make in LAWS {
         let adhesion = resolved(make, grid, 1.4);
-        agree(&Problem { adhesion, ..problem(grid, &heights) }, 0.01);
+        agree(&ReducedProblem { adhesion, ..problem(grid, &heights) }, 0.01);
     }
 }
 
 #[test]
 fn methods_agree_with_laws_behind_soft_walls() {
     let (grid, heights) = rough(128);
-    let adhesion = resolved(Adhesion::power_law_93, grid, 2.0);
+    let adhesion = resolved(AttractionLaw::power_law_93, grid, 2.0);
     let (gamma, rho) = (adhesion.work_of_adhesion(), adhesion.range());
     let wall = Wall::PowerLaw(PowerLawWall { gamma, rho });
-    agree(&Problem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
+    agree(&ReducedProblem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
     let wall = Wall::Penalty(PenaltyWall { length: 1e-3 });
     for make in LAWS {
         let adhesion = resolved(make, grid, 1.4);
-        agree(&Problem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
+        agree(&ReducedProblem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
     }
 }
 
@@ -82,12 +83,12 @@ fn methods_agree_with_laws_behind_soft_walls() {
 fn methods_agree_on_a_crystal() {
     let (grid, heights) = rough(128);
     let kernel = Elastic::Cubic(CubicHalfSpace::new(27.8, 18.2, 16.3).unwrap());
-    let p = Problem { kernel, ..problem(grid, &heights) };
+    let p = ReducedProblem { kernel, ..problem(grid, &heights) };
     agree(&p, 0.02);
     // The crystal axes are equivalent; the diagonals differ from them.
     let n = grid.nx;
     let transposed: Vec<f64> = (0..n * n).map(|i| heights[(i % n) * n + i / n]).collect();
-    let [a, b, isotropic] = [p.clone(), Problem { heights: (&transposed).into(), ..p }, problem(grid, &heights)]
+    let [a, b, isotropic] = [p.clone(), ReducedProblem { heights: (&transposed).into(), ..p }, problem(grid, &heights)]
         .map(|p| solve(&p, "fast", 0.02, |s| s.energy));
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
     assert!((a / isotropic - 1.0).abs() > 1e-5, "{a} {isotropic}");
@@ -98,7 +99,7 @@ fn methods_agree_on_a_crystal() {
 fn an_isotropic_crystal_changes_nothing() {
     let (grid, heights) = rough(64);
     let kernel = Elastic::Cubic(CubicHalfSpace::new(3.0, 1.0, 1.0).unwrap());
-    let [a, b] = [Problem { kernel, ..problem(grid, &heights) }, problem(grid, &heights)]
+    let [a, b] = [ReducedProblem { kernel, ..problem(grid, &heights) }, problem(grid, &heights)]
         .map(|p| solve(&p, "fast", 0.02, |s| s.mean_gap));
     assert!((a / b - 1.0).abs() < 1e-7, "{a} {b}");
 }
@@ -106,11 +107,11 @@ fn an_isotropic_crystal_changes_nothing() {
 /// On flat surfaces the gap is uniform, with wall and attraction in equilibrium with the pressure.
 #[test]
 fn flat_surfaces_rest_where_the_law_carries_the_load() {
-    fn check(wall: Wall, adhesion: Adhesion, law: impl Law, pressure: f64) {
+    fn check(wall: Wall, adhesion: AttractionLaw, law: impl Law, pressure: f64) {
         let grid = Grid::unit(8, 8);
         let heights = vec![0.3; 64];
         for id in METHODS {
-            let p = Problem { wall, adhesion, ..problem(grid, &heights) };
+            let p = ReducedProblem { wall, adhesion, ..problem(grid, &heights) };
             solve(&p, id, pressure, |s| {
                 let carried = -law.traction(s.mean_gap);
                 assert!((carried / pressure - 1.0).abs() < 1e-8, "{id}, {wall}, {adhesion}: {carried} {pressure}");
@@ -126,18 +127,18 @@ fn flat_surfaces_rest_where_the_law_carries_the_load() {
     let power = PowerLaw93 { gamma, rho };
     let wall = PowerLawWall { gamma, rho };
     for pressure in [0.02, 0.2] {
-        check(Wall::Penalty(stiff), Adhesion::None, stiff, pressure);
+        check(Wall::Penalty(stiff), AttractionLaw::None, stiff, pressure);
         let with = WithAdhesion { wall: stiff, adhesion: exponential };
-        check(Wall::Penalty(stiff), Adhesion::Exponential(exponential), with, pressure);
+        check(Wall::Penalty(stiff), AttractionLaw::Exponential(exponential), with, pressure);
         let with = WithAdhesion { wall: stiff, adhesion: dugdale };
-        check(Wall::Penalty(stiff), Adhesion::Dugdale(dugdale), with, pressure);
+        check(Wall::Penalty(stiff), AttractionLaw::Dugdale(dugdale), with, pressure);
         let with = WithAdhesion { wall, adhesion: power };
-        check(Wall::PowerLaw(wall), Adhesion::PowerLaw93(power), with, pressure);
+        check(Wall::PowerLaw(wall), AttractionLaw::PowerLaw93(power), with, pressure);
     }
     // Under a tension of 0.4 γ/ρ the 9-3 law is in equilibrium on its rising branch, with either wall.
     let pull = -0.4 * gamma / rho;
-    check(Wall::Hard, Adhesion::PowerLaw93(power), power, pull);
-    check(Wall::PowerLaw(wall), Adhesion::PowerLaw93(power), WithAdhesion { wall, adhesion: power }, pull);
+    check(Wall::Hard, AttractionLaw::PowerLaw93(power), power, pull);
+    check(Wall::PowerLaw(wall), AttractionLaw::PowerLaw93(power), WithAdhesion { wall, adhesion: power }, pull);
 }
 
 /// A range far beyond the roughness is a uniform attraction (Derjaguin, Muller & Toporov): the area is that at the
@@ -145,12 +146,12 @@ fn flat_surfaces_rest_where_the_law_carries_the_load() {
 #[test]
 fn long_range_attraction_adds_to_the_pressure() {
     let (grid, heights) = rough(64);
-    let fraction = |s: &State| contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes;
+    let fraction = |s: &Equilibrium| contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes;
     let (gamma, rho, pressure) = (50.0, 5000.0, 0.01);
     let plain = solve(&problem(grid, &heights), "bvm", pressure + gamma / rho, fraction);
-    for adhesion in [Adhesion::exponential(gamma, rho), Adhesion::dugdale(gamma, rho)] {
+    for adhesion in [AttractionLaw::exponential(gamma, rho), AttractionLaw::dugdale(gamma, rho)] {
         for id in METHODS {
-            let p = Problem { adhesion, ..problem(grid, &heights) };
+            let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
             assert_eq!(solve(&p, id, pressure, fraction), plain, "{id}, {adhesion}");
         }
     }
@@ -169,7 +170,7 @@ fn penalty_walls_converge_to_the_hard_wall() {
     });
     let lengths = [4e-3, 1e-3, 2.5e-4];
     let found = lengths.map(|length| {
-        let p = Problem { wall: Wall::Penalty(PenaltyWall { length }), ..problem(grid, &heights) };
+        let p = ReducedProblem { wall: Wall::Penalty(PenaltyWall { length }), ..problem(grid, &heights) };
         let [a, b] = ["fast", "bvm"].map(|id| solve(&p, id, pressure, |s| (s.energy, s.mean_gap)));
         assert!((a.0 / b.0 - 1.0).abs() < 1e-8, "ℓ = {length}: {a:?} {b:?}");
         agree(&p, pressure);

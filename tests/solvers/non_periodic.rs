@@ -1,19 +1,19 @@
 //! A non-periodic patch on a half-space: Hertzian contact at any position, and adhesion.
 
-use asperity::contact::interface::{Adhesion, Elastic, NonPeriodic, RangeChoice};
-use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::interface::{AttractionLaw, Elastic, NonPeriodic, RangeChoice};
+use asperity::contact::method::{Equilibrium, Load, NoObserver, ReducedProblem, Stop};
 use asperity::contact::observe::{ContactEdges, contact_area};
-use asperity::contact::path::LoadPath;
+use asperity::contact::path::LoadPathSolver;
 use asperity::grid::Grid;
 use asperity::methods;
 use std::f64::consts::PI;
 
-fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
+fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
     let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
-    Problem { kernel, tolerance: 1e-9, max_iterations: 10_000, ..Problem::new(grid, heights) }
+    ReducedProblem { kernel, tolerance: 1e-9, max_iterations: 10_000, ..ReducedProblem::new(grid, heights) }
 }
 
-fn solve<R>(problem: &Problem, load: f64, look: impl FnOnce(&State) -> R) -> R {
+fn solve<R>(problem: &ReducedProblem, load: f64, look: impl FnOnce(&Equilibrium) -> R) -> R {
     let mut run = methods::find("fast").unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(load)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "residual {}", state.residual);
@@ -83,11 +83,11 @@ fn a_shift_changes_nothing() {
     const ELASTIC: f64 = 1e-5;
     let grid = Grid::unit(96, 96);
     let gamma = 2e-4;
-    let adhesion = Adhesion::exponential(gamma, 1.5 * (gamma * grid.dx()).sqrt());
-    for adhesion in [Adhesion::None, adhesion] {
+    let adhesion = AttractionLaw::exponential(gamma, 1.5 * (gamma * grid.dx()).sqrt());
+    for adhesion in [AttractionLaw::None, adhesion] {
         let found = [(48, 48), (24, 24), (70, 40)].map(|middle| {
             let heights = sphere(grid, middle);
-            let p = Problem { adhesion, ..problem(grid, &heights) };
+            let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
             solve(&p, 1e-3, |s| (s.energy, s.elastic_energy, contact_area(grid, s.gap, ContactEdges::COUNTED).count))
         });
         for other in &found[1..] {
@@ -132,7 +132,7 @@ fn light_loads_on_steep_maps() {
     let punch: Vec<f64> =
         (0..grid.points()).map(|k| f64::from(from_centre(k).0.hypot(from_centre(k).1) >= radius)).collect();
     for pressure in [1e-2, 1e-5] {
-        let (energy, contact) = solve(&Problem { tolerance: 1e-7, ..problem(grid, &punch) }, pressure, |s| {
+        let (energy, contact) = solve(&ReducedProblem { tolerance: 1e-7, ..problem(grid, &punch) }, pressure, |s| {
             (s.energy, contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes)
         });
         let expected = -0.5 * pressure * pressure / (2.0 * radius);
@@ -143,8 +143,8 @@ fn light_loads_on_steep_maps() {
     }
     let on_pillar = |k: usize| (k % grid.nx / 16).is_multiple_of(2) && (k / grid.nx / 16).is_multiple_of(2);
     let pillars: Vec<f64> = (0..grid.points()).map(|k| if on_pillar(k) { 0.0 } else { 0.05 }).collect();
-    let [light, heavier] =
-        [1e-4, 1e-3].map(|p| solve(&Problem { tolerance: 1e-7, ..problem(grid, &pillars) }, p, |s| s.energy / (p * p)));
+    let [light, heavier] = [1e-4, 1e-3]
+        .map(|p| solve(&ReducedProblem { tolerance: 1e-7, ..problem(grid, &pillars) }, p, |s| s.energy / (p * p)));
     assert!((light / heavier - 1.0).abs() < PROPORTIONAL, "{light} {heavier}");
     let heights = sphere(grid, (64, 64));
     let pressure = 5e-6_f64;
@@ -162,9 +162,9 @@ fn displacement_from_first_contact() {
     const PUNCH: f64 = 0.02;
     const SPHERE: f64 = 3e-3;
     const FULL: f64 = 1e-9;
-    let displacement = |problem: Problem, load: f64| {
+    let displacement = |problem: ReducedProblem, load: f64| {
         let loads = [Load::Pressure(load)];
-        let path = LoadPath::new(problem, methods::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+        let path = LoadPathSolver::new(problem, methods::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
         let mut found = f64::NAN;
         path.walk(None, false, &NoObserver, |_, reached| {
             assert_eq!(reached.state.stop, Stop::Converged);
@@ -184,7 +184,7 @@ fn displacement_from_first_contact() {
     let found = displacement(problem(grid, &punch), 0.01);
     assert!((found / (0.01 / (2.0 * radius)) - 1.0).abs() < 2.0 * PUNCH, "{found}");
     let wave: Vec<f64> = (0..64 * 64).map(|k| 0.01 * (2.0 * PI * (k % 64) as f64 / 64.0).cos()).collect();
-    let found = displacement(Problem::new(grid, &wave), 0.1);
+    let found = displacement(ReducedProblem::new(grid, &wave), 0.1);
     assert!((found / 0.01 - 1.0).abs() < FULL, "{found}");
 }
 
@@ -197,7 +197,8 @@ fn stiffness_of_a_sphere() {
     let heights = sphere(grid, (32, 32));
     let radii = [0.12, 0.17, 0.24];
     let loads = radii.map(|a: f64| Load::Pressure(4.0 / 3.0 * a.powi(3)));
-    let path = LoadPath::new(problem(grid, &heights), methods::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+    let path =
+        LoadPathSolver::new(problem(grid, &heights), methods::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
     let mut found = Vec::new();
     path.with_stiffness()
         .walk(None, false, &NoObserver, |_, reached| {

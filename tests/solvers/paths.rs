@@ -1,10 +1,10 @@
 //! Load paths: branches, discretisation errors, pull-off, and continuation after an interruption.
 
-use asperity::contact::interface::{Adhesion, COHESIVE_RESOLUTION, Hardness, HardnessMap, RangeChoice};
+use asperity::contact::interface::{AttractionLaw, COHESIVE_RESOLUTION, HardnessMap, NodalHardness, RangeChoice};
 use asperity::contact::method::{
-    Heights, Iteration, Load, NoObserver, Observer, Precision, Problem, SnapshotRef, SolverSnapshot, Stop,
+    Heights, Iteration, Load, NoObserver, Observer, Precision, ReducedProblem, SnapshotRef, SolverSnapshot, Stop,
 };
-use asperity::contact::path::LoadPath;
+use asperity::contact::path::LoadPathSolver;
 use asperity::contact::results::PullOff;
 use asperity::grid::Grid;
 use asperity::methods;
@@ -20,8 +20,8 @@ fn spectrum(short: f64) -> Spectrum {
     Spectrum { lambda_s: short, ..Spectrum::CHALLENGE }
 }
 
-fn problem(grid: Grid, heights: Heights<'_>, adhesion: Adhesion) -> Problem<'_> {
-    Problem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..Problem::new(grid, heights) }
+fn problem(grid: Grid, heights: Heights<'_>, adhesion: AttractionLaw) -> ReducedProblem<'_> {
+    ReducedProblem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..ReducedProblem::new(grid, heights) }
 }
 
 /// Results that the tests compare.
@@ -37,8 +37,14 @@ struct Found {
     true_gap: Option<(f64, f64)>,
 }
 
-fn walk(problem: &Problem, id: &str, range: RangeChoice, loads: &[Load], pulls: bool) -> (Vec<Found>, Option<PullOff>) {
-    let path = LoadPath::new(problem.clone(), methods::find(id).expect("a method"), range, 0.0, loads);
+fn walk(
+    problem: &ReducedProblem,
+    id: &str,
+    range: RangeChoice,
+    loads: &[Load],
+    pulls: bool,
+) -> (Vec<Found>, Option<PullOff>) {
+    let path = LoadPathSolver::new(problem.clone(), methods::find(id).expect("a method"), range, 0.0, loads);
     let mut found = Vec::new();
     let pulled = path.walk(None, pulls, &NoObserver, |_, reached| {
         let state = &reached.state;
@@ -66,8 +72,8 @@ fn the_error_of_the_grid_is_reported() {
     const AT_LEAST: f64 = 0.5;
     let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
     let loads = [0.01, 0.05].map(Load::Pressure);
-    let adhesion = Adhesion::exponential(GAMMA, COHESIVE_RESOLUTION * (GAMMA / 64.0).sqrt());
-    for (adhesion, ids) in [(Adhesion::None, &["fast", "bvm"][..]), (adhesion, &["fast", "gfmd"][..])] {
+    let adhesion = AttractionLaw::exponential(GAMMA, COHESIVE_RESOLUTION * (GAMMA / 64.0).sqrt());
+    for (adhesion, ids) in [(AttractionLaw::None, &["fast", "bvm"][..]), (adhesion, &["fast", "gfmd"][..])] {
         for id in ids {
             let on = |n: usize| {
                 let p = problem(Grid::unit(n, n), Heights::Series(&modes), adhesion);
@@ -92,7 +98,7 @@ fn the_true_range_is_extrapolated_to() {
     let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
     // A grid of 1024 points resolves the range; 256, 128 and 64 points use 2, 2.8 and 4 times the range.
     let rho = COHESIVE_RESOLUTION * (GAMMA / 1024.0).sqrt();
-    let adhesion = Adhesion::exponential(GAMMA, rho);
+    let adhesion = AttractionLaw::exponential(GAMMA, rho);
     let load = [Load::Pressure(0.02)];
     let on = |n: usize, range: RangeChoice| {
         let p = problem(Grid::unit(n, n), Heights::Series(&modes), adhesion);
@@ -120,11 +126,11 @@ fn branches_are_followed() {
     let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
     let grid = Grid::unit(64, 64);
     let loads = [0.005, 0.1, 0.005].map(Load::Pressure);
-    let adhesion = Adhesion::exponential(2e-3, 3e-3);
+    let adhesion = AttractionLaw::exponential(2e-3, 3e-3);
     let p = problem(grid, Heights::Series(&modes), adhesion);
     let (sticky, _) = walk(&p, "fast", RangeChoice::True, &loads, false);
     assert!(sticky[2].area > 2.0 * sticky[0].area && sticky[0].energy < sticky[2].energy, "{sticky:?}");
-    let p = problem(grid, Heights::Series(&modes), Adhesion::None);
+    let p = problem(grid, Heights::Series(&modes), AttractionLaw::None);
     let (dry, _) = walk(&p, "fast", RangeChoice::True, &loads, false);
     assert_eq!(dry[0].area, dry[2].area);
 }
@@ -136,7 +142,7 @@ fn pulled_apart() {
     let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
     let grid = Grid::unit(64, 64);
     let gamma = 4e-3;
-    let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 64.0f64).sqrt());
+    let adhesion = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 64.0f64).sqrt());
     let p = problem(grid, Heights::Series(&modes), adhesion);
     let (found, pulled) = walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true);
     let pulled = pulled.expect("it was requested for");
@@ -146,7 +152,7 @@ fn pulled_apart() {
     // The error follows from the grid with half the points per side.
     assert_eq!(pulled.coarser, Some([32, 32]));
     let fine = |n: usize| {
-        let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / n as f64).sqrt());
+        let adhesion = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / n as f64).sqrt());
         let p = problem(Grid::unit(n, n), Heights::Series(&modes), adhesion);
         walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true).1.expect("requested for")
     };
@@ -175,12 +181,13 @@ fn pulled_apart() {
     let (_, again) = walk(&p, "fast", RangeChoice::Mesh, &near, true);
     assert!((again.expect("requested for").pressure / pulled.pressure - 1.0).abs() < 0.01);
     let behind = [0.0, 3.0 * (pulled.mean_gap - found[0].mean_gap)].map(|d| Load::MeanGap(found[0].mean_gap + d));
-    let path = LoadPath::new(p.clone(), methods::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
+    let path =
+        LoadPathSolver::new(p.clone(), methods::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
     let refused = path.walk(None, true, &NoObserver, |_, _| Ok(())).expect_err("refused").to_string();
     assert!(refused.contains("from which on it falls"), "{refused}");
     // Without adhesion there is no pull-off.
-    let p = problem(grid, Heights::Series(&modes), Adhesion::None);
-    let path = LoadPath::new(p, methods::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);
+    let p = problem(grid, Heights::Series(&modes), AttractionLaw::None);
+    let path = LoadPathSolver::new(p, methods::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);
     assert!(path.walk(None, true, &NoObserver, |_, _| Ok(())).expect("no load, no search").is_none());
 }
 
@@ -220,27 +227,29 @@ fn a_resumed_solve_has_the_same_bits() {
     let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series();
     let grid = Grid { nx: 256, ny: 192, lx: 1.0, ly: 0.75 };
     let gamma: f64 = 4e-4;
-    let sticky = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 256.0).sqrt());
+    let sticky = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 256.0).sqrt());
     let elastic = [
-        ("fast", Adhesion::None, Precision::F64, vec![Load::Pressure(0.02)]),
+        ("fast", AttractionLaw::None, Precision::F64, vec![Load::Pressure(0.02)]),
         ("fast", sticky, Precision::F64, vec![Load::Pressure(0.03), Load::Pressure(0.01)]),
         ("fast", sticky, Precision::F32, vec![Load::Pressure(0.02)]),
         ("fast", sticky, Precision::F64, vec![Load::MeanGap(0.02), Load::MeanGap(0.03)]),
-        ("bvm", Adhesion::None, Precision::F64, vec![Load::Pressure(0.02)]),
+        ("bvm", AttractionLaw::None, Precision::F64, vec![Load::Pressure(0.02)]),
         ("bvm", sticky, Precision::F64, vec![Load::Pressure(0.03), Load::Pressure(0.01)]),
-        ("bvm", Adhesion::None, Precision::F32, vec![Load::Pressure(0.02)]),
-        ("gfmd", Adhesion::None, Precision::F64, vec![Load::Pressure(0.03), Load::Pressure(0.02)]),
+        ("bvm", AttractionLaw::None, Precision::F32, vec![Load::Pressure(0.02)]),
+        ("gfmd", AttractionLaw::None, Precision::F64, vec![Load::Pressure(0.03), Load::Pressure(0.02)]),
         ("gfmd", sticky, Precision::F32, vec![Load::Pressure(0.02)]),
     ];
     let two = (0..grid.points()).map(|i| if i % grid.nx < 100 { 0.25 } else { 0.35 }).collect();
     let map = HardnessMap::new(grid.nx, grid.ny, two).expect("positive");
-    let yielding = [("fast", 0.3.into()), ("bvm", 0.3.into()), ("gfmd", 0.3.into()), ("fast", Hardness::from(&map))]
-        .map(|(id, h)| (Some(h), (id, Adhesion::None, Precision::F64, [0.03, 0.04].map(Load::Pressure).to_vec())));
+    let yielding =
+        [("fast", 0.3.into()), ("bvm", 0.3.into()), ("gfmd", 0.3.into()), ("fast", NodalHardness::from(&map))].map(
+            |(id, h)| (Some(h), (id, AttractionLaw::None, Precision::F64, [0.03, 0.04].map(Load::Pressure).to_vec())),
+        );
     for (hardness, (id, adhesion, precision, path)) in elastic.map(|case| (None, case)).into_iter().chain(yielding) {
         let method = methods::find(id).expect("it is there");
         // The paper's own methods take hundreds of iterations; a comparison of bits does not need the last ones.
         let tolerance = if precision == Precision::F32 || id != "fast" { 1e-2 } else { 1e-7 };
-        let p = Problem { precision, tolerance, hardness, ..problem(grid, Heights::Series(&modes), adhesion) };
+        let p = ReducedProblem { precision, tolerance, hardness, ..problem(grid, Heights::Series(&modes), adhesion) };
         let mut run = method.start(&p, &NoObserver).expect("it starts").solver().expect("it starts");
         let (last, before) = path.split_last().expect("a load");
         for load in before {

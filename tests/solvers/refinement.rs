@@ -1,8 +1,8 @@
 //! Mesh convergence without adhesion: orders of convergence, and extrapolated values against closed forms. `analytic`
 //! tests the same problems on single grids.
 
-use asperity::contact::interface::Adhesion;
-use asperity::contact::method::{Load, NoObserver, Problem, State, Stop};
+use asperity::contact::interface::AttractionLaw;
+use asperity::contact::method::{Equilibrium, Load, NoObserver, ReducedProblem, Stop};
 use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::grid::{Grid, mean};
 use asperity::methods;
@@ -11,11 +11,11 @@ use std::f64::consts::{PI, SQRT_2};
 
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 
-fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem { tolerance: 1e-9, max_iterations: 100_000, ..Problem::new(grid, heights) }
+fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
+    ReducedProblem { tolerance: 1e-9, max_iterations: 100_000, ..ReducedProblem::new(grid, heights) }
 }
 
-fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
+fn solve<R>(problem: &ReducedProblem, id: &str, pressure: f64, look: impl FnOnce(&Equilibrium) -> R) -> R {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "{id} at {pressure}: residual {}", state.residual);
@@ -236,9 +236,9 @@ fn methods_agree_on_oblong_grids() {
         let heights: Vec<f64> = Modes::new(spectrum, seed, grid.ly).heights(grid, 0.0);
         // Cohesive resolution 1.4 along the wider mesh.
         let range = 1.4 * (gamma * grid.dx().max(grid.dy())).sqrt();
-        for adhesion in [Adhesion::None, Adhesion::exponential(gamma, range)] {
+        for adhesion in [AttractionLaw::None, AttractionLaw::exponential(gamma, range)] {
             for pressure in [0.003, 0.05] {
-                let p = Problem { adhesion, ..problem(grid, &heights) };
+                let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
                 let [a, others @ ..] = METHODS.map(|id| solve(&p, id, pressure, |s| s.energy));
                 for b in others {
                     assert!((b / a - 1.0).abs() < TOLERANCE, "{grid:?}, {adhesion}, {pressure}: {a} {others:?}");

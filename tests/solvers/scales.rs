@@ -2,11 +2,11 @@
 
 use crate::found::{near, rough};
 use crate::program::{asperity, stderr};
-use asperity::contact::interface::{Adhesion, Base, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
+use asperity::contact::interface::{AttractionLaw, Base, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use asperity::contact::method::{
-    ContactMethod, ExperimentSettings, Kind, Load, NoObserver, Precision, Problem, Settings, Stop,
+    ContactMethod, ExperimentSettings, Load, MethodKind, NoObserver, Precision, ReducedProblem, Settings, Stop,
 };
-use asperity::contact::path::{EstimatorInput, LoadPath};
+use asperity::contact::path::{EstimatorInput, LoadPathSolver};
 use asperity::methods::{REGISTRY, find};
 
 /// Powers of two from 7e-301 to 1e150. Below, gaps of a millionth of the rms height are subnormal; above, the energy, a
@@ -43,11 +43,11 @@ impl Contact {
 }
 
 /// The contact of a problem whose heights, pressure, adhesion and optical gap are multiplied by a factor.
-fn contact(problem: &Problem, method: &'static dyn ContactMethod, pressure: f64, factor: f64) -> Contact {
+fn contact(problem: &ReducedProblem, method: &'static dyn ContactMethod, pressure: f64, factor: f64) -> Contact {
     let heights: Vec<f64> = problem.heights.on_nodes(problem.grid).iter().map(|h| h * factor).collect();
     let experiment = ExperimentSettings::default();
     let experiment = ExperimentSettings { optical_gap: experiment.optical_gap * factor, ..experiment };
-    let scaled = Problem {
+    let scaled = ReducedProblem {
         heights: (&heights).into(),
         adhesion: problem.adhesion.in_units(1.0 / factor),
         settings: Settings { experiment, ..problem.settings },
@@ -56,8 +56,8 @@ fn contact(problem: &Problem, method: &'static dyn ContactMethod, pressure: f64,
     let loads = [Load::Pressure(pressure * factor)];
     let what = format!("{} at {factor:e}", method.card().id);
     let mut found = None;
-    if method.card().kind == Kind::Solver {
-        let path = LoadPath::new(scaled, method, RangeChoice::Mesh, 0.0, &loads).without_error();
+    if method.card().kind == MethodKind::Solver {
+        let path = LoadPathSolver::new(scaled, method, RangeChoice::Mesh, 0.0, &loads).without_error();
         let ended = path.walk(None, false, &NoObserver, |_, reached| {
             let state = reached.state;
             assert_eq!(state.stop, Stop::Converged, "{what}: {} {}", state.residual, state.load_error);
@@ -89,7 +89,7 @@ fn methods() -> impl Iterator<Item = &'static dyn ContactMethod> {
 #[test]
 fn contact_depends_on_pressure_over_gradient_alone() {
     let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
-    let problem = Problem::new(grid, &heights);
+    let problem = ReducedProblem::new(grid, &heights);
     for method in methods() {
         let id = method.card().id;
         let plain = contact(&problem, method, 0.1, 1.0);
@@ -97,14 +97,16 @@ fn contact_depends_on_pressure_over_gradient_alone() {
         for exponent in EXPONENTS {
             let other = contact(&problem, method, 0.1, 2f64.powi(exponent));
             match method.card().kind {
-                Kind::Solver => assert_eq!(other, plain, "{id}: 2^{exponent}"),
-                Kind::Estimate => assert!(other.is_near(&plain, ESTIMATE), "{id}: 2^{exponent}: {other:?} {plain:?}"),
+                MethodKind::Solver => assert_eq!(other, plain, "{id}: 2^{exponent}"),
+                MethodKind::Estimate => {
+                    assert!(other.is_near(&plain, ESTIMATE), "{id}: 2^{exponent}: {other:?} {plain:?}")
+                }
             }
         }
         for factor in [1e-300, 1e-11, 1e150] {
             let other = contact(&problem, method, 0.1, factor);
             assert!(
-                other.is_near(&plain, if method.card().kind == Kind::Solver { DECIMAL } else { ESTIMATE }),
+                other.is_near(&plain, if method.card().kind == MethodKind::Solver { DECIMAL } else { ESTIMATE }),
                 "{id}: {factor:e}: {other:?} {plain:?}"
             );
         }
@@ -115,20 +117,20 @@ fn contact_depends_on_pressure_over_gradient_alone() {
 #[test]
 fn every_kind_of_problem_is_solved_in_its_own_unit() {
     let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
-    let plain = Problem::new(grid, &heights);
+    let plain = ReducedProblem::new(grid, &heights);
     let layer = Layer { thickness: 0.1, poisson: 0.3, base: Base::Bonded };
     let body = NonPeriodic::of_region(grid.lx, grid.ly);
     let problems = [
-        (Problem { adhesion: Adhesion::exponential(2e-3, 2e-2), ..plain.clone() }, &ADHESIVE_EXPONENTS[..]),
-        (Problem { adhesion: Adhesion::dugdale(1e-3, 3e-2), ..plain.clone() }, &ADHESIVE_EXPONENTS[..]),
-        (Problem { wall: Wall::Penalty(PenaltyWall { length: 0.02 }), ..plain.clone() }, &EXPONENTS[..]),
-        (Problem { kernel: Elastic::Layer(layer), ..plain.clone() }, &EXPONENTS[..]),
-        (Problem { kernel: Elastic::NonPeriodic(body), ..plain.clone() }, &EXPONENTS[..]),
-        (Problem { precision: Precision::F32, tolerance: 1e-3, ..plain.clone() }, &EXPONENTS[..]),
+        (ReducedProblem { adhesion: AttractionLaw::exponential(2e-3, 2e-2), ..plain.clone() }, &ADHESIVE_EXPONENTS[..]),
+        (ReducedProblem { adhesion: AttractionLaw::dugdale(1e-3, 3e-2), ..plain.clone() }, &ADHESIVE_EXPONENTS[..]),
+        (ReducedProblem { wall: Wall::Penalty(PenaltyWall { length: 0.02 }), ..plain.clone() }, &EXPONENTS[..]),
+        (ReducedProblem { kernel: Elastic::Layer(layer), ..plain.clone() }, &EXPONENTS[..]),
+        (ReducedProblem { kernel: Elastic::NonPeriodic(body), ..plain.clone() }, &EXPONENTS[..]),
+        (ReducedProblem { precision: Precision::F32, tolerance: 1e-3, ..plain.clone() }, &EXPONENTS[..]),
     ];
     for (problem, exponents) in problems {
         let mut solved = 0;
-        for method in methods().filter(|m| m.card().kind == Kind::Solver) {
+        for method in methods().filter(|m| m.card().kind == MethodKind::Solver) {
             // Refused by methods that do not support this kind of problem.
             if method.start(&problem, &NoObserver).is_err() {
                 continue;
@@ -151,15 +153,15 @@ fn mean_gaps_of_any_size_are_imposed() {
     /// Relative error of an imposed mean gap at the default tolerance, and the slack of the check.
     const IMPOSED: f64 = 1.1e-9;
     let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
-    let problem = Problem { max_iterations: 20_000, ..Problem::new(grid, &heights) };
+    let problem = ReducedProblem { max_iterations: 20_000, ..ReducedProblem::new(grid, &heights) };
     let rms = problem.heights.rms();
     for factor in [1.0, 2f64.powi(-40)] {
         let heights: Vec<f64> = heights.iter().map(|h| h * factor).collect();
-        let scaled = Problem { heights: (&heights).into(), ..problem.clone() };
+        let scaled = ReducedProblem { heights: (&heights).into(), ..problem.clone() };
         let gaps = [1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0, 3.0, 10.0];
         let loads = gaps.map(|g| Load::MeanGap(g * rms * factor));
         let mut last = f64::INFINITY;
-        LoadPath::new(scaled, find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads)
+        LoadPathSolver::new(scaled, find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads)
             .without_error()
             .walk(None, false, &NoObserver, |i, reached| {
                 let state = reached.state;
@@ -181,8 +183,8 @@ fn small_loads_are_solved_or_reported() {
     let (grid, heights) = rough(16, 16, 1.0 / 4.0, 5);
     let body = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
     for kernel in [Elastic::HalfSpace, body] {
-        let problem = Problem { kernel, max_iterations: 300, ..Problem::new(grid, &heights) };
-        for method in methods().filter(|m| m.card().kind == Kind::Solver) {
+        let problem = ReducedProblem { kernel, max_iterations: 300, ..ReducedProblem::new(grid, &heights) };
+        for method in methods().filter(|m| m.card().kind == MethodKind::Solver) {
             let Ok(started) = method.start(&problem, &NoObserver) else { continue };
             let mut run = started.solver().expect("a solver");
             for pressure in [1e-9, 1e-13, 1e-15, 1e-30] {
@@ -203,11 +205,11 @@ fn pressures_below_rounding_are_refused() {
     let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
     let body = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
     for kernel in [Elastic::HalfSpace, body] {
-        let problem = Problem { kernel, tolerance: 1e-5, ..Problem::new(grid, &heights) };
+        let problem = ReducedProblem { kernel, tolerance: 1e-5, ..ReducedProblem::new(grid, &heights) };
         let least = problem.least_pressure();
         let walk = |pressure: f64| {
             let loads = [Load::Pressure(pressure)];
-            let path = LoadPath::new(problem.clone(), find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+            let path = LoadPathSolver::new(problem.clone(), find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
             path.walk(None, false, &NoObserver, |_, reached| {
                 assert_eq!(reached.state.stop, Stop::Converged, "{kernel}: {}", reached.state.residual);
                 Ok(())
@@ -224,7 +226,8 @@ fn pressures_below_rounding_are_refused() {
 #[test]
 fn small_loads_on_adhesive_contact_are_solved() {
     let (grid, heights) = rough(32, 32, 1.0 / 8.0, 5);
-    let problem = Problem { adhesion: Adhesion::exponential(2e-3, 2e-2), ..Problem::new(grid, &heights) };
+    let problem =
+        ReducedProblem { adhesion: AttractionLaw::exponential(2e-3, 2e-2), ..ReducedProblem::new(grid, &heights) };
     for id in ["fast", "bvm"] {
         let mean_gaps = [0.0, 1e-14, 1e-12, -1e-11, 1e-10, 1e-9, -1e-9].map(|pressure| {
             let started = find(id).unwrap().start(&problem, &NoObserver).expect("started");
@@ -273,9 +276,9 @@ fn values_out_of_range_are_refused() {
 #[test]
 fn heights_that_are_none_are_refused() {
     for heights in [[0.0, f64::NAN], [0.0, f64::INFINITY]] {
-        let problem = Problem::new(asperity::grid::Grid::unit(2, 1), &heights[..]);
+        let problem = ReducedProblem::new(asperity::grid::Grid::unit(2, 1), &heights[..]);
         let loads = [Load::Pressure(0.1)];
-        let path = LoadPath::new(problem, find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+        let path = LoadPathSolver::new(problem, find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
         let error = path.walk(None, false, &NoObserver, |_, _| Ok(())).expect_err("refused").to_string();
         assert!(error.starts_with("problem: heights = an rms of"), "{heights:?}: {error}");
     }

@@ -1,8 +1,8 @@
 //! Estimators based on surface statistics, and one based on the long waves, against closed forms, a solver and the
 //! challenge paper.
 
-use asperity::contact::interface::{Adhesion, Base, Elastic, Layer, PenaltyWall, Wall};
-use asperity::contact::method::{self, Estimate, Load, NoObserver, PerssonForm, Problem, Settings, Stop};
+use asperity::contact::interface::{AttractionLaw, Base, Elastic, Layer, PenaltyWall, Wall};
+use asperity::contact::method::{self, Load, MethodEstimate, NoObserver, PerssonForm, ReducedProblem, Settings, Stop};
 use asperity::contact::observe::{ContactEdges, Distribution, StressDistribution, contact_area};
 use asperity::grid::Grid;
 use asperity::methods;
@@ -26,10 +26,10 @@ struct Estimated {
     iterations: usize,
 }
 
-fn estimates(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
+fn estimates(problem: &ReducedProblem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
     let mut run = methods::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
     let mut one = |&p: &f64| {
-        let e: Estimate = run.estimate(Load::Pressure(p)).unwrap();
+        let e: MethodEstimate = run.estimate(Load::Pressure(p)).unwrap();
         assert_eq!((e.stop, e.pressure, e.load), (Stop::Converged, p, Load::Pressure(p)), "{id}");
         Estimated {
             contact_area: e.contact_area,
@@ -44,7 +44,7 @@ fn estimates(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
     pressures.iter().map(&mut one).collect()
 }
 
-fn estimated(problem: &Problem, id: &str, pressure: f64) -> Estimated {
+fn estimated(problem: &ReducedProblem, id: &str, pressure: f64) -> Estimated {
     estimates(problem, id, &[pressure]).remove(0)
 }
 
@@ -70,7 +70,7 @@ struct Solved {
 }
 
 fn solved((grid, heights): (Grid, &[f64]), pressure: f64) -> Solved {
-    let problem = Problem::new(grid, heights);
+    let problem = ReducedProblem::new(grid, heights);
     let mut run = methods::find("bvm").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged);
@@ -88,21 +88,21 @@ fn challenge() -> PowerSpectrum {
     PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0)
 }
 
-fn of(power: &PowerSpectrum) -> Problem<'_> {
-    Problem::of_power(Grid::unit(64, 64), power)
+fn of(power: &PowerSpectrum) -> ReducedProblem<'_> {
+    ReducedProblem::of_power(Grid::unit(64, 64), power)
 }
 
-fn adhesive<'p>(problem: &Problem<'p>) -> Problem<'p> {
-    Problem { adhesion: Adhesion::exponential(GAMMA, RHO), ..problem.clone() }
+fn adhesive<'p>(problem: &ReducedProblem<'p>) -> ReducedProblem<'p> {
+    ReducedProblem { adhesion: AttractionLaw::exponential(GAMMA, RHO), ..problem.clone() }
 }
 
-fn in_form<'p>(problem: &Problem<'p>, form: PerssonForm) -> Problem<'p> {
+fn in_form<'p>(problem: &ReducedProblem<'p>, form: PerssonForm) -> ReducedProblem<'p> {
     let mut problem = problem.clone();
     problem.settings.persson.form = form;
     problem
 }
 
-fn in_bands<'p>(problem: &Problem<'p>, ratio: f64) -> Problem<'p> {
+fn in_bands<'p>(problem: &ReducedProblem<'p>, ratio: f64) -> ReducedProblem<'p> {
     let mut problem = problem.clone();
     problem.settings.ms_archard.band_ratio = ratio;
     problem
@@ -131,8 +131,8 @@ fn resolved() -> (Grid, Vec<f64>, PowerSpectrum) {
 #[test]
 fn unsupported_problems_are_errors() {
     let (grid, heights, power) = resolved();
-    let dry = Problem { power: Some(&power), ..Problem::new(grid, &heights) };
-    let error_of = |id: &str, problem: &Problem, load: Load| {
+    let dry = ReducedProblem { power: Some(&power), ..ReducedProblem::new(grid, &heights) };
+    let error_of = |id: &str, problem: &ReducedProblem, load: Load| {
         let started = methods::find(id).unwrap().start(problem, &NoObserver);
         let error = started.and_then(|s| s.estimator()?.estimate(load).map(|_| ())).unwrap_err().to_string();
         assert_eq!(error.lines().count(), 1, "{error}");
@@ -142,9 +142,9 @@ fn unsupported_problems_are_errors() {
     let press = Load::Pressure(0.01);
     let layer = Elastic::Layer(Layer { thickness: 0.1, poisson: 0.3, base: Base::Bonded });
     for id in SPECTRAL.iter().chain(&["rl-archard"]) {
-        assert!(error_of(id, &Problem { kernel: layer, ..dry.clone() }, press).contains("kernel"));
+        assert!(error_of(id, &ReducedProblem { kernel: layer, ..dry.clone() }, press).contains("kernel"));
         let wall = Wall::Penalty(PenaltyWall { length: 1e-3 });
-        assert!(error_of(id, &Problem { wall, ..dry.clone() }, press).contains("wall"));
+        assert!(error_of(id, &ReducedProblem { wall, ..dry.clone() }, press).contains("wall"));
         for p in [0.0, -0.1, f64::NAN] {
             assert!(error_of(id, &dry, Load::Pressure(p)).contains("pressure"), "{id}");
         }
@@ -156,15 +156,15 @@ fn unsupported_problems_are_errors() {
     let ridges = PowerSpectrum::from_nodes(grid, &ridges);
     let flat = PowerSpectrum { shells: Vec::new(), anisotropy: 0.0 };
     for id in SPECTRAL {
-        assert!(error_of(id, &Problem { power: Some(&ridges), ..dry.clone() }, press).contains("anisotropy"));
-        assert!(error_of(id, &Problem { power: Some(&flat), ..dry.clone() }, press).contains("no power"));
-        assert!(error_of(id, &Problem { power: None, ..dry.clone() }, press).contains("spectrum"));
+        assert!(error_of(id, &ReducedProblem { power: Some(&ridges), ..dry.clone() }, press).contains("anisotropy"));
+        assert!(error_of(id, &ReducedProblem { power: Some(&flat), ..dry.clone() }, press).contains("no power"));
+        assert!(error_of(id, &ReducedProblem { power: None, ..dry.clone() }, press).contains("spectrum"));
     }
-    assert!(error_of("rl-archard", &Problem::new(grid, &vec![0.0; grid.points()]), press).contains("no waves"));
+    assert!(error_of("rl-archard", &ReducedProblem::new(grid, &vec![0.0; grid.points()]), press).contains("no waves"));
     let with_settings = |change: &dyn Fn(&mut Settings)| {
         let mut settings = Settings::default();
         change(&mut settings);
-        Problem { settings, ..dry.clone() }
+        ReducedProblem { settings, ..dry.clone() }
     };
     for factor in [0.0, 1.1, f64::NAN] {
         assert!(
@@ -181,7 +181,7 @@ fn unsupported_problems_are_errors() {
     for id in ["scgw", "rl-archard"] {
         assert!(error_of(id, &adhesive(&dry), press).contains("adhesion"));
     }
-    let power_law = Problem { adhesion: Adhesion::power_law_93(GAMMA, RHO), ..dry.clone() };
+    let power_law = ReducedProblem { adhesion: AttractionLaw::power_law_93(GAMMA, RHO), ..dry.clone() };
     assert!(error_of("ms-archard", &power_law, press).contains("adhesion"));
 }
 
@@ -202,7 +202,7 @@ fn realisations_pass_as_isotropic() {
 #[test]
 fn estimates_are_bit_identical() {
     let (grid, heights, power) = resolved();
-    let dry = Problem { power: Some(&power), ..Problem::new(grid, &heights) };
+    let dry = ReducedProblem { power: Some(&power), ..ReducedProblem::new(grid, &heights) };
     for id in SPECTRAL.iter().chain(&["rl-archard"]) {
         let bits = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -404,11 +404,11 @@ fn persson_with_adhesion() {
         assert!(w.load_error < 5e-3);
     }
     assert!(near(with[0].contact_area / pressures[0], with[1].contact_area / pressures[1], 1e-3));
-    let elsewhere = Problem { adhesion: Adhesion::dugdale(GAMMA, 10.0 * RHO), ..dry.clone() };
+    let elsewhere = ReducedProblem { adhesion: AttractionLaw::dugdale(GAMMA, 10.0 * RHO), ..dry.clone() };
     assert_eq!(estimated(&elsewhere, "persson", 0.01).contact_area, with[2].contact_area);
     let mut last = f64::INFINITY;
     for gamma in [2e-5, 4e-6, 8e-7, 1e-12] {
-        let less = Problem { adhesion: Adhesion::exponential(gamma, RHO), ..dry.clone() };
+        let less = ReducedProblem { adhesion: AttractionLaw::exponential(gamma, RHO), ..dry.clone() };
         let raised = estimated(&less, "persson", 0.01).contact_area / without[2].contact_area;
         assert!(raised < last);
         last = raised;
@@ -525,7 +525,7 @@ fn rl_archard_gap_agrees_with_bvm() {
         let p = p * gradient;
         let solved = solved((grid, &heights), p);
         for modes in [None, Some(16), Some(24)] {
-            let mut problem = Problem::new(grid, &heights);
+            let mut problem = ReducedProblem::new(grid, &heights);
             problem.settings.rl_archard.cut_off_modes = modes;
             let found = estimated(&problem, "rl-archard", p);
             println!(
@@ -547,11 +547,11 @@ fn rl_archard_gap_agrees_with_bvm() {
 fn rl_archard_gap_is_that_of_the_long_waves() {
     let (grid, heights) = rough(128, SHORTEST);
     let solved = solved((grid, &heights), 0.05);
-    let of_nodes = estimated(&Problem::new(grid, &heights), "rl-archard", 0.05);
+    let of_nodes = estimated(&ReducedProblem::new(grid, &heights), "rl-archard", 0.05);
     // Both grids have four points per shortest wave: agreement to the tolerance of the solvers.
     assert!(near(of_nodes.gap, solved.mean_gap, 1e-5), "{} {}", of_nodes.gap, solved.mean_gap);
     let series = Modes::new(Spectrum { lambda_s: SHORTEST, ..Spectrum::CHALLENGE }, 18, 1.0).series();
-    let of_series = estimated(&Problem::new(grid, method::Heights::Series(&series)), "rl-archard", 0.05);
+    let of_series = estimated(&ReducedProblem::new(grid, method::Heights::Series(&series)), "rl-archard", 0.05);
     assert!(near(of_series.gap, of_nodes.gap, 1e-6) && near(of_series.contact_area, of_nodes.contact_area, 1e-6));
 }
 
@@ -559,7 +559,7 @@ fn rl_archard_gap_is_that_of_the_long_waves() {
 #[test]
 fn rl_archard_full_contact_pressure() {
     let series = Modes::new(Spectrum::CHALLENGE, 18, 1.0).series();
-    let problem = Problem::new(Grid::unit(2048, 2048), method::Heights::Series(&series));
+    let problem = ReducedProblem::new(Grid::unit(2048, 2048), method::Heights::Series(&series));
     let found = estimates(&problem, "rl-archard", &[0.01, 0.8]);
     println!(
         "reference: area {:.4}, gap {:.4e}; at 0.8: {:.4} {:.4e}",

@@ -1,18 +1,20 @@
 //! Contact stiffness: the derivative along a load path, closed forms, states with a history.
 
 use super::found::problem;
-use asperity::contact::interface::{Adhesion, Base, Elastic, Hardness, Layer, PenaltyWall, RangeChoice, Wall};
-use asperity::contact::method::{Load, NoObserver, Problem};
-use asperity::contact::path::LoadPath;
+use asperity::contact::interface::{
+    AttractionLaw, Base, Elastic, Layer, NodalHardness, PenaltyWall, RangeChoice, Wall,
+};
+use asperity::contact::method::{Load, NoObserver, ReducedProblem};
+use asperity::contact::path::LoadPathSolver;
 use asperity::grid::Grid;
 use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::PI;
 
 /// Pressure, separation, and stiffness at each load.
-fn states(problem: Problem, loads: &[f64]) -> Vec<(f64, f64, Option<f64>)> {
+fn states(problem: ReducedProblem, loads: &[f64]) -> Vec<(f64, f64, Option<f64>)> {
     let loads: Vec<Load> = loads.iter().map(|p| Load::Pressure(*p)).collect();
-    let path = LoadPath::new(problem, methods::find("fast").expect("registered"), RangeChoice::True, 0.0, &loads);
+    let path = LoadPathSolver::new(problem, methods::find("fast").expect("registered"), RangeChoice::True, 0.0, &loads);
     let mut found = Vec::new();
     path.without_error()
         .with_stiffness()
@@ -41,9 +43,9 @@ fn stiffness_is_the_derivative_along_the_path() {
     let penalty = Wall::Penalty(PenaltyWall { length: 1e-2 });
     for seed in [1, 2] {
         let heights = rough(grid, seed);
-        let hard = Problem { tolerance: 1e-9, ..problem(grid, &heights) };
-        let on_layer = Problem { kernel: layer, ..hard.clone() };
-        let soft = Problem { wall: penalty, ..hard.clone() };
+        let hard = ReducedProblem { tolerance: 1e-9, ..problem(grid, &heights) };
+        let on_layer = ReducedProblem { kernel: layer, ..hard.clone() };
+        let soft = ReducedProblem { wall: penalty, ..hard.clone() };
         for (what, problem) in [("half-space", hard), ("layer", on_layer), ("penalty wall", soft)] {
             for p in [0.003, 0.02, 0.1] {
                 let loads = [p * (1.0 - STEP), p, p * (1.0 + STEP)];
@@ -92,7 +94,8 @@ fn a_plastic_contact_has_the_stiffness_of_unloading() {
     const NODES: f64 = 0.02;
     let grid = Grid::unit(128, 128);
     let heights = rough(grid, 3);
-    let hard = Problem { hardness: Some(Hardness::Uniform(0.08)), tolerance: 1e-9, ..problem(grid, &heights) };
+    let hard =
+        ReducedProblem { hardness: Some(NodalHardness::Uniform(0.08)), tolerance: 1e-9, ..problem(grid, &heights) };
     let found = states(hard, &[0.02, 0.0198]);
     let difference = (found[0].0 - found[1].0) / (found[1].1 - found[0].1);
     let k = found[0].2.expect("in contact");
@@ -105,8 +108,8 @@ fn stiffness_with_adhesion_is_that_of_a_small_step() {
     const NODES: f64 = 0.03;
     let grid = Grid::unit(128, 128);
     let heights = rough(grid, 4);
-    let adhesion = Adhesion::exponential(2e-4, 6e-3);
-    let sticky = Problem { adhesion, tolerance: 1e-8, ..problem(grid, &heights) };
+    let adhesion = AttractionLaw::exponential(2e-4, 6e-3);
+    let sticky = ReducedProblem { adhesion, tolerance: 1e-8, ..problem(grid, &heights) };
     let p = 0.02;
     let found = states(sticky, &[p * 0.98, p, p * 1.02]);
     let difference = (found[2].0 - found[0].0) / (found[0].1 - found[2].1);

@@ -2,7 +2,7 @@
 
 use crate::found::{near, problem};
 use asperity::contact::interface::{Base, Elastic, Layer, NonPeriodic, StressField, Subsurface, SubsurfaceRequest};
-use asperity::contact::method::{Load, NoObserver, Problem};
+use asperity::contact::method::{Load, NoObserver, ReducedProblem};
 use asperity::contact::path;
 use asperity::grid::{Field, Grid};
 use asperity::methods;
@@ -95,7 +95,7 @@ fn below_a_sphere_are_hertz_stresses() {
     let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(1.0, 1.0));
     let depths: Vec<f64> = (0..17).map(|k| 0.3 * (0.40 + 0.01 * f64::from(k))).collect();
     let request = SubsurfaceRequest { depths, poisson: POISSON, shear_strength: Some(0.2) };
-    let p = Problem { kernel, ..problem(grid, &pressure) };
+    let p = ReducedProblem { kernel, ..problem(grid, &pressure) };
     let mut maps = 0;
     let found = path::subsurface(&request, (p.grid, p.kernel), Field::F64(&pressure), |_, _, map| {
         assert_eq!(map.len(), grid.points());
@@ -139,7 +139,7 @@ fn a_solved_contact_has_the_same_stresses() {
     let at = |i: usize| ((i as f64 - 32.0) / n as f64).powi(2);
     let heights: Vec<f64> = (0..n * n).map(|i| 0.5 * (at(i % n) + at(i / n))).collect();
     let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(1.0, 1.0));
-    let p = Problem { kernel, tolerance: 1e-7, ..problem(grid, &heights) };
+    let p = ReducedProblem { kernel, tolerance: 1e-7, ..problem(grid, &heights) };
     // Hertz: a = 0.3, peak 2a/π, load 4a³/3.
     let (radius, peak, load) = (0.3, 0.6 / std::f64::consts::PI, 4.0 / 3.0 * 0.027);
     let mut run = methods::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, SQRT_2};
 use super::indenter::{gcd, max_spacing};
 use super::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
 use super::repulsion::Repulsion;
-use super::wall::Wall;
+use super::wall::LatticeWall;
 use crate::results::AuditLine;
 use asperity_contact::interface;
 use asperity_contact::interface::{Base, Layer};
@@ -97,7 +97,7 @@ impl Actual {
 /// `Error::Input` if the lattice's spacing or the lattice constant is not positive.
 pub fn audit(input: &AuditInput) -> Result<Vec<AuditLine>> {
     let AuditInput { target, actual } = input;
-    let wall = Wall::new(actual.repulsion, actual.spacing_angstrom(), actual.a0_angstrom)?;
+    let wall = LatticeWall::new(actual.repulsion, actual.spacing_angstrom(), actual.a0_angstrom)?;
     let mut lines = vec![load(target, actual)];
     if target.gamma > 0.0 || actual.gamma_ev_a2 > 0.0 {
         adhesion(target, actual, &wall, &mut lines)?;
@@ -128,7 +128,7 @@ fn load(target: &Target, actual: &Actual) -> AuditLine {
     line("load", "p* = p/(E* ḡ)", target.p_star, actual.p_star, true, reason)
 }
 
-fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<AuditLine>) -> Result<()> {
+fn adhesion(target: &Target, actual: &Actual, wall: &LatticeWall, lines: &mut Vec<AuditLine>) -> Result<()> {
     let scales = actual.scales();
     let gamma = actual.gamma_ev_a2 * asperity_grid::units::J_M2_PER_EV_A2;
     let gamma_reduced = scales.reduced_energy_per_area(gamma);
@@ -141,7 +141,7 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
     let smallest_range = if target.gamma > 0.0 { wall.smallest_range(target_gamma)? } else { 0.0 };
     let reachable = target_rho_angstrom >= smallest_range;
     let rho = actual.rho_angstrom;
-    let why = if reachable {
+    let cause = if reachable {
         format!("{target_rho_angstrom:.4} Å would be the scaled range; {rho:.4} Å is used")
     } else {
         format!(
@@ -151,11 +151,11 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
         )
     };
     let rho_reduced = rho / actual.length_angstrom;
-    lines.push(line("adhesion range", "ρ/L", target.rho, rho_reduced, reachable, why.clone()));
+    lines.push(line("adhesion range", "ρ/L", target.rho, rho_reduced, reachable, cause.clone()));
 
     let stress = |gamma: f64, rho: f64| if rho > 0.0 { gamma / rho } else { 0.0 };
     let (target_stress, actual_stress) = (stress(target.gamma, target.rho), stress(gamma_reduced, rho_reduced));
-    let reason = format!("largest adhesive stress {:.3} GPa: {why}", actual_stress * actual.modulus_gpa);
+    let reason = format!("largest adhesive stress {:.3} GPa: {cause}", actual_stress * actual.modulus_gpa);
     lines.push(line("adhesive stress", "γ/(ρ E*)", target_stress, actual_stress, reachable, reason));
 
     let tabor = |radius: f64, gamma: f64, rho: f64| stress(interface::tabor(radius, gamma, 1.0), rho);
@@ -291,22 +291,22 @@ pub fn distinct_registries(points: usize, cells: usize) -> usize {
 }
 
 fn registries(actual: &Actual) -> AuditLine {
-    let found = distinct_registries(actual.net_points, actual.crystal_cells);
-    let enough = found >= FEWEST_REGISTRIES;
+    let registries = distinct_registries(actual.net_points, actual.crystal_cells);
+    let enough = registries >= FEWEST_REGISTRIES;
     let divisor = gcd(actual.net_points.max(1), actual.crystal_cells.max(1));
     let (p, q) = (actual.net_points / divisor, actual.crystal_cells / divisor);
     let reason = if enough {
         format!(
-            "{p} indenter atoms per {q} lattice constants put surface atoms at {found} positions in the cell of their lattice: incommensurate"
+            "{p} indenter atoms per {q} lattice constants put surface atoms at {registries} positions in the cell of their lattice: incommensurate"
         )
     } else {
         format!(
-            "{p} indenter atoms per {q} lattice constants put surface atoms at only {found} positions in the cell of their lattice: commensurate, so that \
+            "{p} indenter atoms per {q} lattice constants put surface atoms at only {registries} positions in the cell of their lattice: commensurate, so that \
              adhesion and repulsion depend on the registry"
         )
     };
-    let target = if enough { found } else { FEWEST_REGISTRIES };
-    line("lattice mismatch", "positions in the cell of their lattice", target as f64, found as f64, true, reason)
+    let target = if enough { registries } else { FEWEST_REGISTRIES };
+    line("lattice mismatch", "positions in the cell of their lattice", target as f64, registries as f64, true, reason)
 }
 
 #[cfg(test)]

@@ -64,16 +64,16 @@ impl Block {
     /// # Errors
     /// `Input` for too few cells, too many atoms for LAMMPS, or a length that is not positive.
     pub fn new(cells: usize, depth_cells: usize, a0: f64, cutoff_angstrom: f64) -> Result<Self> {
-        let place = "block of atoms";
+        let context = "block of atoms";
         if cells < MIN_CELLS {
-            return Err(Error::input(place, "atoms.cells", cells, format!("at least {MIN_CELLS}")));
+            return Err(Error::input(context, "atoms.cells", cells, format!("at least {MIN_CELLS}")));
         }
         if depth_cells < 1 {
-            return Err(Error::input(place, "atoms.depth_cells", depth_cells, "at least 1"));
+            return Err(Error::input(context, "atoms.depth_cells", depth_cells, "at least 1"));
         }
         for (key, value) in [("lattice constant", a0), ("potential cut-off", cutoff_angstrom)] {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::input(place, key, value, "a positive length in angstrom"));
+                return Err(Error::input(context, key, value, "a positive length in angstrom"));
             }
         }
         let base_layers = (cutoff_angstrom / (0.5 * a0)).ceil() as usize;
@@ -83,7 +83,7 @@ impl Block {
         match layers.zip(per_layer).and_then(|(l, a)| a.checked_mul(l as u64)) {
             Some(atoms) if atoms <= MAX_ATOMS => Ok(block),
             _ => Err(Error::input(
-                place,
+                context,
                 "atoms.cells",
                 format!("{cells} with depth {depth_cells}"),
                 format!("a block of at most {MAX_ATOMS} atoms"),
@@ -96,9 +96,10 @@ impl Block {
     /// # Errors
     /// `Input` for a foundation that is thinner than the base.
     pub fn on_foundation(self, foundation_cells: usize) -> Result<Self> {
-        let least = self.base_layers.saturating_sub(1).div_ceil(2).max(1);
-        if foundation_cells > 0 && foundation_cells < least {
-            let accepted = format!("0, or at least {least}: the base, as thick as the potential's range, lies in it");
+        let smallest = self.base_layers.saturating_sub(1).div_ceil(2).max(1);
+        if foundation_cells > 0 && foundation_cells < smallest {
+            let accepted =
+                format!("0, or at least {smallest}: the base, as thick as the potential's range, lies in it");
             return Err(Error::input("block of atoms", "atoms.foundation_cells", foundation_cells, accepted));
         }
         let base = if foundation_cells > 0 { BaseKind::Prescribed } else { BaseKind::Rigid };
@@ -112,9 +113,9 @@ impl Block {
     pub fn on_elastic_base(self, foundation_cells: usize, cutoff_angstrom: f64) -> Result<Self> {
         let base_layers = reach(cutoff_angstrom, self.a0);
         if 2 * foundation_cells < base_layers {
-            let least = base_layers.div_ceil(2);
+            let smallest = base_layers.div_ceil(2);
             let accepted =
-                format!("at least {least} with an elastic base: its {base_layers} layers lie in the foundation");
+                format!("at least {smallest} with an elastic base: its {base_layers} layers lie in the foundation");
             return Err(Error::input("block of atoms", "atoms.foundation_cells", foundation_cells, accepted));
         }
         Ok(Block { base: BaseKind::Elastic, foundation_cells, base_layers, ..self })

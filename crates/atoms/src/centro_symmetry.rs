@@ -7,7 +7,7 @@
 //! a0²/8, at a free (100) surface 3 a0²/2.
 
 use super::block::Block;
-use super::dump::Frame;
+use super::dump::DumpFrame;
 use asperity_grid::CellList;
 use asperity_grid::{Error, Result};
 use rayon::prelude::*;
@@ -29,7 +29,7 @@ pub const NOISE: usize = 3;
 ///
 /// # Errors
 /// `Format` when an atom of the deformable block is missing from the frame.
-pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
+pub fn defect_atoms(frame: &DumpFrame, block: &Block) -> Result<Vec<u32>> {
     let per_layer = block.atoms_per_layer() as u32;
     let first = block.fixed() as u32 + 1;
     let last = block.atoms() as u32;
@@ -44,14 +44,14 @@ pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
     let start = frame.ids.partition_point(|id| *id < first);
     let count = (last - first + 1) as usize;
     let points: Vec<[f64; 3]> = below.chain(frame.positions[start..start + count].iter().copied()).collect();
-    let neighbours = Neighbours::new(&points, block.length(), block.a0);
+    let neighbours = NeighbourCells::new(&points, block.length(), block.a0);
     let limit = THRESHOLD * block.a0 * block.a0;
     let [from, to] = inner_layers(block).map(|layer| layer * per_layer as usize);
-    let found = (from..to).into_par_iter().filter(|k| {
-        let own = in_base as usize + k;
-        centro_symmetry(&mut neighbours.around(own)) > limit
+    let defects = (from..to).into_par_iter().filter(|k| {
+        let index = in_base as usize + k;
+        centro_symmetry(&mut neighbours.around(index)) > limit
     });
-    Ok(found.map(|k| first + k as u32).collect())
+    Ok(defects.map(|k| first + k as u32).collect())
 }
 
 /// Number of atoms of a block that are analysed.
@@ -88,7 +88,7 @@ fn centro_symmetry(near: &mut [[f64; 3]]) -> f64 {
 }
 
 /// Cells no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27 adjacent cells.
-struct Neighbours<'p> {
+struct NeighbourCells<'p> {
     points: &'p [[f64; 3]],
     length: f64,
     width: f64,
@@ -99,41 +99,41 @@ struct Neighbours<'p> {
     cells: CellList,
 }
 
-impl<'p> Neighbours<'p> {
-    fn new(points: &'p [[f64; 3]], length: f64, least: f64) -> Self {
-        let across = ((length / least).floor() as i64).max(3);
+impl<'p> NeighbourCells<'p> {
+    fn new(points: &'p [[f64; 3]], length: f64, smallest: f64) -> Self {
+        let across = ((length / smallest).floor() as i64).max(3);
         let width = length / across as f64;
         let level = |p: &[f64; 3]| (p[2] / width).floor() as i64;
         let floor = points.iter().map(level).min().unwrap_or(0);
         let levels = points.iter().map(level).max().unwrap_or(0) - floor + 1;
         let cell = |p| cell_of(p, length, (width, across, floor)).map(|c| c as usize);
         let cells = CellList::new([across, across, levels].map(|n| n as usize), points.iter().map(cell));
-        Neighbours { points, length, width, across, floor, levels, cells }
+        NeighbourCells { points, length, width, across, floor, levels, cells }
     }
 
     /// Relative positions of all points in the 27 cells around a point.
-    fn around(&self, own: usize) -> Vec<[f64; 3]> {
-        let at = self.points[own];
+    fn around(&self, index: usize) -> Vec<[f64; 3]> {
+        let at = self.points[index];
         let [i, j, k] = cell_of(&at, self.length, (self.width, self.across, self.floor));
         let image = |d: f64| d - (d / self.length).round() * self.length;
-        let mut near = Vec::with_capacity(128);
+        let mut neighbours = Vec::with_capacity(128);
         for level in (k - 1).max(0)..(k + 2).min(self.levels) {
             for row in j - 1..=j + 1 {
                 for column in i - 1..=i + 1 {
-                    for other in self.cells.points([column, row], level as usize).filter(|o| *o != own) {
+                    for other in self.cells.points([column, row], level as usize).filter(|o| *o != index) {
                         let p = self.points[other];
-                        near.push([image(p[0] - at[0]), image(p[1] - at[1]), p[2] - at[2]]);
+                        neighbours.push([image(p[0] - at[0]), image(p[1] - at[1]), p[2] - at[2]]);
                     }
                 }
             }
         }
-        near
+        neighbours
     }
 }
 
 fn cell_of(p: &[f64; 3], length: f64, (width, across, floor): (f64, i64, i64)) -> [i64; 3] {
-    let along = |c: f64| ((c.rem_euclid(length) / width) as i64).min(across - 1);
-    [along(p[0]), along(p[1]), (p[2] / width).floor() as i64 - floor]
+    let index_along = |c: f64| ((c.rem_euclid(length) / width) as i64).min(across - 1);
+    [index_along(p[0]), index_along(p[1]), (p[2] / width).floor() as i64 - floor]
 }
 
 #[cfg(test)]
@@ -146,10 +146,10 @@ mod tests {
         Block::new(4, 5, A0, 7.0).expect("valid")
     }
 
-    fn frame(block: &Block, moved: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Frame {
+    fn frame(block: &Block, moved: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> DumpFrame {
         let l = block.length();
         let sites: Vec<_> = block.sites().filter(|s| !s.fixed).collect();
-        Frame {
+        DumpFrame {
             source: "made".into(),
             timestep: 0,
             time: None,
@@ -172,8 +172,8 @@ mod tests {
         assert_eq!(analysed_atoms(&block), 8 * 32);
         // Without the mask the surface is detected: the top layer lacks four of twelve neighbours.
         let points: Vec<[f64; 3]> = block.sites().map(|s| s.position).collect();
-        let neighbours = Neighbours::new(&points, block.length(), A0);
-        let p = |own: usize| centro_symmetry(&mut neighbours.around(own)) / (A0 * A0);
+        let neighbours = NeighbourCells::new(&points, block.length(), A0);
+        let p = |index: usize| centro_symmetry(&mut neighbours.around(index)) / (A0 * A0);
         assert!(p(points.len() - 1) > 1.0, "{}", p(points.len() - 1));
         assert!(p(points.len() / 2) < 1e-20, "{}", p(points.len() / 2));
     }
@@ -184,14 +184,14 @@ mod tests {
         // The upper layers are compressed by 15 %: only atoms at the border have a defect environment.
         let z0 = block.layer_z(block.base_layers);
         let pressed = frame(&block, |_, [x, y, z]| [x, y, z0 + 0.85 * (z - z0)]);
-        let found = defect_atoms(&pressed, &block).expect("complete");
-        assert!(found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)), "{found:?}");
+        let actual = defect_atoms(&pressed, &block).expect("complete");
+        assert!(actual.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)), "{actual:?}");
         // Above a base that has moved, which a frame does not contain, the lowest layer is excluded.
         let gone = frame(&block, |_, [x, y, z]| [x + 0.25 * A0, y, z - 1.0]);
-        let found = defect_atoms(&gone, &block).expect("complete");
+        let actual = defect_atoms(&gone, &block).expect("complete");
         assert!(
-            found.len() == 32 && found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)),
-            "{found:?}"
+            actual.len() == 32 && actual.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)),
+            "{actual:?}"
         );
         let founded = block.on_foundation(3).expect("thick enough");
         // On a deep foundation the block sinks below the sites of its base.
@@ -219,19 +219,19 @@ mod tests {
     fn a_stacking_fault_has_two_planes_of_half_a_squared_lattice_constant() {
         let (n, rise) = (6i64, A0 / 3f64.sqrt());
         let near = A0 / 2f64.sqrt();
-        let at = |layer: usize, i: i64, j: i64, stack: &[u8]| {
+        let value_at = |layer: usize, i: i64, j: i64, stack: &[u8]| {
             let shift = f64::from(stack[layer] - b'A') / 3.0;
             let (u, v) = (i as f64 + shift, j as f64 + shift);
             [near * (u + 0.5 * v), near * v * 0.75f64.sqrt(), rise * layer as f64]
         };
         let stack = b"ABCABCBCABCA";
         let value = |layer: usize| {
-            let own = at(layer, 0, 0, stack);
+            let own = value_at(layer, 0, 0, stack);
             let mut around = Vec::new();
             for l in layer - 1..=layer + 1 {
                 for i in -n..=n {
                     for j in -n..=n {
-                        let p = at(l, i, j, stack);
+                        let p = value_at(l, i, j, stack);
                         let d = [p[0] - own[0], p[1] - own[1], p[2] - own[2]];
                         if d != [0.0; 3] {
                             around.push(d);
@@ -241,10 +241,10 @@ mod tests {
             }
             centro_symmetry(&mut around) / (A0 * A0)
         };
-        let found: Vec<f64> = (2..10).map(value).collect();
-        for (layer, p) in (2..10).zip(&found) {
+        let actual: Vec<f64> = (2..10).map(value).collect();
+        for (layer, p) in (2..10).zip(&actual) {
             let expected = if layer == 5 || layer == 6 { 0.5 } else { 0.0 };
-            assert!((p - expected).abs() < 1e-12, "{found:?}");
+            assert!((p - expected).abs() < 1e-12, "{actual:?}");
         }
     }
 

@@ -12,7 +12,7 @@
 
 use std::f64::consts::PI;
 
-use super::wall::Wall;
+use super::wall::LatticeWall;
 use asperity_contact::interface::{Law, TabulatedWall};
 
 /// Positions under the indenter along half a spacing; the others follow by symmetry. Doubling them changes the pressure by
@@ -42,7 +42,7 @@ pub struct CompliantWall {
 
 impl CompliantWall {
     /// The law on a crystal of contact modulus `modulus` (eV/Å³) under a profile of this rms gradient.
-    pub fn new(wall: &Wall, modulus: f64, rms_gradient: f64) -> Self {
+    pub fn new(wall: &LatticeWall, modulus: f64, rms_gradient: f64) -> Self {
         let area = 0.5 * wall.a0_angstrom * wall.a0_angstrom;
         let compliance = compliance(wall.a0_angstrom, modulus);
         let touch = wall.minimum_angstrom();
@@ -88,7 +88,7 @@ pub fn compliance(a0_angstrom: f64, modulus: f64) -> f64 {
 }
 
 /// Mean force on surface atoms whose unloaded distance from the indenter is `z` (Å), eV/Å, and its derivative.
-fn mean_force(wall: &Wall, compliance: f64, z: f64) -> (f64, f64) {
+fn mean_force(wall: &LatticeWall, compliance: f64, z: f64) -> (f64, f64) {
     let (mut force, mut slope) = (0.0, 0.0);
     let place = |k: usize| 0.5 * wall.spacing_angstrom * (k as f64 + 0.5) / PLACES as f64;
     for j in 0..PLACES {
@@ -103,35 +103,35 @@ fn mean_force(wall: &Wall, compliance: f64, z: f64) -> (f64, f64) {
 }
 
 /// Force f = F(z + c f) on an atom in equilibrium at the distance z + c f, and df/dz.
-fn pressed(wall: &Wall, place: (f64, f64), c: f64, z: f64) -> (f64, f64) {
+fn pressed(wall: &LatticeWall, point: (f64, f64), c: f64, z: f64) -> (f64, f64) {
     // The indenter's force increases and the restoring force decreases towards the indenter: there is one intersection.
     let (mut low, mut high) = (z.max(NEAREST * wall.repulsion.sigma_angstrom), wall.minimum_angstrom());
     if low >= high {
         return (0.0, 0.0);
     }
-    let mut at = 0.5 * (low + high);
+    let mut index = 0.5 * (low + high);
     for _ in 0..STEPS {
-        let (force, slope) = indenter_force(wall, place, at);
-        let excess = force - (at - z) / c;
+        let (force, slope) = indenter_force(wall, point, index);
+        let excess = force - (index - z) / c;
         if excess > 0.0 {
-            low = at
+            low = index
         } else {
-            high = at
+            high = index
         }
-        let next = at - excess / (slope.min(0.0) - 1.0 / c);
+        let next = index - excess / (slope.min(0.0) - 1.0 / c);
         let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-        let settled = (next - at).abs() <= 1e-14 * high;
-        at = next;
+        let settled = (next - index).abs() <= 1e-14 * high;
+        index = next;
         if settled {
             break;
         }
     }
-    let (force, slope) = indenter_force(wall, place, at);
+    let (force, slope) = indenter_force(wall, point, index);
     (force, slope / (1.0 - c * slope))
 }
 
 /// Vertical repulsion of the indenter on an atom at a distance `z` from its plane, eV/Å, and its derivative.
-fn indenter_force(wall: &Wall, (x, y): (f64, f64), z: f64) -> (f64, f64) {
+fn indenter_force(wall: &LatticeWall, (x, y): (f64, f64), z: f64) -> (f64, f64) {
     let (s, touch) = (wall.spacing_angstrom, wall.minimum_angstrom());
     let reach = (touch / s).ceil() as i64;
     let (mut force, mut slope) = (0.0, 0.0);
@@ -158,8 +158,8 @@ mod tests {
     const A0: f64 = 5.5884;
     const MODULUS: f64 = 0.178_32;
 
-    fn wall() -> Wall {
-        Wall::new(Repulsion::CHALLENGE, A0 * 5.0 / 11.0, A0).expect("valid")
+    fn wall() -> LatticeWall {
+        LatticeWall::new(Repulsion::CHALLENGE, A0 * 5.0 / 11.0, A0).expect("valid")
     }
 
     /// For rigid atoms the mean over positions is the integral. At small depths few positions are within range.
@@ -168,9 +168,9 @@ mod tests {
         let wall = wall();
         for (depth, tolerance) in [(0.1, 0.01), (0.2, 0.01), (0.4, 0.005), (0.8, 0.005)] {
             let z = wall.minimum_angstrom() - depth;
-            let found = mean_force(&wall, 1e-9, z).0 / (0.5 * A0 * A0);
+            let actual = mean_force(&wall, 1e-9, z).0 / (0.5 * A0 * A0);
             let exact = wall.repulsion_pressure(z);
-            assert!((found / exact - 1.0).abs() < tolerance, "{depth}: {found} {exact}");
+            assert!((actual / exact - 1.0).abs() < tolerance, "{depth}: {actual} {exact}");
         }
     }
 
@@ -197,8 +197,8 @@ mod tests {
         let compliant = CompliantWall::new(&wall, MODULUS, 0.0);
         let rigid = |g: f64| wall.repulsion_pressure(wall.minimum_angstrom() + g);
         for (g, expected) in [(-0.05, 1.38e-4), (-0.1, 6.43e-4), (-0.2, 4.62e-3), (-0.3, 1.569e-2)] {
-            let found = compliant.pressure(g);
-            assert!(found < rigid(g) && (found / expected - 1.0).abs() < 0.05, "{g}: {found} {expected}");
+            let actual = compliant.pressure(g);
+            assert!(actual < rigid(g) && (actual / expected - 1.0).abs() < 0.05, "{g}: {actual} {expected}");
         }
         let sloping = CompliantWall::new(&wall, MODULUS, 0.5);
         assert!((sloping.pressure(-0.2) / (compliant.pressure(-0.2 / 1.25f64.sqrt()) / 1.25) - 1.0).abs() < 1e-12);

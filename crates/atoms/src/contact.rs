@@ -4,13 +4,13 @@
 //! periodic grid, so its points within a given distance follow from the coordinates, without a neighbour search.
 
 use super::block::SurfaceSites;
-use super::dump::Frame;
+use super::dump::DumpFrame;
 use super::indenter::Indenter;
 use asperity_grid::{Error, Result};
 
 /// The atoms in contact.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contact {
+pub struct ContactAtoms {
     /// Whether the atom of each site of the surface layer is in contact.
     pub sites: Vec<bool>,
     /// Ids of all contact atoms, ascending.
@@ -19,7 +19,7 @@ pub struct Contact {
     pub below_surface: usize,
 }
 
-impl Contact {
+impl ContactAtoms {
     /// Contact atoms of the surface layer over all atoms of that layer.
     pub fn fraction(&self) -> f64 {
         self.sites.iter().filter(|t| **t).count() as f64 / self.sites.len() as f64
@@ -27,21 +27,27 @@ impl Contact {
 }
 
 /// Atoms of `frame` nearer than `distance` (Å) to an indenter atom at the displacement `lowered` (Å).
-pub fn contact(frame: &Frame, indenter: &Indenter, lowered: f64, surface: &SurfaceSites, distance: f64) -> Contact {
+pub fn contact(
+    frame: &DumpFrame,
+    indenter: &Indenter,
+    lowered: f64,
+    surface: &SurfaceSites,
+    distance: f64,
+) -> ContactAtoms {
     contact_by(frame, surface, |k| within(frame.positions[k], indenter, lowered, distance).next().is_some())
 }
 
 /// Contact atoms by a criterion on the index of an atom in the frame.
-pub fn contact_by(frame: &Frame, surface: &SurfaceSites, touches: impl Fn(usize) -> bool) -> Contact {
-    let mut found = Contact { sites: vec![false; surface.len()], ids: Vec::new(), below_surface: 0 };
+pub fn contact_by(frame: &DumpFrame, surface: &SurfaceSites, touches: impl Fn(usize) -> bool) -> ContactAtoms {
+    let mut contact = ContactAtoms { sites: vec![false; surface.len()], ids: Vec::new(), below_surface: 0 };
     for (_, id) in frame.ids.iter().enumerate().filter(|(k, _)| touches(*k)) {
-        found.ids.push(*id);
+        contact.ids.push(*id);
         match surface.index_of(*id) {
-            Some(index) => found.sites[index] = true,
-            None => found.below_surface += 1,
+            Some(index) => contact.sites[index] = true,
+            None => contact.below_surface += 1,
         }
     }
-    found
+    contact
 }
 
 /// Vectors (Å) from a point to the indenter atoms nearer than `reach` (Å), at the indenter displacement `lowered` (Å).
@@ -72,18 +78,18 @@ pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64
     let (s, n) = (indenter.spacing(), indenter.points());
     let range = |c: f64| ((c - distance) / s).ceil() as i64..=((c + distance) / s).floor() as i64;
     let wrap = |k: i64| k.rem_euclid(n as i64) as usize;
-    let mut least = f64::INFINITY;
+    let mut smallest = f64::INFINITY;
     for row in range(y) {
         for column in range(x) {
             let aside = (row as f64 * s - y).powi(2) + (column as f64 * s - x).powi(2);
             let reach = distance * distance - aside;
             if reach >= 0.0 {
                 let above = indenter.start_z() + indenter.heights()[wrap(row) * n + wrap(column)] - z;
-                least = least.min(above - reach.sqrt());
+                smallest = smallest.min(above - reach.sqrt());
             }
         }
     }
-    least
+    smallest
 }
 
 /// Vertical gap per surface site, Å: height of the indenter's surface above the current position of the atom, less
@@ -93,7 +99,7 @@ pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64
 /// # Errors
 /// `Format` when an atom of the surface layer is missing from the frame.
 pub fn gaps(
-    frame: &Frame,
+    frame: &DumpFrame,
     surface: &SurfaceSites,
     height: impl Fn(f64, f64) -> f64,
     standoff: f64,
@@ -127,7 +133,7 @@ mod tests {
     const D_C: f64 = 4.0354;
     const R_M: f64 = 4.032_671;
 
-    fn shaken(block: &Block) -> Frame {
+    fn shaken(block: &Block) -> DumpFrame {
         let mut state = 12345u64;
         let mut noise = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -135,7 +141,7 @@ mod tests {
         };
         let l = block.length();
         let sites: Vec<_> = block.sites().filter(|s| !s.fixed).collect();
-        Frame {
+        DumpFrame {
             source: "made".into(),
             timestep: 0,
             time: None,
@@ -158,8 +164,8 @@ mod tests {
         for position in shaken(&block).positions {
             let [x, y, z] = position;
             let rise = clearance(position, &indenter, D_C);
-            let near = |by: f64| within([x, y, z + by], &indenter, 0.0, D_C).next().is_some();
-            assert!(near(rise + 1e-9) && !near(rise - 1e-9), "{position:?}: {rise}");
+            let neighbours = |by: f64| within([x, y, z + by], &indenter, 0.0, D_C).next().is_some();
+            assert!(neighbours(rise + 1e-9) && !neighbours(rise - 1e-9), "{position:?}: {rise}");
         }
     }
 

@@ -104,8 +104,8 @@ mod tests {
         ];
         let loose = [(45, 12, 152.0), (90, 13, 279.0), (175, 25, 442.0)];
         let measured = tight.iter().map(|m| (FORCE_TOLERANCE, m)).chain(loose.iter().map(|m| (0.4, m)));
-        for (tolerance, &(cells, depth, found)) in measured {
-            let ratio = evaluations_from_continuum(cells, depth, tolerance) / found;
+        for (tolerance, &(cells, depth, actual)) in measured {
+            let ratio = evaluations_from_continuum(cells, depth, tolerance) / actual;
             assert!((0.8..1.25).contains(&ratio), "{cells} x {depth}, {tolerance}: {ratio}");
         }
     }

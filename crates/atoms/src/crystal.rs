@@ -151,13 +151,13 @@ impl MeasuredCrystal {
 }
 
 /// A folder with a copy of a table, in which LAMMPS runs the scripts.
-pub(super) struct Bench<'a> {
+pub(super) struct MeasurementFolder<'a> {
     lammps: &'a dyn RunScript,
     folder: PathBuf,
     element: &'a str,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> MeasurementFolder<'a> {
     /// # Errors
     /// `Error::Format` if the table is damaged or lacks the element; `Error::Io`.
     pub(super) fn new(lammps: &'a dyn RunScript, folder: &Path, setfl: &Path, element: &'a str) -> Result<Self> {
@@ -165,7 +165,7 @@ impl<'a> Bench<'a> {
         std::fs::create_dir_all(folder).map_err(Error::io("make", folder))?;
         let folder = folder.canonicalize().map_err(Error::io("open", folder))?;
         std::fs::copy(setfl, folder.join(TABLE)).map_err(Error::io("copy", setfl))?;
-        Ok(Bench { lammps, folder, element })
+        Ok(MeasurementFolder { lammps, folder, element })
     }
 
     /// What LAMMPS prints.
@@ -192,8 +192,8 @@ impl<'a> Bench<'a> {
         measured.get(name).copied().ok_or_else(|| self.failed(format!("it printed no line 'RES {name}'")))
     }
 
-    pub(super) fn failed(&self, what: String) -> Error {
-        Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(what) }
+    pub(super) fn failed(&self, description: String) -> Error {
+        Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(description) }
     }
 }
 
@@ -211,17 +211,17 @@ pub fn measure(
     element: &str,
     near: Option<f64>,
 ) -> Result<MeasuredCrystal> {
-    measure_on(&Bench::new(lammps, folder, setfl, element)?, setfl, near)
+    measure_on(&MeasurementFolder::new(lammps, folder, setfl, element)?, setfl, near)
 }
 
-pub(super) fn measure_on(bench: &Bench, setfl: &Path, near: Option<f64>) -> Result<MeasuredCrystal> {
-    let (least, most, volumes) = VOLUMES;
-    let vars = [("least", least.to_string()), ("most", most.to_string()), ("volumes", volumes.to_string())];
+pub(super) fn measure_on(bench: &MeasurementFolder, setfl: &Path, guess: Option<f64>) -> Result<MeasuredCrystal> {
+    let (smallest, largest, volumes) = VOLUMES;
+    let vars = [("least", smallest.to_string()), ("most", largest.to_string()), ("volumes", volumes.to_string())];
     let printed = bench.print(SCAN, &vars)?;
     let scanned = energies(&printed);
     let mut relaxed = BTreeMap::new();
     for structure in Structure::ALL {
-        let Some(start) = start(&scanned, structure, near) else { continue };
+        let Some(start) = start(&scanned, structure, guess) else { continue };
         let found = bench.of_crystal(LATTICE, (structure, start))?;
         let [a0, c0, energy] = ["a0", "c0", "energy"].map(|name| bench.get(&found, name));
         let energy = energy?;
@@ -233,7 +233,7 @@ pub(super) fn measure_on(bench: &Bench, setfl: &Path, near: Option<f64>) -> Resu
     let energies_ev: BTreeMap<Structure, f64> = relaxed.iter().map(|(s, r)| (*s, r.2)).collect();
     let Some(structure) = ground_state(&energies_ev) else {
         let found = format!(
-            "a table that binds {} in none of the crystals fcc, bcc and hcp of {least} to {most} Å³ per atom",
+            "a table that binds {} in none of the crystals fcc, bcc and hcp of {smallest} to {largest} Å³ per atom",
             bench.element
         );
         return Err(Error::format(setfl, found, "a table of a metal (eam/alloy, units metal)"));
@@ -263,16 +263,17 @@ fn energies(printed: &str) -> BTreeMap<&str, f64> {
 }
 
 /// Lattice constant of a minimum of the scanned energies: the one nearest to `near`, or the lowest.
-fn start(scanned: &BTreeMap<&str, f64>, structure: Structure, near: Option<f64>) -> Option<f64> {
-    let (least, most, volumes) = VOLUMES;
+fn start(scanned: &BTreeMap<&str, f64>, structure: Structure, guess: Option<f64>) -> Option<f64> {
+    let (smallest, largest, volumes) = VOLUMES;
     let energy = |k: usize| scanned.get(format!("{structure}_{k}").as_str()).copied();
     let minimum = |k: &usize| {
-        let at = [k - 1, *k, k + 1].map(energy);
-        matches!(at, [Some(before), Some(here), Some(after)] if here < before && here <= after)
+        let index = [k - 1, *k, k + 1].map(energy);
+        matches!(index, [Some(before), Some(here), Some(after)] if here < before && here <= after)
     };
-    let constant =
-        |k: usize| structure.lattice_constant(least * (most / least).powf((k - 1) as f64 / (volumes - 1) as f64));
-    let rank = |k: &usize| match near {
+    let constant = |k: usize| {
+        structure.lattice_constant(smallest * (largest / smallest).powf((k - 1) as f64 / (volumes - 1) as f64))
+    };
+    let rank = |k: &usize| match guess {
         Some(a0) => (constant(*k) / a0).ln().abs(),
         None => energy(*k).unwrap_or(f64::INFINITY),
     };
@@ -280,11 +281,11 @@ fn start(scanned: &BTreeMap<&str, f64>, structure: Structure, near: Option<f64>)
 }
 
 /// Elastic constants from the stresses of strained crystals, bar.
-fn elastic(bench: &Bench, crystal: (Structure, f64)) -> Result<ElasticConstants> {
-    let found = bench.of_crystal(ELASTIC, crystal)?;
+fn elastic(bench: &MeasurementFolder, crystal: (Structure, f64)) -> Result<ElasticConstants> {
+    let printed = bench.of_crystal(ELASTIC, crystal)?;
     // Stress is minus the pressure tensor.
     let constant = |c: &str| -> Result<f64> {
-        let [plus, minus] = ["plus", "minus"].map(|side| bench.get(&found, &format!("{c}_{side}")));
+        let [plus, minus] = ["plus", "minus"].map(|side| bench.get(&printed, &format!("{c}_{side}")));
         Ok(-(plus? - minus?) / (2.0 * STRAIN) * GPA_PER_BAR)
     };
     Ok(ElasticConstants { c11_gpa: constant("xx")?, c12_gpa: constant("yy")?, c44_gpa: constant("xy")? })

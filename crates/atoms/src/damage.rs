@@ -29,13 +29,13 @@ pub fn remove_damaged(folder: &Path) -> Result<Option<String>> {
         }
         let record = std::str::from_utf8(line).ok().and_then(StepRecord::parse);
         let frame = frame_file(folder, step);
-        let stored = std::fs::read_to_string(folder.join(format!("frame.{step}.b3"))).ok();
+        let recorded = std::fs::read_to_string(folder.join(format!("frame.{step}.b3"))).ok();
         damage = if record.is_none_or(|r| r.step != step) {
             Some((step, format!("{} is damaged at step {step}", table.display())))
         } else if let Ok(frame) = &frame {
-            let found = hashes_of_step(frame, line)?;
-            stored.filter(|stored| *stored != found).map(|stored| {
-                let same_line = stored.rsplit(' ').next() == found.rsplit(' ').next();
+            let hashes = hashes_of_step(frame, line)?;
+            recorded.filter(|recorded| *recorded != hashes).map(|recorded| {
+                let same_line = recorded.rsplit(' ').next() == hashes.rsplit(' ').next();
                 let file = if same_line { frame } else { &table };
                 (step, format!("{} changed since step {step} was finished", file.display()))
             })
@@ -43,13 +43,13 @@ pub fn remove_damaged(folder: &Path) -> Result<Option<String>> {
             Some((step, format!("the frame of step {step} is missing in {}", folder.display())))
         };
     }
-    let Some((step, what)) = damage else { return Ok(None) };
+    let Some((step, description)) = damage else { return Ok(None) };
     // A table with a damaged first line has no step that could be kept.
     if step == 0 {
         remove(&table)?;
     }
     roll_back(folder, step)?;
-    Ok(Some(what))
+    Ok(Some(description))
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ const LENGTHS_IN_ANGSTROM: [&str; 2] = ["metal", "real"];
 
 /// One frame; atoms in ascending order of their ids.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct DumpFrame {
     /// File of the frame, for messages.
     pub source: PathBuf,
     pub timestep: u64,
@@ -48,7 +48,7 @@ pub struct Frame {
     pub positions: Vec<[f64; 3]>,
 }
 
-impl Frame {
+impl DumpFrame {
     pub fn len(&self) -> usize {
         self.ids.len()
     }
@@ -115,7 +115,7 @@ impl DumpReader {
     ///
     /// # Errors
     /// `Format`, with the line number, for a damaged, non-orthogonal or truncated frame.
-    pub fn next_frame(&mut self) -> Result<Option<Frame>> {
+    pub fn next_frame(&mut self) -> Result<Option<DumpFrame>> {
         if self.finished {
             return Ok(None);
         }
@@ -124,21 +124,21 @@ impl DumpReader {
         frame
     }
 
-    fn read_frame(&mut self) -> Result<Option<Frame>> {
+    fn read_frame(&mut self) -> Result<Option<DumpFrame>> {
         let (mut timestep, mut time, mut count, mut bounds) = (None, None, None, None);
-        let mut begun = false;
+        let mut start = false;
         loop {
             if !self.read_line()? {
-                return if begun { Err(self.cut("in its header".into())) } else { Ok(None) };
+                return if start { Err(self.cut("in its header".into())) } else { Ok(None) };
             }
             let line = self.text()?.to_owned();
             let Some(item) = line.strip_prefix("ITEM: ") else {
-                if line.trim().is_empty() && !begun {
+                if line.trim().is_empty() && !start {
                     continue;
                 }
                 return Err(self.bad(&line, "a line that starts with 'ITEM: '"));
             };
-            begun = true;
+            start = true;
             if item.starts_with("UNITS") {
                 let units = self.header_line()?;
                 if !LENGTHS_IN_ANGSTROM.contains(&units.trim()) {
@@ -152,14 +152,14 @@ impl DumpReader {
                 time = Some(self.header_value::<f64>("a time")?);
             } else if item.starts_with("NUMBER OF ATOMS") {
                 count = Some(self.header_value::<usize>("a number of atoms")?);
-            } else if let Some(words) = item.strip_prefix("BOX BOUNDS") {
-                bounds = Some(self.read_bounds(words)?);
-            } else if let Some(words) = item.strip_prefix("ATOMS") {
+            } else if let Some(tokens) = item.strip_prefix("BOX BOUNDS") {
+                bounds = Some(self.read_bounds(tokens)?);
+            } else if let Some(tokens) = item.strip_prefix("ATOMS") {
                 let (Some(timestep), Some(count), Some((bounds, periodic))) = (timestep, count, bounds) else {
                     return Err(self.bad(&line, "TIMESTEP, NUMBER OF ATOMS and BOX BOUNDS before ATOMS"));
                 };
-                let columns = self.columns(words)?;
-                let mut frame = Frame {
+                let columns = self.columns(tokens)?;
+                let mut frame = DumpFrame {
                     source: self.source.clone(),
                     timestep,
                     time,
@@ -178,14 +178,14 @@ impl DumpReader {
         }
     }
 
-    fn read_bounds(&mut self, words: &str) -> Result<([[f64; 2]; 3], [bool; 3])> {
-        let words: Vec<&str> = words.split_whitespace().collect();
-        if words.iter().any(|w| matches!(*w, "xy" | "abc" | "origin")) {
+    fn read_bounds(&mut self, tokens: &str) -> Result<([[f64; 2]; 3], [bool; 3])> {
+        let tokens: Vec<&str> = tokens.split_whitespace().collect();
+        if tokens.iter().any(|w| matches!(*w, "xy" | "abc" | "origin")) {
             return Err(self.bad("a triclinic box", "an orthogonal box, which a flat contact needs"));
         }
         let mut periodic = [false; 3];
         for (axis, flag) in periodic.iter_mut().enumerate() {
-            *flag = words.get(axis).is_some_and(|w| *w == "pp");
+            *flag = tokens.get(axis).is_some_and(|w| *w == "pp");
         }
         let mut bounds = [[0.0; 2]; 3];
         for pair in &mut bounds {
@@ -199,58 +199,58 @@ impl DumpReader {
         Ok((bounds, periodic))
     }
 
-    fn columns(&self, words: &str) -> Result<Columns> {
-        let names: Vec<&str> = words.split_whitespace().collect();
+    fn columns(&self, tokens: &str) -> Result<DumpColumns> {
+        let names: Vec<&str> = tokens.split_whitespace().collect();
         let find = |name: &str| names.iter().position(|n| *n == name);
         let Some(id) = find("id") else {
-            return Err(self.bad(words, "an id column"));
+            return Err(self.bad(tokens, "an id column"));
         };
-        let mut axes = [Axis { column: 0, scaled: false }; 3];
+        let mut axes = [PositionColumn { column: 0, scaled: false }; 3];
         for (axis, letter) in axes.iter_mut().zip(["x", "y", "z"]) {
             let choices = [("", false), ("u", false), ("s", true), ("su", true)];
-            let found = choices
-                .iter()
-                .find_map(|(end, scaled)| Some(Axis { column: find(&format!("{letter}{end}"))?, scaled: *scaled }));
-            *axis = found
-                .ok_or_else(|| self.bad(words, &format!("a column {letter}, {letter}u, {letter}s or {letter}su")))?;
+            let positions = choices.iter().find_map(|(end, scaled)| {
+                Some(PositionColumn { column: find(&format!("{letter}{end}"))?, scaled: *scaled })
+            });
+            *axis = positions
+                .ok_or_else(|| self.bad(tokens, &format!("a column {letter}, {letter}u, {letter}s or {letter}su")))?;
         }
         let species = match (find("type"), find("element")) {
             (Some(column), _) => Some((column, false)),
             (None, Some(column)) => Some((column, true)),
             (None, None) => None,
         };
-        Ok(Columns { count: names.len(), id, axes, species })
+        Ok(DumpColumns { count: names.len(), id, axes, species })
     }
 
-    fn read_atoms(&mut self, columns: &Columns, count: usize, frame: &mut Frame) -> Result<()> {
+    fn read_atoms(&mut self, columns: &DumpColumns, count: usize, frame: &mut DumpFrame) -> Result<()> {
         let mut names: HashMap<String, u32> = HashMap::new();
-        for done in 0..count {
-            let end = |timestep| format!("(timestep {timestep}) after {done} of {count} atoms");
+        for finished in 0..count {
+            let end = |timestep| format!("(timestep {timestep}) after {finished} of {count} atoms");
             // A last line without a line end may be truncated within a number.
             if !self.read_line()? || self.line.last() != Some(&b'\n') {
                 return Err(self.cut(end(frame.timestep)));
             }
             let line = self.text()?;
-            let words: Vec<&str> = line.split_whitespace().collect();
-            if words.len() < columns.count {
+            let tokens: Vec<&str> = line.split_whitespace().collect();
+            if tokens.len() < columns.count {
                 let line = line.to_owned();
                 return Err(self.bad(&line, &format!("{} columns", columns.count)));
             }
-            let id = words[columns.id].parse::<u32>().ok().filter(|id| *id > 0);
+            let id = tokens[columns.id].parse::<u32>().ok().filter(|id| *id > 0);
             let mut position = [0.0; 3];
             let mut good = id.is_some();
             for (axis, place) in columns.axes.iter().enumerate() {
-                let value: f64 = words[place.column].parse().unwrap_or(f64::NAN);
+                let value: f64 = tokens[place.column].parse().unwrap_or(f64::NAN);
                 let [low, high] = frame.bounds[axis];
                 position[axis] = if place.scaled { low + value * (high - low) } else { value };
                 good &= position[axis].is_finite();
             }
             let species = match columns.species {
                 None => Some(None),
-                Some((column, false)) => words[column].parse::<u32>().ok().map(Some),
+                Some((column, false)) => tokens[column].parse::<u32>().ok().map(Some),
                 Some((column, true)) => {
                     let next = names.len() as u32;
-                    let name = words[column];
+                    let name = tokens[column];
                     let index = *names.entry(name.to_owned()).or_insert_with(|| {
                         frame.elements.push(name.to_owned());
                         next
@@ -273,7 +273,7 @@ impl DumpReader {
         Ok(())
     }
 
-    fn sorted(&self, mut frame: Frame) -> Result<Frame> {
+    fn sorted(&self, mut frame: DumpFrame) -> Result<DumpFrame> {
         if !frame.ids.is_sorted() {
             let mut order: Vec<usize> = (0..frame.len()).collect();
             order.sort_by_key(|&k| frame.ids[k]);
@@ -289,9 +289,9 @@ impl DumpReader {
         }
     }
 
-    fn header_value<T: std::str::FromStr>(&mut self, what: &str) -> Result<T> {
+    fn header_value<T: std::str::FromStr>(&mut self, description: &str) -> Result<T> {
         let line = self.header_line()?;
-        line.trim().parse().map_err(|_| self.bad(&line, what))
+        line.trim().parse().map_err(|_| self.bad(&line, description))
     }
 
     fn header_line(&mut self) -> Result<String> {
@@ -339,7 +339,7 @@ impl DumpReader {
 }
 
 impl Iterator for DumpReader {
-    type Item = Result<Frame>;
+    type Item = Result<DumpFrame>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.next_frame().transpose()
@@ -350,21 +350,21 @@ impl Iterator for DumpReader {
 ///
 /// # Errors
 /// As [`DumpReader`]; `Format` when there is no frame.
-pub fn read_frame(file: impl AsRef<Path>) -> Result<Frame> {
+pub fn read_frame(file: impl AsRef<Path>) -> Result<DumpFrame> {
     let file = file.as_ref();
     DumpReader::open(file)?.next_frame()?.ok_or_else(|| Error::format(file, "no frame", "a LAMMPS text dump"))
 }
 
 #[derive(Clone, Copy)]
-struct Axis {
+struct PositionColumn {
     column: usize,
     scaled: bool,
 }
 
-struct Columns {
+struct DumpColumns {
     count: usize,
     id: usize,
-    axes: [Axis; 3],
+    axes: [PositionColumn; 3],
     /// Column, and whether it has element names.
     species: Option<(usize, bool)>,
 }
@@ -381,7 +381,7 @@ mod tests {
         DumpReader::new(Box::new(Cursor::new(text.into())), "test.dump")
     }
 
-    fn all(text: &str) -> Result<Vec<Frame>> {
+    fn all(text: &str) -> Result<Vec<DumpFrame>> {
         reader(text).collect()
     }
 

@@ -87,10 +87,10 @@ impl LammpsEngine {
     ///
     /// # Errors
     /// `MissingProgram` when there is none or it is not LAMMPS.
-    pub fn find(given: Option<&Path>) -> Result<Self> {
-        let how = "install LAMMPS (Debian: apt install lammps) or give its path with --lammps";
-        let missing = |program: &str| Error::MissingProgram { program: program.into(), how: how.into() };
-        let program = match given {
+    pub fn find(value: Option<&Path>) -> Result<Self> {
+        let remedy = "install LAMMPS (Debian: apt install lammps) or give its path with --lammps";
+        let missing = |program: &str| Error::MissingProgram { program: program.into(), how: remedy.into() };
+        let program = match value {
             Some(path) if path.as_os_str().as_encoded_bytes().first() == Some(&b'-') => {
                 let accepted = "a program whose name does not begin with a dash; a path may begin with ./";
                 return Err(Error::input("LAMMPS", "program", path.display(), accepted));
@@ -181,8 +181,8 @@ impl LammpsEngine {
     /// Names of the installed packages that accelerate styles.
     pub fn accelerators(&self) -> String {
         let known = ["OPT", "OPENMP", "INTEL", "GPU", "KOKKOS"];
-        let found: Vec<&str> = known.into_iter().filter(|name| self.styles.has("package", name)).collect();
-        if found.is_empty() { "none that accelerates styles".into() } else { found.join(", ") }
+        let available: Vec<&str> = known.into_iter().filter(|name| self.styles.has("package", name)).collect();
+        if available.is_empty() { "none that accelerates styles".into() } else { available.join(", ") }
     }
 
     /// Styles that jobs with adhesion need and this LAMMPS lacks.
@@ -240,39 +240,39 @@ impl LammpsEngine {
         })
     }
 
-    fn check_time(&self, job: &Job, begun: Instant) -> Result<()> {
-        match self.time_limit.filter(|limit| begun.elapsed() > *limit) {
+    fn check_time(&self, job: &Job, started: Instant) -> Result<()> {
+        match self.time_limit.filter(|limit| started.elapsed() > *limit) {
             Some(limit) => Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() })),
             None => Ok(()),
         }
     }
 
-    fn command(&self, job: &Job, done: &[StepRecord]) -> Result<Command> {
+    fn command(&self, job: &Job, finished_steps: &[StepRecord]) -> Result<Command> {
         let mut command = if job.spec.base == BaseKind::Elastic {
             let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
-            let words = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
+            let arguments = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
             let mut command = self.start.start(&host);
-            command.args(words);
+            command.args(arguments);
             command
         } else {
             let mut command = self.start.start(&self.program);
             command.args(["-in", job.script().file]);
             command
         };
-        command.args(["-nocite", "-log", &log_name(done.last().map(|r| r.step))]);
+        command.args(["-nocite", "-log", &log_name(finished_steps.last().map(|r| r.step))]);
         command.args(&self.start.args);
         if self.styles.has("pair", "eam/alloy/opt") && !self.start.chooses_styles() {
             // The `opt` variants are 8 to 10 % faster.
             command.args(["-sf", "opt"]);
         }
-        for (name, value) in job.variables(done, self.styles.has("dump", "custom/zstd")) {
+        for (name, value) in job.variables(finished_steps, self.styles.has("dump", "custom/zstd")) {
             command.args(["-var", &name, &value]);
         }
         if job.spec.protocol.prescribed().is_some() {
             let often = minimizer_checkpoint::iterations(self.checkpoint_interval, job.atoms(), self.start.ranks());
             command.args(["-var", "restart_every", &often.to_string()]);
-            let begun: usize = done.iter().map(|r| r.iterations).sum();
-            let newest = minimizer_checkpoint::newest(&job.folder, done.len(), (begun + often) as u64);
+            let start: usize = finished_steps.iter().map(|r| r.iterations).sum();
+            let newest = minimizer_checkpoint::newest(&job.folder, finished_steps.len(), (start + often) as u64);
             if let Some(file) = newest.as_deref().and_then(Path::file_name) {
                 command
                     .args([
@@ -281,7 +281,7 @@ impl LammpsEngine {
                         "1",
                         "-var",
                         "first_iteration",
-                        &begun.to_string(),
+                        &start.to_string(),
                         "-var",
                         "checkpoint",
                     ])
@@ -307,7 +307,7 @@ impl LammpsEngine {
     /// # Errors
     /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
     pub fn run(&self, job: &Job, watch: &mut Watch) -> Result<Finished> {
-        let begun = Instant::now();
+        let started = Instant::now();
         let _lock = lock(&job.folder)?;
         self.check_styles(job)?;
         job.check_inputs()?;
@@ -315,21 +315,26 @@ impl LammpsEngine {
             let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
             return Finished::collect(job, all);
         }
-        let (need, have) = (job.memory_bytes(self.start.ranks()), sys::available_memory_bytes());
-        if need > have {
+        let (required, available) = (job.memory_bytes(self.start.ranks()), sys::available_memory_bytes());
+        if required > available {
             let advice = "use fewer cells or a thinner block".into();
-            return Err(Error::Memory { what: format!("LAMMPS with {} atoms", job.atoms()), need, have, advice });
+            return Err(Error::Memory {
+                what: format!("LAMMPS with {} atoms", job.atoms()),
+                need: required,
+                have: available,
+                advice,
+            });
         }
         let finished = load_history::prepare_resume(&job.folder)?;
         minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
         let screen_file = job.folder.join("log.screen");
         let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
-        let mut watcher = Watcher::new(job, begun, finished);
+        let mut watcher = Watcher::new(job, started, finished);
         self.measure_base(job, &mut watcher, watch)?;
         let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps)?;
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
-        let mut group = Group { child, ended: false };
+        let mut group = ProcessGroup { child, ended: false };
         let mut verified_steps = finished.map_or(0, |k| k + 1);
         let mut peak_bytes = 0;
         let status = loop {
@@ -353,8 +358,9 @@ impl LammpsEngine {
                 if let Err(e) = load_history::verify_step(&job.folder, record.step) {
                     drop(group);
                     load_history::roll_back(&job.folder, record.step)?;
-                    let what = format!("what step {} left is not complete ({e}); is the disk full?", record.step);
-                    return Err(failed(job, LammpsFailure::Output(what)));
+                    let description =
+                        format!("what step {} left is not complete ({e}); is the disk full?", record.step);
+                    return Err(failed(job, LammpsFailure::Output(description)));
                 }
                 verified_steps = record.step + 1;
             }
@@ -368,7 +374,7 @@ impl LammpsEngine {
             if let Some(status) = ended {
                 break status;
             }
-            self.check_time(job, begun)?;
+            self.check_time(job, started)?;
             std::thread::sleep(POLL);
         };
         let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
@@ -381,12 +387,12 @@ impl LammpsEngine {
 }
 
 /// A child process and its group; dropping it kills the group unless the child has ended.
-struct Group {
+struct ProcessGroup {
     child: Child,
     ended: bool,
 }
 
-impl Drop for Group {
+impl Drop for ProcessGroup {
     fn drop(&mut self) {
         if !self.ended {
             sys::kill_process_group(self.child.id());
@@ -410,9 +416,9 @@ fn is_complete(job: &Job) -> Result<bool> {
 /// Checks that the load steps end where the job specifies, and that no atoms are missing.
 fn check_load_steps(job: &Job) -> Result<()> {
     let history = LoadHistory::read(&job.folder)?;
-    let before = job.atoms();
-    if let Some(record) = history.steps.iter().find(|r| r.atoms != before) {
-        return Err(failed(job, LammpsFailure::AtomCount { before, after: record.atoms }));
+    let previous = job.atoms();
+    if let Some(record) = history.steps.iter().find(|r| r.atoms != previous) {
+        return Err(failed(job, LammpsFailure::AtomCount { before: previous, after: record.atoms }));
     }
     if !is_complete(job)? {
         let reached = history.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
@@ -459,13 +465,13 @@ const LONGEST_LINE: usize = 200;
 fn error_line(text: &str) -> Option<LammpsFailure> {
     let mut lines = text.lines().skip_while(|l| !l.starts_with("ERROR"));
     let line = lines.next()?.trim();
-    if let Some(counts) = line.split_once("Lost atoms: original ").map(|(_, rest)| rest) {
+    if let Some(counts) = line.split_once("Lost atoms: original ").map(|(_, remainder)| remainder) {
         let numbers: Vec<u64> = counts.split_whitespace().filter_map(|w| w.parse().ok()).collect();
         if let [before, after, ..] = numbers[..] {
             return Some(LammpsFailure::AtomCount { before, after });
         }
     }
-    let message = line.split_once(": ").map_or(line, |(_, rest)| rest);
+    let message = line.split_once(": ").map_or(line, |(_, remainder)| remainder);
     let command = lines.find_map(|l| l.strip_prefix("Last command: "));
     Some(LammpsFailure::Message(match command {
         Some(command) => format!("{message}; last command: {}", command.trim()),

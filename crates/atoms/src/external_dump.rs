@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 
 use super::block::Block;
-use super::dump::{DumpReader, Frame};
+use super::dump::{DumpFrame, DumpReader};
 use super::forces::indenter_forces;
 use super::indenter::Indenter;
 use super::interaction::Interaction;
@@ -97,13 +97,17 @@ impl DumpTrajectory {
             let ends = [a.displacement_angstrom, b.displacement_angstrom];
             return Ok(between(found, &self.frame(a)?, &self.frame(b)?, ends));
         }
-        let off = |p: &Place| (p.load - load).abs();
-        let (lower, nearest) =
-            self.places.iter().enumerate().min_by(|a, b| off(a.1).total_cmp(&off(b.1))).expect("scanned: not empty");
-        if off(nearest) > NEAR * load.abs() {
-            let (least, most) =
+        let deviation = |p: &Place| (p.load - load).abs();
+        let (lower, nearest) = self
+            .places
+            .iter()
+            .enumerate()
+            .min_by(|a, b| deviation(a.1).total_cmp(&deviation(b.1)))
+            .expect("scanned: not empty");
+        if deviation(nearest) > NEAR * load.abs() {
+            let (smallest, largest) =
                 loads.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), l| (a.min(*l), b.max(*l)));
-            let found = format!("frames with loads from {least:.4} to {most:.4} eV/angstrom");
+            let found = format!("frames with loads from {smallest:.4} to {largest:.4} eV/angstrom");
             let accepted = format!("frames around {load:.4} eV/angstrom, or one within {:.0} % of it", 100.0 * NEAR);
             return Err(Error::input("command line", "--frames", found, accepted));
         }
@@ -111,16 +115,16 @@ impl DumpTrajectory {
         Ok(Between { bracket: Bracket { lower, weight: 0.0 }, frame: self.frame(nearest)?, displacement_angstrom })
     }
 
-    fn frame(&self, place: &Place) -> Result<Frame> {
-        let found = DumpReader::open(&place.file)?.nth(place.index);
+    fn frame(&self, place: &Place) -> Result<DumpFrame> {
+        let frame = DumpReader::open(&place.file)?.nth(place.index);
         let gone =
             || Error::format(&place.file, "fewer frames than at the first reading", "a file that stays as it is");
-        Ok(of_block(found.ok_or_else(gone)??, &self.block))
+        Ok(of_block(frame.ok_or_else(gone)??, &self.block))
     }
 }
 
 /// The deformable atoms of a frame; the base does not interact with the indenter.
-fn of_block(mut frame: Frame, block: &Block) -> Frame {
+fn of_block(mut frame: DumpFrame, block: &Block) -> DumpFrame {
     let range = |id: u32| u64::from(id) > block.fixed() && u64::from(id) <= block.atoms();
     let keep: Vec<bool> = frame.ids.iter().map(|id| range(*id)).collect();
     let mut flags = keep.iter();
@@ -133,12 +137,12 @@ fn of_block(mut frame: Frame, block: &Block) -> Frame {
     frame
 }
 
-fn check_box(frame: &Frame, block: &Block) -> Result<()> {
+fn check_box(frame: &DumpFrame, block: &Block) -> Result<()> {
     let length = block.length();
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let [low, _] = frame.bounds[axis];
-        let off = (frame.length(axis) / length - 1.0).abs().max(low.abs() / length);
-        if off > BOX || !frame.periodic[axis] {
+        let deviation = (frame.length(axis) / length - 1.0).abs().max(low.abs() / length);
+        if deviation > BOX || !frame.periodic[axis] {
             let kind = if frame.periodic[axis] { "periodic" } else { "not periodic" };
             let found = format!("a box from {low} to {} along {name}, {kind}", frame.bounds[axis][1]);
             let accepted = format!("the scene's block: 0 to {length:.4} angstrom, periodic");
@@ -149,7 +153,7 @@ fn check_box(frame: &Frame, block: &Block) -> Result<()> {
 }
 
 /// Displacement of the indenter, downwards, Å.
-fn lowered(frame: &Frame, block: &Block, indenter: &Indenter) -> Result<f64> {
+fn lowered(frame: &DumpFrame, block: &Block, indenter: &Indenter) -> Result<f64> {
     let first = block.atoms() as u32 + 1;
     let start = frame.ids.partition_point(|id| *id < first);
     let points = indenter.heights().len();
@@ -165,9 +169,9 @@ fn lowered(frame: &Frame, block: &Block, indenter: &Indenter) -> Result<f64> {
         let accepted = format!("at least one (ids from {first} on): it gives the displacement of the indenter");
         return Err(Error::format(&frame.source, found, accepted));
     }
-    let (least, most) = down.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(*d), b.max(*d)));
-    if most - least > 2.0 * RIGID_ANGSTROM {
-        let found = format!("{name}: indenter atoms that descended by {least:.4} to {most:.4} angstrom");
+    let (smallest, largest) = down.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(*d), b.max(*d)));
+    if largest - smallest > 2.0 * RIGID_ANGSTROM {
+        let found = format!("{name}: indenter atoms that descended by {smallest:.4} to {largest:.4} angstrom");
         return Err(Error::format(&frame.source, found, "the scene's profile, moved as one"));
     }
     Ok(down.iter().sum::<f64>() / down.len() as f64)
@@ -231,9 +235,9 @@ mod tests {
     fn scan(files: &[PathBuf]) -> Result<(DumpTrajectory, Vec<String>)> {
         let (block, indenter, interaction) = setting();
         let mut warnings = Vec::new();
-        let found =
+        let actual =
             DumpTrajectory::scan(files, &block, &indenter, &interaction, &mut |w| warnings.push(w.to_string()))?;
-        Ok((found, warnings))
+        Ok((actual, warnings))
     }
 
     fn put(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
@@ -246,7 +250,7 @@ mod tests {
     fn all_dump_formats_of_the_same_frames_give_the_same_loads() {
         let folder = tempfile::tempdir().expect("scratch");
         let (block, indenter, interaction) = setting();
-        let perfect: Frame = {
+        let perfect: DumpFrame = {
             let file = put(folder.path(), "one", text(0.4, "id type x y z").as_bytes());
             of_block(crate::dump::read_frame(file).expect("read"), &block)
         };
@@ -269,9 +273,9 @@ mod tests {
             for (name, bytes) in
                 [("a.lammpstrj", both.as_bytes()), ("b.gz", &packed), ("c.dump", &packed), ("d.dump", &zst)]
             {
-                let (found, warnings) = scan(&[put(folder.path(), name, bytes)]).expect(columns);
-                assert_eq!((found.places.len(), warnings.len()), (2, 0));
-                let last = &found.places[1];
+                let (actual, warnings) = scan(&[put(folder.path(), name, bytes)]).expect(columns);
+                assert_eq!((actual.places.len(), warnings.len()), (2, 0));
+                let last = &actual.places[1];
                 assert_eq!((last.index, last.timestep), (1, 400));
                 assert!((last.displacement_angstrom - 0.4).abs() < 1e-5, "{columns}: {last:?}");
                 assert!((last.load / expected - 1.0).abs() < SIX_DIGITS, "{columns}: {} {expected}", last.load);
@@ -284,8 +288,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("scratch");
         let (one, two) = (text(0.2, "id type x y z"), text(0.4, "id type x y z"));
         let cut = one.clone() + &two[..two.len() - 40];
-        let (found, warnings) = scan(&[put(folder.path(), "cut", cut.as_bytes())]).expect("one frame");
-        assert_eq!(found.places.len(), 1);
+        let (actual, warnings) = scan(&[put(folder.path(), "cut", cut.as_bytes())]).expect("one frame");
+        assert_eq!(actual.places.len(), 1);
         assert!(
             warnings[0].contains("the last frame ends (timestep 400) after") && warnings[0].contains("left out"),
             "{warnings:?}"
@@ -296,22 +300,22 @@ mod tests {
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         packed.write_all((one + &two).as_bytes()).expect("packed");
         let packed = packed.finish().expect("packed");
-        let (found, warnings) =
+        let (actual, warnings) =
             scan(&[put(folder.path(), "cut.gz", &packed[..packed.len() - 200])]).expect("one frame");
-        assert_eq!((found.places.len(), warnings.len()), (1, 1));
+        assert_eq!((actual.places.len(), warnings.len()), (1, 1));
     }
 
     #[test]
     fn loads_are_interpolated_between_frames_of_several_files() {
         let folder = tempfile::tempdir().expect("scratch");
         let files = [0.2, 0.4, 0.5].map(|d| put(folder.path(), &format!("f{d}"), text(d, "id x y z").as_bytes()));
-        let (found, _) = scan(&files).expect("good");
-        let (a, b) = (&found.places[1], &found.places[2]);
-        let middle = found.at_load(0.5 * (a.load + b.load)).expect("between");
+        let (actual, _) = scan(&files).expect("good");
+        let (a, b) = (&actual.places[1], &actual.places[2]);
+        let middle = actual.at_load(0.5 * (a.load + b.load)).expect("between");
         assert!((0.4..0.5).contains(&middle.displacement_angstrom) && middle.bracket.lower == 1);
-        let near = found.at_load(1.01 * b.load).expect("near");
+        let near = actual.at_load(1.01 * b.load).expect("near");
         assert!((near.displacement_angstrom - 0.5).abs() < 1e-5 && near.frame.len() == 200);
-        let error = found.at_load(2.0 * b.load).expect_err("too far").to_string();
+        let error = actual.at_load(2.0 * b.load).expect_err("too far").to_string();
         assert!(error.contains("frames around") && error.contains("within 2 %"), "{error}");
     }
 
@@ -337,9 +341,9 @@ mod tests {
         assert!(alone.contains("no atom of the indenter") && alone.contains("displacement of the indenter"), "{alone}");
         // One indenter atom is displaced relative to the others.
         let (id, moved) = (setting().0.atoms() + 5, |line: &&str| {
-            let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
-            words[4] = format!("{}", words[4].parse::<f64>().expect("z") + 0.5);
-            words.join(" ")
+            let mut tokens: Vec<String> = line.split(' ').map(str::to_string).collect();
+            tokens[4] = format!("{}", tokens[4].parse::<f64>().expect("z") + 0.5);
+            tokens.join(" ")
         });
         let bent: Vec<String> = lines
             .iter()

@@ -62,7 +62,7 @@ struct Strained {
 
 /// What is measured.
 #[derive(Debug, Clone, Copy)]
-pub struct Crystal<'a> {
+pub struct ForceConstantInput<'a> {
     /// File name of the table within the folder of the measurement.
     pub table: &'a str,
     pub element: &'a str,
@@ -81,15 +81,15 @@ impl ForceConstants {
     pub fn measure(
         lammps: &dyn RunScript,
         folder: &Path,
-        crystal: Crystal,
+        crystal: ForceConstantInput,
         proceed: &mut dyn FnMut() -> Result<()>,
     ) -> Result<Self> {
-        let at = |strain: &f64| proceed().and_then(|()| measure_at(lammps, folder, &crystal, *strain));
-        let mut strained = STRAINS.iter().map(at).collect::<Result<Vec<_>>>()?;
-        let most = strained[STRAINS.len() - 1].pressure / PRESSURE_MARGIN;
-        if crystal.highest_pressure > most {
-            let [found, most] = [crystal.highest_pressure, most].map(|p| GPA_PER_EV_A3 * p);
-            let accepted = format!("at most {most:.2} GPa with an elastic base of this crystal");
+        let value_at = |strain: &f64| proceed().and_then(|()| measure_at(lammps, folder, &crystal, *strain));
+        let mut strained = STRAINS.iter().map(value_at).collect::<Result<Vec<_>>>()?;
+        let largest = strained[STRAINS.len() - 1].pressure / PRESSURE_MARGIN;
+        if crystal.highest_pressure > largest {
+            let [found, largest] = [crystal.highest_pressure, largest].map(|p| GPA_PER_EV_A3 * p);
+            let accepted = format!("at most {largest:.2} GPa with an elastic base of this crystal");
             return Err(Error::input("elastic base", "mean pressure", format!("{found:.2} GPa"), accepted));
         }
         keep_common_bonds(&mut strained);
@@ -106,8 +106,9 @@ impl ForceConstants {
         // The pressure rises with the strain.
         let (mut low, mut high) = (STRAINS[0], STRAINS[STRAINS.len() - 1]);
         if !(of(low)..=of(high)).contains(&pressure) {
-            let [found, least, most] = [pressure, of(low), of(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
-            return Err(Error::input("elastic base", "mean pressure", found, format!("{least} to {most}")));
+            let [found, smallest, largest] =
+                [pressure, of(low), of(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
+            return Err(Error::input("elastic base", "mean pressure", found, format!("{smallest} to {largest}")));
         }
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
@@ -135,11 +136,11 @@ impl ForceConstants {
     }
 }
 
-fn refused(folder: &Path, what: String) -> Error {
-    Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(what) }
+fn refused(folder: &Path, description: String) -> Error {
+    Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(description) }
 }
 
-fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &Crystal, strain: f64) -> Result<Strained> {
+fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInput, strain: f64) -> Result<Strained> {
     let folder = &folder.canonicalize().map_err(Error::io("open", folder))?;
     let script = folder.join(SCRIPT.0);
     std::fs::write(&script, SCRIPT.1).map_err(Error::io("write", &script))?;
@@ -160,25 +161,26 @@ fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &Crystal, strain: 
     let printed = lammps.run(folder, &script, &vars)?;
     let bars = results(folder, &printed)?.get("pressure").copied();
     let bars = bars.ok_or_else(|| refused(folder, "it printed no line 'RES pressure'".into()))?;
-    let shape = Shape { cells, spacing: 0.5 * crystal.a0_angstrom, layer: 0.5 * crystal.a0_angstrom * (1.0 - strain) };
-    let bulk = Body::read(&files[0], &files[2], shape)?;
-    let cut = Body::read(&files[1], &files[3], shape)?;
-    let constants = constants(&bulk, &cut, reach).map_err(|what| refused(folder, what))?;
+    let shape =
+        CellDimensions { cells, spacing: 0.5 * crystal.a0_angstrom, layer: 0.5 * crystal.a0_angstrom * (1.0 - strain) };
+    let bulk = DisplacedLattice::read(&files[0], &files[2], shape)?;
+    let cut = DisplacedLattice::read(&files[1], &files[3], shape)?;
+    let constants = constants(&bulk, &cut, reach).map_err(|damage| refused(folder, damage))?;
     remove();
     Ok(Strained { pressure: bars * EV_A3_PER_BAR, constants })
 }
 
 /// Measured cell: lattice constants across, spacing of half of one, and of two layers, Å.
 #[derive(Clone, Copy)]
-struct Shape {
+struct CellDimensions {
     cells: usize,
     spacing: f64,
     layer: f64,
 }
 
 /// Sites, forces at rest, and the force constants of the displaced atoms of a crystal or a cut block.
-struct Body {
-    shape: Shape,
+struct DisplacedLattice {
+    shape: CellDimensions,
     /// Half lattice constants in x and y, and the layer from the lowest.
     sites: Vec<[i32; 3]>,
     forces: Vec<[f64; 3]>,
@@ -186,10 +188,11 @@ struct Body {
     rows: Vec<(usize, Vec<[[f64; 3]; 3]>)>,
 }
 
-impl Body {
-    fn read(sites: &Path, forces: &Path, shape: Shape) -> Result<Body> {
+impl DisplacedLattice {
+    fn read(sites: &Path, forces: &Path, shape: CellDimensions) -> Result<DisplacedLattice> {
         let rest = frames(sites, 6)?.into_iter().next().unwrap_or_default();
-        let unusable = |what: &str| Error::format(forces, what, "the forces that force_constants.in writes");
+        let unusable =
+            |description: &str| Error::format(forces, description, "the forces that force_constants.in writes");
         let lowest = rest.iter().map(|r| r[2]).fold(f64::INFINITY, f64::min);
         let half = |x: f64| ((x / shape.spacing) - 0.5).round() as i32;
         let sites: Vec<[i32; 3]> =
@@ -207,10 +210,10 @@ impl Body {
                 })
                 .collect();
             // The displaced atom has the largest restoring force.
-            let own = (0..phi.len()).max_by(|&a, &b| phi[a][2][2].total_cmp(&phi[b][2][2]));
-            rows.push((own.ok_or_else(|| unusable("no atoms"))?, phi));
+            let index = (0..phi.len()).max_by(|&a, &b| phi[a][2][2].total_cmp(&phi[b][2][2]));
+            rows.push((index.ok_or_else(|| unusable("no atoms"))?, phi));
         }
-        Ok(Body { shape, sites, forces: rest.iter().map(|r| [r[3], r[4], r[5]]).collect(), rows })
+        Ok(DisplacedLattice { shape, sites, forces: rest.iter().map(|r| [r[3], r[4], r[5]]).collect(), rows })
     }
 
     /// Force constants of a row by the offset (half lattice constants) and layer of the other atom. The sum over all atoms vanishes:
@@ -234,7 +237,11 @@ impl Body {
 }
 
 /// Force constants of crystal and cut block, or the reason why they are not those of a crystal with this reach.
-fn constants(bulk: &Body, cut: &Body, reach: usize) -> std::result::Result<LatticeConstants, String> {
+fn constants(
+    bulk: &DisplacedLattice,
+    cut: &DisplacedLattice,
+    reach: usize,
+) -> std::result::Result<LatticeConstants, String> {
     let largest_of = |phi: &[[f64; 3]; 3]| phi.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
     let (far, layer) = (reach as i32, bulk.sites[bulk.rows[0].0][2]);
     let all = bulk.bonds(0);
@@ -294,18 +301,18 @@ fn constants(bulk: &Body, cut: &Body, reach: usize) -> std::result::Result<Latti
 /// Removes bonds that are absent at all strains.
 fn keep_common_bonds(strained: &mut [Strained]) {
     let largest = |list: &[Bond]| list.iter().flat_map(|b| b.phi.iter().flatten()).fold(0.0f64, |a, b| a.max(b.abs()));
-    let least = ABSENT * largest(&strained[0].constants.bulk);
-    let kept = |lists: Vec<&Vec<Bond>>| -> Vec<bool> {
-        (0..lists[0].len()).map(|k| lists.iter().any(|l| largest(&l[k..=k]) > least)).collect()
+    let smallest = ABSENT * largest(&strained[0].constants.bulk);
+    let is_kept = |lists: Vec<&Vec<Bond>>| -> Vec<bool> {
+        (0..lists[0].len()).map(|k| lists.iter().any(|l| largest(&l[k..=k]) > smallest)).collect()
     };
     let retain = |list: &mut Vec<Bond>, keep: &[bool]| {
         let mut flags = keep.iter();
         list.retain(|_| *flags.next().unwrap_or(&false));
     };
-    let bulk = kept(strained.iter().map(|s| &s.constants.bulk).collect());
+    let bulk = is_kept(strained.iter().map(|s| &s.constants.bulk).collect());
     strained.iter_mut().for_each(|s| retain(&mut s.constants.bulk, &bulk));
     for l in 0..strained[0].constants.reach {
-        let cut = kept(strained.iter().map(|s| &s.constants.cut[l]).collect());
+        let cut = is_kept(strained.iter().map(|s| &s.constants.cut[l]).collect());
         strained.iter_mut().for_each(|s| retain(&mut s.constants.cut[l], &cut));
     }
 }

@@ -4,7 +4,7 @@
 //! be computed. Units: Å, eV.
 
 use super::contact::within;
-use super::dump::Frame;
+use super::dump::DumpFrame;
 use super::indenter::Indenter;
 use super::interaction::Interaction;
 use asperity_grid::{Error, Result};
@@ -36,14 +36,14 @@ impl IndenterForces {
 /// Forces of the indenter at the displacement `lowered` (Å) on every atom of `frame`, and distances up to at least
 /// `reach` (Å).
 pub fn indenter_forces(
-    frame: &Frame,
+    frame: &DumpFrame,
     indenter: &Indenter,
     lowered: f64,
     interaction: &Interaction,
     reach: f64,
 ) -> IndenterForces {
     let reach = reach.max(interaction.reach_angstrom());
-    let mut found =
+    let mut forces =
         IndenterForces { nearest: Vec::with_capacity(frame.len()), normal: Vec::with_capacity(frame.len()) };
     for position in &frame.positions {
         let (mut nearest, mut normal) = (f64::INFINITY, 0.0);
@@ -52,10 +52,10 @@ pub fn indenter_forces(
             nearest = square.min(nearest);
             normal += interaction.force_over_distance(square) * dz;
         }
-        found.nearest.push(nearest.sqrt());
-        found.normal.push(normal);
+        forces.nearest.push(nearest.sqrt());
+        forces.normal.push(normal);
     }
-    found
+    forces
 }
 
 /// Displacement of the indenter near `lowered` (Å) at which the force on the fixed atoms of `frame` is `load` (eV/Å).
@@ -66,7 +66,7 @@ pub fn indenter_forces(
 /// # Errors
 /// `Format` when no displacement within half an ångström gives the load.
 pub fn lowered_to(
-    frame: &Frame,
+    frame: &DumpFrame,
     indenter: &Indenter,
     lowered: f64,
     interaction: &Interaction,
@@ -113,13 +113,13 @@ mod tests {
         Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion }
     }
 
-    fn setting() -> (Frame, Indenter) {
+    fn setting() -> (DumpFrame, Indenter) {
         let block = Block::new(5, 2, 5.5884, 7.0).expect("valid");
         let heights: Vec<f64> = (0..121).map(|k| f64::from((k * 37) % 41) / 30.0).collect();
         let indenter = Indenter::above(&block, 11, heights, 4.0327).expect("valid");
         let sites: Vec<_> = block.sites().filter(|s| !s.fixed).collect();
         let l = block.length();
-        let frame = Frame {
+        let frame = DumpFrame {
             source: "made".into(),
             timestep: 0,
             time: None,
@@ -134,16 +134,20 @@ mod tests {
     }
 
     /// Energy of all pairs as in LAMMPS: cut and shifted.
-    fn energy(frame: &Frame, indenter: &Indenter, lowered: f64, of: &Interaction) -> f64 {
+    fn energy(frame: &DumpFrame, indenter: &Indenter, lowered: f64, interaction: &Interaction) -> f64 {
         let l = frame.length(0);
         let lj = |r: f64| {
-            let s = (of.sigma_angstrom / r).powi(6);
-            if r < of.touch_angstrom() { 4.0 * of.epsilon_ev * (s * s - s) + of.epsilon_ev } else { 0.0 }
+            let s = (interaction.sigma_angstrom / r).powi(6);
+            if r < interaction.touch_angstrom() {
+                4.0 * interaction.epsilon_ev * (s * s - s) + interaction.epsilon_ev
+            } else {
+                0.0
+            }
         };
-        let yukawa = |r: f64| match of.adhesion {
+        let yukawa = |r: f64| match interaction.adhesion {
             Some(y) if r < y.cutoff_angstrom => {
-                let at = |r: f64| y.amplitude_ev_angstrom * (-y.kappa_per_angstrom * r).exp() / r;
-                at(r) - at(y.cutoff_angstrom)
+                let value_at = |r: f64| y.amplitude_ev_angstrom * (-y.kappa_per_angstrom * r).exp() / r;
+                value_at(r) - value_at(y.cutoff_angstrom)
             }
             _ => 0.0,
         };

@@ -67,18 +67,18 @@ impl Indenter {
     /// `Input` when the number of heights is not points² or the grid is too coarse; `Height` for a height that is not
     /// finite.
     pub fn above(block: &Block, points: usize, heights: Vec<f64>, touch_angstrom: f64) -> Result<Self> {
-        let place = "indenter";
+        let context = "indenter";
         if points == 0 || heights.len() != points * points {
-            return Err(Error::input(place, "heights", heights.len(), format!("{points} x {points} heights")));
+            return Err(Error::input(context, "heights", heights.len(), format!("{points} x {points} heights")));
         }
         if let Some((k, &value)) = heights.iter().enumerate().find(|(_, h)| !h.is_finite()) {
-            return Err(Error::Height { place: place.into(), row: k / points, column: k % points, value });
+            return Err(Error::Height { place: context.into(), row: k / points, column: k % points, value });
         }
         let spacing = block.length() / points as f64;
         let max = max_spacing(block.a0, touch_angstrom);
         if spacing > max {
             let accepted = format!("a spacing of at most {max} angstrom, or atoms pass between");
-            return Err(Error::input(place, "spacing", spacing, accepted));
+            return Err(Error::input(context, "spacing", spacing, accepted));
         }
         let start_z = first_touch(block, points, &heights, touch_angstrom) + CLEARANCE_ANGSTROM;
         Ok(Indenter { points, spacing, heights, start_z })

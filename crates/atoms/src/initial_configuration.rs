@@ -132,10 +132,10 @@ impl LayerDisplacementField {
     }
 
     /// The difference from `before`, a field on the same grid and block.
-    pub fn since(&self, before: &LayerDisplacementField) -> LayerDisplacementField {
-        let modes = self.modes.iter().zip(&before.modes);
+    pub fn since(&self, previous: &LayerDisplacementField) -> LayerDisplacementField {
+        let modes = self.modes.iter().zip(&previous.modes);
         LayerDisplacementField {
-            mean: self.mean - before.mean,
+            mean: self.mean - previous.mean,
             modes: modes.map(|(a, b)| Mode { pressure: a.pressure - b.pressure, ..*a }).collect(),
             ..*self
         }
@@ -236,8 +236,8 @@ impl InitialConfiguration {
         (gap, heights): (&[f64], &[f64]),
         (standoff_angstrom, offset_angstrom): (f64, f64),
     ) -> Self {
-        let apart = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
-        let stands = block.top_z() + standoff_angstrom + apart + offset_angstrom;
+        let difference = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
+        let stands = block.top_z() + standoff_angstrom + difference + offset_angstrom;
         InitialConfiguration { load, pressed, displacement_angstrom: indenter.start_z() - stands }
     }
 }
@@ -256,18 +256,18 @@ impl PrescribedLoads {
     ) -> Result<Self> {
         let mut loads = Vec::with_capacity(list.len());
         for (k, approach) in list.iter().enumerate() {
-            let before = k.checked_sub(1).map(|b| &list[b]);
+            let previous = k.checked_sub(1).map(|b| &list[b]);
             let file = folder.join(move_file(k + 1));
-            let move_hash = match before {
+            let move_hash = match previous {
                 Some(b) => approach.pressed.since(&b.pressed).write_moves(block, &file)?,
                 None => approach.pressed.write_moves(block, &file)?,
             };
-            let dz_angstrom = approach.displacement_angstrom - before.map_or(0.0, |b| b.displacement_angstrom);
+            let dz_angstrom = approach.displacement_angstrom - previous.map_or(0.0, |b| b.displacement_angstrom);
             loads.push(PrescribedLoad { load: approach.load, dz_angstrom, move_hash });
         }
         let elastic = block.base == BaseKind::Elastic;
-        let share = if elastic { 1.0 } else { block.deformable_thickness() / block.thickness() };
-        let stiffness = |a: &InitialConfiguration| a.load / (a.pressed.compressed() * share * block.length());
+        let fraction = if elastic { 1.0 } else { block.deformable_thickness() / block.thickness() };
+        let stiffness = |a: &InitialConfiguration| a.load / (a.pressed.compressed() * fraction * block.length());
         Ok(PrescribedLoads {
             indenter_zmin_angstrom: indenter.lowest_z(),
             indenter_mass_u: INDENTER_MASS * mass_u,
@@ -333,8 +333,8 @@ mod tests {
     fn wave(block: &Block, (kx, ky): (f64, f64), phase: f64) -> (LayerDisplacementField, impl Fn(f64, f64) -> f64) {
         let grid = Grid::unit(24, 24);
         let value = move |x: f64, y: f64| 0.01 * (TAU * (kx * x + ky * y) + phase).cos();
-        let at = |k: usize| value((k % 24) as f64 / 24.0, (k / 24) as f64 / 24.0);
-        let gap: Vec<f64> = (0..grid.points()).map(|k| 0.2 + at(k)).collect();
+        let value_at = |k: usize| value((k % 24) as f64 / 24.0, (k / 24) as f64 / 24.0);
+        let gap: Vec<f64> = (0..grid.points()).map(|k| 0.2 + value_at(k)).collect();
         let layer = Layer { thickness: block.thickness() / block.length(), poisson: 0.3, base: Base::Bonded };
         (LayerDisplacementField::under(block, (layer, 0.4), grid, (&gap, &vec![0.0; grid.points()]), 0.02), value)
     }
@@ -349,10 +349,10 @@ mod tests {
         {
             let (pressed, sunk) = wave(&block, k, phase);
             let moved = pressed.of_layer(&block, block.layers() - 1, &transform).expect("bonded");
-            for (index, found) in moved.iter().enumerate() {
+            for (index, actual) in moved.iter().enumerate() {
                 let [x, y] = block.surface().xy(index).map(|c| c / block.length());
                 let expected = -(sunk(x, y) + 0.02 * 0.4) * block.length();
-                assert!((found[2] - expected).abs() < 1e-10, "{k:?} {index}: {found:?} {expected}");
+                assert!((actual[2] - expected).abs() < 1e-10, "{k:?} {index}: {actual:?} {expected}");
             }
             let base = pressed.of_layer(&block, block.base_layers - 1, &transform).expect("bonded");
             assert!(base.iter().flatten().all(|u| u.abs() < 1e-12));
@@ -371,13 +371,13 @@ mod tests {
         let inside = pressed.layer.displacement_at(q, z).expect("bonded");
         let top = pressed.layer.displacement_at(q, pressed.layer.thickness).expect("bonded").normal;
         let first = 1 + block.fixed() as u32 + (index - block.base_layers) as u32 * block.atoms_per_layer() as u32;
-        for (rank, found) in moved.iter().enumerate() {
+        for (rank, actual) in moved.iter().enumerate() {
             let [x, y, _] = block.site(first + rank as u32).expect("of the block").position.map(|c| c / block.length());
             let angle = TAU * (k.0 * x + k.1 * y) + phase;
             let down = 0.01 * inside.normal / top * angle.cos() + 0.02 * 0.4 * z / pressed.layer.thickness;
             let aside = -0.01 * inside.tangential / top * angle.sin();
             let expected = [aside * k.0 / 5f64.sqrt(), aside * k.1 / 5f64.sqrt(), -down].map(|u| u * block.length());
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-10), "{rank}: {found:?} {expected:?}");
+            assert!(actual.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-10), "{rank}: {actual:?} {expected:?}");
         }
     }
 
@@ -388,13 +388,13 @@ mod tests {
         let whole = Block::new(6, 6, A0, 7.0).expect("valid");
         let founded = block().on_foundation(3).expect("valid");
         let transform = Transform::new(Grid::unit(6, 6));
-        let of = |block: &Block, layer: usize| {
+        let value_of = |block: &Block, layer: usize| {
             wave(block, (2.0, -1.0), 0.7).0.of_layer(block, layer, &transform).expect("bonded")
         };
         // Six half cells: the rows of the layers are shifted alike.
         let deeper = whole.layers() - founded.layers();
         for layer in 0..founded.layers() {
-            for (a, b) in of(&founded, layer).iter().zip(of(&whole, layer + deeper)) {
+            for (a, b) in value_of(&founded, layer).iter().zip(value_of(&whole, layer + deeper)) {
                 assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-10), "{layer}: {a:?} {b:?}");
             }
         }
@@ -415,8 +415,8 @@ mod tests {
             let hash = pressed.write_moves(&block, &file).expect("written");
             let text = std::fs::read_to_string(&file).expect("read");
             assert_eq!(hash, blake3::hash(text.as_bytes()).to_hex().to_string());
-            let words = text.lines().skip(9).map(|l| l.split(' ').map(|w| w.parse().expect("a number")).collect());
-            words.map(|w: Vec<f64>| (w[0] as u64, [w[1], w[2], w[3]])).collect()
+            let tokens = text.lines().skip(9).map(|l| l.split(' ').map(|w| w.parse().expect("a number")).collect());
+            tokens.map(|w: Vec<f64>| (w[0] as u64, [w[1], w[2], w[3]])).collect()
         };
         let (a, b) = (wave(&block, (1.0, 2.0), 0.0).0, wave(&block, (1.0, 2.0), 1.5).0);
         let (first, second, between) = (read(&a), read(&b), read(&b.since(&a)));

@@ -34,7 +34,7 @@ const SKIN_ANGSTROM: f64 = 0.8;
 
 /// The crystal of the block: file of the EAM table, its element, and the mass of an atom.
 #[derive(Debug, Clone, Copy)]
-pub struct Crystal<'a> {
+pub struct JobCrystal<'a> {
     pub potential: &'a Path,
     pub element: &'a str,
     pub mass_u: f64,
@@ -65,7 +65,7 @@ impl Job {
         folder: impl AsRef<Path>,
         block: &Block,
         indenter: &Indenter,
-        crystal: Crystal,
+        crystal: JobCrystal,
         interaction: Interaction,
         settings: RelaxationSettings,
         loading: Loading,
@@ -207,8 +207,8 @@ impl Job {
         for (name, written) in relaxes.then_some(atoms).into_iter().chain([table]) {
             let file = self.folder.join(name);
             if file.exists() && file_hash(&file)? != *written {
-                let what = format!("{name} changed since the job was written; `atoms build` writes it again");
-                return Err(Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(what) });
+                let description = format!("{name} changed since the job was written; `atoms build` writes it again");
+                return Err(Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(description) });
             }
         }
         Ok(())
@@ -276,7 +276,7 @@ impl Job {
     }
 
     /// `-var` pairs of the script for a run that continues after the steps `done`.
-    pub fn variables(&self, done: &[StepRecord], compressed: bool) -> Vec<(String, String)> {
+    pub fn variables(&self, finished_steps: &[StepRecord], compressed: bool) -> Vec<(String, String)> {
         let JobSpec { interaction, settings, .. } = &self.spec;
         let mut list = vec![
             ("potential", POTENTIAL_FILE.to_string()),
@@ -285,7 +285,7 @@ impl Job {
             ("sigma", interaction.sigma_angstrom.to_string()),
             ("contact", settings.contact_angstrom.to_string()),
             ("frame_depth", self.spec.frame_depth_angstrom.to_string()),
-            ("start", done.last().map_or("-1".to_string(), |r| r.step.to_string())),
+            ("start", finished_steps.last().map_or("-1".to_string(), |r| r.step.to_string())),
         ];
         // Lists of neighbours end a skin beyond the cut-off of the repulsion.
         let skin = settings.contact_angstrom - interaction.touch_angstrom() + 0.5 * SKIN_ANGSTROM;
@@ -318,7 +318,7 @@ impl Job {
                 list.push(("max_load", ramp.max_load.to_string()));
                 list.push(("steps", ramp.max_steps.to_string()));
                 if ramp.unload {
-                    list.extend(unloading::variables(self.unloading_state(done).zip(done.last())));
+                    list.extend(unloading::variables(self.unloading_state(finished_steps).zip(finished_steps.last())));
                 }
             }
             LoadingProtocol::Prescribed(loads) => {

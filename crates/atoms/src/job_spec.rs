@@ -141,7 +141,7 @@ pub(super) fn check(
     element: &str,
     mass_u: f64,
 ) -> Result<()> {
-    let place = "LAMMPS job";
+    let context = "LAMMPS job";
     let mut list = vec![
         ("epsilon", interaction.epsilon_ev),
         ("sigma", interaction.sigma_angstrom),
@@ -158,20 +158,20 @@ pub(super) fn check(
         list.push(("kappa", yukawa.kappa_per_angstrom));
         list.push(("Yukawa cut-off", yukawa.cutoff_angstrom));
         if !yukawa.amplitude_ev_angstrom.is_finite() {
-            return Err(Error::input(place, "amplitude", yukawa.amplitude_ev_angstrom, "a finite number"));
+            return Err(Error::input(context, "amplitude", yukawa.amplitude_ev_angstrom, "a finite number"));
         }
     }
     for (key, value) in list {
         if !(value.is_finite() && value > 0.0) {
-            return Err(Error::input(place, key, value, "a positive number"));
+            return Err(Error::input(context, key, value, "a positive number"));
         }
     }
     if settings.contact_angstrom < interaction.touch_angstrom() {
         let accepted = format!("at least {}, where the repulsion begins", interaction.touch_angstrom());
-        return Err(Error::input(place, "contact distance", settings.contact_angstrom, accepted));
+        return Err(Error::input(context, "contact distance", settings.contact_angstrom, accepted));
     }
     if !is_symbol(element) {
-        return Err(Error::input(place, "element", element, "a chemical symbol"));
+        return Err(Error::input(context, "element", element, "a chemical symbol"));
     }
     Ok(())
 }

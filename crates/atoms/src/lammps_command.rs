@@ -65,7 +65,7 @@ impl LammpsCommand {
     /// `Input` with what is missing.
     pub(super) fn check_accelerator(&self, styles: &Styles) -> Result<()> {
         let given = |flags: [&str; 2], value: &str| {
-            self.args.windows(2).any(|words| flags.contains(&words[0].as_str()) && words[1] == value)
+            self.args.windows(2).any(|arguments| flags.contains(&arguments[0].as_str()) && arguments[1] == value)
         };
         let (kokkos, gpu) = (given(SUFFIX, "kk") || given(["-k", "-kokkos"], "on"), given(SUFFIX, "gpu"));
         let accepted = match () {
@@ -87,8 +87,8 @@ impl LammpsCommand {
     /// The whole command, for people.
     pub fn line(&self, program: &Path) -> String {
         let command = self.start(program);
-        let words = [command.get_program()].into_iter().chain(command.get_args()).map(|w| w.to_string_lossy());
-        words.chain(self.args.iter().map(|a| a.into())).collect::<Vec<_>>().join(" ")
+        let arguments = [command.get_program()].into_iter().chain(command.get_args()).map(|w| w.to_string_lossy());
+        arguments.chain(self.args.iter().map(|a| a.into())).collect::<Vec<_>>().join(" ")
     }
 
     /// Whether this machine can start that many ranks. A launcher may start them on other machines.
@@ -97,12 +97,12 @@ impl LammpsCommand {
     /// `Input` for more ranks than cores without a launcher; `MissingProgram` without the launcher's first word.
     pub(super) fn check(&self) -> Result<()> {
         let (ranks, cores) = (self.ranks(), std::thread::available_parallelism().map_or(1, |c| c.get()));
-        let (most, of) = match &self.launcher {
+        let (largest, of) = match &self.launcher {
             Some(launcher) => (MOST_RANKS, format!("started by {launcher:?}")),
             None => (cores, "the cores of this machine; a launcher may start more".to_string()),
         };
-        if ranks == 0 || ranks > most {
-            return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {most}, {of}")));
+        if ranks == 0 || ranks > largest {
+            return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {largest}, {of}")));
         }
         let first = match &self.launcher {
             Some(launcher) => launcher.split_whitespace().next(),
@@ -110,12 +110,12 @@ impl LammpsCommand {
         };
         match first.filter(|word| search_path(Path::new(word)).is_none()) {
             Some("mpirun") => {
-                let how = "install an MPI (Debian: apt install openmpi-bin) or run one rank".into();
-                Err(Error::MissingProgram { program: "mpirun".into(), how })
+                let remedy = "install an MPI (Debian: apt install openmpi-bin) or run one rank".into();
+                Err(Error::MissingProgram { program: "mpirun".into(), how: remedy })
             }
             Some(word) => {
-                let how = "give the launcher of LAMMPS as a program of the search path or with its path".into();
-                Err(Error::MissingProgram { program: word.into(), how })
+                let remedy = "give the launcher of LAMMPS as a program of the search path or with its path".into();
+                Err(Error::MissingProgram { program: word.into(), how: remedy })
             }
             None => Ok(()),
         }
@@ -129,14 +129,14 @@ impl LammpsCommand {
             None if self.ranks() > 1 => format!("mpirun -np {RANKS}"),
             None => String::new(),
         };
-        let mut words = launcher.split_whitespace().map(|word| word.replace(RANKS, &ranks));
-        let Some(first) = words.next() else { return Command::new(program) };
+        let mut tokens = launcher.split_whitespace().map(|word| word.replace(RANKS, &ranks));
+        let Some(first) = tokens.next() else { return Command::new(program) };
         let mut command = Command::new(first);
         if sys::is_root() {
             // Open MPI refuses to run as root without these variables; other launchers ignore them.
             command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
         }
-        command.args(words).arg(program);
+        command.args(tokens).arg(program);
         command
     }
 }
@@ -174,14 +174,14 @@ mod tests {
     /// Cores of this machine bound the ranks without a launcher only.
     #[test]
     fn a_launcher_may_start_more_ranks_than_cores() {
-        let of = |launcher: Option<&str>| LammpsCommand {
+        let value_of = |launcher: Option<&str>| LammpsCommand {
             ranks: Some(4096),
             launcher: launcher.map(str::to_string),
             ..LammpsCommand::default()
         };
-        assert!(of(Some("env")).check().is_ok());
-        assert!(of(None).check().expect_err("too many").to_string().contains("the cores of this machine"));
-        let missing = of(Some("no-such-launcher -n {ranks}")).check().expect_err("missing").to_string();
+        assert!(value_of(Some("env")).check().is_ok());
+        assert!(value_of(None).check().expect_err("too many").to_string().contains("the cores of this machine"));
+        let missing = value_of(Some("no-such-launcher -n {ranks}")).check().expect_err("missing").to_string();
         assert!(missing.contains("no-such-launcher"), "{missing}");
     }
 

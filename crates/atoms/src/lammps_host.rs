@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 use super::block::BaseKind;
 use super::elastic_base::ElasticBase;
-use super::force_constants::{self, Crystal, ForceConstants};
+use super::force_constants::{self, ForceConstantInput, ForceConstants};
 use super::job::{Job, POTENTIAL_FILE};
 use super::load_history::LoadHistory;
 use super::potential::SetflHeader;
@@ -48,24 +48,26 @@ impl HostRun {
         let job = Job::open(folder)?;
         let constants: ForceConstants = json::read(&folder.join(force_constants::FILE))?;
         let mut lammps = LammpsInstance::open(&self.library, &self.args).map_err(missing_library)?;
-        let failed =
-            |what: String| Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(what) };
-        let found = lammps.version();
-        if found != self.version {
-            let what = format!(
-                "its library has the version {found}, its program {}: they belong to two installations",
+        let failed = |description: String| Error::Lammps {
+            folder: folder.to_path_buf(),
+            failure: LammpsFailure::Output(description),
+        };
+        let version = lammps.version();
+        if version != self.version {
+            let description = format!(
+                "its library has the version {version}, its program {}: they belong to two installations",
                 self.version
             );
-            return Err(failed(what));
+            return Err(failed(description));
         }
         // Otherwise each rank would run the whole job in the same folder.
         if usize::try_from(lammps.ranks()) != Ok(self.ranks) {
-            let what = format!(
+            let description = format!(
                 "its library runs on {} ranks of {}: it was built with another MPI than the launcher's",
                 lammps.ranks(),
                 self.ranks
             );
-            return Err(failed(what));
+            return Err(failed(description));
         }
         let script = job.script();
         let step = script.step().ok_or_else(|| failed("no script of load steps".into()))?;
@@ -139,9 +141,9 @@ fn words(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
     Ok(words.map(OsString::from).into_iter().chain([library.into(), "--".into()]).collect())
 }
 
-fn missing_library(why: String) -> Error {
+fn missing_library(reason: String) -> Error {
     Error::MissingProgram {
-        program: format!("the shared library of LAMMPS ({why})"),
+        program: format!("the shared library of LAMMPS ({reason})"),
         how: "an elastic base needs it in addition to the program (Debian: apt install lammps has both)".into(),
     }
 }
@@ -156,7 +158,7 @@ pub(super) fn prepare(job: &Job, lammps: &Path, proceed: &mut dyn FnMut() -> Res
         return Ok(());
     }
     let table = job.folder.join(POTENTIAL_FILE);
-    let crystal = Crystal {
+    let crystal = ForceConstantInput {
         table: POTENTIAL_FILE,
         element: &job.spec.element,
         a0_angstrom: job.spec.a0_angstrom,
@@ -188,22 +190,22 @@ fn libraries(program: &Path) -> Vec<PathBuf> {
 /// # Errors
 /// One line: why none can be used.
 pub fn find_library(program: &Path) -> std::result::Result<PathBuf, String> {
-    let mut why = String::from("none");
+    let mut reason = String::from("none");
     for library in libraries(program) {
         match lammps_library::check(&library) {
             Ok(()) => return Ok(library),
-            Err(e) => why = e,
+            Err(e) => reason = e,
         }
     }
-    Err(why)
+    Err(reason)
 }
 
 /// Date of a version of LAMMPS ("29 Sep 2021 - Update 2") as 20210929.
 fn version_number(version: &str) -> Option<i32> {
     const MONTHS: &str = "JanFebMarAprMayJunJulAugSepOctNovDec";
-    let mut words = version.split_whitespace();
-    let (day, month, year) = (words.next()?, words.next()?, words.next()?);
-    let month = MONTHS.find(month.get(..3)?).filter(|at| at % 3 == 0)? / 3 + 1;
+    let mut tokens = version.split_whitespace();
+    let (day, month, year) = (tokens.next()?, tokens.next()?, tokens.next()?);
+    let month = MONTHS.find(month.get(..3)?).filter(|node| node % 3 == 0)? / 3 + 1;
     Some(year.parse::<i32>().ok()? * 10_000 + month as i32 * 100 + day.parse::<i32>().ok()?)
 }
 
@@ -215,8 +217,8 @@ mod tests {
     #[test]
     fn a_version_that_is_no_date_is_refused() {
         let library = Path::new("/usr/lib/liblammps.so.0");
-        let found = words(library, "2 Aug 2023", 2).expect("a date");
-        assert!(found.contains(&library.into()) && found.contains(&"20230802".into()), "{found:?}");
+        let actual = words(library, "2 Aug 2023", 2).expect("a date");
+        assert!(actual.contains(&library.into()) && actual.contains(&"20230802".into()), "{actual:?}");
         let error = words(library, "unknown", 1).expect_err("refused");
         assert!(error.exit_code() == 5 && error.to_string().contains("no date"), "{error}");
     }

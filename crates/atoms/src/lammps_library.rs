@@ -74,11 +74,11 @@ fn loaded(library: &Path) -> Result<(std::mem::ManuallyDrop<Library>, Functions)
     let functions = unsafe { Functions::of(&opened)? };
     for (name, bytes) in [(c"bigint", 8), (c"tagint", 4)] {
         // SAFETY: the size of a type is known without an instance.
-        let found = unsafe { (functions.lammps_extract_setting)(std::ptr::null_mut(), name.as_ptr()) };
-        if found != bytes {
+        let setting = unsafe { (functions.lammps_extract_setting)(std::ptr::null_mut(), name.as_ptr()) };
+        if setting != bytes {
             let name = name.to_string_lossy();
             return Err(format!(
-                "its {name} has {found} bytes instead of {bytes}: another build is needed (-DLAMMPS_SMALLBIG)"
+                "its {name} has {setting} bytes instead of {bytes}: another build is needed (-DLAMMPS_SMALLBIG)"
             ));
         }
     }
@@ -114,9 +114,9 @@ impl LammpsInstance {
     /// One line: the library is missing, is not LAMMPS, or has other sizes of integers.
     pub fn open(library: &Path, args: &[String]) -> Result<Self, String> {
         let (library, functions) = loaded(library)?;
-        let words = std::iter::once("lmp".to_string()).chain(args.iter().cloned());
-        let words: Vec<CString> = words.map(text).collect::<Result<_, _>>()?;
-        let mut pointers: Vec<*mut c_char> = words.iter().map(|w| w.as_ptr().cast_mut()).collect();
+        let arguments = std::iter::once("lmp".to_string()).chain(args.iter().cloned());
+        let arguments: Vec<CString> = arguments.map(text).collect::<Result<_, _>>()?;
+        let mut pointers: Vec<*mut c_char> = arguments.iter().map(|w| w.as_ptr().cast_mut()).collect();
         // SAFETY: as many pointers to strings as stated; LAMMPS copies them.
         let handle = unsafe {
             (functions.lammps_open_no_mpi)(pointers.len() as c_int, pointers.as_mut_ptr(), std::ptr::null_mut())
@@ -200,9 +200,9 @@ impl LammpsInstance {
             if value.is_null() {
                 return Err(format!("there is no variable {}", name.to_string_lossy()));
             }
-            let found = *value.cast::<f64>();
+            let number = *value.cast::<f64>();
             (f.lammps_free)(value);
-            Ok(found)
+            Ok(number)
         }
     }
 

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::dump::{Frame, read_frame};
+use super::dump::{DumpFrame, read_frame};
 use super::minimizer_checkpoint;
 use crate::results::LoadStepResults;
 use asperity_grid::{Error, Result};
@@ -56,24 +56,24 @@ impl StepRecord {
     }
 
     pub(super) fn parse(line: &str) -> Option<Self> {
-        let words: Vec<&str> = line.trim_end().split(',').collect();
-        if words.len() != HEADER.split(',').count() {
+        let tokens: Vec<&str> = line.trim_end().split(',').collect();
+        if tokens.len() != HEADER.split(',').count() {
             return None;
         }
-        let real = |k: usize| words[k].parse::<f64>().ok().filter(|v| v.is_finite());
+        let real = |k: usize| tokens[k].parse::<f64>().ok().filter(|v| v.is_finite());
         Some(StepRecord {
-            step: words[0].parse().ok()?,
+            step: tokens[0].parse().ok()?,
             // Rounded output may contain a negative zero.
             displacement_angstrom: real(1)? + 0.0,
             load: real(2)?,
             energy_ev: real(3)?,
-            iterations: words[4].parse().ok()?,
+            iterations: tokens[4].parse().ok()?,
             max_force: real(5)?,
-            contacts: words[6].parse().ok()?,
+            contacts: tokens[6].parse().ok()?,
             indenter_low_angstrom: real(7)?,
             indenter_mean_angstrom: real(8)?,
-            atoms: words[9].parse().ok()?,
-            load_converged: words[10] != "0",
+            atoms: tokens[9].parse().ok()?,
+            load_converged: tokens[10] != "0",
         })
     }
 }
@@ -96,7 +96,7 @@ pub struct Bracket {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Between {
     pub bracket: Bracket,
-    pub frame: Frame,
+    pub frame: DumpFrame,
     /// Displacement of the indenter from its initial position, downwards, Å.
     pub displacement_angstrom: f64,
 }
@@ -188,7 +188,7 @@ pub fn bracket(loads: &[f64], load: f64) -> Option<Bracket> {
 }
 
 /// The interpolated frame at `bracket`; `ends` are the displacements of the indenter in both frames, Å.
-pub fn between(bracket: Bracket, below: &Frame, above: &Frame, ends: [f64; 2]) -> Between {
+pub fn between(bracket: Bracket, below: &DumpFrame, above: &DumpFrame, ends: [f64; 2]) -> Between {
     let frame = interpolate(below, above, bracket.weight);
     Between { bracket, frame, displacement_angstrom: ends[0] + bracket.weight * (ends[1] - ends[0]) }
 }
@@ -203,10 +203,10 @@ pub fn weight(a: f64, b: f64, load: f64) -> f64 {
 
 /// Interpolates the positions of two frames of one run by the minimum image. An atom that is in only one frame keeps
 /// its position.
-pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> Frame {
-    let mut frame = Frame { ids: Vec::new(), species: Vec::new(), positions: Vec::new(), ..below.clone() };
+pub fn interpolate(below: &DumpFrame, above: &DumpFrame, weight: f64) -> DumpFrame {
+    let mut frame = DumpFrame { ids: Vec::new(), species: Vec::new(), positions: Vec::new(), ..below.clone() };
     let (mut i, mut j) = (0, 0);
-    let mut take = |from: &Frame, k: usize, position: [f64; 3]| {
+    let mut take = |from: &DumpFrame, k: usize, position: [f64; 3]| {
         frame.ids.push(from.ids[k]);
         frame.species.extend(from.species.get(k));
         frame.positions.push(position);
@@ -263,8 +263,8 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
             step = number.trim().parse::<usize>().ok();
             step.map(|s| counts.remove(&s));
         } else if let Some(step) = step
-            && let Some(rest) = line.trim_start().strip_prefix("Iterations, force evaluations =")
-            && let Some(count) = rest.split_whitespace().nth(1).and_then(|w| w.parse::<usize>().ok())
+            && let Some(remainder) = line.trim_start().strip_prefix("Iterations, force evaluations =")
+            && let Some(count) = remainder.split_whitespace().nth(1).and_then(|w| w.parse::<usize>().ok())
         {
             *counts.entry(step).or_insert(0) += count;
         }
@@ -374,7 +374,7 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
     let intact = |record: &&StepRecord| {
         let restart = folder.join(format!("restart.{}", record.step));
         let written = std::fs::read_to_string(hash_file(folder, record.step)).ok();
-        let sound = || written.is_none_or(|hash| hash_of(&restart).is_ok_and(|found| found == Some(hash)));
+        let sound = || written.is_none_or(|hash| hash_of(&restart).is_ok_and(|stored| stored == Some(hash)));
         std::fs::metadata(&restart).is_ok_and(|m| m.len() > 0)
             && sound()
             && frame_file(folder, record.step).and_then(read_frame).is_ok()
@@ -386,7 +386,7 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
         let step = name
             .strip_prefix("frame.")
             .or(name.strip_prefix("restart."))
-            .and_then(|rest| rest.split('.').next())
+            .and_then(|remainder| remainder.split('.').next())
             .and_then(|number| number.parse::<usize>().ok());
         if step.is_some_and(|s| last.is_none_or(|last| s > last)) {
             std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
@@ -413,8 +413,8 @@ mod tests {
         LoadHistory::parse(&table(&text), Path::new("load_steps.csv")).expect("good")
     }
 
-    fn frame(atoms: &[(u32, [f64; 3])]) -> Frame {
-        Frame {
+    fn frame(atoms: &[(u32, [f64; 3])]) -> DumpFrame {
+        DumpFrame {
             source: "test".into(),
             timestep: 0,
             time: None,
@@ -466,9 +466,9 @@ mod tests {
         assert_eq!(l.bracket_unloading(4.0, 2), Some(Bracket { lower: 2, weight: 1.0 }));
         // On the loading branch the bracket lies between the loading steps.
         assert_eq!(l.bracket(4.0, Some(2)).map(|b| b.lower), Some(1));
-        let found = l.bracket_unloading(2.0, 2).expect("passed");
-        assert_eq!(found.lower, 3);
-        assert!((found.weight - (2.0 - 2f64.sqrt())).abs() < 1e-12, "{}", found.weight);
+        let actual = l.bracket_unloading(2.0, 2).expect("passed");
+        assert_eq!(actual.lower, 3);
+        assert!((actual.weight - (2.0 - 2f64.sqrt())).abs() < 1e-12, "{}", actual.weight);
         assert_eq!(l.bracket_unloading(0.2, 2).map(|b| (b.lower, (b.weight * 100.0).round())), Some((4, 40.0)));
         assert_eq!((l.bracket_unloading(7.0, 2), l.bracket_unloading(1.0, 9)), (None, None));
     }

@@ -43,8 +43,8 @@ pub fn newest(folder: &Path, step: usize, from: u64) -> Option<PathBuf> {
         let used = iteration(file)? >= from;
         used.then(|| std::fs::metadata(file).and_then(|m| m.modified()).ok()).flatten()
     };
-    let found = files(folder, step).into_iter().filter_map(|file| Some((written(&file)?, file)));
-    found.max().map(|(_, file)| file)
+    let candidates = files(folder, step).into_iter().filter_map(|file| Some((written(&file)?, file)));
+    candidates.max().map(|(_, file)| file)
 }
 
 /// The iteration of a complete restart file. After a kill or on a full disk LAMMPS may leave a truncated file without an
@@ -60,8 +60,8 @@ pub fn iteration(file: &Path) -> Option<u64> {
         Ok([head, tail])
     };
     let [head, tail] = ends().ok()?;
-    let whole = tail.windows(MARK.len()).any(|w| w == MARK);
-    if whole { iteration_in(&head) } else { None }
+    let is_complete = tail.windows(MARK.len()).any(|w| w == MARK);
+    if is_complete { iteration_in(&head) } else { None }
 }
 
 /// The iteration in the header of a restart file (`read_restart.cpp` of LAMMPS): after the marker, the byte order and the
@@ -70,18 +70,18 @@ fn iteration_in(head: &[u8]) -> Option<u64> {
     const TEXTS: [i32; 2] = [0, 4];
     const SIZE: i32 = 3;
     const ITERATION: i32 = 5;
-    let int = |at: usize| Some(i32::from_ne_bytes(head.get(at..at + 4)?.try_into().ok()?));
-    let (mut at, mut size) = (MARK.len() + 1 + 8, 8);
+    let int = |node: usize| Some(i32::from_ne_bytes(head.get(node..node + 4)?.try_into().ok()?));
+    let (mut node, mut size) = (MARK.len() + 1 + 8, 8);
     loop {
-        let (key, value) = (int(at)?, at + 4);
+        let (key, value) = (int(node)?, node + 4);
         match key {
             ITERATION if size == 4 => return u64::try_from(int(value)?).ok(),
             ITERATION => return Some(u64::from_ne_bytes(head.get(value..value + 8)?.try_into().ok()?)),
-            _ if TEXTS.contains(&key) => at = value + 4 + usize::try_from(int(value)?).ok()?,
+            _ if TEXTS.contains(&key) => node = value + 4 + usize::try_from(int(value)?).ok()?,
             _ => {
                 // Bytes of an iteration: four in builds with small integers.
                 size = if key == SIZE { int(value)? } else { size };
-                at = value + 4;
+                node = value + 4;
             }
         }
     }
@@ -92,7 +92,7 @@ fn iteration_in(head: &[u8]) -> Option<u64> {
 /// # Errors
 /// `Io`.
 pub fn keep_only(folder: &Path, step: usize) -> Result<()> {
-    keep(folder, |of| of == step)
+    keep(folder, |method_run| method_run == step)
 }
 
 /// Keeps the checkpoints of the first `steps` steps.
@@ -100,16 +100,16 @@ pub fn keep_only(folder: &Path, step: usize) -> Result<()> {
 /// # Errors
 /// `Io`.
 pub fn keep_first(folder: &Path, steps: usize) -> Result<()> {
-    keep(folder, |of| of < steps)
+    keep(folder, |method_run| method_run < steps)
 }
 
-fn keep(folder: &Path, kept: impl Fn(usize) -> bool) -> Result<()> {
+fn keep(folder: &Path, keep: impl Fn(usize) -> bool) -> Result<()> {
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
         let path = entry.map_err(Error::io("list", folder))?.path();
         let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-        let Some(rest) = name.strip_prefix(PREFIX) else { continue };
-        let step = rest.split('.').next().and_then(|number| number.parse().ok());
-        if !step.is_some_and(&kept) {
+        let Some(remainder) = name.strip_prefix(PREFIX) else { continue };
+        let step = remainder.split('.').next().and_then(|number| number.parse().ok());
+        if !step.is_some_and(&keep) {
             std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
         }
     }

@@ -196,8 +196,8 @@ impl NvtSamples {
         let file = folder.join(format!("block_averages.{k}.txt"));
         let text = read_text(&file)?;
         let rows: Vec<Vec<f64>> = text.lines().filter(|l| !l.starts_with('#')).map(numbers).collect();
-        let whole = |rows: &[Vec<f64>], n: usize| rows.len() == BLOCKS && rows.iter().all(|r| r.len() == n);
-        if !whole(&rows, 5) {
+        let is_whole = |rows: &[Vec<f64>], n: usize| rows.len() == BLOCKS && rows.iter().all(|r| r.len() == n);
+        if !is_whole(&rows, 5) {
             return Err(Error::format(&file, format!("{} rows", rows.len()), format!("{BLOCKS} rows of five numbers")));
         }
         let file = folder.join(format!("sites.{k}.dump"));
@@ -205,7 +205,7 @@ impl NvtSamples {
         let count = (run.surface[1] - run.surface[0] + 1) as usize;
         // The first frame precedes the end of the first block.
         let frames: Vec<&str> = text.split("ITEM: TIMESTEP\n").skip(2).collect();
-        let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, run.surface[0])).collect();
+        let sites: Option<Vec<SiteProbabilities>> = frames.iter().map(|f| sites(f, run.surface[0])).collect();
         let sites = sites.filter(|s| {
             s.len() == BLOCKS && s.iter().all(|(contact_probability, _)| contact_probability.len() == count)
         });
@@ -225,8 +225,8 @@ impl NvtSamples {
     }
 
     /// Mean and error of a quantity of each block.
-    pub fn mean(&self, of: impl Fn(&BlockAverage) -> f64) -> ValueWithError {
-        mean(&self.blocks.iter().map(of).collect::<Vec<f64>>())
+    pub fn mean(&self, value: impl Fn(&BlockAverage) -> f64) -> ValueWithError {
+        mean(&self.blocks.iter().map(value).collect::<Vec<f64>>())
     }
 
     /// Contact probability of each surface site.
@@ -248,17 +248,17 @@ fn bounds(frame: &str) -> Option<[[f64; 2]; 2]> {
 }
 
 /// Contact probabilities of surface sites, and their mean positions, Å.
-type Sites = (Vec<f64>, Vec<[f64; 3]>);
+type SiteProbabilities = (Vec<f64>, Vec<[f64; 3]>);
 
 /// Reads a frame of sites with consecutive ids from `first` on.
-fn sites(frame: &str, first: u32) -> Option<Sites> {
+fn sites(frame: &str, first: u32) -> Option<SiteProbabilities> {
     let (mut contact_probability, mut positions) = (Vec::new(), Vec::new());
     for line in frame.lines().skip_while(|l| !l.starts_with("ITEM: ATOMS")).skip(1) {
-        let [id, share, x, y, z] = numbers(line)[..] else { return None };
+        let [id, fraction, x, y, z] = numbers(line)[..] else { return None };
         if id != f64::from(first) + contact_probability.len() as f64 {
             return None;
         }
-        contact_probability.push(share);
+        contact_probability.push(fraction);
         positions.push([x, y, z]);
     }
     Some((contact_probability, positions))
@@ -314,11 +314,11 @@ mod tests {
             // Averaged over many series, since the scatter of a single one is uncertain.
             let all = noise(100 * BLOCKS * length);
             let series = all.chunks(BLOCKS * length);
-            let of = |s: &[f64]| {
+            let value_of = |s: &[f64]| {
                 let blocks: Vec<f64> = s.chunks(length).map(|c| c.iter().sum::<f64>() / length as f64).collect();
                 mean(&blocks).error
             };
-            series.map(of).sum::<f64>() / 100.0
+            series.map(value_of).sum::<f64>() / 100.0
         };
         let (short, long) = (error(10), error(160));
         assert!((short / long - 4.0).abs() < 0.2, "{short} {long}");
@@ -332,10 +332,10 @@ mod tests {
         // Four consecutive blocks are equal: eight independent means.
         let few = noise(8);
         let blocks: Vec<f64> = few.iter().flat_map(|v| [*v; 4]).collect();
-        let found = mean(&blocks);
+        let actual = mean(&blocks);
         let average = few.iter().sum::<f64>() / 8.0;
         let exact = (few.iter().map(|v| (v - average).powi(2)).sum::<f64>() / 7.0 / 8.0).sqrt();
-        assert!((found.value - average).abs() < 1e-12 && (found.error - exact).abs() < 1e-12, "{found:?} {exact}");
+        assert!((actual.value - average).abs() < 1e-12 && (actual.error - exact).abs() < 1e-12, "{actual:?} {exact}");
         assert_eq!(mean(&[0.25; BLOCKS]), ValueWithError { value: 0.25, error: 0.0 });
     }
 

@@ -192,11 +192,11 @@ fn write_table(out: &mut impl Write, value: impl Fn(usize) -> f64) -> io::Result
 /// Distances and coordination numbers of the shells of an fcc crystal within `reach`, Å, nearest first.
 fn fcc_shells(a0: f64, reach: f64) -> impl Iterator<Item = (f64, f64)> {
     // fcc sites are the points (i, j, k)·a₀/2 with integers of even sum; they are counted by squared length.
-    let most = (2.0 * reach / a0).ceil() as i64;
-    let mut count = vec![0u32; (3 * most * most + 1) as usize];
-    for i in -most..=most {
-        for j in -most..=most {
-            for k in (-most..=most).filter(|k| (i + j + k) % 2 == 0) {
+    let largest = (2.0 * reach / a0).ceil() as i64;
+    let mut count = vec![0u32; (3 * largest * largest + 1) as usize];
+    for i in -largest..=largest {
+        for j in -largest..=largest {
+            for k in (-largest..=largest).filter(|k| (i + j + k) % 2 == 0) {
                 count[(i * i + j * j + k * k) as usize] += 1;
             }
         }
@@ -249,26 +249,26 @@ impl SetflHeader {
 
     /// As [`SetflHeader::read`], from any source; `name` is used in error messages.
     pub fn from_reader(source: impl BufRead, name: &Path) -> Result<Self> {
-        let mut lines = Lines { source, name, number: 0 };
+        let mut lines = BoundedLines { source, name, number: 0 };
         let comments = [lines.comment()?, lines.comment()?, lines.comment()?];
 
         let line = lines.content("the number of elements and their symbols")?;
-        let mut words = line.split_whitespace();
+        let mut tokens = line.split_whitespace();
         let accepted = "the number of elements and their symbols, as in '1 Ca'";
-        let count: usize = lines.parse(words.next(), accepted)?;
-        let symbols: Vec<String> = words.map(str::to_owned).collect();
+        let count: usize = lines.parse(tokens.next(), accepted)?;
+        let symbols: Vec<String> = tokens.map(str::to_owned).collect();
         if count == 0 || count > MOST_ELEMENTS || symbols.len() != count {
             return Err(lines.refuse(&line, accepted));
         }
 
         let accepted = "'Nrho drho Nr dr cutoff', with all five positive";
         let line = lines.content(accepted)?;
-        let mut words = line.split_whitespace();
-        let n_rho: usize = lines.parse(words.next(), accepted)?;
-        let d_rho: f64 = lines.parse(words.next(), accepted)?;
-        let n_r: usize = lines.parse(words.next(), accepted)?;
-        let d_r_angstrom: f64 = lines.parse(words.next(), accepted)?;
-        let cutoff_angstrom: f64 = lines.parse(words.next(), accepted)?;
+        let mut tokens = line.split_whitespace();
+        let n_rho: usize = lines.parse(tokens.next(), accepted)?;
+        let d_rho: f64 = lines.parse(tokens.next(), accepted)?;
+        let n_r: usize = lines.parse(tokens.next(), accepted)?;
+        let d_r_angstrom: f64 = lines.parse(tokens.next(), accepted)?;
+        let cutoff_angstrom: f64 = lines.parse(tokens.next(), accepted)?;
         let rows_fit = [n_rho, n_r].iter().all(|n| (2..=MOST_ROWS).contains(n));
         let steps_fit = [d_rho, d_r_angstrom, cutoff_angstrom].iter().all(|x| x.is_finite() && *x > 0.0);
         if !rows_fit || !steps_fit {
@@ -279,14 +279,14 @@ impl SetflHeader {
         for symbol in symbols {
             let accepted = "an element line 'Z mass a0 lattice'";
             let line = lines.content(accepted)?;
-            let mut words = line.split_whitespace();
-            let atomic_number = lines.parse(words.next(), accepted)?;
-            let mass_u: f64 = lines.parse(words.next(), accepted)?;
+            let mut tokens = line.split_whitespace();
+            let atomic_number = lines.parse(tokens.next(), accepted)?;
+            let mass_u: f64 = lines.parse(tokens.next(), accepted)?;
             if !(mass_u.is_finite() && mass_u > 0.0) {
                 return Err(lines.refuse(&line, "a positive mass"));
             }
-            let a0_angstrom = words.next().and_then(|w| w.parse().ok()).filter(|a: &f64| a.is_finite() && *a > 0.0);
-            let lattice = words.next().map(str::to_owned);
+            let a0_angstrom = tokens.next().and_then(|w| w.parse().ok()).filter(|a: &f64| a.is_finite() && *a > 0.0);
+            let lattice = tokens.next().map(str::to_owned);
             lines.skip_values(n_rho, &format!("{n_rho} embedding energies of {symbol}"))?;
             lines.skip_values(n_r, &format!("{n_r} densities of {symbol}"))?;
             elements.push(SetflElement { symbol, atomic_number, mass_u, a0_angstrom, lattice });
@@ -300,10 +300,10 @@ impl SetflHeader {
     /// The entry of `symbol`; the error lists the elements of the file.
     pub fn element(&self, file: &Path, symbol: &str) -> Result<&SetflElement> {
         self.elements.iter().find(|e| e.symbol == symbol).ok_or_else(|| {
-            let found: Vec<&str> = self.elements.iter().map(|e| e.symbol.as_str()).collect();
+            let symbols: Vec<&str> = self.elements.iter().map(|e| e.symbol.as_str()).collect();
             Error::format(
                 file,
-                format!("an eam/alloy table of {}, without {symbol}", found.join(", ")),
+                format!("an eam/alloy table of {}, without {symbol}", symbols.join(", ")),
                 format!("a table that has {symbol}, or one of its own elements as the block's element"),
             )
         })
@@ -311,13 +311,13 @@ impl SetflHeader {
 }
 
 /// Lines of bounded length, numbered for error messages.
-struct Lines<'a, R> {
+struct BoundedLines<'a, R> {
     source: R,
     name: &'a Path,
     number: usize,
 }
 
-impl<R: BufRead> Lines<'_, R> {
+impl<R: BufRead> BoundedLines<'_, R> {
     /// `None` at the end of the file.
     fn next(&mut self) -> Result<Option<String>> {
         let mut bytes = Vec::new();
@@ -353,20 +353,20 @@ impl<R: BufRead> Lines<'_, R> {
     }
 
     /// Checks and skips `count` numbers; a table must end at the end of a line.
-    fn skip_values(&mut self, count: usize, what: &str) -> Result<()> {
+    fn skip_values(&mut self, count: usize, description: &str) -> Result<()> {
         let mut seen = 0;
         while seen < count {
-            let line = self.content(what)?;
+            let line = self.content(description)?;
             for word in line.split_whitespace() {
-                let value: f64 = self.parse(Some(word), what)?;
+                let value: f64 = self.parse(Some(word), description)?;
                 if !value.is_finite() {
-                    return Err(self.refuse(word, what));
+                    return Err(self.refuse(word, description));
                 }
                 seen += 1;
             }
         }
         if seen > count {
-            return Err(self.refuse(&format!("{} numbers too many", seen - count), what));
+            return Err(self.refuse(&format!("{} numbers too many", seen - count), description));
         }
         Ok(())
     }
@@ -496,8 +496,12 @@ mod tests {
         let c44 = curvature(&ca, |e| [[1.0, e / 2.0, 0.0], [e / 2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let c12 = both / 2.0 - c11;
         let scale = 1.0985;
-        for (name, found, target) in [("C11", c11, 27.8), ("C12", c12, 18.2), ("C44", c44, 16.3)] {
-            assert!((found - target * scale).abs() < FIT_MODULUS_GPA, "{name} = {found}, accepted {}", target * scale);
+        for (name, actual, target) in [("C11", c11, 27.8), ("C12", c12, 18.2), ("C44", c44, 16.3)] {
+            assert!(
+                (actual - target * scale).abs() < FIT_MODULUS_GPA,
+                "{name} = {actual}, accepted {}",
+                target * scale
+            );
         }
         let modulus = asperity_contact::interface::Cubic::new(c11, c12, c44).unwrap().contact_modulus();
         assert!((modulus - 28.57).abs() < FIT_MODULUS_GPA, "E* = {modulus}");

@@ -87,9 +87,9 @@ fn iteration_of(tail: &str) -> Option<usize> {
     let mut lines: Vec<&str> = tail.split_inclusive('\n').skip(1).filter(|l| l.ends_with('\n')).collect();
     lines.reverse();
     lines.iter().find_map(|line| {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let numbers = words.len() > 2 && words.iter().all(|w| w.parse::<f64>().is_ok());
-        if numbers { words[0].parse().ok() } else { None }
+        let tokens: Vec<&str> = line.split_whitespace().collect();
+        let numbers = tokens.len() > 2 && tokens.iter().all(|w| w.parse::<f64>().is_ok());
+        if numbers { tokens[0].parse().ok() } else { None }
     })
 }
 

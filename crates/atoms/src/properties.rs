@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::crystal::{self, Bench, MeasuredCrystal, Structure};
+use crate::crystal::{self, MeasuredCrystal, MeasurementFolder, Structure};
 use crate::run_script::RunScript;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::units::J_M2_PER_EV_A2;
@@ -76,39 +76,39 @@ pub fn measure(
     element: &str,
     near: Option<f64>,
 ) -> Result<(MeasuredCrystal, Option<Properties>)> {
-    let bench = Bench::new(lammps, folder, setfl, element)?;
-    let found = crystal::measure_on(&bench, setfl, near)?;
-    let Some((c, face)) = found.elastic_constants.zip(found.face()?) else { return Ok((found, None)) };
-    let at = (found.structure, found.a0_angstrom);
-    let of = |script, name| bench.get(&bench.of_crystal(script, at)?, name);
-    let faults = match found.structure {
+    let bench = MeasurementFolder::new(lammps, folder, setfl, element)?;
+    let crystal = crystal::measure_on(&bench, setfl, near)?;
+    let Some((c, face)) = crystal.elastic_constants.zip(crystal.face()?) else { return Ok((crystal, None)) };
+    let at = (crystal.structure, crystal.a0_angstrom);
+    let value_of = |script, name| bench.get(&bench.of_crystal(script, at)?, name);
+    let faults = match crystal.structure {
         Structure::Fcc => Some(stacking_faults(&bench, at)?),
         Structure::Bcc | Structure::Hcp => None,
     };
-    let above_fcc = |s| Some(found.excess_ev(s)? - found.excess_ev(Structure::Fcc)?);
+    let above_fcc = |s| Some(crystal.excess_ev(s)? - crystal.excess_ev(Structure::Fcc)?);
     let properties = Properties {
-        a0_angstrom: found.a0_angstrom,
-        cohesive_energy_ev: found.cohesive_energy_ev(),
+        a0_angstrom: crystal.a0_angstrom,
+        cohesive_energy_ev: crystal.cohesive_energy_ev(),
         c11_gpa: c.c11_gpa,
         c12_gpa: c.c12_gpa,
         c44_gpa: c.c44_gpa,
         contact_modulus_gpa: face.mean_gpa,
         contact_modulus_100_gpa: face.along_100_gpa,
         contact_modulus_110_gpa: face.along_110_gpa,
-        vacancy_ev: of(VACANCY, "vacancy")?,
-        surface_j_m2: of(SURFACE, "surface")? * J_M2_PER_EV_A2,
+        vacancy_ev: value_of(VACANCY, "vacancy")?,
+        surface_j_m2: value_of(SURFACE, "surface")? * J_M2_PER_EV_A2,
         stacking_fault_j_m2: faults.map(|f| f[0] * J_M2_PER_EV_A2),
         unstable_fault_j_m2: faults.map(|f| f[1] * J_M2_PER_EV_A2),
         bcc_minus_fcc_ev: above_fcc(Structure::Bcc),
         hcp_minus_fcc_ev: above_fcc(Structure::Hcp),
     };
-    Ok((found, Some(properties)))
+    Ok((crystal, Some(properties)))
 }
 
 /// Stable and unstable stacking-fault energy, eV/Å².
-fn stacking_faults(bench: &Bench, at: (Structure, f64)) -> Result<[f64; 2]> {
-    let found = bench.of_crystal(FAULT, at)?;
-    let slide = (1..=10).map(|k| bench.get(&found, &format!("fault_{k}"))).collect::<Result<Vec<f64>>>()?;
+fn stacking_faults(bench: &MeasurementFolder, at: (Structure, f64)) -> Result<[f64; 2]> {
+    let printed = bench.of_crystal(FAULT, at)?;
+    let slide = (1..=10).map(|k| bench.get(&printed, &format!("fault_{k}"))).collect::<Result<Vec<f64>>>()?;
     // The fault is a minimum at the end of the path. Along -[11-2] the energy rises all the way, to 0.0125 instead of
     // 0.0003 eV/Å², as planes end above each other.
     if slide[9] >= slide[8] {
@@ -121,7 +121,7 @@ fn stacking_faults(bench: &Bench, at: (Structure, f64)) -> Result<[f64; 2]> {
 /// Card of a potential (`potentials/Ca.toml`): provenance and measured properties.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Card {
+pub struct PotentialCard {
     pub file: String,
     /// BLAKE3 hash of the table, hexadecimal.
     pub blake3: String,
@@ -131,7 +131,7 @@ pub struct Card {
     pub units: String,
     /// Functional form and reference of the fit.
     pub source: String,
-    pub measured: Measured,
+    pub measured: MeasurementOrigin,
     /// Stated values, and tolerances of a measurement in the same units.
     pub properties: Properties,
     pub tolerance: Properties,
@@ -139,29 +139,29 @@ pub struct Card {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Measured {
+pub struct MeasurementOrigin {
     pub date: String,
     pub lammps: String,
 }
 
-impl Card {
+impl PotentialCard {
     /// The card of the generated calcium-like potential.
     ///
     /// # Errors
     /// `Error::Format` if the embedded file is not a valid card.
-    pub fn calcium() -> Result<Card> {
+    pub fn calcium() -> Result<PotentialCard> {
         let text = include_str!("../potentials/Ca.toml");
         toml::from_str(text).map_err(|e| Error::format("potentials/Ca.toml", e.message(), "a potential's card"))
     }
 
     /// One sentence for each property of `found` that deviates from the stated value by more than its tolerance.
-    pub fn deviations(&self, found: &Properties) -> Vec<String> {
-        let columns = [found, &self.properties, &self.tolerance].map(named);
+    pub fn deviations(&self, measured: &Properties) -> Vec<String> {
+        let columns = [measured, &self.properties, &self.tolerance].map(named);
         let mut list = Vec::new();
-        for ((found, stated), tolerance) in columns[0].iter().zip(columns[1]).zip(columns[2]) {
+        for ((measured, stated), tolerance) in columns[0].iter().zip(columns[1]).zip(columns[2]) {
             // Also true for NaN, which stands for what was not measured.
-            if (found.1 - stated.1).abs().partial_cmp(&tolerance.1).is_none_or(|o| o.is_gt()) {
-                list.push(format!("{} is {}, stated {} ± {}", found.0, found.1, stated.1, tolerance.1));
+            if (measured.1 - stated.1).abs().partial_cmp(&tolerance.1).is_none_or(|o| o.is_gt()) {
+                list.push(format!("{} is {}, stated {} ± {}", measured.0, measured.1, stated.1, tolerance.1));
             }
         }
         list
@@ -169,7 +169,7 @@ impl Card {
 }
 
 fn named(p: &Properties) -> [(&'static str, f64); 14] {
-    let of = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let value_of = |value: Option<f64>| value.unwrap_or(f64::NAN);
     [
         ("a0_angstrom", p.a0_angstrom),
         ("cohesive_energy_ev", p.cohesive_energy_ev),
@@ -181,10 +181,10 @@ fn named(p: &Properties) -> [(&'static str, f64); 14] {
         ("contact_modulus_110_gpa", p.contact_modulus_110_gpa),
         ("vacancy_ev", p.vacancy_ev),
         ("surface_j_m2", p.surface_j_m2),
-        ("stacking_fault_j_m2", of(p.stacking_fault_j_m2)),
-        ("unstable_fault_j_m2", of(p.unstable_fault_j_m2)),
-        ("bcc_minus_fcc_ev", of(p.bcc_minus_fcc_ev)),
-        ("hcp_minus_fcc_ev", of(p.hcp_minus_fcc_ev)),
+        ("stacking_fault_j_m2", value_of(p.stacking_fault_j_m2)),
+        ("unstable_fault_j_m2", value_of(p.unstable_fault_j_m2)),
+        ("bcc_minus_fcc_ev", value_of(p.bcc_minus_fcc_ev)),
+        ("hcp_minus_fcc_ev", value_of(p.hcp_minus_fcc_ev)),
     ]
 }
 
@@ -226,9 +226,9 @@ mod tests {
         fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
             assert!(script.is_absolute() && script.is_file() && folder.join(TABLE).is_file());
             let name = script.file_name().unwrap().to_str().unwrap();
-            let of = |name: &str| vars.iter().find(|(n, _)| *n == name).map_or("", |(_, value)| value);
+            let value_of = |name: &str| vars.iter().find(|(n, _)| *n == name).map_or("", |(_, value)| value);
             // The relaxed lattice constant reaches the later scripts.
-            let expected = match (name, of("lattice")) {
+            let expected = match (name, value_of("lattice")) {
                 ("energy_volume.in", _) => "",
                 // 43.68 Å³ per atom, of bcc 47.18.
                 ("lattice.in", "fcc") => "5.5903",
@@ -237,8 +237,8 @@ mod tests {
                 (_, lattice) if lattice == self.2.name() => self.3,
                 other => panic!("{other:?}"),
             };
-            assert!(of("a0").starts_with(expected), "{name} {}: {}", of("lattice"), of("a0"));
-            let named = |n: &str| n == name || n == format!("{name} {}", of("lattice"));
+            assert!(value_of("a0").starts_with(expected), "{name} {}: {}", value_of("lattice"), value_of("a0"));
+            let named = |n: &str| n == name || n == format!("{name} {}", value_of("lattice"));
             let text = RECORDED.iter().find(|(n, _)| named(n)).unwrap().1;
             Ok(text.replace(self.0, self.1))
         }
@@ -256,11 +256,11 @@ mod tests {
     #[test]
     fn printed_results_become_properties_with_units() {
         let folder = tempfile::tempdir().unwrap();
-        let found = measure(&fcc("noise", ""), &folder.path().join("new"), &table(), "Ca", None).unwrap();
-        let found = found.1.unwrap();
-        let card = Card::calcium().unwrap();
-        assert!(card.deviations(&found).is_empty(), "{:?}", card.deviations(&found));
-        let wrong = Properties { vacancy_ev: f64::NAN, a0_angstrom: 5.6, ..found };
+        let actual = measure(&fcc("noise", ""), &folder.path().join("new"), &table(), "Ca", None).unwrap();
+        let actual = actual.1.unwrap();
+        let card = PotentialCard::calcium().unwrap();
+        assert!(card.deviations(&actual).is_empty(), "{:?}", card.deviations(&actual));
+        let wrong = Properties { vacancy_ev: f64::NAN, a0_angstrom: 5.6, ..actual };
         let list = card.deviations(&wrong);
         assert!(list.len() == 2 && list[0].starts_with("a0_angstrom is 5.6, stated 5.5884 ± "), "{list:?}");
     }
@@ -284,22 +284,23 @@ mod tests {
     #[test]
     fn the_structure_of_the_lowest_energy_is_measured() {
         let folder = tempfile::tempdir().unwrap();
-        let of = |replay: &Replay| measure(replay, folder.path(), &table(), "Ca", None);
-        let (crystal, found) =
-            of(&Replay("energy -1.8255822198", "energy -1.8425", Structure::Bcc, "4.5788502799")).unwrap();
-        let found = found.expect("cubic");
-        assert_eq!((crystal.structure, found.a0_angstrom), (Structure::Bcc, 4.5788502799));
-        assert_eq!((found.stacking_fault_j_m2, found.cohesive_energy_ev), (None, 1.8425));
-        assert!(found.bcc_minus_fcc_ev.is_some_and(|ev| (ev + 0.0025).abs() < 1e-6), "{found:?}");
-        let (crystal, found) = of(&Replay("energy -1.8382084265", "energy -1.8425", Structure::Hcp, "")).unwrap();
-        assert!(found.is_none() && crystal.structure == Structure::Hcp);
+        let value_of = |replay: &Replay| measure(replay, folder.path(), &table(), "Ca", None);
+        let (crystal, actual) =
+            value_of(&Replay("energy -1.8255822198", "energy -1.8425", Structure::Bcc, "4.5788502799")).unwrap();
+        let actual = actual.expect("cubic");
+        assert_eq!((crystal.structure, actual.a0_angstrom), (Structure::Bcc, 4.5788502799));
+        assert_eq!((actual.stacking_fault_j_m2, actual.cohesive_energy_ev), (None, 1.8425));
+        assert!(actual.bcc_minus_fcc_ev.is_some_and(|ev| (ev + 0.0025).abs() < 1e-6), "{actual:?}");
+        let (crystal, actual) =
+            value_of(&Replay("energy -1.8382084265", "energy -1.8425", Structure::Hcp, "")).unwrap();
+        assert!(actual.is_none() && crystal.structure == Structure::Hcp);
         assert!(crystal.c_over_a.is_some_and(|c| (c - 1.6476).abs() < 1e-4), "{crystal:?}");
         assert_eq!(
             crystal.describe(),
             "hcp, a0 = 3.94601 Å, c/a = 1.6476; fcc +2.50 meV per atom, bcc +16.92 meV per atom"
         );
         // 1.9 meV is within what potentials of fcc metals leave.
-        let (crystal, _) = of(&fcc("energy -1.8382084265", "energy -1.8419")).unwrap();
+        let (crystal, _) = value_of(&fcc("energy -1.8382084265", "energy -1.8419")).unwrap();
         assert!(crystal.structure == Structure::Fcc && crystal.excess_ev(Structure::Hcp).unwrap() < 0.0);
     }
 

@@ -57,7 +57,7 @@ impl Repulsion {
 mod tests {
     use super::*;
     use crate::compliant_wall::CompliantWall;
-    use crate::wall::Wall;
+    use crate::wall::LatticeWall;
     use asperity_grid::units::GPA_PER_EV_A3;
 
     #[test]
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn the_wall_is_the_same_in_units_of_the_crystal() {
         let wall = |a0: f64, modulus: f64| {
-            let wall = Wall::new(Repulsion::of_crystal(a0, modulus), a0 * 5.0 / 11.0, a0).unwrap();
+            let wall = LatticeWall::new(Repulsion::of_crystal(a0, modulus), a0 * 5.0 / 11.0, a0).unwrap();
             (wall, CompliantWall::new(&wall, modulus / GPA_PER_EV_A3, 0.3))
         };
         let (calcium, copper) = ((CALCIUM.a0, CALCIUM_MODULUS_GPA), (3.615, 130.0));
@@ -83,8 +83,9 @@ mod tests {
         };
         let length = copper.0 / calcium.0;
         for d in [0.55, 0.6, 0.65, 0.7, 0.72] {
-            let over =
-                |wall: &Wall, (a0, modulus): (f64, f64)| wall.repulsion_pressure(d * a0) * GPA_PER_EV_A3 / modulus;
+            let over = |wall: &LatticeWall, (a0, modulus): (f64, f64)| {
+                wall.repulsion_pressure(d * a0) * GPA_PER_EV_A3 / modulus
+            };
             let (here, there) = (over(&rigid, calcium), over(&other, copper));
             assert!(here > 0.0 && (there / here - 1.0).abs() < 1e-12, "{here} {there}");
         }

@@ -62,18 +62,18 @@ impl RunScript for LmpCommand {
 /// # Errors
 /// `Error::Lammps` if a value is not a finite number.
 pub fn results(folder: &Path, printed: &str) -> Result<BTreeMap<String, f64>> {
-    let mut found = BTreeMap::new();
+    let mut results = BTreeMap::new();
     for line in printed.lines().filter(|l| l.starts_with("RES ")) {
-        let mut words = line.split_whitespace().skip(1);
-        match (words.next(), words.next().and_then(|v| v.parse::<f64>().ok()).filter(|v| v.is_finite())) {
-            (Some(name), Some(value)) => found.insert(name.to_owned(), value),
+        let mut tokens = line.split_whitespace().skip(1);
+        match (tokens.next(), tokens.next().and_then(|v| v.parse::<f64>().ok()).filter(|v| v.is_finite())) {
+            (Some(name), Some(value)) => results.insert(name.to_owned(), value),
             _ => {
                 let failure = LammpsFailure::Output(format!("its result line '{line}' has no finite value"));
                 return Err(Error::Lammps { folder: folder.to_path_buf(), failure });
             }
         };
     }
-    Ok(found)
+    Ok(results)
 }
 
 #[cfg(test)]

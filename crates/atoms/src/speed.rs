@@ -35,8 +35,8 @@ fn evaluation(printed: &str) -> Option<f64> {
     let numbers: Vec<f64> = line.split_whitespace().filter_map(|w| w.parse().ok()).collect();
     let [seconds, _, steps, atoms] = numbers[..] else { return None };
     let used: f64 = printed.lines().find_map(|l| l.split_once("% CPU use")?.0.trim().parse().ok())?;
-    let found = 1e-2 * used * seconds / (steps * atoms);
-    (found.is_finite() && found > 0.0).then_some(found)
+    let seconds_per_evaluation = 1e-2 * used * seconds / (steps * atoms);
+    (seconds_per_evaluation.is_finite() && seconds_per_evaluation > 0.0).then_some(seconds_per_evaluation)
 }
 
 #[cfg(test)]

@@ -79,15 +79,15 @@ pub(super) fn variables(resumed: Option<(UnloadingState, &StepRecord)>) -> Vec<(
 pub fn pull_off(records: &[StepRecord], turn: usize, load_unit: f64) -> Option<AtomPullOff> {
     let back = records.get(turn..)?;
     let k = (0..back.len()).min_by(|&a, &b| back[a].load.total_cmp(&back[b].load)).filter(|&k| k > 0)?;
-    let (before, found) = (&back[k - 1], &back[k]);
-    (found.load < 0.0).then(|| AtomPullOff {
-        step: found.step,
-        force_ev_per_angstrom: found.load,
-        error_ev_per_angstrom: before.load - found.load,
-        force_nn: found.load * NN_PER_EV_A,
-        p_star: found.load / load_unit,
-        displacement_angstrom: found.displacement_angstrom,
-        step_angstrom: before.displacement_angstrom - found.displacement_angstrom,
-        contacts: found.contacts,
+    let (previous, separated) = (&back[k - 1], &back[k]);
+    (separated.load < 0.0).then(|| AtomPullOff {
+        step: separated.step,
+        force_ev_per_angstrom: separated.load,
+        error_ev_per_angstrom: previous.load - separated.load,
+        force_nn: separated.load * NN_PER_EV_A,
+        p_star: separated.load / load_unit,
+        displacement_angstrom: separated.displacement_angstrom,
+        step_angstrom: previous.displacement_angstrom - separated.displacement_angstrom,
+        contacts: separated.contacts,
     })
 }

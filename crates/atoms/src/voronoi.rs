@@ -12,20 +12,20 @@ const FIRST_LOOK: f64 = 2.5;
 /// square. Points may lie outside the square. Of coinciding points the first one gets the cell.
 pub fn shares(points: &[[f64; 2]], length: f64) -> Vec<f64> {
     let spacing = length / (points.len() as f64).sqrt().max(1.0);
-    let neighbours = Neighbours::new(points, length, spacing);
+    let neighbours = PlanarCells::new(points, length, spacing);
     points.iter().enumerate().map(|(k, p)| share(&neighbours, points, k, *p, spacing)).collect()
 }
 
-fn share(neighbours: &Neighbours, points: &[[f64; 2]], own: usize, at: [f64; 2], spacing: f64) -> f64 {
+fn share(neighbours: &PlanarCells, points: &[[f64; 2]], index: usize, at: [f64; 2], spacing: f64) -> f64 {
     let mut reach = FIRST_LOOK * spacing;
     loop {
         let half = 0.5 * neighbours.length;
         let mut cell = vec![[-half, -half], [half, -half], [half, half], [-half, half]];
-        let mut near = neighbours.within(points, own, at, reach);
-        near.sort_by(|a, b| (a.1[0].hypot(a.1[1])).total_cmp(&b.1[0].hypot(b.1[1])));
-        for (other, d) in near {
+        let mut neighbour_search = neighbours.within(points, index, at, reach);
+        neighbour_search.sort_by(|a, b| (a.1[0].hypot(a.1[1])).total_cmp(&b.1[0].hypot(b.1[1])));
+        for (other, d) in neighbour_search {
             if d == [0.0, 0.0] {
-                if other < own {
+                if other < index {
                     return 0.0;
                 }
                 continue;
@@ -48,19 +48,19 @@ fn clip(cell: &mut Vec<[f64; 2]>, d: [f64; 2]) {
     if cell.iter().all(|v| beyond(v) <= 0.0) {
         return;
     }
-    let mut kept = Vec::with_capacity(cell.len() + 1);
+    let mut retained = Vec::with_capacity(cell.len() + 1);
     for (i, a) in cell.iter().enumerate() {
         let b = &cell[(i + 1) % cell.len()];
         let (da, db) = (beyond(a), beyond(b));
         if da <= 0.0 {
-            kept.push(*a);
+            retained.push(*a);
         }
         if (da < 0.0 && db > 0.0) || (da > 0.0 && db < 0.0) {
             let t = da / (da - db);
-            kept.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+            retained.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
         }
     }
-    *cell = kept;
+    *cell = retained;
 }
 
 fn area(cell: &[[f64; 2]]) -> f64 {
@@ -72,40 +72,41 @@ fn area(cell: &[[f64; 2]]) -> f64 {
 }
 
 /// Points in square cells about one spacing wide.
-struct Neighbours {
+struct PlanarCells {
     length: f64,
     across: usize,
     cells: CellList,
 }
 
-impl Neighbours {
+impl PlanarCells {
     fn new(points: &[[f64; 2]], length: f64, spacing: f64) -> Self {
         let across = ((length / spacing).floor() as usize).max(1);
-        let along = |c: f64| ((c.rem_euclid(length) / length * across as f64) as usize).min(across - 1);
-        let cells = CellList::new([across, across, 1], points.iter().map(|[x, y]| [along(*x), along(*y), 0]));
-        Neighbours { length, across, cells }
+        let index_along = |c: f64| ((c.rem_euclid(length) / length * across as f64) as usize).min(across - 1);
+        let cells =
+            CellList::new([across, across, 1], points.iter().map(|[x, y]| [index_along(*x), index_along(*y), 0]));
+        PlanarCells { length, across, cells }
     }
 
     /// Indices and relative positions of all other points and their images nearer than `reach`.
-    fn within(&self, points: &[[f64; 2]], own: usize, [x, y]: [f64; 2], reach: f64) -> Vec<(usize, [f64; 2])> {
+    fn within(&self, points: &[[f64; 2]], index: usize, [x, y]: [f64; 2], reach: f64) -> Vec<(usize, [f64; 2])> {
         let width = self.length / self.across as f64;
         let (x, y) = (x.rem_euclid(self.length), y.rem_euclid(self.length));
         let range = |c: f64| ((c - reach) / width).floor() as i64..=((c + reach) / width).floor() as i64;
         let n = self.across as i64;
-        let mut found = Vec::new();
+        let mut neighbours = Vec::new();
         for row in range(y) {
             for column in range(x) {
                 let shift = [column.div_euclid(n) as f64 * self.length, row.div_euclid(n) as f64 * self.length];
                 for k in self.cells.points([column, row], 0) {
                     let [px, py] = points[k].map(|c| c.rem_euclid(self.length));
                     let d = [px + shift[0] - x, py + shift[1] - y];
-                    if (k != own || d != [0.0, 0.0]) && d[0].hypot(d[1]) <= reach {
-                        found.push((k, d));
+                    if (k != index || d != [0.0, 0.0]) && d[0].hypot(d[1]) <= reach {
+                        neighbours.push((k, d));
                     }
                 }
             }
         }
-        found
+        neighbours
     }
 }
 
@@ -137,20 +138,20 @@ mod tests {
         // Clustered points with an empty corner, some outside of the cell.
         let mut points: Vec<[f64; 2]> = (0..60).map(|_| [6.0 * noise() - 0.5, 10.0 * noise()]).collect();
         points.push(points[3]);
-        let found = shares(&points, 10.0);
-        assert!((found.iter().sum::<f64>() - 100.0).abs() < 1e-8);
-        assert_eq!(found[60], 0.0);
+        let actual = shares(&points, 10.0);
+        assert!((actual.iter().sum::<f64>() - 100.0).abs() < 1e-8);
+        assert_eq!(actual[60], 0.0);
         let n = 400;
         let mut counted = vec![0.0; points.len()];
         for k in 0..n * n {
-            let at = [(k % n) as f64 + 0.5, (k / n) as f64 + 0.5].map(|c| c / n as f64 * 10.0);
+            let index = [(k % n) as f64 + 0.5, (k / n) as f64 + 0.5].map(|c| c / n as f64 * 10.0);
             let square = |p: &[f64; 2]| {
-                (0..2).map(|a| p[a] - at[a]).map(|d| d - (d / 10.0).round() * 10.0).map(|d| d * d).sum::<f64>()
+                (0..2).map(|a| p[a] - index[a]).map(|d| d - (d / 10.0).round() * 10.0).map(|d| d * d).sum::<f64>()
             };
             let best = (0..points.len()).min_by(|a, b| square(&points[*a]).total_cmp(&square(&points[*b])));
             counted[best.expect("points")] += 100.0 / (n * n) as f64;
         }
-        for (a, b) in found.iter().zip(&counted) {
+        for (a, b) in actual.iter().zip(&counted) {
             // Perimeter error of the grid: a cell of edge 5 on squares of 0.025.
             assert!((a - b).abs() < 0.05, "{a} {b}");
         }

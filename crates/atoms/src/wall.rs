@@ -24,7 +24,7 @@ const SCAN_END: f64 = 0.5;
 
 /// Lattice of Lennard-Jones atoms, cut off and shifted at the minimum, on an fcc (100) surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wall {
+pub struct LatticeWall {
     pub repulsion: Repulsion,
     /// Spacing s of the square lattice, Å.
     pub spacing_angstrom: f64,
@@ -32,7 +32,7 @@ pub struct Wall {
     pub a0_angstrom: f64,
 }
 
-impl Wall {
+impl LatticeWall {
     /// A wall of atoms with this repulsion.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl Wall {
         if !list.is_empty() {
             return Err(Error::Input { place: "indenter".into(), list });
         }
-        Ok(Wall { repulsion, spacing_angstrom, a0_angstrom })
+        Ok(LatticeWall { repulsion, spacing_angstrom, a0_angstrom })
     }
 
     /// Lennard-Jones minimum r_m = 2^(1/6) σ, which is also the cut-off, Å.
@@ -74,9 +74,9 @@ impl Wall {
 
     /// Sum of a function of the law over the gaps of all crystal planes within the cut-off, where the first plane is
     /// at distance `d`.
-    fn over_planes(&self, d: f64, of: impl Fn(&LennardJonesWall, f64) -> f64) -> f64 {
+    fn over_planes(&self, d: f64, value: impl Fn(&LennardJonesWall, f64) -> f64) -> f64 {
         let (law, m) = (self.areal_law(), self.minimum_angstrom());
-        self.planes(d, m).map(|z| of(&law, z - m)).sum()
+        self.planes(d, m).map(|z| value(&law, z - m)).sum()
     }
 
     /// Areal energy of the repulsion at the distance `d` > 0, eV/Å².
@@ -128,10 +128,11 @@ impl Wall {
     /// `Error::Input` if even a range of 10 Å fails.
     pub fn smallest_range(&self, gamma: f64) -> Result<f64> {
         let (mut bad, mut good) = (0.01, 10.0);
-        Adhesion::calibrate(self, gamma, good).map_err(|unavailable_reason| unavailable_reason.into_error(None))?;
+        YukawaAdhesion::calibrate(self, gamma, good)
+            .map_err(|unavailable_reason| unavailable_reason.into_error(None))?;
         while good > 1.01 * bad {
             let middle = (bad * good).sqrt();
-            match Adhesion::calibrate(self, gamma, middle) {
+            match YukawaAdhesion::calibrate(self, gamma, middle) {
                 Ok(_) => good = middle,
                 Err(_) => bad = middle,
             }
@@ -145,8 +146,8 @@ impl Wall {
 /// The pair term is `A exp(-r/ρ)/r`, LAMMPS `pair_style yukawa` with κ = 1/ρ. The energy of an atom above the indenter is then
 /// exactly `2π n₁ A ρ exp(-z/ρ)`, and the sum over the crystal planes multiplies it by `1/(1 - exp(-a₀/2ρ))`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Adhesion {
-    pub wall: Wall,
+pub struct YukawaAdhesion {
+    pub wall: LatticeWall,
     /// Target work of adhesion, eV/Å², and decay length, Å.
     pub gamma_ev_a2: f64,
     pub rho_angstrom: f64,
@@ -183,17 +184,17 @@ enum Refusal {
 
 impl Refusal {
     fn into_error(self, smallest: Option<f64>) -> Error {
-        let least =
+        let lower =
             smallest.map_or("a larger range".to_owned(), |r| format!("at least {:.2} Å", (100.0 * r).ceil() / 100.0));
         let key = "adhesion range rho (Å)";
         let accepted = match self {
             Refusal::Number { key, found } => return Error::input("indenter", key, found, "a positive number"),
             Refusal::Weak { reached, .. } => format!(
-                "{least}: within so short a range the exponential outgrows the Lennard-Jones core, and the equilibrium \
+                "{lower}: within so short a range the exponential outgrows the Lennard-Jones core, and the equilibrium \
                  is lost when the work of adhesion is {reached:.2} of the requested one"
             ),
             Refusal::PullsThrough { pressure, .. } => format!(
-                "{least}: beyond a pressure of {:.1} GPa the exponential outgrows the Lennard-Jones core and pulls the \
+                "{lower}: beyond a pressure of {:.1} GPa the exponential outgrows the Lennard-Jones core and pulls the \
                  indenter's atoms through the surface",
                 pressure * GPA_PER_EV_A3
             ),
@@ -203,12 +204,12 @@ impl Refusal {
     }
 }
 
-impl Adhesion {
+impl YukawaAdhesion {
     /// Pair term with the areal energy `-γ exp(-(d - z₀)/ρ)` apart from the cut-off (Å), regardless of the repulsion.
-    pub fn uncalibrated(wall: &Wall, gamma_ev_a2: f64, rho_angstrom: f64, cutoff_angstrom: f64) -> Self {
+    pub fn uncalibrated(wall: &LatticeWall, gamma_ev_a2: f64, rho_angstrom: f64, cutoff_angstrom: f64) -> Self {
         let (rho, z0) = (rho_angstrom, wall.minimum_angstrom());
         let planes = 1.0 / (1.0 - (-0.5 * wall.a0_angstrom / rho).exp());
-        Adhesion {
+        YukawaAdhesion {
             wall: *wall,
             gamma_ev_a2,
             rho_angstrom,
@@ -225,15 +226,15 @@ impl Adhesion {
     /// `Error::Input`, with the smallest usable range, if ρ is too small (below 0.21 Å at the γ of the challenge):
     /// the exponential then exceeds the repulsive core, and there is no equilibrium with this work of adhesion, or
     /// only one that is unstable under load.
-    pub fn new(wall: &Wall, gamma_ev_a2: f64, rho_angstrom: f64) -> Result<Self> {
+    pub fn new(wall: &LatticeWall, gamma_ev_a2: f64, rho_angstrom: f64) -> Result<Self> {
         Self::calibrate(wall, gamma_ev_a2, rho_angstrom)
             .map_err(|unavailable_reason| unavailable_reason.into_error(wall.smallest_range(gamma_ev_a2).ok()))
     }
 
-    fn calibrate(wall: &Wall, gamma: f64, rho: f64) -> std::result::Result<Self, Refusal> {
-        for (key, found) in [("work of adhesion gamma (eV/Å²)", gamma), ("adhesion range rho (Å)", rho)] {
-            if !(found.is_finite() && found > 0.0) {
-                return Err(Refusal::Number { key, found });
+    fn calibrate(wall: &LatticeWall, gamma: f64, rho: f64) -> std::result::Result<Self, Refusal> {
+        for (key, calibrated) in [("work of adhesion gamma (eV/Å²)", gamma), ("adhesion range rho (Å)", rho)] {
+            if !(calibrated.is_finite() && calibrated > 0.0) {
+                return Err(Refusal::Number { key, found: calibrated });
             }
         }
         let z0 = wall.minimum_angstrom();
@@ -260,7 +261,7 @@ impl Adhesion {
             }
         }
         let calibration = factor(middle);
-        let found = Adhesion {
+        let calibrated = YukawaAdhesion {
             coefficient_ev_angstrom: calibration * plain.coefficient_ev_angstrom,
             calibration,
             equilibrium_angstrom: middle,
@@ -269,14 +270,14 @@ impl Adhesion {
         let mut pressure = 0.0;
         let mut d = middle - SCAN_STEP;
         while d > SCAN_END * wall.repulsion.sigma_angstrom {
-            let next = wall.repulsion_pressure(d) + found.pressure(d);
+            let next = wall.repulsion_pressure(d) + calibrated.pressure(d);
             if next <= pressure {
                 return Err(Refusal::PullsThrough { rho, pressure });
             }
             pressure = next;
             d -= SCAN_STEP;
         }
-        Ok(found)
+        Ok(calibrated)
     }
 
     /// κ of `pair_style yukawa`, 1/Å.
@@ -308,8 +309,8 @@ mod tests {
     const GAMMA: f64 = 3.4879e-3;
 
     /// The recommended spacing: 11 points per 5 cells of calcium.
-    fn wall() -> Wall {
-        Wall::new(Repulsion::CHALLENGE, 5.5884 * 5.0 / 11.0, 5.5884).unwrap()
+    fn wall() -> LatticeWall {
+        LatticeWall::new(Repulsion::CHALLENGE, 5.5884 * 5.0 / 11.0, 5.5884).unwrap()
     }
 
     fn gpa(pressure: f64) -> f64 {
@@ -330,7 +331,7 @@ mod tests {
             let k = (w.repulsion_pressure(d - h) - w.repulsion_pressure(d + h)) / (2.0 * h);
             assert!((k / w.repulsion_stiffness(d) - 1.0).abs() < DERIVATIVE, "k({d})");
         }
-        let a = Adhesion::new(&w, GAMMA, 0.5).unwrap();
+        let a = YukawaAdhesion::new(&w, GAMMA, 0.5).unwrap();
         for d in [3.0, 3.8, 5.0, 6.5] {
             let p = (a.energy(d - h) - a.energy(d + h)) / (2.0 * h);
             assert!((p / a.pressure(d) - 1.0).abs() < DERIVATIVE, "adhesive P({d})");
@@ -354,8 +355,8 @@ mod tests {
     fn distance_at_pressure_is_the_inverse() {
         let w = wall();
         for d in [4.032, 4.0, 3.66, 3.0, 1.5, 1.0] {
-            let back = w.distance_at_pressure(w.repulsion_pressure(d));
-            assert!((back - d).abs() < 1e-10, "{d} -> {back}");
+            let unloading = w.distance_at_pressure(w.repulsion_pressure(d));
+            assert!((unloading - d).abs() < 1e-10, "{d} -> {unloading}");
         }
         for none in [0.0, -1.0, f64::NAN] {
             assert_eq!(w.distance_at_pressure(none), w.minimum_angstrom());
@@ -371,7 +372,7 @@ mod tests {
         let w = wall();
         for rho in [0.3, 0.5, 1.0, 2.0] {
             // A cut-off of 40 decay lengths leaves a relative truncation error of 1e-16.
-            let a = Adhesion::uncalibrated(&w, GAMMA, rho, w.minimum_angstrom() + 40.0 * rho);
+            let a = YukawaAdhesion::uncalibrated(&w, GAMMA, rho, w.minimum_angstrom() + 40.0 * rho);
             for d in [3.5, 4.0, 5.0] {
                 let expected = -GAMMA * (-(d - w.minimum_angstrom()) / rho).exp();
                 assert!((a.energy(d) / expected - 1.0).abs() < 1e-9, "rho {rho}, d {d}");
@@ -386,14 +387,14 @@ mod tests {
         // 0.5 Å. Our cut-off at 7 decay lengths increases the factor by 0.5 %; the remaining 0.7 % are due to the
         // grid and the small cell.
         for (rho, factor) in [(0.3, 0.530), (0.5, 0.746), (1.0, 0.902), (2.0, 0.970)] {
-            let a = Adhesion::new(&w, GAMMA, rho).unwrap();
+            let a = YukawaAdhesion::new(&w, GAMMA, rho).unwrap();
             let total = |d: f64| w.repulsion_energy(d) + a.energy(d);
             let d = a.equilibrium_angstrom;
             assert!((total(d) / -GAMMA - 1.0).abs() < 1e-9, "W({rho}) = {}", -total(d));
             assert!(total(d - 1e-3) > total(d) && total(d + 1e-3) > total(d), "not a minimum at {d}");
             assert!((a.calibration / factor - 1.0).abs() < 0.012, "factor({rho}) = {}", a.calibration);
         }
-        let a = Adhesion::new(&w, GAMMA, 0.5).unwrap();
+        let a = YukawaAdhesion::new(&w, GAMMA, 0.5).unwrap();
         assert!((a.equilibrium_angstrom - 3.81).abs() < 0.01);
         assert_eq!(a.kappa_per_angstrom(), 2.0);
     }
@@ -402,27 +403,31 @@ mod tests {
     fn a_range_below_the_cores_is_refused_with_the_smallest_that_works() {
         let w = wall();
         // With 0.2 Å an equilibrium exists, but it is lost above a pressure of 10 GPa.
-        for (rho, why) in [(0.0203, "equilibrium is lost"), (0.1, "equilibrium is lost"), (0.2, "beyond a pressure of")]
+        for (rho, reason) in
+            [(0.0203, "equilibrium is lost"), (0.1, "equilibrium is lost"), (0.2, "beyond a pressure of")]
         {
-            let message = Adhesion::new(&w, GAMMA, rho).unwrap_err().to_string();
+            let message = YukawaAdhesion::new(&w, GAMMA, rho).unwrap_err().to_string();
             assert!(message.contains("adhesion range rho") && message.contains("at least 0.21 Å"), "{message}");
-            assert!(message.contains(why), "{message}");
+            assert!(message.contains(reason), "{message}");
         }
-        let least = w.smallest_range(GAMMA).unwrap();
-        assert!((0.20..0.21).contains(&least), "{least}");
-        assert!(Adhesion::new(&w, GAMMA, least).is_ok() && Adhesion::new(&w, GAMMA, 0.97 * least).is_err());
+        let smallest = w.smallest_range(GAMMA).unwrap();
+        assert!((0.20..0.21).contains(&smallest), "{smallest}");
+        assert!(
+            YukawaAdhesion::new(&w, GAMMA, smallest).is_ok()
+                && YukawaAdhesion::new(&w, GAMMA, 0.97 * smallest).is_err()
+        );
         // A stronger adhesion needs a longer range, up to the range at which the exponential is softer than the core
         // everywhere.
         let (weak, strong) = (w.smallest_range(0.1 * GAMMA).unwrap(), w.smallest_range(30.0 * GAMMA).unwrap());
-        assert!(weak < least && least < strong && strong < 0.23, "{weak} {least} {strong}");
+        assert!(weak < smallest && smallest < strong && strong < 0.23, "{weak} {smallest} {strong}");
     }
 
     #[test]
     fn bad_numbers_are_refused_by_name() {
-        let message = Wall::new(Repulsion::CHALLENGE, 0.0, f64::NAN).unwrap_err().to_string();
+        let message = LatticeWall::new(Repulsion::CHALLENGE, 0.0, f64::NAN).unwrap_err().to_string();
         assert!(message.contains("spacing") && message.contains("lattice constant"), "{message}");
         for (gamma, rho, key) in [(-1.0, 0.5, "gamma"), (0.0, 0.5, "gamma"), (GAMMA, f64::NAN, "rho")] {
-            let message = Adhesion::new(&wall(), gamma, rho).unwrap_err().to_string();
+            let message = YukawaAdhesion::new(&wall(), gamma, rho).unwrap_err().to_string();
             assert!(message.contains(key), "{message}");
         }
     }

@@ -5,31 +5,31 @@ use crate::sys::ranks::Ranks;
 use rustfft::num_complex::Complex;
 
 /// A multiplication in Fourier space, a column at a time.
-pub trait Filter<T: Real>: Sync {
+pub trait SpectralFilter<T: Real>: Sync {
     /// Multiplies column `i` (all `ny` rows in FFT order), including the `1/(nx·ny)` of the transform. Returns the
     /// contribution of this column to a sum over the spectrum.
     fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64;
 }
 
-impl<T: Real, F: Fn(usize, &mut [Complex<T>]) -> f64 + Sync> Filter<T> for F {
+impl<T: Real, F: Fn(usize, &mut [Complex<T>]) -> f64 + Sync> SpectralFilter<T> for F {
     fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
         self(i, column)
     }
 }
 
 /// Columns of a spectrum with all their rows.
-pub struct Columns<'s, T> {
+pub struct SpectrumColumns<'s, T> {
     pub(super) values: &'s [Complex<T>],
     pub(super) pitch: usize,
     /// Number of the first column.
     pub(super) first: usize,
 }
 
-impl<T> Columns<'_, T> {
-    pub(super) const NONE: Self = Columns { values: &[], pitch: 0, first: 0 };
+impl<T> SpectrumColumns<'_, T> {
+    pub(super) const NONE: Self = SpectrumColumns { values: &[], pitch: 0, first: 0 };
 }
 
-impl<T: Copy> Columns<'_, T> {
+impl<T: Copy> SpectrumColumns<'_, T> {
     /// Row `y` of column `i`.
     #[inline]
     pub fn at(&self, y: usize, i: usize) -> Complex<T> {
@@ -47,13 +47,13 @@ pub struct SharedSpectrum<'s, T> {
 
 impl<T> SharedSpectrum<'_, T> {
     /// All columns, where one rank has them.
-    pub(super) fn columns(&self) -> Columns<'_, T> {
-        Columns { values: self.values, pitch: self.grid.pitch(), first: 0 }
+    pub(super) fn columns(&self) -> SpectrumColumns<'_, T> {
+        SpectrumColumns { values: self.values, pitch: self.grid.pitch(), first: 0 }
     }
 }
 
 /// Sets column `i`, given the columns of another spectrum that include the one of this number, if that has it.
-pub type Fill<'f, T> = dyn Fn(usize, &Columns<'_, T>, &mut [Complex<T>]) + Sync + 'f;
+pub type FillColumn<'f, T> = dyn Fn(usize, &SpectrumColumns<'_, T>, &mut [Complex<T>]) + Sync + 'f;
 
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Direction {

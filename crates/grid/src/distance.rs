@@ -13,9 +13,9 @@ pub const NO_NODE: u32 = u32::MAX;
 /// For each node `[ny, nx]` the index of the nearest marked one (nonzero in `map`); [`NO_NODE`] if none is.
 pub fn nearest_marked(grid: Grid, map: &[u8]) -> Vec<u32> {
     let (nx, ny) = (grid.nx, grid.ny);
-    let mut found = nearest_rows(nx, ny, map);
+    let mut nearest = nearest_rows(nx, ny, map);
     let (dx, dy) = (grid.dx(), grid.dy());
-    found.par_chunks_mut(nx).enumerate().for_each_init(Envelope::default, |envelope, (y, row)| {
+    nearest.par_chunks_mut(nx).enumerate().for_each_init(Envelope::default, |envelope, (y, row)| {
         // Squares of the distances along y, of columns that have a marked node.
         let column = |x: usize| {
             (row[x] != NO_NODE).then(|| {
@@ -32,16 +32,19 @@ pub fn nearest_marked(grid: Grid, map: &[u8]) -> Vec<u32> {
             }
         }
     });
-    found
+    nearest
 }
 
 /// Vector from node `from` to the nearest periodic image of node `to`, units of L.
 pub fn minimum_image(grid: Grid, from: usize, to: usize) -> [f64; 2] {
-    let along = |a: usize, b: usize, n: usize, d: f64| {
+    let index_along = |a: usize, b: usize, n: usize, d: f64| {
         let steps = super::signed_mode((b + n - a) % n, n);
         d * steps as f64
     };
-    [along(from % grid.nx, to % grid.nx, grid.nx, grid.dx()), along(from / grid.nx, to / grid.nx, grid.ny, grid.dy())]
+    [
+        index_along(from % grid.nx, to % grid.nx, grid.nx, grid.dx()),
+        index_along(from / grid.nx, to / grid.nx, grid.ny, grid.dy()),
+    ]
 }
 
 /// Steps between two of `n` places on a ring.
@@ -135,11 +138,11 @@ mod tests {
                     let [x, y] = minimum_image(grid, i, j);
                     x * x + y * y
                 };
-                for (i, &found) in nearest_marked(grid, &map).iter().enumerate() {
+                for (i, &actual) in nearest_marked(grid, &map).iter().enumerate() {
                     let marked = (0..map.len()).filter(|&j| map[j] != 0);
                     let exact = marked.map(|j| square(i, j)).fold(f64::INFINITY, f64::min);
-                    assert!(map[found as usize] != 0);
-                    assert!((square(i, found as usize) - exact).abs() < 1e-14, "{nx}x{ny} node {i}");
+                    assert!(map[actual as usize] != 0);
+                    assert!((square(i, actual as usize) - exact).abs() < 1e-14, "{nx}x{ny} node {i}");
                 }
             }
         }

@@ -112,8 +112,8 @@ pub enum Error {
     Io { doing: &'static str, path: PathBuf, source: std::io::Error },
 }
 
-fn complaints(place: &str, list: &[Complaint]) -> String {
-    let lines: Vec<String> = list.iter().map(|c| format!("{place}: {c}")).collect();
+fn complaints(context: &str, list: &[Complaint]) -> String {
+    let lines: Vec<String> = list.iter().map(|c| format!("{context}: {c}")).collect();
     lines.join("\n")
 }
 
@@ -146,11 +146,11 @@ impl Error {
     }
 
     /// The same error with `place` (a file or flag) as its origin, and `key` as the name of the value there, if given.
-    pub fn with_context(self, place: impl ToString, key: Option<&str>) -> Self {
+    pub fn with_context(self, context: impl ToString, key: Option<&str>) -> Self {
         match self {
             Error::Input { mut list, .. } => {
                 list.iter_mut().for_each(|c| c.key = key.map_or(std::mem::take(&mut c.key), str::to_string));
-                Error::Input { place: place.to_string(), list }
+                Error::Input { place: context.to_string(), list }
             }
             other => other,
         }

@@ -38,8 +38,9 @@ pub fn bilinear(grid: Grid, node: impl Fn(usize) -> f64, x: f64, y: f64) -> f64 
     let (i, j) = (u.floor(), v.floor());
     let (fx, fy) = (u - i, v - j);
     let wrap = |k: f64, n: usize| (k as i64).rem_euclid(n as i64) as usize;
-    let at = |di: f64, dj: f64| node(wrap(j + dj, grid.ny) * grid.nx + wrap(i + di, grid.nx));
-    (1.0 - fy) * ((1.0 - fx) * at(0.0, 0.0) + fx * at(1.0, 0.0)) + fy * ((1.0 - fx) * at(0.0, 1.0) + fx * at(1.0, 1.0))
+    let value_at = |di: f64, dj: f64| node(wrap(j + dj, grid.ny) * grid.nx + wrap(i + di, grid.nx));
+    (1.0 - fy) * ((1.0 - fx) * value_at(0.0, 0.0) + fx * value_at(1.0, 0.0))
+        + fy * ((1.0 - fx) * value_at(0.0, 1.0) + fx * value_at(1.0, 1.0))
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ mod union_find;
 pub mod units;
 
 pub use cell_list::CellList;
-pub use columns::{Columns, Fill, Filter, SharedSpectrum};
+pub use columns::{FillColumn, SharedSpectrum, SpectralFilter, SpectrumColumns};
 pub use distance::{NO_NODE, minimum_image, nearest_marked};
 pub use error::{Error, Result};
 pub use half_spectrum::HalfSpectrum;

@@ -34,10 +34,10 @@ impl<T: Real> Rows<T> {
         }
         let mut planner = FftPlanner::new();
         // -i/2 e^{-2πik/nx} forward, i e^{2πik/nx} inverse: a round trip is un-normalised.
-        let folded = |transform, share: f64, sign: f64| {
+        let folded = |transform, fraction: f64, sign: f64| {
             let angles = (1..nx.div_ceil(4)).map(|k| TAU * k as f64 / nx as f64);
-            let (re, im) = angles.map(|a| (T::of(-share * a.sin()), T::of(sign * share * a.cos()))).unzip();
-            Folded { transform, share: T::of(share), turns: [re, im] }
+            let (re, im) = angles.map(|a| (T::of(-fraction * a.sin()), T::of(sign * fraction * a.cos()))).unzip();
+            Folded { transform, share: T::of(fraction), turns: [re, im] }
         };
         Rows::Even {
             forward: folded(planner.plan_fft_forward(nx / 2), 0.5, -1.0),
@@ -100,10 +100,10 @@ const BATCH: usize = 16;
 
 /// Of modes `1 … m-1` every pair `a` = k and `b` = m-k: `s + d` and `(s - d)*` with `s = share (a + b*)` and
 /// `d = turn (a - b*)`. The one that is its own pair is turned by a right angle.
-fn fold<T: Real>(modes: &mut [Complex<T>], share: T, turns: &[Vec<T>; 2]) {
+fn fold<T: Real>(modes: &mut [Complex<T>], fraction: T, turns: &[Vec<T>; 2]) {
     let pairs = modes.len() / 2;
     if modes.len() % 2 == 1 {
-        let twice = share + share;
+        let twice = fraction + fraction;
         modes[pairs] = modes[pairs].conj().scale(twice);
     }
     let middle = modes.len() - pairs;
@@ -112,18 +112,18 @@ fn fold<T: Real>(modes: &mut [Complex<T>], share: T, turns: &[Vec<T>; 2]) {
     vectorised(
         #[inline(always)]
         || {
-            let (batches, rest) = up[..pairs].as_chunks_mut::<BATCH>();
+            let (batches, remainder) = up[..pairs].as_chunks_mut::<BATCH>();
             let (rest_down, batches_down) = down.as_rchunks_mut::<BATCH>();
             let ((re, re_rest), (im, im_rest)) = (re.as_chunks::<BATCH>(), im.as_chunks::<BATCH>());
             // By index: with an iterator the loop was not vectorised, and solves on 2048² took 5 % longer.
             let last = batches.len();
             for i in 0..last {
-                fold_batch(&mut batches[i], &mut batches_down[last - 1 - i], share, (&re[i], &im[i]));
+                fold_batch(&mut batches[i], &mut batches_down[last - 1 - i], fraction, (&re[i], &im[i]));
             }
             let turns = re_rest.iter().zip(im_rest);
-            for ((up, down), (re, im)) in rest.iter_mut().zip(rest_down.iter_mut().rev()).zip(turns) {
+            for ((up, down), (re, im)) in remainder.iter_mut().zip(rest_down.iter_mut().rev()).zip(turns) {
                 let one = std::array::from_mut::<Complex<T>>;
-                fold_batch(one(up), one(down), share, (std::array::from_ref(re), std::array::from_ref(im)));
+                fold_batch(one(up), one(down), fraction, (std::array::from_ref(re), std::array::from_ref(im)));
             }
         },
     );

@@ -37,10 +37,10 @@ impl<T: Real> Series<T> {
     ) -> Self {
         let (width, height) = (kx_max + 1, 2 * ky_max + 1);
         let ranks = if width * height * size_of::<Complex<T>>() < LARGEST_GATHERED { ranks } else { &ALONE };
-        let own = ranks.share(width);
-        let mut coefficients = vec![Complex::default(); own.len() * height];
+        let local = ranks.share(width);
+        let mut coefficients = vec![Complex::default(); local.len() * height];
         coefficients.par_chunks_mut(height).enumerate().for_each(|(k, column)| {
-            let kx = own.start + k;
+            let kx = local.start + k;
             for (j, value) in column.iter_mut().enumerate() {
                 if kx > 0 || j > 0 {
                     let a = amplitude(kx as i64, signed_mode(j, height));
@@ -91,11 +91,11 @@ impl<T: Real> Series<T> {
     }
 
     /// The series with only the waves (kx, ky) that satisfy `wanted`.
-    pub fn kept(&self, wanted: impl Fn(i64, i64) -> bool + Sync) -> Self {
+    pub fn kept(&self, keep: impl Fn(i64, i64) -> bool + Sync) -> Self {
         let mut series = self.clone();
         series.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(kx, column)| {
             for (j, value) in column.iter_mut().enumerate() {
-                if !wanted(kx as i64, signed_mode(j, self.height)) {
+                if !keep(kx as i64, signed_mode(j, self.height)) {
                     *value = Complex::default();
                 }
             }
@@ -248,8 +248,8 @@ mod tests {
             let mean = super::super::mean(&field);
             let transform = Transform::<f64>::new(grid);
             let series = Series::<f64>::from_nodes(grid, &field);
-            let found = series.on_nodes(&transform, &mut transform.spectrum());
-            for (f, h) in found.iter().zip(&field) {
+            let actual = series.on_nodes(&transform, &mut transform.spectrum());
+            for (f, h) in actual.iter().zip(&field) {
                 assert!((f - (h - mean)).abs() < 1e-13, "{nx} x {ny}: {f} {}", h - mean);
             }
             let rms = super::super::rms(&field);
@@ -261,8 +261,8 @@ mod tests {
     fn ranks_compute_the_same_series_together() {
         let amplitude = |kx: i64, ky: i64| Complex::new((7 * kx + ky) as f64, (kx - 3 * ky) as f64);
         let alone = Series::<f64>::from_modes(4, 3, amplitude);
-        for found in crate::sys::ranks::on_threads(3, |ranks| Series::<f64>::from_modes_on(&ranks, 4, 3, amplitude)) {
-            assert_eq!(found.coefficients, alone.coefficients);
+        for actual in crate::sys::ranks::on_threads(3, |ranks| Series::<f64>::from_modes_on(&ranks, 4, 3, amplitude)) {
+            assert_eq!(actual.coefficients, alone.coefficients);
         }
     }
 
@@ -299,9 +299,9 @@ mod tests {
         for (grid, resolved) in [(base, 4), (Grid::unit(9, 7), 4), (Grid::unit(8, 6), 3), (Grid::unit(16, 4), 1)] {
             let transform = Transform::<f64>::new(grid);
             for series in [&modes, &through] {
-                let found = series.on_nodes(&transform, &mut transform.spectrum());
+                let actual = series.on_nodes(&transform, &mut transform.spectrum());
                 // (0, 2) is at the Nyquist mode of four points, like all shorter waves.
-                for (f, d) in found.iter().zip(direct(grid, resolved)) {
+                for (f, d) in actual.iter().zip(direct(grid, resolved)) {
                     assert!((f - d).abs() < 1e-14, "{grid:?}: {f} {d}");
                 }
             }

@@ -1,4 +1,4 @@
-use super::columns::{Columns, SharedSpectrum};
+use super::columns::{SharedSpectrum, SpectrumColumns};
 use super::{COLUMNS, Grid, HalfSpectrum, Real};
 use crate::sys::prefetch;
 use crate::sys::ranks::{ALONE, Ranks, share};
@@ -20,7 +20,7 @@ pub fn sharing(ranks: &Ranks, grid: Grid) -> &Ranks {
 }
 
 /// Columns with all their rows: the matrix, the distance of its rows, and the number of its first column.
-pub(super) type Matrix<'m, T> = (&'m mut [Complex<T>], usize, usize);
+pub(super) type ColumnMatrix<'m, T> = (&'m mut [Complex<T>], usize, usize);
 
 /// The rows of one rank, and the column pass over the rows of all.
 ///
@@ -47,12 +47,12 @@ impl<T> Default for Buffers<T> {
 }
 
 /// The columns of each rank in one round.
-struct Round {
+struct ExchangeRound {
     columns: Vec<Range<usize>>,
     own: usize,
 }
 
-impl Round {
+impl ExchangeRound {
     fn own(&self) -> Range<usize> {
         self.columns[self.own].clone()
     }
@@ -63,9 +63,9 @@ impl Round {
     }
 
     /// The same columns, of those that a narrower spectrum has.
-    fn within(&self, pitch: usize) -> Round {
+    fn within(&self, pitch: usize) -> ExchangeRound {
         let columns = self.columns.iter().map(|c| c.start.min(pitch)..c.end.min(pitch)).collect();
-        Round { columns, own: self.own }
+        ExchangeRound { columns, own: self.own }
     }
 }
 
@@ -88,22 +88,22 @@ impl<T: Real> Slab<T> {
     }
 
     /// The rounds, and the blocks of each rank in all of them.
-    fn rounds(&self) -> (Vec<Round>, Vec<Vec<usize>>) {
+    fn rounds(&self) -> (Vec<ExchangeRound>, Vec<Vec<usize>>) {
         let (count, pitch) = (self.ranks.count(), self.grid.pitch());
         let blocks = pitch.div_ceil(COLUMNS);
-        let most = count * BLOCKS.next_multiple_of(self.ranks.threads());
+        let largest = count * BLOCKS.next_multiple_of(self.ranks.threads());
         let mut blocks_of = vec![Vec::new(); count];
         let round = |first: usize| {
-            let n = most.min(blocks - first);
+            let n = largest.min(blocks - first);
             let columns = (0..count).map(|rank| {
                 let own = share(n, count, rank);
                 let own = first + own.start..first + own.end;
                 blocks_of[rank].extend(own.clone());
                 COLUMNS * own.start..(COLUMNS * own.end).min(pitch)
             });
-            Round { columns: columns.collect(), own: self.ranks.own() }
+            ExchangeRound { columns: columns.collect(), own: self.ranks.own() }
         };
-        let rounds = (0..blocks).step_by(most).map(round).collect();
+        let rounds = (0..blocks).step_by(largest).map(round).collect();
         (rounds, blocks_of)
     }
 
@@ -113,7 +113,7 @@ impl<T: Real> Slab<T> {
         &self,
         spectrum: &mut [Complex<T>],
         changes: bool,
-        pass: &dyn Fn(Matrix<'_, T>) -> Vec<f64>,
+        pass: &dyn Fn(ColumnMatrix<'_, T>) -> Vec<f64>,
     ) -> Vec<f64> {
         let mut buffers = self.buffers.lock().unwrap_or_else(|e| e.into_inner());
         let Buffers { whole, parts, .. } = &mut *buffers;
@@ -138,20 +138,20 @@ impl<T: Real> Slab<T> {
         &self,
         spectrum: &mut [Complex<T>],
         source: Option<SharedSpectrum<'_, T>>,
-        pass: &dyn Fn(Matrix<'_, T>, &Columns<'_, T>),
+        pass: &dyn Fn(ColumnMatrix<'_, T>, &SpectrumColumns<'_, T>),
     ) {
         let mut buffers = self.buffers.lock().unwrap_or_else(|e| e.into_inner());
         let Buffers { whole, parts, source: received } = &mut *buffers;
         for round in &self.rounds().0 {
             let own = round.own();
             let known = match &source {
-                None => Columns::NONE,
+                None => SpectrumColumns::NONE,
                 Some(source) if !source.ranks.are_several() => source.columns(),
                 Some(SharedSpectrum { grid, ranks, values }) => {
                     let round = round.within(grid.pitch());
                     let own = round.own();
                     let values = Slab::new(*grid, ranks).receive(values, &round, (received, parts));
-                    Columns { values, pitch: own.len(), first: own.start }
+                    SpectrumColumns { values, pitch: own.len(), first: own.start }
                 }
             };
             if !own.is_empty() {
@@ -166,7 +166,7 @@ impl<T: Real> Slab<T> {
 
     /// Elements that every rank receives from this one in a round, and those that this one receives from every rank. This rank sends
     /// itself nothing; its own rows have their place among the received ones.
-    fn counts(&self, round: &Round) -> (Vec<usize>, Vec<usize>) {
+    fn counts(&self, round: &ExchangeRound) -> (Vec<usize>, Vec<usize>) {
         let rows = self.rows().len();
         let mut sent: Vec<usize> = round.columns.iter().map(|c| rows * c.len()).collect();
         sent[round.own] = 0;
@@ -177,7 +177,7 @@ impl<T: Real> Slab<T> {
     fn receive<'b>(
         &self,
         spectrum: &[Complex<T>],
-        round: &Round,
+        round: &ExchangeRound,
         (whole, parts): (&'b mut HalfSpectrum<T>, &mut HalfSpectrum<T>),
     ) -> &'b mut [Complex<T>] {
         let (pitch, all) = (self.grid.pitch(), round.all());
@@ -188,8 +188,8 @@ impl<T: Real> Slab<T> {
         places.into_par_iter().zip(spectrum.par_chunks(ROWS * pitch)).for_each(|(mut places, rows)| {
             for (y, row) in rows.chunks_exact(pitch).enumerate() {
                 prefetch(row.as_ptr().wrapping_add(AHEAD * pitch + all.start), all.len());
-                for (place, columns) in places.iter_mut().zip(&round.columns) {
-                    place[y * columns.len()..][..columns.len()].copy_from_slice(&row[columns.clone()]);
+                for (position, columns) in places.iter_mut().zip(&round.columns) {
+                    position[y * columns.len()..][..columns.len()].copy_from_slice(&row[columns.clone()]);
                 }
             }
         });
@@ -201,7 +201,7 @@ impl<T: Real> Slab<T> {
     fn send_back(
         &self,
         spectrum: &mut [Complex<T>],
-        round: &Round,
+        round: &ExchangeRound,
         (whole, parts): (&mut HalfSpectrum<T>, &mut HalfSpectrum<T>),
     ) {
         let (pitch, all) = (self.grid.pitch(), round.all());
@@ -213,8 +213,8 @@ impl<T: Real> Slab<T> {
         places.into_par_iter().zip(spectrum.par_chunks_mut(ROWS * pitch)).for_each(|(places, rows)| {
             for (y, row) in rows.chunks_exact_mut(pitch).enumerate() {
                 prefetch(row.as_ptr().wrapping_add(AHEAD * pitch + all.start), all.len());
-                for (place, columns) in places.iter().zip(&round.columns) {
-                    row[columns.clone()].copy_from_slice(&place[y * columns.len()..][..columns.len()]);
+                for (position, columns) in places.iter().zip(&round.columns) {
+                    row[columns.clone()].copy_from_slice(&position[y * columns.len()..][..columns.len()]);
                 }
             }
         });
@@ -223,7 +223,7 @@ impl<T: Real> Slab<T> {
     /// Where the rows of this rank lie in the exchanged matrices: of every [`ROWS`] rows the place of the columns of every rank.
     fn places<'b>(
         &self,
-        round: &Round,
+        round: &ExchangeRound,
         whole: &'b mut [Complex<T>],
         mut parts: &'b mut [Complex<T>],
         sent: &[usize],
@@ -233,22 +233,22 @@ impl<T: Real> Slab<T> {
         let mut own = Some(&mut whole[rows.start * width..rows.end * width]);
         let mut places: Vec<Vec<_>> = (0..rows.len().div_ceil(ROWS)).map(|_| Vec::new()).collect();
         for (rank, columns) in round.columns.iter().enumerate() {
-            let (part, rest) = std::mem::take(&mut parts).split_at_mut(sent[rank]);
-            parts = rest;
+            let (part, remainder) = std::mem::take(&mut parts).split_at_mut(sent[rank]);
+            parts = remainder;
             let mut part = own.take_if(|_| rank == round.own).unwrap_or(part);
             for places in &mut places {
-                let (place, rest) = part.split_at_mut((ROWS * columns.len()).min(part.len()));
+                let (place, remainder) = part.split_at_mut((ROWS * columns.len()).min(part.len()));
                 places.push(place);
-                part = rest;
+                part = remainder;
             }
         }
         places
     }
 
     /// The sums of all blocks in the order of the columns, given those of this rank.
-    fn ordered(&self, own: &[f64], blocks_of: &[Vec<usize>]) -> Vec<f64> {
+    fn ordered(&self, local: &[f64], blocks_of: &[Vec<usize>]) -> Vec<f64> {
         let counts: Vec<usize> = blocks_of.iter().map(Vec::len).collect();
-        let all = self.ranks.gather(own, &counts);
+        let all = self.ranks.gather(local, &counts);
         let mut sums = vec![0.0; all.len()];
         blocks_of.iter().flatten().zip(all).for_each(|(block, sum)| sums[*block] = sum);
         sums
@@ -314,17 +314,17 @@ mod tests {
         let (sums, fields) = passes::<T>(grid, fine, [&alone; 2]);
         for count in 1..=4 {
             for coarse_is_shared in [true, false] {
-                let found = on_threads(count, |ranks| {
+                let actual = on_threads(count, |ranks| {
                     passes::<T>(grid, fine, [if coarse_is_shared { &ranks } else { &alone }, &ranks])
                 });
-                let what = format!("{} x {}, {count} ranks", grid.nx, grid.ny);
-                assert!(found.iter().all(|f| f.0 == sums), "{what}: sums");
+                let description = format!("{} x {}, {count} ranks", grid.nx, grid.ny);
+                assert!(actual.iter().all(|f| f.0 == sums), "{description}: sums");
                 for (k, whole) in fields.iter().enumerate() {
                     let joined: Vec<u64> = match coarse_is_shared || k == 2 {
-                        true => found.iter().flat_map(|f| f.1[k].clone()).collect(),
-                        false => found[count - 1].1[k].clone(),
+                        true => actual.iter().flat_map(|f| f.1[k].clone()).collect(),
+                        false => actual[count - 1].1[k].clone(),
                     };
-                    assert!(joined == *whole, "{what}: field {k}");
+                    assert!(joined == *whole, "{description}: field {k}");
                 }
             }
         }

@@ -27,11 +27,11 @@ pub fn block_sums<const K: usize>(partial: &[[f64; K]]) -> [f64; K] {
 }
 
 /// The sums of all rows in order, given those of the rows of this rank, of `ny`.
-pub fn sums_of_ranks<const K: usize>(ranks: &Ranks, ny: usize, own: &[[f64; K]]) -> [f64; K] {
+pub fn sums_of_ranks<const K: usize>(ranks: &Ranks, ny: usize, local: &[[f64; K]]) -> [f64; K] {
     if !ranks.are_several() {
-        return block_sums(own);
+        return block_sums(local);
     }
-    block_sums(ranks.gather(own.as_flattened(), &ranks.shares(ny, K)).as_chunks::<K>().0)
+    block_sums(ranks.gather(local.as_flattened(), &ranks.shares(ny, K)).as_chunks::<K>().0)
 }
 
 /// Runs a loop compiled for the widest vector instructions of this machine; `work` must be inlined. Results are
@@ -52,13 +52,13 @@ pub const CHUNK: usize = 64;
 pub fn total(a: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
     let a = a.chunks_exact(LANES);
-    let rest: f64 = a.remainder().iter().sum();
+    let residual: f64 = a.remainder().iter().sum();
     for a in a {
         for l in 0..LANES {
             lanes[l] += a[l];
         }
     }
-    lanes.iter().sum::<f64>() + rest
+    lanes.iter().sum::<f64>() + residual
 }
 
 /// `Σ a b` in a vectorisable order of additions.
@@ -66,13 +66,13 @@ pub fn total(a: &[f64]) -> f64 {
 pub fn dot<A: Real, B: Real>(a: &[A], b: &[B]) -> f64 {
     let mut lanes = [0.0; LANES];
     let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a.wide() * b.wide()).sum();
+    let residual: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a.wide() * b.wide()).sum();
     for (a, b) in a.zip(b) {
         for l in 0..LANES {
             lanes[l] += a[l].wide() * b[l].wide();
         }
     }
-    lanes.iter().sum::<f64>() + rest
+    lanes.iter().sum::<f64>() + residual
 }
 
 /// Length of the blocks in which a flat field is summed.
@@ -97,7 +97,7 @@ pub fn lowest<T: Real>(field: &[T]) -> T {
 
 /// Lowest and highest of finite numbers; (∞, −∞) of an empty slice.
 pub fn extent(values: &[f64]) -> (f64, f64) {
-    let (lanes, rest) = values.as_chunks::<LANES>();
+    let (lanes, remainder) = values.as_chunks::<LANES>();
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
     let mut include = |l: usize, v: f64| {
         // `f64::min` handles NaN, for which there is no vector instruction.
@@ -105,7 +105,7 @@ pub fn extent(values: &[f64]) -> (f64, f64) {
         high[l] = if v > high[l] { v } else { high[l] };
     };
     lanes.iter().for_each(|lane| (0..LANES).for_each(|l| include(l, lane[l])));
-    rest.iter().for_each(|&v| include(0, v));
+    remainder.iter().for_each(|&v| include(0, v));
     (low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 

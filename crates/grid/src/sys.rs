@@ -305,7 +305,7 @@ pub fn probe(
     use std::io::{Error, ErrorKind, Read};
     use std::os::unix::process::CommandExt;
     use std::process::Stdio;
-    let begun = std::time::Instant::now();
+    let started = std::time::Instant::now();
     command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0);
     die_with_parent(&mut command);
     let mut child = command.spawn()?;
@@ -322,7 +322,7 @@ pub fn probe(
     let in_time = || -> std::io::Result<Option<std::process::ExitStatus>> {
         loop {
             match child.try_wait()? {
-                None if begun.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
+                None if started.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
                 ended => return Ok(ended),
             }
         }
@@ -370,7 +370,7 @@ mod tests {
         };
         let answered = shell("echo yes; exit 3", 10_000).expect("answered");
         assert_eq!((answered.stdout.as_slice(), answered.status.code()), (b"yes\n".as_slice(), Some(3)));
-        let begun = std::time::Instant::now();
+        let started = std::time::Instant::now();
         for (script, kind) in [
             ("sleep 60 & wait", std::io::ErrorKind::TimedOut),
             ("exec >&-; sleep 60", std::io::ErrorKind::TimedOut),
@@ -378,7 +378,7 @@ mod tests {
         ] {
             assert_eq!(shell(script, 500).err().map(|e| e.kind()), Some(kind), "{script}");
         }
-        assert!(begun.elapsed().as_secs() < 30, "a limit did not end its program");
+        assert!(started.elapsed().as_secs() < 30, "a limit did not end its program");
     }
 
     #[test]

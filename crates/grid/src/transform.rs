@@ -8,9 +8,9 @@
 //! Several ranks share a grid as slabs: each has some of the rows of every field and of the half spectrum. Only the column pass
 //! exchanges data (see [`Slab`]); results have the same bits on any number of ranks.
 
-use super::columns::{Columns, Direction, Fill, Filter, SharedSpectrum};
+use super::columns::{Direction, FillColumn, SharedSpectrum, SpectralFilter, SpectrumColumns};
 use super::rows::Rows;
-use super::slab::{Matrix, Slab};
+use super::slab::{ColumnMatrix, Slab};
 use super::{COLUMNS, Grid, HalfSpectrum, Real, sums_of_ranks};
 use crate::sys::ColumnBlocks;
 use crate::sys::ranks::Ranks;
@@ -90,13 +90,13 @@ impl<T: Real> Transform<T> {
     }
 
     /// The rows of all ranks of a field, on the first rank; nothing on the others.
-    pub fn gather_on_first<V: bytemuck::Pod>(&self, own: &[V]) -> Vec<V> {
-        self.ranks().gather_on_first(own, &self.slab.elements(self.grid.nx))
+    pub fn gather_on_first<V: bytemuck::Pod>(&self, local: &[V]) -> Vec<V> {
+        self.ranks().gather_on_first(local, &self.slab.elements(self.grid.nx))
     }
 
     /// Adds the sums of all rows in order, given those of the rows of this rank.
-    pub fn sum_rows<const K: usize>(&self, own: &[[f64; K]]) -> [f64; K] {
-        sums_of_ranks(self.ranks(), self.grid.ny, own)
+    pub fn sum_rows<const K: usize>(&self, local: &[[f64; K]]) -> [f64; K] {
+        sums_of_ranks(self.ranks(), self.grid.ny, local)
     }
 
     /// A zeroed half spectrum.
@@ -114,13 +114,13 @@ impl<T: Real> Transform<T> {
     }
 
     /// The column pass: forward, `filter`, inverse. Returns the ordered sum of the filter's results.
-    pub fn filter_columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
+    pub fn filter_columns(&self, spectrum: &mut [Complex<T>], filter: &impl SpectralFilter<T>) -> f64 {
         self.columns(spectrum, filter, Direction::Both)
     }
 
     /// The ordered sum of the filter's results over the columns of a spectrum whose rows are transformed already. The
     /// spectrum is unchanged.
-    pub fn sum_columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
+    pub fn sum_columns(&self, spectrum: &mut [Complex<T>], filter: &impl SpectralFilter<T>) -> f64 {
         self.columns(spectrum, filter, Direction::Sum)
     }
 
@@ -144,7 +144,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// As [`Transform::forward`], then applies `filter` to every column. Returns the ordered sum of its results.
-    pub fn forward_filtered(&self, field: &[T], spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
+    pub fn forward_filtered(&self, field: &[T], spectrum: &mut [Complex<T>], filter: &impl SpectralFilter<T>) -> f64 {
         let (nx, pitch) = (self.grid.nx, self.grid.pitch());
         spectrum.par_chunks_mut(pitch).zip(field.par_chunks(nx)).for_each_init(
             || self.worker(),
@@ -162,7 +162,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// As [`Transform::inverse`], with `filter` applied to every column first.
-    pub fn inverse_after(&self, spectrum: &mut [Complex<T>], field: &mut [T], filter: &impl Filter<T>) {
+    pub fn inverse_after(&self, spectrum: &mut [Complex<T>], field: &mut [T], filter: &impl SpectralFilter<T>) {
         let (nx, pitch) = (self.grid.nx, self.grid.pitch());
         self.columns(spectrum, filter, Direction::Inverse);
         spectrum.par_chunks_mut(pitch).zip(field.par_chunks_mut(nx)).for_each_init(
@@ -181,7 +181,7 @@ impl<T: Real> Transform<T> {
         spectrum: &mut [Complex<T>],
         field: &mut [T],
         source: Option<SharedSpectrum<'_, T>>,
-        fill: &Fill<'_, T>,
+        fill: &FillColumn<'_, T>,
     ) {
         match self.ranks().are_several() {
             true => self.slab.fill_columns(spectrum, source, &|matrix, known| {
@@ -192,7 +192,7 @@ impl<T: Real> Transform<T> {
                 self.pass(matrix, &filter, Direction::Inverse);
             }),
             false => {
-                let known = source.as_ref().map_or(Columns::NONE, SharedSpectrum::columns);
+                let known = source.as_ref().map_or(SpectrumColumns::NONE, SharedSpectrum::columns);
                 let filter = |i: usize, column: &mut [Complex<T>]| {
                     fill(i, &known, column);
                     0.0
@@ -210,10 +210,10 @@ impl<T: Real> Transform<T> {
         );
     }
 
-    fn columns(&self, spectrum: &mut [Complex<T>], filter: &dyn Filter<T>, direction: Direction) -> f64 {
+    fn columns(&self, spectrum: &mut [Complex<T>], filter: &dyn SpectralFilter<T>, direction: Direction) -> f64 {
         let sums = match self.ranks().are_several() {
             true => {
-                let pass = |matrix: Matrix<'_, T>| self.pass(matrix, filter, direction);
+                let pass = |matrix: ColumnMatrix<'_, T>| self.pass(matrix, filter, direction);
                 self.slab.columns(spectrum, direction != Direction::Sum, &pass)
             }
             false => self.pass((spectrum, self.grid.pitch(), 0), filter, direction),
@@ -223,7 +223,12 @@ impl<T: Real> Transform<T> {
 
     /// Transforms the columns of a matrix of `ny` rows, `pitch` elements apart, whose first column has the number `first`. Returns the
     /// sum of each block of columns. Compiled once for all filters.
-    fn pass(&self, (matrix, pitch, first): Matrix<'_, T>, filter: &dyn Filter<T>, direction: Direction) -> Vec<f64> {
+    fn pass(
+        &self,
+        (matrix, pitch, first): ColumnMatrix<'_, T>,
+        filter: &dyn SpectralFilter<T>,
+        direction: Direction,
+    ) -> Vec<f64> {
         let (ny, half) = (self.grid.ny, (self.grid.half() - first).min(pitch));
         let times = if direction == Direction::Both { 2 } else { 1 };
         let nodes = (ny * self.grid.nx * half).div_ceil(self.grid.half());
@@ -281,7 +286,7 @@ impl<T: Real> Worker<'_, T> {
 }
 
 /// The smallest even number from `least` (and 2) on without prime factors above 5, for which transforms are fast.
-pub fn next_fast_len(least: usize) -> usize {
+pub fn next_fast_len(smallest: usize) -> usize {
     let is_smooth = |mut n: usize| {
         for factor in [2, 3, 5] {
             while n.is_multiple_of(factor) {
@@ -290,7 +295,7 @@ pub fn next_fast_len(least: usize) -> usize {
         }
         n == 1
     };
-    (least.max(2)..).find(|&n| n.is_multiple_of(2) && is_smooth(n)).expect("powers of two have no end")
+    (smallest.max(2)..).find(|&n| n.is_multiple_of(2) && is_smooth(n)).expect("powers of two have no end")
 }
 
 #[cfg(test)]
@@ -331,13 +336,13 @@ mod tests {
                             direct += Complex::from_polar(field[y * nx + x], phase);
                         }
                     }
-                    let found: Complex<f64> = spectrum[j * grid.pitch() + i];
-                    assert!((found - direct).norm() < TOLERANCE, "{nx}x{ny} mode {i},{j}: {found} {direct}");
+                    let actual: Complex<f64> = spectrum[j * grid.pitch() + i];
+                    assert!((actual - direct).norm() < TOLERANCE, "{nx}x{ny} mode {i},{j}: {actual} {direct}");
                 }
             }
-            let mut back = vec![0.0; grid.points()];
-            transform.inverse(&mut spectrum, &mut back);
-            for (b, f) in back.iter().zip(&field) {
+            let mut unloading = vec![0.0; grid.points()];
+            transform.inverse(&mut spectrum, &mut unloading);
+            for (b, f) in unloading.iter().zip(&field) {
                 assert!((b / grid.points() as f64 - f).abs() < TOLERANCE);
             }
         }

@@ -45,11 +45,11 @@ impl<D: Offset> UnionFind<D> {
             offset = offset.plus(step);
             root = parent;
         }
-        let (mut at, mut rest) = (member, offset);
-        while at != root {
-            let (parent, step) = std::mem::replace(&mut self.parent[at as usize], (root, rest));
-            rest = rest.minus(step);
-            at = parent;
+        let (mut position, mut remainder) = (member, offset);
+        while position != root {
+            let (parent, step) = std::mem::replace(&mut self.parent[position as usize], (root, remainder));
+            remainder = remainder.minus(step);
+            position = parent;
         }
         (root, offset)
     }
@@ -65,10 +65,10 @@ impl<D: Offset> UnionFind<D> {
         if root_a == root_b {
             return Err(offset);
         }
-        let (kept, lost) = (root_a.min(root_b), root_a.max(root_b));
+        let (root, lost) = (root_a.min(root_b), root_a.max(root_b));
         let offset = if lost == root_b { offset } else { D::default().minus(offset) };
-        self.parent[lost as usize] = (kept, offset);
-        Ok(Merged { kept, lost })
+        self.parent[lost as usize] = (root, offset);
+        Ok(Merged { kept: root, lost })
     }
 }
 
@@ -111,8 +111,8 @@ mod tests {
         sets.join(3, 2, [1, 0]).unwrap();
         sets.join(1, 0, [0, 1]).unwrap();
         sets.join(2, 1, [2, 2]).unwrap();
-        let at = |sets: &mut UnionFind<[i32; 2]>, i| sets.find(i).1;
-        let [from, to] = [3, 0].map(|i| at(&mut sets, i));
+        let value_at = |sets: &mut UnionFind<[i32; 2]>, i| sets.find(i).1;
+        let [from, to] = [3, 0].map(|i| value_at(&mut sets, i));
         assert_eq!(to.minus(from), [3, 3]);
         assert_eq!(sets.join(0, 3, [-3, -3]), Err([0, 0]));
         assert_eq!(sets.join(0, 3, [1, -3]), Err([4, 0]));

@@ -4,7 +4,8 @@
 //! a scene with `[atoms]`. The card lets tables and reports list it with the other methods.
 
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Kind, Needs, Observer, Plan, Problem, Quantity, Started, Support,
+    Capabilities, ContactMethod, Criterion, MethodCard, MethodKind, Needs, Observer, Quantity, ReducedProblem,
+    SolvePlan, StartedMethod, Support,
 };
 use asperity_grid::{Error, Result};
 
@@ -13,11 +14,11 @@ pub struct AllAtom;
 /// Id of the method.
 pub const ID: &str = "all-atom";
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: ID,
     paper_name: "all-atom MD",
     family: "molecular simulation",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::CHALLENGE_ATOMS,
     calibrated_on: None,
@@ -34,16 +35,16 @@ static CARD: Card = Card {
 };
 
 impl ContactMethod for AllAtom {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, _problem: &Problem) -> Plan {
+    fn plan(&self, _problem: &ReducedProblem) -> SolvePlan {
         // The cost of the block is estimated with the scene.
-        Plan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0, seconds: 0.0 }
+        SolvePlan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0, seconds: 0.0 }
     }
 
-    fn prepare<'p>(&self, _problem: &'p Problem<'p>, _watch: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, _problem: &'p ReducedProblem<'p>, _watch: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         Err(Error::input(
             format!("method {ID}"),
             "atoms",

@@ -14,12 +14,12 @@
 //! stiffer rubber; a molecular range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the
 //! problem.
 
-use asperity_contact::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
+use asperity_contact::interface::{AttractionLaw, Base, Elastic, Layer, RangeChoice};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::settings::{self, ExperimentSettings};
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Fast, Kind, Load, Needs, Observer, Plan,
-    Problem, Quantity, Settings, Started, Support, require,
+    Capabilities, ContactMethod, Criterion, Estimator, Fast, Load, MethodCard, MethodEstimate, MethodKind, Needs,
+    Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{Grid, Transform};
@@ -28,11 +28,11 @@ use std::time::Instant;
 
 pub(super) struct Experiment;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "experiment",
     paper_name: "experiment",
     family: "laboratory",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::Optical { gap_nm: settings::OPTICAL_GAP_NM },
     calibrated_on: None,
@@ -84,7 +84,7 @@ fn check(settings: &ExperimentSettings) -> Result<()> {
 }
 
 impl ContactMethod for Experiment {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
@@ -94,18 +94,18 @@ impl ContactMethod for Experiment {
         Criterion::Optical { gap_nm }
     }
 
-    fn adhesion(&self, problem: &Problem) -> Adhesion {
+    fn adhesion(&self, problem: &ReducedProblem) -> AttractionLaw {
         // A range that the grid does not resolve pins contact lines to it, as in `fast`.
         RangeChoice::Mesh.law(problem.adhesion, problem.grid.dx().max(problem.grid.dy()))
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         // The solver, printed heights, previous gap, correlated gap, and the map.
-        let inner = Fast.plan(&Problem { heights: (&[][..]).into(), ..problem.clone() });
-        Plan { bytes: inner.bytes + (3 * 8 + 1) * problem.grid.points() as u64, ..inner }
+        let inner = Fast.plan(&ReducedProblem { heights: (&[][..]).into(), ..problem.clone() });
+        SolvePlan { bytes: inner.bytes + (3 * 8 + 1) * problem.grid.points() as u64, ..inner }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         check(&problem.settings.experiment)?;
@@ -113,12 +113,12 @@ impl ContactMethod for Experiment {
         let mut printed = require::heights_above_lowest(problem).into_owned();
         box_average(grid, &mut printed, problem.settings.experiment.print_resolution);
         let (last, contact, gap) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(estimating(Laboratory { problem, observer, printed, last, contact, gap }))
+        Ok(estimating(ExperimentEstimator { problem, observer, printed, last, contact, gap }))
     }
 }
 
-struct Laboratory<'p> {
-    problem: &'p Problem<'p>,
+struct ExperimentEstimator<'p> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
     printed: Vec<f64>,
     /// Solved gap of the last load, the start of the next.
@@ -127,39 +127,39 @@ struct Laboratory<'p> {
     gap: Vec<f64>,
 }
 
-impl Estimator for Laboratory<'_> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+impl Estimator for ExperimentEstimator<'_> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let settings = self.problem.settings.experiment;
         let grid = self.problem.grid;
-        let adhesive = self.problem.adhesion != Adhesion::None;
+        let adhesive = self.problem.adhesion != AttractionLaw::None;
         let pressure = require::pressure(load, adhesive, CARD.id)?;
         let adhesion = Experiment.adhesion(self.problem);
         let (heights, kernel) = ((&self.printed).into(), layer(&settings));
-        let inner = Problem { heights, kernel, adhesion, ..self.problem.clone() };
+        let inner = ReducedProblem { heights, kernel, adhesion, ..self.problem.clone() };
         let mut run = Fast.start(&inner, self.observer)?.solver()?;
         if adhesive && !self.last.is_empty() {
             run.set_gap(&self.last);
         }
         let state = run.equilibrate(Load::Pressure(pressure))?;
-        let found = Estimate::solved(pressure, &state, self.problem.tolerance);
+        let estimate = MethodEstimate::solved(pressure, &state, self.problem.tolerance);
         self.last = state.gap.to_vec();
         drop(run);
         self.contact = photograph(grid, &self.last, settings.optical_gap, settings.pixel_size);
         self.gap = correlated(grid, &self.printed, &self.last, settings.correlation_window);
         let touching = self.contact.iter().map(|c| usize::from(*c)).sum::<usize>();
-        Ok(Estimate {
+        Ok(MethodEstimate {
             contact_area: touching as f64 / grid.points() as f64,
             contact: Some(&self.contact),
             gap: Some(&self.gap),
             seconds: clock.elapsed().as_secs_f64(),
-            ..found
+            ..estimate
         })
     }
 
     /// With adhesion a load starts from the gap of the previous one.
     fn replay(&mut self, load: Load) -> Result<()> {
-        if self.problem.adhesion != Adhesion::None { self.estimate(load).map(|_| ()) } else { Ok(()) }
+        if self.problem.adhesion != AttractionLaw::None { self.estimate(load).map(|_| ()) } else { Ok(()) }
     }
 }
 
@@ -190,14 +190,14 @@ fn photograph(grid: Grid, gap: &[f64], optical_gap: f64, pixel: f64) -> Vec<u8> 
         return close;
     }
     // Pixel of a node.
-    let at = |i: usize| ((i / grid.nx) * py / grid.ny) * px + (i % grid.nx) * px / grid.nx;
+    let value_at = |i: usize| ((i / grid.nx) * py / grid.ny) * px + (i % grid.nx) * px / grid.nx;
     let mut counts = vec![[0u32; 2]; px * py];
     for (i, c) in close.iter().enumerate() {
-        let count = &mut counts[at(i)];
+        let count = &mut counts[value_at(i)];
         count[0] += 1;
         count[1] += u32::from(*c);
     }
-    (0..gap.len()).map(|i| u8::from(2 * counts[at(i)][1] > counts[at(i)][0])).collect()
+    (0..gap.len()).map(|i| u8::from(2 * counts[value_at(i)][1] > counts[value_at(i)][0])).collect()
 }
 
 /// Gap between the printed heights and the displacement averaged over the window, at least zero.

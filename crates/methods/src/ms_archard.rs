@@ -8,14 +8,14 @@
 //! first contact.
 
 use crate::sinusoid;
-use asperity_contact::interface::{Adhesion, Law};
+use asperity_contact::interface::{AttractionLaw, Law};
 use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::settings;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Settings, Started, Stop, Support,
+    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
+    Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support,
 };
 use asperity_grid::Result;
 use asperity_surface::PowerSpectrum;
@@ -23,11 +23,11 @@ use std::time::Instant;
 
 pub(super) struct MsArchard;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "ms-archard",
     paper_name: "MS-Archard",
     family: "stacked waves",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Spectrum,
     criterion: Criterion::Statistical,
     calibrated_on: Some("adhesive contact area at p* = 0.01, and the area at the jump to full contact (band ratio 5)"),
@@ -63,7 +63,7 @@ const WIDEST: f64 = 1e6;
 const SECONDS: f64 = 1e-3;
 
 impl ContactMethod for MsArchard {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
@@ -71,19 +71,19 @@ impl ContactMethod for MsArchard {
         if settings.ms_archard.band_ratio == settings::FITTED_BAND_RATIO { CARD.calibrated_on } else { None }
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         let shells = problem.shells();
-        let bytes = (shells * size_of::<Band>()) as u64;
-        Plan { bytes, iterations: shells, pairs_per_iteration: 0.0, seconds: SECONDS }
+        let bytes = (shells * size_of::<SinusoidBand>()) as u64;
+        SolvePlan { bytes, iterations: shells, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
         let ratio = problem.settings.ms_archard.band_ratio;
         if !(ratio > 1.0 && ratio <= WIDEST) {
             return Err(require::refused(CARD.id, "ms-archard.band_ratio", ratio, "above 1 and at most 1e6"));
         }
-        if let Adhesion::PowerLaw93(_) | Adhesion::Tabulated(_) = problem.adhesion {
+        if let AttractionLaw::PowerLaw93(_) | AttractionLaw::Tabulated(_) = problem.adhesion {
             let accepted = "a law with its largest attraction at zero gap: exponential, Dugdale or none";
             return Err(require::refused(CARD.id, "adhesion", problem.adhesion, accepted));
         }
@@ -93,14 +93,14 @@ impl ContactMethod for MsArchard {
 
 /// A band of wavelengths as a sinusoid.
 #[derive(Debug, Clone, Copy)]
-struct Band {
+struct SinusoidBand {
     amplitude: f64,
     /// rms gradient, which is also the full-contact pressure over E*.
     gradient: f64,
 }
 
 /// Groups the shells of the spectrum into bands, from the longest wave.
-fn bands(power: &PowerSpectrum, ratio: f64) -> Vec<Band> {
+fn bands(power: &PowerSpectrum, ratio: f64) -> Vec<SinusoidBand> {
     /// The mean wave numbers of the longest waves may differ by rounding.
     const ROUNDING: f64 = 1.0 - 1e-9;
     let mut sums: Vec<(f64, f64)> = Vec::new();
@@ -121,12 +121,12 @@ fn bands(power: &PowerSpectrum, ratio: f64) -> Vec<Band> {
         sum.0 += shell.height;
         sum.1 += shell.gradient;
     }
-    sums.iter().map(|(h, g)| Band { amplitude: 2.0 * h.sqrt(), gradient: g.sqrt() }).collect()
+    sums.iter().map(|(h, g)| SinusoidBand { amplitude: 2.0 * h.sqrt(), gradient: g.sqrt() }).collect()
 }
 
 struct Stack<'p> {
-    bands: Vec<Band>,
-    adhesion: Adhesion,
+    bands: Vec<SinusoidBand>,
+    adhesion: AttractionLaw,
     observer: &'p dyn Observer,
 }
 
@@ -135,16 +135,16 @@ struct Stack<'p> {
 const TRIED: usize = 400;
 const HALVINGS: usize = 60;
 
-impl Band {
+impl SinusoidBand {
     /// Adhesive traction at a pressure over the full-contact pressure of the band.
-    fn pull(&self, x: f64, adhesion: &Adhesion) -> f64 {
+    fn pull(&self, x: f64, adhesion: &AttractionLaw) -> f64 {
         adhesion.traction(self.amplitude * sinusoid::mean_gap(x))
     }
 
     /// Contact pressure over that of full contact under an external pressure; with adhesion the smallest in
     /// equilibrium, at which growing contact stops. Also the number of evaluations.
-    fn pressed(&self, pressure: f64, adhesion: &Adhesion) -> (f64, usize) {
-        if *adhesion == Adhesion::None {
+    fn pressed(&self, pressure: f64, adhesion: &AttractionLaw) -> (f64, usize) {
+        if *adhesion == AttractionLaw::None {
             return ((pressure / self.gradient).min(1.0), 1);
         }
         let balanced = |x: f64| x * self.gradient >= pressure + self.pull(x, adhesion);
@@ -160,7 +160,7 @@ impl Band {
 }
 
 impl Estimator for Stack<'_> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
         let (mut contact_area, mut gap, mut iterations) = (1.0, 0.0, 0);
@@ -183,14 +183,14 @@ impl Estimator for Stack<'_> {
             contact_area *= touching;
             on_band = (on_band + pull) / touching;
         }
-        Ok(Estimate {
+        Ok(MethodEstimate {
             contact_area,
             mean_gap: Some(gap),
             load_error: unbalanced,
             stop,
             iterations,
             seconds: clock.elapsed().as_secs_f64(),
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         })
     }
 }

@@ -9,12 +9,12 @@ pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
             let mut x = -(PI * (k as f64 + 0.75) / (n as f64 + 0.5)).cos();
             let mut slope = 1.0;
             for _ in 0..STEPS {
-                let (mut p, mut before) = (x, 1.0);
+                let (mut p, mut previous) = (x, 1.0);
                 for m in 2..=n {
                     let m = m as f64;
-                    (p, before) = (((2.0 * m - 1.0) * x * p - (m - 1.0) * before) / m, p);
+                    (p, previous) = (((2.0 * m - 1.0) * x * p - (m - 1.0) * previous) / m, p);
                 }
-                slope = n as f64 * (x * p - before) / (x * x - 1.0);
+                slope = n as f64 * (x * p - previous) / (x * x - 1.0);
                 x -= p / slope;
             }
             (x, 2.0 / ((1.0 - x * x) * slope * slope))
@@ -37,9 +37,9 @@ mod tests {
         for n in [2, 3, 16, 48] {
             let rule = gauss_legendre(n);
             let degree = 2 * n as i32 - 2;
-            let found = integral(&rule, -1.0, 2.0, |x| x.powi(degree));
+            let actual = integral(&rule, -1.0, 2.0, |x| x.powi(degree));
             let exact = (2f64.powi(degree + 1) + 1.0) / f64::from(degree + 1);
-            assert!((found / exact - 1.0).abs() < 1e-12, "{n}: {found} {exact}");
+            assert!((actual / exact - 1.0).abs() < 1e-12, "{n}: {actual} {exact}");
         }
         // The rule is not exact for the next higher degree.
         let two = gauss_legendre(2);

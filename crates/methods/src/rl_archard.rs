@@ -13,8 +13,8 @@ use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Observer, Plan,
-    Problem, Quantity, Started, Support,
+    Capabilities, ContactMethod, Criterion, Estimator, Heights, Load, MethodCard, MethodEstimate, MethodKind, Needs,
+    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Support,
 };
 use asperity_contact::observe::{ContactEdges, contact_area};
 use asperity_grid::Result;
@@ -25,11 +25,11 @@ use std::time::Instant;
 
 pub(super) struct RlArchard;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "rl-archard",
     paper_name: "RL-Archard",
     family: "stacked waves",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::Statistical,
     calibrated_on: None,
@@ -76,15 +76,15 @@ fn coarse(grid: Grid, modes: usize) -> Grid {
 }
 
 impl ContactMethod for RlArchard {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF).min(resolved(problem.grid)).max(1);
         let grid = coarse(problem.grid, modes);
         let field = |grid: Grid| 8 * grid.points() as u64;
-        let solver = asperity_contact::method::Fast.plan(&Problem { grid, ..problem.clone() });
+        let solver = asperity_contact::method::Fast.plan(&ReducedProblem { grid, ..problem.clone() });
         // The series through the nodes, the spectrum it is made from, and the filtered series.
         let series = match problem.heights {
             Heights::Nodes(_) => 3 * Transform::<f64>::spectrum_bytes(problem.grid),
@@ -93,18 +93,18 @@ impl ContactMethod for RlArchard {
         // In transform pairs of the problem's grid.
         let fraction = grid.points() as f64 / problem.grid.points() as f64;
         let pairs_per_iteration = solver.pairs_per_iteration * fraction;
-        Plan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
+        SolvePlan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;
         let grid = problem.grid;
-        let most = resolved(grid);
-        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(most));
-        if modes == 0 || modes > most {
-            let accepted = format!("1 to {most}, the waves that {} x {} points resolve", grid.nx, grid.ny);
+        let largest = resolved(grid);
+        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(largest));
+        if modes == 0 || modes > largest {
+            let accepted = format!("1 to {largest}, the waves that {} x {} points resolve", grid.nx, grid.ny);
             return Err(require::refused(CARD.id, "rl-archard.cut_off_modes", modes, accepted));
         }
         let own;
@@ -127,29 +127,29 @@ impl ContactMethod for RlArchard {
         let coarse = coarse(grid, modes);
         let transform = Transform::<f64>::new(coarse);
         let heights = long.on_nodes(&transform, &mut transform.spectrum());
-        Ok(estimating(Layered { heights, grid: coarse, layer: Layer::of(&short), problem, observer }))
+        Ok(estimating(Layered { heights, grid: coarse, layer: ArchardLayer::of(&short), problem, observer }))
     }
 }
 
 /// One sinusoid D cos cos with the summit density and the rms curvature of some waves.
 #[derive(Debug, Clone, Copy)]
-struct Layer {
+struct ArchardLayer {
     /// Full-contact pressure, E*; 0 without waves.
     flat: f64,
 }
 
-impl Layer {
+impl ArchardLayer {
     fn of(power: &PowerSpectrum) -> Self {
         let (_, m2, m4) = power.moments();
         if m2 == 0.0 {
-            return Layer { flat: 0.0 };
+            return ArchardLayer { flat: 0.0 };
         }
         // Summit density of Nayak (1971); the sinusoid has two summits per wavelength squared.
         let summits = m4 / (6.0 * 3f64.sqrt() * PI * m2);
         let k2 = 2.0 * PI * PI * summits;
         // ⟨h_xx²⟩ = D² k⁴/4, rms gradient D k/√2.
         let amplitude = 2.0 * m4.sqrt() / k2;
-        Layer { flat: amplitude * (0.5 * k2).sqrt() }
+        ArchardLayer { flat: amplitude * (0.5 * k2).sqrt() }
     }
 
     /// Contact fraction under a pressure on the contact of the long waves.
@@ -162,27 +162,28 @@ struct Layered<'p> {
     /// Heights of the long waves on the coarse grid.
     heights: Vec<f64>,
     grid: Grid,
-    layer: Layer,
-    problem: &'p Problem<'p>,
+    layer: ArchardLayer,
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
 }
 
 impl Estimator for Layered<'_> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
-        let problem = Problem { grid: self.grid, heights: Heights::Nodes(&self.heights), ..self.problem.clone() };
+        let problem =
+            ReducedProblem { grid: self.grid, heights: Heights::Nodes(&self.heights), ..self.problem.clone() };
         let mut run = asperity_contact::method::Fast.start(&problem, self.observer)?.solver()?;
         let state = run.equilibrate(Load::Pressure(pressure))?;
         let long = contact_area(self.grid, state.gap, ContactEdges::ELASTIC).contact_area;
         // An interrupted solve may have no contact.
         let layer = if long > 0.0 { self.layer.contact_area(pressure / long) } else { 0.0 };
         let points = self.grid.points() as f64 / self.problem.grid.points() as f64;
-        Ok(Estimate {
+        Ok(MethodEstimate {
             contact_area: long * layer,
             fft_pairs: state.fft_pairs * points,
             seconds: clock.elapsed().as_secs_f64(),
-            ..Estimate::solved(pressure, &state, self.problem.tolerance)
+            ..MethodEstimate::solved(pressure, &state, self.problem.tolerance)
         })
     }
 }
@@ -195,7 +196,7 @@ mod tests {
     /// Surface of the challenge: 16.94 summits per square micrometre and 60 nm radius of curvature give 1.286 E*.
     #[test]
     fn full_contact_pressure_of_the_challenges_layer() {
-        let layer = Layer::of(&PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0));
+        let layer = ArchardLayer::of(&PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0));
         assert!((layer.flat - 1.286).abs() < 1e-3, "{}", layer.flat);
     }
 

@@ -7,8 +7,8 @@ use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Started, Stop, Support,
+    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
+    Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support,
 };
 use asperity_grid::Result;
 use std::f64::consts::{PI, SQRT_2};
@@ -16,11 +16,11 @@ use std::time::Instant;
 
 pub(super) struct Scgw;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "scgw",
     paper_name: "SCGW",
     family: "single asperities",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Spectrum,
     criterion: Criterion::Spots,
     calibrated_on: None,
@@ -54,19 +54,24 @@ fn supports(quantity: Quantity) -> Support {
 const SECONDS: f64 = 1e-2;
 
 impl ContactMethod for Scgw {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, _: &Problem) -> Plan {
-        Plan { bytes: (16 * (HEIGHTS + CURVATURES)) as u64, iterations: 50, pairs_per_iteration: 0.0, seconds: SECONDS }
+    fn plan(&self, _: &ReducedProblem) -> SolvePlan {
+        SolvePlan {
+            bytes: (16 * (HEIGHTS + CURVATURES)) as u64,
+            iterations: 50,
+            pairs_per_iteration: 0.0,
+            seconds: SECONDS,
+        }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;
         let (m0, m2, m4) = power.moments();
-        Ok(estimating(Asperities { summits: Summits::new(m0, m2, m4), observer }))
+        Ok(estimating(ScgwEstimator { summits: Summits::new(m0, m2, m4), observer }))
     }
 }
 
@@ -166,7 +171,7 @@ impl Summits {
     }
 }
 
-struct Asperities<'p> {
+struct ScgwEstimator<'p> {
     summits: Summits,
     observer: &'p dyn Observer,
 }
@@ -177,16 +182,16 @@ const HIGHEST: f64 = 30.0;
 /// Halvings that exhaust the precision.
 const HALVINGS: usize = 60;
 
-impl Estimator for Asperities<'_> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+impl Estimator for ScgwEstimator<'_> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
         let summits = &self.summits;
         let rms = summits.m0.sqrt();
         let (mut low, mut high) = (-HIGHEST * rms, HIGHEST * rms);
         if summits.above(low).pressure < pressure {
-            let most = summits.above(low).pressure;
-            let accepted = format!("at most {most:.3}, the largest pressure that its asperities carry");
+            let largest = summits.above(low).pressure;
+            let accepted = format!("at most {largest:.3}, the largest pressure that its asperities carry");
             return Err(require::refused(CARD.id, "pressure", pressure, accepted));
         }
         let (mut stop, mut iterations) = (Stop::Converged, 0);
@@ -204,17 +209,17 @@ impl Estimator for Asperities<'_> {
             iterations += 1;
         }
         let d = 0.5 * (low + high);
-        let found = summits.above(d);
+        let bearing = summits.above(d);
         let (gap, slope) = summits.bearing_gap(d);
-        Ok(Estimate {
-            contact_area: require::contact_of_spots(found.area, pressure, CARD.id)?,
+        Ok(MethodEstimate {
+            contact_area: require::contact_of_spots(bearing.area, pressure, CARD.id)?,
             mean_gap: Some(gap),
-            stiffness: (slope > 0.0).then_some(found.stiffness / slope),
-            load_error: (found.pressure / pressure - 1.0).abs(),
+            stiffness: (slope > 0.0).then_some(bearing.stiffness / slope),
+            load_error: (bearing.pressure / pressure - 1.0).abs(),
             stop,
             iterations,
             seconds: clock.elapsed().as_secs_f64(),
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         })
     }
 }

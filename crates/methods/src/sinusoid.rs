@@ -100,7 +100,7 @@ fn between(t: f64, column: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_contact::method::{ContactMethod, Fast, Load, NoObserver, Problem, Stop};
+    use asperity_contact::method::{ContactMethod, Fast, Load, NoObserver, ReducedProblem, Stop};
     use asperity_contact::observe::{self, ContactEdges};
     use asperity_grid::Grid;
     use std::f64::consts::{PI, TAU};
@@ -168,7 +168,7 @@ mod tests {
         for offset in offsets {
             let wave = |i: usize| (TAU * (i as f64 + offset) / n as f64).cos();
             let heights: Vec<f64> = (0..n * n).map(|i| 0.5 * D * (wave(i % n) + wave(i / n))).collect();
-            let problem = Problem { tolerance: 1e-9, ..Problem::new(grid, &heights) };
+            let problem = ReducedProblem { tolerance: 1e-9, ..ReducedProblem::new(grid, &heights) };
             let mut run = Fast.start(&problem, &NoObserver).unwrap().solver().unwrap();
             let state = run.equilibrate(Load::Pressure(x * PI * D)).unwrap();
             assert!(matches!(state.stop, Stop::Converged | Stop::RoundingFloor), "{x}: {}", state.stop);

@@ -49,13 +49,13 @@ impl Jkr {
             return Some(hertz);
         }
         // An upper bound: each half of a²/R exceeds one of the other two terms.
-        let least = (PI * self.gamma * r * r / 8.0).cbrt();
+        let smallest = (PI * self.gamma * r * r / 8.0).cbrt();
         let mut a = (2f64.sqrt() * hertz).max((8.0 * PI * self.gamma * r * r).cbrt());
         loop {
             let slope = 2.0 * a / r - (0.5 * PI * self.gamma / a).sqrt();
             let next = a - (self.approach(a, r) - approach) / slope;
-            if next.is_nan() || next >= a || next <= least {
-                return Some(if next <= least { least } else { a });
+            if next.is_nan() || next >= a || next <= smallest {
+                return Some(if next <= smallest { smallest } else { a });
             }
             a = next;
         }
@@ -160,11 +160,11 @@ mod tests {
         for gamma in [1e-9, 2e-5, 1.0] {
             let jkr = Jkr { gamma };
             for r in [1e-4, 1.0, 30.0] {
-                let least = (PI * gamma * r * r / 8.0).cbrt();
+                let smallest = (PI * gamma * r * r / 8.0).cbrt();
                 for k in 1..60 {
-                    let a = least * (1.0 + 1e-2 * 1.2f64.powi(k));
-                    let found = jkr.radius(jkr.approach(a, r), r).unwrap();
-                    assert!((found / a - 1.0).abs() < CLOSED, "γ {gamma}, R {r}: {found} {a}");
+                    let a = smallest * (1.0 + 1e-2 * 1.2f64.powi(k));
+                    let actual = jkr.radius(jkr.approach(a, r), r).unwrap();
+                    assert!((actual / a - 1.0).abs() < CLOSED, "γ {gamma}, R {r}: {actual} {a}");
                 }
             }
         }

@@ -10,8 +10,8 @@ use crate::spots::{Jkr, Spot, hertz_load, paint};
 use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan,
-    Problem, Quantity, Started, Stop, Support, require,
+    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
+    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{Grid, mean, sum_rows};
@@ -22,11 +22,11 @@ use std::time::Instant;
 
 pub(super) struct Srgw;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "srgw",
     paper_name: "SRGW",
     family: "single asperities",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::Spots,
     calibrated_on: None,
@@ -73,17 +73,17 @@ const BLOCK: usize = 256;
 const SECONDS_PER_POINT: f64 = 1e-7;
 
 impl ContactMethod for Srgw {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         // Heights, gap and stress, and one summit per about 20 nodes; for the Fourier fit also a spectrum.
         let fourier = u64::from(problem.settings.srgw.fit == SummitFit::Fourier);
-        Plan::per_point(problem, 3 * 8 + 16 * fourier + 4, 50, SECONDS_PER_POINT)
+        SolvePlan::per_point(problem, 3 * 8 + 16 * fourier + 4, 50, SECONDS_PER_POINT)
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         let heights = require::heights_above_lowest(problem);
@@ -94,7 +94,7 @@ impl ContactMethod for Srgw {
         let reach = summits.iter().map(|s| jkr.least_approach(s.radius)).fold(0.0, f64::min);
         let asperities = Asperities { grid: problem.grid, touching: vec![false; summits.len()], summits, jkr, reach };
         let (gap, stress) = (Vec::new(), Vec::new());
-        Ok(estimating(Path { problem, observer, heights, asperities, depth, gap, stress }))
+        Ok(estimating(SrgwRun { problem, observer, heights, asperities, depth, gap, stress }))
     }
 }
 
@@ -169,8 +169,8 @@ impl Asperities {
     }
 }
 
-struct Path<'p> {
-    problem: &'p Problem<'p>,
+struct SrgwRun<'p> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
     /// Above the lowest node.
     heights: Cow<'p, [f64]>,
@@ -181,7 +181,7 @@ struct Path<'p> {
     stress: Vec<f64>,
 }
 
-impl Path<'_> {
+impl SrgwRun<'_> {
     /// Bisection. The force decreases at jumps into contact and increases at detachments, each opposite to the
     /// direction of the search, so the pressure is continuous at the limit. With adhesion several approaches within
     /// the jump of one summit may have the target pressure; one of them is found.
@@ -189,8 +189,8 @@ impl Path<'_> {
         let scale = self.problem.stress_scale(self.problem.heights.rms(), target);
         for iteration in 0..HALVINGS {
             let depth = 0.5 * (low + high);
-            let found = self.asperities.pressure(depth);
-            let residual = (found - target).abs() / scale;
+            let pressure = self.asperities.pressure(depth);
+            let residual = (pressure - target).abs() / scale;
             if residual <= BALANCE || depth <= low || depth >= high {
                 let stop = if residual <= ANSWER { Stop::Converged } else { Stop::RoundingFloor };
                 return (depth, stop, iteration);
@@ -199,14 +199,14 @@ impl Path<'_> {
             if self.observer.iteration(step).is_break() {
                 return (depth, Stop::Interrupted, iteration);
             }
-            if found < target { low = depth } else { high = depth }
+            if pressure < target { low = depth } else { high = depth }
         }
         (0.5 * (low + high), Stop::IterationLimit, HALVINGS)
     }
 }
 
-impl Estimator for Path<'_> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+impl Estimator for SrgwRun<'_> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let adhesive = self.asperities.jkr.gamma > 0.0;
         let pressure = require::pressure(load, adhesive, CARD.id)?;
@@ -234,7 +234,7 @@ impl Estimator for Path<'_> {
         let area = patches.iter().sum::<f64>() / (grid.lx * grid.ly);
         let mean_gap = require::undeformed_gap(&self.heights, depth, &mut self.gap);
         let scale = self.problem.stress_scale(self.problem.heights.rms(), pressure);
-        Ok(Estimate {
+        Ok(MethodEstimate {
             contact_area: require::contact_of_spots(area, pressure, CARD.id)?,
             mean_gap: Some(mean_gap),
             gap: Some(&self.gap),
@@ -244,7 +244,7 @@ impl Estimator for Path<'_> {
             stop,
             iterations,
             seconds: clock.elapsed().as_secs_f64(),
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         })
     }
 

@@ -33,10 +33,10 @@ impl FourierModes {
     /// `Error::Format` for a wave given twice, for pairs ±q that are not complex conjugates, and if the low pass
     /// removes everything; `Error::Memory` for too many waves.
     pub fn new(path: &Path, waves: &[Wave], factor: f64, low_pass: f64) -> Result<Self> {
-        let kept = |w: &&Wave| f64::from(w.kx).hypot(f64::from(w.ky)) * low_pass <= 1.0 + 1e-9;
-        let kept = || waves.iter().filter(kept).filter(|w| (w.re, w.im) != (0.0, 0.0));
+        let keep = |w: &&Wave| f64::from(w.kx).hypot(f64::from(w.ky)) * low_pass <= 1.0 + 1e-9;
+        let keep = || waves.iter().filter(keep).filter(|w| (w.re, w.im) != (0.0, 0.0));
         let [kx_max, ky_max] =
-            kept().fold([0, 0], |[x, y], w| [x.max(w.kx.unsigned_abs()), y.max(w.ky.unsigned_abs())]);
+            keep().fold([0, 0], |[x, y], w| [x.max(w.kx.unsigned_abs()), y.max(w.ky.unsigned_abs())]);
         let (kx_max, ky_max) = (kx_max as usize, ky_max as usize);
         if (kx_max, ky_max) == (0, 0) {
             return Err(Error::format(
@@ -46,13 +46,13 @@ impl FourierModes {
             ));
         }
         let height = 2 * ky_max + 1;
-        let (need, have) = (33 * ((kx_max + 1) * height) as u64, asperity_grid::sys::available_memory_bytes());
-        if need > have {
-            let what = format!("waves up to qX = {kx_max}, qY = {ky_max} of {}", path.display());
+        let (required, available) = (33 * ((kx_max + 1) * height) as u64, asperity_grid::sys::available_memory_bytes());
+        if required > available {
+            let description = format!("waves up to qX = {kx_max}, qY = {ky_max} of {}", path.display());
             return Err(Error::Memory {
-                what,
-                need,
-                have,
+                what: description,
+                need: required,
+                have: available,
                 advice: "--low-pass (surface.low_pass) leaves fewer".into(),
             });
         }
@@ -60,7 +60,7 @@ impl FourierModes {
         // Whether q, and whether -q, occurred in the file.
         let mut seen = vec![[false; 2]; table.len()];
         let place = |kx: i64, ky: i64| kx as usize * height + (ky + ky_max as i64) as usize;
-        for wave in kept() {
+        for wave in keep() {
             let (kx, ky) = (i64::from(wave.kx), i64::from(wave.ky));
             let given = Complex::new(wave.re, wave.im) * factor;
             let mirrored = kx < 0 || kx == 0 && ky < 0;
@@ -167,9 +167,9 @@ mod tests {
             };
             let exact: Vec<f64> =
                 (0..n * n).map(|i| sum((i % n) as f64 / n as f64, (i / n) as f64 / n as f64)).collect();
-            for found in [modes(&half), modes(&whole)] {
-                assert!(found.heights(grid, 0.0).iter().zip(&exact).all(|(f, e)| (f - e).abs() < 1e-14), "{n}");
-                assert!(found.resolved_on(grid) && !found.resolved_on(Grid::unit(6, 6)));
+            for actual in [modes(&half), modes(&whole)] {
+                assert!(actual.heights(grid, 0.0).iter().zip(&exact).all(|(f, e)| (f - e).abs() < 1e-14), "{n}");
+                assert!(actual.resolved_on(grid) && !actual.resolved_on(Grid::unit(6, 6)));
             }
         }
         let long = modes(&half).heights(Grid::unit(8, 8), 0.9);

@@ -78,17 +78,17 @@ pub fn slope_warnings(rms_gradient: f64) -> Option<String> {
 pub fn seam_warning(grid: Grid, heights: &[f64]) -> Option<String> {
     let [x, y] = seams(grid, heights);
     // Without differences inside, any step is a seam.
-    let found: Vec<_> = [("x", x), ("y", y)].into_iter().filter(|(_, seam)| seam.ratio() > SEAM).collect();
-    (!found.is_empty()).then(|| {
-        let list = |of: &dyn Fn(&(&str, Seam)) -> String| found.iter().map(of).collect::<Vec<_>>().join(" and ");
+    let steep: Vec<_> = [("x", x), ("y", y)].into_iter().filter(|(_, seam)| seam.ratio() > SEAM).collect();
+    (!steep.is_empty()).then(|| {
+        let list = |value: &dyn Fn(&(&str, Seam)) -> String| steep.iter().map(value).collect::<Vec<_>>().join(" and ");
         let axes = list(&|(axis, _)| axis.to_string());
         let times = list(&|(_, seam)| format!("{:.1}", seam.ratio().sqrt()));
         let total = x.inside + x.across + y.inside + y.across;
-        let share = 100.0 * (x.across + y.across) / total;
-        let digits = if share < 1.0 { 2 } else { 0 };
+        let fraction = 100.0 * (x.across + y.across) / total;
+        let digits = if fraction < 1.0 { 2 } else { 0 };
         format!(
             "the map does not repeat along {axes}: heights differ across its edges by {times} times as much as neighbours inside (rms), which is \
-             {share:.digits$} % of the squared gradient; `--edges taper|mirror` makes it repeat and `--non-periodic` solves it as a patch, with \
+             {fraction:.digits$} % of the squared gradient; `--edges taper|mirror` makes it repeat and `--non-periodic` solves it as a patch, with \
              `--detrend plane` first if it is tilted"
         )
     })
@@ -121,12 +121,12 @@ fn seams(grid: Grid, heights: &[f64]) -> [Seam; 2] {
         let last = y + 1 == ny;
         [along_x, (row[0] - row[nx - 1]).powi(2), if last { 0.0 } else { along_y }, if last { along_y } else { 0.0 }]
     });
-    let of = |inside: f64, across: f64, d: f64, n: usize| Seam {
+    let value_of = |inside: f64, across: f64, d: f64, n: usize| Seam {
         inside: inside / (d * d),
         across: across / (d * d),
         pairs: n as f64 - 1.0,
     };
-    [of(sums[0], sums[1], grid.dx(), nx), of(sums[2], sums[3], grid.dy(), ny)]
+    [value_of(sums[0], sums[1], grid.dx(), nx), value_of(sums[2], sums[3], grid.dy(), ny)]
 }
 
 /// Points whose extents fit the number of points only after an exchange of the axes.
@@ -165,20 +165,20 @@ fn table_warning(grid: Grid, heights: &[f64]) -> Option<String> {
     let table = |columns: usize, rows: usize| (2..=TABLE_COLUMNS).contains(&columns) && rows >= TABLE_ROWS;
     let by_columns = table(grid.nx, grid.ny) && increases(&mut heights.iter().step_by(grid.nx).copied());
     let by_rows = table(grid.ny, grid.nx) && increases(&mut heights[..grid.nx].iter().copied());
-    let (count, what) = if by_columns { (grid.nx, "columns") } else { (grid.ny, "rows") };
+    let (count, damage) = if by_columns { (grid.nx, "columns") } else { (grid.ny, "rows") };
     (by_columns || by_rows).then(|| {
         format!(
-            "a map of {count} {what}, the first of which increases throughout, is probably a profile of positions and heights: it is read \
-             as a map of heights [ny, nx], so give a map without positions (for a profile its heights in 16 equal {what})"
+            "a map of {count} {damage}, the first of which increases throughout, is probably a profile of positions and heights: it is read \
+             as a map of heights [ny, nx], so give a map without positions (for a profile its heights in 16 equal {damage})"
         )
     })
 }
 
 fn outlier_warning(grid: Grid, heights: &[f64]) -> Option<String> {
-    let found = suspected_outliers(grid, heights, false);
-    let most = (SPIKES * (grid.points() as f64).sqrt()).max(1.0);
-    (found > 0 && found as f64 <= most).then(|| {
-        let points = if found == 1 { "1 point deviates".to_string() } else { format!("{found} points deviate") };
+    let outliers = suspected_outliers(grid, heights, false);
+    let largest = (SPIKES * (grid.points() as f64).sqrt()).max(1.0);
+    (outliers > 0 && outliers as f64 <= largest).then(|| {
+        let points = if outliers == 1 { "1 point deviates".to_string() } else { format!("{outliers} points deviate") };
         format!(
             "{points} from the median of their 5 x 5 neighbours by more than {SUSPECT} robust standard deviations, and spikes carry the first \
              contact: `--remove-outliers {SUSPECT} --fill harmonic` replaces them"
@@ -223,8 +223,8 @@ fn step(heights: &[f64]) -> Option<f64> {
     // Two levels alone may be a flat punch.
     let [first, _, _, ..] = levels[..] else { return None };
     let step = levels.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-    let whole = |l: &f64| ((l - first) / step - ((l - first) / step).round()).abs() < ROUNDING;
-    levels.iter().all(whole).then_some(step)
+    let is_whole = |l: &f64| ((l - first) / step - ((l - first) / step).round()).abs() < ROUNDING;
+    levels.iter().all(is_whole).then_some(step)
 }
 
 #[cfg(test)]
@@ -236,8 +236,8 @@ mod tests {
     #[test]
     fn small_and_digitised_maps_are_warned_about() {
         let grid = Grid::unit(64, 64);
-        let on = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
-            (0..4096).map(|k| of(f64::from(k % 64) / 64.0, f64::from(k / 64) / 64.0)).collect()
+        let on = |value: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+            (0..4096).map(|k| value(f64::from(k % 64) / 64.0, f64::from(k / 64) / 64.0)).collect()
         };
         let smooth = on(&|x, y| (2.0 * PI * x + 0.3).sin() + 0.7 * (2.0 * PI * y + 0.2).sin());
         assert_eq!(quality_warnings(grid, &smooth), [""; 0]);
@@ -326,13 +326,16 @@ mod tests {
         let by_columns = quality_warnings(Grid::unit(2, 100), &profile);
         let turned: Vec<f64> = (0..200).map(|k| profile[k % 100 * 2 + k / 100]).collect();
         let by_rows = quality_warnings(Grid::unit(100, 2), &turned);
-        for (found, what) in [(by_columns, "2 columns"), (by_rows, "2 rows")] {
-            assert!(matches!(&found[..], [one] if one.contains(what) && one.contains("profile")), "{found:?}");
+        for (actual, damage) in [(by_columns, "2 columns"), (by_rows, "2 rows")] {
+            assert!(matches!(&actual[..], [one] if one.contains(damage) && one.contains("profile")), "{actual:?}");
         }
         let grid = Grid::unit(64, 64);
         let mut spiked = synthesised(10, 64);
         spiked[1000] += 40.0 * rms(&spiked);
-        let found = quality_warnings(grid, &spiked);
-        assert!(matches!(&found[..], [one] if one.contains("1 point deviates") && one.contains("--fill")), "{found:?}");
+        let actual = quality_warnings(grid, &spiked);
+        assert!(
+            matches!(&actual[..], [one] if one.contains("1 point deviates") && one.contains("--fill")),
+            "{actual:?}"
+        );
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Sign convention: the points of a height map that contact the flat counterface first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Sign {
+pub enum TouchingPoints {
     /// Convention of the contact-mechanics challenge: the counterface is below the surface.
     #[serde(rename = "low points touch first")]
     LowFirst,
@@ -15,11 +15,11 @@ pub enum Sign {
     HighFirst,
 }
 
-impl Sign {
+impl TouchingPoints {
     pub fn words(self) -> &'static str {
         match self {
-            Sign::LowFirst => "low points touch first",
-            Sign::HighFirst => "high points touch first",
+            TouchingPoints::LowFirst => "low points touch first",
+            TouchingPoints::HighFirst => "high points touch first",
         }
     }
 }
@@ -35,31 +35,31 @@ pub struct HeightMap {
 
 impl HeightMap {
     /// Checks the shape and that heights and their range are finite; errors name `place`.
-    pub fn new(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
-        let map = Self::with_missing(place, nx, ny, heights)?;
+    pub fn new(context: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
+        let map = Self::with_missing(context, nx, ny, heights)?;
         match map.first_missing() {
-            Some([row, column]) => Err(Error::Height { place: place.to_string(), row, column, value: f64::NAN }),
+            Some([row, column]) => Err(Error::Height { place: context.to_string(), row, column, value: f64::NAN }),
             None => Ok(map),
         }
     }
 
     /// Likewise for a map with points that were not measured, which are NaN; at least one is measured.
-    pub fn with_missing(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
+    pub fn with_missing(context: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
         if nx == 0 || ny == 0 || nx.checked_mul(ny) != Some(heights.len()) {
             let found = format!("{} heights for shape [{ny}, {nx}]", heights.len());
-            return Err(Error::format(place, found, "ny·nx heights, at least one"));
+            return Err(Error::format(context, found, "ny·nx heights, at least one"));
         }
         if let Some(i) = heights.iter().position(|h| h.is_infinite()) {
-            return Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] });
+            return Err(Error::Height { place: context.to_string(), row: i / nx, column: i % nx, value: heights[i] });
         }
         if heights.iter().all(|h| h.is_nan()) {
-            return Err(Error::format(place, "no measured height", "a map with heights"));
+            return Err(Error::format(context, "no measured height", "a map with heights"));
         }
         let (low, high) = extent(&heights);
         if !(high - low).is_finite() {
             // Subtracting the minimum of such heights would overflow.
             let found = format!("heights from {low:e} to {high:e}");
-            return Err(Error::format(place, found, "heights whose range is a finite number"));
+            return Err(Error::format(context, found, "heights whose range is a finite number"));
         }
         Ok(HeightMap { nx, ny, heights })
     }
@@ -76,12 +76,12 @@ impl HeightMap {
 
     /// The same surface with low points in contact first and minimum 0: `h − min h`, or `max h − h` for the other
     /// sign.
-    pub fn low_first(mut self, sign: Sign) -> Self {
+    pub fn low_first(mut self, sign: TouchingPoints) -> Self {
         let (low, high) = extent(&self.heights);
         for h in &mut self.heights {
             *h = match sign {
-                Sign::LowFirst => *h - low,
-                Sign::HighFirst => high - *h,
+                TouchingPoints::LowFirst => *h - low,
+                TouchingPoints::HighFirst => high - *h,
             };
         }
         self
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn low_points_first_and_never_below_zero() {
         let map = HeightMap::new("here", 3, 1, vec![-1.0, 0.0, 3.0]).unwrap();
-        assert_eq!(map.clone().low_first(Sign::LowFirst).heights, [0.0, 1.0, 4.0]);
-        assert_eq!(map.low_first(Sign::HighFirst).heights, [4.0, 3.0, 0.0]);
+        assert_eq!(map.clone().low_first(TouchingPoints::LowFirst).heights, [0.0, 1.0, 4.0]);
+        assert_eq!(map.low_first(TouchingPoints::HighFirst).heights, [4.0, 3.0, 0.0]);
     }
 }

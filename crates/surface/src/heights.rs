@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use super::declared::{Declared, DeclaredExtent};
-pub use super::height_map::{HeightMap, Sign};
+pub use super::height_map::{HeightMap, TouchingPoints};
 use crate::files::atomic_file::write_atomic;
-use crate::files::netcdf::{self, Attribute, Data, Variable};
+use crate::files::netcdf::{self, Attribute, Variable, VariableData};
 use crate::files::{json, npy};
 use asperity_grid::error::{Error, Result};
 
@@ -23,7 +23,7 @@ struct Sidecar {
     nx: usize,
     ny: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    sign: Option<Sign>,
+    sign: Option<TouchingPoints>,
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<String>,
     #[serde(default)]
@@ -127,10 +127,10 @@ fn write_netcdf(path: &Path, map: &HeightMap, declared: &Declared) -> Result<()>
     let coordinate = |name: &str, n: usize, length: Option<f64>| {
         let values = (0..n).map(|i| length.map_or(i as f64, |l| i as f64 * l / n as f64)).collect();
         let unit = if length.is_some() { lateral } else { "1" };
-        let variable = Variable::new(name, &[name], Data::Numbers(values), unit, "position");
+        let variable = Variable::new(name, &[name], VariableData::Numbers(values), unit, "position");
         length.into_iter().fold(variable, |v, l| v.with("length", Attribute::Number(l)))
     };
-    let heights = Variable::new("heights", &["y", "x"], Data::Numbers(map.heights.clone()), unit, "height");
+    let heights = Variable::new("heights", &["y", "x"], VariableData::Numbers(map.heights.clone()), unit, "height");
     let stated = [
         ("sign", declared.sign.map(|s| Attribute::Text(s.words().to_string()))),
         ("periodic", declared.periodic.map(|p| Attribute::Number(f64::from(u8::from(p))))),
@@ -191,7 +191,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.npy");
         let full = Declared {
-            sign: Some(Sign::HighFirst),
+            sign: Some(TouchingPoints::HighFirst),
             unit: Some("µm".into()),
             extent: Some(DeclaredExtent { x: 0.1 + 0.2, y: 1e-7, unit: Some("nm".into()) }),
             periodic: Some(false),
@@ -216,7 +216,7 @@ mod tests {
             read_npy(&path).map(|(_, declared)| declared).map_err(|e| e.to_string())
         };
         let old = r#"{"nx": 4, "ny": 1, "sign": "low points touch first", "unit": "um", "layout": "[ny, nx]"}"#;
-        let (sign, unit) = (Some(Sign::LowFirst), Some("um".to_string()));
+        let (sign, unit) = (Some(TouchingPoints::LowFirst), Some("um".to_string()));
         assert_eq!(with(old), Ok(Declared { sign, unit, ..Declared::default() }));
         assert!(with(r#"{"nx": 2, "ny": 2}"#).unwrap_err().contains("map.npy.json: shape [2, 2]"));
         assert!(with(r#"{"nx": 4, "ny": 1, "length": [0, 1]}"#).unwrap_err().contains("length [0.0, 1.0]"));

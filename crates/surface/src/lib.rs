@@ -33,6 +33,6 @@ pub use preparation::{
     Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap, suspected_outliers,
 };
 pub use spectrum::{Amplitudes, Expected, Spectrum};
-pub use statistics::{Moments, PsdBin, Range, moments, non_periodic_gradient, psd, range};
+pub use statistics::{HeightRange, Moments, PsdBin, moments, non_periodic_gradient, psd, range};
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use synthesis::{Modes, lower_to_zero, resample};

@@ -55,12 +55,12 @@ mod tests {
         assert!(dilate_by_ball(GRID, &vec![0.7; GRID.points()], RADIUS).iter().all(|h| *h == 0.7));
         // A tip of radius 4 whose surroundings are too high for the ball to touch.
         let ball = |r: f64, x: f64, y: f64| r - (r * r - (x - 12.0).powi(2) - (y - 10.0).powi(2)).max(0.0).sqrt();
-        let found = dilate_by_ball(GRID, &on(|x, y| ball(4.0, x, y)), RADIUS);
+        let actual = dilate_by_ball(GRID, &on(|x, y| ball(4.0, x, y)), RADIUS);
         let grown = on(|x, y| ball(4.0 + RADIUS, x, y));
-        for (k, (found, grown)) in found.iter().zip(grown).enumerate() {
+        for (k, (actual, grown)) in actual.iter().zip(grown).enumerate() {
             let (x, y) = ((k % 240) as f64 * 0.1 - 12.0, (k / 240) as f64 * 0.1 - 10.0);
             if x.hypot(y) < 3.0 {
-                assert!((0.0..discretisation_error()).contains(&(found - grown + 1e-12)), "{x} {y}: {found} {grown}");
+                assert!((0.0..discretisation_error()).contains(&(actual - grown + 1e-12)), "{x} {y}: {actual} {grown}");
             }
         }
     }
@@ -71,17 +71,17 @@ mod tests {
     fn a_slope_is_lowered_by_its_secant_and_low_points_are_unchanged() {
         let (k, amplitude) = (TAU / 24.0, 2.0);
         let heights = on(|x, _| -amplitude * (k * x).cos());
-        let found = dilate_by_ball(GRID, &heights, RADIUS);
+        let actual = dilate_by_ball(GRID, &heights, RADIUS);
         let slope: f64 = k * amplitude;
         let lower = RADIUS * ((1.0 + slope * slope).sqrt() - 1.0);
         let steep = 60 + 240 * 17;
         // Third derivatives bend the slope under the ball.
         assert!(
-            (heights[steep] - found[steep] - lower).abs() < 0.03 * lower + discretisation_error(),
+            (heights[steep] - actual[steep] - lower).abs() < 0.03 * lower + discretisation_error(),
             "{} {lower}",
-            heights[steep] - found[steep]
+            heights[steep] - actual[steep]
         );
-        assert_eq!(found[0], heights[0]);
-        assert!(found.iter().zip(&heights).all(|(f, h)| f <= h));
+        assert_eq!(actual[0], heights[0]);
+        assert!(actual.iter().zip(&heights).all(|(f, h)| f <= h));
     }
 }

@@ -46,9 +46,9 @@ pub fn hann_windowed(grid: Grid, heights: &[f64]) -> Vec<f64> {
     let (mx, my) = ((grid.nx - 1) as f64 / 2.0, (grid.ny - 1) as f64 / 2.0);
     let offsets = |i: usize| ((i % grid.nx) as f64 - mx, (i / grid.nx) as f64 - my);
     let mean = mean(heights);
-    let slope = |of: &dyn Fn((f64, f64)) -> f64| {
+    let slope = |value: &dyn Fn((f64, f64)) -> f64| {
         let (top, bottom) = heights.iter().enumerate().fold((0.0, 0.0), |(t, b), (i, h)| {
-            let d = of(offsets(i));
+            let d = value(offsets(i));
             (t + d * (h - mean), b + d * d)
         });
         if bottom > 0.0 { top / bottom } else { 0.0 }
@@ -68,8 +68,8 @@ mod tests {
     #[test]
     fn moments_of_a_tilted_paraboloid_are_exact() {
         let grid = Grid { nx: 9, ny: 7, lx: 1.0, ly: 0.7 };
-        let at = |i: usize| ((i % 9) as f64 * grid.dx(), (i / 9) as f64 * grid.dy());
-        let bowl: Vec<f64> = (0..63).map(at).map(|(x, y)| 0.2 * x + 1.5 * x * x + 0.5 * y * y).collect();
+        let value_at = |i: usize| ((i % 9) as f64 * grid.dx(), (i / 9) as f64 * grid.dy());
+        let bowl: Vec<f64> = (0..63).map(value_at).map(|(x, y)| 0.2 * x + 1.5 * x * x + 0.5 * y * y).collect();
         let m = non_periodic_moments(grid, &bowl);
         assert!((m.m4 - (9.0 + 1.0) / 2.0).abs() < 1e-9, "{m:?}");
         assert_eq!(m.m2, m.rms_gradient.powi(2) / 2.0);

@@ -41,7 +41,7 @@ impl PowerSpectrum {
     }
 
     /// The same of the waves (kx, ky) that are `wanted`.
-    pub fn of_waves(series: &Series<f64>, grid: Grid, wanted: impl Fn(i64, i64) -> bool) -> Self {
+    pub fn of_waves(series: &Series<f64>, grid: Grid, keep: impl Fn(i64, i64) -> bool) -> Self {
         let mut tally = Tally::default();
         for i in 0..grid.half() {
             let (up, down) = series.column(i, grid);
@@ -52,7 +52,7 @@ impl PowerSpectrum {
             let waves = up.iter().enumerate().chain(down.iter().enumerate().map(|(j, c)| (first + j, c)));
             for (j, c) in waves {
                 let ky = signed_mode(j, rows);
-                if wanted(i as i64, ky) {
+                if keep(i as i64, ky) {
                     tally.add(grid.qx(i), TAU / grid.ly * ky as f64, weight * c.norm_sqr());
                 }
             }
@@ -161,7 +161,7 @@ mod tests {
             let m = moments(grid, &heights);
             for power in [PowerSpectrum::from_nodes(grid, &heights), PowerSpectrum::from_series(&modes.series(), grid)]
             {
-                let close = |found: f64, exact: f64| assert!((found / exact - 1.0).abs() < 1e-10, "{found} {exact}");
+                let close = |actual: f64, exact: f64| assert!((actual / exact - 1.0).abs() < 1e-10, "{actual} {exact}");
                 let (m0, m2, m4) = power.moments();
                 close(m0, m.m0);
                 close(m2, m.m2);

@@ -51,19 +51,19 @@ pub struct Expected {
 
 /// Modes that a sum has.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kept {
+enum ModeRange {
     /// Of at least this wavelength.
     Above(f64),
     /// Below the Nyquist modes of a grid of nx x ny points.
     On(usize, usize),
 }
 
-impl Kept {
+impl ModeRange {
     fn has(self, kx: i64, ky: i64, n: f64) -> bool {
         let below_nyquist = |k: i64, points: usize| k == 0 || 2 * k < points as i64;
         match self {
-            Kept::Above(low_pass) => n * low_pass <= 1.0 + 1e-9,
-            Kept::On(nx, ny) => below_nyquist(kx, nx) && below_nyquist(ky, ny),
+            ModeRange::Above(low_pass) => n * low_pass <= 1.0 + 1e-9,
+            ModeRange::On(nx, ny) => below_nyquist(kx, nx) && below_nyquist(ky, ny),
         }
     }
 }
@@ -94,21 +94,21 @@ impl Spectrum {
     /// Ensemble values, by summing over every mode of the cell whose wavelength is at least `low_pass` (0 for all).
     /// The normalisation is always that of the whole spectrum.
     pub fn expected(&self, aspect: f64, low_pass: f64) -> Expected {
-        self.known(aspect, Kept::Above(low_pass))
+        self.known(aspect, ModeRange::Above(low_pass))
     }
 
     /// The same for the modes that a grid resolves, as in `Modes::heights`.
     pub fn expected_on(&self, grid: Grid) -> Expected {
-        self.known(grid.ly / grid.lx, Kept::On(grid.nx, grid.ny))
+        self.known(grid.ly / grid.lx, ModeRange::On(grid.nx, grid.ny))
     }
 
     /// The sums, or those of an earlier call: the points of a sweep have few spectra.
-    fn known(&self, aspect: f64, kept: Kept) -> Expected {
-        static KNOWN: Mutex<Vec<(Spectrum, f64, Kept, Expected)>> = Mutex::new(Vec::new());
+    fn known(&self, aspect: f64, kept: ModeRange) -> Expected {
+        static KNOWN: Mutex<Vec<(Spectrum, f64, ModeRange, Expected)>> = Mutex::new(Vec::new());
         const MOST: usize = 16;
         let known = || KNOWN.lock().unwrap_or_else(|e| e.into_inner());
-        if let Some(found) = known().iter().find(|k| (k.0, k.1, k.2) == (*self, aspect, kept)) {
-            return found.3;
+        if let Some(cached) = known().iter().find(|k| (k.0, k.1, k.2) == (*self, aspect, kept)) {
+            return cached.3;
         }
         let sums = self.ensemble(aspect, kept);
         let mut known = known();
@@ -119,7 +119,7 @@ impl Spectrum {
         sums
     }
 
-    fn ensemble(&self, aspect: f64, kept: Kept) -> Expected {
+    fn ensemble(&self, aspect: f64, cached: ModeRange) -> Expected {
         let (kx_max, ky_max) = self.largest_modes(aspect);
         // A quarter of the lattice with weights: power depends on |q| only.
         let rows: Vec<[f64; 8]> = (0..=ky_max)
@@ -136,7 +136,7 @@ impl Spectrum {
                     let w = if kx == 0 { 1.0 } else { 2.0 } * if ky == 0 { 1.0 } else { 2.0 };
                     let q = 2.0 * PI;
                     sum[0] += w * c * q * q * n2;
-                    if !kept.has(kx, ky, n2.sqrt()) {
+                    if !cached.has(kx, ky, n2.sqrt()) {
                         continue;
                     }
                     sum[1] += w * c;
@@ -186,7 +186,7 @@ mod tests {
         /// The printed digits of the reference values.
         const DIGITS: f64 = 2e-4;
         let e = Spectrum::CHALLENGE.expected(1.0, 0.0);
-        let close = |found: f64, printed: f64| assert!((found / printed - 1.0).abs() < DIGITS, "{found} {printed}");
+        let close = |actual: f64, printed: f64| assert!((actual / printed - 1.0).abs() < DIGITS, "{actual} {printed}");
         close(e.rms_height * 100.0, 0.78252);
         close(e.curvature_radius * 1e5, 60.13);
         close(e.m0 * 1e4, 0.6123);

@@ -1,4 +1,4 @@
-use asperity_grid::{Filter, Grid, Transform, extent, mean, signed_mode};
+use asperity_grid::{Grid, SpectralFilter, Transform, extent, mean, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 use std::sync::Mutex;
@@ -30,15 +30,15 @@ impl Moments {
 
 /// Lowest, mean and highest height.
 #[derive(Debug, Clone, Copy)]
-pub struct Range {
+pub struct HeightRange {
     pub min: f64,
     pub mean: f64,
     pub max: f64,
 }
 
-pub fn range(heights: &[f64]) -> Range {
+pub fn range(heights: &[f64]) -> HeightRange {
     let (min, max) = extent(heights);
-    Range { min, mean: mean(heights), max }
+    HeightRange { min, mean: mean(heights), max }
 }
 
 /// Moments of heights `[ny, nx]`.
@@ -93,7 +93,7 @@ pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) ->
     // One small histogram per column, added in column order.
     let columns = Mutex::new(vec![Vec::<(usize, [f64; 3])>::new(); grid.half()]);
     each_mode_column(grid, heights, |i, column| {
-        let mut found: Vec<(usize, [f64; 3])> = Vec::new();
+        let mut shells: Vec<(usize, [f64; 3])> = Vec::new();
         for (j, a) in column.iter().enumerate() {
             let n = grid.qx(i).hypot(grid.qy(j)) * grid.lx / (2.0 * PI);
             if n < 0.5 * first || n > last {
@@ -101,12 +101,12 @@ pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) ->
             }
             let (b, w) = (bin(n), grid.column_weight(i));
             let add = [w, w * a.norm_sqr(), w * expected(n)];
-            match found.iter_mut().find(|(k, _)| *k == b) {
+            match shells.iter_mut().find(|(k, _)| *k == b) {
                 Some((_, sum)) => sum.iter_mut().zip(add).for_each(|(s, v)| *s += v),
-                None => found.push((b, add)),
+                None => shells.push((b, add)),
             }
         }
-        columns.lock().expect("no panic while a column is stored")[i] = found;
+        columns.lock().expect("no panic while a column is stored")[i] = shells;
     });
     let mut sums = vec![[0.0; 3]; bins + 1];
     for (b, add) in columns.into_inner().expect("no panic while a column is stored").into_iter().flatten() {
@@ -147,7 +147,7 @@ fn spectral_sums<const K: usize>(
 /// Visits the normalised amplitudes of every column of the half spectrum.
 fn each_mode_column(grid: Grid, heights: &[f64], visit: impl Fn(usize, &[Complex<f64>]) + Sync) {
     struct Visit<V>(V, f64);
-    impl<V: Fn(usize, &[Complex<f64>]) + Sync> Filter<f64> for Visit<V> {
+    impl<V: Fn(usize, &[Complex<f64>]) + Sync> SpectralFilter<f64> for Visit<V> {
         fn apply(&self, i: usize, column: &mut [Complex<f64>]) -> f64 {
             column.iter_mut().for_each(|c| *c *= self.1);
             (self.0)(i, column);
@@ -184,7 +184,7 @@ mod tests {
             .map(|i| a * (kx * (i % 32) as f64 / 32.0).cos() * (ky * (i / 32) as f64 / 24.0).cos() + 5.0)
             .collect();
         let m = moments(grid, &heights);
-        let close = |found: f64, exact: f64| assert!((found / exact - 1.0).abs() < 1e-10, "{found} {exact}");
+        let close = |actual: f64, exact: f64| assert!((actual / exact - 1.0).abs() < 1e-10, "{actual} {exact}");
         close(m.rms_height, a / 2.0);
         close(m.rms_gradient, a / 2.0 * kx.hypot(ky));
         close(m.m4, a * a / 4.0 * (kx.powi(4) + ky.powi(4)) / 2.0);

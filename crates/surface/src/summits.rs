@@ -45,7 +45,7 @@ pub struct Summit {
 
 /// Second derivatives and gradient at a node.
 #[derive(Debug, Clone, Copy)]
-struct Shape {
+struct NodeDerivatives {
     xx: f64,
     yy: f64,
     xy: f64,
@@ -53,7 +53,7 @@ struct Shape {
     y: f64,
 }
 
-impl Shape {
+impl NodeDerivatives {
     fn mean(&self) -> f64 {
         0.5 * (self.xx + self.yy)
     }
@@ -67,14 +67,14 @@ impl Shape {
 /// eight neighbours, plateaus of equal heights counted once. A flat surface has none.
 pub fn summits(grid: Grid, heights: &[f64], fit: SummitFit, curvature: SummitCurvature) -> Vec<Summit> {
     let nodes = minima(grid, heights);
-    let shapes: Vec<Shape> = match fit {
+    let shapes: Vec<NodeDerivatives> = match fit {
         SummitFit::NinePoints => nodes.iter().map(|&i| nine_points(grid, heights, i)).collect(),
         SummitFit::Fourier => fourier(grid, heights, &nodes),
     };
     nodes.iter().zip(shapes).map(|(&node, shape)| summit(grid, heights, node, shape, curvature)).collect()
 }
 
-fn summit(grid: Grid, heights: &[f64], node: usize, shape: Shape, curvature: SummitCurvature) -> Summit {
+fn summit(grid: Grid, heights: &[f64], node: usize, shape: NodeDerivatives, curvature: SummitCurvature) -> Summit {
     let (mut mean, mut gauss) = (shape.mean(), shape.gauss());
     if mean <= 0.0 {
         // A summit narrower than the stencil, or a plateau: the mean rise of the neighbours gives the curvature.
@@ -91,7 +91,7 @@ fn summit(grid: Grid, heights: &[f64], node: usize, shape: Shape, curvature: Sum
         _ => mean,
     };
     // The vertex, if the quadratic form has one within a pixel.
-    let Shape { xx, yy, xy, x, y } = shape;
+    let NodeDerivatives { xx, yy, xy, x, y } = shape;
     let (sx, sy) = (-(yy * x - xy * y) / gauss, -(xx * y - xy * x) / gauss);
     let near = gauss > 0.0 && sx.abs() <= grid.dx() && sy.abs() <= grid.dy();
     let (sx, sy) = if near { (sx, sy) } else { (0.0, 0.0) };
@@ -154,23 +154,23 @@ fn stencil(grid: Grid, heights: &[f64], i: usize) -> [f64; 9] {
 }
 
 /// Least squares of a quadratic form on a three by three stencil; exact for such a form.
-fn nine_points(grid: Grid, heights: &[f64], node: usize) -> Shape {
+fn nine_points(grid: Grid, heights: &[f64], node: usize) -> NodeDerivatives {
     let z = stencil(grid, heights, node);
     let (dx, dy) = (grid.dx(), grid.dy());
     // Relative to the node, so that an offset costs no digits.
-    let at = |row: usize, column: usize| z[3 * row + column] - z[4];
-    let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();
-    Shape {
-        xx: sum(&|r| at(r, 0) - 2.0 * at(r, 1) + at(r, 2)) / (3.0 * dx * dx),
-        yy: sum(&|c| at(0, c) - 2.0 * at(1, c) + at(2, c)) / (3.0 * dy * dy),
-        xy: (at(0, 0) - at(0, 2) - at(2, 0) + at(2, 2)) / (4.0 * dx * dy),
-        x: sum(&|r| at(r, 2) - at(r, 0)) / (6.0 * dx),
-        y: sum(&|c| at(2, c) - at(0, c)) / (6.0 * dy),
+    let value_at = |row: usize, column: usize| z[3 * row + column] - z[4];
+    let sum = |value: &dyn Fn(usize) -> f64| (0..3).map(value).sum::<f64>();
+    NodeDerivatives {
+        xx: sum(&|r| value_at(r, 0) - 2.0 * value_at(r, 1) + value_at(r, 2)) / (3.0 * dx * dx),
+        yy: sum(&|c| value_at(0, c) - 2.0 * value_at(1, c) + value_at(2, c)) / (3.0 * dy * dy),
+        xy: (value_at(0, 0) - value_at(0, 2) - value_at(2, 0) + value_at(2, 2)) / (4.0 * dx * dy),
+        x: sum(&|r| value_at(r, 2) - value_at(r, 0)) / (6.0 * dx),
+        y: sum(&|c| value_at(2, c) - value_at(0, c)) / (6.0 * dy),
     }
 }
 
 /// Derivatives of the Fourier series at the nodes.
-fn fourier(grid: Grid, heights: &[f64], nodes: &[usize]) -> Vec<Shape> {
+fn fourier(grid: Grid, heights: &[f64], nodes: &[usize]) -> Vec<NodeDerivatives> {
     let transform = Transform::<f64>::new(grid);
     let mut spectrum = transform.spectrum();
     let mut field = vec![0.0; grid.points()];
@@ -194,7 +194,7 @@ fn fourier(grid: Grid, heights: &[f64], nodes: &[usize]) -> Vec<Shape> {
     let xy = derivative(&|i, j| real(-slope_x(i) * slope_y(j)));
     let x = derivative(&|i, _| Complex::new(0.0, slope_x(i)));
     let y = derivative(&|_, j| Complex::new(0.0, slope_y(j)));
-    (0..nodes.len()).map(|k| Shape { xx: xx[k], yy: yy[k], xy: xy[k], x: x[k], y: y[k] }).collect()
+    (0..nodes.len()).map(|k| NodeDerivatives { xx: xx[k], yy: yy[k], xy: xy[k], x: x[k], y: y[k] }).collect()
 }
 
 #[cfg(test)]
@@ -238,9 +238,9 @@ mod tests {
         }
         heights[27] = 0.5;
         (heights[44], heights[45]) = (0.2, 0.1);
-        let found = find(&heights);
-        assert_eq!(found.iter().map(|s| s.node).collect::<Vec<_>>(), [0, 27, 45]);
-        assert!(found.iter().all(|s| s.radius > 0.0 && s.radius.is_finite()), "{found:?}");
+        let actual = find(&heights);
+        assert_eq!(actual.iter().map(|s| s.node).collect::<Vec<_>>(), [0, 27, 45]);
+        assert!(actual.iter().all(|s| s.radius > 0.0 && s.radius.is_finite()), "{actual:?}");
     }
 
     /// The curvature of a wave is exact with its Fourier series; the fit averages it over three nodes.
@@ -249,9 +249,9 @@ mod tests {
         let grid = Grid::unit(32, 32);
         let h = |x: f64, y: f64| 0.01 * (TAU * 2.0 * x).cos() + 0.02 * (TAU * y).cos() + 0.001 * (TAU * (x + y)).sin();
         let heights: Vec<f64> = (0..1024).map(|i| h((i % 32) as f64 / 32.0, (i / 32) as f64 / 32.0)).collect();
-        let found = summits(grid, &heights, SummitFit::Fourier, SummitCurvature::Mean);
-        assert_eq!(found.len(), 2);
-        for s in found {
+        let actual = summits(grid, &heights, SummitFit::Fourier, SummitCurvature::Mean);
+        assert_eq!(actual.len(), 2);
+        for s in actual {
             let (x, y) = ((s.node % 32) as f64 / 32.0, (s.node / 32) as f64 / 32.0);
             let mixed = 0.001 * (TAU * (x + y)).sin();
             let laplacian = -TAU * TAU * (0.04 * (TAU * 2.0 * x).cos() + 0.02 * (TAU * y).cos() + 2.0 * mixed);
@@ -273,10 +273,10 @@ mod tests {
         for seed in 0..6 {
             let heights: Vec<f64> = Modes::new(spectrum, seed, 1.0).heights(grid, 0.0);
             let m = moments(grid, &heights);
-            let found = summits(grid, &heights, SummitFit::Fourier, SummitCurvature::Mean);
-            number += found.len() as f64;
+            let actual = summits(grid, &heights, SummitFit::Fourier, SummitCurvature::Mean);
+            number += actual.len() as f64;
             expected += m.m4 / (6.0 * PI * 3f64.sqrt() * m.m2);
-            curvature += found.iter().map(|s| 1.0 / s.radius).sum::<f64>() / (8.0 / 3.0 * (m.m4 / PI).sqrt());
+            curvature += actual.iter().map(|s| 1.0 / s.radius).sum::<f64>() / (8.0 / 3.0 * (m.m4 / PI).sqrt());
         }
         assert!((number / expected - 1.0).abs() < NUMBER, "{number} {expected}");
         assert!((curvature / number - 1.0).abs() < CURVATURE, "{}", curvature / number);

@@ -162,11 +162,11 @@ pub fn resample(from: Grid, heights: &[f64], to: Grid, low_pass: f64) -> Vec<f64
     transform.forward(heights, &mut source);
     let target = Transform::<f64>::new(to);
     let mut resampled = vec![0.0; to.points()];
-    let kept = |kx: i64, ky: i64| {
+    let keep = |kx: i64, ky: i64| {
         let n = (kx as f64).hypot(ky as f64 * to.lx / to.ly);
         n > 0.0 && n * low_pass <= 1.0 + 1e-9
     };
-    interpolate(&transform, &source, &target, &mut target.spectrum(), &mut resampled, kept);
+    interpolate(&transform, &source, &target, &mut target.spectrum(), &mut resampled, keep);
     resampled
 }
 
@@ -243,9 +243,9 @@ mod tests {
         let modes = Modes::new(Spectrum { lambda_s: 1.0 / 30.0, ..Spectrum::CHALLENGE }, 4, 1.0);
         let (coarse, fine) = (Grid::unit(64, 64), Grid::unit(150, 150));
         for (from, to, low_pass) in [(coarse, fine, 0.0), (fine, coarse, 0.0), (coarse, fine, 0.1)] {
-            let found = resample(from, &modes.heights::<f64>(from, 0.0), to, low_pass);
+            let actual = resample(from, &modes.heights::<f64>(from, 0.0), to, low_pass);
             let exact: Vec<f64> = modes.heights(to, low_pass);
-            assert!(found.iter().zip(&exact).all(|(f, e)| (f - e).abs() < 1e-14));
+            assert!(actual.iter().zip(&exact).all(|(f, e)| (f - e).abs() < 1e-14));
         }
     }
 
@@ -278,8 +278,8 @@ mod tests {
         let modes = Modes::new(spectrum, 3, 1.0);
         assert!(modes.scale.get().is_none());
         let heights = |modes: &Modes| modes.heights::<f64>(Grid::unit(32, 32), 0.0);
-        let found: Vec<Vec<f64>> = (0..8).into_par_iter().map(|_| heights(&modes)).collect();
-        assert!(found.iter().all(|h| *h == found[0]));
+        let actual: Vec<Vec<f64>> = (0..8).into_par_iter().map(|_| heights(&modes)).collect();
+        assert!(actual.iter().all(|h| *h == actual[0]));
         assert!((modes.rms_gradient(0.0) / spectrum.rms_gradient - 1.0).abs() < 1e-12);
     }
 }

@@ -15,7 +15,7 @@ pub(crate) struct Points {
 }
 
 /// Places of one coordinate on an even grid.
-struct Places {
+struct GridPositions {
     of: Vec<u32>,
     count: usize,
     spacing: f64,
@@ -77,12 +77,12 @@ impl Points {
         let mut taken = vec![false; nx * ny];
         let mut map = vec![f64::NAN; nx * ny];
         for (k, h) in self.heights.iter().enumerate() {
-            let at = y.of[k] as usize * nx + x.of[k] as usize;
-            if std::mem::replace(&mut taken[at], true) {
+            let index = y.of[k] as usize * nx + x.of[k] as usize;
+            if std::mem::replace(&mut taken[index], true) {
                 let found = format!("two heights at x = {:e}, y = {:e}", self.x[k], self.y[k]);
                 return Err(Error::format(path, found, "one for each point"));
             }
-            map[at] = *h;
+            map[index] = *h;
         }
         let map = HeightMap::with_missing(&path.display().to_string(), nx, ny, map)?;
         Ok((map, [nx as f64 * x.spacing, ny as f64 * y.spacing]))
@@ -109,7 +109,7 @@ fn levels(column: &[f64]) -> (Vec<u32>, Vec<f64>) {
     (of, means)
 }
 
-fn places(path: &Path, name: &str, column: &[f64]) -> Result<Places> {
+fn places(path: &Path, name: &str, column: &[f64]) -> Result<GridPositions> {
     if let Some(k) = column.iter().position(|v| !v.is_finite()) {
         let found = format!("{name} = {} at point {} (counted from 1)", column[k], k + 1);
         return Err(Error::format(path, found, "coordinates that are finite numbers"));
@@ -137,7 +137,7 @@ fn places(path: &Path, name: &str, column: &[f64]) -> Result<Places> {
         return Err(Error::format(path, format!("{last:e} steps of {name}"), "x and y on an even grid"));
     }
     let of = of.iter().map(|level| place(means[*level as usize]) as u32).collect();
-    Ok(Places { of, count: last as usize + 1, spacing })
+    Ok(GridPositions { of, count: last as usize + 1, spacing })
 }
 
 /// Whether one column is constant in runs while the other, `other`, is monotonic in each run, which is unlikely for heights.

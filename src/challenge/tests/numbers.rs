@@ -20,8 +20,8 @@ fn found(results: &Results, id: &str) -> [f64; 2] {
     [check.value.expect("a value"), check.error.expect("an error")]
 }
 
-fn assert_near(found: f64, expected: f64, what: &str) {
-    assert!((found / expected - 1.0).abs() < ROUNDING, "{what}: {found} instead of {expected}");
+fn assert_near(actual: f64, expected: f64, description: &str) {
+    assert!((actual / expected - 1.0).abs() < ROUNDING, "{description}: {actual} instead of {expected}");
 }
 
 /// Components of a state add up; a ratio of two areas has the errors of both.
@@ -79,9 +79,9 @@ fn errors_of_clusters_are_counting_errors() {
     // Clusters of a quarter of the area are four times as many, with half of the error.
     let mut finer = agreeing();
     let number = |o: &Observed| effective_clusters(&o.patch_area, o.gap.delta).expect("contact");
-    let before = number(seen(without(&mut finer)));
+    let previous = number(seen(without(&mut finer)));
     seen(without(&mut finer)).patch_area.iter_mut().for_each(|a| a[0] *= 0.25);
-    assert_near(number(seen(without(&mut finer))), 4.0 * before, "number");
+    assert_near(number(seen(without(&mut finer))), 4.0 * previous, "number");
     assert_near(found(&finer, "S22")[1], 0.5 * found(&results, "S22")[1], "S22");
 }
 

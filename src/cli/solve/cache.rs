@@ -85,7 +85,7 @@ fn is_of_state(name: &str) -> bool {
 
 /// Name of a state's file without the number of its load.
 fn of_state(name: &str) -> &str {
-    let numbered = name.strip_prefix("load-").and_then(|rest| rest.split_once('-'));
+    let numbered = name.strip_prefix("load-").and_then(|remainder| remainder.split_once('-'));
     numbered.filter(|(n, _)| n.parse::<usize>().is_ok()).map_or(name, |(_, name)| name)
 }
 
@@ -101,19 +101,19 @@ impl SolveCache {
                 warn(&format!("{what}; solved again"));
                 None
             }
-            other => other.valid().filter(|found| found.key == key),
+            other => other.valid().filter(|cache| cache.key == key),
         }
     }
 
     /// What differs between the finished solve in a folder and this one, in words; `None` if there is none or it is the same.
     pub(super) fn difference(folder: &Path, key: &str, scene: &Scene) -> Result<Option<String>> {
-        let Some(found) = Self::read(folder, false).valid() else { return Ok(None) };
+        let Some(cache) = Self::read(folder, false).valid() else { return Ok(None) };
         // The key ends with the hash of the program: another build solves again.
-        if found.key.starts_with(key) {
+        if cache.key.starts_with(key) {
             return Ok(None);
         }
         let now = serde_json::to_value(scene).map_err(|e| Error::format(folder, e, "values that JSON can hold"))?;
-        let list = json::differences(&found.scene, &now);
+        let list = json::differences(&cache.scene, &now);
         Ok(Some(if list.is_empty() { "the contents of its files changed".into() } else { list }))
     }
 

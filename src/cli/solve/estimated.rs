@@ -1,31 +1,31 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
 use super::fields::load_name;
-use super::{Solve, cache};
+use super::{SolveArgs, cache};
 use crate::Result;
 use crate::cli::output;
 use crate::cli::progress::TerminalProgress;
-use crate::pipeline::{Progress, state_of};
+use crate::pipeline::{ProgressReporter, state_of};
 use crate::record::load_table;
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::Case;
-use asperity_contact::interface::Adhesion;
+use asperity_contact::interface::AttractionLaw;
 use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{ContactMethod, Estimate, Heights, Problem, Quantity};
+use asperity_contact::method::{ContactMethod, Heights, MethodEstimate, Quantity, ReducedProblem};
 use asperity_contact::path::EstimatorInput;
 use asperity_grid::Field;
 use asperity_grid::units::Scales;
 use asperity_surface::files::{json, npy};
 use serde_json::{Value, json};
 
-pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &TerminalProgress) -> Result<()> {
+pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &TerminalProgress) -> Result<()> {
     let method = asperity_methods::find(&solve.method).expect("checked with the scene");
     let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
     let requested = &case.problem(heights);
     let card = method.card();
-    let (plan, have) = (EstimatorInput::plan(requested, method), asperity_grid::sys::available_memory_bytes());
+    let (plan, available) = (EstimatorInput::plan(requested, method), asperity_grid::sys::available_memory_bytes());
     let grid = requested.grid;
-    solve.print_plan(method, grid, plan.bytes, have)?;
+    solve.print_plan(method, grid, plan.bytes, available)?;
     if solve.dry_run {
         return Ok(());
     }
@@ -37,45 +37,46 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
         cache::clear(out, None)?;
     }
     let mut lines = Vec::new();
-    let watch = Progress::new(progress, None, "", (0, loads.len()));
+    let watch = ProgressReporter::new(progress, None, "", (0, loads.len()));
     let resolved_gradient = requested.resolved_gradient();
     let growth = asperity_grid::sys::MemoryGrowth::begin();
     let mut cpu = asperity_grid::sys::cpu_seconds();
     let input = EstimatorInput::new(requested.clone(), method)?;
-    input.walk((&loads, 0), &watch, |i, problem, found| {
+    input.walk((&loads, 0), &watch, |i, problem, estimate| {
         // Before anything is counted in what was found.
-        let (before, measured) = (std::mem::replace(&mut cpu, asperity_grid::sys::cpu_seconds()), growth.bytes());
-        let mut line = line(case.scales, method, problem, found);
+        let (previous, measured) = (std::mem::replace(&mut cpu, asperity_grid::sys::cpu_seconds()), growth.bytes());
+        let mut line = line(case.scales, method, problem, estimate);
         line["method"] = json!(card.id);
         line["criterion"] = json!(method.criterion(&problem.settings).to_string());
         line["calibrated_on"] = json!(method.calibrated_on(&problem.settings));
         line["measured_errors"] = json!(card.measured_errors);
         line["resolved_gradient"] = json!(resolved_gradient);
-        line["cpu_seconds"] = json!(cpu - before);
+        line["cpu_seconds"] = json!(cpu - previous);
         line["planned_bytes"] = json!(plan.bytes);
         line["measured_bytes"] = json!(measured);
         line["peak_rss_bytes"] = json!(growth.peak_bytes());
-        let adhesive = problem.adhesion != Adhesion::None;
+        let adhesive = problem.adhesion != AttractionLaw::None;
         line["provenance"] = json!(case.provenance);
         // What the method never gives, and what it does not give at this load.
         let never = Quantity::OUTPUTS
             .into_iter()
             .filter_map(|q| Some((q.id().to_string(), Value::from(card.unsupported_reason(q, adhesive)?))));
-        let here = line["missing"].as_object().into_iter().flatten().map(|(q, why)| (q.clone(), why.clone()));
+        let here = line["missing"].as_object().into_iter().flatten().map(|(q, reason)| (q.clone(), reason.clone()));
         line["missing"] = never.chain(here).collect();
         if let Some(out) = &solve.out {
             let name = |name: &str| match loads.len() {
                 1 => name.to_string(),
                 n => format!("{}-{name}", load_name(i, n)),
             };
-            for (file, field, unit) in
-                [("gap.npy", found.gap, case.scales.length_m), ("stress.npy", found.stress, case.scales.modulus_pa)]
-            {
+            for (file, field, unit) in [
+                ("gap.npy", estimate.gap, case.scales.length_m),
+                ("stress.npy", estimate.stress, case.scales.modulus_pa),
+            ] {
                 if let Some(field) = field {
                     npy::write_field(&out.join(name(file)), grid.nx, grid.ny, Field::F64(field), unit)?;
                 }
             }
-            if let Some(map) = found.contact {
+            if let Some(map) = estimate.contact {
                 npy::write(&out.join(name("contact.npy")), grid.nx, grid.ny, map.iter().copied())?;
             }
             json::write(&out.join(name("solve.json")), &line)?;
@@ -94,9 +95,9 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
     solve.finish(out, key, lines, None)
 }
 
-fn line(scales: Scales, method: &dyn ContactMethod, problem: &Problem, found: &Estimate) -> Value {
+fn line(scales: Scales, method: &dyn ContactMethod, problem: &ReducedProblem, estimate: &MethodEstimate) -> Value {
     let (length, modulus, grid) = (scales.length_m, scales.modulus_pa, problem.grid);
-    let state = state_of(method.card(), problem, (&LoadStep::single(found.pressure, 1.0), 1.0), found);
+    let state = state_of(method.card(), problem, (&LoadStep::single(estimate.pressure, 1.0), 1.0), estimate);
     let used = method.adhesion(problem);
     json!({
         "nx": grid.nx,
@@ -105,7 +106,7 @@ fn line(scales: Scales, method: &dyn ContactMethod, problem: &Problem, found: &E
         "adhesion": used.to_string(),
         "gamma": problem.adhesion.work_of_adhesion() * modulus * length,
         "range": used.range() * length,
-        "pressure": found.pressure * modulus,
+        "pressure": estimate.pressure * modulus,
         "contact_area": state.numbers.contact_area,
         "contact_nodes": state.contact_nodes,
         "mean_gap": state.mean_gap.map(|g| g * length),

@@ -1,12 +1,12 @@
 //! Fields of the states of a solve, of which every rank has its rows: their files, and what the report needs of them.
 
-use super::Solve;
+use super::SolveArgs;
 use crate::Result;
 use crate::scene::Case;
-use asperity_contact::interface::Adhesion;
-use asperity_contact::method::{State, Stop};
+use asperity_contact::interface::AttractionLaw;
+use asperity_contact::method::{Equilibrium, Stop};
 use asperity_contact::observe::contact_map;
-use asperity_contact::path::LoadPath;
+use asperity_contact::path::LoadPathSolver;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::units::Scales;
 use asperity_grid::{Field, Grid, sum_rows, sums_of_ranks};
@@ -15,7 +15,7 @@ use std::path::Path;
 
 /// What all ranks do with the fields of a state.
 pub(super) struct FieldWriter<'a> {
-    solve: &'a Solve,
+    solve: &'a SolveArgs,
     out: Option<&'a Path>,
     /// Number of loads.
     loads: usize,
@@ -39,23 +39,23 @@ pub(super) struct OfFields {
 
 impl OfFields {
     /// The gap `[ny, nx]`, on the first rank, for the flow through it.
-    pub(super) fn gap<'f>(&'f self, state: &State<'f>) -> Field<'f> {
+    pub(super) fn gap<'f>(&'f self, state: &Equilibrium<'f>) -> Field<'f> {
         self.gap.as_deref().map_or(state.gap, Field::F64)
     }
 
     /// The stress `[ny, nx]`, on the first rank, for the stress below it.
-    pub(super) fn stress<'f>(&'f self, state: &State<'f>) -> Field<'f> {
+    pub(super) fn stress<'f>(&'f self, state: &Equilibrium<'f>) -> Field<'f> {
         self.stress.as_deref().map_or(state.stress, Field::F64)
     }
 }
 
 impl<'a> FieldWriter<'a> {
-    pub(super) fn new(solve: &'a Solve, case: &Case, path: &LoadPath<'a>, loads: usize) -> Self {
+    pub(super) fn new(solve: &'a SolveArgs, case: &Case, path: &LoadPathSolver<'a>, loads: usize) -> Self {
         FieldWriter {
             solve,
             out: solve.out.as_deref(),
             loads,
-            adhesive: [path.adhesion(), case.adhesion].map(|law| law != Adhesion::None),
+            adhesive: [path.adhesion(), case.adhesion].map(|law| law != AttractionLaw::None),
             subsurface: case.subsurface().is_some(),
             grid: path.problem().grid,
             ranks: path.problem().ranks,
@@ -67,7 +67,7 @@ impl<'a> FieldWriter<'a> {
     ///
     /// # Errors
     /// I/O, on any rank.
-    pub(super) fn state(&self, i: usize, state: &State) -> Result<OfFields> {
+    pub(super) fn state(&self, i: usize, state: &Equilibrium) -> Result<OfFields> {
         self.write(i, state)?;
         let (ranks, grid) = (state.ranks, self.grid);
         let presses = |i: &usize| state.gap.at(*i) <= 0.0 && state.stress.at(*i) > 0.0;
@@ -78,18 +78,18 @@ impl<'a> FieldWriter<'a> {
             let [nodes] = sums_of_ranks(ranks, ranks.count(), &[own]);
             nodes / grid.points() as f64
         });
-        let whole = |is_needed: bool, field: Field| {
+        let is_whole = |is_needed: bool, field: Field| {
             let gather = || ranks.gather_on_first(&field.to_vec(), &ranks.shares(grid.ny, grid.nx));
             (is_needed && ranks.are_several()).then(gather)
         };
         Ok(OfFields {
             compressive,
-            gap: whole(self.solve.leakage, state.gap),
-            stress: whole(self.subsurface && state.stop == Stop::Converged, state.stress),
+            gap: is_whole(self.solve.leakage, state.gap),
+            stress: is_whole(self.subsurface && state.stop == Stop::Converged, state.stress),
         })
     }
 
-    fn write(&self, i: usize, state: &State) -> Result<()> {
+    fn write(&self, i: usize, state: &Equilibrium) -> Result<()> {
         let Some(out) = self.out.filter(|_| self.ranks.is_first() || state.ranks.are_several()) else {
             return Ok(());
         };

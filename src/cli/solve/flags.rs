@@ -4,8 +4,8 @@ use super::loads::{LoadFlags, list};
 use super::units::SolveUnits;
 use crate::cli::file::{COMMAND_LINE, FileFlags, MapFlags, flag_of, refuse_grid, refused};
 use crate::scene::{
-    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, Length, LoadScene, Scene, Stress,
-    SubsurfaceScene, SurfaceScene, WallKind, Work,
+    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, LaboratoryScene, LayerScene, Length, LoadScene, Scene,
+    Stress, SubsurfaceScene, SurfaceScene, WallKind, Work,
 };
 use crate::{Error, Result};
 use asperity_contact::interface::{Base, RangeChoice};
@@ -25,7 +25,7 @@ const OUTPUT: &str = "Output";
 // A negative value is refused by its flag's own check, not taken for a flag.
 #[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
-pub(crate) struct Solve {
+pub(crate) struct SolveArgs {
     /// File of heights or of Fourier coefficients; the same as --heights.
     #[arg(required_unless_present_any = ["challenge", "heights"], conflicts_with_all = ["challenge", "heights"])]
     pub(super) file: Option<PathBuf>,
@@ -161,7 +161,7 @@ fn share(text: &str) -> std::result::Result<f64, String> {
     fraction(text).ok_or_else(|| Dimension::Fraction.accepted())
 }
 
-impl Solve {
+impl SolveArgs {
     /// The scene of these flags, in consistent units.
     ///
     /// # Errors
@@ -172,10 +172,10 @@ impl Solve {
             return Err(Error::input(COMMAND_LINE, flag, "given", "only together with a file, not with --challenge"));
         }
         let units = self.solve_units()?;
-        let mut laboratory = Laboratory {
+        let mut laboratory = LaboratoryScene {
             // A missing modulus is reported with all else that is missing.
             modulus: Some(self.modulus.map_or(Stress::plain(f64::NAN), |m| Stress::plain(m.value))),
-            ..Laboratory::default()
+            ..LaboratoryScene::default()
         };
         if self.challenge.is_some() {
             // Reduced units.
@@ -326,9 +326,9 @@ impl Solve {
     /// Settings of single methods.
     fn settings(&self) -> Result<Settings> {
         // KEY=VALUE is TOML, except that words have no quotes.
-        let quoted = |given: &String| match given.split_once('=') {
-            Some((key, value)) if given.parse::<toml::Table>().is_err() => format!("{key} = {:?}", value.trim()),
-            _ => given.clone(),
+        let quoted = |given_value: &String| match given_value.split_once('=') {
+            Some((key, value)) if given_value.parse::<toml::Table>().is_err() => format!("{key} = {:?}", value.trim()),
+            _ => given_value.clone(),
         };
         let lines: Vec<String> = self.set.iter().map(quoted).collect();
         toml::from_str(&lines.join("\n")).map_err(|e| {

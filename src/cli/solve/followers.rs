@@ -1,14 +1,14 @@
 //! `solve` on several ranks: what they cannot do, and the ranks that follow the first.
 
 use super::fields::FieldWriter;
-use super::flags::Solve;
+use super::flags::SolveArgs;
 use crate::cli::file::COMMAND_LINE;
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_contact::load::Load;
 use asperity_contact::method::{ContactMethod, Iteration, Observer, SnapshotRef, Stop};
-use asperity_contact::path::{LoadPath, Reached};
+use asperity_contact::path::{LoadPathSolver, Reached};
 use asperity_grid::sys::ranks::Ranks;
 use serde_json::Value;
 use std::ops::ControlFlow;
@@ -20,24 +20,24 @@ pub(super) const CHECKPOINT: &str = "checkpoint";
 /// What the first rank finds in the folder of results.
 #[derive(Clone, Copy, PartialEq)]
 #[repr(u8)]
-pub(super) enum Found {
+pub(super) enum FolderState {
     Nothing,
     Checkpoint,
     Finished,
 }
 
-impl Found {
+impl FolderState {
     /// What the first rank has found.
-    pub(super) fn of_first(self, ranks: &Ranks) -> Found {
+    pub(super) fn of_first(self, ranks: &Ranks) -> FolderState {
         match ranks.first_says(self as u8) {
-            0 => Found::Nothing,
-            1 => Found::Checkpoint,
-            _ => Found::Finished,
+            0 => FolderState::Nothing,
+            1 => FolderState::Checkpoint,
+            _ => FolderState::Finished,
         }
     }
 }
 
-impl Solve {
+impl SolveArgs {
     /// Refuses what several ranks cannot share.
     ///
     /// # Errors
@@ -69,17 +69,17 @@ impl Solve {
     ///
     /// # Errors
     /// Those of this rank alone, such as a checkpoint that it cannot read.
-    pub(super) fn follow(&self, case: &Case, path: &LoadPath, ranks: &Ranks) -> Result<()> {
+    pub(super) fn follow(&self, case: &Case, path: &LoadPathSolver, ranks: &Ranks) -> Result<()> {
         let (begin, writer) = match &self.out {
             None => (self.initial_gap(case)?, None),
             Some(out) => {
-                let found = Found::Nothing.of_first(ranks);
-                if found == Found::Finished {
+                let folder_state = FolderState::Nothing.of_first(ranks);
+                if folder_state == FolderState::Finished {
                     return Ok(());
                 }
                 let key = self.key()?;
-                let checkpoint = match found {
-                    Found::Checkpoint => Some(same_checkpoint(out, &key, ranks)?.begin(ranks)?),
+                let checkpoint = match folder_state {
+                    FolderState::Checkpoint => Some(same_checkpoint(out, &key, ranks)?.begin(ranks)?),
                     _ => self.initial_gap(case)?,
                 };
                 (checkpoint, Some(CheckpointWriter::new(out, CHECKPOINT, key, Vec::new()).on(ranks)))

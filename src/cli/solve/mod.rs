@@ -10,28 +10,28 @@ mod loads;
 mod reporter;
 mod units;
 
-pub(super) use flags::Solve;
+pub(super) use flags::SolveArgs;
 
 use super::file::COMMAND_LINE;
 use super::{output, progress::TerminalProgress};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
-use crate::pipeline::{Key, Listener, Progress};
+use crate::pipeline::{Listener, ProgressReporter, StageKey};
 use crate::record::load_table::ResultUnits;
 use crate::report::number::memory;
-use crate::scene::{Case, Surface};
+use crate::scene::{Case, HeightSource};
 use crate::scene::{rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use asperity_contact::load::Load;
-use asperity_contact::method::{ContactMethod, Device, Heights, Kind, Precision, Problem, Stop};
+use asperity_contact::method::{ContactMethod, Device, Heights, MethodKind, Precision, ReducedProblem, Stop};
 use asperity_contact::observe::leakage_bytes;
-use asperity_contact::path::{Begin, LoadPath, subsurface_bytes};
+use asperity_contact::path::{InitialState, LoadPathSolver, subsurface_bytes};
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::units::Measure;
 use asperity_grid::{Grid, Series};
 use asperity_surface::files::hashed::file_hash;
 use cache::SolveCache;
 use fields::file_name;
-use followers::{CHECKPOINT, Found};
+use followers::{CHECKPOINT, FolderState};
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -45,11 +45,11 @@ enum StoredHeights {
 
 impl StoredHeights {
     /// Of a spectrum and of coefficients the series: most often less than the nodes.
-    fn of(surface: Surface, ranks: &Ranks) -> Self {
+    fn of(surface: HeightSource, ranks: &Ranks) -> Self {
         match surface {
-            Surface::Synthesised { modes, .. } => StoredHeights::Series(modes.series_on(ranks)),
-            Surface::Fourier { modes, .. } => StoredHeights::Series(modes.into_series()),
-            Surface::Imported { heights, .. } => StoredHeights::Nodes(Arc::unwrap_or_clone(heights)),
+            HeightSource::Synthesised { modes, .. } => StoredHeights::Series(modes.series_on(ranks)),
+            HeightSource::Fourier { modes, .. } => StoredHeights::Series(modes.into_series()),
+            HeightSource::Imported { heights, .. } => StoredHeights::Nodes(Arc::unwrap_or_clone(heights)),
         }
     }
 
@@ -68,7 +68,7 @@ impl StoredHeights {
     }
 }
 
-impl Solve {
+impl SolveArgs {
     /// Units of the results, where they are known.
     fn units(&self, case: &Case) -> ResultUnits {
         let unit = |m: Option<Measure>| m.and_then(|m| m.unit).map(|unit| unit.to_string());
@@ -109,56 +109,57 @@ impl Solve {
         &self,
         case: &Case,
         method: &'static dyn ContactMethod,
-        problem: &Problem,
+        problem: &ReducedProblem,
         loads: &[Load],
     ) -> Result<u64> {
         // What only the first rank does, of whole fields.
-        let gathered = |problem: &Problem| match problem.ranks.are_several() {
+        let gathered = |problem: &ReducedProblem| match problem.ranks.are_several() {
             true => (size_of::<f64>() * problem.grid.points()) as u64,
             false => 0,
         };
-        let flow = |problem: &Problem| if self.leakage { leakage_bytes(problem.grid) + gathered(problem) } else { 0 };
-        let below = |problem: &Problem| match self.subsurface.is_none() {
+        let flow =
+            |problem: &ReducedProblem| if self.leakage { leakage_bytes(problem.grid) + gathered(problem) } else { 0 };
+        let below = |problem: &ReducedProblem| match self.subsurface.is_none() {
             true => 0,
             false => subsurface_bytes(problem) + gathered(problem),
         };
-        let planned = |problem: Problem| {
+        let planned = |problem: ReducedProblem| {
             let after = if problem.ranks.is_first() { flow(&problem) + below(&problem) } else { 0 };
-            LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + after
+            LoadPathSolver::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + after
         };
         // Ranks on one machine share its memory.
         let need = problem.ranks.sum_on_this_machine(planned(problem.clone()));
-        let have = asperity_grid::sys::available_memory_bytes();
-        self.print_plan(method, problem.grid, need, have)?;
-        if need > have {
-            let advice = fitting(planned, problem, have);
-            return Err(Error::Memory { what: method.card().id.into(), need, have, advice });
+        let available = asperity_grid::sys::available_memory_bytes();
+        self.print_plan(method, problem.grid, need, available)?;
+        if need > available {
+            let advice = fitting(planned, problem, available);
+            return Err(Error::Memory { what: method.card().id.into(), need, have: available, advice });
         }
         Ok(need)
     }
 
     /// The output of --dry-run.
-    fn print_plan(&self, method: &'static dyn ContactMethod, grid: Grid, need: u64, have: u64) -> Result<()> {
+    fn print_plan(&self, method: &'static dyn ContactMethod, grid: Grid, required: u64, available: u64) -> Result<()> {
         if self.dry_run && self.json {
-            return output::json_line(&json!({ "bytes": need, "available_bytes": have }));
+            return output::json_line(&json!({ "bytes": required, "available_bytes": available }));
         }
         if self.dry_run {
-            let (id, need, have) = (method.card().id, memory(need), memory(have));
+            let (id, required, available) = (method.card().id, memory(required), memory(available));
             let Grid { nx, ny, .. } = grid;
-            output::print(&format!("{id} on {nx} x {ny} points needs {need} of memory; {have} are available"));
+            output::print(&format!("{id} on {nx} x {ny} points needs {required} of memory; {available} are available"));
         }
         Ok(())
     }
 
     /// Key of a checkpoint: these flags and the contents of the files that they name.
     fn key(&self) -> Result<String> {
-        let files = [self.surface_file(), self.initial_gap.as_deref()].map(|f| f.map(Key::of_file).transpose());
+        let files = [self.surface_file(), self.initial_gap.as_deref()].map(|f| f.map(StageKey::of_file).transpose());
         let [heights, initial_gap] = files;
         let mut scene = self.scene()?;
         // The contents of the map, wherever it is.
         scene.continuum.hardness_map = self.hardness_map.as_deref().map(file_hash).transpose()?.map(PathBuf::from);
         let own = (scene, self.resolution, self.elastic_stress);
-        Ok(Key::new("solve", &(own, heights?, initial_gap?), &[])?.with(""))
+        Ok(StageKey::new("solve", &(own, heights?, initial_gap?), &[])?.with(""))
     }
 
     /// Opens the folder of results.
@@ -199,13 +200,13 @@ impl Solve {
             case.find_contact_pressures(&asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
         let stored = StoredHeights::of(case.take_surface(), ranks);
-        if method.card().kind == Kind::Estimate {
+        if method.card().kind == MethodKind::Estimate {
             return estimated::run(&self, &case, stored.heights(), &progress);
         }
         let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
         // Of a map as it comes: the series that the default method makes of it takes no more.
-        let problem = Problem { ranks, ..case.problem(stored.heights()) };
-        let before = Before::now(self.planned(&case, method, &problem, &loads)?);
+        let problem = ReducedProblem { ranks, ..case.problem(stored.heights()) };
+        let previous = Before::now(self.planned(&case, method, &problem, &loads)?);
         if self.dry_run {
             return Ok(());
         }
@@ -214,31 +215,31 @@ impl Solve {
             "fast" if case.scene.continuum.is_periodic() => stored.into_series(case.grid),
             _ => stored,
         };
-        let problem = Problem { ranks, ..case.problem(stored.heights()) };
-        let path = LoadPath::new(problem.clone(), method, case.range(), 0.0, &loads);
+        let problem = ReducedProblem { ranks, ..case.problem(stored.heights()) };
+        let path = LoadPathSolver::new(problem.clone(), method, case.range(), 0.0, &loads);
         let path = path.with_stiffness().with_leakage(self.leakage);
         if !ranks.is_first() {
             return self.follow(&case, &path, ranks);
         }
-        let mut reporter = SolveReporter::new(&self, &case, &problem, &path, loads.len(), before);
+        let mut reporter = SolveReporter::new(&self, &case, &problem, &path, loads.len(), previous);
         let Some(out) = &self.out else {
             let begin = self.initial_gap(&case)?;
             return self.walk(&path, begin, None, &mut reporter, &progress).map(|_| ());
         };
         let key = self.key()?;
         // Another build of the program solves a finished load again.
-        let solved_by = format!("{key} {}", Key::of_program()?);
+        let solved_by = format!("{key} {}", StageKey::of_program()?);
         self.open_folder(out, &key)?;
         let finished = SolveCache::find(out, &solved_by, !self.no_verify, &|w| progress.warn(w));
         if let Some(finished) = finished {
-            Found::Finished.of_first(ranks);
+            FolderState::Finished.of_first(ranks);
             progress.note(&format!("finished already: results read from {}", out.display()));
             finished.states.into_iter().try_for_each(|line| reporter.again(line))?;
             reporter.unresolved().iter().for_each(|w| progress.warn(w));
             return finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line));
         }
         let checkpoint = self.resume(out, &key, &mut reporter, &progress)?;
-        if checkpoint.is_some() { Found::Checkpoint } else { Found::Nothing }.of_first(ranks);
+        if checkpoint.is_some() { FolderState::Checkpoint } else { FolderState::Nothing }.of_first(ranks);
         let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
         let writer = CheckpointWriter::new(out, CHECKPOINT, key, finished).on(ranks);
         let begin = match checkpoint {
@@ -259,10 +260,10 @@ impl Solve {
     }
 
     /// The gap that --initial-gap names, over the cell's extent.
-    fn initial_gap(&self, case: &Case) -> Result<Option<Begin>> {
+    fn initial_gap(&self, case: &Case) -> Result<Option<InitialState>> {
         let Some(file) = &self.initial_gap else { return Ok(None) };
         let gap = crate::pipeline::start(file, case.grid)?;
-        Ok(Some(Begin::Gap(gap.into_iter().map(|g| g / case.scales.length_m).collect())))
+        Ok(Some(InitialState::Gap(gap.into_iter().map(|g| g / case.scales.length_m).collect())))
     }
 
     /// The checkpoint of an interrupted solve with this key, if there is one; its finished loads are reported.
@@ -294,8 +295,8 @@ impl Solve {
     /// Solves load by load, then the pull-off if requested, whose line of JSON is returned.
     fn walk(
         &self,
-        path: &LoadPath,
-        begin: Option<Begin>,
+        path: &LoadPathSolver,
+        begin: Option<InitialState>,
         writer: Option<&CheckpointWriter>,
         reporter: &mut SolveReporter,
         progress: &TerminalProgress,
@@ -303,7 +304,7 @@ impl Solve {
         let (grid, tolerance, id) = (path.problem().grid, path.problem().tolerance, path.method().card().id);
         progress.begin("solve", &format!("{id} on {} x {} points", grid.nx, grid.ny));
         let loads = reporter.loads;
-        let observer = Progress::new(progress, writer, "", (reporter.lines.len(), loads));
+        let observer = ProgressReporter::new(progress, writer, "", (reporter.lines.len(), loads));
         let pulled = path.walk(begin, self.pull_off, &observer, |i, reached| {
             observer.next();
             let state = &reached.state;
@@ -330,11 +331,11 @@ impl Solve {
 }
 
 /// The largest grids of the problem's shape that fit into `have` bytes; `bytes` plans a problem with all that is also stored.
-fn fitting<'p>(bytes: impl Fn(Problem<'p>) -> u64, problem: &Problem<'p>, have: u64) -> String {
+fn fitting<'p>(bytes: impl Fn(ReducedProblem<'p>) -> u64, problem: &ReducedProblem<'p>, available: u64) -> String {
     let Grid { nx, ny, .. } = problem.grid;
-    let of = |precision| {
+    let value_of = |precision| {
         let grid = |n: usize| Grid { nx: n, ny: (n * ny / nx).max(1), ..problem.grid };
-        let fits = |n| bytes(Problem { grid: grid(n), precision, ..problem.clone() }) <= have;
+        let fits = |n| bytes(ReducedProblem { grid: grid(n), precision, ..problem.clone() }) <= available;
         // Bisection: one more point never needs less.
         let (mut low, mut high) = (0, nx + 1);
         while high - low > 1 {
@@ -344,7 +345,9 @@ fn fitting<'p>(bytes: impl Fn(Problem<'p>) -> u64, problem: &Problem<'p>, have: 
         format!("{} x {} points", low, if low == 0 { 0 } else { grid(low).ny })
     };
     match problem.precision {
-        Precision::F32 => format!("{} fit", of(Precision::F32)),
-        Precision::F64 => format!("{} fit, with --precision f32 {}", of(Precision::F64), of(Precision::F32)),
+        Precision::F32 => format!("{} fit", value_of(Precision::F32)),
+        Precision::F64 => {
+            format!("{} fit, with --precision f32 {}", value_of(Precision::F64), value_of(Precision::F32))
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Results of `solve`, as tables and as JSON.
 
-use super::Solve;
+use super::SolveArgs;
 use super::curve::{self, in_unit, share};
 use super::fields::{FieldWriter, OfFields, file_name};
 use crate::Result;
@@ -8,10 +8,10 @@ use crate::cli::output;
 use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::report::number::{change, duration, memory, percent, significant};
 use crate::scene::{Case, rename_keys_in};
-use asperity_contact::interface::{Adhesion, RangeChoice, SubsurfaceRequest};
-use asperity_contact::method::{Card, Device, Problem, State, Stop};
+use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
+use asperity_contact::method::{Device, Equilibrium, MethodCard, ReducedProblem, Stop};
 use asperity_contact::observe::Leakage;
-use asperity_contact::path::{self, LoadPath, Reached};
+use asperity_contact::path::{self, LoadPathSolver, Reached};
 use asperity_contact::results::{Discretisation, HardnessMapResults, Peak, PullOff, SubsurfaceResults};
 use asperity_grid::Field;
 use asperity_grid::sys::MemoryGrowth;
@@ -23,7 +23,7 @@ use serde_json::{Value, json};
 
 /// Reports the states of one solve in the units of its command line.
 pub(super) struct SolveReporter<'a> {
-    solve: &'a Solve,
+    solve: &'a SolveArgs,
     /// Of the results: the units of the command line.
     scales: Scales,
     units: ResultUnits,
@@ -31,14 +31,14 @@ pub(super) struct SolveReporter<'a> {
     gradient: f64,
     provenance: Option<Provenance>,
     /// As requested, and as used by the method on this grid.
-    requested: Adhesion,
-    used: Adhesion,
-    problem: Problem<'a>,
+    requested: AttractionLaw,
+    used: AttractionLaw,
+    problem: ReducedProblem<'a>,
     subsurface: Option<SubsurfaceRequest>,
     fields: FieldWriter<'a>,
     /// Of a hardness that is a map, over E*.
     hardness_map: Option<HardnessMapResults>,
-    card: &'static Card,
+    card: &'static MethodCard,
     criterion: String,
     pub resolved_gradient: f64,
     planned_bytes: u64,
@@ -65,10 +65,10 @@ impl Before {
 
 impl<'a> SolveReporter<'a> {
     pub(super) fn new(
-        solve: &'a Solve,
+        solve: &'a SolveArgs,
         case: &Case,
-        requested: &Problem<'a>,
-        path: &LoadPath<'a>,
+        requested: &ReducedProblem<'a>,
+        path: &LoadPathSolver<'a>,
         loads: usize,
         Before { planned_bytes, growth, cpu }: Before,
     ) -> Self {
@@ -126,9 +126,9 @@ impl<'a> SolveReporter<'a> {
 
     /// Reports a state and writes its files. Returns its line of JSON.
     pub(super) fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
-        let before = std::mem::replace(&mut self.cpu, asperity_grid::sys::cpu_seconds());
+        let previous = std::mem::replace(&mut self.cpu, asperity_grid::sys::cpu_seconds());
         let fields = self.fields.state(i, &reached.state)?;
-        let mut line = self.line(reached, &fields, self.cpu - before);
+        let mut line = self.line(reached, &fields, self.cpu - previous);
         self.add_subsurface(i, &reached.state, &fields, &mut line)?;
         if let Some(out) = &self.solve.out {
             json::write(&out.join(file_name(i, self.loads, reached.state.stop, "solve.json")), &line)?;
@@ -204,16 +204,16 @@ impl<'a> SolveReporter<'a> {
         if self.solve.leakage {
             self.add_leakage(fields.gap(state), reached.coarser_gaps, &mut line);
         }
-        if let Some(found) = state.plasticity {
+        if let Some(plasticity) = state.plasticity {
             line["hardness"] = json!(problem.hardness.map(|h| h.mean() * modulus));
             if let Some(map) = &self.hardness_map {
                 let (lowest, highest) = (map.lowest * modulus, map.highest * modulus);
                 line["hardness_map"] = json!(HardnessMapResults { lowest, highest, ..map.clone() });
             }
-            line["flowing_fraction"] = json!(found.flowing);
-            line["displaced_fraction"] = json!(found.displaced);
-            line["mean_plastic_displacement"] = json!(found.displacement * length);
-            line["plastic_work"] = json!(found.work * energy);
+            line["flowing_fraction"] = json!(plasticity.flowing);
+            line["displaced_fraction"] = json!(plasticity.displaced);
+            line["mean_plastic_displacement"] = json!(plasticity.displacement * length);
+            line["plastic_work"] = json!(plasticity.work * energy);
         }
         line
     }
@@ -239,10 +239,10 @@ impl<'a> SolveReporter<'a> {
     }
 
     /// Adds the stress below the surface to the line of a state, and writes its maps.
-    fn add_subsurface(&self, i: usize, state: &State, fields: &OfFields, line: &mut Value) -> Result<()> {
+    fn add_subsurface(&self, i: usize, state: &Equilibrium, fields: &OfFields, line: &mut Value) -> Result<()> {
         let Some(request) = self.subsurface.as_ref().filter(|_| state.stop == Stop::Converged) else { return Ok(()) };
         let (Scales { length_m: length, modulus_pa: modulus }, grid) = (self.scales, self.problem.grid);
-        let found =
+        let slices =
             path::subsurface(request, (grid, self.problem.kernel), fields.stress(state), |depth, quantity, values| {
                 let Some(out) = &self.solve.out else { return Ok(None) };
                 let map = format!("{}.npy", path::subsurface_map(quantity, depth));
@@ -250,7 +250,7 @@ impl<'a> SolveReporter<'a> {
                 npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
                 Ok(Some(name))
             })?;
-        line["subsurface"] = json!(found.in_units(length, modulus));
+        line["subsurface"] = json!(slices.in_units(length, modulus));
         Ok(())
     }
 
@@ -276,15 +276,15 @@ impl<'a> SolveReporter<'a> {
     }
 
     /// Reports the pull-off and writes its file. Returns its line of JSON.
-    pub(super) fn pull_off(&self, found: &PullOff) -> Result<Value> {
+    pub(super) fn pull_off(&self, pull_off: &PullOff) -> Result<Value> {
         let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
-        let curve: Vec<[f64; 2]> = found.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
+        let curve: Vec<[f64; 2]> = pull_off.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
         let line = json!({
-            "pull_off_pressure": found.pressure * modulus,
-            "pull_off_pressure_error": found.pressure_error.map(|e| e * modulus),
-            "mean_gap": found.mean_gap * length,
-            "mean_gap_error": found.mean_gap_error.map(|e| e * length),
-            "coarser": found.coarser,
+            "pull_off_pressure": pull_off.pressure * modulus,
+            "pull_off_pressure_error": pull_off.pressure_error.map(|e| e * modulus),
+            "mean_gap": pull_off.mean_gap * length,
+            "mean_gap_error": pull_off.mean_gap_error.map(|e| e * length),
+            "coarser": pull_off.coarser,
             "curve": curve,
         });
         if let Some(out) = &self.solve.out {
@@ -320,12 +320,15 @@ impl<'a> SolveReporter<'a> {
 /// Rows of the stress below the surface, if it was requested.
 fn below_the_surface(line: &Value, units: &ResultUnits) -> Vec<(&'static str, String)> {
     let Ok(s) = SubsurfaceResults::deserialize(&line["subsurface"]) else { return Vec::new() };
-    let at = |p: &Peak| {
+    let value_at = |p: &Peak| {
         format!("{}, {} deep", in_unit(units, p.value, Dimension::Stress), in_unit(units, p.depth, Dimension::Length))
     };
-    let share = s.shear_over_strength.map(|share| ("over the shear strength", significant(share, 3)));
-    let largest = [("largest von Mises stress below", at(&s.von_mises)), ("largest shear stress below", at(&s.shear))];
-    largest.into_iter().chain(share).collect()
+    let fraction = s.shear_over_strength.map(|fraction| ("over the shear strength", significant(fraction, 3)));
+    let largest = [
+        ("largest von Mises stress below", value_at(&s.von_mises)),
+        ("largest shear stress below", value_at(&s.shear)),
+    ];
+    largest.into_iter().chain(fraction).collect()
 }
 
 /// A value with its error and unit.
@@ -393,20 +396,20 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
         rows.push(("at the true range", "not extrapolated: three grids as coarse as these differ by too much".into()));
     }
     if let Some(e) = line["extrapolated"].as_object() {
-        let of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));
-        if let Some((area, error)) = of("contact_area") {
+        let value_of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));
+        if let Some((area, error)) = value_of("contact_area") {
             let contact = format!("{} ± {} % of the cell", significant(100.0 * area, 3), significant(100.0 * error, 2));
             rows.push(("at the true range: contact", contact));
         }
-        if let Some((gap, error)) = of("mean_gap").filter(|g| g.0.is_finite()) {
+        if let Some((gap, error)) = value_of("mean_gap").filter(|g| g.0.is_finite()) {
             rows.push(("at the true range: mean gap", format!("{} ± {}", significant(gap, 6), significant(error, 2))));
         }
     }
     if let Some(range) = line["range"].as_object() {
-        let of = |key: &str| range.get(key).map_or(f64::NAN, number);
+        let value_of = |key: &str| range.get(key).map_or(f64::NAN, number);
         rows.push(("work of adhesion", plain("gamma", 4)));
-        rows.push(("requested range of adhesion", significant(of("requested"), 4)));
-        rows.push(("range used on this grid", significant(of("used"), 4)));
+        rows.push(("requested range of adhesion", significant(value_of("requested"), 4)));
+        rows.push(("range used on this grid", significant(value_of("used"), 4)));
     }
     rows.extend([
         ("rms gradient on this grid", plain("resolved_gradient", 4)),

@@ -39,9 +39,9 @@ fn add(
 
 fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, scales: ScalesSi) {
     let (um, mpa) = (scales.length_m * 1e6, scales.modulus_pa * 1e-6);
-    let at = |s: &StateResults| (s.numbers.index, s.branch, s.numbers.p_star);
+    let value_at = |s: &StateResults| (s.numbers.index, s.branch, s.numbers.p_star);
     for s in &c.states {
-        let (load, branch, p_star) = at(s);
+        let (load, branch, p_star) = value_at(s);
         let observed = s.observed.as_ref();
         let values = [
             ("contact_area", "1", Some(s.numbers.contact_area)),
@@ -58,7 +58,7 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, sc
         add(list, (source, load, branch, p_star), &values);
     }
     if let (Some(p), Some(last)) = (&c.pull_off, c.states.last()) {
-        let (load, _, p_star) = at(last);
+        let (load, _, p_star) = value_at(last);
         add(list, (source, load, Branch::Unloading, p_star), &[("pull_off_pressure", "MPa", Some(p.pressure * mpa))]);
     }
 }

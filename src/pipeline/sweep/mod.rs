@@ -6,4 +6,4 @@ mod points;
 mod run;
 
 pub use points::{ChangeScene, RANGE, Sweep, SweepPoint, whole_numbers};
-pub use run::{Outcome, PointFolder, PointRunner, SweepListener, json_values, open, point, run, write_tables};
+pub use run::{PointFolder, PointOutcome, PointRunner, SweepListener, json_values, open, point, run, write_tables};

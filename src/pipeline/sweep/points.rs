@@ -38,7 +38,7 @@ enum Combine {
 
 /// A key with its values.
 #[derive(Debug, Clone, PartialEq)]
-struct Axis {
+struct SweepAxis {
     pub key: String,
     pub values: Vec<Value>,
 }
@@ -82,13 +82,13 @@ impl Sweep {
     pub fn read(file: &Path, changes: &ChangeScene) -> Result<Sweep> {
         let text = read_text(file)?;
         let accepted = "scene = \"FILE\" and [over] with lists or ranges of scene keys (docs/ensembles.md)";
-        let found: SweepFile = toml::from_str(&text)
+        let sweep_file: SweepFile = toml::from_str(&text)
             .map_err(|e| Error::format(file, e.message().lines().next().unwrap_or_default().to_string(), accepted))?;
         let mut axes = Vec::new();
-        flatten(&mut axes, String::new(), &found.over)
+        flatten(&mut axes, String::new(), &sweep_file.over)
             .map_err(|c| Error::Input { place: file.display().to_string(), list: vec![c] })?;
-        let scene = file.parent().unwrap_or(Path::new("")).join(&found.scene);
-        Self::of((&scene, found.name), &axes, found.combine, (&file.display().to_string(), changes))
+        let scene = file.parent().unwrap_or(Path::new("")).join(&sweep_file.scene);
+        Self::of((&scene, sweep_file.name), &axes, sweep_file.combine, (&file.display().to_string(), changes))
     }
 
     /// The realisations of one scene.
@@ -97,13 +97,13 @@ impl Sweep {
     /// As [`Sweep::read`].
     pub fn ensemble(scene: &Path, seeds: &[i64], changes: &ChangeScene) -> Result<Sweep> {
         let values = seeds.iter().map(|s| Value::Integer(*s)).collect();
-        let axis = Axis { key: crate::compare::ensemble::SEED.into(), values };
+        let axis = SweepAxis { key: crate::compare::ensemble::SEED.into(), values };
         Self::of((scene, None), &[axis], Combine::Product, (&scene.display().to_string(), changes))
     }
 
     fn of(
         (scene, name): (&Path, Option<String>),
-        axes: &[Axis],
+        axes: &[SweepAxis],
         combine: Combine,
         (place, changes): (&str, &ChangeScene),
     ) -> Result<Sweep> {
@@ -154,7 +154,7 @@ fn accepted_by(error: &Error) -> String {
 }
 
 /// Collects the keys of nested tables. Lists, ranges of whole numbers `"1..12"` and of others `"log:1um:10um:5"` are values.
-fn flatten(axes: &mut Vec<Axis>, prefix: String, table: &Table) -> std::result::Result<(), Complaint> {
+fn flatten(axes: &mut Vec<SweepAxis>, prefix: String, table: &Table) -> std::result::Result<(), Complaint> {
     for (name, value) in table {
         let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
         let wrong = |accepted: &str| Complaint::new(format!("over.{key}"), value, accepted);
@@ -182,7 +182,7 @@ fn flatten(axes: &mut Vec<Axis>, prefix: String, table: &Table) -> std::result::
         if values.is_empty() {
             return Err(wrong("at least one value"));
         }
-        axes.push(Axis { key, values });
+        axes.push(SweepAxis { key, values });
     }
     Ok(())
 }
@@ -201,11 +201,11 @@ pub fn whole_numbers(text: &str) -> Option<Vec<i64>> {
     text.split(',').map(|t| t.trim().parse().ok()).collect()
 }
 
-fn combinations(axes: &[Axis], combine: Combine) -> std::result::Result<Vec<Vec<Value>>, Complaint> {
+fn combinations(axes: &[SweepAxis], combine: Combine) -> std::result::Result<Vec<Vec<Value>>, Complaint> {
     let sizes = || axes.iter().map(|a| a.values.len());
     let wrong = |accepted: &str| {
-        let found: Vec<String> = axes.iter().map(|a| format!("{} values of {}", a.values.len(), a.key)).collect();
-        Complaint::new("over", found.join(", "), accepted)
+        let counts: Vec<String> = axes.iter().map(|a| format!("{} values of {}", a.values.len(), a.key)).collect();
+        Complaint::new("over", counts.join(", "), accepted)
     };
     if axes.is_empty() {
         return Err(wrong("at least one key"));
@@ -247,12 +247,12 @@ fn set(table: &mut Table, key: &str, value: Value) {
 }
 
 /// `seed-3_hurst-0.5`: the last parts of the keys, and values without what a file name should not have.
-fn label(axes: &[Axis], values: &[Value]) -> String {
+fn label(axes: &[SweepAxis], values: &[Value]) -> String {
     let plain = |text: String| -> String {
-        let kept = |c: char| if c.is_ascii_alphanumeric() || "+-.".contains(c) { c } else { '-' };
-        text.chars().filter(|c| *c != '"').map(kept).take(LONGEST_VALUE).collect()
+        let keep = |c: char| if c.is_ascii_alphanumeric() || "+-.".contains(c) { c } else { '-' };
+        text.chars().filter(|c| *c != '"').map(keep).take(LONGEST_VALUE).collect()
     };
-    let part = |(axis, value): (&Axis, &Value)| {
+    let part = |(axis, value): (&SweepAxis, &Value)| {
         let name = axis.key.rsplit('.').next().unwrap_or_default();
         format!("{}-{}", plain(name.into()), plain(value.to_string()))
     };

@@ -5,7 +5,7 @@ use super::files;
 use super::points::{Sweep, SweepPoint};
 use crate::compare::ensemble::evaluate;
 use crate::pipeline::RunFolder;
-use crate::record::ensemble::{Ensemble, FILE, Point, PointStatus};
+use crate::record::ensemble::{Ensemble, EnsemblePoint, FILE, PointStatus};
 use crate::record::results::Results;
 use asperity_contact::quantity::Quantity;
 use asperity_contact::uncertainty::total;
@@ -46,10 +46,10 @@ impl PointFolder {
 }
 
 /// Runs the scene of a point in its folder.
-pub type PointRunner<'a> = dyn Fn(&PointFolder) -> Outcome + Sync + 'a;
+pub type PointRunner<'a> = dyn Fn(&PointFolder) -> PointOutcome + Sync + 'a;
 
 /// How a point ended.
-pub enum Outcome {
+pub enum PointOutcome {
     Done,
     /// With the reason.
     Failed(String),
@@ -99,7 +99,7 @@ pub fn run(
 ) -> Result<Ensemble> {
     let _locked = open(sweep, out, overwrite)?;
     let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let reached: Mutex<Vec<Option<Point>>> = Mutex::new(vec![None; sweep.points.len()]);
+    let reached: Mutex<Vec<Option<EnsemblePoint>>> = Mutex::new(vec![None; sweep.points.len()]);
     let failure: Mutex<Option<Error>> = Mutex::new(None);
     let work = || {
         while !listener.stopping() {
@@ -129,8 +129,8 @@ pub fn run(
     }
     let reached = reached.into_inner().expect("no panic");
     let waiting = |p: &SweepPoint| point((&p.label, json_values(p)), PointStatus::Waiting, None, out);
-    let points = reached.into_iter().zip(&sweep.points).map(|(found, p)| found.map_or_else(|| waiting(p), Ok));
-    let points = points.collect::<Result<Vec<Point>>>()?;
+    let points = reached.into_iter().zip(&sweep.points).map(|(outcome, p)| outcome.map_or_else(|| waiting(p), Ok));
+    let points = points.collect::<Result<Vec<EnsemblePoint>>>()?;
     let is_interrupted = points.iter().any(|p| p.status == PointStatus::Waiting);
     let ensemble = write_tables(out, (&sweep.name, &sweep.keys), points)?;
     if is_interrupted { Err(Error::Interrupted) } else { Ok(ensemble) }
@@ -140,7 +140,7 @@ pub fn run(
 ///
 /// # Errors
 /// `Io`.
-pub fn write_tables(out: &Path, (name, keys): (&str, &[String]), points: Vec<Point>) -> Result<Ensemble> {
+pub fn write_tables(out: &Path, (name, keys): (&str, &[String]), points: Vec<EnsemblePoint>) -> Result<Ensemble> {
     let mut ensemble = Ensemble::new(name.to_string(), keys.to_vec(), points);
     evaluate(&mut ensemble);
     ensemble.write(out)?;
@@ -157,10 +157,17 @@ pub fn point(
     status: PointStatus,
     reason: Option<String>,
     out: &Path,
-) -> Result<Point> {
+) -> Result<EnsemblePoint> {
     let (label, folder) = (label.to_string(), PointFolder::of(out, label).out);
-    let empty =
-        Point { label, values, status, reason, numbers: Vec::new(), warnings: Vec::new(), area_uncertainty: None };
+    let empty = EnsemblePoint {
+        label,
+        values,
+        status,
+        reason,
+        numbers: Vec::new(),
+        warnings: Vec::new(),
+        area_uncertainty: None,
+    };
     if status != PointStatus::Done {
         return Ok(empty);
     }
@@ -168,17 +175,17 @@ pub fn point(
     let states = results.continuum.iter().flat_map(|c| &c.states);
     let uncertain = states.filter_map(|s| total(&s.uncertainty, Quantity::ContactArea));
     let area_uncertainty = uncertain.reduce(f64::max);
-    Ok(Point { numbers: numbers(&results), warnings: results.warnings, area_uncertainty, ..empty })
+    Ok(EnsemblePoint { numbers: numbers(&results), warnings: results.warnings, area_uncertainty, ..empty })
 }
 
 /// `None` if it was interrupted.
-fn run_point(of: &SweepPoint, out: &Path, runner: &PointRunner) -> Result<Option<Point>> {
+fn run_point(of: &SweepPoint, out: &Path, runner: &PointRunner) -> Result<Option<EnsemblePoint>> {
     let folder = PointFolder::of(out, &of.label);
     folder.write_scene(&of.scene)?;
     let (status, reason) = match runner(&folder) {
-        Outcome::Interrupted => return Ok(None),
-        Outcome::Failed(reason) => (PointStatus::Failed, Some(reason)),
-        Outcome::Done => (PointStatus::Done, None),
+        PointOutcome::Interrupted => return Ok(None),
+        PointOutcome::Failed(reason) => (PointStatus::Failed, Some(reason)),
+        PointOutcome::Done => (PointStatus::Done, None),
     };
     point((&of.label, json_values(of)), status, reason, out).map(Some)
 }

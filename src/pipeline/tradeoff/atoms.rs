@@ -1,18 +1,18 @@
 //! Blocks of atoms as settings of a benchmark. LAMMPS runs each block at the scene's loads; frames are analysed as in a
 //! run.
 
-use super::benchmark_point::{BenchmarkPoint, Filter, bare, halves};
-use super::measured::Measured;
+use super::benchmark_point::{BenchmarkPoint, LowPass, bare, halves};
+use super::measured::MeasuredPoint;
 use crate::pipeline::methods::{self, MethodRun};
 use crate::pipeline::stage::StageContext;
-use crate::pipeline::{Key, atomistic, matched, plan};
-use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
-use crate::scene::{AtomsCase, AtomsScene, Case, Foundation, Start, Surface, highest_p_star};
+use crate::pipeline::{StageKey, atomistic, matched, plan};
+use crate::record::tradeoff::{AtomsCost, BlockSize, MeasuredCost};
+use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case, Foundation, HeightSource, highest_p_star};
 use crate::{Error, Result};
 use asperity_atoms::block::{BaseKind, Block};
 use asperity_atoms::engine::LammpsEngine;
 use asperity_atoms::lammps_host::find_library;
-use asperity_contact::interface::Adhesion;
+use asperity_contact::interface::AttractionLaw;
 use asperity_contact::method::Precision;
 use asperity_grid::sys;
 use asperity_methods::all_atom;
@@ -62,7 +62,7 @@ impl Blocks {
             foundation_cells: base.foundation_depth(),
             elastic_base: base.base == Some(BaseKind::Elastic),
         };
-        let from_continuum = case.atoms.as_ref().is_some_and(|a| a.start == Start::Continuum);
+        let from_continuum = case.atoms.as_ref().is_some_and(|a| a.start == AtomsStart::Continuum);
         let sizes = requested.map_or_else(|| related_blocks(own, from_continuum), <[_]>::to_vec);
         let mut list: Vec<(BenchmarkPoint, Case)> = Vec::new();
         for size in sizes {
@@ -90,19 +90,19 @@ impl Blocks {
             let atoms = AtomsScene { cells, depth_cells, foundation_cells, base: kind, nvt: None, ..base.clone() };
             let tolerance = atoms.force_tolerance.to("eV/Å");
             scene.atoms = Some(atoms);
-            let found = match Case::resolve(scene, &case.file) {
+            let resolved = match Case::resolve(scene, &case.file) {
                 // A potential of a longer range needs a deeper foundation.
                 Err(_) if size.elastic_base && requested.is_none() && size != own => continue,
-                found => Case { lammps: case.lammps.clone(), ..found? },
+                resolved => Case { lammps: case.lammps.clone(), ..resolved? },
             };
             let method = asperity_methods::find(all_atom::ID).expect("it is registered");
-            let points = found.atoms.as_ref().map_or(0, |a| a.points);
-            let method_run = MethodRun { method, adhesive: case.adhesion != Adhesion::None };
+            let points = resolved.atoms.as_ref().map_or(0, |a| a.points);
+            let method_run = MethodRun { method, adhesive: case.adhesion != AttractionLaw::None };
             let point = BenchmarkPoint {
                 block: Some(size),
                 ..BenchmarkPoint::on_grid(method_run, points, Precision::F64, tolerance)
             };
-            list.push((point, found));
+            list.push((point, resolved));
         }
         list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, AtomsCase::atoms));
         let Some((_, first)) = list.first() else { return Ok(None) };
@@ -117,9 +117,9 @@ impl Blocks {
     pub(super) fn refusal(&self, point: &BenchmarkPoint) -> Option<String> {
         let elastic = point.block.is_some_and(|b| b.elastic_base);
         match &self.engine {
-            Err(why) => Some(why.clone()),
+            Err(reason) => Some(reason.clone()),
             Ok(engine) if elastic => {
-                find_library(engine.program()).err().map(|why| format!("no shared library of LAMMPS: {why}"))
+                find_library(engine.program()).err().map(|reason| format!("no shared library of LAMMPS: {reason}"))
             }
             Ok(_) => None,
         }
@@ -137,7 +137,7 @@ impl Blocks {
     pub(super) fn depends_on(&self, point: &BenchmarkPoint) -> Result<impl serde::Serialize> {
         let case = self.case(point);
         let file = case.and_then(|c| c.atoms.as_ref()).and_then(|a| a.potential.as_ref());
-        let potential = file.map(|path| Key::of_file(path)).transpose()?;
+        let potential = file.map(|path| StageKey::of_file(path)).transpose()?;
         let engine = self.engine.as_ref().map(|e| format!("{:?}", e.describe())).ok();
         Ok((case.and_then(|c| c.scene.atoms.clone()), potential, engine))
     }
@@ -172,16 +172,16 @@ pub(super) fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> Be
     let (low_pass, stretch) = case.atoms.as_ref().map_or((0.0, 1.0), |a| (a.low_pass, a.stretch));
     let enough = |n: &usize| *n as f64 * low_pass >= NODES_PER_WAVE;
     let n = match case.surface {
-        Surface::Imported { .. } => reference.n,
+        HeightSource::Imported { .. } => reference.n,
         _ => halves(reference.n, usize::BITS as usize).into_iter().rev().find(enough).unwrap_or(reference.n),
     };
-    BenchmarkPoint { n, filter: Some(Filter { low_pass, stretch }), ..*reference }
+    BenchmarkPoint { n, filter: Some(LowPass { low_pass, stretch }), ..*reference }
 }
 
 /// Runs a block at every load, and analyses it. The maps are kept; the LAMMPS job folder is removed.
-pub(super) fn run_block(case: &Case, engine: &LammpsEngine, at: &StageContext) -> Result<Measured> {
+pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageContext) -> Result<MeasuredPoint> {
     let atoms = case.atoms.as_ref().expect("a block is resolved");
-    let &StageContext { folder: dir, stage, listener, .. } = at;
+    let &StageContext { folder: dir, stage, listener, .. } = context;
     let root = dir.parent().unwrap_or(dir);
     let [job_folder, read_folder] = [JOB, ANALYSIS].map(|name| dir.join(name));
     for folder in [&job_folder, &read_folder] {
@@ -191,25 +191,25 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, at: &StageContext) -
     let largest_child = sys::children_peak_rss_bytes();
     let (clock, own, children) = (Instant::now(), sys::cpu_seconds(), sys::children_cpu_seconds());
     let solved = match atoms.start {
-        Start::Continuum => {
+        AtomsStart::Continuum => {
             let in_stage = format!("{stage}/{JOB}");
-            let at = StageContext { folder: &job_folder, stage: &in_stage, ..*at };
-            Some(matched::compliant_wall(case, atoms, &at)?)
+            let context = StageContext { folder: &job_folder, stage: &in_stage, ..*context };
+            Some(matched::compliant_wall(case, atoms, &context)?)
         }
-        Start::Touch => None,
+        AtomsStart::Touch => None,
     };
     let job = atomistic::write_job(case, atoms, &job_folder, solved.as_ref().map(|s| (s, root)))?;
     let outcome = atomistic::run_lammps(engine, &job, listener)?;
     let lammps_cpu_seconds = sys::children_cpu_seconds() - children;
     let in_stage = format!("{stage}/{ANALYSIS}");
-    let found = atomistic::read(case, atoms, &job, &outcome, &read_folder, &in_stage)?;
-    let mut results = methods::of_atoms(case, &found, lammps_cpu_seconds, (root, dir, stage))?;
+    let atoms_results = atomistic::read(case, atoms, &job, &outcome, &read_folder, &in_stage)?;
+    let mut results = methods::of_atoms(case, &atoms_results, lammps_cpu_seconds, (root, dir, stage))?;
     results.planned_bytes = planned(case)?.0;
     // The kernel reports the peak of the largest child process so far. Blocks run in the order of size, so an increase
     // comes from this block.
     let largest_rank = Some(sys::children_peak_rss_bytes()).filter(|c| *c > largest_child).unwrap_or(0);
     let child = outcome.peak_bytes.max(largest_rank);
-    let cost = Cost {
+    let cost = MeasuredCost {
         wall_seconds: clock.elapsed().as_secs_f64(),
         cpu_seconds: sys::cpu_seconds() - own + lammps_cpu_seconds,
         cpu_over_reference: 1.0,
@@ -234,7 +234,14 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, at: &StageContext) -
         .unconverged
         .iter()
         .map(|step| format!("{name}: load step {step} stopped above the force tolerance or off its load"));
-    Ok(Measured { ny: atoms.points, results, maps: Vec::new(), resolved: Vec::new(), cost, notes: notes.collect() })
+    Ok(MeasuredPoint {
+        ny: atoms.points,
+        results,
+        maps: Vec::new(),
+        resolved: Vec::new(),
+        cost,
+        notes: notes.collect(),
+    })
 }
 
 /// Bytes of the frames in a job folder.

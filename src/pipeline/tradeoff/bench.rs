@@ -3,9 +3,9 @@
 use super::atoms::{self, Blocks};
 use super::benchmark_point::{self, BenchmarkPoint};
 use super::errors::{self, MapErrors, Roughness};
-use super::measured::{Measured, ReferenceSolution, measure_repeatedly, total_seconds};
+use super::measured::{MeasuredPoint, ReferenceSolution, measure_repeatedly, total_seconds};
 use super::request::{ExactSetting, TradeoffRequest};
-use crate::pipeline::folder::{Key, OutFolder, ResumePolicy, RunFolder};
+use crate::pipeline::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
 use crate::pipeline::methods::MethodRun;
 use crate::pipeline::stage::StageContext;
 use crate::pipeline::{Listener, run};
@@ -29,11 +29,11 @@ struct Until<'a> {
 }
 
 impl Listener for Until<'_> {
-    fn begin(&self, stage: &str, what: &str) {
-        self.listener.begin(stage, what);
+    fn begin(&self, stage: &str, description: &str) {
+        self.listener.begin(stage, description);
     }
-    fn progress(&self, done: Option<f64>, message: &str) {
-        self.listener.progress(done, message);
+    fn progress(&self, fraction: Option<f64>, message: &str) {
+        self.listener.progress(fraction, message);
     }
     fn end(&self, cost: &StageCost) {
         self.listener.end(cost);
@@ -48,12 +48,12 @@ impl Listener for Until<'_> {
 
 /// Measured and skipped settings of a benchmark.
 #[derive(Default)]
-pub(super) struct Outcome {
-    pub done: Vec<(BenchmarkPoint, Measured)>,
+pub(super) struct BenchmarkResults {
+    pub done: Vec<(BenchmarkPoint, MeasuredPoint)>,
     pub skipped: Vec<(BenchmarkPoint, String)>,
 }
 
-pub(super) struct Bench<'a> {
+pub(super) struct BenchmarkRunner<'a> {
     case: &'a Case,
     listener: &'a dyn Listener,
     folder: RunFolder,
@@ -67,13 +67,13 @@ pub(super) struct Bench<'a> {
     pub rough: Roughness,
     /// Fourier series of a synthesised surface, the same on every grid.
     series: OnceCell<Series<f64>>,
-    measured: Vec<(BenchmarkPoint, Measured)>,
+    measured: Vec<(BenchmarkPoint, MeasuredPoint)>,
     /// Wall time of one run of each measured setting, and (`stopped_seconds`) total time of stopped settings, s.
     seconds: Vec<(BenchmarkPoint, f64)>,
     stopped_seconds: f64,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> BenchmarkRunner<'a> {
     pub(super) fn open(
         case: &'a Case,
         request: &TradeoffRequest,
@@ -81,13 +81,13 @@ impl<'a> Bench<'a> {
         out: OutFolder,
         listener: &'a dyn Listener,
     ) -> Result<Self> {
-        Ok(Bench {
+        Ok(BenchmarkRunner {
             case,
             listener,
             folder: RunFolder::open(out)?,
             repeats: request.repeats,
             budget: request.budget_seconds,
-            common: (Key::of_program()?, run::heights_hash(case)?),
+            common: (StageKey::of_program()?, run::heights_hash(case)?),
             blocks,
             rough: Roughness::of(case),
             series: OnceCell::new(),
@@ -103,7 +103,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Key of the stage of a reference solution.
-    pub(super) fn reference_key(&self, point: &BenchmarkPoint) -> Result<Key> {
+    pub(super) fn reference_key(&self, point: &BenchmarkPoint) -> Result<StageKey> {
         self.key(point, &self.at(point)?, &[])
     }
 
@@ -127,17 +127,17 @@ impl<'a> Bench<'a> {
 
     /// Shortest wavelength (units of L) and rms gradient of the heights that a block resolves.
     pub(super) fn resolved(&self, point: &BenchmarkPoint) -> (f64, f64) {
-        let found = self.block(point).1.atoms.as_ref();
-        found.map_or((0.0, 0.0), |a| (a.low_pass, a.resolved_gradient))
+        let atoms = self.block(point).1.atoms.as_ref();
+        atoms.map_or((0.0, 0.0), |a| (a.low_pass, a.resolved_gradient))
     }
 
     /// The result of a setting that is already measured.
-    pub(super) fn known(&self, point: &BenchmarkPoint) -> Option<&Measured> {
+    pub(super) fn known(&self, point: &BenchmarkPoint) -> Option<&MeasuredPoint> {
         let stage = point.stage();
         self.measured.iter().find(|(r, _)| r.stage() == stage).map(|(_, known)| known)
     }
 
-    fn key(&self, point: &BenchmarkPoint, case: &Case, after: &[&Key]) -> Result<Key> {
+    fn key(&self, point: &BenchmarkPoint, case: &Case, dependencies: &[&StageKey]) -> Result<StageKey> {
         let s = &case.scene;
         let problem = (&s.laboratory, &s.surface, &s.load, &s.adhesion, &s.continuum, &s.methods, case.gradient);
         // The cost depends on the number of threads.
@@ -150,10 +150,10 @@ impl<'a> Bench<'a> {
             rayon::current_num_threads(),
         );
         match point.block {
-            None => Key::new(&point.stage(), &(problem, how, point.filter, &self.common), after),
+            None => StageKey::new(&point.stage(), &(problem, how, point.filter, &self.common), dependencies),
             Some(_) => {
                 let of_atoms = self.block(point).0.depends_on(point)?;
-                Key::new(&point.stage(), &(problem, how, of_atoms, &self.common), after)
+                StageKey::new(&point.stage(), &(problem, how, of_atoms, &self.common), dependencies)
             }
         }
     }
@@ -163,9 +163,9 @@ impl<'a> Bench<'a> {
     pub(super) fn measure(
         &mut self,
         point: &BenchmarkPoint,
-        reference: Option<(&BenchmarkPoint, (&Measured, &Key))>,
+        reference: Option<(&BenchmarkPoint, (&MeasuredPoint, &StageKey))>,
         deadline: Option<Instant>,
-    ) -> Result<Measured> {
+    ) -> Result<MeasuredPoint> {
         let stage = point.stage();
         if let Some(known) = self.known(point) {
             return Ok(known.clone());
@@ -180,30 +180,31 @@ impl<'a> Bench<'a> {
             _ => None,
         };
         let case = self.at(point)?;
-        let after: Vec<&Key> = reference.iter().map(|r| r.1.1).chain(resolved.iter().map(|r| &r.1)).collect();
-        let key = self.key(point, &case, &after)?;
+        let dependencies: Vec<&StageKey> =
+            reference.iter().map(|r| r.1.1).chain(resolved.iter().map(|r| &r.1)).collect();
+        let key = self.key(point, &case, &dependencies)?;
         let listener = Until { listener: self.listener, deadline };
         let (series, repeats, blocks, rough) = (&self.series, self.repeats, &self.blocks, self.rough);
         // An interrupted measurement restarts, because a cost summed over attempts is not comparable.
-        let found = self.folder.stage(&listener, (&stage, &point.label()), &key, ResumePolicy::Restart, |dir| {
+        let measured = self.folder.stage(&listener, (&stage, &point.label()), &key, ResumePolicy::Restart, |dir| {
             let root = dir.parent().unwrap_or(dir);
-            let at = StageContext { folder: dir, stage: &stage, key: &key, listener: &listener };
-            let found = match blocks.as_ref().filter(|_| point.block.is_some()) {
+            let context = StageContext { folder: dir, stage: &stage, key: &key, listener: &listener };
+            let measured = match blocks.as_ref().filter(|_| point.block.is_some()) {
                 Some(blocks) => {
                     let engine = blocks.engine.as_ref().expect("request for before");
-                    atoms::run_block(&case, engine, &at)?
+                    atoms::run_block(&case, engine, &context)?
                 }
-                None => measure_repeatedly(point, &case, series, repeats, &at)?,
+                None => measure_repeatedly(point, &case, series, repeats, &context)?,
             };
-            let Some((_, (reference, _))) = reference else { return Ok(found) };
+            let Some((_, (reference, _))) = reference else { return Ok(measured) };
             let kind = point.method_run.method.card().kind;
-            let against = |other: &Measured| -> Result<Vec<MapErrors>> {
-                let pairs = found.results.states.iter().zip(&other.results.states);
+            let against = |other: &MeasuredPoint| -> Result<Vec<MapErrors>> {
+                let pairs = measured.results.states.iter().zip(&other.results.states);
                 pairs.map(|(a, b)| errors::maps(root, (kind, point.block.is_some()), a, b, rough)).collect()
             };
             let maps = against(reference)?;
             let resolved = resolved.as_ref().map_or(Ok(Vec::new()), |(other, _)| against(other))?;
-            let states = &found.results.states;
+            let states = &measured.results.states;
             for map in states.iter().flat_map(|s| [&s.numbers.gap_map, &s.numbers.stress_map, &s.contact_map]).flatten()
             {
                 let path = root.join(map);
@@ -213,11 +214,11 @@ impl<'a> Bench<'a> {
                 let atoms = dir.join(atoms::ANALYSIS);
                 std::fs::remove_dir_all(&atoms).map_err(Error::io("remove", &atoms))?;
             }
-            Ok(Measured { maps, resolved, ..found })
+            Ok(MeasuredPoint { maps, resolved, ..measured })
         })?;
-        self.seconds.push((*point, found.cost.wall_seconds));
-        self.measured.push((*point, found.clone()));
-        Ok(found)
+        self.seconds.push((*point, measured.cost.wall_seconds));
+        self.measured.push((*point, measured.clone()));
+        Ok(measured)
     }
 
     /// Runs a setting if it is expected to end within the fraction `share` of the remaining budget. Otherwise returns
@@ -227,27 +228,33 @@ impl<'a> Bench<'a> {
         point: BenchmarkPoint,
         reference: &ReferenceSolution,
         share: f64,
-        outcome: &mut Outcome,
+        outcome: &mut BenchmarkResults,
     ) -> Result<Option<String>> {
         let case = self.at(&point)?;
         let key = self.reference_key(&reference.point)?;
-        let mut after = vec![key.clone()];
+        let mut dependencies = vec![key.clone()];
         let mut planned = None;
         if point.block.is_some() {
-            if let Some(why) = self.block(&point).0.refusal(&point) {
-                return Ok(Some(why));
+            if let Some(reason) = self.block(&point).0.refusal(&point) {
+                return Ok(Some(reason));
             }
-            after.push(self.reference_key(&self.on_resolved_heights(&point, &reference.point))?);
+            dependencies.push(self.reference_key(&self.on_resolved_heights(&point, &reference.point))?);
             planned = Some(atoms::planned(&case)?);
         }
-        let known = self.known(&point).is_some()
-            || self.folder.is_complete(&point.stage(), &self.key(&point, &case, &after.iter().collect::<Vec<_>>())?);
+        let is_known = self.known(&point).is_some()
+            || self
+                .folder
+                .is_complete(&point.stage(), &self.key(&point, &case, &dependencies.iter().collect::<Vec<_>>())?);
         let mut deadline = None;
-        if !known {
-            let need = planned.map_or_else(|| point.planned_bytes(&case), |p| p.0);
-            let have = sys::available_memory_bytes();
-            if need > have {
-                return Ok(Some(format!("needs {} of memory, of which {} are available", memory(need), memory(have))));
+        if !is_known {
+            let required = planned.map_or_else(|| point.planned_bytes(&case), |p| p.0);
+            let available = sys::available_memory_bytes();
+            if required > available {
+                return Ok(Some(format!(
+                    "needs {} of memory, of which {} are available",
+                    memory(required),
+                    memory(available)
+                )));
             }
             if let Some(budget) = self.budget {
                 let left = budget - self.spent_seconds();
@@ -267,8 +274,8 @@ impl<'a> Bench<'a> {
         }
         let clock = Instant::now();
         match self.measure(&point, Some((&reference.point, (&reference.measured, &key))), deadline) {
-            Ok(found) => {
-                outcome.done.push((point, found));
+            Ok(measured) => {
+                outcome.done.push((point, measured));
                 Ok(None)
             }
             Err(Error::Interrupted) if !self.listener.stopping() => {
@@ -291,14 +298,14 @@ impl<'a> Bench<'a> {
         method_runs: &[MethodRun],
         list: &[ExactSetting],
         references: &[ReferenceSolution],
-    ) -> Result<Outcome> {
-        let mut outcome = Outcome::default();
+    ) -> Result<BenchmarkResults> {
+        let mut outcome = BenchmarkResults::default();
         for e in list {
             for &method_run in method_runs.iter().filter(|b| b.method.card().id == e.method) {
                 let point = BenchmarkPoint::on_grid(method_run, e.n, e.precision, e.tolerance);
                 let Some(reference) = ReferenceSolution::of(references, &point) else { continue };
-                let why = self.attempt(point, reference, 1.0, &mut outcome)?;
-                outcome.skipped.extend(why.map(|w| (point, w)));
+                let reason = self.attempt(point, reference, 1.0, &mut outcome)?;
+                outcome.skipped.extend(reason.map(|w| (point, w)));
             }
         }
         Ok(outcome)
@@ -313,38 +320,38 @@ impl<'a> Bench<'a> {
         grids: &[usize],
         layer_thicknesses: &[f64],
         references: &[ReferenceSolution],
-    ) -> Result<Outcome> {
+    ) -> Result<BenchmarkResults> {
         let tolerance = benchmark_point::base_tolerance(self.case);
         let point =
             |&method_run: &MethodRun, n: usize| BenchmarkPoint::on_grid(method_run, n, Precision::F64, tolerance);
-        let mut outcome = Outcome::default();
+        let mut outcome = BenchmarkResults::default();
         // Settings that failed. Those that were stopped are not run again.
         let mut refused: Vec<(BenchmarkPoint, String)> = Vec::new();
         let mut first: Vec<BenchmarkPoint> = Vec::new();
-        let (&main, rest) = grids.split_first().expect("at least one grid");
+        let (&main, remainder) = grids.split_first().expect("at least one grid");
         // Blocks of atoms run separately, not on grids.
         let on_grids = |b: &&MethodRun| self.blocks.is_none() || !b.method.card().capabilities.atoms;
         let method_runs: Vec<MethodRun> = method_runs.iter().filter(on_grids).copied().collect();
         let mut pending: Vec<BenchmarkPoint> = method_runs.iter().map(|b| point(b, main)).collect();
         self.cheap_first(&mut pending)?;
         for (i, start) in pending.iter().enumerate() {
-            let share = 1.0 / (pending.len() - i) as f64;
-            let coarser = rest.iter().filter(|n| **n < main);
+            let fraction = 1.0 / (pending.len() - i) as f64;
+            let coarser = remainder.iter().filter(|n| **n < main);
             for r in std::iter::once(*start).chain(coarser.map(|&n| BenchmarkPoint { n, ..*start })) {
                 let Some(reference) = ReferenceSolution::of(references, &r) else { continue };
-                match self.attempt(r, reference, share, &mut outcome)? {
+                match self.attempt(r, reference, fraction, &mut outcome)? {
                     None => {
                         first.push(r);
                         break;
                     }
-                    Some(why) => refused.push((r, why)),
+                    Some(reason) => refused.push((r, reason)),
                 }
             }
         }
         for r in self.blocks.as_ref().map_or(Vec::new(), Blocks::points) {
             let Some(reference) = ReferenceSolution::of(references, &r) else { continue };
-            let why = self.attempt(r, reference, 1.0, &mut outcome)?;
-            outcome.skipped.extend(why.map(|w| (r, w)));
+            let reason = self.attempt(r, reference, 1.0, &mut outcome)?;
+            outcome.skipped.extend(reason.map(|w| (r, w)));
         }
         let mut others: Vec<BenchmarkPoint> = method_runs
             .iter()
@@ -370,12 +377,13 @@ impl<'a> Bench<'a> {
         self.cheap_first(&mut refined)?;
         for r in others.into_iter().chain(refined) {
             let Some(reference) = ReferenceSolution::of(references, &r) else { continue };
-            let stopped = |(k, why): &&(BenchmarkPoint, String)| k.stage() == r.stage() && why.starts_with("stopped");
-            let why = match refused.iter().find(stopped) {
-                Some((_, why)) => Some(why.clone()),
+            let stopped =
+                |(k, reason): &&(BenchmarkPoint, String)| k.stage() == r.stage() && reason.starts_with("stopped");
+            let reason = match refused.iter().find(stopped) {
+                Some((_, reason)) => Some(reason.clone()),
                 None => self.attempt(r, reference, 1.0, &mut outcome)?,
             };
-            outcome.skipped.extend(why.map(|w| (r, w)));
+            outcome.skipped.extend(reason.map(|w| (r, w)));
         }
         Ok(outcome)
     }

@@ -3,10 +3,10 @@
 use crate::pipeline::laboratory::SECONDS_PER_POINT_PAIR;
 use crate::pipeline::methods::MethodRun;
 use crate::record::tradeoff::{BlockSize, Setting};
-use crate::scene::{Case, Scene, Surface, default_tolerance};
+use crate::scene::{Case, HeightSource, Scene, default_tolerance};
 use crate::{Error, Result};
 use asperity_contact::interface::{Base, Elastic, Layer};
-use asperity_contact::method::{ContactMethod, Heights, Kind, Precision, Problem};
+use asperity_contact::method::{ContactMethod, Heights, MethodKind, Precision, ReducedProblem};
 use asperity_contact::path::EstimatorInput;
 use serde::Serialize;
 
@@ -44,12 +44,12 @@ pub(super) struct BenchmarkPoint {
     /// tolerance in eV/Å.
     pub block: Option<BlockSize>,
     /// Filter of the heights; None for the scene's own heights.
-    pub filter: Option<Filter>,
+    pub filter: Option<LowPass>,
 }
 
 /// Low-pass filter of heights.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Filter {
+pub(super) struct LowPass {
     /// Shortest wavelength that is kept, units of L.
     pub low_pass: f64,
     /// Factor on the filtered heights.
@@ -145,12 +145,12 @@ impl BenchmarkPoint {
 }
 
 /// The problem of which a method plans the cost.
-fn problem<'a>(case: &'a Case, method_run: &MethodRun) -> Problem<'a> {
+fn problem<'a>(case: &'a Case, method_run: &MethodRun) -> ReducedProblem<'a> {
     let problem = case.problem(Heights::Nodes(&[]));
     if method_run.adhesive {
         problem
     } else {
-        Problem { adhesion: asperity_contact::interface::Adhesion::None, ..problem }
+        ReducedProblem { adhesion: asperity_contact::interface::AttractionLaw::None, ..problem }
     }
 }
 
@@ -183,36 +183,39 @@ pub(super) fn bare(case: &Case) -> Scene {
 /// # Errors
 /// `Input` if the grid does not resolve the surface, or does not fit the height map.
 pub(super) fn at(case: &Case, point: &BenchmarkPoint) -> Result<Case> {
-    let mut found = on_grid(case, point.n)?;
-    found.scene.continuum.precision = point.precision;
-    found.scene.continuum.tolerance = Some(point.tolerance);
+    let mut case_at_point = on_grid(case, point.n)?;
+    case_at_point.scene.continuum.precision = point.precision;
+    case_at_point.scene.continuum.tolerance = Some(point.tolerance);
     if let Some(thickness) = point.layer_thickness {
-        found.kernel = Elastic::Layer(Layer { thickness, poisson: LAYER_POISSON, base: Base::Bonded });
+        case_at_point.kernel = Elastic::Layer(Layer { thickness, poisson: LAYER_POISSON, base: Base::Bonded });
     }
-    Ok(found)
+    Ok(case_at_point)
 }
 
 /// The case with `n` points in x.
 pub(super) fn on_grid(case: &Case, n: usize) -> Result<Case> {
-    let own = case.grid;
-    if n == own.nx {
+    let full_grid = case.grid;
+    if n == full_grid.nx {
         return Ok(case.clone());
     }
     match &case.surface {
-        Surface::Imported { .. } => {
-            let ny = n * own.ny / own.nx;
-            let even = n < own.nx && own.nx.is_multiple_of(n) && ny * (own.nx / n) == own.ny;
+        HeightSource::Imported { .. } => {
+            let ny = n * full_grid.ny / full_grid.nx;
+            let even = n < full_grid.nx && full_grid.nx.is_multiple_of(n) && ny * (full_grid.nx / n) == full_grid.ny;
             if !even || case.is_non_periodic() {
                 let accepted = if case.is_non_periodic() {
-                    format!("{}, the map's own: heights that do not repeat are on no other grid", own.nx)
+                    format!("{}, the map's own: heights that do not repeat are on no other grid", full_grid.nx)
                 } else {
-                    format!("{}, the map's own, or that over a whole number which divides both of its sides", own.nx)
+                    format!(
+                        "{}, the map's own, or that over a whole number which divides both of its sides",
+                        full_grid.nx
+                    )
                 };
                 return Err(Error::input(case.file.display(), "--grids", n, accepted));
             }
-            let mut found = case.clone();
-            (found.grid.nx, found.grid.ny) = (n, ny);
-            Ok(found)
+            let mut case_on_grid = case.clone();
+            (case_on_grid.grid.nx, case_on_grid.grid.ny) = (n, ny);
+            Ok(case_on_grid)
         }
         _ => {
             let mut scene = case.scene.clone();
@@ -244,7 +247,7 @@ pub(super) fn base_tolerance(case: &Case) -> f64 {
 /// Other precisions and tolerances of a setting; none for estimators.
 pub(super) fn refinements(point: &BenchmarkPoint, case: &Case) -> Vec<BenchmarkPoint> {
     let method: &dyn ContactMethod = point.method_run.method;
-    if method.card().kind == Kind::Estimate {
+    if method.card().kind == MethodKind::Estimate {
         return Vec::new();
     }
     // At low loads rounding errors prevent f32 from reaching its default tolerance, so a coarser one is added.

@@ -7,7 +7,7 @@ use crate::compare::accuracy::{
 use crate::record::methods::MethodState;
 use crate::record::tradeoff::{Errors, Extrapolation, LoadErrors, ReferenceLoad};
 use crate::scene::Case;
-use asperity_contact::method::Kind;
+use asperity_contact::method::MethodKind;
 use asperity_contact::observe::Distribution;
 use asperity_contact::quantity::Quantity;
 use asperity_surface::files::npy;
@@ -53,12 +53,12 @@ pub(super) struct MapErrors {
 }
 
 /// Contact map of a state: that of the method, or, for a solver, the nodes at zero gap.
-fn contact(root: &Path, kind: Kind, state: &MethodState) -> Result<Option<npy::Field<f64>>> {
+fn contact(root: &Path, kind: MethodKind, state: &MethodState) -> Result<Option<npy::NpyMap<f64>>> {
     if let Some(file) = &state.contact_map {
         return npy::read(&root.join(file)).map(Some);
     }
     // Gaps of estimators may be those of undeformed bodies, whose overlap is not the contact.
-    let Some(file) = state.numbers.gap_map.as_ref().filter(|_| kind == Kind::Solver) else { return Ok(None) };
+    let Some(file) = state.numbers.gap_map.as_ref().filter(|_| kind == MethodKind::Solver) else { return Ok(None) };
     let mut map = npy::read(&root.join(file))?;
     map.values.iter_mut().for_each(|g| *g = f64::from(u8::from(*g <= 0.0)));
     Ok(Some(map))
@@ -68,12 +68,12 @@ fn contact(root: &Path, kind: Kind, state: &MethodState) -> Result<Option<npy::F
 /// block of atoms (`is_block`) has its own grid, and the reference is interpolated to its nodes.
 pub(super) fn maps(
     root: &Path,
-    (kind, is_block): (Kind, bool),
+    (kind, is_block): (MethodKind, bool),
     found: &MethodState,
     reference: &MethodState,
     rough: Roughness,
 ) -> Result<MapErrors> {
-    let on_nodes = |map: npy::Field<f64>, of: &npy::Field<f64>, nearest: bool| match is_block {
+    let on_nodes = |map: npy::NpyMap<f64>, of: &npy::NpyMap<f64>, nearest: bool| match is_block {
         true => at_nodes_of(&map, of.nx, of.ny, nearest),
         false => map,
     };
@@ -84,7 +84,7 @@ pub(super) fn maps(
         }
         _ => None,
     };
-    let contact = match (contact(root, kind, found)?, contact(root, Kind::Solver, reference)?) {
+    let contact = match (contact(root, kind, found)?, contact(root, MethodKind::Solver, reference)?) {
         (Some(a), Some(b)) => map_mismatch(&a, &on_nodes(b, &a, true)),
         _ => None,
     };
@@ -106,24 +106,24 @@ const EDGES: f64 = 1.0 / 3.0;
 /// Numbers of the reference at each load, extrapolated from its grids (`levels`, coarse to fine).
 pub(super) fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
     let finest = levels.last().copied().unwrap_or_default();
-    let of = |(i, state): (usize, &MethodState)| {
+    let value_of = |(i, state): (usize, &MethodState)| {
         let mut numbers = BTreeMap::new();
         for quantity in Quantity::NUMBERS {
             let values: Option<Vec<f64>> =
                 levels.iter().map(|states| states.get(i).and_then(|s| number(s, quantity))).collect();
             // Without a value on every coarser grid, the finest grid is used alone.
             let values = values.unwrap_or_else(|| number(state, quantity).into_iter().collect());
-            if let Some(mut found) = richardson(&values) {
+            if let Some(mut extrapolation) = richardson(&values) {
                 let area = state.numbers.contact_area;
-                if let Some(u) = found.uncertainty.as_mut().filter(|_| quantity == Quantity::ContactArea) {
+                if let Some(u) = extrapolation.uncertainty.as_mut().filter(|_| quantity == Quantity::ContactArea) {
                     *u = u.max(EDGES * (state.contact_nodes.unwrap_or(area) - area).abs());
                 }
-                numbers.insert(quantity, found);
+                numbers.insert(quantity, extrapolation);
             }
         }
         ReferenceLoad { p_star: state.numbers.p_star, numbers }
     };
-    finest.iter().enumerate().map(of).collect()
+    finest.iter().enumerate().map(value_of).collect()
 }
 
 /// Errors at each load. `maps`: errors of the maps relative to the same reference.
@@ -154,10 +154,10 @@ fn of_load(
         let moved = wasserstein(&Masses::of(a.as_ref()?, lowest), &Masses::of(b.as_ref()?, lowest))?;
         Some(moved / scale)
     };
-    let of = |quantity: Quantity| match quantity {
+    let value_of = |quantity: Quantity| match quantity {
         Quantity::ContactArea | Quantity::MeanGap | Quantity::Stiffness => {
-            let (found, reference) = (number(state, quantity)?, numbers.get(&quantity)?.value);
-            Some((found - reference).abs() / rough.number(quantity, reference))
+            let (value, reference) = (number(state, quantity)?, numbers.get(&quantity)?.value);
+            Some((value - reference).abs() / rough.number(quantity, reference))
         }
         Quantity::GapMap => maps.gap,
         Quantity::ContactMap => maps.contact,
@@ -169,22 +169,22 @@ fn of_load(
         Quantity::MedianClusterArea => decades(state.median_cluster_area?, reference.median_cluster_area?),
         Quantity::StressMap | Quantity::PatchPdf => None,
     };
-    let finite = |m: Quantity| of(m).filter(|e| e.is_finite()).map(|e| (m, e));
+    let finite = |m: Quantity| value_of(m).filter(|e| e.is_finite()).map(|e| (m, e));
     Quantity::COMPARED.into_iter().filter_map(finite).collect()
 }
 
 /// Root mean square over the loads with a value.
 pub(super) fn over_loads(loads: &[LoadErrors]) -> Errors {
     let at_loads = |m: Quantity| loads.iter().filter_map(|l| l.errors.get(&m).copied()).collect::<Vec<_>>();
-    let of = |m: Quantity| rms(&at_loads(m)).map(|e| (m, e));
-    Quantity::COMPARED.into_iter().filter_map(of).collect()
+    let total = |m: Quantity| rms(&at_loads(m)).map(|e| (m, e));
+    Quantity::COMPARED.into_iter().filter_map(total).collect()
 }
 
 /// Relative uncertainty of the reference at each load. For numbers it is that of the extrapolation. For maps and
 /// distributions it is estimated from the errors of the grids with 1/2 and 1/4 of the points per side (`coarser`, in
 /// this order).
 pub(super) fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>], rough: Roughness) -> Vec<LoadErrors> {
-    let of = |(i, load): (usize, &ReferenceLoad)| {
+    let value_of = |(i, load): (usize, &ReferenceLoad)| {
         let error = |grid: usize, m: Quantity| coarser.get(grid)?.get(i)?.errors.get(&m).copied();
         let relative = |m: Quantity| match load.numbers.get(&m) {
             Some(n) => Some(n.uncertainty?.abs() / rough.number(m, n.value)),
@@ -193,7 +193,7 @@ pub(super) fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>]
         let known = |m: Quantity| relative(m).filter(|e| e.is_finite()).map(|e| (m, e));
         LoadErrors { p_star: load.p_star, errors: Quantity::COMPARED.into_iter().filter_map(known).collect() }
     };
-    numbers.iter().enumerate().map(of).collect()
+    numbers.iter().enumerate().map(value_of).collect()
 }
 
 #[cfg(test)]

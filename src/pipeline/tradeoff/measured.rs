@@ -1,13 +1,13 @@
 //! Results and cost of one setting.
 
-use super::benchmark_point::{BenchmarkPoint, Filter};
+use super::benchmark_point::{BenchmarkPoint, LowPass};
 use super::errors::{self, MapErrors, Roughness};
 use crate::Result;
 use crate::pipeline::methods;
 use crate::pipeline::stage::StageContext;
 use crate::record::methods::MethodResults;
-use crate::record::tradeoff::{Cost, LoadErrors, ReferenceLoad};
-use crate::scene::{Case, Surface};
+use crate::record::tradeoff::{LoadErrors, MeasuredCost, ReferenceLoad};
+use crate::scene::{Case, HeightSource};
 use asperity_contact::method::Heights;
 use asperity_grid::Series;
 use asperity_grid::sys;
@@ -17,7 +17,7 @@ use std::time::Instant;
 
 /// Results and cost of a setting.
 #[derive(Clone, Serialize, Deserialize)]
-pub(super) struct Measured {
+pub(super) struct MeasuredPoint {
     pub ny: usize,
     pub results: MethodResults,
     /// Map errors at each load, relative to the reference.
@@ -25,7 +25,7 @@ pub(super) struct Measured {
     /// Map errors at each load of a block, relative to the solution on the heights that it resolves.
     #[serde(default)]
     pub resolved: Vec<MapErrors>,
-    pub cost: Cost,
+    pub cost: MeasuredCost,
     /// Warnings about the setting.
     #[serde(default)]
     pub notes: Vec<String>,
@@ -34,7 +34,7 @@ pub(super) struct Measured {
 /// The reference solution, with its extrapolated numbers and their uncertainty from coarser grids.
 pub(super) struct ReferenceSolution {
     pub point: BenchmarkPoint,
-    pub measured: Measured,
+    pub measured: MeasuredPoint,
     pub numbers: Vec<ReferenceLoad>,
     pub uncertainty: Vec<LoadErrors>,
     pub coarser: Vec<usize>,
@@ -47,8 +47,8 @@ impl ReferenceSolution {
     }
 
     /// Errors of a setting at each load.
-    pub(super) fn errors(&self, found: &Measured, rough: Roughness) -> Vec<LoadErrors> {
-        let states = (found.results.states.as_slice(), found.maps.as_slice());
+    pub(super) fn errors(&self, measured: &MeasuredPoint, rough: Roughness) -> Vec<LoadErrors> {
+        let states = (measured.results.states.as_slice(), measured.maps.as_slice());
         errors::errors(states, &self.measured.results.states, &self.numbers, rough)
     }
 }
@@ -61,12 +61,12 @@ const RUNS_OF_SHORT: [usize; 2] = [3, 30];
 
 /// Whether `runs` runs with a total time of `seconds` suffice.
 fn enough(repeats: Option<usize>, runs: usize, seconds: f64) -> bool {
-    let [least, most] = RUNS_OF_SHORT;
+    let [least, largest] = RUNS_OF_SHORT;
     let is_short = runs > 0 && seconds / (runs as f64) < SHORT_SECONDS;
     match repeats {
         Some(n) => runs >= n.max(1),
         None if !is_short => runs >= 1,
-        None => runs >= most || runs >= least && seconds >= SHORT_SECONDS,
+        None => runs >= largest || runs >= least && seconds >= SHORT_SECONDS,
     }
 }
 
@@ -84,28 +84,28 @@ pub(super) fn measure_repeatedly(
     series: &OnceCell<Series<f64>>,
     repeats: Option<usize>,
     at: &StageContext,
-) -> Result<Measured> {
+) -> Result<MeasuredPoint> {
     let made: Vec<f64>;
     let heights = match &case.surface {
         surface if point.filter.is_some() => {
-            let Filter { low_pass, stretch } = point.filter.expect("just seen");
+            let LowPass { low_pass, stretch } = point.filter.expect("just seen");
             made = surface.heights(case.grid, low_pass).into_iter().map(|h| h * stretch).collect();
             Heights::Nodes(&made)
         }
-        Surface::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
-        Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
-        Surface::Imported { .. } => {
+        HeightSource::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
+        HeightSource::Fourier { modes, .. } => Heights::Series(modes.series()),
+        HeightSource::Imported { .. } => {
             made = case.surface.heights(case.grid, 0.0);
             Heights::Nodes(&made)
         }
     };
-    let mut best: Option<Measured> = None;
+    let mut best: Option<MeasuredPoint> = None;
     let (mut runs, mut seconds) = (0, 0.0);
     while !enough(repeats, runs, seconds) {
         let growth = sys::MemoryGrowth::begin();
         let (clock, cpu) = (Instant::now(), sys::cpu_seconds());
         let results = methods::run(case, point.method_run, heights, at)?;
-        let cost = Cost {
+        let cost = MeasuredCost {
             wall_seconds: clock.elapsed().as_secs_f64(),
             cpu_seconds: sys::cpu_seconds() - cpu,
             cpu_over_reference: 1.0,
@@ -122,7 +122,7 @@ pub(super) fn measure_repeatedly(
         let refused = results.unavailable_reason.is_some();
         match &mut best {
             None => {
-                best = Some(Measured {
+                best = Some(MeasuredPoint {
                     ny: case.grid.ny,
                     results,
                     maps: Vec::new(),

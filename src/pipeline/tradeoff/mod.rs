@@ -14,12 +14,12 @@ pub use request::{ExactSetting, TradeoffRequest};
 
 use super::methods::MethodRun;
 use super::{Listener, OutFolder, run};
-use crate::record::tradeoff::Tradeoff;
+use crate::record::tradeoff::TradeoffResults;
 use crate::scene::Case;
 use crate::{Error, Result, report};
-use asperity_contact::interface::{Adhesion, Elastic};
+use asperity_contact::interface::{AttractionLaw, Elastic};
 use atoms::Blocks;
-use bench::{Bench, Outcome};
+use bench::{BenchmarkResults, BenchmarkRunner};
 use std::path::PathBuf;
 
 /// Runs the benchmark of a case in a folder, and writes its report page. Returns the results and the path of the page.
@@ -32,7 +32,7 @@ pub fn tradeoff<'a>(
     request: &TradeoffRequest,
     out: impl Into<OutFolder<'a>>,
     listener: &dyn Listener,
-) -> Result<(Tradeoff, PathBuf)> {
+) -> Result<(TradeoffResults, PathBuf)> {
     let folder = out.into();
     let out = folder.path;
     let has_atoms = request.methods.iter().any(|m| m.card().capabilities.atoms) || request.blocks.is_some();
@@ -46,7 +46,7 @@ pub fn tradeoff<'a>(
     let (finest, grids) = request.grids(&case, &mut warnings)?;
     let method_runs = method_runs(&case, request, blocks.as_ref());
     warnings.extend(without_adhesion(&case, &method_runs));
-    let mut bench = Bench::open(&case, request, blocks, folder, listener)?;
+    let mut bench = BenchmarkRunner::open(&case, request, blocks, folder, listener)?;
     warnings.iter().for_each(|w| listener.warn(w));
     run::keep_scene(&case, out, listener)?;
     let mut references = Vec::new();
@@ -69,7 +69,7 @@ pub fn tradeoff<'a>(
 
 /// The requested methods, with the scene's adhesion where they support it.
 fn method_runs(case: &Case, request: &TradeoffRequest, blocks: Option<&Blocks>) -> Vec<MethodRun> {
-    let attracts = case.adhesion != Adhesion::None;
+    let attracts = case.adhesion != AttractionLaw::None;
     let run = |&method| MethodRun { method, adhesive: attracts && method.card().supports_adhesion() };
     let mut method_runs: Vec<MethodRun> = request.methods.iter().map(run).collect();
     if let Some(blocks) = blocks {
@@ -81,18 +81,18 @@ fn method_runs(case: &Case, request: &TradeoffRequest, blocks: Option<&Blocks>) 
 
 /// Warning for methods without adhesion in a scene with adhesion.
 fn without_adhesion(case: &Case, method_runs: &[MethodRun]) -> Option<String> {
-    let without = method_runs.iter().filter(|r| case.adhesion != Adhesion::None && !r.adhesive);
+    let without = method_runs.iter().filter(|r| case.adhesion != AttractionLaw::None && !r.adhesive);
     let ids: Vec<&str> = without.map(|r| r.method.card().id).collect();
     let compared = "no adhesion, therefore compared with the solution without the scene's adhesion";
     (!ids.is_empty()).then(|| format!("{}: {compared}", ids.join(", ")))
 }
 
 /// Warnings about the measured settings.
-fn notes(case: &Case, outcome: &Outcome) -> Vec<String> {
-    let mut notes: Vec<String> = outcome.done.iter().flat_map(|(_, found)| found.notes.clone()).collect();
+fn notes(case: &Case, outcome: &BenchmarkResults) -> Vec<String> {
+    let mut notes: Vec<String> = outcome.done.iter().flat_map(|(_, measured)| measured.notes.clone()).collect();
     let all = case.loading_steps().len();
-    for (point, found) in outcome.done.iter().filter(|(point, _)| point.block.is_some()) {
-        let reached = found.results.states.len();
+    for (point, measured) in outcome.done.iter().filter(|(point, _)| point.block.is_some()) {
+        let reached = measured.results.states.len();
         if reached < all {
             notes.push(format!("{}: only the first {reached} of {all} loads were run and compared", point.label()));
         }

@@ -1,6 +1,6 @@
 //! The reference solution, with its extrapolated numbers and their uncertainty.
 
-use super::bench::Bench;
+use super::bench::BenchmarkRunner;
 use super::benchmark_point::{self, BenchmarkPoint, REFERENCE_TOLERANCE};
 use super::errors;
 use super::measured::ReferenceSolution;
@@ -16,7 +16,7 @@ const LEVELS_BELOW: usize = 2;
 
 /// Solves the reference and its coarser grids.
 pub(super) fn solve_reference(
-    bench: &mut Bench,
+    bench: &mut BenchmarkRunner,
     case: &Case,
     adhesive: bool,
     n: usize,
@@ -24,12 +24,13 @@ pub(super) fn solve_reference(
 ) -> Result<ReferenceSolution> {
     let fast = find("fast").expect("it is registered");
     let tolerance = benchmark_point::base_tolerance(case).min(REFERENCE_TOLERANCE);
-    let at = |n: usize| BenchmarkPoint::on_grid(MethodRun { method: fast, adhesive }, n, Precision::F64, tolerance);
-    let point = at(n);
+    let value_at =
+        |n: usize| BenchmarkPoint::on_grid(MethodRun { method: fast, adhesive }, n, Precision::F64, tolerance);
+    let point = value_at(n);
     let measured = bench.measure(&point, None, None)?;
-    if let Some(why) = &measured.results.unavailable_reason {
-        let why = format!("the reference ({}) is not available: {why}", point.label());
-        return Err(Error::AuxiliarySolve { why, kept: out.to_path_buf() });
+    if let Some(reason) = &measured.results.unavailable_reason {
+        let reason = format!("the reference ({}) is not available: {reason}", point.label());
+        return Err(Error::AuxiliarySolve { why: reason, kept: out.to_path_buf() });
     }
     let key = bench.reference_key(&point)?;
     let mut levels = Vec::new();
@@ -38,11 +39,11 @@ pub(super) fn solve_reference(
         if benchmark_point::on_grid(case, n).is_err() {
             break;
         }
-        let found = bench.measure(&at(n), Some((&point, (&measured, &key))), None)?;
-        if found.results.unavailable_reason.is_some() {
+        let solution = bench.measure(&value_at(n), Some((&point, (&measured, &key))), None)?;
+        if solution.results.unavailable_reason.is_some() {
             break;
         }
-        levels.push((n, found));
+        levels.push((n, solution));
     }
     levels.reverse();
     let states: Vec<_> =

@@ -2,7 +2,7 @@
 
 use super::benchmark_point::{self, COARSEST};
 use crate::record::tradeoff::{BlockSize, TradeoffPoint};
-use crate::scene::{Case, Surface};
+use crate::scene::{Case, HeightSource};
 use crate::{Error, Result};
 use asperity_contact::method::{ContactMethod, Precision};
 
@@ -55,20 +55,21 @@ impl TradeoffRequest {
         if let Some(list) = &self.exact {
             return Ok((self.reference.unwrap_or(case.grid.nx), list.iter().map(|e| e.n).collect()));
         }
-        let own = case.grid.nx;
-        let reference = self.reference.unwrap_or(own);
+        let full_grid = case.grid.nx;
+        let reference = self.reference.unwrap_or(full_grid);
         let range = |key: &str, n: usize| match (COARSEST..=FINEST).contains(&n) {
             true => Ok(()),
             false => Err(Error::input(PLACE, key, n, format!("{COARSEST} to {FINEST} points per side"))),
         };
         if self.reference.is_some() {
             range("--reference", reference)?;
-            if matches!(case.surface, Surface::Imported { .. }) && reference != own {
-                let accepted = format!("{own}, the map's own: a height map has no finer grid");
+            if matches!(case.surface, HeightSource::Imported { .. }) && reference != full_grid {
+                let accepted = format!("{full_grid}, the map's own: a height map has no finer grid");
                 return Err(Error::input(PLACE, "--reference", reference, accepted));
             }
-            if self.grids.is_none() && !reference.is_multiple_of(own) {
-                let accepted = format!("a multiple of the scene's {own} points per side, or --grids that divide it");
+            if self.grids.is_none() && !reference.is_multiple_of(full_grid) {
+                let accepted =
+                    format!("a multiple of the scene's {full_grid} points per side, or --grids that divide it");
                 return Err(Error::input(PLACE, "--reference", reference, accepted));
             }
         }
@@ -89,7 +90,7 @@ impl TradeoffRequest {
                 }
             }
             None => {
-                for n in benchmark_point::default_grids(own) {
+                for n in benchmark_point::default_grids(full_grid) {
                     match benchmark_point::on_grid(case, n) {
                         Ok(_) => list.push(n),
                         Err(e) => warnings.push(format!("no grid of {n} points per side: {e}")),
@@ -99,7 +100,7 @@ impl TradeoffRequest {
         }
         list.sort_unstable_by(|a, b| b.cmp(a));
         // The scene's own grid runs first, if it is in the list; the others follow from fine to coarse.
-        if let Some(i) = list.iter().position(|n| *n == own) {
+        if let Some(i) = list.iter().position(|n| *n == full_grid) {
             list[..=i].rotate_right(1);
         }
         Ok((reference, list))

@@ -1,30 +1,30 @@
 //! Table of a benchmark: measured settings with their cost and errors.
 
-use super::bench::{Bench, Outcome};
+use super::bench::{BenchmarkResults, BenchmarkRunner};
 use super::benchmark_point::BenchmarkPoint;
 use super::errors;
-use super::measured::{Measured, ReferenceSolution};
+use super::measured::{MeasuredPoint, ReferenceSolution};
 use super::request::TradeoffRequest;
 use crate::compare::forecast::{Ran, forecast};
 use crate::pipeline::methods::MethodRun;
 use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
-    Cost, Forecast, Reference, ResolvedErrors, SCHEMA, SkippedSetting, Tradeoff, TradeoffPoint,
+    Forecast, MeasuredCost, Reference, ResolvedErrors, SCHEMA, SkippedSetting, TradeoffPoint, TradeoffResults,
 };
-use crate::scene::{Case, Surface};
-use asperity_contact::interface::{Adhesion, RangeChoice};
+use crate::scene::{Case, HeightSource};
+use asperity_contact::interface::{AttractionLaw, RangeChoice};
 
 /// `warnings`: those of the benchmark.
 pub(super) fn table(
     (case, request): (&Case, &TradeoffRequest),
-    bench: &Bench,
+    bench: &BenchmarkRunner,
     method_runs: &[MethodRun],
     references: &[ReferenceSolution],
-    outcome: Outcome,
+    outcome: BenchmarkResults,
     warnings: Vec<String>,
-) -> Tradeoff {
+) -> TradeoffResults {
     let mut points: Vec<TradeoffPoint> =
-        outcome.done.iter().filter_map(|(point, found)| row(bench, references, point, found)).collect();
+        outcome.done.iter().filter_map(|(point, measured)| row(bench, references, point, measured)).collect();
     // Order of the tables: methods as in the registry, fine grids first.
     let place = |p: &TradeoffPoint| method_runs.iter().position(|r| r.method.card().id == p.setting.method);
     points.sort_by_key(|p| (place(p), p.setting.layer_thickness.is_some(), std::cmp::Reverse(p.setting.nx)));
@@ -32,7 +32,7 @@ pub(super) fn table(
         let ny = point.n * case.grid.ny / case.grid.nx;
         SkippedSetting { setting: point.setting(ny), reason }
     });
-    let mut table = Tradeoff {
+    let mut table = TradeoffResults {
         schema: SCHEMA,
         name: case.scene.name.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
@@ -63,10 +63,10 @@ pub(super) fn table(
 
 /// `None` without a reference for the setting.
 fn row(
-    bench: &Bench,
+    bench: &BenchmarkRunner,
     references: &[ReferenceSolution],
     point: &BenchmarkPoint,
-    found: &Measured,
+    found: &MeasuredPoint,
 ) -> Option<TradeoffPoint> {
     let reference = ReferenceSolution::of(references, point)?;
     let is_reference = point.stage() == reference.point.stage();
@@ -93,10 +93,10 @@ fn row(
 
 /// Errors of a block against the solution on the heights that it resolves.
 fn resolved_errors(
-    bench: &Bench,
+    bench: &BenchmarkRunner,
     reference: &ReferenceSolution,
     point: &BenchmarkPoint,
-    found: &Measured,
+    found: &MeasuredPoint,
 ) -> Option<ResolvedErrors> {
     let on = bench.on_resolved_heights(point, &reference.point);
     let other = &bench.known(&on)?.results.states;
@@ -116,9 +116,9 @@ fn reference(of: &ReferenceSolution) -> Reference {
     }
 }
 
-fn cost(cost: &Cost, reference: &ReferenceSolution) -> Cost {
+fn cost(cost: &MeasuredCost, reference: &ReferenceSolution) -> MeasuredCost {
     let of_reference = reference.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE);
-    Cost { cpu_over_reference: cost.cpu_seconds / of_reference, ..*cost }
+    MeasuredCost { cpu_over_reference: cost.cpu_seconds / of_reference, ..*cost }
 }
 
 /// Cost forecast of a method: for the finest grid from all coarser ones, and for twice its points per side from all
@@ -149,24 +149,24 @@ fn forecast_of(grids: &[&TradeoffPoint]) -> Option<Forecast> {
 /// differs from the default, so the text states it.
 fn adhesion_label(case: &Case) -> String {
     match case.range() {
-        RangeChoice::True if case.adhesion != Adhesion::None => format!("{}, true on every grid", case.adhesion),
+        RangeChoice::True if case.adhesion != AttractionLaw::None => format!("{}, true on every grid", case.adhesion),
         _ => case.adhesion.to_string(),
     }
 }
 
 /// Shortest wavelength of a surface, units of L; for a height map, two grid spacings.
-fn shortest_wavelength(surface: &Surface) -> f64 {
+fn shortest_wavelength(surface: &HeightSource) -> f64 {
     match surface {
-        Surface::Synthesised { spectrum, .. } => spectrum.lambda_s,
-        Surface::Fourier { modes, .. } => modes.shortest(),
-        Surface::Imported { grid, .. } => 2.0 * grid.dx(),
+        HeightSource::Synthesised { spectrum, .. } => spectrum.lambda_s,
+        HeightSource::Fourier { modes, .. } => modes.shortest(),
+        HeightSource::Imported { grid, .. } => 2.0 * grid.dx(),
     }
 }
 
 /// Hurst exponent of a surface that is synthesised from a spectrum.
-fn hurst(surface: &Surface) -> Option<f64> {
+fn hurst(surface: &HeightSource) -> Option<f64> {
     match surface {
-        Surface::Synthesised { spectrum, .. } => Some(spectrum.hurst),
+        HeightSource::Synthesised { spectrum, .. } => Some(spectrum.hurst),
         _ => None,
     }
 }

@@ -3,11 +3,11 @@
 use asperity_contact::load::Branch;
 use asperity_contact::results::PullOff;
 use asperity_contact::results::{ContinuumResults, StateResults};
-use asperity_surface::files::netcdf::{Attribute, Data, Variable, counter};
+use asperity_surface::files::netcdf::{Attribute, Variable, VariableData, counter};
 
 /// Factor from reduced to SI units.
 #[derive(Clone, Copy)]
-enum Scale {
+enum UnitFactor {
     One,
     Length,
     Area,
@@ -18,90 +18,94 @@ enum Scale {
     Energy,
 }
 
-impl Scale {
+impl UnitFactor {
     fn factor(self, length: f64, modulus: f64) -> f64 {
         match self {
-            Scale::One => 1.0,
-            Scale::Length => length,
-            Scale::Area => length * length,
-            Scale::Stress => modulus,
-            Scale::Stiffness => modulus / length,
-            Scale::Energy => modulus * length,
+            UnitFactor::One => 1.0,
+            UnitFactor::Length => length,
+            UnitFactor::Area => length * length,
+            UnitFactor::Stress => modulus,
+            UnitFactor::Stiffness => modulus / length,
+            UnitFactor::Energy => modulus * length,
         }
     }
 }
 
 /// Name, factor, unit, long name and value of each scalar.
-type Column = (&'static str, Scale, &'static str, &'static str, fn(&StateResults) -> Option<f64>);
+type Column = (&'static str, UnitFactor, &'static str, &'static str, fn(&StateResults) -> Option<f64>);
 
 const COLUMNS: [Column; 25] = [
-    ("p_star", Scale::One, "1", "mean pressure over E* times rms gradient", |s| Some(s.numbers.p_star)),
-    ("pressure", Scale::Stress, "Pa", "mean pressure", |s| Some(s.numbers.pressure)),
-    ("contact_area", Scale::One, "1", "relative contact area", |s| Some(s.numbers.contact_area)),
-    ("contact_area_error", Scale::One, "1", "error of the relative contact area", |s| s.numbers.contact_area_error),
-    ("contact_nodes", Scale::One, "1", "contact nodes over all nodes", |s| Some(s.contact_nodes)),
-    ("mean_gap", Scale::Length, "m", "mean gap", |s| Some(s.mean_gap)),
-    ("mean_gap_error", Scale::Length, "m", "error of the mean gap", |s| s.mean_gap_error),
-    ("stiffness", Scale::Stiffness, "Pa m-1", "contact stiffness dp/du", |s| s.numbers.stiffness),
-    ("stiffness_error", Scale::Stiffness, "Pa m-1", "error of the contact stiffness", |s| s.numbers.stiffness_error),
-    ("energy", Scale::Energy, "J m-2", "energy per area", |s| Some(s.energy)),
-    ("interaction_energy", Scale::Energy, "J m-2", "energy per area of the interaction", |s| {
+    ("p_star", UnitFactor::One, "1", "mean pressure over E* times rms gradient", |s| Some(s.numbers.p_star)),
+    ("pressure", UnitFactor::Stress, "Pa", "mean pressure", |s| Some(s.numbers.pressure)),
+    ("contact_area", UnitFactor::One, "1", "relative contact area", |s| Some(s.numbers.contact_area)),
+    ("contact_area_error", UnitFactor::One, "1", "error of the relative contact area", |s| {
+        s.numbers.contact_area_error
+    }),
+    ("contact_nodes", UnitFactor::One, "1", "contact nodes over all nodes", |s| Some(s.contact_nodes)),
+    ("mean_gap", UnitFactor::Length, "m", "mean gap", |s| Some(s.mean_gap)),
+    ("mean_gap_error", UnitFactor::Length, "m", "error of the mean gap", |s| s.mean_gap_error),
+    ("stiffness", UnitFactor::Stiffness, "Pa m-1", "contact stiffness dp/du", |s| s.numbers.stiffness),
+    ("stiffness_error", UnitFactor::Stiffness, "Pa m-1", "error of the contact stiffness", |s| {
+        s.numbers.stiffness_error
+    }),
+    ("energy", UnitFactor::Energy, "J m-2", "energy per area", |s| Some(s.energy)),
+    ("interaction_energy", UnitFactor::Energy, "J m-2", "energy per area of the interaction", |s| {
         Some(s.interaction_energy)
     }),
-    ("patches", Scale::One, "1", "number of contact clusters", |s| s.numbers.patches.map(|n| n as f64)),
-    ("unloading", Scale::One, "1", "1 on the unloading branch", |s| {
+    ("patches", UnitFactor::One, "1", "number of contact clusters", |s| s.numbers.patches.map(|n| n as f64)),
+    ("unloading", UnitFactor::One, "1", "1 on the unloading branch", |s| {
         Some(f64::from(u8::from(s.branch == Branch::Unloading)))
     }),
-    ("residual", Scale::One, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
-    ("load_error", Scale::One, "1", "relative error of the load", |s| Some(s.numbers.load_error)),
-    ("contact_area_extrapolated", Scale::One, "1", "area at the true range of the adhesion", |s| {
+    ("residual", UnitFactor::One, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
+    ("load_error", UnitFactor::One, "1", "relative error of the load", |s| Some(s.numbers.load_error)),
+    ("contact_area_extrapolated", UnitFactor::One, "1", "area at the true range of the adhesion", |s| {
         s.extrapolated.map(|e| e.area.value)
     }),
-    ("mean_gap_extrapolated", Scale::Length, "m", "mean gap at the true range of the adhesion", |s| {
+    ("mean_gap_extrapolated", UnitFactor::Length, "m", "mean gap at the true range of the adhesion", |s| {
         s.extrapolated.and_then(|e| e.mean_gap).map(|g| g.value)
     }),
-    ("mean_contact_pressure", Scale::Stress, "Pa", "pressure over the contact area", |s| {
+    ("mean_contact_pressure", UnitFactor::Stress, "Pa", "pressure over the contact area", |s| {
         s.observed.as_ref().and_then(|o| o.mean_contact_pressure)
     }),
     (
         "median_cluster_area",
-        Scale::Area,
+        UnitFactor::Area,
         "m2",
         "median cluster area: half of the contact area is in clusters up to it",
         |s| s.observed.as_ref().and_then(|o| o.median_cluster_area),
     ),
-    ("contact_nodes_compressive", Scale::One, "1", "contact nodes under compression over all nodes", |s| {
+    ("contact_nodes_compressive", UnitFactor::One, "1", "contact nodes under compression over all nodes", |s| {
         s.observed.as_ref().and_then(|o| Some(o.compressive?.contact_nodes))
     }),
     (
         "median_cluster_area_compressive",
-        Scale::Area,
+        UnitFactor::Area,
         "m2",
         "median cluster area of the contact under compression",
         |s| s.observed.as_ref().and_then(|o| o.compressive?.median_cluster_area),
     ),
     (
         "hysteresis_contact_area",
-        Scale::One,
+        UnitFactor::One,
         "1",
         "relative change of the area from the same load on the loading branch",
         |s| s.hysteresis.map(|h| h.area),
     ),
     (
         "hysteresis_mean_gap",
-        Scale::One,
+        UnitFactor::One,
         "1",
         "relative change of the mean gap from the same load on the loading branch",
         |s| s.hysteresis.map(|h| h.mean_gap),
     ),
     (
         "constriction_conductance",
-        Scale::Length,
+        UnitFactor::Length,
         "m",
         "electrical conductance times resistivity, clusters as circular spots",
         |s| s.observed.as_ref().map(|o| o.constriction_conductance),
     ),
-    ("hydraulic_gap", Scale::Length, "m", "uniform gap with the same leakage", |s| {
+    ("hydraulic_gap", UnitFactor::Length, "m", "uniform gap with the same leakage", |s| {
         s.observed.as_ref().map(|o| o.hydraulic_gap)
     }),
 ];
@@ -114,7 +118,7 @@ pub(super) fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Var
         if values.iter().any(Option::is_some) {
             let factor = scale.factor(length, modulus);
             let numbers = values.iter().map(|v| v.map_or(f64::NAN, |v| v * factor)).collect();
-            variables.push(Variable::new(name, &["load"], Data::Numbers(numbers), units, long_name));
+            variables.push(Variable::new(name, &["load"], VariableData::Numbers(numbers), units, long_name));
         }
     }
     let criterion = c.states.first().map_or(String::new(), |s| s.criterion.clone());
@@ -129,12 +133,12 @@ pub(super) fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Var
 
 /// Mean gap and pressure during separation.
 fn separation(p: &PullOff, length: f64, modulus: f64) -> [Variable; 3] {
-    let column = |k: usize, factor: f64| Data::Numbers(p.curve.iter().map(|point| point[k] * factor).collect());
-    let along = ["pull_off_point"];
+    let column = |k: usize, factor: f64| VariableData::Numbers(p.curve.iter().map(|point| point[k] * factor).collect());
+    let dimensions = ["pull_off_point"];
     [
-        counter(along[0], 0, p.curve.len(), "points of the separation curve"),
-        Variable::new("pull_off_mean_gap", &along, column(0, length), "m", "mean gap during separation"),
-        Variable::new("pull_off_pressure", &along, column(1, modulus), "Pa", "mean pressure during separation")
+        counter(dimensions[0], 0, p.curve.len(), "points of the separation curve"),
+        Variable::new("pull_off_mean_gap", &dimensions, column(0, length), "m", "mean gap during separation"),
+        Variable::new("pull_off_pressure", &dimensions, column(1, modulus), "Pa", "mean pressure during separation")
             .with("lowest_pa", Attribute::Number(p.pressure * modulus)),
     ]
 }

@@ -9,9 +9,9 @@ use asperity_contact::results::{ContinuumResults, Observed, StateResults};
 use asperity_grid::error::Result;
 use asperity_grid::units::ANGSTROM_M;
 use asperity_surface::files::netcdf::write;
-use asperity_surface::files::netcdf::{Attribute, Data, Variable, counter};
-use asperity_surface::files::npy::Reader;
-use asperity_surface::height_map::Sign;
+use asperity_surface::files::netcdf::{Attribute, Variable, VariableData, counter};
+use asperity_surface::files::npy::NpyReader;
+use asperity_surface::height_map::TouchingPoints;
 use std::path::{Path, PathBuf};
 
 /// Name of the file in a run folder.
@@ -76,25 +76,32 @@ fn solved(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec
 
 /// Coordinate with the positions of `n` nodes of a periodic cell.
 fn axis(name: &str, n: usize, extent: f64) -> Variable {
-    let at = (0..n).map(|i| i as f64 * extent / n as f64).collect();
-    Variable::new(name, &[name], Data::Numbers(at), "m", &format!("position along {}", &name[name.len() - 1..]))
+    let index = (0..n).map(|i| i as f64 * extent / n as f64).collect();
+    Variable::new(
+        name,
+        &[name],
+        VariableData::Numbers(index),
+        "m",
+        &format!("position along {}", &name[name.len() - 1..]),
+    )
 }
 
 fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
     let mut list = vec![axis("x", s.nx, length), axis("y", s.ny, length * s.aspect)];
     if let Some(file) = &s.heights {
         // A single map, without a load dimension.
-        let file = Data::Scaled(vec![folder.join(file)], length);
+        let file = VariableData::Scaled(vec![folder.join(file)], length);
         let heights = Variable::new("heights", &["y", "x"], file, "m", "height of the rigid surface")
-            .with("sign", Attribute::Text(Sign::LowFirst.words().into()))
+            .with("sign", Attribute::Text(TouchingPoints::LowFirst.words().into()))
             .with("origin", Attribute::Text(s.origin.clone()));
         list.push(heights);
     }
     if !s.psd.is_empty() {
         let mode = s.psd.iter().map(|p| p.mode).collect();
         let square = length * length;
-        let psd = |values: Vec<f64>, name, long| Variable::new(name, &["mode"], Data::Numbers(values), "m2", long);
-        list.push(Variable::new("mode", &["mode"], Data::Numbers(mode), "1", "wave number |q| L/2π"));
+        let psd =
+            |values: Vec<f64>, name, long| Variable::new(name, &["mode"], VariableData::Numbers(values), "m2", long);
+        list.push(Variable::new("mode", &["mode"], VariableData::Numbers(mode), "1", "wave number |q| L/2π"));
         list.push(psd(s.psd.iter().map(|p| p.realised * square).collect(), "psd", "mean |a|² of the waves, realised"));
         if s.psd.iter().any(|p| p.expected.is_some()) {
             let expected = s.psd.iter().map(|p| p.expected.map_or(f64::NAN, |e| e * square)).collect();
@@ -116,38 +123,38 @@ fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<V
     if stored.is_empty() {
         return Vec::new();
     }
-    let files = |of: fn(&StateResults) -> Option<&String>| -> Vec<PathBuf> {
-        stored.iter().filter_map(|(_, s)| of(s)).map(|file| folder.join(file)).collect()
+    let files = |value: fn(&StateResults) -> Option<&String>| -> Vec<PathBuf> {
+        stored.iter().filter_map(|(_, s)| value(s)).map(|file| folder.join(file)).collect()
     };
     let (gaps, stresses) = (files(|s| s.numbers.gap_map.as_ref()), files(|s| s.numbers.stress_map.as_ref()));
     let mut list = Vec::new();
-    let along = if stored.len() == c.states.len() { "load" } else { "map_load" };
-    if along == "map_load" {
-        let numbers = Data::Numbers(stored.iter().map(|(i, _)| (i + 1) as f64).collect());
-        list.push(Variable::new(along, &[along], numbers, "1", "number of a load with stored maps"));
+    let dimensions = if stored.len() == c.states.len() { "load" } else { "map_load" };
+    if dimensions == "map_load" {
+        let numbers = VariableData::Numbers(stored.iter().map(|(i, _)| (i + 1) as f64).collect());
+        list.push(Variable::new(dimensions, &[dimensions], numbers, "1", "number of a load with stored maps"));
     }
-    let map = |name, data, units, long_name| Variable::new(name, &[along, "y", "x"], data, units, long_name);
-    list.push(map("gap", Data::Scaled(gaps.clone(), length), "m", "gap between the surfaces"));
+    let map = |name, data, units, long_name| Variable::new(name, &[dimensions, "y", "x"], data, units, long_name);
+    list.push(map("gap", VariableData::Scaled(gaps.clone(), length), "m", "gap between the surfaces"));
     list.push(
-        map("contact", Data::AtMostZero(gaps), "1", "1 at nodes in contact")
+        map("contact", VariableData::AtMostZero(gaps), "1", "1 at nodes in contact")
             .with("criterion", Attribute::Text("zero gap".into())),
     );
-    list.push(map("stress", Data::Scaled(stresses, modulus), "Pa", "interfacial stress, compression positive"));
+    list.push(map("stress", VariableData::Scaled(stresses, modulus), "Pa", "interfacial stress, compression positive"));
     list
 }
 
 /// Rows of different lengths as a rectangular array, padded with NaN.
-fn ragged(rows: &[Vec<f64>], width: usize) -> Data {
+fn ragged(rows: &[Vec<f64>], width: usize) -> VariableData {
     let filled =
         |row: &Vec<f64>| row.iter().copied().chain(std::iter::repeat(f64::NAN)).take(width).collect::<Vec<_>>();
-    Data::Numbers(rows.iter().flat_map(filled).collect())
+    VariableData::Numbers(rows.iter().flat_map(filled).collect())
 }
 
 /// Probability densities and cluster areas, one row per load.
 fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Variable> {
     type Of = fn(&Observed) -> &Distribution;
-    let known: Vec<Option<&Observed>> = states.iter().map(|s| s.observed.as_ref()).collect();
-    if known.iter().all(Option::is_none) {
+    let available: Vec<Option<&Observed>> = states.iter().map(|s| s.observed.as_ref()).collect();
+    if available.iter().all(Option::is_none) {
         return Vec::new();
     }
     let mut list = Vec::new();
@@ -161,18 +168,18 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
             }));
         }
     };
-    let rows = |of: &dyn Fn(&Observed) -> Vec<f64>| -> Vec<Vec<f64>> {
-        known.iter().map(|o| o.map_or(Vec::new(), of)).collect()
+    let rows = |value: &dyn Fn(&Observed) -> Vec<f64>| -> Vec<Vec<f64>> {
+        available.iter().map(|o| o.map_or(Vec::new(), value)).collect()
     };
-    let of: [(&str, f64, &str, &str, Of); 4] = [
+    let value: [(&str, f64, &str, &str, Of); 4] = [
         ("gap", length, "m", "m-1", |o| &o.gap),
         ("gap_logarithmic", length, "m", "m-1", |o| &o.gap_logarithmic),
         ("stress", modulus, "Pa", "Pa-1", |o| &o.stress),
         ("contact_stress", modulus, "Pa", "Pa-1", |o| &o.contact_stress),
     ];
-    for (name, factor, units, inverse, of) in of {
-        let middle = rows(&|o| of(o).density().iter().map(|d| d.0 * factor).collect());
-        let density = rows(&|o| of(o).density().iter().map(|d| d.1 / factor).collect());
+    for (name, factor, units, inverse, value) in value {
+        let middle = rows(&|o| value(o).density().iter().map(|d| d.0 * factor).collect());
+        let density = rows(&|o| value(o).density().iter().map(|d| d.1 / factor).collect());
         table(
             &format!("{name}_bin"),
             &[
@@ -224,43 +231,50 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
 fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
     let mut list = Vec::new();
     if let Some(first) = atoms.states.first() {
-        let map = Reader::open(&folder.join(&first.gap_map))?;
+        let map = NpyReader::open(&folder.join(&first.gap_map))?;
         let extent = atoms.length_angstrom * ANGSTROM_M;
         list.push(axis("atoms_x", map.nx, extent));
         list.push(axis("atoms_y", map.ny, extent * map.ny as f64 / map.nx as f64));
         list.push(counter("atoms_load", 1, atoms.states.len(), "number of the load"));
-        let curve =
-            |of: fn(&asperity_atoms::results::AtomState) -> f64| Data::Numbers(atoms.states.iter().map(of).collect());
-        let along = ["atoms_load"];
-        list.push(Variable::new("atoms_p_star", &along, curve(|s| s.p_star), "1", "load over E* times rms gradient"));
-        let contact = "fraction of the surface atoms in contact";
-        list.push(Variable::new("atoms_contact_area", &along, curve(|s| s.contact_area), "1", contact));
-        let gap = curve(|s| s.mean_gap_angstrom * ANGSTROM_M);
-        list.push(Variable::new("atoms_mean_gap", &along, gap, "m", "mean gap of the atoms"));
-        let files = |of: fn(&asperity_atoms::results::AtomState) -> &String| -> Vec<PathBuf> {
-            atoms.states.iter().map(|s| folder.join(of(s))).collect()
+        let curve = |value: fn(&asperity_atoms::results::AtomState) -> f64| {
+            VariableData::Numbers(atoms.states.iter().map(value).collect())
         };
-        let gaps = Data::Scaled(files(|s| &s.gap_map), ANGSTROM_M);
+        let dimensions = ["atoms_load"];
+        list.push(Variable::new(
+            "atoms_p_star",
+            &dimensions,
+            curve(|s| s.p_star),
+            "1",
+            "load over E* times rms gradient",
+        ));
+        let contact = "fraction of the surface atoms in contact";
+        list.push(Variable::new("atoms_contact_area", &dimensions, curve(|s| s.contact_area), "1", contact));
+        let gap = curve(|s| s.mean_gap_angstrom * ANGSTROM_M);
+        list.push(Variable::new("atoms_mean_gap", &dimensions, gap, "m", "mean gap of the atoms"));
+        let files = |value: fn(&asperity_atoms::results::AtomState) -> &String| -> Vec<PathBuf> {
+            atoms.states.iter().map(|s| folder.join(value(s))).collect()
+        };
+        let gaps = VariableData::Scaled(files(|s| &s.gap_map), ANGSTROM_M);
         list.push(Variable::new("atoms_gap", &ATOMS_MAP, gaps, "m", "gap of the nearest surface atom"));
-        let flags = Data::Flags(files(|s| &s.contact_map));
+        let flags = VariableData::Flags(files(|s| &s.contact_map));
         list.push(Variable::new("atoms_contact", &ATOMS_MAP, flags, "1", "1 where the nearest surface atom touches"));
     }
     if !atoms.load_steps.is_empty() {
-        let step = |of: fn(&asperity_atoms::results::LoadStepResults) -> f64| {
-            Data::Numbers(atoms.load_steps.iter().map(of).collect())
+        let step = |value: fn(&asperity_atoms::results::LoadStepResults) -> f64| {
+            VariableData::Numbers(atoms.load_steps.iter().map(value).collect())
         };
-        let along = ["load_step"];
-        list.push(counter(along[0], 0, atoms.load_steps.len(), "load step"));
+        let dimensions = ["load_step"];
+        list.push(counter(dimensions[0], 0, atoms.load_steps.len(), "load step"));
         let down = step(|s| s.displacement_angstrom * ANGSTROM_M);
-        list.push(Variable::new("load_step_displacement", &along, down, "m", "descent of the indenter"));
+        list.push(Variable::new("load_step_displacement", &dimensions, down, "m", "descent of the indenter"));
         list.push(Variable::new(
             "load_step_p_star",
-            &along,
+            &dimensions,
             step(|s| s.p_star),
             "1",
             "load over E* times rms gradient",
         ));
-        list.push(Variable::new("load_step_contacts", &along, step(|s| s.contacts as f64), "1", "contact atoms"));
+        list.push(Variable::new("load_step_contacts", &dimensions, step(|s| s.contacts as f64), "1", "contact atoms"));
     }
     Ok(list)
 }

@@ -36,7 +36,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
             p.quiet { "Contact: fraction of the surface layer’s atoms in contact. More than a few contact atoms from below "
                 "the surface indicate plastic flow, which no elastic method describes." }
         }
-        @if let Some(back) = &atoms.unloading { (unloading::section(writer, atoms, back)?) }
+        @if let Some(unloading) = &atoms.unloading { (unloading::section(writer, atoms, unloading)?) }
         @if let Some(run) = &atoms.nvt { (nvt::section(writer, atoms, run)?) }
         (criteria::section(writer, atoms)?)
         (criteria::plasticity(writer, atoms)?)
@@ -60,8 +60,8 @@ fn audit(lines: &[AuditLine]) -> Markup {
 /// Load and number of contact atoms against displacement, on loading and unloading.
 fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Markup>> {
     let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
-    let draw = |name: &str, label: &str, of: fn(&LoadStepResults) -> f64| {
-        let curves = unloading::branch_curves(steps, turn, |s| (s.displacement_angstrom, of(s)));
+    let draw = |name: &str, label: &str, value: fn(&LoadStepResults) -> f64| {
+        let curves = unloading::branch_curves(steps, turn, |s| (s.displacement_angstrom, value(s)));
         let plot = Plot::new(linear("displacement of the indenter (Å)"), linear(label), curves);
         writer.curves(name, &Plot { proportion: 0.36, ..plot })
     };

@@ -8,7 +8,7 @@ use super::figures::of_unit;
 use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::report::number::significant;
 use crate::report::picture::{BLUE, VERMILION};
-use crate::report::svg::{Format, css, escaped, text};
+use crate::report::svg::{DrawingSize, css, escaped, text};
 
 /// Width of the chart, px, and of the columns next to the bands.
 const WIDTH: f64 = 960.0;
@@ -24,15 +24,15 @@ pub(super) fn chart(list: &[AcceptanceCheck]) -> Option<Markup> {
     if rows.is_empty() {
         return None;
     }
-    let format = Format::page(WIDTH);
+    let format = DrawingSize::page(WIDTH);
     let (t, step) = (format.text, 1.7 * format.text);
     let mut svg = format.open(step * rows.len() as f64 + t, "values, expected values and accepted bands");
     let (from, across) = (LEFT, WIDTH - LEFT - RIGHT);
     for (k, (check, value, [low, high])) in rows.iter().enumerate() {
         let y = step * (k as f64 + 0.5) + 0.3 * t;
         let place = |v: f64| {
-            let share = (v - low) / (high - low);
-            from + across * (0.5 + BAND * (share - 0.5)).clamp(0.01, 0.99)
+            let fraction = (v - low) / (high - low);
+            from + across * (0.5 + BAND * (fraction - 0.5)).clamp(0.01, 0.99)
         };
         let (start, end) = (place(*low), place(*high));
         let (top, across, down) = (y - 0.45 * t, end - start, 0.9 * t);

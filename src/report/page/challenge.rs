@@ -58,11 +58,11 @@ fn found(check: &AcceptanceCheck) -> String {
 
 /// The figures of the paper.
 pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
-    let (Some(with), Some(without)) = (&results.continuum, &results.non_adhesive) else { return Ok(html! {}) };
-    let both = Both { with, without };
-    let mut drawn = Vec::new();
+    let (Some(adhesive), Some(without)) = (&results.continuum, &results.non_adhesive) else { return Ok(html! {}) };
+    let both = Both { with: adhesive, without };
+    let mut figures = Vec::new();
     let mut add = |number: usize, drawing: Option<Markup>, caption: &str| {
-        drawn.extend(drawing.map(|drawing| (number, drawing, caption.to_string())));
+        figures.extend(drawing.map(|drawing| (number, drawing, caption.to_string())));
     };
     let spectrum = writer.curves("figure-01", &psd(writer, results, "prescribed"))?;
     add(1, spectrum, "Spectrum of the surface: realised and prescribed.");
@@ -87,7 +87,7 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
     Ok(html! {
         p { "The figures of the challenge’s paper, from this run: with and without adhesion, loading and unloading. "
             "Loads are p* = p/(E* ḡ), the reference load is p* = 0.01." }
-        @for (number, drawing, caption) in &drawn {
+        @for (number, drawing, caption) in &figures {
             (figure(drawing, html! {
                 (caption) " (The paper’s figure " (number) ".)"
                 @if *number == 4 { br; (both.line_means(writer)?) }
@@ -160,8 +160,9 @@ struct Both<'a> {
 }
 
 fn contacts(writer: &FigureWriter, both: &Both) -> Result<Option<Markup>> {
-    let of = |c| reference(c).and_then(|s| s.numbers.gap_map.as_deref()).map(|file| writer.closed(file, LONGEST_SIDE));
-    let (Some(plain), Some(adhesive)) = (of(both.without).transpose()?, of(both.with).transpose()?) else {
+    let value_of =
+        |c| reference(c).and_then(|s| s.numbers.gap_map.as_deref()).map(|file| writer.closed(file, LONGEST_SIDE));
+    let (Some(plain), Some(adhesive)) = (value_of(both.without).transpose()?, value_of(both.with).transpose()?) else {
         return Ok(None);
     };
     let draw = |part: &str, title: &str, picture: &Picture| -> Result<Markup> {
@@ -233,8 +234,8 @@ impl Both<'_> {
             Ok((!points.is_empty()).then(|| format!("{value}{error} µm")))
         };
         Ok(html! {
-            @if let (Some(with), Some(without)) = (mean(self.with)?, mean(self.without)?) {
-                "Mean gap along this line: " strong { (with) } " with adhesion, " strong { (without) } " without; the errors are the relative "
+            @if let (Some(adhesive), Some(without)) = (mean(self.with)?, mean(self.without)?) {
+                "Mean gap along this line: " strong { (adhesive) } " with adhesion, " strong { (without) } " without; the errors are the relative "
                 "uncertainty of the mean gap of the cell."
             }
         })

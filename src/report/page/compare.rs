@@ -13,8 +13,8 @@ use asperity_grid::units::ANGSTROM_M;
 pub(super) const SAME_LOAD: f64 = 0.01;
 
 /// The state at a load.
-pub(super) fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
-    let distance = |s: &T| (of(s) - p_star).abs();
+pub(super) fn at_load<T>(states: &[T], p_star: f64, value: impl Fn(&T) -> f64) -> Option<&T> {
+    let distance = |s: &T| (value(s) - p_star).abs();
     states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
@@ -57,7 +57,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
         let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
         let maps = state.map(|state| Maps { writer, length: atoms.length_angstrom, load, state, number: i + 1 });
         Ok(html! {
-            h3 { "Maps at " (at(load.p_star)) }
+            h3 { "Maps at " (load_label(load.p_star)) }
             @if let Some(maps) = &maps { (maps.contacts()?) }
             (matches(load))
             @if let Some(maps) = &maps { (maps.gaps(&c.hard_wall)?) }
@@ -111,9 +111,9 @@ pub(super) fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64
     (m.contact_area > 0.0).then(|| load.atoms.contact_area / m.contact_area - 1.0)
 }
 
-fn signed_percent(share: f64) -> String {
-    let sign = if share > 0.0 { "+" } else { "" };
-    format!("{sign}{}", with_unit(100.0 * share, 2, "%"))
+fn signed_percent(fraction: f64) -> String {
+    let sign = if fraction > 0.0 { "+" } else { "" };
+    format!("{sign}{}", with_unit(100.0 * fraction, 2, "%"))
 }
 
 /// The state of a continuum solution at a load.
@@ -200,7 +200,7 @@ impl Maps<'_> {
         }
         Ok(figure(
             panels(drawn.len(), &drawn),
-            html! { "The gap at " (at(load.p_star)) ", in one colour range; dark is small, black is contact "
+            html! { "The gap at " (load_label(load.p_star)) ", in one colour range; dark is small, black is contact "
             "(hard wall: zero gap; compliant wall and atoms: by the criteria above). The atoms have one value per "
             "surface atom." },
         ))
@@ -213,7 +213,7 @@ pub(super) const SUPERPOSED: [(Rgb, &str); 3] =
 
 /// Colours with their meanings.
 pub(super) fn key(entries: &[(Rgb, &str)]) -> Markup {
-    html! { @for ([r, g, b], words) in entries { span { i style={ "background:rgb(" (r) "," (g) "," (b) ")" } {} (words) } } }
+    html! { @for ([r, g, b], tokens) in entries { span { i style={ "background:rgb(" (r) "," (g) "," (b) ")" } {} (tokens) } } }
 }
 
 fn agreement(m: &CriterionMatch) -> Markup {
@@ -254,8 +254,8 @@ fn matches(load: &LoadComparison) -> Markup {
 }
 
 /// Gap profiles along x = L/2, one frame per load.
-fn sections(writer: &FigureWriter, list: &[Section]) -> Result<Markup> {
-    let one = |(i, s): (usize, &Section)| {
+fn sections(writer: &FigureWriter, list: &[GapSection]) -> Result<Markup> {
+    let one = |(i, s): (usize, &GapSection)| {
         let curves = [
             ("full heights", LABORATORY, &s.full_heights_gap_angstrom),
             ("hard wall", HARD, &s.hard_wall_gap_angstrom),
@@ -267,7 +267,7 @@ fn sections(writer: &FigureWriter, list: &[Section]) -> Result<Markup> {
         };
         let curves = curves.into_iter().filter(|(.., gap)| !gap.is_empty()).map(curve).collect();
         let plot = Plot { proportion: 0.42, ..Plot::new(linear("y / L"), linear("gap (Å)"), curves) };
-        let caption = html! { "The gap along the line x = L/2 at " (at(s.p_star)) "."
+        let caption = html! { "The gap along the line x = L/2 at " (load_label(s.p_star)) "."
         @if i == 0 { " Gaps of the atoms and of the compliant wall are measured from where the repulsion begins, so they are "
             "negative under compression. Steps are atoms: each point of the line has the gap of the nearest surface atom." } };
         Figure::new(format!("section-{}", i + 1), caption, plot)

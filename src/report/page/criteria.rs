@@ -6,10 +6,10 @@ use asperity_grid::units::ANGSTROM_M;
 
 /// Contact under each criterion and the stress maps; empty if the scene does not request distributions.
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
-    let known: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
-    let Some(first) = known.first() else { return Ok(html! {}) };
+    let available: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
+    let Some(first) = available.first() else { return Ok(html! {}) };
     let head: Vec<&str> = std::iter::once("p*").chain(first.criteria.iter().map(|w| name(&w.id))).collect();
-    let rows = known.iter().map(|s| {
+    let rows = available.iter().map(|s| {
         let shares =
             s.criteria.iter().map(|w| html! { (percent(w.contact_area)) " " (quiet(format!("({})", count(w.atoms)))) });
         std::iter::once(trimmed(s.p_star, 4).render()).chain(shares).collect()
@@ -49,7 +49,7 @@ pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<
                 Some(load) => {
                     "The crystal first yields at p* = " strong { (significant(load, 3)) } ": more than " (p.noise_atoms)
                     " defect atoms"
-                    @if let Some(before) = p.last_elastic { "; at the previous step, p* = " (significant(before, 3)) ", fewer" } "."
+                    @if let Some(previous) = p.last_elastic { "; at the previous step, p* = " (significant(previous, 3)) ", fewer" } "."
                     @if let Some(h) = p.hardness_gpa { " Beyond it the mean contact stress is " (significant(h, 3))
                         " GPa, an estimate of the hardness." }
                 },
@@ -68,7 +68,7 @@ pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<
 
 /// The smoothed normal stress of every load.
 fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
-    let mut drawn = Vec::new();
+    let mut figures = Vec::new();
     let (mut width, mut worst) = (0.0, 0.0_f64);
     let highest = atoms.states.iter().filter_map(|s| s.stress.as_ref()).map(|s| s.highest_gpa).fold(0.0, f64::max);
     for (i, state) in atoms.states.iter().enumerate() {
@@ -76,18 +76,19 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
         (width, worst) = (stress.width_angstrom, worst.max(stress.load_error.abs()));
         let small = &writer.load(&stress.map, PANEL_SIDE, |v| v)?;
         let own = writer.own_ranges() || highest <= 0.0;
-        let range = Range { low: 0.0, high: if own { Range::of(&small.values, 0.0).high } else { highest } };
+        let range =
+            ColourRange { low: 0.0, high: if own { ColourRange::of(&small.values, 0.0).high } else { highest } };
         let values = Values { quantity: "normal stress", unit: "GPa", small, range, contact: None };
-        let title = at(state.p_star);
+        let title = load_label(state.p_star);
         let names = (format!("stress-atoms-{}", i + 1), format!("normal stress of the atoms at {title}"));
         let image = writer.values((&names.0, &names.1), &values, atoms.length_angstrom * ANGSTROM_M)?;
-        drawn.push(panel(&title, image, html! { "at most " (significant(stress.highest_gpa, 3)) " GPa" }));
+        figures.push(panel(&title, image, html! { "at most " (significant(stress.highest_gpa, 3)) " GPa" }));
     }
-    if drawn.is_empty() {
+    if figures.is_empty() {
         return Ok(html! {});
     }
     Ok(figure(
-        panels(drawn.len().min(3), &drawn),
+        panels(figures.len().min(3), &figures),
         html! { "Normal stress: the indenter’s force on each atom, spread by a Gaussian with a standard deviation of "
         (trimmed(width, 4)) " Å. The integral of the field is the load to " (significant(worst, 1)) " (relative). " (writer.range_note()) },
     ))
@@ -123,7 +124,7 @@ pub(super) fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Resul
             ("Contact distance", name("area-vs-distance"), plot("contact distance (Å)", by_distance)),
             ("Gap threshold", name("area-vs-gap"), plot("gap threshold (Å)", by_gap)),
         ])?;
-        let caption = html! { "Contact at " (at(load.p_star)) @if i == 0 { ". Left: against the contact distance d_c, from 0.95 to 1.1 of "
+        let caption = html! { "Contact at " (load_label(load.p_star)) @if i == 0 { ". Left: against the contact distance d_c, from 0.95 to 1.1 of "
         "the distance at which the repulsion begins, with the same criterion for the continuum’s surface atoms. Right: continuum, against the "
         "gap threshold, over the same lengths. Where the left curves are steep, the criterion determines the area." } @else { "." } };
         figures.push(figure(panels(2, &drawn), caption));

@@ -37,8 +37,8 @@ pub(super) fn branches(
                 Branch::Unloading => (BACK, format!("{label}, unloading")),
             };
             // One legend entry per branch.
-            let known = curves.iter().any(|c| c.label == name);
-            curves.push(Curve::new(if known { String::new() } else { name }, style, last.map(of)));
+            let is_known = curves.iter().any(|c| c.label == name);
+            curves.push(Curve::new(if is_known { String::new() } else { name }, style, last.map(of)));
         }
         curves.last_mut().expect("one for the first state").points.push(of(state));
         last = Some(state);
@@ -50,13 +50,13 @@ pub(super) fn branches(
 
 /// Contact fraction (%) against p*, for all solutions, methods and criteria, with the theory of the challenge's paper.
 fn area_plot(results: &Results) -> Plot {
-    let of = |s: &StateResults| (s.numbers.p_star, 100.0 * s.numbers.contact_area);
+    let value = |s: &StateResults| (s.numbers.p_star, 100.0 * s.numbers.contact_area);
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
         let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
-        curves.extend(branches(c, (&format!("{}{scale}", c.method), LABORATORY), &of));
+        curves.extend(branches(c, (&format!("{}{scale}", c.method), LABORATORY), &value));
     }
-    curves.extend(results.non_adhesive.iter().map(|c| without(c, of)));
+    curves.extend(results.non_adhesive.iter().map(|c| without(c, value)));
     for m in results.methods.iter().filter(|m| !m.states.is_empty()) {
         let label = format!("{}{}", m.method, if m.adhesive { "" } else { ", without adhesion" });
         let points = m.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area));
@@ -69,9 +69,9 @@ fn area_plot(results: &Results) -> Plot {
         curves.extend(first_yield(a).map(|point| Curve::new("first yield", star, [point])));
     }
     let all = || curves.iter().flat_map(|c| &c.points);
-    let ((least, most), (smallest, _)) = (ends(all().map(|p| p.0)), ends(all().map(|p| p.1)));
+    let ((lower, largest), (smallest, _)) = (ends(all().map(|p| p.0)), ends(all().map(|p| p.1)));
     // On linear axes the low loads of a long load path would not be distinguishable.
-    let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { log::<&str> } else { linear };
+    let axis = if lower > 0.0 && smallest > 0.0 && largest > LONG_PATH * lower { log::<&str> } else { linear };
     let x = axis("reduced load p*");
     let include = if x.log { vec![] } else { vec![(0.0, 0.0)] };
     let matched = results.comparison.as_ref().map(|c| &c.hard_wall);
@@ -91,25 +91,26 @@ fn without(c: &ContinuumResults, of: impl Fn(&StateResults) -> (f64, f64)) -> Cu
 }
 
 /// The axis of the load: logarithmic unless some loads are tensile.
-fn load_axis(c: &ContinuumResults, label: &str) -> Axis {
+fn load_axis(c: &ContinuumResults, label: &str) -> AxisScale {
     if c.states.iter().all(|s| s.numbers.p_star > 0.0) { log(label) } else { linear(label) }
 }
 
 /// Contact stiffness of the solved states against p*, with bars of its error.
 fn contact_stiffness(writer: &FigureWriter, c: &ContinuumResults) -> Option<Figure> {
     let unit = writer.scales.modulus_pa / writer.scales.length_m;
-    let known: Vec<StateResults> = c.states.iter().filter(|s| s.numbers.stiffness.is_some()).cloned().collect();
-    if known.len() < 2 {
+    let available: Vec<StateResults> = c.states.iter().filter(|s| s.numbers.stiffness.is_some()).cloned().collect();
+    if available.len() < 2 {
         return None;
     }
     let value = |s: &StateResults| s.numbers.stiffness.unwrap_or(f64::NAN);
-    let (scale, prefix) = si_scale(known.iter().map(value).fold(0.0, f64::max) * unit);
-    let at = |s: &StateResults, k: f64| (s.numbers.p_star, k * unit / scale);
-    let solved = ContinuumResults { states: known, ..c.clone() };
-    let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| at(s, value(s)));
+    let (scale, prefix) = si_scale(available.iter().map(value).fold(0.0, f64::max) * unit);
+    let value_at = |s: &StateResults, k: f64| (s.numbers.p_star, k * unit / scale);
+    let solved = ContinuumResults { states: available, ..c.clone() };
+    let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| value_at(s, value(s)));
     for s in &solved.states {
         let error = s.numbers.stiffness_error.filter(|e| *e < value(s));
-        curves.extend(error.map(|e| Curve::new("", EXPECTED, [-1.0, 1.0].map(|side| at(s, value(s) + side * e)))));
+        curves
+            .extend(error.map(|e| Curve::new("", EXPECTED, [-1.0, 1.0].map(|side| value_at(s, value(s) + side * e)))));
     }
     let caption = "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error.";
     let label = format!("contact stiffness ({prefix}Pa/m)");
@@ -135,15 +136,15 @@ pub(super) fn theory(c: &ContinuumResults) -> (String, impl Fn(f64) -> f64) {
 const FINE: usize = 200;
 
 /// A formula evaluated over the load range of the curves.
-pub(super) fn formula((label, style): (&str, Style), over: &[Curve], log: bool, of: impl Fn(f64) -> f64) -> Curve {
+pub(super) fn formula((label, style): (&str, Style), over: &[Curve], log: bool, value: impl Fn(f64) -> f64) -> Curve {
     let (low, high) = ends(over.iter().flat_map(|c| &c.points).map(|p| p.0));
     let low = if log { low } else { low.max(0.0) };
-    let at = |i: usize| {
-        let share = i as f64 / FINE as f64;
-        let p = if log { low * (high / low).powf(share) } else { low + share * (high - low) };
-        (p, of(p))
+    let value_at = |i: usize| {
+        let fraction = i as f64 / FINE as f64;
+        let p = if log { low * (high / low).powf(fraction) } else { low + fraction * (high - low) };
+        (p, value(p))
     };
-    Curve::new(label, style, (0..=FINE).filter(|_| low < high).map(at))
+    Curve::new(label, style, (0..=FINE).filter(|_| low < high).map(value_at))
 }
 
 /// Contact fraction (%) of the matched continuum under each criterion.

@@ -21,11 +21,11 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     }
     let um = writer.scales.um();
     let modulus_pa = writer.scales.modulus_pa;
-    let largest = all.iter().filter_map(|(_, o)| o.stress.edges.last()).fold(0.0, |most: f64, edge| most.max(*edge));
+    let largest = all.iter().filter_map(|(_, o)| o.stress.edges.last()).fold(0.0, |upper: f64, edge| upper.max(*edge));
     let (unit_pa, prefix) = si_scale(largest * modulus_pa);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
         let shown = LOOKS.into_iter().zip(spread(all.len(), LOOKS.len()));
-        shown.map(|(look, i)| Curve::new(at(all[i].0.numbers.p_star), look, points(all[i].1))).collect()
+        shown.map(|(look, i)| Curve::new(load_label(all[i].0.numbers.p_star), look, points(all[i].1))).collect()
     };
     let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect());
     for (curve, i) in sizes.iter_mut().zip(spread(all.len(), LOOKS.len())) {
@@ -62,7 +62,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
             Plot::new(
                 log("area of a cluster (µm²)"),
                 linear("cumulative fraction of the contact"),
-                curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
+                curves(&|o| o.patch_area.iter().map(|[a, fraction]| (a * um * um, *fraction)).collect()),
             ),
         ),
     ];
@@ -81,8 +81,9 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
 fn slope(curves: &[Curve]) -> Option<Curve> {
     let points = &curves.last()?.points;
     let (first, last) = (points.first()?, points.last()?);
-    let at = |a: f64| (a, 3.0 * first.1 * (a / first.0).powf(SIZE_EXPONENT));
-    (last.0 > first.0).then(|| Curve::new("slope −1.45 (Müser et al. 2017)", EXPECTED, [at(first.0), at(last.0)]))
+    let value_at = |a: f64| (a, 3.0 * first.1 * (a / first.0).powf(SIZE_EXPONENT));
+    (last.0 > first.0)
+        .then(|| Curve::new("slope −1.45 (Müser et al. 2017)", EXPECTED, [value_at(first.0), value_at(last.0)]))
 }
 
 fn numbers(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {

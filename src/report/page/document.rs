@@ -7,7 +7,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use asperity_grid::error::{Error, Result};
 
 /// A section of the page: anchor, title, contents.
-pub(super) struct Section {
+pub(super) struct PageSection {
     pub anchor: &'static str,
     pub title: &'static str,
     pub body: Markup,
@@ -17,7 +17,12 @@ pub(super) struct Section {
 ///
 /// # Errors
 /// The file cannot be read.
-pub(super) fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], source: &Path) -> Result<Markup> {
+pub(super) fn document(
+    (name, lead): (&str, &str),
+    top: Markup,
+    sections: &[PageSection],
+    source: &Path,
+) -> Result<Markup> {
     let hash = blake3::hash(&std::fs::read(source).map_err(Error::io("read", source))?).to_hex();
     let from = source.file_name().map_or_else(String::new, |f| f.to_string_lossy().into_owned());
     let version = concat!("asperity ", env!("CARGO_PKG_VERSION"));

@@ -2,15 +2,15 @@
 
 use serde_json::Value;
 
-use super::document::{Section, document};
+use super::document::{PageSection, document};
 use super::prelude::*;
 use super::summary::warnings;
-use crate::record::ensemble::{Ensemble, FILE, Observable, Point, PointStatus, Sample, Statistic};
+use crate::record::ensemble::{Ensemble, EnsemblePoint, EnsembleStatistic, FILE, Observable, PointStatus, Sample};
 
 const COLOURS: [Rgb; 6] = [BLUE, ORANGE, GREEN, VERMILION, BLACK, PURPLE];
 
 /// A quantity that is drawn: its id, its label and its axis.
-type Drawn = (&'static str, &'static str, fn(String) -> Axis);
+type Drawn = (&'static str, &'static str, fn(String) -> AxisScale);
 
 const DRAWN: [Drawn; 3] = [
     ("contact_area", "relative contact area", log),
@@ -19,10 +19,10 @@ const DRAWN: [Drawn; 3] = [
 ];
 
 /// A combination of the varied keys besides the seed.
-type Group = Vec<(String, Value)>;
+type VariedValues = Vec<(String, Value)>;
 
 pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
-    let groups: Vec<&Group> = distinct(e.statistics.iter().map(|s| &s.group));
+    let groups: Vec<&VariedValues> = distinct(e.statistics.iter().map(|s| &s.group));
     let mut figures = vec![writer.figures(DRAWN.into_iter().filter_map(|drawn| together(e, &groups, drawn)))?];
     // A point alone is no curve; those of a varied load are in the figures of all.
     let paths = groups.iter().enumerate().filter(|(_, g)| groups.len() == 1 || is_path(e, g));
@@ -32,7 +32,7 @@ pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
         figures.push(writer.figures(drawn.chain([differences(e, (k, group))]))?);
     }
     let mut sections = Vec::new();
-    let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
+    let mut add = |anchor, title, body| sections.push(PageSection { anchor, title, body });
     add("means", "Means over the realisations", each(&figures));
     // A single source has nothing to be compared with.
     if !e.differences.is_empty() {
@@ -55,7 +55,7 @@ fn summary(e: &Ensemble) -> Markup {
         @else if !highest_loads(e).is_empty() {
             p.found {
                 @for s in highest_loads(e) {
-                    "Contact at " (at(s.p_star)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
+                    "Contact at " (load_label(s.p_star)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
                     strong { (of_cell(&s.sample)) } " (" (s.of.source) ", " (s.sample.realisations) " realisations, "
                     (extremes(&s.sample)) "). "
                 }
@@ -77,8 +77,8 @@ fn summary(e: &Ensemble) -> Markup {
 }
 
 /// The mean contact area at the highest load of loading, one for each source and combination of the varied keys.
-fn highest_loads(e: &Ensemble) -> Vec<&Statistic> {
-    let mut list: Vec<&Statistic> = Vec::new();
+fn highest_loads(e: &Ensemble) -> Vec<&EnsembleStatistic> {
+    let mut list: Vec<&EnsembleStatistic> = Vec::new();
     for s in e.statistics.iter().filter(|s| s.of.quantity == "contact_area" && s.of.branch == Branch::Loading) {
         match list.iter_mut().find(|l| l.group == s.group && l.of.source == s.of.source) {
             Some(known) if s.p_star > known.p_star => *known = s,
@@ -110,18 +110,18 @@ fn deviation(r: &Sample) -> String {
 }
 
 /// End of a caption.
-fn of_group(group: &Group) -> String {
+fn of_group(group: &VariedValues) -> String {
     if group.is_empty() { String::new() } else { format!(", {}", name(group)) }
 }
 
-fn name(group: &Group) -> String {
+fn name(group: &VariedValues) -> String {
     group.iter().map(|(k, v)| format!("{k} = {v}")).collect::<Vec<_>>().join(", ")
 }
 
 /// Curves of means on the loading branch with their standard errors, and dotted extremes.
 fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sample)>, factor: f64) -> Vec<Curve> {
     let mut lists: Vec<(String, Vec<(f64, Sample)>)> = Vec::new();
-    for (_, label, p_star, sample) in samples.filter(|(of, ..)| of.branch == Branch::Loading) {
+    for (_, label, p_star, sample) in samples.filter(|(observable, ..)| observable.branch == Branch::Loading) {
         match lists.iter_mut().find(|(l, _)| *l == label) {
             Some((_, list)) => list.push((p_star, *sample)),
             None => lists.push((label, vec![(p_star, *sample)])),
@@ -130,8 +130,8 @@ fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sa
     let of_list = |(i, (label, mut list)): (usize, (String, Vec<(f64, Sample)>))| {
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
         let style = |dash, marker| Style { colour: COLOURS[i % COLOURS.len()], dash, marker };
-        let line = |label: &str, style, of: fn(&Sample) -> f64| {
-            Curve::new(label, style, list.iter().map(|(p, s)| (*p, factor * of(s))))
+        let line = |label: &str, style, observable: fn(&Sample) -> f64| {
+            Curve::new(label, style, list.iter().map(|(p, s)| (*p, factor * observable(s))))
         };
         let mut mean = line(&label, style(Dash::Solid, Marker::DISTINCT[i % Marker::DISTINCT.len()]), |s| s.mean);
         mean.errors = list.iter().map(|(_, s)| factor * s.standard_error.unwrap_or(0.0)).collect();
@@ -141,12 +141,12 @@ fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sa
     lists.into_iter().enumerate().flat_map(of_list).collect()
 }
 
-fn means(e: &Ensemble, (k, group): (usize, &Group), (quantity, label, axis): Drawn) -> Vec<Figure> {
-    let of = |s: &&Statistic| s.group == *group && s.of.quantity == quantity;
+fn means(e: &Ensemble, (k, group): (usize, &VariedValues), (quantity, label, axis): Drawn) -> Vec<Figure> {
+    let matches = |s: &&EnsembleStatistic| s.group == *group && s.of.quantity == quantity;
     // Gaps of the laboratory and of the atoms have their own figures.
-    let units = distinct(e.statistics.iter().filter(of).map(|s| s.of.unit.as_str()));
+    let units = distinct(e.statistics.iter().filter(matches).map(|s| s.of.unit.as_str()));
     let one = |(i, unit): (usize, &str)| {
-        let list = e.statistics.iter().filter(of).filter(|s| s.of.unit == unit);
+        let list = e.statistics.iter().filter(matches).filter(|s| s.of.unit == unit);
         let all = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
         let label = in_unit(label, unit);
         let caption = html! { (capitalised(&label)) " against load" (of_group(group)) "." };
@@ -156,18 +156,18 @@ fn means(e: &Ensemble, (k, group): (usize, &Group), (quantity, label, axis): Dra
 }
 
 /// Whether a combination has several loads.
-fn is_path(e: &Ensemble, group: &Group) -> bool {
+fn is_path(e: &Ensemble, group: &VariedValues) -> bool {
     e.statistics.iter().any(|s| s.group == *group && s.of.load > 0)
 }
 
 /// A quantity of all combinations in one figure: that of the atoms, where they have it. Values of a varied load belong to one curve.
-fn together(e: &Ensemble, groups: &[&Group], (quantity, label, axis): Drawn) -> Option<Figure> {
+fn together(e: &Ensemble, groups: &[&VariedValues], (quantity, label, axis): Drawn) -> Option<Figure> {
     let all = || e.statistics.iter().filter(|s| s.of.quantity == quantity);
     let Observable { source, unit, .. } = &all().find(|s| s.of.source == "atoms").or(all().next())?.of;
     let differs = |(key, value): &&(String, Value)| {
         !key.starts_with("load.") && groups.iter().any(|g| g.iter().any(|(k, v)| k == key && v != value))
     };
-    let named = |group: &Group| -> String {
+    let named = |group: &VariedValues| -> String {
         let parts: Vec<String> = group.iter().filter(differs).map(|(k, v)| format!("{k} = {v}")).collect();
         if parts.is_empty() { source.clone() } else { parts.join(", ") }
     };
@@ -187,7 +187,7 @@ fn in_unit(label: &str, unit: &str) -> String {
     if unit == "1" { label.to_string() } else { format!("{label} ({})", shown(unit)) }
 }
 
-fn differences(e: &Ensemble, (k, group): (usize, &Group)) -> Figure {
+fn differences(e: &Ensemble, (k, group): (usize, &VariedValues)) -> Figure {
     let list = e.differences.iter().filter(|d| d.group == *group && d.of.quantity == "contact_area");
     let relative = list
         .filter_map(|d| Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.p_star, d.relative.as_ref()?)));
@@ -241,14 +241,15 @@ fn difference_table(e: &Ensemble) -> Markup {
 }
 
 fn points(e: &Ensemble) -> Markup {
-    let done = e.points.iter().filter(|p| p.status == PointStatus::Done).count() as f64 / e.points.len().max(1) as f64;
-    let status = |p: &Point| match p.status {
+    let record =
+        e.points.iter().filter(|p| p.status == PointStatus::Done).count() as f64 / e.points.len().max(1) as f64;
+    let status = |p: &EnsemblePoint| match p.status {
         PointStatus::Done => "done".render(),
         PointStatus::Waiting => "waiting".render(),
         PointStatus::Failed => bad("failed"),
     };
     html! {
-        p { (percent(done)) " of the points are done." }
+        p { (percent(record)) " of the points are done." }
         (columns!("words", &e.points, |p| {
             "point" => html! { a href={ "points/" (p.label) "/report.html" } { (p.label) } },
             "status" => status(p),

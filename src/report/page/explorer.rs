@@ -20,15 +20,15 @@ pub(super) const SIDE: usize = 256;
 const RAMP: usize = 32;
 
 #[derive(Debug, Serialize)]
-struct Shown {
+struct ShownField {
     label: &'static str,
     unit: String,
     #[serde(flatten)]
-    range: Range,
+    range: ColourRange,
 }
 
 #[derive(Debug, Serialize)]
-struct Layer {
+struct MapLayer {
     title: String,
     colour: Rgb,
     /// Contact fraction at each load, if the title shows it.
@@ -51,16 +51,16 @@ struct Explorer {
     length: [f64; 2],
     unit: String,
     loads: Vec<String>,
-    gap: Shown,
-    stress: Shown,
+    gap: ShownField,
+    stress: ShownField,
     ramp: Vec<Rgb>,
-    layers: Vec<Layer>,
+    layers: Vec<MapLayer>,
     views: [View; 3],
 }
 
 /// Fields of one source at one load, in the units shown, and its contact fraction if the title shows it.
 #[derive(Default)]
-struct Fields {
+struct FieldMaps {
     share: Option<f64>,
     contact: Option<DownsampledMap>,
     gap: Option<DownsampledMap>,
@@ -71,7 +71,7 @@ struct Fields {
 struct Source {
     title: String,
     colour: Rgb,
-    fields: Vec<Fields>,
+    fields: Vec<FieldMaps>,
 }
 
 /// The three maps; `None` if no field is stored.
@@ -84,15 +84,15 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
         },
     };
     let last = loads.len().saturating_sub(1);
-    let complete = |f: &Fields| f.contact.is_some();
+    let complete = |f: &FieldMaps| f.contact.is_some();
     if loads.is_empty() || !sources.iter().all(|s| s.fields.get(last).is_some_and(complete)) {
         return Ok(None);
     }
-    let drawn = drawings(writer, &sources, last, length_m)?;
+    let figures = drawings(writer, &sources, last, length_m)?;
     let script = explorer(&sources, loads, [length_m, length_m * writer.aspect], units);
     Ok(Some(html! {
         div.maps {
-            @for (title, drawing) in &drawn {
+            @for (title, drawing) in &figures {
                 div.view { div.panel-title { (title) } (drawing) }
             }
         }
@@ -124,13 +124,13 @@ fn smoothing(results: &Results) -> Option<f64> {
 }
 
 /// The drawings of the highest load, with their titles.
-fn drawings(writer: &FigureWriter, sources: &[Source], at: usize, length_m: f64) -> Result<Vec<(String, Markup)>> {
-    let mut drawn = Vec::new();
+fn drawings(writer: &FigureWriter, sources: &[Source], node: usize, length_m: f64) -> Result<Vec<(String, Markup)>> {
+    let mut figures = Vec::new();
     for (k, view) in views(sources).iter().enumerate() {
-        let Some((name, title, picture)) = drawing(sources, (k, view), at) else { continue };
-        drawn.push((title.clone(), writer.map((&name, &title), &picture, length_m)?));
+        let Some((name, title, picture)) = drawing(sources, (k, view), node) else { continue };
+        figures.push((title.clone(), writer.map((&name, &title), &picture, length_m)?));
     }
-    Ok(drawn)
+    Ok(figures)
 }
 
 /// Name, title and picture of a view; `None` without its field.
@@ -197,9 +197,9 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
         }
         map
     };
-    let of_continuum = |c: &ContinuumResults, load: &LoadComparison, m: &CriterionMatch, gap| -> Result<Fields> {
+    let of_continuum = |c: &ContinuumResults, load: &LoadComparison, m: &CriterionMatch, gap| -> Result<FieldMaps> {
         let stress = state_at(c, load).and_then(|s| s.numbers.stress_map.as_deref());
-        Ok(Fields {
+        Ok(FieldMaps {
             share: Some(m.contact_area),
             contact: m.map.as_deref().map(|f| writer.flags(f, SIDE)).transpose()?,
             gap,
@@ -230,13 +230,13 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
         if let Some((wall, m)) = c.yielding_wall.as_ref().and_then(|w| Some((w, yielding(load)?))) {
             hard.push(of_continuum(wall, load, m, from_heights(wall, load)?)?);
         }
-        block.push(Fields {
+        block.push(FieldMaps {
             share: Some(load.atoms.contact_area),
             contact: Some(writer.flags(&state.contact_map, SIDE)?),
             gap: Some(writer.load(&state.gap_map, SIDE, |v| v)?),
             stress: state.stress.as_ref().map(|s| writer.load(&s.map, SIDE, |v| v)).transpose()?,
         });
-        loads.push(at(load.p_star));
+        loads.push(load_label(load.p_star));
     }
     let source = |title: &str, colour, fields| Source { title: title.into(), colour, fields };
     let atoms_alone = source("Atoms", BLUE, block);
@@ -263,14 +263,14 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
         let Some(gap) = &state.numbers.gap_map else { continue };
         let stress = state.numbers.stress_map.as_deref();
         let in_unit = |v: f64| v * writer.scales.modulus_pa / stress_factor;
-        fields.push(Fields {
+        fields.push(FieldMaps {
             share: None,
             contact: Some(writer.closed(gap, SIDE)?),
             gap: Some(writer.load(gap, SIDE, |v| v * writer.scales.length_m / gap_factor)?),
             stress: stress.map(|f| writer.load(f, SIDE, in_unit)).transpose()?,
         });
         let branch = if state.branch == Branch::Unloading { ", unloading" } else { "" };
-        loads.push(at(state.numbers.p_star) + branch);
+        loads.push(load_label(state.numbers.p_star) + branch);
     }
     let units = [format!("{gap_prefix}m"), format!("{stress_prefix}Pa")];
     let source = Source { title: "Contact".into(), colour: BLACK, fields };
@@ -278,13 +278,13 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
 }
 
 fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, stress]: [String; 2]) -> Explorer {
-    let all = |of: fn(&Fields) -> Option<&DownsampledMap>| {
-        sources.iter().flat_map(|s| &s.fields).filter_map(of).flat_map(|m| &m.values).copied().collect::<Vec<f64>>()
+    let all = |value: fn(&FieldMaps) -> Option<&DownsampledMap>| {
+        sources.iter().flat_map(|s| &s.fields).filter_map(value).flat_map(|m| &m.values).copied().collect::<Vec<f64>>()
     };
-    let values = |source: &Source, of: fn(&Fields) -> Option<&DownsampledMap>| {
-        source.fields.iter().map(|f| of(f).map(packed::values)).collect()
+    let values = |source: &Source, value: fn(&FieldMaps) -> Option<&DownsampledMap>| {
+        source.fields.iter().map(|f| value(f).map(packed::values)).collect()
     };
-    let layer = |source: &Source| Layer {
+    let layer = |source: &Source| MapLayer {
         title: source.title.clone(),
         colour: source.colour,
         shares: (0..source.fields.len()).map(|i| source.share(i)).collect(),
@@ -297,8 +297,8 @@ fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, st
         length: length_m.map(|l| l / scale),
         unit: format!("{prefix}m"),
         loads,
-        gap: Shown { label: "gap", unit: gap, range: of_gap(&all(|f| f.gap.as_ref())) },
-        stress: Shown { label: "normal stress", unit: stress, range: of_stress(&all(|f| f.stress.as_ref())) },
+        gap: ShownField { label: "gap", unit: gap, range: of_gap(&all(|f| f.gap.as_ref())) },
+        stress: ShownField { label: "normal stress", unit: stress, range: of_stress(&all(|f| f.stress.as_ref())) },
         ramp: (0..=RAMP).map(|i| picture::colour(i as f64 / RAMP as f64)).collect(),
         layers: sources.iter().map(layer).collect(),
         views: views(sources),

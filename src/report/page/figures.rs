@@ -9,9 +9,9 @@ use super::printed::{self, Drawing, ReportOptions};
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{FILE, ScalesSi};
 use crate::report::map::{self, Bar, MapFigure};
-use crate::report::picture::{self, Picture, Range, flag};
+use crate::report::picture::{self, ColourRange, Picture, flag};
 use crate::report::plot::{PANEL, Plot};
-use crate::report::svg::Format;
+use crate::report::svg::DrawingSize;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::write_atomic;
 
@@ -43,7 +43,7 @@ pub(super) struct Values<'a> {
     /// Of the values; `m` and `Pa` get a prefix.
     pub unit: &'static str,
     pub small: &'a DownsampledMap,
-    pub range: Range,
+    pub range: ColourRange,
     /// Drawn in black.
     pub contact: Option<&'a DownsampledMap>,
 }
@@ -101,7 +101,9 @@ impl FigureWriter<'_> {
     pub(super) fn draw(&self, name: &str, drawing: &dyn Drawing, width: f64) -> Result<Option<Markup>> {
         let path = |end: &str| self.folder.join("figures").join(format!("{name}.{end}"));
         let png = drawing.png(width as usize).transpose().map_err(Error::io("write", path("png")))?;
-        let Some(svg) = drawing.svg(png.as_deref().unwrap_or_default(), Format::page(width)) else { return Ok(None) };
+        let Some(svg) = drawing.svg(png.as_deref().unwrap_or_default(), DrawingSize::page(width)) else {
+            return Ok(None);
+        };
         if let Some(printed) = &self.options.printed {
             printed::store(self.folder, printed, name, drawing)?;
         }
@@ -132,7 +134,7 @@ impl FigureWriter<'_> {
 
     /// A map of the heights at full width.
     pub(super) fn heights(&self, names: (&str, &str), heights: &DownsampledMap) -> Result<Markup> {
-        let range = Range::of(&heights.values, 0.0);
+        let range = ColourRange::of(&heights.values, 0.0);
         let values = Values { quantity: "height", unit: "m", small: heights, range, contact: None };
         let (picture, bar) = values.picture();
         self.framed(names, (&picture, Some(bar)), self.scales.length_m, map::ALONE)

@@ -37,7 +37,7 @@ pub(super) fn setting(c: &ContinuumResults) -> Markup {
 fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     let Some(hardness) = c.hardness else { return html! {} };
     let scales = writer.scales;
-    let most = match &c.hardness_map {
+    let largest = match &c.hardness_map {
         None => format!("the hardness of {}", scales.stress(hardness, 3)),
         Some(map) => {
             let [lowest, mean, highest] = [map.lowest, hardness, map.highest].map(|h| scales.stress(h, 3));
@@ -53,7 +53,7 @@ fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
             "mean plastic displacement" => scales.length(p.displacement, 3),
             "plastic work" => scales.work(p.work),
         }))
-        p.quiet { "The contact stress is at most " (most) ". Flowing: nodes whose plastic displacement grows in this load; displaced: "
+        p.quiet { "The contact stress is at most " (largest) ". Flowing: nodes whose plastic displacement grows in this load; displaced: "
             "nodes that have one. Unloading is elastic." }
     }
 }
@@ -117,17 +117,17 @@ fn has_maps(s: &StateResults) -> bool {
     s.numbers.gap_map.is_some() || s.numbers.stress_map.is_some()
 }
 
-pub(super) fn of_gap<'a>(values: impl IntoIterator<Item = &'a f64>) -> Range {
-    Range { low: 0.0, ..Range::of(values, CLIPPED) }
+pub(super) fn of_gap<'a>(values: impl IntoIterator<Item = &'a f64>) -> ColourRange {
+    ColourRange { low: 0.0, ..ColourRange::of(values, CLIPPED) }
 }
 
-pub(super) fn of_stress<'a>(values: impl IntoIterator<Item = &'a f64>) -> Range {
-    let range = Range::of(values, CLIPPED);
-    if -range.low < NO_TENSION * range.high { Range { low: 0.0, ..range } } else { range }
+pub(super) fn of_stress<'a>(values: impl IntoIterator<Item = &'a f64>) -> ColourRange {
+    let range = ColourRange::of(values, CLIPPED);
+    if -range.low < NO_TENSION * range.high { ColourRange { low: 0.0, ..range } } else { range }
 }
 
 /// Colour ranges of gap and stress over the loads shown; `None` if every map has its own.
-fn common_ranges(writer: &FigureWriter, c: &ContinuumResults) -> Result<Option<[Range; 2]>> {
+fn common_ranges(writer: &FigureWriter, c: &ContinuumResults) -> Result<Option<[ColourRange; 2]>> {
     if writer.own_ranges() {
         return Ok(None);
     }
@@ -149,9 +149,9 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let length_m = writer.scales.length_m;
     let ranges = common_ranges(writer, c)?;
     for (i, state) in c.states.iter().enumerate() {
-        let title = |what: &str| {
+        let title = |description: &str| {
             let mark = if state.numbers.stop == Stop::Converged { "" } else { " (not converged)" };
-            format!("{what} at {}{}{mark}", at(state.numbers.p_star), back(state))
+            format!("{description} at {}{}{mark}", load_label(state.numbers.p_star), back(state))
         };
         let mut add = |row: usize, title: &str, image: Markup, below: Markup| {
             rows[row].extend(shown.contains(&i).then(|| panel(title, image, below)));

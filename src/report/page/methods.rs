@@ -49,8 +49,9 @@ fn loads(results: &Results) -> (Vec<(usize, f64)>, usize) {
     let loads: BTreeMap<usize, f64> = states.map(|s| (s.numbers.index, s.numbers.p_star)).collect();
     let mut loads: Vec<(usize, f64)> = loads.into_iter().collect();
     loads.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let off = |p: f64| (p.max(f64::MIN_POSITIVE) / REFERENCE_LOAD).ln().abs();
-    let nearest = (0..loads.len()).min_by(|&a, &b| off(loads[a].1).total_cmp(&off(loads[b].1))).unwrap_or(0);
+    let deviation = |p: f64| (p.max(f64::MIN_POSITIVE) / REFERENCE_LOAD).ln().abs();
+    let nearest =
+        (0..loads.len()).min_by(|&a, &b| deviation(loads[a].1).total_cmp(&deviation(loads[b].1))).unwrap_or(0);
     (loads, nearest)
 }
 
@@ -71,7 +72,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         let figures = shown.map(|kind| page.figure(kind, Some((index, p)))).collect::<Result<Vec<_>>>()?;
         of_loads.push(html! {
             details open[k == nearest] {
-                summary { (at(p)) @if figures.is_empty() { " (table only)" } }
+                summary { (load_label(p)) @if figures.is_empty() { " (table only)" } }
                 (page.numbers(Some(index)))
                 (each(&figures))
             }
@@ -104,15 +105,15 @@ impl Page<'_> {
         for id in distinct(self.results.methods.iter().map(|m| &m.method)) {
             let runs: Vec<_> = self.results.methods.iter().filter(|m| m.method == *id).collect();
             match self.cell(kind, load, &runs)? {
-                Cell::Panel(panel) => drawn.push(panel),
-                Cell::Empty { title, why } => match empty.iter_mut().find(|e| e.0 == why) {
+                FigurePanel::Panel(panel) => drawn.push(panel),
+                FigurePanel::Empty { title, why } => match empty.iter_mut().find(|e| e.0 == why) {
                     Some((_, titles)) => titles.push(title),
                     None => empty.push((why, vec![title])),
                 },
             }
         }
         let caption = html! {
-            (kind.caption) @if let Some((_, p)) = load { ", at " (at(p)) }
+            (kind.caption) @if let Some((_, p)) = load { ", at " (load_label(p)) }
             ". Grey: " (own_name(self.results)) " (The paper’s figure " (kind.number) ".)"
             @for (why, titles) in &empty { br; "Not available (" (why) "): " (titles.join(", ")) "." }
         };
@@ -186,24 +187,24 @@ impl Page<'_> {
     }
 
     /// Panel of a method at one load or over all loads; if there is none, the reason.
-    fn cell(&self, kind: &PaperFigure, load: Option<(usize, f64)>, runs: &[&MethodResults]) -> Result<Cell> {
+    fn cell(&self, kind: &PaperFigure, load: Option<(usize, f64)>, runs: &[&MethodResults]) -> Result<FigurePanel> {
         let points = |states| kind.points(self.writer, load.map(|(index, _)| index), states);
         let first = runs.first().expect("ids are those of runs");
         let title = format!("{}: {}", first.method, first.paper_name);
-        let mut found = Vec::new();
+        let mut drawn_curves = Vec::new();
         for run in runs {
             let style = if run.adhesive { ATOMS } else { WITHOUT };
             let style = if kind.is_path() { style } else { style.without_marker() };
-            found.push(Curve::new("", style, points(&run.states)?));
+            drawn_curves.push(Curve::new("", style, points(&run.states)?));
         }
-        found.retain(|curve| !curve.points.is_empty());
+        drawn_curves.retain(|curve| !curve.points.is_empty());
         let missing =
             |run: &MethodResults| run.missing.iter().find(|m| m.quantity == kind.needs.id()).map(|m| m.reason.clone());
         let reasons =
             distinct(runs.iter().filter_map(|run| run.unavailable_reason.clone().or_else(|| missing(run)))).join("; ");
-        if found.is_empty() {
+        if drawn_curves.is_empty() {
             let unknown = "its maps are not kept at this load, or have nothing on this line".into();
-            return Ok(Cell::Empty { title, why: if reasons.is_empty() { unknown } else { reasons } });
+            return Ok(FigurePanel::Empty { title, why: if reasons.is_empty() { unknown } else { reasons } });
         }
         let mut curves = Vec::new();
         for (style, states) in [(OWN, &self.own.with), (OWN_WITHOUT, &self.own.without)] {
@@ -211,16 +212,16 @@ impl Page<'_> {
         }
         let plot = kind.plot(Vec::new());
         let bounds = [bounds(&plot.x, &curves, |p| p.0), bounds(&plot.y, &curves, |p| p.1)];
-        for curve in &mut found {
+        for curve in &mut drawn_curves {
             let inside = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
             curve.points.retain(|p| inside(p.0, bounds[0]) && inside(p.1, bounds[1]));
         }
-        curves.extend(found);
+        curves.extend(drawn_curves);
         let plot = Plot { width: PANEL, proportion: PROPORTION, curves, ..plot };
         let of_load = load.map_or(String::new(), |(k, _)| format!("-load-{}", k + 1));
         Ok(match self.writer.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
-            Some(drawn) => Cell::Panel(panel(&title, drawn, reasons)),
-            None => Cell::Empty { title, why: "no values in the range of the axes".into() },
+            Some(drawn) => FigurePanel::Panel(panel(&title, drawn, reasons)),
+            None => FigurePanel::Empty { title, why: "no values in the range of the axes".into() },
         })
     }
 }
@@ -241,8 +242,8 @@ fn notes(writer: &FigureWriter, results: &Results) -> Markup {
     let fitted = distinct(calibrated);
     html! {
         @for m in &results.methods {
-            @if let Some(why) = &m.warning { p.quiet { (m.method) " " (why) "." } }
-            @if let Some(why) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } ": not available: " (why) "." } }
+            @if let Some(reason) = &m.warning { p.quiet { (m.method) " " (reason) "." } }
+            @if let Some(reason) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } ": not available: " (reason) "." } }
         }
         @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.requested) {
             p.quiet { (m.method) " uses a range of adhesion of " (writer.scales.length(range.used, 3))
@@ -253,15 +254,15 @@ fn notes(writer: &FigureWriter, results: &Results) -> Markup {
 }
 
 /// Panel of a figure.
-enum Cell {
+enum FigurePanel {
     Panel(Markup),
     Empty { title: String, why: String },
 }
 
 /// Axis limits around the values of the scene's own method; unlimited if it has none.
-fn bounds(axis: &Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
+fn bounds(axis: &AxisScale, own: &[Curve], value: fn(&(f64, f64)) -> f64) -> [f64; 2] {
     let shown = |v: &f64| v.is_finite() && (!axis.log || *v > 0.0);
-    match ends(own.iter().flat_map(|c| &c.points).map(of).filter(shown)) {
+    match ends(own.iter().flat_map(|c| &c.points).map(value).filter(shown)) {
         (low, high) if low > high => [f64::NEG_INFINITY, f64::INFINITY],
         (low, high) if axis.log => [low * 10f64.powf(-BEYOND_DECADES), high * 10f64.powf(BEYOND_DECADES)],
         (low, high) => [low - BEYOND * (high - low), high + BEYOND * (high - low)],

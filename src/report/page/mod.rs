@@ -38,11 +38,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::record::ensemble::Ensemble;
-use crate::record::tradeoff::Tradeoff;
+use crate::record::tradeoff::TradeoffResults;
 use asperity_contact::uncertainty::UncertaintySource;
 use asperity_grid::error::Error;
 use asperity_surface::files::atomic_file::write_atomic;
-use document::{Section, document, linked};
+use document::{PageSection, document, linked};
 use prelude::*;
 pub use printed::{PrintedFigures, ReportOptions};
 
@@ -70,7 +70,7 @@ pub fn write_with(folder: &Path, options: &ReportOptions) -> Result<PathBuf> {
         return place(folder, || ensemble::page(&writer, &ensemble));
     }
     if !folder.join(FILE).exists() && folder.join(crate::record::tradeoff::FILE).exists() {
-        let tradeoff = Tradeoff::read(&folder.join(crate::record::tradeoff::FILE))?;
+        let tradeoff = TradeoffResults::read(&folder.join(crate::record::tradeoff::FILE))?;
         let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales);
         return place(folder, || tradeoff::page(&writer, &tradeoff));
     }
@@ -94,7 +94,7 @@ fn place(run_folder: &Path, page: impl FnOnce() -> Result<Markup>) -> Result<Pat
 
 fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let mut sections = Vec::new();
-    let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
+    let mut add = |anchor, title, body| sections.push(PageSection { anchor, title, body });
     if !results.acceptance.is_empty() {
         add("acceptance", "Acceptance checks of the challenge", challenge::checks(&results.acceptance));
         add("challenge", "The challenge’s figures", challenge::figures(writer, results)?);

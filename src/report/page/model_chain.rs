@@ -21,14 +21,14 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
         return Ok(html! {});
     }
     let steps = || loads.iter().flat_map(|l| l.model_chain.iter().map(|v| (l.p_star, v)));
-    let along = |of: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
-        let points = |id: &String| steps().filter(|(_, v)| v.id == *id).map(|(p, v)| (p, of(v))).collect::<Vec<_>>();
+    let index_along = |value: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
+        let points = |id: &String| steps().filter(|(_, v)| v.id == *id).map(|(p, v)| (p, value(v))).collect::<Vec<_>>();
         let ids = distinct(steps().map(|(_, v)| &v.id)).into_iter();
         ids.map(|id| Curve::new(name(id), model_style(id), points(id))).collect()
     };
-    let area = Plot::new(linear("p*"), linear("contact (%)"), along(&|v| 100.0 * v.contact_area));
+    let area = Plot::new(linear("p*"), linear("contact (%)"), index_along(&|v| 100.0 * v.contact_area));
     let area = Plot { include: vec![(0.0, 0.0)], ..area };
-    let gap = Plot::new(log("p*"), linear("mean gap (Å)"), along(&|v| v.mean_gap_angstrom));
+    let gap = Plot::new(log("p*"), linear("mean gap (Å)"), index_along(&|v| v.mean_gap_angstrom));
     let figures = [
         Figure::new("model-chain-area", "Contact fraction of each step at the block’s surface sites.", area),
         Figure::new("model-chain-gap", "Mean gap of each step; the contact criterion does not change it.", gap),
@@ -60,24 +60,24 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
 
 /// Distributions of gap, stress and cluster area at one load.
 fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Result<Markup> {
-    let curves = |of: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
+    let curves = |value: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
         let shown = load.model_chain.iter().filter(|v| v.id != left_out);
-        shown.map(|v| Curve::line(name(&v.id), model_style(&v.id), of(v))).collect()
+        shown.map(|v| Curve::line(name(&v.id), model_style(&v.id), value(v))).collect()
     };
     let gaps = curves(&|v| v.gap.density(), "");
     // The offset wall has the stresses of the hard wall.
     let stresses = curves(&|v| v.stress.density(), "offset_wall");
-    let clusters = curves(&|v| v.patch_area.iter().map(|[a, share]| (*a, *share)).collect(), "");
+    let clusters = curves(&|v| v.patch_area.iter().map(|[a, fraction]| (*a, *fraction)).collect(), "");
     let clusters = Plot::new(log("area of a cluster (nm²)"), linear("fraction of the contact"), clusters);
     let name = |start: &str| format!("model-chain-{start}-{number}");
-    let drawn = writer.small([
+    let figures = writer.small([
         ("Gap", name("gaps"), Plot::new(linear("gap (Å)"), log("density (1/Å)"), gaps)),
         ("Normal stress", name("stress"), Plot::new(linear("stress (GPa)"), log("density (1/GPa)"), stresses)),
         ("Cumulative cluster areas", name("clusters"), clusters),
     ])?;
     Ok(figure(
-        panels(drawn.len(), &drawn),
-        html! { "Distributions at " (at(load.p_star)) ": gap outside the contact, smoothed stress over the "
+        panels(figures.len(), &figures),
+        html! { "Distributions at " (load_label(load.p_star)) ": gap outside the contact, smoothed stress over the "
         "whole cell, and fraction of the contact in clusters up to an area." },
     ))
 }

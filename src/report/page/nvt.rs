@@ -7,22 +7,22 @@ use asperity_grid::units::ANGSTROM_M;
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) -> Result<Markup> {
     let length_m = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;
     let contact = |s: &NvtState| format!("{} ± {}", percent(s.contact_area.value), percent(s.contact_area.error));
-    let mut drawn = Vec::new();
+    let mut figures = Vec::new();
     for (i, state) in nvt.states.iter().enumerate() {
         let small = &writer.load(&state.probability_map, PANEL_SIDE, |v| v)?;
-        let range = Range { low: 0.0, high: 1.0 };
+        let range = ColourRange { low: 0.0, high: 1.0 };
         let values = Values { quantity: "contact probability", unit: "", small, range, contact: None };
-        let title = at(state.p_star);
+        let title = load_label(state.p_star);
         let alt = format!("contact probability of the surface atoms at {title}");
         let image = writer.values((&format!("probability-{}", i + 1), &alt), &values, length_m)?;
-        drawn.push(panel(&title, image, contact(state) + " in contact"));
+        figures.push(panel(&title, image, contact(state) + " in contact"));
     }
     let still = |s: &NvtState| atoms.states.iter().find(|a| (a.p_star / s.p_star - 1.0).abs() < 1e-6);
     let mean = |v: ValueWithError, unit: &str| format!("{} ± {}", significant(v.value, 4), with_unit(v.error, 1, unit));
     Ok(html! {
         h3 { "At " (trimmed(nvt.temperature_k, 4)) " K" }
         (figure(
-            panels(drawn.len().min(3), &drawn),
+            panels(figures.len().min(3), &figures),
             html! { "Contact probability of each surface atom: fraction of the time in contact, over " (significant(nvt.averaging_ps, 3)) " ps after "
                 (significant(nvt.equilibration_ps, 3)) " ps of equilibration, in a cell expanded to the lattice constant of "
                 (significant(nvt.lattice_constant_angstrom, 5)) " Å. Contact: mean probability; majority contact: fraction of the surface atoms with a probability above one half; any contact: above zero. "

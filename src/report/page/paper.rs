@@ -23,13 +23,13 @@ pub(super) struct PaperFigure {
     pub name: &'static str,
     pub caption: &'static str,
     pub needs: Quantity,
-    pub x: (fn(&'static str) -> Axis, &'static str),
-    pub y: (fn(&'static str) -> Axis, &'static str),
+    pub x: (fn(&'static str) -> AxisScale, &'static str),
+    pub y: (fn(&'static str) -> AxisScale, &'static str),
     pub data: Data,
 }
 
-const AREA: (fn(&'static str) -> Axis, &str) = (log, "area a (µm²)");
-const LOAD: (fn(&'static str) -> Axis, &str) = (log, "load p*");
+const AREA: (fn(&'static str) -> AxisScale, &str) = (log, "area a (µm²)");
+const LOAD: (fn(&'static str) -> AxisScale, &str) = (log, "load p*");
 /// Stresses over the mean pressure below which a profile is not drawn: a section without contact has only rounding errors.
 const NOISE: f64 = 1e-3;
 
@@ -103,7 +103,7 @@ const SECTION: f64 = 0.5;
 pub(super) fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Result<Vec<(f64, f64)>> {
     let Some(file) = file else { return Ok(Vec::new()) };
     // Read row by row, because the whole map may not fit into memory.
-    let map = npy::Reader::open(&writer.field(file)?)?;
+    let map = npy::NpyReader::open(&writer.field(file)?)?;
     let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: writer.aspect };
     let (at, step) = (column_at(grid, SECTION), grid.dy());
     let mut points = Vec::with_capacity(grid.ny);

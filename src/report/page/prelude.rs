@@ -6,9 +6,9 @@ pub(super) use super::figures::{
 };
 pub(super) use crate::record::results::*;
 pub(super) use crate::report::number::{
-    at, count, duration, memory, percent, si, si_given, si_scale, significant, trimmed, with_error, with_unit,
+    count, duration, load_label, memory, percent, si, si_given, si_scale, significant, trimmed, with_error, with_unit,
 };
-pub(super) use crate::report::picture::{self, BLACK, BLUE, GREEN, ORANGE, PURPLE, Range, Rgb, VERMILION};
+pub(super) use crate::report::picture::{self, BLACK, BLUE, ColourRange, GREEN, ORANGE, PURPLE, Rgb, VERMILION};
 pub(super) use crate::report::plot::*;
 pub(super) use crate::report::scale::ends;
 pub(super) use asperity_atoms::results::*;

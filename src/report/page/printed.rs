@@ -15,7 +15,7 @@ use crate::report::picture::{BLACK, BLUE, ORANGE, WHITE};
 use crate::report::plot::{Dash, Fill, Plot, Style};
 use crate::report::relief::ReliefFigure;
 use crate::report::scale::ends;
-use crate::report::svg::{Format, css};
+use crate::report::svg::{DrawingSize, css};
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::write_atomic;
 
@@ -72,7 +72,7 @@ pub(super) trait Drawing {
     /// The bitmap in the drawing of a width in pixels; `None` without.
     fn png(&self, width: usize) -> Option<std::io::Result<Vec<u8>>>;
     /// `None` if there is nothing to show.
-    fn svg(&self, png: &[u8], format: Format) -> Option<String>;
+    fn svg(&self, png: &[u8], format: DrawingSize) -> Option<String>;
     /// Tables: end of the file name, contents.
     fn data(&self) -> Vec<(&'static str, String)>;
     /// Settings of the script, and its commands. `width`: inches.
@@ -86,7 +86,9 @@ pub(super) fn store(run: &Path, printed: &PrintedFigures, name: &str, drawing: &
     let inches = printed.width_mm / 25.4;
     let png =
         drawing.png((inches * PRINTED_DPI) as usize).transpose().map_err(Error::io("write", folder.join(name)))?;
-    let Some(svg) = drawing.svg(&png.unwrap_or_default(), Format::printed(printed.width_mm)) else { return Ok(()) };
+    let Some(svg) = drawing.svg(&png.unwrap_or_default(), DrawingSize::printed(printed.width_mm)) else {
+        return Ok(());
+    };
     std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     if printed.svg {
         store(".svg", svg.as_bytes())?;
@@ -116,7 +118,7 @@ fn pdf(svg: &str, path: &Path) -> Result<Vec<u8>> {
         ));
     }
     let options = usvg::Options { fontdb: Arc::clone(&FONTS), font_family: "sans-serif".into(), ..Default::default() };
-    let failed = |why: String| Error::format(path, why, "a drawing that becomes a PDF");
+    let failed = |reason: String| Error::format(path, reason, "a drawing that becomes a PDF");
     let tree = usvg::Tree::from_str(svg, &options).map_err(|e| failed(e.to_string()))?;
     svg2pdf::to_pdf(&tree, svg2pdf::ConversionOptions::default(), svg2pdf::PageOptions { dpi: 72.0 })
         .map_err(|e| failed(e.to_string()))
@@ -155,7 +157,7 @@ impl Drawing for Plot {
         None
     }
 
-    fn svg(&self, _: &[u8], format: Format) -> Option<String> {
+    fn svg(&self, _: &[u8], format: DrawingSize) -> Option<String> {
         self.drawn(format)
     }
 
@@ -186,7 +188,7 @@ impl Drawing for MapFigure<'_> {
         Some(self.picture.png())
     }
 
-    fn svg(&self, png: &[u8], format: Format) -> Option<String> {
+    fn svg(&self, png: &[u8], format: DrawingSize) -> Option<String> {
         Some(self.svg(png, format))
     }
 
@@ -218,7 +220,7 @@ impl Drawing for ReliefFigure<'_> {
         Some(self.relief.png(width))
     }
 
-    fn svg(&self, png: &[u8], format: Format) -> Option<String> {
+    fn svg(&self, png: &[u8], format: DrawingSize) -> Option<String> {
         Some(self.svg(png, format))
     }
 

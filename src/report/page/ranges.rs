@@ -12,18 +12,19 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
     solved.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Loads are matched by index: with prescribed mean gaps the pressures differ between ranges.
     let label = |k: usize| match distinct(solved.iter().map(|(_, c)| c.states.get(k).map(|s| s.numbers.p_star)))[..] {
-        [Some(imposed)] => at(imposed),
+        [Some(imposed)] => load_label(imposed),
         _ => format!("load {}", k + 1),
     };
     let shown = spread(results.other_ranges[0].states.len(), LOOKS.len());
-    let curves = |of: &dyn Fn(&StateResults) -> f64| -> Vec<Curve> {
-        let points = |k: usize| solved.iter().filter_map(move |(mu, c)| Some((*mu, of(c.states.get(k)?))));
+    let curves = |matches: &dyn Fn(&StateResults) -> f64| -> Vec<Curve> {
+        let points = |k: usize| solved.iter().filter_map(move |(mu, c)| Some((*mu, matches(c.states.get(k)?))));
         let look = |look: &Style| Style { marker: Marker::Disc, ..*look };
         LOOKS.iter().zip(&shown).map(|(l, &k)| Curve::new(label(k), look(l), points(k))).collect()
     };
     let um = writer.scales.um();
-    let plot =
-        |label: &str, of: &dyn Fn(&StateResults) -> f64| Plot::new(log("Tabor parameter"), log(label), curves(of));
+    let plot = |label: &str, matches: &dyn Fn(&StateResults) -> f64| {
+        Plot::new(log("Tabor parameter"), log(label), curves(matches))
+    };
     let figures = [
         Figure::new(
             "area-of-range",

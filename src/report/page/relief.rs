@@ -15,7 +15,7 @@ const HIGHEST: f64 = 0.2;
 
 /// Heights for the script. `scale`: heights of the picture over the width of the cell, per unit of `heights`.
 #[derive(Debug, Serialize)]
-struct Data {
+struct ReliefData {
     heights: Packed,
     aspect: f64,
     scale: f64,
@@ -52,7 +52,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
     let drawn = ReliefFigure { alt, relief, labels: labels.clone(), heights_m, length_m: length };
     let still = writer.draw("relief", &drawn, ReliefFigure::WIDTH as f64)?;
     let (heights, aspect, scale) = (packed::values(&map), writer.aspect, enlarged);
-    let script = Data { heights, aspect, scale, ground: GROUND, contact: VERMILION, labels };
+    let script = ReliefData { heights, aspect, scale, ground: GROUND, contact: VERMILION, labels };
     let compared = results.comparison.is_some();
     Ok(Some(figure(
         html! {
@@ -97,7 +97,7 @@ fn contact(writer: &FigureWriter, results: &Results) -> Result<Option<(f64, Vec<
 /// Colour of a node of the heights; contact maps may have another number of cells.
 fn colour(maps: &[DownsampledMap], heights: &DownsampledMap, i: usize) -> Rgb {
     let touches = |map: &DownsampledMap| {
-        let place = |at: usize, from: usize, to: usize| ((at as f64 + 0.5) / from as f64 * to as f64) as usize;
+        let place = |node: usize, from: usize, to: usize| ((node as f64 + 0.5) / from as f64 * to as f64) as usize;
         let (x, y) = (place(i % heights.nx, heights.nx, map.nx), place(i / heights.nx, heights.ny, map.ny));
         picture::touches(map, y.min(map.ny - 1) * map.nx + x.min(map.nx - 1))
     };

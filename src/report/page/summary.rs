@@ -78,29 +78,29 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
 fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup> {
     let hardness = c.yielding_wall.as_ref()?.hardness? * atoms.modulus_gpa * 1e9;
     let pairs: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
-    let worst = |of: &dyn Fn(&LoadComparison, &CriterionMatch, &CriterionMatch) -> Option<f64>| {
-        let all = pairs.iter().filter_map(|(l, e, h)| Some((*l, *e, of(l, e, h)?)));
+    let worst = |value: &dyn Fn(&LoadComparison, &CriterionMatch, &CriterionMatch) -> Option<f64>| {
+        let all = pairs.iter().filter_map(|(l, e, h)| Some((*l, *e, value(l, e, h)?)));
         all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
     };
-    let (load, elastic, off) = worst(&|l, e, _| deviation(l, e))?;
+    let (load, elastic, mismatch) = worst(&|l, e, _| deviation(l, e))?;
     let (_, _, left) = worst(&|l, _, h| deviation(l, h))?;
     let state = state_at(&c.compliant_wall, load)?;
     let stress = state.numbers.pressure / elastic.contact_area * atoms.modulus_gpa * 1e9;
-    let lowest = |of: fn(&CriterionMatch) -> f64, hard: bool| {
-        pairs.iter().map(|(_, e, h)| of(if hard { h } else { e })).fold(f64::INFINITY, f64::min)
+    let lowest = |value: fn(&CriterionMatch) -> f64, hard: bool| {
+        pairs.iter().map(|(_, e, h)| value(if hard { h } else { e })).fold(f64::INFINITY, f64::min)
     };
     let kappa = |hard| significant(lowest(|m| m.overlap.kappa, hard), 2);
     let shifted = pairs.iter().map(|(_, _, h)| h.shifted.kappa.abs()).fold(0.0, f64::max);
     let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
-    let share = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
+    let fraction = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
     let verb = if stress > hardness { "exceeds" } else { "is below" };
-    let explains = if left.abs() < 0.5 * off.abs() { "explains it" } else { "does not explain it" };
+    let explains = if left.abs() < 0.5 * mismatch.abs() { "explains it" } else { "does not explain it" };
     Some(html! {
-        strong { "The atoms have up to " (more_or_less(off)) " " (term(Term::Contact)) " than the elastic continuum, and the crystal’s hardness " (explains) }
+        strong { "The atoms have up to " (more_or_less(mismatch)) " " (term(Term::Contact)) " than the elastic continuum, and the crystal’s hardness " (explains) }
         ". The elastic contact stress of " (si(stress, "Pa", 3)) " at " (term(Term::Load)) " = " (trimmed(load.p_star, 4)) " " (verb) " the hardness of "
         (si(hardness, "Pa", 3)) "; with it the areas differ by at most " (percent(left.abs())) ", and the maps agree with "
         (term(Term::Kappa)) " ≥ " (kappa(true)) " (elastic: " (kappa(false)) "; misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). At p* = "
-        (loads) ", " (share) " of the surface atoms are in contact."
+        (loads) ", " (fraction) " of the surface atoms are in contact."
     })
 }
 
@@ -108,23 +108,23 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
     let matches: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
     let best = matches.first()?.1;
     let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
-    let off = matches.iter().filter_map(|(l, m)| Some((deviation(l, m)?, *l)));
-    let (off, worst) = off.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    let mismatch = matches.iter().filter_map(|(l, m)| Some((deviation(l, m)?, *l)));
+    let (mismatch, worst) = mismatch.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
     let doubt = matched_uncertainty(c, worst);
-    let (least, m) = matches.iter().min_by(|a, b| a.1.overlap.kappa.total_cmp(&b.1.overlap.kappa))?;
+    let (smallest, m) = matches.iter().min_by(|a, b| a.1.overlap.kappa.total_cmp(&b.1.overlap.kappa))?;
     // The load is named again only where it is another one.
-    let elsewhere = (least.p_star != worst.p_star).then(|| format!(" (least at {})", at(least.p_star)));
+    let elsewhere = (smallest.p_star != worst.p_star).then(|| format!(" (least at {})", load_label(smallest.p_star)));
     let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     let atoms = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
     let continuum = span(matches.iter().map(|(_, m)| m.contact_area), percent);
     let within = match doubt {
-        Some(d) if off.abs() <= d => "within the uncertainty",
+        Some(d) if mismatch.abs() <= d => "within the uncertainty",
         Some(_) => "more than the uncertainty",
         None => "not compared with the uncertainty",
     };
     let doubt = doubt.map_or("not known".into(), |d| format!("± {} of it", percent(d)));
     Some(html! {
-        strong { "Atoms and continuum differ most at p* = " (trimmed(worst.p_star, 4)) ", where the atoms have " (more_or_less(off)) " " (term(Term::Contact))
+        strong { "Atoms and continuum differ most at p* = " (trimmed(worst.p_star, 4)) ", where the atoms have " (more_or_less(mismatch)) " " (term(Term::Contact))
             "; the maps agree with " (term(Term::Kappa)) " ≥ " (significant(m.overlap.kappa, 2)) (elsewhere.unwrap_or_default()) }
         " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum’s area there (" (doubt)
         "); that of the atoms is not known. At " (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms and " (continuum)
@@ -138,22 +138,23 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
     let missed = c.states.iter().filter(|s| s.numbers.stop != Stop::Converged).count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
     let scale = if results.atoms.is_some() { "At the laboratory scale " } else { "" };
-    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).map(pick);
+    let value_of =
+        |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).map(pick);
     let path = if c.states.len() == 1 {
         // The error is left out if no component is known.
         let error = |q| total(first, q).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)));
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(error);
-        let (contact, at) = (percent(first.numbers.contact_area), at(first.numbers.p_star));
+        let (contact, at) = (percent(first.numbers.contact_area), load_label(first.numbers.p_star));
         format!("the contact fraction is {contact}{of_area} at {at}, the mean gap {}{of_gap}", gap(first.mean_gap))
     } else {
-        let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
-        let contact = span(of(|s| s.numbers.contact_area), percent);
-        let both = turned(c).map_or(String::new(), |(loading, back)| {
-            let [up, down] = [loading, back].map(|s| percent(s.numbers.contact_area));
-            format!("; at {} it is {up} on loading and {down} on unloading", at(back.numbers.p_star))
+        let loads = span(value_of(|s| s.numbers.p_star), |p| trimmed(p, 4));
+        let contact = span(value_of(|s| s.numbers.contact_area), percent);
+        let both = turned(c).map_or(String::new(), |(loading, unloading)| {
+            let [up, down] = [loading, unloading].map(|s| percent(s.numbers.contact_area));
+            format!("; at {} it is {up} on loading and {down} on unloading", load_label(unloading.numbers.p_star))
         });
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
-        let gaps = span(of(|s| -s.mean_gap), |g| gap(-g));
+        let gaps = span(value_of(|s| -s.mean_gap), |g| gap(-g));
         format!("at p* = {loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}")
     };
     let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);
@@ -169,15 +170,16 @@ fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
 /// The last unloading state with a loading state at the same load: (loading, unloading).
 fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
-        let back = &c.states[i];
+        let unloading = &c.states[i];
         let mut loading = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
-        let same =
-            |s: &&StateResults| (s.numbers.p_star - back.numbers.p_star).abs() <= SAME_LOAD * back.numbers.p_star.abs();
-        (back.branch == Branch::Unloading && back.numbers.stop == Stop::Converged).then_some(())?;
+        let same = |s: &&StateResults| {
+            (s.numbers.p_star - unloading.numbers.p_star).abs() <= SAME_LOAD * unloading.numbers.p_star.abs()
+        };
+        (unloading.branch == Branch::Unloading && unloading.numbers.stop == Stop::Converged).then_some(())?;
         let loading = loading.rfind(same)?;
         // Without hysteresis both branches have the same area.
-        let alike = percent(loading.numbers.contact_area) == percent(back.numbers.contact_area);
-        (!alike).then_some((loading, back))
+        let alike = percent(loading.numbers.contact_area) == percent(unloading.numbers.contact_area);
+        (!alike).then_some((loading, unloading))
     };
     (0..c.states.len()).rev().find_map(pair)
 }

@@ -44,9 +44,9 @@ fn map(writer: &FigureWriter, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup
     ))
 }
 
-fn statistics(list: &[Statistic]) -> Markup {
+fn statistics(list: &[SurfaceStatistic]) -> Markup {
     let coarse = list.iter().any(|s| s.expected_on_grid.is_some());
-    let row = |s: &Statistic| {
+    let row = |s: &SurfaceStatistic| {
         let value = |v: f64, n: usize| format!("{} {}", significant(v, n), of_unit(&s.unit)).trim_end().to_string();
         let known = |v: Option<f64>| or_dash(v.map(|v| value(v, 4)));
         let mut row = row![s.name, symbol(&s.symbol), known(s.expected)];
@@ -74,17 +74,17 @@ fn statistics(list: &[Statistic]) -> Markup {
 }
 
 /// Deviation of a realised statistic from its expected value on the grid.
-fn status(s: &Statistic) -> Markup {
+fn status(s: &SurfaceStatistic) -> Markup {
     match (s.expected_on_grid.or(s.expected), s.band) {
         (Some(expected), Some(band)) if (s.realised - expected).abs() <= band => "within the band".render(),
         (Some(_), Some(_)) => bad("outside the band"),
         (Some(expected), None) if expected != 0.0 => {
-            let off = (s.realised - expected).abs() / expected.abs();
+            let deviation = (s.realised - expected).abs() / expected.abs();
             // Normalised statistics deviate only by rounding.
-            if off < 1e-9 {
+            if deviation < 1e-9 {
                 "met".render()
             } else {
-                html! { (significant(100.0 * off, 2)) " % off" }
+                html! { (significant(100.0 * deviation, 2)) " % off" }
             }
         }
         _ => "–".render(),

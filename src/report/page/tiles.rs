@@ -61,7 +61,7 @@ fn tiles(results: &Results) -> Vec<Markup> {
         }
     } else if let Some((atoms, state)) = results.atoms.as_ref().and_then(|a| Some((a, a.states.last()?))) {
         tiles.truncate(3);
-        let name = format!("atoms in contact at {}", at(state.p_star));
+        let name = format!("atoms in contact at {}", load_label(state.p_star));
         let note = format!("of the surface layer of {} moving atoms", count(atoms.deformable));
         tiles.push(tile(name, bare(percent(state.contact_area)), Some(state.contact_area), note));
     }
@@ -71,7 +71,7 @@ fn tiles(results: &Results) -> Vec<Markup> {
 fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) -> Vec<Markup> {
     let scales = results.scales;
     let (metres, pascal) = (scales.length_m, scales.modulus_pa);
-    let at = at(s.numbers.p_star);
+    let load_label = load_label(s.numbers.p_star);
     let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
     let area = total(s, Quantity::ContactArea);
     // Why this contact is not that of the comparison.
@@ -82,13 +82,13 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     let gap = shown(s.mean_gap * metres, total(s, Quantity::MeanGap), "m", |v| si(v, "m", 3));
     let mut tiles = vec![
         tile(
-            html! { (term(Term::Contact)) " at " (at) (scale) },
+            html! { (term(Term::Contact)) " at " (load_label) (scale) },
             share(s.numbers.contact_area, area, "of the cell"),
             Some(s.numbers.contact_area),
             format!("{}{resolved}", c.method),
         ),
         tile(
-            html! { "mean " (term(Term::Gap)) " at " (at) (scale) },
+            html! { "mean " (term(Term::Gap)) " at " (load_label) (scale) },
             gap,
             Some(s.mean_gap),
             format!("under {}", scales.stress(s.numbers.pressure, 3)),
@@ -96,7 +96,7 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     ];
     if let (Some(hardness), Some(p)) = (c.hardness, s.plasticity) {
         let note = format!("of the cell is at the hardness of {}", scales.stress(hardness, 3));
-        tiles.push(tile(format!("plastic flow at {at}"), bare(percent(p.flowing)), Some(p.flowing), note));
+        tiles.push(tile(format!("plastic flow at {load_label}"), bare(percent(p.flowing)), Some(p.flowing), note));
     }
     if let Some(p) = &c.pull_off {
         let value = match p.pressure_error {
@@ -109,13 +109,13 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     if let Some(p) = s.observed.as_ref().and_then(|o| o.mean_contact_pressure) {
         let value = shown(p * pascal, area, "Pa", |v| si(v, "Pa", 3));
         let note = "over the contact; its uncertainty is that of the area";
-        tiles.push(tile(format!("mean contact pressure at {at}"), value, Some(p), note));
+        tiles.push(tile(format!("mean contact pressure at {load_label}"), value, Some(p), note));
     }
     if let Some(k) = s.numbers.stiffness {
         let in_unit = |k: f64, n: usize| stiffness(k * (pascal / metres), metres, n);
         let error = s.numbers.stiffness_error.map_or(UNKNOWN.into(), |e| format!(" ± {}", in_unit(e, 2)));
         let note = "derivative of the mean pressure by the approach";
-        tiles.push(tile(format!("contact stiffness at {at}"), (in_unit(k, 3), error), Some(k), note));
+        tiles.push(tile(format!("contact stiffness at {load_label}"), (in_unit(k, 3), error), Some(k), note));
     }
     tiles.truncate(4);
     tiles
@@ -123,16 +123,16 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
 
 /// Agreement of the maps at a load.
 fn kappa(load: &LoadComparison, m: &CriterionMatch, note: String) -> Markup {
-    let name = html! { "agreement of the maps, " (term(Term::Kappa)) ", at " (at(load.p_star)) };
+    let name = html! { "agreement of the maps, " (term(Term::Kappa)) ", at " (load_label(load.p_star)) };
     tile(name, bare(significant(m.overlap.kappa, 2)), Some(m.overlap.kappa), note)
 }
 
 /// Deviation of the areas and agreement of the maps at the highest load.
 fn comparison_tiles(c: &ComparisonResults) -> Vec<Markup> {
     let Some((load, m)) = c.loads.last().and_then(|l| Some((l, matched(l)?))) else { return Vec::new() };
-    let ratio = deviation(load, m).map(|off| {
-        let name = format!("contact of the atoms over the continuum’s at {}", at(load.p_star));
-        let value = shown(1.0 + off, matched_uncertainty(c, load), "", |v| significant(v, 4));
+    let ratio = deviation(load, m).map(|mismatch| {
+        let name = format!("contact of the atoms over the continuum’s at {}", load_label(load.p_star));
+        let value = shown(1.0 + mismatch, matched_uncertainty(c, load), "", |v| significant(v, 4));
         let [atoms, continuum] = [load.atoms.contact_area, m.contact_area].map(percent);
         tile(name, value, None, format!("{atoms} of the atoms, {continuum} of the continuum; ± is the continuum’s"))
     });
@@ -151,7 +151,7 @@ fn hardness_tiles(
 ) -> Vec<Markup> {
     let contact = |name: &str, fraction: f64, relative: Option<f64>, note: String| {
         let value = relative.map_or_else(|| bare(percent(fraction)), |r| share(fraction, Some(r), "of the sites"));
-        let name = html! { (term(Term::Contact)) " at " (at(load.p_star)) ", " (name) };
+        let name = html! { (term(Term::Contact)) " at " (load_label(load.p_star)) ", " (name) };
         tile(name, value, Some(fraction), note)
     };
     let of_atoms = |m: &CriterionMatch| {

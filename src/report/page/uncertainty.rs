@@ -20,8 +20,8 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
         }
         @if c.states.iter().any(|s| s.discretisation.is_some()) { (errors(writer, c)) }
         (budgets(c))
-        @if let Some(why) = &c.pull_off_failure {
-            p { (bad("The pull-off was not found: ")) (why) ". The loads above are not affected." }
+        @if let Some(reason) = &c.pull_off_failure {
+            p { (bad("The pull-off was not found: ")) (reason) ". The loads above are not affected." }
         }
         (pull_off(writer, c)?)
     })
@@ -95,7 +95,7 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
             summary { "All loads" }
             (table("numbers", &head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q)))))
         }
-        p.quiet { "At " (at(shown.numbers.p_star)) ", relative. Grid: the change from the grid with half the points per side. Solver and "
+        p.quiet { "At " (load_label(shown.numbers.p_star)) ", relative. Grid: the change from the grid with half the points per side. Solver and "
             "precision: the effect of a load error as large as the residual, or as the round-off of the fields. " @if depth { "Finite depth: the change from a "
             "half-space. " } "Unknown components are not in the bars." }
     }
@@ -123,9 +123,9 @@ fn bar(s: &StateResults, quantity: Quantity, longest: f64) -> Markup {
         @if total > 0.0 {
             div.budget {
                 span { (capitalised(quantity.name())) ", " (percent(total)) }
-                div { @for (source, share) in &parts {
-                    i style={ "width:" (format!("{:.3}", 100.0 * share / longest)) "%;background:" (colour(*source)) }
-                        title={ (source.name()) " " (percent(*share)) } {}
+                div { @for (source, fraction) in &parts {
+                    i style={ "width:" (format!("{:.3}", 100.0 * fraction / longest)) "%;background:" (colour(*source)) }
+                        title={ (source.name()) " " (percent(*fraction)) } {}
                 } }
             }
         }

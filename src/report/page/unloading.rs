@@ -17,19 +17,19 @@ pub(super) fn branch_curves(
     }
 }
 
-pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
-    let curves = branch_curves(&atoms.load_steps, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
+pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, unloading: &Unloading) -> Result<Markup> {
+    let curves = branch_curves(&atoms.load_steps, Some(unloading.reversal_step), |s| (s.p_star, s.contacts as f64));
     let contacts = Figure::new(
         "unloading-contacts",
         "Contact against load on loading and unloading. Without adhesion and plasticity both branches coincide.",
         Plot { proportion: 0.5, ..Plot::new(linear("p*"), linear("contact atoms"), curves) },
     );
-    let change = |loading: f64, back: f64| (loading != 0.0).then(|| percent(back / loading - 1.0));
+    let change = |loading: f64, unloading: f64| (loading != 0.0).then(|| percent(unloading / loading - 1.0));
     Ok(html! {
         h3 { "Unloading" }
         (writer.figures([contacts])?)
-        @if !back.changes.is_empty() {
-            (columns!("numbers", &back.changes, |c| {
+        @if !unloading.changes.is_empty() {
+            (columns!("numbers", &unloading.changes, |c| {
                 "p*" => trimmed(c.p_star, 4),
                 "contact, loading" => percent(c.contact_area_loading),
                 "contact, unloading" => percent(c.contact_area_unloading),
@@ -37,9 +37,9 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unload
                 "change of mean gap" => with_unit(c.mean_gap_angstrom, 3, "Å"),
             }))
         }
-        @if let Some(p) = &back.pull_off { (pull_off(p)) }
-        @else if back.separated == Some(true) { p { "No tensile load occurs on unloading." } }
-        @if back.separated == Some(false) {
+        @if let Some(p) = &unloading.pull_off { (pull_off(p)) }
+        @else if unloading.separated == Some(true) { p { "No tensile load occurs on unloading." } }
+        @if unloading.separated == Some(false) {
             p { (bad("The surfaces did not separate: ")) "atoms were still in contact at the last unloading step." }
         }
     })

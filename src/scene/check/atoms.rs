@@ -2,7 +2,7 @@
 
 use super::complaints::Complaints;
 use super::nvt;
-use crate::scene::{AtomsScene, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Scene, Start};
+use crate::scene::{AtomsScene, AtomsStart, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Scene};
 use asperity_atoms::block::BaseKind;
 use asperity_grid::units::MAX_SECONDS;
 
@@ -20,7 +20,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         &format!("at most {MAX_SECONDS} s"),
     );
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
-    let from_touch = attracts || a.start_or_default(attracts) == Start::Touch;
+    let from_touch = attracts || a.start_or_default(attracts) == AtomsStart::Touch;
     base(c, a, from_touch);
     c.unless(
         !a.element.is_empty() && a.element.chars().all(|ch| ch.is_ascii_alphanumeric()),
@@ -45,13 +45,13 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     a.indenter_epsilon.into_iter().for_each(|e| c.positive_quantity("atoms.indenter_epsilon", e));
     a.time_limit.into_iter().for_each(|t| c.positive_quantity("atoms.time_limit", t));
     c.unless(
-        !(attracts && a.start == Some(Start::Continuum)),
+        !(attracts && a.start == Some(AtomsStart::Continuum)),
         "atoms.start",
         "\"continuum\"",
         "\"touch\" with adhesion: the state depends on the load path",
     );
     c.unless(
-        !(a.start == Some(Start::Continuum) && a.step.is_some()),
+        !(a.start == Some(AtomsStart::Continuum) && a.step.is_some()),
         "atoms.step",
         a.step.map_or(String::new(), |step| step.to_string()),
         "only together with atoms.start = \"touch\": from the continuum there are no steps",
@@ -107,11 +107,11 @@ fn base(c: &mut Complaints, a: &AtomsScene, from_touch: bool) {
 
 /// Constants of another potential.
 fn constants(c: &mut Complaints, a: &AtomsScene) {
-    for (key, given) in [
+    for (key, value) in [
         ("atoms.lattice_constant", a.lattice_constant.map(|l| l.to_string())),
         ("atoms.modulus", a.modulus.map(|e| e.to_string())),
     ] {
-        let alone = given.filter(|_| a.potential.is_none());
+        let alone = value.filter(|_| a.potential.is_none());
         c.unless(alone.is_none(), key, alone.unwrap_or_default(), "only together with atoms.potential");
     }
 }

@@ -21,20 +21,20 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         "another method than continuum.method",
     );
     let (lab, s, a, m) = (&scene.laboratory, &scene.surface, &scene.adhesion, &scene.continuum);
-    let own = |given: f64, its: f64| (given / its - 1.0).abs() < 1e-9;
+    let own = |value: f64, its: f64| (value / its - 1.0).abs() < 1e-9;
     let (length, modulus) = (lab.length(), lab.modulus());
     c.unless(own(length.to("um"), 100.0), "laboratory.length", length, "100 um with [challenge]");
     c.unless(own(modulus.to("MPa"), 25.0), "laboratory.modulus", modulus, "25 MPa with [challenge]");
     if s.heights.is_none() {
         let (lambda_r, lambda_s) = cut_offs(s, length);
         let its = Spectrum::CHALLENGE;
-        for (key, given, own_value) in [
+        for (key, value, own_value) in [
             ("surface.hurst", s.hurst, its.hurst),
             ("surface.roll_off", lambda_r * length.to("um"), its.lambda_r * 100.0),
             ("surface.cut_off", lambda_s * length.to("um"), its.lambda_s * 100.0),
             ("surface.rms_gradient", s.rms_gradient, its.rms_gradient),
         ] {
-            c.unless(own(given, own_value), key, given, &format!("{own_value} with [challenge]"));
+            c.unless(own(value, own_value), key, value, &format!("{own_value} with [challenge]"));
         }
     }
     let its = a.as_ref().is_some_and(|a| {

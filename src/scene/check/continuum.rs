@@ -3,7 +3,7 @@
 use super::complaints::Complaints;
 use crate::scene::{ALL_METHODS, Length, Scene, WallKind};
 use asperity_contact::interface::RangeChoice;
-use asperity_contact::method::{Kind, Precision};
+use asperity_contact::method::{MethodKind, Precision};
 use asperity_grid::error::{Complaint, Error};
 
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
@@ -11,8 +11,13 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let ids = asperity_methods::ids().join(", ");
     c.unless(asperity_methods::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
     for (i, id) in m.compare_with.iter().enumerate() {
-        let known = id == ALL_METHODS || asperity_methods::find(id).is_some();
-        c.unless(known, &format!("continuum.compare_with[{i}]"), format!("{id:?}"), &format!("{ALL_METHODS}, {ids}"));
+        let is_known = id == ALL_METHODS || asperity_methods::find(id).is_some();
+        c.unless(
+            is_known,
+            &format!("continuum.compare_with[{i}]"),
+            format!("{id:?}"),
+            &format!("{ALL_METHODS}, {ids}"),
+        );
     }
     estimates(c, scene);
     if let Some(t) = m.tolerance {
@@ -135,11 +140,12 @@ fn subsurface(c: &mut Complaints, scene: &Scene) {
     c.unless(!s.depths.is_empty(), DEPTHS, "no depth", "at least one");
     let thickness = m.layer.as_ref().map(|l| l.thickness);
     let accepted = match thickness {
-        Some(most) => format!("depths from 0 to {most}, the thickness of the layer"),
+        Some(largest) => format!("depths from 0 to {largest}, the thickness of the layer"),
         None => "finite depths from 0 on".into(),
     };
     for (i, depth) in s.depths.iter().enumerate() {
-        let above = |most: Length| if most.value() > 0.0 { depth.over(most) > 1.0 } else { depth.value() > 0.0 };
+        let above =
+            |largest: Length| if largest.value() > 0.0 { depth.over(largest) > 1.0 } else { depth.value() > 0.0 };
         let within = depth.value().is_finite() && depth.value() >= 0.0 && !thickness.is_some_and(above);
         c.unless(within, &format!("{DEPTHS}[{i}]"), depth, &accepted);
     }
@@ -154,7 +160,7 @@ fn subsurface(c: &mut Complaints, scene: &Scene) {
     }
     s.shear_strength.into_iter().for_each(|t| c.positive_quantity("continuum.subsurface.shear_strength", t));
     c.unless(m.crystal.is_none(), "continuum.subsurface", "given with continuum.crystal", "an isotropic body");
-    let solves = asperity_methods::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver);
+    let solves = asperity_methods::find(&m.method).is_none_or(|m| m.card().kind == MethodKind::Solver);
     let accepted = "a solver of the fields (see `asperity methods`)";
     c.unless(solves, "continuum.subsurface", format!("given with the method {}", m.method), accepted);
 }
@@ -191,7 +197,7 @@ fn body(c: &mut Complaints, scene: &Scene) {
 /// What a method that estimates cannot do.
 fn estimates(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
-    if asperity_methods::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver) {
+    if asperity_methods::find(&m.method).is_none_or(|m| m.card().kind == MethodKind::Solver) {
         return;
     }
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.resolution == RangeChoice::Extrapolate);

@@ -75,10 +75,10 @@ fn kinds(c: &mut Complaints, load: &LoadScene) {
         ("load.displacement", !load.displacement.is_empty()),
         ("load.contact", !load.contact.is_empty()),
     ];
-    let given: Vec<&str> = kinds.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
+    let value: Vec<&str> = kinds.iter().filter(|(_, value)| *value).map(|(key, _)| *key).collect();
     let all = kinds.map(|(key, _)| key.trim_start_matches("load.")).join(", ");
-    c.unless(!given.is_empty(), "load.p_star", "[]", &format!("at least one load, in one of {all}"));
-    if let [first, second, ..] = given[..] {
+    c.unless(!value.is_empty(), "load.p_star", "[]", &format!("at least one load, in one of {all}"));
+    if let [first, second, ..] = value[..] {
         c.unless(false, second, format!("given together with {first}"), "one kind of load");
     }
 }

@@ -82,17 +82,17 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let complaint = |key: &str, path: &Path, accepted: &str| {
         let found = super::model::relative_to(file, path);
         if found == path && !found.is_file() {
-            let why = if found.is_dir() { "a folder" } else { "no such file" };
-            return Some(Complaint::new(key, format!("{} ({why})", path.display()), accepted));
+            let reason = if found.is_dir() { "a folder" } else { "no such file" };
+            return Some(Complaint::new(key, format!("{} ({reason})", path.display()), accepted));
         }
-        let why = match std::fs::metadata(&found) {
+        let reason = match std::fs::metadata(&found) {
             Ok(m) if m.is_dir() => "which is a folder",
             Ok(_) => return None,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => "where there is no file",
             // The error on opening it is more precise.
             Err(_) => return None,
         };
-        let found = format!("{:?}, that is {}, {why}", path.display(), found.display());
+        let found = format!("{:?}, that is {}, {reason}", path.display(), found.display());
         Some(Complaint::new(key, found, format!("{accepted}, its path relative to the scene file")))
     };
     named.into_iter().filter_map(|(key, path, accepted)| complaint(key, path?, accepted)).collect()

@@ -1,7 +1,7 @@
 //! Checks of `[atoms.nvt]`.
 
 use super::complaints::Complaints;
-use crate::scene::{AtomsScene, NvtScene, Scene, Start};
+use crate::scene::{AtomsScene, AtomsStart, NvtScene, Scene};
 use asperity_atoms::nvt::{FREE_LAYERS, LEAST_AVERAGED_PS};
 use asperity_atoms::potential::HOTTEST_K;
 
@@ -12,7 +12,7 @@ pub(super) fn check(c: &mut Complaints, nvt: &NvtScene, atoms: &AtomsScene, scen
     let (t, shipped) = (nvt.temperature.to("K"), atoms.potential.is_none());
     let (a0, ps) = (atoms.lattice_constant, nvt.time.to("ps"));
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
-    let from_touch = attracts || atoms.start_or_default(attracts) == Start::Touch;
+    let from_touch = attracts || atoms.start_or_default(attracts) == AtomsStart::Touch;
     let least_depth = FREE_LAYERS / 2 + 1;
     let expanded = nvt.lattice_constant;
     let is_fraction = (0.0..=0.9).contains(&nvt.equilibration);

@@ -78,13 +78,13 @@ fn file(c: &mut Complaints, scene: &Scene) {
 /// A surface from its spectrum.
 fn spectrum(c: &mut Complaints, scene: &Scene) {
     let s = &scene.surface;
-    for (key, given) in [
+    for (key, value) in [
         ("surface.dataset", s.dataset.is_some()),
         ("surface.fourier", s.fourier.is_some()),
         ("surface.fourier_points", s.fourier_points.is_some()),
         ("surface.low_pass", s.low_pass.is_some()),
     ] {
-        c.unless(!given, key, "given", "only together with a file, surface.heights");
+        c.unless(!value, key, "given", "only together with a file, surface.heights");
     }
     c.unless(s.hurst > 0.0 && s.hurst <= 1.0, "surface.hurst", s.hurst, "a Hurst exponent above 0 and up to 1");
     c.positive("surface.rms_gradient", s.rms_gradient);

@@ -25,7 +25,7 @@ fn ramp_job(folder: &Path, step: f64, adhesion: Option<Yukawa>, unload: bool) ->
         keep_restarts: false,
     };
     let ramp = DisplacementRamp { step_angstrom: step, max_load: 5.0, max_steps: 10, unload };
-    let crystal = Crystal { potential: &table, element: "Ca", mass_u: 40.078 };
+    let crystal = JobCrystal { potential: &table, element: "Ca", mass_u: 40.078 };
     Job::write(folder.join("job"), &block, &indenter, crystal, interaction, settings, Loading::Ramp(ramp))
 }
 
@@ -41,8 +41,8 @@ fn the_data_file_has_every_atom_once_and_is_reproducible() {
     assert!(text.contains(&format!("\n{} atoms\n3 atom types\n", job.atoms())));
     let lines: Vec<&str> = text.lines().skip_while(|l| !l.starts_with("Atoms")).skip(2).collect();
     assert_eq!(lines.len() as u64, job.atoms());
-    let of = |kind: &str| lines.iter().filter(|l| l.split(' ').nth(1) == Some(kind)).count() as u64;
-    assert_eq!((of("1"), of("2"), of("3")), (job.spec.deformable, job.spec.indenter, job.spec.fixed));
+    let value_of = |kind: &str| lines.iter().filter(|l| l.split(' ').nth(1) == Some(kind)).count() as u64;
+    assert_eq!((value_of("1"), value_of("2"), value_of("3")), (job.spec.deformable, job.spec.indenter, job.spec.fixed));
     assert_eq!(lines[0], "1 3 1.3971000000 1.3971000000 2.0000000000");
     let hash = job.spec.data_hash.clone();
     assert_eq!(hash, blake3::hash(text.as_bytes()).to_hex().to_string());
@@ -96,10 +96,10 @@ fn steps_of_common_prescribed_loads_are_kept_and_others_removed() {
     };
     let run = |from: usize, to: usize| {
         for k in from..=to {
-            let before = std::fs::read_to_string(path(LOAD_STEPS_FILE)).unwrap_or_default();
-            let before = if before.is_empty() { format!("{HEADER}\n") } else { before };
+            let previous = std::fs::read_to_string(path(LOAD_STEPS_FILE)).unwrap_or_default();
+            let previous = if previous.is_empty() { format!("{HEADER}\n") } else { previous };
             let line = format!("{k},0.3,1,-100.5,12,1.5e-03,{k},44.5,45.5,200,1\n");
-            std::fs::write(path(LOAD_STEPS_FILE), before + &line).expect("written");
+            std::fs::write(path(LOAD_STEPS_FILE), previous + &line).expect("written");
             let frame = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
                          ITEM: ATOMS id type x y z\n1 1 5 5 20\n";
             std::fs::write(path(&format!("frame.{k}.dump")), frame).expect("written");
@@ -225,14 +225,14 @@ fn a_prescribed_load_is_found_at_its_own_step() {
     let at_load = |load| PrescribedLoad { load, dz_angstrom: 1.0, move_hash: String::new() };
     let [loading, unloading] = [[at_load(1.0), at_load(3.0)], [at_load(1.0), at_load(0.5)]];
     let history = LoadHistory { steps: records(&[(0.0, 0.0, 0), (0.1, 1.0, 1), (0.2, 2.9, 2), (0.1, 1.0, 1)]) };
-    let at = |bracket: Option<Bracket>| bracket.map(|b| (b.lower, b.weight));
-    assert_eq!(at(own_step(&history, 1, &loading, 1.0)), Some((1, 0.0)));
+    let value_at = |bracket: Option<Bracket>| bracket.map(|b| (b.lower, b.weight));
+    assert_eq!(value_at(own_step(&history, 1, &loading, 1.0)), Some((1, 0.0)));
     // A step that did not reach its load is still the step of that load.
-    assert_eq!(at(own_step(&history, 1, &loading, 3.0)), Some((2, 0.0)));
-    assert_eq!(at(own_step(&history, 1, &loading, 2.0)), None);
-    assert_eq!(at(own_step(&history, 3, &unloading, 1.0)), Some((3, 0.0)));
+    assert_eq!(value_at(own_step(&history, 1, &loading, 3.0)), Some((2, 0.0)));
+    assert_eq!(value_at(own_step(&history, 1, &loading, 2.0)), None);
+    assert_eq!(value_at(own_step(&history, 3, &unloading, 1.0)), Some((3, 0.0)));
     // Not finished yet.
-    assert_eq!(at(own_step(&history, 3, &unloading, 0.5)), None);
+    assert_eq!(value_at(own_step(&history, 3, &unloading, 0.5)), None);
 }
 
 #[test]
@@ -249,8 +249,8 @@ fn with_adhesion_steps_are_refined_until_the_pull_has_decayed() {
         (-0.675, -0.5, 0),
     ]);
     let (_folder, job) = job(true, true);
-    let found = job.unloading_state(&steps).expect("an unloading branch");
-    assert_eq!(found, UnloadingState { reversal_step: 1, refined_from: Some(3), min_load: -2.0, end: Some(8) });
+    let actual = job.unloading_state(&steps).expect("an unloading branch");
+    assert_eq!(actual, UnloadingState { reversal_step: 1, refined_from: Some(3), min_load: -2.0, end: Some(8) });
     // Contact is lost, but the tensile load has not yet decayed to `PULL_FRACTION`, so unloading continues.
     assert_eq!(job.end(&steps[..8]), None);
     let pull = pull_off(&steps, 1, 100.0).expect("a pull");

@@ -198,8 +198,8 @@ mod tests {
         assert!((fitted.contact_modulus() - 28.57).abs() < QUOTED_DIGIT);
         // In-plane range 24.6 to 27.8 GPa.
         let along: Vec<f64> = (0..=45).map(|t| measured.directional_modulus((t as f64).to_radians())).collect();
-        let (least, most) = along.iter().fold((f64::MAX, 0.0f64), |(a, b), &e| (a.min(e), b.max(e)));
-        assert!((least - 24.6).abs() < 0.05 && (most - 27.8).abs() < 0.05, "{least} to {most}");
+        let (smallest, largest) = along.iter().fold((f64::MAX, 0.0f64), |(a, b), &e| (a.min(e), b.max(e)));
+        assert!((smallest - 24.6).abs() < 0.05 && (largest - 27.8).abs() < 0.05, "{smallest} to {largest}");
     }
 
     #[test]
@@ -252,9 +252,9 @@ mod tests {
             let unit = crystal.contact_modulus();
             for theta in directions() {
                 let q = 7.3;
-                let found = kernel.stiffness(q * theta.cos(), q * theta.sin());
+                let actual = kernel.stiffness(q * theta.cos(), q * theta.sin());
                 let exact = 0.5 * q * crystal.directional_modulus(theta) / unit;
-                assert!((found / exact - 1.0).abs() < 1e-6, "{c11} {c12} {c44} at {theta}: {found} {exact}");
+                assert!((actual / exact - 1.0).abs() < 1e-6, "{c11} {c12} {c44} at {theta}: {actual} {exact}");
             }
             assert_eq!(kernel.stiffness(0.0, 0.0), 0.0);
         }
@@ -266,8 +266,8 @@ mod tests {
             let (c44, c12) = (0.5 / (1.0 + nu), nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
             let kernel = CubicHalfSpace::new(c12 + 2.0 * c44, c12, c44).unwrap();
             for theta in directions() {
-                let found = kernel.stiffness(theta.cos(), theta.sin());
-                assert!((found / 0.5 - 1.0).abs() < 1e-7, "ν = {nu}: {found}");
+                let actual = kernel.stiffness(theta.cos(), theta.sin());
+                assert!((actual / 0.5 - 1.0).abs() < 1e-7, "ν = {nu}: {actual}");
             }
         }
     }

@@ -93,46 +93,46 @@ fn shares(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
     let interval = |k: usize| {
         let (first, last) = (k * from, (k + 1) * from);
         let covered = first / to..last.div_ceil(to);
-        let share = |i: usize| ((last.min((i + 1) * to) - first.max(i * to)) as f64) / from as f64;
-        covered.map(|i| (i, share(i))).collect()
+        let fraction = |i: usize| ((last.min((i + 1) * to) - first.max(i * to)) as f64) / from as f64;
+        covered.map(|i| (i, fraction(i))).collect()
     };
     (0..to).map(interval).collect()
 }
 
 /// Largest contact stress of nodes, units of E*.
 #[derive(Debug, Clone, Copy)]
-pub enum Hardness<'m> {
+pub enum NodalHardness<'m> {
     /// The same at all nodes; infinite for an elastic body.
     Uniform(f64),
     /// A value for each node of a grid, from the node `first` on, over `unit`, and `plus`.
     Map { map: &'m HardnessMap, first: usize, unit: f64, plus: f64 },
 }
 
-impl From<f64> for Hardness<'_> {
+impl From<f64> for NodalHardness<'_> {
     fn from(value: f64) -> Self {
-        Hardness::Uniform(value)
+        NodalHardness::Uniform(value)
     }
 }
 
-impl<'m> From<&'m HardnessMap> for Hardness<'m> {
+impl<'m> From<&'m HardnessMap> for NodalHardness<'m> {
     /// Of equal values the number, with the same results to the last bit.
     fn from(map: &'m HardnessMap) -> Self {
         match map.extent {
-            (low, high) if low == high => Hardness::Uniform(low),
-            _ => Hardness::Map { map, first: 0, unit: 1.0, plus: 0.0 },
+            (low, high) if low == high => NodalHardness::Uniform(low),
+            _ => NodalHardness::Map { map, first: 0, unit: 1.0, plus: 0.0 },
         }
     }
 }
 
-impl<'m> Hardness<'m> {
+impl<'m> NodalHardness<'m> {
     /// No bound of the contact stress.
-    pub const NONE: Self = Hardness::Uniform(f64::INFINITY);
+    pub const NONE: Self = NodalHardness::Uniform(f64::INFINITY);
 
     /// Mean over all nodes.
     pub fn mean(&self) -> f64 {
         match self {
-            Hardness::Uniform(value) => *value,
-            Hardness::Map { map, unit, plus, .. } => map.mean / unit + plus,
+            NodalHardness::Uniform(value) => *value,
+            NodalHardness::Map { map, unit, plus, .. } => map.mean / unit + plus,
         }
     }
 
@@ -140,8 +140,8 @@ impl<'m> Hardness<'m> {
     #[inline(always)]
     pub fn at(&self, i: usize) -> f64 {
         match self {
-            Hardness::Uniform(value) => *value,
-            Hardness::Map { map, first, unit, plus } => map.nodes[first + i] / unit + plus,
+            NodalHardness::Uniform(value) => *value,
+            NodalHardness::Map { map, first, unit, plus } => map.nodes[first + i] / unit + plus,
         }
     }
 
@@ -149,8 +149,8 @@ impl<'m> Hardness<'m> {
     #[inline(always)]
     pub fn chunk(&self, i: usize) -> [f64; CHUNK] {
         match self {
-            Hardness::Uniform(value) => [*value; CHUNK],
-            Hardness::Map { map, first, unit, plus } => {
+            NodalHardness::Uniform(value) => [*value; CHUNK],
+            NodalHardness::Map { map, first, unit, plus } => {
                 let mut values = [f64::INFINITY; CHUNK];
                 let from = map.nodes.get(first + i..).unwrap_or(&[]);
                 values.iter_mut().zip(from).for_each(|(to, h)| *to = h / unit + plus);
@@ -163,7 +163,7 @@ impl<'m> Hardness<'m> {
     #[inline(always)]
     pub fn from_node(self, i: usize) -> Self {
         match self {
-            Hardness::Map { map, first, unit, plus } => Hardness::Map { map, first: first + i, unit, plus },
+            NodalHardness::Map { map, first, unit, plus } => NodalHardness::Map { map, first: first + i, unit, plus },
             uniform => uniform,
         }
     }
@@ -171,7 +171,9 @@ impl<'m> Hardness<'m> {
     /// On another grid of the same area.
     pub fn on_nodes(self, nx: usize, ny: usize) -> Self {
         match self {
-            Hardness::Map { map, unit, plus, .. } => Hardness::Map { map: map.on(nx, ny), first: 0, unit, plus },
+            NodalHardness::Map { map, unit, plus, .. } => {
+                NodalHardness::Map { map: map.on(nx, ny), first: 0, unit, plus }
+            }
             uniform => uniform,
         }
     }
@@ -179,8 +181,10 @@ impl<'m> Hardness<'m> {
     /// In multiples of `unit`, a power of two.
     pub fn in_units(self, by: f64) -> Self {
         match self {
-            Hardness::Uniform(value) => Hardness::Uniform(value / by),
-            Hardness::Map { map, first, unit, plus } => Hardness::Map { map, first, unit: unit * by, plus: plus / by },
+            NodalHardness::Uniform(value) => NodalHardness::Uniform(value / by),
+            NodalHardness::Map { map, first, unit, plus } => {
+                NodalHardness::Map { map, first, unit: unit * by, plus: plus / by }
+            }
         }
     }
 
@@ -188,16 +192,16 @@ impl<'m> Hardness<'m> {
     #[inline(always)]
     pub fn raised(self, by: f64) -> Self {
         match self {
-            Hardness::Uniform(value) => Hardness::Uniform(value + by),
-            Hardness::Map { map, first, unit, plus } => Hardness::Map { map, first, unit, plus: plus + by },
+            NodalHardness::Uniform(value) => NodalHardness::Uniform(value + by),
+            NodalHardness::Map { map, first, unit, plus } => NodalHardness::Map { map, first, unit, plus: plus + by },
         }
     }
 
     /// The map, if the values differ.
     pub fn map(&self) -> Option<&'m HardnessMap> {
         match self {
-            Hardness::Uniform(_) => None,
-            Hardness::Map { map, .. } => Some(map),
+            NodalHardness::Uniform(_) => None,
+            NodalHardness::Map { map, .. } => Some(map),
         }
     }
 }
@@ -235,10 +239,10 @@ mod tests {
     #[test]
     fn chunks_and_units() {
         let fine = map(9, 10, |i| (i + 1) as f64);
-        let of = Hardness::from(&fine).from_node(9).in_units(2.0);
+        let of = NodalHardness::from(&fine).from_node(9).in_units(2.0);
         assert_eq!((of.at(3), of.chunk(3)[2], of.mean()), (6.5, 7.5, 22.75));
         assert_eq!(of.chunk(27)[53..56], [45.0, f64::INFINITY, f64::INFINITY]);
-        assert!(matches!(Hardness::from(&map(2, 2, |_| 0.3)), Hardness::Uniform(h) if h == 0.3));
+        assert!(matches!(NodalHardness::from(&map(2, 2, |_| 0.3)), NodalHardness::Uniform(h) if h == 0.3));
     }
 
     #[test]

@@ -123,7 +123,7 @@ impl LatticeBoundary {
     pub fn forces(&mut self, fields: &mut [Vec<f64>]) -> f64 {
         let (across, size) = (2 * self.cells, 3 * self.reach);
         let points = (across * across) as f64;
-        let before: f64 = (0..self.reach).map(|l| self.cut_force[l] * fields[3 * l + 2].iter().sum::<f64>()).sum();
+        let previous: f64 = (0..self.reach).map(|l| self.cut_force[l] * fields[3 * l + 2].iter().sum::<f64>()).sum();
         for (field, spectrum) in fields.iter().zip(&mut self.spectra) {
             self.transform.forward(field, spectrum);
         }
@@ -132,9 +132,9 @@ impl LatticeBoundary {
         for j in 0..across {
             let ky = signed_mode(j, across);
             for i in 0..grid.half() {
-                let at = j * grid.pitch() + i;
+                let index = j * grid.pitch() + i;
                 let wave = Symmetry::of(i, ky);
-                self.spectra.iter().zip(&mut u).for_each(|(s, u)| *u = s[at]);
+                self.spectra.iter().zip(&mut u).for_each(|(s, u)| *u = s[index]);
                 u.chunks_exact_mut(3).for_each(|v| wave.reduce(v));
                 let first = (wave.a * (wave.a + 1) / 2 + wave.b) * size * size;
                 let matrix = &self.stiffness[first..first + size * size];
@@ -144,7 +144,7 @@ impl LatticeBoundary {
                 let work: f64 = u.iter().zip(&f).map(|(u, f)| (u.conj() * f).re).sum();
                 twice += grid.column_weight(i) * work;
                 f.chunks_exact_mut(3).for_each(|v| wave.restore(v));
-                self.spectra.iter_mut().zip(&f).for_each(|(s, f)| s[at] = -*f / points);
+                self.spectra.iter_mut().zip(&f).for_each(|(s, f)| s[index] = -*f / points);
             }
         }
         for (k, (field, spectrum)) in fields.iter_mut().zip(&mut self.spectra).enumerate() {
@@ -154,7 +154,7 @@ impl LatticeBoundary {
                 field.iter_mut().for_each(|f| *f -= push);
             }
         }
-        before + 0.5 * twice / points
+        previous + 0.5 * twice / points
     }
 }
 
@@ -498,8 +498,8 @@ mod tests {
             let bonds = c.bulk.iter().chain(c.cut.iter().flatten()).flat_map(|b| b.phi.as_flattened().to_vec());
             bonds.chain(c.cut_force.iter().copied()).collect()
         };
-        for (found, one) in values(&sum).iter().zip(values(&one)) {
-            assert!((found - 1.75 * one).abs() < SUMS, "{found} {one}");
+        for (actual, one) in values(&sum).iter().zip(values(&one)) {
+            assert!((actual - 1.75 * one).abs() < SUMS, "{actual} {one}");
         }
     }
 

@@ -81,8 +81,8 @@ impl Layer {
 
     /// Stresses at a depth (0 to the thickness) under a pressure wave of wave number `q` > 0.
     pub fn stress_at(&self, q: f64, depth: f64) -> WaveStress {
-        let (nu, w, apart) = (self.poisson, q * self.thickness, q * depth);
-        let x = (w - apart).max(0.0);
+        let (nu, w, difference) = (self.poisson, q * self.thickness, q * depth);
+        let x = (w - difference).max(0.0);
         // Hyperbolic functions over e^(w+x)/2, so that nothing overflows.
         let (e_w, e_x, e_both) = ((-2.0 * w).exp(), (-2.0 * x).exp(), (-2.0 * (w + x)).exp());
         let (cosh, sinh, cosh_apart, sinh_apart) = (1.0 + e_both, 1.0 - e_both, e_x + e_w, e_x - e_w);
@@ -91,22 +91,22 @@ impl Layer {
             Base::Bonded => {
                 let (k, product) = (3.0 - 4.0 * nu, 2.0 * (1.0 - nu) * (1.0 - 2.0 * nu));
                 let last = 5.0 - 12.0 * nu + 8.0 * nu * nu;
-                let f = (w * x + 0.5 * last) * cosh_apart + 0.5 * (k * (apart * sinh + cosh) + both * sinh_apart);
-                let slope = 0.5 * apart * (k * cosh + cosh_apart) - (w * x + product) * sinh_apart;
-                let bend = 0.5 * (apart * (k * sinh - sinh_apart) - k * cosh - cosh_apart) - w * sinh_apart
+                let f = (w * x + 0.5 * last) * cosh_apart + 0.5 * (k * (difference * sinh + cosh) + both * sinh_apart);
+                let slope = 0.5 * difference * (k * cosh + cosh_apart) - (w * x + product) * sinh_apart;
+                let bend = 0.5 * (difference * (k * sinh - sinh_apart) - k * cosh - cosh_apart) - w * sinh_apart
                     + (w * x + product) * cosh_apart;
                 let delta = k * (1.0 - e_w).powi(2) + 4.0 * e_w * (4.0 * (1.0 - nu).powi(2) + w * w);
                 (delta, [f, slope, bend])
             }
             Base::ConstantStress => {
-                let f = 0.5 * (apart * sinh - both * sinh_apart + cosh) - (0.5 + w * x) * cosh_apart;
-                let slope = 0.5 * apart * (cosh - cosh_apart) + w * x * sinh_apart;
+                let f = 0.5 * (difference * sinh - both * sinh_apart + cosh) - (0.5 + w * x) * cosh_apart;
+                let slope = 0.5 * difference * (cosh - cosh_apart) + w * x * sinh_apart;
                 let bend =
-                    0.5 * (apart * (sinh + sinh_apart) - cosh + cosh_apart) + w * sinh_apart - w * x * cosh_apart;
+                    0.5 * (difference * (sinh + sinh_apart) - cosh + cosh_apart) + w * sinh_apart - w * x * cosh_apart;
                 ((1.0 - e_w).powi(2) - 4.0 * e_w * w * w, [f, slope, bend])
             }
         };
-        let unit = 2.0 * (-apart).exp() / divisor;
+        let unit = 2.0 * (-difference).exp() / divisor;
         WaveStress { normal: -unit * f, along: unit * bend, shear: unit * slope }
     }
 }
@@ -156,12 +156,12 @@ mod tests {
             let lambda = two_g * nu / (1.0 - 2.0 * nu);
             let step = 1e-4 / q;
             let up = |z: f64| -at(&layer, q, z).normal;
-            let along = |z: f64| at(&layer, q, z).tangential;
+            let index_along = |z: f64| at(&layer, q, z).tangential;
             let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
             // With e^{iqx}: ∂x(i tangential) = -q tangential, ∂x(up) = iq up.
-            let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * along(z);
-            let shear = |z: f64| 0.5 * two_g * (slope(&along, z) + q * up(z));
-            let side = |z: f64| -(lambda + two_g) * q * along(z) + lambda * slope(&up, z);
+            let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * index_along(z);
+            let shear = |z: f64| 0.5 * two_g * (slope(&index_along, z) + q * up(z));
+            let side = |z: f64| -(lambda + two_g) * q * index_along(z) + lambda * slope(&up, z);
             // The formulas are also valid just above the surface, where the differences evaluate them.
             assert!((normal(t) + 1.0).abs() < DIFFERENCES, "{nu} {q}: {}", normal(t));
             assert!(shear(t).abs() < DIFFERENCES, "{nu} {q}: {}", shear(t));
@@ -184,16 +184,16 @@ mod tests {
             let lambda = two_g * nu / (1.0 - 2.0 * nu);
             let step = 1e-4 / q;
             let up = |z: f64| -at(&layer, q, z).normal;
-            let along = |z: f64| at(&layer, q, z).tangential;
+            let index_along = |z: f64| at(&layer, q, z).tangential;
             let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
             for depth in [0.0, 0.2 * t, 0.5 * t, 0.9 * t] {
-                let (z, found) = (t - depth, layer.stress_at(q, depth));
-                let normal = (lambda + two_g) * slope(&up, z) - lambda * q * along(z);
-                let side = -(lambda + two_g) * q * along(z) + lambda * slope(&up, z);
+                let (z, actual) = (t - depth, layer.stress_at(q, depth));
+                let normal = (lambda + two_g) * slope(&up, z) - lambda * q * index_along(z);
+                let side = -(lambda + two_g) * q * index_along(z) + lambda * slope(&up, z);
                 // Upwards along z the shear stress has the other sign.
-                let shear = -0.5 * two_g * (slope(&along, z) + q * up(z));
+                let shear = -0.5 * two_g * (slope(&index_along, z) + q * up(z));
                 for (what, a, b) in
-                    [("normal", found.normal, normal), ("along", found.along, side), ("shear", found.shear, shear)]
+                    [("normal", actual.normal, normal), ("along", actual.along, side), ("shear", actual.shear, shear)]
                 {
                     assert!((a - b).abs() < DIFFERENCES, "{nu} {q} {depth} {what}: {a} {b}");
                 }
@@ -212,12 +212,12 @@ mod tests {
             let (top, base) = (plate.stress_at(q, 0.0), plate.stress_at(q, t));
             // N has the size of (qt)⁴/3 and is a difference of numbers of the size of (qt)².
             let allowed = 1e-13 / (q * t).powi(2).min(1.0);
-            for (found, expected) in [(top.normal, -1.0), (top.shear, 0.0), (base.normal, 0.0), (base.shear, 0.0)] {
-                assert!((found - expected).abs() < allowed, "{q}: {top:?} {base:?}");
+            for (actual, expected) in [(top.normal, -1.0), (top.shear, 0.0), (base.normal, 0.0), (base.shear, 0.0)] {
+                assert!((actual - expected).abs() < allowed, "{q}: {top:?} {base:?}");
             }
             let step = 1e-4 / q;
-            let slope = |of: fn(&WaveStress) -> f64, d: f64| {
-                (of(&plate.stress_at(q, d + step)) - of(&plate.stress_at(q, d - step))) / (2.0 * step)
+            let slope = |value: fn(&WaveStress) -> f64, d: f64| {
+                (value(&plate.stress_at(q, d + step)) - value(&plate.stress_at(q, d - step))) / (2.0 * step)
             };
             for d in [0.2 * t, 0.7 * t] {
                 let here = plate.stress_at(q, d);
@@ -251,16 +251,16 @@ mod tests {
         let deep = Layer { thickness: 12.0, poisson: nu, base: Base::Bonded };
         let q: f64 = 5.0;
         for d in [0.0, 0.1, 0.4, 1.0] {
-            let found = at(&deep, q, deep.thickness - d);
+            let actual = at(&deep, q, deep.thickness - d);
             let fades = (-q * d).exp() / ((1.0 - nu) * q);
-            assert!((found.normal / (fades * (2.0 * (1.0 - nu) + q * d)) - 1.0).abs() < 1e-10, "{d}");
-            assert!((found.tangential - fades * ((1.0 - 2.0 * nu) - q * d)).abs() < 1e-10 * fades, "{d}");
+            assert!((actual.normal / (fades * (2.0 * (1.0 - nu) + q * d)) - 1.0).abs() < 1e-10, "{d}");
+            assert!((actual.tangential - fades * ((1.0 - 2.0 * nu) - q * d)).abs() < 1e-10 * fades, "{d}");
         }
         // A wave much longer than the thickness compresses the layer uniformly.
         let thin = Layer { thickness: 1e-4, poisson: nu, base: Base::Bonded };
-        for share in [0.25, 0.5, 1.0] {
-            let found = at(&thin, 1e-3, share * thin.thickness).normal;
-            assert!((found / (share * thin.compression()) - 1.0).abs() < 1e-6, "{share}: {found}");
+        for fraction in [0.25, 0.5, 1.0] {
+            let actual = at(&thin, 1e-3, fraction * thin.thickness).normal;
+            assert!((actual / (fraction * thin.compression()) - 1.0).abs() < 1e-6, "{fraction}: {actual}");
         }
     }
 }

@@ -13,11 +13,11 @@ mod subsurface;
 
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use elastic::Elastic;
-pub use hardness::{Hardness, HardnessMap};
+pub use hardness::{HardnessMap, NodalHardness};
 pub use kernel::{Base, HalfSpace, Kernel, Layer};
 pub use lattice::{Bond, LatticeBoundary, LatticeConstants};
 pub use law::{
-    Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
+    AttractionLaw, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
     PowerLawWall, RangeChoice, SoftWall, TabulatedLaw, TabulatedWall, Wall, WithAdhesion, Yielding, YieldingWall,
     tabor,
 };

@@ -68,8 +68,8 @@ impl NonPeriodic {
             // Three-point Gauss quadrature.
             let node = 0.6f64.sqrt();
             let step = |x: f64| {
-                let at = |s: f64| slope(x + 0.5 * h * (1.0 + s));
-                h * (5.0 * at(-node) + 8.0 * at(0.0) + 5.0 * at(node)) / 18.0
+                let value_at = |s: f64| slope(x + 0.5 * h * (1.0 + s));
+                h * (5.0 * value_at(-node) + 8.0 * value_at(0.0) + 5.0 * value_at(node)) / 18.0
             };
             let entries = (Self::END * Self::FINENESS).ceil() as usize + 2;
             let mut value = 0.0;
@@ -148,8 +148,8 @@ mod tests {
             let highest = (2.0 * PI).sqrt() * s;
             for (i, j) in (0..n).flat_map(|i| (0..(ly / dx) as usize).map(move |j| (i, j))) {
                 let t = 0.25 * square(i, j) / (s * s);
-                let off = lifted[j * nx + i] / highest - scaled_bessel(t);
-                assert!(off.abs() < TOLERANCE, "{lx} x {ly}, {i}, {j}: {off}");
+                let deviation = lifted[j * nx + i] / highest - scaled_bessel(t);
+                assert!(deviation.abs() < TOLERANCE, "{lx} x {ly}, {i}, {j}: {deviation}");
             }
         }
     }

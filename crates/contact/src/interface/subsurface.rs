@@ -47,7 +47,7 @@ pub struct SubsurfaceRequest {
 
 /// The stresses below a surface, depth by depth.
 pub struct Subsurface {
-    body: Body,
+    body: SubsurfaceBody,
     poisson: f64,
     /// Grid of the pressure.
     facing: Grid,
@@ -57,7 +57,7 @@ pub struct Subsurface {
 }
 
 #[derive(Clone, Copy)]
-enum Body {
+enum SubsurfaceBody {
     HalfSpace,
     Layer(Layer),
     /// A half-space that is free around the surface.
@@ -69,9 +69,9 @@ impl Subsurface {
     /// `None` for a crystal, whose stresses these are not.
     pub fn new(grid: Grid, body: Elastic, poisson: f64, pressure: Field) -> Option<Self> {
         let (body, poisson, cell) = match body {
-            Elastic::HalfSpace => (Body::HalfSpace, poisson, grid),
-            Elastic::Layer(layer) => (Body::Layer(layer), layer.poisson, grid),
-            Elastic::NonPeriodic(_) => (Body::Patch, poisson, padded(grid)),
+            Elastic::HalfSpace => (SubsurfaceBody::HalfSpace, poisson, grid),
+            Elastic::Layer(layer) => (SubsurfaceBody::Layer(layer), layer.poisson, grid),
+            Elastic::NonPeriodic(_) => (SubsurfaceBody::Patch, poisson, padded(grid)),
             Elastic::Cubic(_) => return None,
         };
         let transform = Transform::new(cell);
@@ -109,7 +109,7 @@ impl Subsurface {
     /// The stresses at a depth (L) from 0 to the thickness of the layer.
     pub fn at(&self, depth: f64) -> StressField {
         StressField([0, 1, 2, 3, 4, 5].map(|component| match self.body {
-            Body::Patch => self.below_rectangles(component, depth),
+            SubsurfaceBody::Patch => self.below_rectangles(component, depth),
             _ => self.below_waves(component, depth),
         }))
     }
@@ -117,7 +117,7 @@ impl Subsurface {
     /// Stresses of a wave.
     fn wave(&self, q: f64, depth: f64) -> WaveStress {
         match self.body {
-            Body::Layer(layer) => layer.stress_at(q, depth),
+            SubsurfaceBody::Layer(layer) => layer.stress_at(q, depth),
             _ => WaveStress::in_half_space(q, depth),
         }
     }
@@ -167,8 +167,8 @@ impl Subsurface {
         let mut kernel = self.transform.spectrum();
         let fill = |y: usize, row: &mut [f64]| {
             for (x, to) in row.iter_mut().enumerate() {
-                let at = [lag(x, facing.nx, cell.nx) * node[0], lag(y, facing.ny, cell.ny) * node[1], depth];
-                *to = rectangle::stresses(self.poisson, at, node)[component];
+                let index = [lag(x, facing.nx, cell.nx) * node[0], lag(y, facing.ny, cell.ny) * node[1], depth];
+                *to = rectangle::stresses(self.poisson, index, node)[component];
             }
         };
         self.transform.forward_of(fill, &mut kernel);

@@ -6,15 +6,15 @@
 //! scheme: after negative curvature or a rise of the energy the method takes gradient steps of safe length.
 
 use super::equilibrium_check::Ending;
-use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
+use super::iteration::{ConvergenceMonitor, IterationControl, LoadSolution};
 use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, RowLaw, curvature_of, kkt, moved};
 use super::{
-    Capabilities, Card, ContactMethod, Criterion, Heights, Kind, Load, Needs, Observer, Plan, Problem, Run,
-    SolverSnapshot, Started, State, Stop,
+    Capabilities, ContactMethod, Criterion, Equilibrium, Heights, Load, MethodCard, MethodKind, Needs, Observer,
+    ReducedProblem, SolvePlan, SolverRun, SolverSnapshot, StartedMethod, Stop,
 };
-use crate::interface::{Adhesion, Kernel, Law, Wall};
+use crate::interface::{AttractionLaw, Kernel, Law, Wall};
 use asperity_grid::Result;
 use asperity_grid::{Real, Transform};
 use rayon::prelude::*;
@@ -22,11 +22,11 @@ use serde::{Deserialize, Serialize};
 
 pub struct Bvm;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "bvm",
     paper_name: "FFT-BVM",
     family: "boundary value",
-    kind: Kind::Solver,
+    kind: MethodKind::Solver,
     needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
@@ -45,15 +45,15 @@ const RETREATS: usize = 8;
 const SAFE_STEPS: usize = 4;
 
 impl ContactMethod for Bvm {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         // Gap, residual and direction in working precision; the previous gap with adhesion; heights if they are
         // converted or synthesised; one half spectrum.
         let fields = 3
-            + u64::from(problem.adhesion != Adhesion::None || problem.wall != Wall::Hard)
+            + u64::from(problem.adhesion != AttractionLaw::None || problem.wall != Wall::Hard)
             + u64::from(problem.precision == super::Precision::F32 || matches!(problem.heights, Heights::Series(_)));
         let spectrum = match problem.precision {
             super::Precision::F32 => Transform::<f32>::spectrum_bytes(problem.grid),
@@ -61,7 +61,7 @@ impl ContactMethod for Bvm {
         };
         // Measured: 101 to 257 iterations for 512² to 2048² at p* = 0.01.
         let iterations = (6.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize + 50;
-        Plan {
+        SolvePlan {
             bytes: fields * problem.grid.points() as u64 * problem.precision.bytes()
                 + spectrum
                 + PlasticFlow::<f64>::bytes(problem)
@@ -72,16 +72,16 @@ impl ContactMethod for Bvm {
         }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
+        Ok(StartedMethod::Solver(dispatch(problem, BvmStart(problem, observer))))
     }
 }
 
-struct Start<'p>(&'p Problem<'p>, &'p dyn Observer);
+struct BvmStart<'p>(&'p ReducedProblem<'p>, &'p dyn Observer);
 
-impl<'p> Build<'p> for Start<'p> {
-    type Built = Box<dyn Run + 'p>;
+impl<'p> Build<'p> for BvmStart<'p> {
+    type Built = Box<dyn SolverRun + 'p>;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
         let operator = Operator::<T, K, L>::new(self.0, kernel, law);
@@ -89,11 +89,11 @@ impl<'p> Build<'p> for Start<'p> {
         let residual = vec![T::default(); gap.len()];
         let direction = vec![T::default(); gap.len()];
         let (flow, previous) = (PlasticFlow::default(), Vec::new());
-        Box::new(Solver { operator, observer: self.1, gap, previous, residual, direction, flow, paused: None })
+        Box::new(BvmRun { operator, observer: self.1, gap, previous, residual, direction, flow, paused: None })
     }
 }
 
-struct Solver<'p, T: Real, K, L> {
+struct BvmRun<'p, T: Real, K, L> {
     operator: Operator<'p, T, K, L>,
     observer: &'p dyn Observer,
     gap: Vec<T>,
@@ -105,12 +105,12 @@ struct Solver<'p, T: Real, K, L> {
     /// Flow of the finished loads, contained in the heights.
     flow: PlasticFlow<T>,
     /// Set by a snapshot.
-    paused: Option<Pause>,
+    paused: Option<BvmSnapshot>,
 }
 
 /// State of the search in addition to gap and direction, at the beginning of an iteration.
 #[derive(Clone, Serialize, Deserialize)]
-struct Pause {
+struct BvmSnapshot {
     iterations: usize,
     /// Weight of the last direction in the next one.
     beta: f64,
@@ -120,7 +120,7 @@ struct Pause {
 }
 
 /// Result of a step.
-struct Step {
+struct StepResult {
     residuals: Residuals,
     /// `⟨r r⟩`, and `⟨r r_old⟩` with the residual before the last evaluation.
     rr: f64,
@@ -130,7 +130,7 @@ struct Step {
     exhausted: bool,
 }
 
-impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
+impl<T: Real, K: Kernel, L: Law> BvmRun<'_, T, K, L> {
     /// Moves the gap by `step` along the direction, projects it, and evaluates the residuals. Returns also `⟨r r⟩` and
     /// `⟨r r_old⟩`.
     fn advance(&mut self, step: f64) -> (Residuals, f64, f64) {
@@ -202,7 +202,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 
     /// A step along the direction. With adhesion, whose energy is not convex, a step that raises the energy above
     /// `highest` may have left the valley, so it is undone and shortened.
-    fn advance_downhill(&mut self, step: f64, highest: f64) -> Step {
+    fn advance_downhill(&mut self, step: f64, highest: f64) -> StepResult {
         if L::ACTIVE {
             self.previous.resize(self.gap.len(), T::zero());
             self.previous.copy_from_slice(&self.gap);
@@ -223,11 +223,11 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 exhausted = shorter == 0.0;
             }
         }
-        Step { residuals, rr, rr_old, retreated, exhausted }
+        StepResult { residuals, rr, rr_old, retreated, exhausted }
     }
 }
 
-impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+impl<T: Real, K: Kernel, L: Law> SolverRun for BvmRun<'_, T, K, L> {
     fn set_plastic_displacement(&mut self, displacement: &[f64]) {
         self.flow.set(displacement);
         self.operator.displace(&self.flow);
@@ -248,7 +248,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         Ok(())
     }
 
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let pairs_before = self.operator.pairs;
         // A load that is refused must not lose the flow.
         self.operator.control(load, self.observer, CARD.id)?;
@@ -266,8 +266,12 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             if let Some(ending) = control.ended(&residuals) {
                 break ending;
             }
-            let pause =
-                |c: &IterationControl| Pause { iterations: c.iterations, beta, safe, progress: c.monitor_before() };
+            let pause = |c: &IterationControl| BvmSnapshot {
+                iterations: c.iterations,
+                beta,
+                safe,
+                progress: c.monitor_before(),
+            };
             if control.checkpoint_or_interrupt(&residuals, (&self.gap, &self.direction), pause) {
                 break Ending::Stopped(Stop::Interrupted);
             }
@@ -285,12 +289,12 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             } else {
                 usize::saturating_sub(safe, 1)
             };
-            let before = control.relative(&residuals);
+            let previous = control.relative(&residuals);
             residuals = next.residuals;
             control.iterations += 1;
             if next.exhausted && was_safe {
                 // Not even a gradient step of safe length lowers the energy.
-                let rounded = before <= 10.0 * control.floor;
+                let rounded = previous <= 10.0 * control.floor;
                 break Ending::Stopped(if rounded { Stop::RoundingFloor } else { Stop::NoDescent });
             }
         };
@@ -299,7 +303,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let outcome = control.finish(ending, residuals, pairs);
         let plasticity = self.operator.yielded(&mut flow, (&mut self.gap, ending == Ending::Met), &mut residuals);
         self.flow = flow;
-        let outcome = Outcome { residuals, ..outcome };
-        Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(&self.gap, &self.residual) })
+        let outcome = LoadSolution { residuals, ..outcome };
+        Ok(Equilibrium { plastic: self.flow.lend(), plasticity, ..outcome.state(&self.gap, &self.residual) })
     }
 }

@@ -19,7 +19,7 @@ pub enum Support {
 /// Whether a method solves for the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum MethodKind {
     /// Solves for fields in equilibrium and reports the residual.
     Solver,
     /// Estimates contact quantities without fields in equilibrium.
@@ -82,12 +82,12 @@ impl std::fmt::Display for Criterion {
 
 /// Properties of a method, read by tables, error messages and the tests over the registry.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Card {
+pub struct MethodCard {
     pub id: &'static str,
     /// Name of the approach in the challenge paper.
     pub paper_name: &'static str,
     pub family: &'static str,
-    pub kind: Kind,
+    pub kind: MethodKind,
     pub needs: Needs,
     /// With default settings; [`ContactMethod::criterion`](super::ContactMethod::criterion) for others.
     pub criterion: Criterion,
@@ -149,7 +149,7 @@ impl Capabilities {
 /// Measured relative error from which on results of a method carry a warning.
 const NOTABLE: f64 = 0.2;
 
-impl Card {
+impl MethodCard {
     /// One sentence on the quantities whose measured error is notable; `None` without any.
     pub fn warning(&self) -> Option<String> {
         let measured = self.measured_errors?;

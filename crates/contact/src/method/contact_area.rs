@@ -1,7 +1,7 @@
 //! The contact area of a state: counted nodes without the excess along the edges of this problem.
 
-use super::problem::{Problem, State};
-use crate::interface::{Adhesion, Elastic, Kernel, Law, Wall};
+use super::problem::{Equilibrium, ReducedProblem};
+use crate::interface::{AttractionLaw, Elastic, Kernel, Law, Wall};
 use crate::observe::{ContactArea, ContactEdges, ELASTIC_EDGE, contact_area_on_ranks};
 use asperity_grid::Field;
 use asperity_grid::sys::ranks::Ranks;
@@ -24,9 +24,9 @@ const FLOWS: f64 = 0.999;
 /// Nodes that flow, by index.
 type Flows<'a> = &'a (dyn Fn(usize) -> bool + Sync);
 
-impl Problem<'_> {
+impl ReducedProblem<'_> {
     /// Contact area of a state; a node of contact has a gap of at most `threshold`.
-    pub fn contact_area(&self, state: &State, threshold: f64) -> ContactArea {
+    pub fn contact_area(&self, state: &Equilibrium, threshold: f64) -> ContactArea {
         let flows = self.hardness.map(|h| move |i: usize| state.stress.at(i) >= FLOWS * h.at(i));
         let flows = flows.as_ref().map(|flows| flows as Flows);
         self.contact_area_of((state.ranks, state.gap), state.pressure, (threshold, flows))
@@ -52,10 +52,10 @@ impl Problem<'_> {
     ) -> ContactArea {
         let counted = contact_area_on_ranks(ranks, self.grid, gap, ContactEdges { threshold, ..ContactEdges::COUNTED });
         let edges = ContactEdges { flows, ..self.edges(threshold, pressure / counted.contact_nodes) };
-        let found = contact_area_on_ranks(ranks, self.grid, gap, edges);
+        let area = contact_area_on_ranks(ranks, self.grid, gap, edges);
         // Nothing carries more than the hardness.
-        let least = self.hardness.filter(|h| h.map().is_none()).map_or(0.0, |h| pressure / h.mean());
-        ContactArea { contact_area: found.contact_area.clamp(least.min(found.contact_nodes), 1.0), ..found }
+        let smallest = self.hardness.filter(|h| h.map().is_none()).map_or(0.0, |h| pressure / h.mean());
+        ContactArea { contact_area: area.contact_area.clamp(smallest.min(area.contact_nodes), 1.0), ..area }
     }
 
     /// The edges of a contact under a mean stress (E*) in it. A threshold above zero is a contour of the open gap, and unbiased.
@@ -65,7 +65,7 @@ impl Problem<'_> {
         }
         let spacing = self.grid.dx().max(self.grid.dy());
         // Flow bounds the stress, so that smooth slopes would count as steps.
-        let steps = contact_stress > 0.0 && self.adhesion == Adhesion::None && self.hardness.is_none();
+        let steps = contact_stress > 0.0 && self.adhesion == AttractionLaw::None && self.hardness.is_none();
         let step = if steps { STEP * contact_stress * spacing } else { f64::INFINITY };
         // Attraction closes nodes along the edge where the grid hardly resolves its range. Solved contacts: 1.9, 1.3, 1.15, 1.07 and
         // 1.02 at 1, 1.4, 2, 2.8 and 4 to 14. Below 1 the grid pins the edge, and no factor is known.
@@ -93,8 +93,8 @@ impl Problem<'_> {
             },
         };
         let spacing = (self.grid.dx() * self.grid.dy()).sqrt();
-        let of = |q: f64| (self.kernel.stiffness(q, 0.0).recip() + compliance).ln();
-        let slope = |q: f64| (of(q * (1.0 - DIFFERENCE)) - of(q * (1.0 + DIFFERENCE))) / (2.0 * DIFFERENCE);
+        let value_of = |q: f64| (self.kernel.stiffness(q, 0.0).recip() + compliance).ln();
+        let slope = |q: f64| (value_of(q * (1.0 - DIFFERENCE)) - value_of(q * (1.0 + DIFFERENCE))) / (2.0 * DIFFERENCE);
         let first = FIRST_MISSING_WAVE * PI / spacing;
         (0..SAMPLES).map(|k| slope(first * f64::from(SAMPLES) / (f64::from(k) + 0.5))).sum::<f64>() / f64::from(SAMPLES)
     }

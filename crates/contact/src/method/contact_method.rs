@@ -1,15 +1,15 @@
-use super::card::{Card, Criterion};
-use super::estimate::Started;
-use super::problem::{Observer, Plan, Problem};
+use super::card::{Criterion, MethodCard};
+use super::estimate::StartedMethod;
+use super::problem::{Observer, ReducedProblem, SolvePlan};
 use super::require;
 use super::settings::Settings;
-use crate::interface::Adhesion;
+use crate::interface::AttractionLaw;
 use asperity_grid::Result;
 
 /// A method for the contact problem.
 pub trait ContactMethod: Sync {
     /// Properties of the method: inputs, contact criterion, supported quantities, sources.
-    fn card(&self) -> &'static Card;
+    fn card(&self) -> &'static MethodCard;
 
     /// Contact criterion with these settings; that of the card unless a setting changes it.
     fn criterion(&self, _settings: &Settings) -> Criterion {
@@ -22,18 +22,18 @@ pub trait ContactMethod: Sync {
     }
 
     /// Adhesion law that the method uses; that of the problem unless the method adapts it to the grid.
-    fn adhesion(&self, problem: &Problem) -> Adhesion {
+    fn adhesion(&self, problem: &ReducedProblem) -> AttractionLaw {
         problem.adhesion
     }
 
     /// Memory and iterations expected, computed before anything is allocated.
-    fn plan(&self, problem: &Problem) -> Plan;
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan;
 
     /// Allocates the fields. The first load starts from first contact or, in `fast`, from coarser grids.
     ///
     /// # Errors
     /// `Input` for a problem that the method does not support.
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         require::hardness(problem, self.card())?;
         require::ranks(problem, self.card())?;
         self.prepare(problem, observer)
@@ -43,5 +43,5 @@ pub trait ContactMethod: Sync {
     ///
     /// # Errors
     /// As [`ContactMethod::start`].
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>>;
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>>;
 }

@@ -1,6 +1,6 @@
 use super::require::refused;
-use super::{Card, Problem};
-use crate::interface::{Adhesion, Elastic, Wall};
+use super::{MethodCard, ReducedProblem};
+use crate::interface::{AttractionLaw, Elastic, Wall};
 use asperity_grid::{Error, Result};
 use serde::Serialize;
 use std::sync::OnceLock;
@@ -34,7 +34,7 @@ impl Device {
     }
 
     /// The device on which a method solves a problem: the chosen one, where it is supported and the grid is large enough.
-    pub fn of(problem: &Problem, card: &Card) -> Self {
+    pub fn of(problem: &ReducedProblem, card: &MethodCard) -> Self {
         let large = problem.grid.points() >= SMALLEST;
         if large && Self::chosen() == Device::Cuda && on_gpu(problem, card).is_ok() {
             Device::Cuda
@@ -48,7 +48,7 @@ impl Device {
     ///
     /// # Errors
     /// `Input` that names what a GPU does not support.
-    pub fn check(problem: &Problem, card: &Card) -> Result<()> {
+    pub fn check(problem: &ReducedProblem, card: &MethodCard) -> Result<()> {
         match Self::chosen() {
             Device::Cpu => Ok(()),
             Device::Cuda => on_gpu(problem, card),
@@ -64,7 +64,7 @@ impl Device {
 
 /// # Errors
 /// `Input` for what has no kernels.
-fn on_gpu(problem: &Problem, card: &Card) -> Result<()> {
+fn on_gpu(problem: &ReducedProblem, card: &MethodCard) -> Result<()> {
     if !cfg!(feature = "cuda") {
         let accepted = "cpu: this program was built without the feature cuda (cargo build --release --features cuda)";
         return Err(Error::input("command line", "--device", "cuda", accepted));
@@ -74,7 +74,7 @@ fn on_gpu(problem: &Problem, card: &Card) -> Result<()> {
     }
     let (key, found, accepted) = match (problem.wall, problem.adhesion, problem.hardness) {
         (_, _, Some(hardness)) => ("hardness", format!("{:e} E*", hardness.mean()), "none"),
-        (Wall::Hard, Adhesion::None | Adhesion::Exponential(_), None) => match problem.kernel {
+        (Wall::Hard, AttractionLaw::None | AttractionLaw::Exponential(_), None) => match problem.kernel {
             Elastic::NonPeriodic(_) => ("body", problem.kernel.to_string(), "a periodic cell"),
             _ => return Ok(()),
         },
@@ -87,7 +87,7 @@ fn on_gpu(problem: &Problem, card: &Card) -> Result<()> {
 /// The GPU of this machine, or why there is none to be used.
 pub fn gpu() -> String {
     #[cfg(feature = "cuda")]
-    return asperity_grid::sys::gpu::card().unwrap_or_else(|why| format!("not usable: {why}"));
+    return asperity_grid::sys::gpu::card().unwrap_or_else(|reason| format!("not usable: {reason}"));
     #[cfg(not(feature = "cuda"))]
     return "not used: this program was built without the feature cuda".into();
 }

@@ -2,8 +2,8 @@
 //! the residuals evaluated on them decide.
 
 use super::residuals::{LOAD_BALANCE, LOAD_SHARE};
-use super::{Estimate, Estimator, Load, Problem, Started, State, Stop};
-use crate::interface::Hardness;
+use super::{Equilibrium, Estimator, Load, MethodEstimate, ReducedProblem, StartedMethod, Stop};
+use crate::interface::NodalHardness;
 use asperity_grid::Result;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::{CHUNK, Grid, Real, dot, sharing, sums_of_ranks, total, vectorised};
@@ -33,7 +33,7 @@ pub struct EquilibriumCheck<'m> {
     /// Stress by which residuals are divided, E*.
     pub scale: f64,
     /// Largest contact stress, E*; infinite without a hardness.
-    pub hardness: Hardness<'m>,
+    pub hardness: NodalHardness<'m>,
     pub grid: Grid,
     /// Whose rows the fields are.
     pub ranks: &'m Ranks,
@@ -78,7 +78,7 @@ impl FieldSums {
     }
 
     #[inline(always)]
-    fn of_row<T: Real>(gap: &[T], stress: &[T], hardness: Hardness) -> ([f64; 5], f64) {
+    fn of_row<T: Real>(gap: &[T], stress: &[T], hardness: NodalHardness) -> ([f64; 5], f64) {
         let (mut sums, mut lowest) = ([0.0; 5], [f64::INFINITY; CHUNK]);
         for (k, (gap, stress)) in gap.chunks(CHUNK).zip(stress.chunks(CHUNK)).enumerate() {
             let (n, hardness) = (gap.len(), hardness.chunk(k * CHUNK));
@@ -117,14 +117,14 @@ impl EquilibriumCheck<'_> {
 
     /// The stop reason of a state with these fields `[ny, nx]`: `Converged` if the solver's criteria are met and the
     /// state satisfies them. One pass over the fields.
-    pub fn decide<T: Real>(&self, ending: Ending, state: &State, gap: &[T], stress: &[T]) -> Stop {
+    pub fn decide<T: Real>(&self, ending: Ending, state: &Equilibrium, gap: &[T], stress: &[T]) -> Stop {
         match ending {
             Ending::Stopped(stop) => stop,
             Ending::Met => self.verdict(state, &FieldSums::of(gap, stress, self), self.grid.points() as f64),
         }
     }
 
-    fn verdict(&self, state: &State, sums: &FieldSums, points: f64) -> Stop {
+    fn verdict(&self, state: &Equilibrium, sums: &FieldSums, points: f64) -> Stop {
         let FieldSums { gap, gap_square, stress, residual_square, work, lowest_gap } = *sums;
         let numbers = [
             state.pressure,
@@ -161,11 +161,11 @@ impl EquilibriumCheck<'_> {
         let of_fields = if self.law { 0.0 } else { work / points / self.work_scale() };
         let complementarity = state.complementarity.max(of_fields);
         // Cauchy and Schwarz: an imbalance on open nodes times their gap.
-        let apart = (gap_square / points).sqrt() / self.rms_height.max(f64::MIN_POSITIVE);
+        let difference = (gap_square / points).sqrt() / self.rms_height.max(f64::MIN_POSITIVE);
         if self.hard && lowest_gap < 0.0 {
             return Stop::Rejected;
         }
-        if residual <= residual_limit && complementarity <= residual_limit * apart.max(1.0) {
+        if residual <= residual_limit && complementarity <= residual_limit * difference.max(1.0) {
             Stop::Converged
         } else if residual <= 10.0 * self.floor {
             Stop::RoundingFloor
@@ -187,16 +187,16 @@ impl EquilibriumCheck<'_> {
 }
 
 /// An estimator, whose estimates are judged.
-pub fn estimating<'p>(run: impl Estimator + 'p) -> Started<'p> {
-    Started::Estimator(Box::new(CheckedEstimator(run)))
+pub fn estimating<'p>(run: impl Estimator + 'p) -> StartedMethod<'p> {
+    StartedMethod::Estimator(Box::new(CheckedEstimator(run)))
 }
 
 struct CheckedEstimator<E>(E);
 
 impl<E: Estimator> Estimator for CheckedEstimator<E> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
-        let found = self.0.estimate(load)?;
-        Ok(Estimate { stop: of_estimate(&found), ..found })
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
+        let estimate = self.0.estimate(load)?;
+        Ok(MethodEstimate { stop: of_estimate(&estimate), ..estimate })
     }
 
     fn replay(&mut self, load: Load) -> Result<()> {
@@ -206,34 +206,39 @@ impl<E: Estimator> Estimator for CheckedEstimator<E> {
 
 /// The stop reason of an estimate: its numbers are finite, its contact fraction is one, and the method's own residual
 /// is within its tolerance.
-fn of_estimate(found: &Estimate) -> Stop {
-    if found.stop != Stop::Converged {
-        return found.stop;
+fn of_estimate(estimate: &MethodEstimate) -> Stop {
+    if estimate.stop != Stop::Converged {
+        return estimate.stop;
     }
-    let scalars = [found.pressure, found.contact_area, found.load_error, found.residual];
-    let lengths = [found.mean_gap, found.stiffness].into_iter().flatten();
-    let fields = [found.gap, found.stress].into_iter().flatten();
+    let scalars = [estimate.pressure, estimate.contact_area, estimate.load_error, estimate.residual];
+    let lengths = [estimate.mean_gap, estimate.stiffness].into_iter().flatten();
+    let fields = [estimate.gap, estimate.stress].into_iter().flatten();
     let finite = scalars.into_iter().chain(lengths).all(f64::is_finite)
         && fields.into_iter().all(|field| field.par_iter().all(|v| v.is_finite()));
     // That of a field solver within may be as far above the tolerance as the check allows.
-    let met = found.residual <= (SLACK + 1.0) * found.tolerance;
+    let met = estimate.residual <= (SLACK + 1.0) * estimate.tolerance;
     match () {
         () if !finite => Stop::Diverged,
-        () if !(0.0..=1.0).contains(&found.contact_area) || !met => Stop::Rejected,
+        () if !(0.0..=1.0).contains(&estimate.contact_area) || !met => Stop::Rejected,
         () => Stop::Converged,
     }
 }
 
 /// Conditions of a problem at a stress scale, for a method with a hard wall or without (`hard`).
-pub fn equilibrium_check<'m>(problem: &Problem<'m>, hard: bool, rms_height: f64, scale: f64) -> EquilibriumCheck<'m> {
+pub fn equilibrium_check<'m>(
+    problem: &ReducedProblem<'m>,
+    hard: bool,
+    rms_height: f64,
+    scale: f64,
+) -> EquilibriumCheck<'m> {
     EquilibriumCheck {
         hard,
-        law: !hard || problem.adhesion != crate::interface::Adhesion::None,
+        law: !hard || problem.adhesion != crate::interface::AttractionLaw::None,
         tolerance: problem.tolerance,
         floor: problem.rounding_floor(rms_height, scale),
         rms_height,
         scale,
-        hardness: problem.hardness.unwrap_or(Hardness::NONE),
+        hardness: problem.hardness.unwrap_or(NodalHardness::NONE),
         grid: problem.grid,
         ranks: sharing(problem.ranks, problem.grid),
     }
@@ -250,15 +255,15 @@ mod tests {
     const PRESSURE: f64 = 0.02;
 
     /// A state of `fast` on a wave, its fields changed by `damage`, and the verdict.
-    fn verdict(damage: impl Fn(&mut State, &mut Vec<f64>, &mut Vec<f64>)) -> Stop {
+    fn verdict(damage: impl Fn(&mut Equilibrium, &mut Vec<f64>, &mut Vec<f64>)) -> Stop {
         let grid = Grid::unit(32, 32);
         let wave = |i: usize| 0.02 * (TAU * (i % 32) as f64 / 32.0).cos() * (TAU * (i / 32) as f64 / 32.0).cos();
         let heights: Vec<f64> = (0..grid.points()).map(wave).collect();
-        let problem = Problem::new(grid, &heights);
+        let problem = ReducedProblem::new(grid, &heights);
         let mut run = Fast.start(&problem, &NoObserver).expect("starts").solver().unwrap();
         let state = run.equilibrate(Load::Pressure(PRESSURE)).expect("solved");
         let (mut gap, mut stress) = (state.gap.to_vec(), state.stress.to_vec());
-        let mut state = State { gap: Field::F64(&[]), stress: Field::F64(&[]), ..state };
+        let mut state = Equilibrium { gap: Field::F64(&[]), stress: Field::F64(&[]), ..state };
         damage(&mut state, &mut gap, &mut stress);
         let rms = problem.heights.rms();
         let check = equilibrium_check(&problem, true, rms, problem.stress_scale(rms, PRESSURE));
@@ -314,7 +319,7 @@ mod tests {
     /// A solver that stopped for another reason has not converged, however good its fields are.
     #[test]
     fn a_solver_that_stopped_has_not_converged() {
-        let problem = Problem::new(Grid::unit(1, 1), &[0.0][..]);
+        let problem = ReducedProblem::new(Grid::unit(1, 1), &[0.0][..]);
         let check = equilibrium_check(&problem, true, 0.0, 1.0);
         let mut run = Fast.start(&problem, &NoObserver).expect("starts").solver().unwrap();
         let state = run.equilibrate(Load::Pressure(1.0)).expect("solved");
@@ -327,17 +332,17 @@ mod tests {
     /// An estimate that is no number, no fraction, or beyond its own tolerance is not accepted.
     #[test]
     fn damaged_estimates_are_not_accepted() {
-        let good = Estimate { contact_area: 0.5, ..Estimate::at(0.1) };
+        let good = MethodEstimate { contact_area: 0.5, ..MethodEstimate::at(0.1) };
         assert_eq!(of_estimate(&good), Stop::Converged);
         let gap = [0.0, f64::NAN];
         for (bad, stop) in [
-            (Estimate { contact_area: f64::NAN, ..good.clone() }, Stop::Diverged),
-            (Estimate { mean_gap: Some(f64::INFINITY), ..good.clone() }, Stop::Diverged),
-            (Estimate { gap: Some(&gap), ..good.clone() }, Stop::Diverged),
-            (Estimate { contact_area: 1.5, ..good.clone() }, Stop::Rejected),
-            (Estimate { contact_area: -0.1, ..good.clone() }, Stop::Rejected),
-            (Estimate { residual: 1e-3, tolerance: 1e-4, ..good.clone() }, Stop::Rejected),
-            (Estimate { stop: Stop::IterationLimit, ..good.clone() }, Stop::IterationLimit),
+            (MethodEstimate { contact_area: f64::NAN, ..good.clone() }, Stop::Diverged),
+            (MethodEstimate { mean_gap: Some(f64::INFINITY), ..good.clone() }, Stop::Diverged),
+            (MethodEstimate { gap: Some(&gap), ..good.clone() }, Stop::Diverged),
+            (MethodEstimate { contact_area: 1.5, ..good.clone() }, Stop::Rejected),
+            (MethodEstimate { contact_area: -0.1, ..good.clone() }, Stop::Rejected),
+            (MethodEstimate { residual: 1e-3, tolerance: 1e-4, ..good.clone() }, Stop::Rejected),
+            (MethodEstimate { stop: Stop::IterationLimit, ..good.clone() }, Stop::IterationLimit),
         ] {
             assert_eq!(of_estimate(&bad), stop, "{bad:?}");
         }

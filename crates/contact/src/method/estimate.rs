@@ -1,4 +1,4 @@
-use super::{Load, Run, State, Stop};
+use super::{Equilibrium, Load, SolverRun, Stop};
 use crate::observe::{Distribution, StressDistribution};
 use crate::quantity::Quantity;
 use asperity_grid::{Error, Result};
@@ -6,7 +6,7 @@ use asperity_grid::{Error, Result};
 /// Result at one load of a method that does not solve for the fields: the quantities that its card declares, and no
 /// others. Lengths in L, stresses in E*, areas in L²; maps `[ny, nx]` on the grid of the problem.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Estimate<'a> {
+pub struct MethodEstimate<'a> {
     pub load: Load,
     /// Mean pressure.
     pub pressure: f64,
@@ -39,10 +39,10 @@ pub struct Estimate<'a> {
     pub seconds: f64,
 }
 
-impl Estimate<'_> {
+impl MethodEstimate<'_> {
     /// An estimate with a pressure and nothing else.
     pub fn at(pressure: f64) -> Self {
-        Estimate {
+        MethodEstimate {
             load: Load::Pressure(pressure),
             pressure,
             contact_area: 0.0,
@@ -66,8 +66,8 @@ impl Estimate<'_> {
     }
 
     /// An estimate with the mean gap, convergence and transforms of a solver's state under a pressure, on which the method is based.
-    pub fn solved(pressure: f64, state: &State, tolerance: f64) -> Self {
-        Estimate {
+    pub fn solved(pressure: f64, state: &Equilibrium, tolerance: f64) -> Self {
+        MethodEstimate {
             mean_gap: Some(state.mean_gap),
             load_error: state.load_error,
             residual: state.residual,
@@ -75,7 +75,7 @@ impl Estimate<'_> {
             stop: state.stop,
             iterations: state.iterations,
             fft_pairs: state.fft_pairs,
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         }
     }
 }
@@ -84,7 +84,7 @@ impl Estimate<'_> {
 pub trait Estimator {
     /// # Errors
     /// `Input` for a load that the method cannot impose.
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>>;
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>>;
 
     /// Restores the state after a load whose estimate is already stored, so that the next estimate is bit-identical
     /// to that of an uninterrupted path. Nothing to do for a method without hysteresis.
@@ -97,20 +97,20 @@ pub trait Estimator {
 }
 
 /// A started method of the kind on its card.
-pub enum Started<'p> {
-    Solver(Box<dyn Run + 'p>),
+pub enum StartedMethod<'p> {
+    Solver(Box<dyn SolverRun + 'p>),
     Estimator(Box<dyn Estimator + 'p>),
 }
 
-impl<'p> Started<'p> {
+impl<'p> StartedMethod<'p> {
     /// The field solver.
     ///
     /// # Errors
     /// `Input` for a method that only estimates.
-    pub fn solver(self) -> Result<Box<dyn Run + 'p>> {
+    pub fn solver(self) -> Result<Box<dyn SolverRun + 'p>> {
         match self {
-            Started::Solver(run) => Ok(run),
-            Started::Estimator(_) => Err(Error::input("method", "kind", "an estimator", "a field solver")),
+            StartedMethod::Solver(run) => Ok(run),
+            StartedMethod::Estimator(_) => Err(Error::input("method", "kind", "an estimator", "a field solver")),
         }
     }
 
@@ -120,8 +120,8 @@ impl<'p> Started<'p> {
     /// `Input` for a field solver.
     pub fn estimator(self) -> Result<Box<dyn Estimator + 'p>> {
         match self {
-            Started::Estimator(run) => Ok(run),
-            Started::Solver(_) => Err(Error::input("method", "kind", "a field solver", "an estimator")),
+            StartedMethod::Estimator(run) => Ok(run),
+            StartedMethod::Solver(_) => Err(Error::input("method", "kind", "a field solver", "an estimator")),
         }
     }
 }

@@ -3,7 +3,7 @@
 //! `gfmd`.
 
 use super::residuals::Residuals;
-use super::{Precision, Problem, require};
+use super::{Precision, ReducedProblem, require};
 use asperity_grid::Result;
 use asperity_grid::{Grid, HalfSpectrum, Transform, dot, mean, sum_rows};
 use rayon::prelude::*;
@@ -36,12 +36,12 @@ impl Convolution {
     }
 
     /// Symbol with the values `of(qx, qy)`.
-    pub fn symbol(&self, of: impl Fn(f64, f64) -> f64 + Sync) -> Symbol {
+    pub fn symbol(&self, value: impl Fn(f64, f64) -> f64 + Sync) -> Symbol {
         let grid = self.transform.grid();
         let per_point = 1.0 / grid.points() as f64;
         let mut values = vec![0.0; grid.half() * grid.ny];
         values.par_chunks_mut(grid.ny).enumerate().for_each(|(i, column)| {
-            column.iter_mut().enumerate().for_each(|(j, v)| *v = per_point * of(grid.qx(i), grid.qy(j)));
+            column.iter_mut().enumerate().for_each(|(j, v)| *v = per_point * value(grid.qx(i), grid.qy(j)));
         });
         Symbol(values)
     }
@@ -66,13 +66,13 @@ impl Symbol {
     }
 
     /// Sets the stored values to `of` those of another symbol of the same grid, both including `1/N`.
-    pub fn set(&mut self, from: &Symbol, of: impl Fn(f64) -> f64) {
-        self.0.iter_mut().zip(&from.0).for_each(|(to, &v)| *to = of(v));
+    pub fn set(&mut self, from: &Symbol, value: impl Fn(f64) -> f64) {
+        self.0.iter_mut().zip(&from.0).for_each(|(to, &v)| *to = value(v));
     }
 
     /// A symbol with the values `of` the stored ones, both including `1/N`.
-    pub fn map(&self, of: impl Fn(f64) -> f64) -> Symbol {
-        Symbol(self.0.iter().map(|&v| of(v)).collect())
+    pub fn map(&self, value: impl Fn(f64) -> f64) -> Symbol {
+        Symbol(self.0.iter().map(|&v| value(v)).collect())
     }
 }
 
@@ -85,25 +85,25 @@ pub fn inner(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// `to += factor · what`.
-pub fn add(to: &mut [f64], factor: f64, what: &[f64]) {
+pub fn add(to: &mut [f64], factor: f64, damage: &[f64]) {
     to.par_chunks_mut(BLOCK)
-        .zip(what.par_chunks(BLOCK))
-        .for_each(|(to, what)| to.iter_mut().zip(what).for_each(|(t, w)| *t += factor * w));
+        .zip(damage.par_chunks(BLOCK))
+        .for_each(|(to, damage)| to.iter_mut().zip(damage).for_each(|(t, w)| *t += factor * w));
 }
 
 /// Sets every element of `to` to `of(index, value)`.
-pub fn each(to: &mut [f64], of: impl Fn(usize, f64) -> f64 + Sync) {
+pub fn each(to: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
     to.par_chunks_mut(BLOCK).enumerate().for_each(|(k, to)| {
-        to.iter_mut().enumerate().for_each(|(i, t)| *t = of(k * BLOCK + i, *t));
+        to.iter_mut().enumerate().for_each(|(i, t)| *t = value(k * BLOCK + i, *t));
     });
 }
 
 /// `K` means over the grid of the values `of(index)`.
-pub fn means<const K: usize>(n: usize, of: impl Fn(usize) -> [f64; K] + Sync + Send) -> [f64; K] {
+pub fn means<const K: usize>(n: usize, value: impl Fn(usize) -> [f64; K] + Sync + Send) -> [f64; K] {
     let sums = sum_rows(n.div_ceil(BLOCK), |k| {
         let mut sums = [0.0; K];
         for i in k * BLOCK..n.min((k + 1) * BLOCK) {
-            sums.iter_mut().zip(of(i)).for_each(|(s, v)| *s += v);
+            sums.iter_mut().zip(value(i)).for_each(|(s, v)| *s += v);
         }
         sums
     });
@@ -114,7 +114,7 @@ pub fn means<const K: usize>(n: usize, of: impl Fn(usize) -> [f64; K] + Sync + S
 ///
 /// # Errors
 /// `Input` for another precision, a non-periodic body, or an energy target.
-pub fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
+pub fn heights(problem: &ReducedProblem, id: &str) -> Result<Vec<f64>> {
     problem.expect_periodic(id)?;
     if problem.precision != Precision::F64 {
         return Err(require::refused(id, "precision", "f32", "f64"));
@@ -163,13 +163,13 @@ mod tests {
         let field: Vec<f64> = (0..grid.points()).map(wave).collect();
         let mut convolution = Convolution::new(grid);
         let symbol = convolution.symbol(|qx, qy| 0.5 * qx.hypot(qy));
-        let mut found = vec![0.0; field.len()];
-        convolution.apply(&symbol, &field, &mut found);
+        let mut actual = vec![0.0; field.len()];
+        convolution.apply(&symbol, &field, &mut actual);
         let k = 0.5 * (6.0 * PI).hypot(8.0 * PI);
-        for (f, v) in found.iter().zip(&field) {
+        for (f, v) in actual.iter().zip(&field) {
             assert!((f - k * (v - 0.25)).abs() < 1e-12, "{f} {v}");
         }
-        assert!((inner(&found, &field) - 0.5 * k).abs() < 1e-12);
+        assert!((inner(&actual, &field) - 0.5 * k).abs() < 1e-12);
         let [m, s] = means(field.len(), |i| [field[i], field[i] * field[i]]);
         assert!((m - 0.25).abs() < 1e-14 && (s - inner(&field, &field)).abs() < 1e-14);
     }

@@ -8,14 +8,14 @@
 //! masses (1-D Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
 use super::equilibrium_check::Ending;
-use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
+use super::iteration::{ConvergenceMonitor, IterationControl, LoadSolution};
 use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, RowLaw, kkt_row};
 use super::sweep::{sweep, sweep_sums};
 use super::{
-    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot,
-    Started, State, Stop,
+    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, ReducedProblem,
+    SolvePlan, SolverRun, SolverSnapshot, StartedMethod, Stop,
 };
 use crate::interface::{Kernel, Law};
 use asperity_grid::Result;
@@ -25,11 +25,11 @@ use serde::{Deserialize, Serialize};
 
 pub struct Gfmd;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "gfmd",
     paper_name: "GFMD",
     family: "boundary value",
-    kind: Kind::Solver,
+    kind: MethodKind::Solver,
     needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
@@ -53,17 +53,17 @@ const STEP_SQUARED_SOFT: f64 = 0.4;
 const DAMPING: f64 = 0.7;
 
 impl ContactMethod for Gfmd {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         // Heights, gap and velocity in working precision, and one half spectrum.
         let spectrum = match problem.precision {
             super::Precision::F32 => Transform::<f32>::spectrum_bytes(problem.grid),
             super::Precision::F64 => Transform::<f64>::spectrum_bytes(problem.grid),
         };
-        Plan {
+        SolvePlan {
             bytes: 3 * problem.grid.points() as u64 * problem.precision.bytes()
                 + spectrum
                 + PlasticFlow::<f64>::bytes(problem)
@@ -75,27 +75,27 @@ impl ContactMethod for Gfmd {
         }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
+        Ok(StartedMethod::Solver(dispatch(problem, GfmdStart(problem, observer))))
     }
 }
 
-struct Start<'p>(&'p Problem<'p>, &'p dyn Observer);
+struct GfmdStart<'p>(&'p ReducedProblem<'p>, &'p dyn Observer);
 
-impl<'p> Build<'p> for Start<'p> {
-    type Built = Box<dyn Run + 'p>;
+impl<'p> Build<'p> for GfmdStart<'p> {
+    type Built = Box<dyn SolverRun + 'p>;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
         let operator = Operator::<T, K, L>::new(self.0, kernel, law);
         let gap = operator.first_touch();
         let velocity = vec![T::default(); gap.len()];
         let flow = PlasticFlow::default();
-        Box::new(Solver { operator, observer: self.1, gap, velocity, flow, paused: None })
+        Box::new(GfmdRun { operator, observer: self.1, gap, velocity, flow, paused: None })
     }
 }
 
-struct Solver<'p, T: Real, K, L> {
+struct GfmdRun<'p, T: Real, K, L> {
     operator: Operator<'p, T, K, L>,
     observer: &'p dyn Observer,
     gap: Vec<T>,
@@ -104,12 +104,12 @@ struct Solver<'p, T: Real, K, L> {
     /// Flow of the finished loads, contained in the heights.
     flow: PlasticFlow<T>,
     /// Set by a snapshot.
-    paused: Option<Pause>,
+    paused: Option<GfmdSnapshot>,
 }
 
 /// State of the dynamics in addition to gap and velocity.
 #[derive(Clone, Serialize, Deserialize)]
-struct Pause {
+struct GfmdSnapshot {
     iterations: usize,
     progress: ConvergenceMonitor,
 }
@@ -128,7 +128,7 @@ fn stepped<L: Law, T: Real>(hardness: f64, g: T, inertia: T, step: T, t: T) -> T
     if next > T::zero() { next } else { (next + step * hardness).min(T::zero()) + T::zero() }
 }
 
-impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
+impl<T: Real, K: Kernel, L: Law> GfmdRun<'_, T, K, L> {
     /// Sets the velocity to zero and starts the transform pair of the next step.
     fn rest(&mut self) {
         self.velocity.fill(T::zero());
@@ -181,7 +181,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     }
 }
 
-impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+impl<T: Real, K: Kernel, L: Law> SolverRun for GfmdRun<'_, T, K, L> {
     fn set_plastic_displacement(&mut self, displacement: &[f64]) {
         self.flow.set(displacement);
         self.operator.displace(&self.flow);
@@ -202,7 +202,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         Ok(())
     }
 
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let pairs_before = self.operator.pairs;
         // A load that is refused must not lose the flow.
         self.operator.control(load, self.observer, CARD.id)?;
@@ -216,7 +216,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let slowest = wave.min(approach);
         match self.paused.take() {
             None => self.rest(),
-            Some(Pause { iterations, progress }) => {
+            Some(GfmdSnapshot { iterations, progress }) => {
                 control.resume(iterations, progress);
                 self.transform_displacement();
             }
@@ -239,7 +239,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             if let Some(ending) = control.failed(&residuals) {
                 break (ending, residuals);
             }
-            let pause = |c: &IterationControl| Pause { iterations: c.iterations + 1, progress: c.monitor.clone() };
+            let pause =
+                |c: &IterationControl| GfmdSnapshot { iterations: c.iterations + 1, progress: c.monitor.clone() };
             if control.checkpoint_or_interrupt(&residuals, (&self.gap, &self.velocity), pause) {
                 break (Ending::Stopped(Stop::Interrupted), residuals);
             }
@@ -254,7 +255,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let outcome = control.finish(ending, residuals, pairs);
         let plasticity = self.operator.yielded(&mut flow, (&mut self.gap, ending == Ending::Met), &mut residuals);
         self.flow = flow;
-        let outcome = Outcome { residuals, ..outcome };
-        Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(&self.gap, &self.velocity) })
+        let outcome = LoadSolution { residuals, ..outcome };
+        Ok(Equilibrium { plastic: self.flow.lend(), plasticity, ..outcome.state(&self.gap, &self.velocity) })
     }
 }

@@ -3,14 +3,14 @@
 
 use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
 use super::residuals::Residuals;
-use super::{ErrorEstimates, Iteration, Load, Observer, Problem, SnapshotRef, State, Stop};
+use super::{Equilibrium, ErrorEstimates, Iteration, Load, Observer, ReducedProblem, SnapshotRef, Stop};
 use asperity_grid::Real;
 use asperity_grid::sys::ranks::ALONE;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Result of a load, from which the [`State`] is made.
-pub struct Outcome<'p> {
+/// Result of a load, from which the [`Equilibrium`] is made.
+pub struct LoadSolution<'p> {
     pub load: Load,
     /// Mean pressure, E*.
     pub pressure: f64,
@@ -24,16 +24,16 @@ pub struct Outcome<'p> {
     pub error_estimates: ErrorEstimates,
 }
 
-impl<'p> Outcome<'p> {
+impl<'p> LoadSolution<'p> {
     /// State with gap and interfacial stress `[ny, nx]`, and the stop reason of the check.
-    pub fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a>
+    pub fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> Equilibrium<'a>
     where
         'p: 'a,
     {
-        let Outcome { load, pressure, check, residuals, .. } = self;
+        let LoadSolution { load, pressure, check, residuals, .. } = self;
         let EquilibriumCheck { scale, rms_height, .. } = check;
         let balance = residuals.imbalance.abs() / scale;
-        let mut state = State {
+        let mut state = Equilibrium {
             load,
             pressure,
             error_estimates: self.error_estimates,
@@ -85,7 +85,7 @@ pub struct LoadCase {
 
 /// Counts the iterations of a solve and decides when it stops.
 pub struct IterationControl<'o, 'p> {
-    problem: &'p Problem<'p>,
+    problem: &'p ReducedProblem<'p>,
     observer: &'o dyn Observer,
     case: LoadCase,
     /// Stress by which residuals are divided, E*.
@@ -103,7 +103,7 @@ pub struct IterationControl<'o, 'p> {
 }
 
 impl<'o, 'p> IterationControl<'o, 'p> {
-    pub fn new(problem: &'p Problem<'p>, observer: &'o dyn Observer, case: LoadCase) -> Self {
+    pub fn new(problem: &'p ReducedProblem<'p>, observer: &'o dyn Observer, case: LoadCase) -> Self {
         let monitor = ConvergenceMonitor::default();
         let floor = problem.rounding_floor(case.rms_height, case.pressure);
         IterationControl {
@@ -215,9 +215,9 @@ impl<'o, 'p> IterationControl<'o, 'p> {
     }
 
     /// Result after `pairs` transform pairs.
-    pub fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> Outcome<'p> {
+    pub fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> LoadSolution<'p> {
         let LoadCase { pressure, rms_height, hard, .. } = self.case;
-        Outcome {
+        LoadSolution {
             load: Load::Pressure(pressure),
             pressure,
             check: equilibrium_check(self.problem, hard, rms_height, self.scale),
@@ -268,13 +268,13 @@ impl ConvergenceMonitor {
     /// Records a state and compares it with that of a fifth of the iterations ago.
     pub fn error_estimates(&mut self, residuals: &Residuals) -> ErrorEstimates {
         self.history.push((residuals.contact, residuals.mean_gap));
-        let before = self.history[4 * (self.history.len() - 1) / 5];
+        let previous = self.history[4 * (self.history.len() - 1) / 5];
         let enough = self.history.len() >= Self::FEWEST;
         let drift = |now: f64, then: f64| enough.then(|| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE));
         ErrorEstimates {
             energy: None,
-            area: drift(residuals.contact, before.0),
-            mean_gap: drift(residuals.mean_gap, before.1),
+            area: drift(residuals.contact, previous.0),
+            mean_gap: drift(residuals.mean_gap, previous.1),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Contact solvers behind one trait.
 //!
-//! A method receives a [`Problem`] (grid, heights, kernel, interaction), never a scene. `fast`, `gfmd` and `bvm` are here; the modules
+//! A method receives a [`ReducedProblem`] (grid, heights, kernel, interaction), never a scene. `fast`, `gfmd` and `bvm` are here; the modules
 //! that are public serve authors of other methods, which `asperity-methods` registers. States are borrowed, not copied. For a quantity that a method does not support, its card
 //! states the reason.
 
@@ -26,20 +26,22 @@ mod snapshot;
 mod sweep;
 
 pub use bvm::Bvm;
-pub use card::{CHALLENGE_DISTANCE_ANGSTROM, Capabilities, Card, Criterion, Kind, Needs, Quantity, Support};
+pub use card::{
+    CHALLENGE_DISTANCE_ANGSTROM, Capabilities, Criterion, MethodCard, MethodKind, Needs, Quantity, Support,
+};
 pub use contact_method::ContactMethod;
 pub use device::{Device, gpu};
-pub use estimate::{Estimate, Estimator, Started};
+pub use estimate::{Estimator, MethodEstimate, StartedMethod};
 pub use fast::Fast;
 pub use fast::tangent::contact_stiffness;
 pub use gfmd::Gfmd;
 pub use problem::{
-    CoarseState, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Plan, Precision, Problem, Run, State, Stop,
-    Targets,
+    CoarseState, Equilibrium, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Precision, ReducedProblem,
+    SolvePlan, SolverRun, Stop, Targets,
 };
 pub use snapshot::{SnapshotRef, SolverSnapshot};
 
-pub use scale::{Scale, ScaledHeights, is_representable};
+pub use scale::{ProblemScale, ScaledHeights, is_representable};
 pub use settings::{
     BemBsplineSettings, BicgstabSettings, ExperimentSettings, FftIaSettings, IchaSettings, MsArchardSettings,
     PerssonForm, PerssonSettings, RlArchardSettings, Settings, SrgwSettings, WinklerSettings,

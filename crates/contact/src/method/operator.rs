@@ -13,11 +13,11 @@ use super::iteration::{IterationControl, LoadCase};
 use super::plastic::PlasticFlow;
 use super::residuals::{Residuals, RowLaw, kkt_row};
 use super::sweep::{sweep, sweep_sums};
-use super::{Heights, Load, Observer, Precision, Problem, require};
-use crate::interface::{Adhesion, HardWall, Hardness, Kernel, Law, WithAdhesion, Yielding, YieldingWall};
+use super::{Heights, Load, Observer, Precision, ReducedProblem, require};
+use crate::interface::{AttractionLaw, HardWall, Kernel, Law, NodalHardness, WithAdhesion, Yielding, YieldingWall};
 use crate::observe::Plasticity;
 use asperity_grid::Result;
-use asperity_grid::{Filter, Grid, HalfSpectrum, Real, Transform, block_sums, lowest, mean_of, rms};
+use asperity_grid::{Grid, HalfSpectrum, Real, SpectralFilter, Transform, block_sums, lowest, mean_of, rms};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::borrow::Cow;
@@ -28,7 +28,7 @@ pub(super) struct Stiffness<K> {
     pub kernel: K,
 }
 
-impl<T: Real, K: Kernel> Filter<T> for Stiffness<K> {
+impl<T: Real, K: Kernel> SpectralFilter<T> for Stiffness<K> {
     fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
         let per_point = 1.0 / self.grid.points() as f64;
         let qx = self.grid.qx(i);
@@ -45,7 +45,7 @@ impl<T: Real, K: Kernel> Filter<T> for Stiffness<K> {
 
 /// Energy and gradient for the solvers: heights in working precision, transform, kernel, law and the present pressure.
 pub(super) struct Operator<'p, T: Real, K, L> {
-    pub problem: &'p Problem<'p>,
+    pub problem: &'p ReducedProblem<'p>,
     pub transform: Transform<T>,
     /// Allocated when first used ([`Operator::allocate_spectrum`]).
     pub spectrum: HalfSpectrum<T>,
@@ -62,7 +62,7 @@ pub(super) struct Operator<'p, T: Real, K, L> {
 }
 
 impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
-    pub(super) fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {
+    pub(super) fn new(problem: &'p ReducedProblem<'p>, kernel: K, law: L) -> Self {
         let grid = problem.grid;
         let transform = Transform::new(grid);
         let (heights, offset) = match problem.heights {
@@ -239,25 +239,25 @@ pub(super) trait Build<'p> {
 }
 
 /// Selects the types: precision and law are type parameters of the inner loops, not branches in them.
-pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
+pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p ReducedProblem<'p>, builder: B) -> B::Built {
     match problem.precision {
         Precision::F32 => with_law::<f32, B>(problem, builder),
         Precision::F64 => with_law::<f64, B>(problem, builder),
     }
 }
 
-fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
+fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p ReducedProblem<'p>, builder: B) -> B::Built {
     let kernel = problem.kernel;
     // The most frequent laws have their own solver instances. The others share two instances, in which the law is
     // selected node by node and the hardness may be infinite, since every instance increases the build time.
     match (problem.wall.soft(), problem.adhesion, problem.hardness) {
-        (None, Adhesion::None, None) => builder.build::<T, _, _>(kernel, HardWall),
-        (None, Adhesion::None, Some(hardness)) => {
+        (None, AttractionLaw::None, None) => builder.build::<T, _, _>(kernel, HardWall),
+        (None, AttractionLaw::None, Some(hardness)) => {
             builder.build::<T, _, _>(kernel, Yielding { law: HardWall, hardness })
         }
-        (None, Adhesion::Exponential(law), None) => builder.build::<T, _, _>(kernel, law),
+        (None, AttractionLaw::Exponential(law), None) => builder.build::<T, _, _>(kernel, law),
         (None, law, hardness) => {
-            let hardness = hardness.unwrap_or(Hardness::NONE);
+            let hardness = hardness.unwrap_or(NodalHardness::NONE);
             builder.build::<T, _, _>(kernel, Yielding { law, hardness })
         }
         (Some(wall), adhesion, hardness) => {

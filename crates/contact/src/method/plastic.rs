@@ -2,7 +2,7 @@
 //! for good. The next load starts from the displaced surface, so that unloading is elastic and reloading follows it.
 
 use super::residuals::Residuals;
-use super::{CoarseState, Heights, Iteration, Observer, Problem, SnapshotRef};
+use super::{CoarseState, Heights, Iteration, Observer, ReducedProblem, SnapshotRef};
 use crate::interface::{HardnessMap, Law};
 use crate::observe::Plasticity;
 use asperity_grid::{Field, Real, mean};
@@ -22,7 +22,7 @@ impl<T: Real> PlasticFlow<T> {
     }
 
     /// Bytes of the displacement and of a map's restrictions; 0 without a hardness.
-    pub(super) fn bytes(problem: &Problem) -> u64 {
+    pub(super) fn bytes(problem: &ReducedProblem) -> u64 {
         let Some(hardness) = problem.hardness else { return 0 };
         let points = problem.grid.points();
         let restrictions = hardness.map().map_or(0, |_| HardnessMap::restriction_bytes(points));
@@ -30,7 +30,7 @@ impl<T: Real> PlasticFlow<T> {
     }
 
     /// Bytes of the displaced heights on nodes: in working precision, or in f64 while they are made from a series.
-    pub(super) fn nodes_bytes(problem: &Problem) -> u64 {
+    pub(super) fn nodes_bytes(problem: &ReducedProblem) -> u64 {
         let each = match (problem.hardness, problem.heights) {
             (None, _) => 0,
             (Some(_), Heights::Nodes(_)) => problem.precision.bytes(),

@@ -1,6 +1,6 @@
 use super::settings::Settings;
 use super::snapshot::{SnapshotRef, SolverSnapshot};
-use crate::interface::{Adhesion, Elastic, Hardness, Kernel, Wall};
+use crate::interface::{AttractionLaw, Elastic, Kernel, NodalHardness, Wall};
 use crate::load::Load;
 use crate::observe::Plasticity;
 use asperity_grid::sys::ranks::{ALONE, Ranks};
@@ -104,7 +104,7 @@ pub struct Targets {
 impl Targets {
     /// Whether all targets that are set are met.
     pub fn met(&self, error_estimates: &ErrorEstimates) -> bool {
-        let within = |goal: Option<f64>, found: Option<f64>| goal.is_none_or(|g| found.is_some_and(|f| f <= g));
+        let within = |goal: Option<f64>, estimate: Option<f64>| goal.is_none_or(|g| estimate.is_some_and(|f| f <= g));
         within(self.energy, error_estimates.energy)
             && within(self.area, error_estimates.area)
             && within(self.mean_gap, error_estimates.mean_gap)
@@ -121,17 +121,17 @@ pub struct ErrorEstimates {
 
 /// A rigid rough surface over an elastic body, in reduced units (L = E* = 1).
 #[derive(Debug, Clone)]
-pub struct Problem<'a> {
+pub struct ReducedProblem<'a> {
     pub grid: Grid,
     /// Low points come into contact first; any offset. Empty for methods that need no heights.
     pub heights: Heights<'a>,
     /// Power spectrum, for methods that need it instead of heights.
     pub power: Option<&'a PowerSpectrum>,
     pub kernel: Elastic,
-    pub adhesion: Adhesion,
+    pub adhesion: AttractionLaw,
     pub wall: Wall,
     /// Largest contact stress, units of E*: beyond it the body flows. `None` for an elastic body.
-    pub hardness: Option<Hardness<'a>>,
+    pub hardness: Option<NodalHardness<'a>>,
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure at which a state counts as converged.
     pub tolerance: f64,
@@ -152,15 +152,15 @@ const ROUNDING_STEPS: f64 = 10.0;
 /// ends after 2 s at 1.9e-7, after 12 s at 3.8e-7 and at its limit of iterations at 1.9e-6.
 const MOST_ROUNDING: f64 = 2e-7;
 
-impl<'a> Problem<'a> {
+impl<'a> ReducedProblem<'a> {
     /// Heights `[ny, nx]` (units of L) or a Fourier series on a half-space with a hard wall and without adhesion, in
     /// f64, to a residual of 1e-8 of the pressure.
     pub fn new(grid: Grid, heights: impl Into<Heights<'a>>) -> Self {
-        Problem {
+        ReducedProblem {
             grid,
             heights: heights.into(),
             kernel: Elastic::HalfSpace,
-            adhesion: Adhesion::None,
+            adhesion: AttractionLaw::None,
             wall: Wall::Hard,
             hardness: None,
             precision: Precision::F64,
@@ -176,7 +176,7 @@ impl<'a> Problem<'a> {
 
     /// The same for methods that need only the power spectrum of the surface.
     pub fn of_power(grid: Grid, power: &'a PowerSpectrum) -> Self {
-        Problem { power: Some(power), ..Problem::new(grid, &[][..]) }
+        ReducedProblem { power: Some(power), ..ReducedProblem::new(grid, &[][..]) }
     }
 
     /// Power spectrum of the surface, for a method that needs it.
@@ -195,7 +195,7 @@ impl<'a> Problem<'a> {
         self.power.map_or((0.5 * (nx as f64).hypot(ny as f64 * lx / ly)).ceil() as usize, |p| p.shells.len())
     }
 
-    /// Bytes that [`Problem::power_of_heights`] allocates: for nodal heights, a half spectrum and the series made
+    /// Bytes that [`ReducedProblem::power_of_heights`] allocates: for nodal heights, a half spectrum and the series made
     /// from it.
     pub fn power_bytes(&self) -> u64 {
         match self.heights {
@@ -212,10 +212,15 @@ impl<'a> Problem<'a> {
         match self.heights {
             Heights::Series(series) => Ok(PowerSpectrum::from_series(series, self.grid)),
             Heights::Nodes(nodes) => {
-                let (need, have) = (self.power_bytes(), asperity_grid::sys::available_memory_bytes());
-                if need > have {
+                let (required, available) = (self.power_bytes(), asperity_grid::sys::available_memory_bytes());
+                if required > available {
                     let advice = "a coarser grid needs less".into();
-                    return Err(Error::Memory { what: "the spectrum of the heights".into(), need, have, advice });
+                    return Err(Error::Memory {
+                        what: "the spectrum of the heights".into(),
+                        need: required,
+                        have: available,
+                        advice,
+                    });
                 }
                 Ok(PowerSpectrum::from_nodes(self.grid, nodes))
             }
@@ -280,8 +285,8 @@ impl<'a> Problem<'a> {
         const SMALL: f64 = 0.01;
         let pressure = pressure.abs();
         match self.adhesion {
-            Adhesion::None if pressure != 0.0 => pressure,
-            Adhesion::None => SMALL,
+            AttractionLaw::None if pressure != 0.0 => pressure,
+            AttractionLaw::None => SMALL,
             law => {
                 let attraction = (law.work_of_adhesion() / law.range()).min(SMALL);
                 let negligible = ROUNDING_STEPS * self.rounding(Precision::F64, rms_height) / self.tolerance;
@@ -308,7 +313,7 @@ impl<'a> Problem<'a> {
     /// Factor on the iterations for adhesion that the grid does not resolve: 4 to 10 on 512² with the challenge's
     /// adhesion.
     pub fn adhesion_effort(&self) -> usize {
-        if self.adhesion == Adhesion::None { 1 } else { 6 }
+        if self.adhesion == AttractionLaw::None { 1 } else { 6 }
     }
 
     /// Stiffness (E*/L) of the stiffest mode of the grid.
@@ -331,7 +336,7 @@ impl<'a> Problem<'a> {
     /// Lowest pressure (E*) above zero that presses a hard wall without adhesion with more stress than the rounding of
     /// the heights is worth. Below, a single node carries the load; zero if there is no such limit.
     pub fn least_pressure(&self) -> f64 {
-        if self.adhesion != Adhesion::None || self.wall != Wall::Hard {
+        if self.adhesion != AttractionLaw::None || self.wall != Wall::Hard {
             return 0.0;
         }
         self.rounding(Precision::F64, self.heights.rms()) / MOST_ROUNDING
@@ -340,7 +345,7 @@ impl<'a> Problem<'a> {
 
 /// Estimated cost of a solve.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Plan {
+pub struct SolvePlan {
     /// Bytes of fields and spectra, without the heights.
     pub bytes: u64,
     /// Expected iterations per load, an order of magnitude.
@@ -352,11 +357,16 @@ pub struct Plan {
     pub seconds: f64,
 }
 
-impl Plan {
+impl SolvePlan {
     /// Cost of an estimate without transforms; `bytes` and `seconds` per point of the grid.
-    pub fn per_point(problem: &Problem, bytes: u64, iterations: usize, seconds: f64) -> Self {
+    pub fn per_point(problem: &ReducedProblem, bytes: u64, iterations: usize, seconds: f64) -> Self {
         let points = problem.grid.points();
-        Plan { bytes: bytes * points as u64, iterations, pairs_per_iteration: 0.0, seconds: seconds * points as f64 }
+        SolvePlan {
+            bytes: bytes * points as u64,
+            iterations,
+            pairs_per_iteration: 0.0,
+            seconds: seconds * points as f64,
+        }
     }
 }
 
@@ -364,7 +374,7 @@ pub use crate::load::Stop;
 
 /// One equilibrium. The fields are borrowed from the solver: at 16384² a copy would take gigabytes.
 #[derive(Debug, Clone, Copy)]
-pub struct State<'a> {
+pub struct Equilibrium<'a> {
     pub load: Load,
     /// Mean pressure over E*, imposed or required by the mean gap.
     pub pressure: f64,
@@ -404,31 +414,31 @@ pub struct State<'a> {
     pub seconds: f64,
 }
 
-impl State<'_> {
+impl Equilibrium<'_> {
     /// The error of a method (its id) that did not reach equilibrium. `why`: the reason; `partial`: the file of the last gap, if stored.
     pub fn not_converged(
         &self,
         method: &'static str,
-        why: impl ToString,
+        reason: impl ToString,
         tolerance: f64,
         partial: Option<PathBuf>,
     ) -> Error {
-        let (mut why, State { iterations, residual, .. }) = (why.to_string(), *self);
+        let (mut reason, Equilibrium { iterations, residual, .. }) = (reason.to_string(), *self);
         if self.stop == Stop::RoundingFloor {
-            why.push_str("; accepted: a larger tolerance or load");
-            why.push_str(if let Field::F32(_) = self.gap { ", or double precision" } else { "" });
+            reason.push_str("; accepted: a larger tolerance or load");
+            reason.push_str(if let Field::F32(_) = self.gap { ", or double precision" } else { "" });
         }
-        Error::NotConverged { method, why, iterations, residual, tolerance, partial }
+        Error::NotConverged { method, why: reason, iterations, residual, tolerance, partial }
     }
 }
 
 /// Equilibria along a load path. With adhesion loading and unloading differ, so the order of the loads matters.
-pub trait Run {
+pub trait SolverRun {
     /// Equilibrium at the next load of the path.
     ///
     /// # Errors
     /// `Input` for a load that the method cannot impose.
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>>;
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>>;
 
     /// Continues from a snapshot of the same method and problem. The next load must be the one that was interrupted;
     /// its result is bit-identical to that of an uninterrupted solve.
@@ -472,13 +482,13 @@ impl Iteration {
 #[derive(Debug, Clone, Copy)]
 pub struct CoarseState<'a> {
     pub grid: Grid,
-    /// Whose rows the gap is, as in [`State`].
+    /// Whose rows the gap is, as in [`Equilibrium`].
     pub ranks: &'a Ranks,
     pub gap: Field<'a>,
     /// Mean pressure over E*.
     pub pressure: f64,
     pub mean_gap: f64,
-    /// As of a [`State`].
+    /// As of a [`Equilibrium`].
     pub stiffness: Option<f64>,
     pub energy: f64,
     /// Range of the adhesion on this grid, L.
@@ -505,7 +515,7 @@ pub trait Observer: Sync {
         false
     }
 
-    /// Receives a snapshot for [`Run::resume`]. Methods without snapshots restart an interrupted load.
+    /// Receives a snapshot for [`SolverRun::resume`]. Methods without snapshots restart an interrupted load.
     fn snapshot(&self, _snapshot: SnapshotRef) {}
 }
 

@@ -1,7 +1,7 @@
 //! Requirements of methods with a limited scope. Each is an error of one line.
 
-use super::{Card, Load, Problem};
-use crate::interface::{Adhesion, Elastic, Wall};
+use super::{Load, MethodCard, ReducedProblem};
+use crate::interface::{AttractionLaw, Elastic, Wall};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, lowest, mean};
 use asperity_surface::{PowerSpectrum, Summit, SummitCurvature, SummitFit};
@@ -21,7 +21,7 @@ fn refuse<T>(id: &str, key: &str, found: impl ToString, accepted: impl Into<Stri
 }
 
 /// A hard wall: gaps are never negative.
-pub fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
+pub fn hard_wall(problem: &ReducedProblem, id: &str) -> Result<()> {
     match problem.wall {
         Wall::Hard => Ok(()),
         wall => refuse(id, "wall", wall, "a hard wall"),
@@ -29,7 +29,7 @@ pub fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
 }
 
 /// One rank, except for the method that several can share.
-pub fn ranks(problem: &Problem, card: &Card) -> Result<()> {
+pub fn ranks(problem: &ReducedProblem, card: &MethodCard) -> Result<()> {
     match problem.ranks.count() {
         1 => Ok(()),
         _ if card.capabilities.ranks => Ok(()),
@@ -38,7 +38,7 @@ pub fn ranks(problem: &Problem, card: &Card) -> Result<()> {
 }
 
 /// A hardness that is positive, and only for methods that model plastic flow.
-pub fn hardness(problem: &Problem, card: &Card) -> Result<()> {
+pub fn hardness(problem: &ReducedProblem, card: &MethodCard) -> Result<()> {
     let Some(hardness) = problem.hardness else { return Ok(()) };
     let (value, Grid { nx, ny, .. }) = (hardness.mean(), problem.grid);
     let accepted = match hardness.map() {
@@ -70,7 +70,7 @@ pub fn below_hardness(load: Load, largest: f64, id: &str) -> Result<()> {
 }
 
 /// A periodic, isotropic half-space, to which the closed forms of single asperities apply.
-pub fn half_space(problem: &Problem, id: &str) -> Result<()> {
+pub fn half_space(problem: &ReducedProblem, id: &str) -> Result<()> {
     problem.expect_periodic(id)?;
     match problem.kernel {
         Elastic::HalfSpace => Ok(()),
@@ -79,15 +79,15 @@ pub fn half_space(problem: &Problem, id: &str) -> Result<()> {
 }
 
 /// No adhesion.
-pub fn no_adhesion(problem: &Problem, id: &str) -> Result<()> {
+pub fn no_adhesion(problem: &ReducedProblem, id: &str) -> Result<()> {
     match problem.adhesion {
-        Adhesion::None => Ok(()),
+        AttractionLaw::None => Ok(()),
         adhesion => refuse(id, "adhesion", adhesion, "none: this method models no adhesion"),
     }
 }
 
 /// No target for the energy above the minimum, which only `fast` estimates.
-pub fn no_energy_target(problem: &Problem, id: &str) -> Result<()> {
+pub fn no_energy_target(problem: &ReducedProblem, id: &str) -> Result<()> {
     match problem.targets.energy {
         None => Ok(()),
         Some(target) => {
@@ -114,7 +114,7 @@ pub fn positive(value: f64, id: &str, key: &str) -> Result<f64> {
 }
 
 /// Heights `[ny, nx]` on the nodes above the lowest one, L: an offset would cost digits.
-pub fn heights_above_lowest<'p>(problem: &Problem<'p>) -> Cow<'p, [f64]> {
+pub fn heights_above_lowest<'p>(problem: &ReducedProblem<'p>) -> Cow<'p, [f64]> {
     let nodes = match problem.heights {
         super::Heights::Nodes(nodes) => Cow::Borrowed(nodes),
         heights => Cow::Owned(heights.on_nodes(problem.grid).into_owned()),
@@ -155,23 +155,23 @@ pub fn summits(
     (fit, curvature): (SummitFit, SummitCurvature),
     id: &str,
 ) -> Result<Vec<Summit>> {
-    let mut found = asperity_surface::summits(grid, heights, fit, curvature);
-    if found.is_empty() {
+    let mut summits = asperity_surface::summits(grid, heights, fit, curvature);
+    if summits.is_empty() {
         return refuse(id, "surface", "no summit", "a rough surface");
     }
-    if let Some(flat) = found.iter().find(|s| !s.radius.is_finite()) {
+    if let Some(flat) = summits.iter().find(|s| !s.radius.is_finite()) {
         let place = format!("a flat summit (plateau) at x = {:.4} L, y = {:.4} L", flat.x, flat.y);
         return refuse(id, "surface", place, "rounded summits");
     }
-    found.sort_by(|a, b| a.height.total_cmp(&b.height));
-    Ok(found)
+    summits.sort_by(|a, b| a.height.total_cmp(&b.height));
+    Ok(summits)
 }
 
 /// Power spectrum of an isotropic surface, for a half-space with a hard wall.
 ///
 /// # Errors
 /// `Input`, in one line.
-pub fn isotropic_power<'a>(problem: &Problem<'a>, id: &str) -> Result<&'a PowerSpectrum> {
+pub fn isotropic_power<'a>(problem: &ReducedProblem<'a>, id: &str) -> Result<&'a PowerSpectrum> {
     half_space(problem, id)?;
     hard_wall(problem, id)?;
     let power = problem.expect_power(id)?;

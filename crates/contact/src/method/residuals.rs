@@ -5,7 +5,7 @@
 //! zero gap says from which side the node may leave it: `+0` opens, `-0` flows. `t` of nodes whose gap has a negative
 //! sign is the stress minus the hardness.
 
-use crate::interface::{Hardness, Law};
+use crate::interface::{Law, NodalHardness};
 use asperity_grid::{CHUNK, Real, dot, total, vectorised};
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +60,7 @@ pub const KKT: usize = 8;
 #[derive(Clone, Copy)]
 pub struct RowLaw<'l, L> {
     pub law: &'l L,
-    pub hardness: Hardness<'l>,
+    pub hardness: NodalHardness<'l>,
 }
 
 impl<'l, L: Law> RowLaw<'l, L> {
@@ -126,18 +126,18 @@ pub fn choose_sides<L: Law, T: Real, R: Real>(row: &RowLaw<L>, gap: &mut [T], t:
         return;
     }
     match row.hardness {
-        Hardness::Uniform(value) => choose(gap, t, |_| value),
+        NodalHardness::Uniform(value) => choose(gap, t, |_| value),
         map => choose(gap, t, |i| map.at(i)),
     }
 }
 
 /// Values of a law at the gaps of a chunk; zeros without evaluation where all gaps are beyond its cutoff.
 #[inline(always)]
-pub fn each<L: Law>(law: &L, gaps: &[f64; CHUNK], of: impl Fn(&L, f64) -> f64) -> [f64; CHUNK] {
+pub fn each<L: Law>(law: &L, gaps: &[f64; CHUNK], value: impl Fn(&L, f64) -> f64) -> [f64; CHUNK] {
     let mut values = [0.0; CHUNK];
     let end = law.cutoff();
     if L::ACTIVE && gaps.iter().any(|g| *g < end) {
-        values.iter_mut().zip(gaps).for_each(|(v, g)| *v = of(law, *g));
+        values.iter_mut().zip(gaps).for_each(|(v, g)| *v = value(law, *g));
     }
     values
 }
@@ -216,8 +216,8 @@ impl<T: Real> Nodes<T> {
         sums[6] += whole;
         if L::HARD && whole > 0.0 {
             sums[4] += match law.hardness() {
-                Hardness::Uniform(value) => value * whole,
-                Hardness::Map { .. } => dot(&self.hardness[..n], &depth[..n]),
+                NodalHardness::Uniform(value) => value * whole,
+                NodalHardness::Map { .. } => dot(&self.hardness[..n], &depth[..n]),
             };
         }
     }

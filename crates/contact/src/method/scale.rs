@@ -4,10 +4,10 @@
 //! stays the same. A solver that adds squares and compares stresses with constants needs numbers of ordinary size,
 //! so heights far from it are divided by a power of two, which changes no digit.
 
-use super::problem::{Heights, Problem};
+use super::problem::{Heights, ReducedProblem};
 use super::settings::{ExperimentSettings, Settings};
-use super::{Estimate, Load, State};
-use crate::interface::Adhesion;
+use super::{Equilibrium, Load, MethodEstimate};
+use crate::interface::AttractionLaw;
 use crate::observe::{Distribution, Plasticity, StressDistribution};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Series};
@@ -21,9 +21,9 @@ const LARGEST: f64 = 1e140;
 
 /// Unit of heights, gaps and stresses over E* of a solve: a power of two.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scale(f64);
+pub struct ProblemScale(f64);
 
-/// Heights in the unit of a [`Scale`].
+/// Heights in the unit of a [`ProblemScale`].
 pub enum ScaledHeights {
     Nodes(Vec<f64>),
     Series(Series<f64>),
@@ -39,25 +39,25 @@ impl ScaledHeights {
 }
 
 /// Whether a number kept its digits when it was converted from `given`: finite, and neither zero nor subnormal.
-pub fn is_representable(given: f64, converted: f64) -> bool {
-    given == 0.0 || converted.is_normal()
+pub fn is_representable(value: f64, converted: f64) -> bool {
+    value == 0.0 || converted.is_normal()
 }
 
-impl Scale {
-    pub const ONE: Scale = Scale(1.0);
+impl ProblemScale {
+    pub const ONE: ProblemScale = ProblemScale(1.0);
 
     /// 1 for ordinary, flat and non-finite heights, else the power of two at or below the rms height.
     pub fn of(heights: &Heights) -> Self {
         let rms = heights.rms();
         if !rms.is_normal() || ORDINARY.contains(&rms) {
-            return Scale::ONE;
+            return ProblemScale::ONE;
         }
         // A number without its mantissa.
-        Scale(f64::from_bits(rms.to_bits() & 0x7ff0_0000_0000_0000))
+        ProblemScale(f64::from_bits(rms.to_bits() & 0x7ff0_0000_0000_0000))
     }
 
     pub fn is_one(self) -> bool {
-        self == Scale::ONE
+        self == ProblemScale::ONE
     }
 
     /// A length or stress in this unit.
@@ -79,10 +79,10 @@ impl Scale {
     }
 
     /// The problem in this unit, with the heights in it.
-    pub fn problem<'a>(self, problem: &Problem<'a>, heights: &'a ScaledHeights) -> Problem<'a> {
+    pub fn problem<'a>(self, problem: &ReducedProblem<'a>, heights: &'a ScaledHeights) -> ReducedProblem<'a> {
         let experiment = problem.settings.experiment;
         let optical_gap = self.divide(experiment.optical_gap);
-        Problem {
+        ReducedProblem {
             grid: problem.grid,
             heights: heights.lend(),
             power: None,
@@ -100,7 +100,7 @@ impl Scale {
         }
     }
 
-    pub fn adhesion(self, adhesion: Adhesion) -> Adhesion {
+    pub fn adhesion(self, adhesion: AttractionLaw) -> AttractionLaw {
         adhesion.in_units(self.0)
     }
 
@@ -116,7 +116,7 @@ impl Scale {
     /// # Errors
     /// `Input` for heights that are not finite, and for a load or an adhesion that is not representable in it or whose
     /// square overflows.
-    pub fn loads(self, problem: &Problem, loads: &[Load]) -> Result<Vec<Load>> {
+    pub fn loads(self, problem: &ReducedProblem, loads: &[Load]) -> Result<Vec<Load>> {
         let rms = problem.heights.rms();
         let refuse = |key: &str, found: f64, unit: &str| {
             let accepted =
@@ -148,17 +148,17 @@ impl Scale {
         (0..field.len()).map(|i| self.multiply(field.at(i))).collect()
     }
 
-    /// A state of a solve in this unit, with `fields` made by [`Scale::field`] from its gap, stress and plastic
+    /// A state of a solve in this unit, with `fields` made by [`ProblemScale::field`] from its gap, stress and plastic
     /// displacement. Energies are
     /// the product of two factors and underflow where the square of the unit does.
     pub fn state<'a>(
         self,
-        state: &State<'a>,
+        state: &Equilibrium<'a>,
         load: Load,
         ([gap, stress], plastic): ([&'a [f64]; 2], Option<&'a [f64]>),
-    ) -> State<'a> {
+    ) -> Equilibrium<'a> {
         let energy = |e: f64| self.multiply(self.multiply(e));
-        State {
+        Equilibrium {
             load,
             pressure: self.multiply(state.pressure),
             ranks: state.ranks,
@@ -188,22 +188,27 @@ impl Scale {
         }
     }
 
-    /// An estimate of a method that worked in this unit, with `fields` as for [`Scale::state`].
-    pub fn estimate<'a>(self, found: &Estimate<'a>, load: Load, [gap, stress]: [Option<&'a [f64]>; 2]) -> Estimate<'a> {
+    /// An estimate of a method that worked in this unit, with `fields` as for [`ProblemScale::state`].
+    pub fn estimate<'a>(
+        self,
+        estimate: &MethodEstimate<'a>,
+        load: Load,
+        [gap, stress]: [Option<&'a [f64]>; 2],
+    ) -> MethodEstimate<'a> {
         let edges =
             |d: &Distribution| Distribution { edges: d.edges.iter().map(|e| self.multiply(*e)).collect(), ..d.clone() };
-        Estimate {
+        MethodEstimate {
             load,
-            pressure: self.multiply(found.pressure),
-            mean_gap: found.mean_gap.map(|g| self.multiply(g)),
+            pressure: self.multiply(estimate.pressure),
+            mean_gap: estimate.mean_gap.map(|g| self.multiply(g)),
             gap,
             stress,
-            gap_distribution: found.gap_distribution.as_ref().map(edges),
-            stress_distribution: found
+            gap_distribution: estimate.gap_distribution.as_ref().map(edges),
+            stress_distribution: estimate
                 .stress_distribution
                 .as_ref()
                 .map(|d| StressDistribution { all: edges(&d.all), contact: edges(&d.contact) }),
-            ..found.clone()
+            ..estimate.clone()
         }
     }
 
@@ -221,12 +226,12 @@ mod tests {
     /// Ordinary heights are left alone. Others are divided by a power of two that leaves an rms from 1 to 2.
     #[test]
     fn heights_far_from_one_are_divided_by_a_power_of_two() {
-        let of = |size: f64| Scale::of(&Heights::Nodes(&[1.5 * size, -1.5 * size]));
+        let value_of = |size: f64| ProblemScale::of(&Heights::Nodes(&[1.5 * size, -1.5 * size]));
         for size in [0.0, 1e-8, 1.0, 1e5, 1e-320, f64::NAN, f64::INFINITY] {
-            assert_eq!(of(size), Scale::ONE, "{size:e}");
+            assert_eq!(value_of(size), ProblemScale::ONE, "{size:e}");
         }
         for size in [1e-306, 1e-100, 1e-10, 1e7, 1e100, 1e307] {
-            let scale = of(size);
+            let scale = value_of(size);
             let heights = [1.5 * size, -1.5 * size];
             let ScaledHeights::Nodes(divided) = scale.heights(&Heights::Nodes(&heights)) else { panic!("nodes") };
             assert!((1.0..2.0).contains(&divided[0]), "{size:e}: {divided:?}");
@@ -238,8 +243,8 @@ mod tests {
     #[test]
     fn loads_out_of_range_are_refused() {
         let heights = [1e-200, -1e-200];
-        let problem = Problem::new(Grid::unit(2, 1), &heights[..]);
-        let scale = Scale::of(&problem.heights);
+        let problem = ReducedProblem::new(Grid::unit(2, 1), &heights[..]);
+        let scale = ProblemScale::of(&problem.heights);
         assert!(scale.loads(&problem, &[Load::Pressure(1e-200), Load::MeanGap(1e-199)]).is_ok());
         for load in [
             Load::Pressure(f64::INFINITY),

@@ -76,12 +76,12 @@ pub(super) fn weighted_quantile<T: Real>(field: &[T], weight: impl Fn(usize) -> 
         bits if bits & SIGN == 0 => bits | SIGN,
         bits => !bits,
     };
-    let (mut found, mut below) = (0_u64, 0.0);
+    let (mut quantile_bits, mut below) = (0_u64, 0.0);
     let mut weights = vec![0.0; 1 << BITS];
     for shift in [48, 32, 16, 0] {
         weights.fill(0.0);
         // Those with the digits found so far.
-        let same = |k: u64| (k ^ found).checked_shr(shift + BITS).unwrap_or(0) == 0;
+        let same = |k: u64| (k ^ quantile_bits).checked_shr(shift + BITS).unwrap_or(0) == 0;
         let mut highest = 0;
         for (i, &v) in field.iter().enumerate() {
             let k = key(v);
@@ -96,9 +96,9 @@ pub(super) fn weighted_quantile<T: Real>(field: &[T], weight: impl Fn(usize) -> 
             below += weights[digit];
             digit += 1;
         }
-        found |= (digit as u64) << shift;
+        quantile_bits |= (digit as u64) << shift;
     }
-    T::of(f64::from_bits(if found & SIGN == 0 { !found } else { found & !SIGN }))
+    T::of(f64::from_bits(if quantile_bits & SIGN == 0 { !quantile_bits } else { quantile_bits & !SIGN }))
 }
 
 #[cfg(test)]
@@ -113,8 +113,8 @@ mod tests {
         let mut sorted = field.clone();
         sorted.sort_by(f64::total_cmp);
         for (rank, expected) in sorted.iter().enumerate().step_by(7) {
-            for share in [0.0, 0.5] {
-                assert_eq!(weighted_quantile(&field, |_| 1.0, rank as f64 + share), *expected);
+            for fraction in [0.0, 0.5] {
+                assert_eq!(weighted_quantile(&field, |_| 1.0, rank as f64 + fraction), *expected);
             }
         }
         assert_eq!(weighted_quantile(&field, |_| 1.0, 1e9), 3.0);
@@ -126,7 +126,7 @@ mod tests {
         }
         let [under, up_to] = weight_below((&field[..1000], 10), 0.0, |_| 1.0);
         assert_eq!((under, up_to), {
-            let count = |of: fn(&f64) -> bool| field[..1000].iter().filter(|v| of(v)).count() as f64;
+            let count = |value: fn(&f64) -> bool| field[..1000].iter().filter(|v| value(v)).count() as f64;
             (count(|v| *v < 0.0), count(|v| *v <= 0.0))
         });
     }

@@ -27,7 +27,7 @@ impl ClusterAreas {
 
     /// Area-weighted median: half of the contact is in clusters up to this area. `None` without contact.
     pub fn median(&self) -> Option<f64> {
-        self.cumulative().into_iter().find(|[_, share]| *share >= 0.5).map(|[area, _]| area)
+        self.cumulative().into_iter().find(|[_, fraction]| *fraction >= 0.5).map(|[area, _]| area)
     }
 
     /// Pr(a): number density of clusters over their area, in bins of equal ratio from the smallest area on. Entries:
@@ -60,9 +60,11 @@ mod tests {
         // Less than half of the area is in the smaller one.
         assert_eq!(ClusterAreas::new([4.5, 5.5]).median(), Some(5.5));
         // Clusters per area and over all clusters, at the geometric means of the edges 1, 10 and 100.
-        let found = ClusterAreas::new([1.0, 1.0, 10.0]).distribution(1);
-        assert!((found[0][0] / 10f64.sqrt() - 1.0).abs() < 1e-12 && (found[1][0] / 1e3f64.sqrt() - 1.0).abs() < 1e-12);
-        let density: Vec<f64> = found.iter().map(|d| d[1]).collect();
+        let actual = ClusterAreas::new([1.0, 1.0, 10.0]).distribution(1);
+        assert!(
+            (actual[0][0] / 10f64.sqrt() - 1.0).abs() < 1e-12 && (actual[1][0] / 1e3f64.sqrt() - 1.0).abs() < 1e-12
+        );
+        let density: Vec<f64> = actual.iter().map(|d| d[1]).collect();
         assert!((density[0] - 2.0 / 27.0).abs() < 1e-12 && (density[1] - 1.0 / 270.0).abs() < 1e-12, "{density:?}");
     }
 

@@ -15,7 +15,7 @@ pub const NO_CLUSTER: u32 = u32::MAX;
 
 /// Contact clusters of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Clusters {
+pub struct ClusterLabels {
     /// Index of the cluster of each node, `[ny, nx]`; [`NO_CLUSTER`] without contact. Clusters are numbered by their first
     /// node.
     pub label: Vec<u32>,
@@ -24,7 +24,7 @@ pub struct Clusters {
 }
 
 /// Connected contact clusters of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
-pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> Clusters {
+pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> ClusterLabels {
     let (runs, mut sets) = connected(map, nx, connectivity);
     let mut label = vec![NO_CLUSTER; map.len()];
     // The root is the first run of the set.
@@ -39,7 +39,7 @@ pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> Clusters {
         sizes[number[r] as usize] += runs.nodes(run);
         label[y * nx..][columns].fill(number[r]);
     }
-    Clusters { label, sizes }
+    ClusterLabels { label, sizes }
 }
 
 /// Number of nodes of each connected contact cluster of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the
@@ -82,14 +82,14 @@ pub fn cumulative_area(sizes: &[usize]) -> Vec<(usize, f64)> {
 /// Area-weighted median size of the clusters, in nodes: the size at which [`cumulative_area`] reaches one half. `None`
 /// without contact.
 pub fn median_cluster_size(sizes: &[usize]) -> Option<usize> {
-    cumulative_area(sizes).into_iter().find(|(_, share)| *share >= 0.5).map(|(size, _)| size)
+    cumulative_area(sizes).into_iter().find(|(_, fraction)| *fraction >= 0.5).map(|(size, _)| size)
 }
 
 /// Sum over the clusters of (area/contact area)², from CPr: a step of height s at the area a consists of clusters that hold
 /// a/`contact` of the contact each. `curve` and `contact` have one unit of area.
 fn squared_shares(curve: impl IntoIterator<Item = [f64; 2]>, contact: f64) -> f64 {
-    let mut before = 0.0;
-    curve.into_iter().map(|[a, share]| (share - std::mem::replace(&mut before, share)) * a / contact).sum()
+    let mut previous = 0.0;
+    curve.into_iter().map(|[a, fraction]| (fraction - std::mem::replace(&mut previous, fraction)) * a / contact).sum()
 }
 
 /// Number of equal clusters with the counting errors of these: (Σ a)²/Σ a², from the CPr of a contact area `contact`.
@@ -101,19 +101,19 @@ pub fn effective_clusters(curve: &[[f64; 2]], contact: f64) -> Option<f64> {
 /// Counting error of the share F of the contact in clusters up to `area`: with independent clusters of area a,
 /// δF² = (1 − F)² Σ a² below + F² Σ a² above, over the whole contact squared. `None` without clusters on both sides.
 pub fn share_counting_error(curve: &[[f64; 2]], contact: f64, area: f64) -> Option<f64> {
-    let share = curve.iter().take_while(|[a, _]| *a <= area).last().map_or(0.0, |[_, s]| *s);
+    let fraction = curve.iter().take_while(|[a, _]| *a <= area).last().map_or(0.0, |[_, s]| *s);
     let below = squared_shares(curve.iter().copied().take_while(|[a, _]| *a <= area), contact);
     let above = squared_shares(curve.iter().copied(), contact) - below;
-    (contact > 0.0 && share > 0.0 && share < 1.0)
-        .then(|| ((1.0 - share).powi(2) * below + share * share * above).sqrt())
+    (contact > 0.0 && fraction > 0.0 && fraction < 1.0)
+        .then(|| ((1.0 - fraction).powi(2) * below + fraction * fraction * above).sqrt())
 }
 
 /// Counting error of the area-weighted median cluster: half the range of areas whose cumulative share is within the
 /// error of one half.
 pub fn median_counting_error(curve: &[[f64; 2]], contact: f64, median: f64) -> Option<f64> {
     let error = share_counting_error(curve, contact, median)?;
-    let at = |share: f64| curve.iter().find(|[_, s]| *s >= share).map(|[a, _]| *a);
-    Some(0.5 * (at((0.5 + error).min(1.0))? - at(0.5 - error)?))
+    let value_at = |fraction: f64| curve.iter().find(|[_, s]| *s >= fraction).map(|[a, _]| *a);
+    Some(0.5 * (value_at((0.5 + error).min(1.0))? - value_at(0.5 - error)?))
 }
 
 /// Pr(a): number density of clusters over their area in nodes, in bins of equal ratio from one node on. Entries:
@@ -152,8 +152,8 @@ mod tests {
     fn counting_errors_are_those_of_independent_clusters() {
         let curve = [[1.0, 0.25], [2.0, 0.5], [4.0, 1.0]];
         assert!((effective_clusters(&curve, 8.0).expect("contact") - 64.0 / 22.0).abs() < 1e-12);
-        let share = share_counting_error(&curve, 8.0, 2.5).expect("both sides");
-        assert!((share - (0.25 * 22.0 / 64.0_f64).sqrt()).abs() < 1e-12, "{share}");
+        let fraction = share_counting_error(&curve, 8.0, 2.5).expect("both sides");
+        assert!((fraction - (0.25 * 22.0 / 64.0_f64).sqrt()).abs() < 1e-12, "{fraction}");
         // Shares of 0.5 ± 0.29 are reached at areas of 1 and 4.
         assert_eq!(median_counting_error(&curve, 8.0, 2.0), Some(1.5));
         assert_eq!(share_counting_error(&curve, 8.0, 0.5), None);
@@ -199,15 +199,15 @@ mod tests {
     #[test]
     fn labels_number_the_patches() {
         let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
-        let found = clusters(&m, nx, Connectivity::Eight);
-        assert_eq!(found.sizes, cluster_sizes(&m, nx, Connectivity::Eight));
-        for (cluster, size) in found.sizes.iter().enumerate() {
-            assert_eq!(found.label.iter().filter(|l| **l == cluster as u32).count(), *size);
+        let actual = clusters(&m, nx, Connectivity::Eight);
+        assert_eq!(actual.sizes, cluster_sizes(&m, nx, Connectivity::Eight));
+        for (cluster, size) in actual.sizes.iter().enumerate() {
+            assert_eq!(actual.label.iter().filter(|l| **l == cluster as u32).count(), *size);
         }
-        assert!(found.label.iter().zip(&m).all(|(l, m)| (*l == NO_CLUSTER) == (*m == 0)));
+        assert!(actual.label.iter().zip(&m).all(|(l, m)| (*l == NO_CLUSTER) == (*m == 0)));
         // Nodes at corners are connected across the periodic boundary; the second cluster has a diagonal connection.
-        assert_eq!((found.label[0], found.label[4], found.label[20]), (0, 0, 0));
-        assert_eq!((found.label[11], found.label[18]), (1, 1));
+        assert_eq!((actual.label[0], actual.label[4], actual.label[20]), (0, 0, 0));
+        assert_eq!((actual.label[11], actual.label[18]), (1, 1));
     }
 
     #[test]
@@ -226,11 +226,11 @@ mod tests {
         const SLOPE: f64 = 0.03;
         let number = |a: usize| (1e7 * (a as f64).powf(-1.5)).round() as usize;
         let sizes: Vec<usize> = (1..=1000).flat_map(|a| std::iter::repeat_n(a, number(a))).collect();
-        let found = size_distribution(&sizes, 5);
-        assert_eq!(found.iter().map(|b| b.2).sum::<usize>(), sizes.len());
-        let (first, last) = (found[3], found[found.len() - 2]);
+        let actual = size_distribution(&sizes, 5);
+        assert_eq!(actual.iter().map(|b| b.2).sum::<usize>(), sizes.len());
+        let (first, last) = (actual[3], actual[actual.len() - 2]);
         let slope = (last.1 / first.1).ln() / (last.0 / first.0).ln();
-        assert!((slope + 1.5).abs() < SLOPE, "{slope} {found:?}");
+        assert!((slope + 1.5).abs() < SLOPE, "{slope} {actual:?}");
         let single = size_distribution(&[1, 1, 1, 2], 5);
         assert_eq!((single[0].1, single[0].2, single.last().unwrap().2), (0.75, 3, 1));
         // Geometric means of the edges 1/2, 10^(1/5) - 1/2 and of 10^(1/5) - 1/2, 10^(2/5) - 1/2.

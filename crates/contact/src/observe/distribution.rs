@@ -28,7 +28,7 @@ pub struct StressDistribution {
 impl Distribution {
     /// Probability density in each bin: arithmetic mean of the bin edges, density.
     pub fn density(&self) -> Vec<(f64, f64)> {
-        let bin = |(e, share): (&[f64], &f64)| (0.5 * (e[0] + e[1]), share / (e[1] - e[0]));
+        let bin = |(e, fraction): (&[f64], &f64)| (0.5 * (e[0] + e[1]), fraction / (e[1] - e[0]));
         self.edges.windows(2).zip(&self.fractions).map(bin).collect()
     }
 
@@ -57,7 +57,7 @@ pub fn logarithmic_edges(from: f64, to: f64, n: usize) -> Vec<f64> {
 pub fn gap_distribution(gap: Field, threshold: f64, edges: Vec<f64>) -> Distribution {
     count(gap.len(), edges, |i| {
         let g = gap.at(i);
-        if g <= threshold { Value::Delta } else { Value::At(g) }
+        if g <= threshold { BinnedValue::Delta } else { BinnedValue::At(g) }
     })
 }
 
@@ -70,19 +70,19 @@ pub fn stress_distribution(
     edges: Vec<f64>,
 ) -> StressDistribution {
     let touches = |i: usize| gap.at(i) <= threshold;
-    let value = |i: usize| if touches(i) || adhesive { Value::At(stress.at(i)) } else { Value::Delta };
-    let contact = |i: usize| if touches(i) { Value::At(stress.at(i)) } else { Value::None };
+    let value = |i: usize| if touches(i) || adhesive { BinnedValue::At(stress.at(i)) } else { BinnedValue::Delta };
+    let contact = |i: usize| if touches(i) { BinnedValue::At(stress.at(i)) } else { BinnedValue::None };
     StressDistribution { all: count(gap.len(), edges.clone(), value), contact: count(gap.len(), edges, contact) }
 }
 
-enum Value {
+enum BinnedValue {
     At(f64),
     Delta,
     /// Not counted.
     None,
 }
 
-fn count(len: usize, edges: Vec<f64>, value: impl Fn(usize) -> Value + Sync) -> Distribution {
+fn count(len: usize, edges: Vec<f64>, value: impl Fn(usize) -> BinnedValue + Sync) -> Distribution {
     const BLOCK: usize = 1 << 16;
     let bins = edges.len() - 1;
     // Below, the bins, above, delta. Sums of integers do not depend on the order.
@@ -93,21 +93,21 @@ fn count(len: usize, edges: Vec<f64>, value: impl Fn(usize) -> Value + Sync) -> 
             |mut counts, block| {
                 for i in block * BLOCK..len.min((block + 1) * BLOCK) {
                     match value(i) {
-                        Value::At(v) => counts[edges.partition_point(|e| *e <= v)] += 1,
-                        Value::Delta => counts[bins + 2] += 1,
-                        Value::None => {}
+                        BinnedValue::At(v) => counts[edges.partition_point(|e| *e <= v)] += 1,
+                        BinnedValue::Delta => counts[bins + 2] += 1,
+                        BinnedValue::None => {}
                     }
                 }
                 counts
             },
         )
         .reduce(|| vec![0; bins + 3], |a, b| a.iter().zip(b).map(|(a, b)| a + b).collect());
-    let share = |k: usize| counts[k] as f64 / len as f64;
+    let fraction = |k: usize| counts[k] as f64 / len as f64;
     Distribution {
-        fractions: (1..=bins).map(share).collect(),
-        delta: share(bins + 2),
-        below: share(0),
-        above: share(bins + 1),
+        fractions: (1..=bins).map(fraction).collect(),
+        delta: fraction(bins + 2),
+        below: fraction(0),
+        above: fraction(bins + 1),
         edges,
     }
 }
@@ -122,24 +122,24 @@ mod tests {
     #[test]
     fn every_node_is_counted_once() {
         let gap: Vec<f64> = (0..1000).map(|i| if i % 4 == 0 { 0.0 } else { f64::from(i) * 1e-3 }).collect();
-        let found = gap_distribution(Field::F64(&gap), 0.0, linear_edges(0.1, 0.9, 8));
-        assert_eq!((found.delta, found.below, found.above), (0.25, 0.075, 0.075));
-        assert!(found.fractions.iter().all(|s| (s - 0.075).abs() < WHOLE), "{found:?}");
-        assert!((found.total() - 1.0).abs() < WHOLE);
+        let actual = gap_distribution(Field::F64(&gap), 0.0, linear_edges(0.1, 0.9, 8));
+        assert_eq!((actual.delta, actual.below, actual.above), (0.25, 0.075, 0.075));
+        assert!(actual.fractions.iter().all(|s| (s - 0.075).abs() < WHOLE), "{actual:?}");
+        assert!((actual.total() - 1.0).abs() < WHOLE);
         let logarithmic = gap_distribution(Field::F64(&gap), 0.0, logarithmic_edges(1e-3, 1.0, 30));
         assert!((logarithmic.total() - 1.0).abs() < WHOLE && logarithmic.above == 0.0, "{logarithmic:?}");
         let edges = logarithmic_edges(1e-3, 1.0, 3);
         assert!(edges.iter().zip([1e-3, 1e-2, 0.1, 1.0]).all(|(e, x)| (e / x - 1.0).abs() < WHOLE), "{edges:?}");
-        let (middle, density) = found.density()[0];
+        let (middle, density) = actual.density()[0];
         assert!((middle - 0.15).abs() < WHOLE && (density - 0.75).abs() < WHOLE);
     }
 
     /// A value on an edge belongs to the bin above it; a density in another unit has the same fractions.
     #[test]
     fn edges_belong_to_the_bin_above() {
-        let found = gap_distribution(Field::F64(&[0.1, 0.2, 0.2, 0.3]), 0.0, vec![0.1, 0.2, 0.3]);
-        assert_eq!((&found.fractions[..], found.below, found.above), (&[0.25, 0.5][..], 0.0, 0.25));
-        let (here, there) = (found.density(), found.density_in(4.0));
+        let actual = gap_distribution(Field::F64(&[0.1, 0.2, 0.2, 0.3]), 0.0, vec![0.1, 0.2, 0.3]);
+        assert_eq!((&actual.fractions[..], actual.below, actual.above), (&[0.25, 0.5][..], 0.0, 0.25));
+        let (here, there) = (actual.density(), actual.density_in(4.0));
         assert!(here.iter().zip(there).all(|(a, b)| b == (4.0 * a.0, a.1 / 4.0)));
     }
 

@@ -32,9 +32,9 @@ impl Leakage {
     /// change of the mean gap: twice the change, and the share of the mean gap. Where a direction is sealed on one of the grids, none.
     pub fn with_errors_from(self, coarser: Option<([f64; 2], f64)>) -> Self {
         let gaps = self.hydraulic_gaps();
-        let errors = |(coarse, share): ([f64; 2], f64)| {
+        let errors = |(coarse, fraction): ([f64; 2], f64)| {
             let flows = gaps.iter().chain(&coarse).all(|gap| *gap > 0.0);
-            flows.then(|| std::array::from_fn(|i| CHANGES * (gaps[i] - coarse[i]).abs() + share * gaps[i]))
+            flows.then(|| std::array::from_fn(|i| CHANGES * (gaps[i] - coarse[i]).abs() + fraction * gaps[i]))
         };
         Leakage { gap_errors: coarser.and_then(errors), ..self }
     }
@@ -72,7 +72,7 @@ const COARSE: f64 = 0.5;
 /// `None` if an iteration does not converge.
 pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Option<Leakage> {
     let closed: Vec<u8> = (0..gap.len()).map(|i| u8::from(gap.at(i) <= threshold)).collect();
-    let along = |axis: usize| {
+    let index_along = |axis: usize| {
         let leads = match edges {
             FlowEdges::Periodic => percolates(&closed, grid.nx, 0, false)[axis],
             FlowEdges::TwoSides => crosses(&closed, grid.nx, axis),
@@ -86,7 +86,7 @@ pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Opti
             (conductance * shape, iterations)
         })
     };
-    let (x, y) = rayon::join(|| along(0), || along(1));
+    let (x, y) = rayon::join(|| index_along(0), || index_along(1));
     let ((kx, x), (ky, y)) = (x?, y?);
     let (effective_medium, mean) = (hydraulic_gap(gap, threshold).powi(3), 0.5 * (kx + ky));
     let ratio = (mean > 0.0).then(|| effective_medium / mean);
@@ -314,9 +314,9 @@ impl Flow {
         network.sweep(0..n, p, b);
         let rounds = if k == 0 { 1 } else { 2 };
         for round in 1..=rounds {
-            let (mut rest, mut correction) = (vec![0.0; coarse.diagonal.len()], vec![0.0; coarse.diagonal.len()]);
-            (0..n).for_each(|i| rest[network.aggregate(i)] += b[i] - network.apply(i, p));
-            self.cycle(k + 1, &mut correction, &rest);
+            let (mut residual, mut correction) = (vec![0.0; coarse.diagonal.len()], vec![0.0; coarse.diagonal.len()]);
+            (0..n).for_each(|i| residual[network.aggregate(i)] += b[i] - network.apply(i, p));
+            self.cycle(k + 1, &mut correction, &residual);
             let open = |i: &usize| network.diagonal[*i] > 0.0;
             (0..n).filter(open).for_each(|i| p[i] += correction[network.aggregate(i)]);
             network.sweep((0..n).rev(), p, b);
@@ -339,37 +339,37 @@ mod tests {
     const SOLVED: f64 = 1e-6;
 
     fn conductivity(grid: Grid, gap: &[f64], edges: FlowEdges) -> [f64; 2] {
-        let found = leakage(grid, Field::F64(gap), 0.0, edges).expect("converges");
-        assert!(found.iterations.iter().all(|n| *n < 100), "{found:?}");
-        found.conductivity
+        let actual = leakage(grid, Field::F64(gap), 0.0, edges).expect("converges");
+        assert!(actual.iterations.iter().all(|n| *n < 100), "{actual:?}");
+        actual.conductivity
     }
 
-    fn assert_near(found: f64, expected: f64, tolerance: f64) {
-        assert!((found / expected - 1.0).abs() < tolerance, "{found} {expected}");
+    fn assert_near(actual: f64, expected: f64, tolerance: f64) {
+        assert!((actual / expected - 1.0).abs() < tolerance, "{actual} {expected}");
     }
 
     /// Flow along stripes has the arithmetic, across them the harmonic mean of u³; any shape of cell and pixels.
     #[test]
     fn stripes_in_both_directions() {
         for grid in [Grid { nx: 24, ny: 10, lx: 1.0, ly: 0.7 }, Grid { nx: 33, ny: 1, lx: 2.0, ly: 0.1 }] {
-            let of = |x: usize| if x.is_multiple_of(3) { 0.3 } else { 1.0 + 0.1 * x as f64 };
-            let cubes: Vec<f64> = (0..grid.nx).map(|x| of(x).powi(3)).collect();
+            let value_of = |x: usize| if x.is_multiple_of(3) { 0.3 } else { 1.0 + 0.1 * x as f64 };
+            let cubes: Vec<f64> = (0..grid.nx).map(|x| value_of(x).powi(3)).collect();
             let n = grid.nx as f64;
             let (along, across) = (cubes.iter().sum::<f64>() / n, n / cubes.iter().map(|c| 1.0 / c).sum::<f64>());
-            let gap: Vec<f64> = (0..grid.points()).map(|i| of(i % grid.nx)).collect();
+            let gap: Vec<f64> = (0..grid.points()).map(|i| value_of(i % grid.nx)).collect();
             for edges in [FlowEdges::Periodic, FlowEdges::TwoSides] {
-                let found = conductivity(grid, &gap, edges);
-                assert_near(found[0], across, SOLVED);
-                assert_near(found[1], along, SOLVED);
+                let actual = conductivity(grid, &gap, edges);
+                assert_near(actual[0], across, SOLVED);
+                assert_near(actual[1], along, SOLVED);
             }
         }
         // A closed stripe stops the flow across it alone.
         let grid = Grid::unit(16, 16);
         let gap: Vec<f64> = (0..256).map(|i| if i % 16 == 5 { 0.0 } else { 2.0 }).collect();
         for edges in [FlowEdges::Periodic, FlowEdges::TwoSides] {
-            let found = conductivity(grid, &gap, edges);
-            assert_eq!(found[0], 0.0);
-            assert_near(found[1], 8.0 * 15.0 / 16.0, SOLVED);
+            let actual = conductivity(grid, &gap, edges);
+            assert_eq!(actual[0], 0.0);
+            assert_near(actual[1], 8.0 * 15.0 / 16.0, SOLVED);
         }
         assert_eq!(conductivity(grid, &[0.0; 256], FlowEdges::Periodic), [0.0; 2]);
     }
@@ -379,11 +379,11 @@ mod tests {
     #[test]
     fn the_effective_medium_is_compared_with_the_mean_of_both_directions() {
         let gap: Vec<f64> = (0..64).map(|i| if i % 2 == 0 { 1.0 } else { 4.0 }).collect();
-        let found = leakage(Grid::unit(8, 8), Field::F64(&gap), 0.0, FlowEdges::Periodic).expect("converges");
-        assert_near(found.effective_medium, 8.0, SOLVED);
+        let actual = leakage(Grid::unit(8, 8), Field::F64(&gap), 0.0, FlowEdges::Periodic).expect("converges");
+        assert_near(actual.effective_medium, 8.0, SOLVED);
         let (across, along): (f64, f64) = (2.0 / (1.0 + 1.0 / 64.0), 32.5);
-        assert_near(found.ratio.expect("a flow"), 8.0 / (0.5 * (across + along)), SOLVED);
-        assert_near(found.hydraulic_gaps()[1], along.cbrt(), SOLVED);
+        assert_near(actual.ratio.expect("a flow"), 8.0 / (0.5 * (across + along)), SOLVED);
+        assert_near(actual.hydraulic_gaps()[1], along.cbrt(), SOLVED);
     }
 
     /// A checkerboard has the geometric mean (Dykhne, Sov. Phys. JETP 32 (1970) 63). The flow is singular at the corners
@@ -405,12 +405,12 @@ mod tests {
     /// Second order for a smooth gap; the conductivity at 128² extrapolates those of 32² and 64².
     #[test]
     fn second_order_in_the_spacing() {
-        let at = |n: usize| {
+        let value_at = |n: usize| {
             let wave = |i: usize| (std::f64::consts::TAU * (i as f64 + 0.5) / n as f64).sin();
             let gap: Vec<f64> = (0..n * n).map(|i| 1.0 + 0.4 * wave(i % n) * wave(i / n) + 0.3 * wave(i / n)).collect();
             conductivity(Grid::unit(n, n), &gap, FlowEdges::Periodic)
         };
-        let [a, b, c] = [32, 64, 128].map(at);
+        let [a, b, c] = [32, 64, 128].map(value_at);
         for axis in 0..2 {
             let ratio = (a[axis] - b[axis]) / (b[axis] - c[axis]);
             assert!((ratio - 4.0).abs() < 0.2, "{ratio}");
@@ -461,7 +461,7 @@ mod tests {
                 k => 10f64.powf(-4.0 * k as f64 / 101.0),
             })
             .collect();
-        let found = conductivity(grid, &gap, FlowEdges::TwoSides);
+        let actual = conductivity(grid, &gap, FlowEdges::TwoSides);
         let ratio = grid.dy() / grid.dx();
         let k = |i: usize| gap[i].powi(3);
         let mean = |i: usize, j: usize| if k(i) * k(j) == 0.0 { 0.0 } else { 2.0 * k(i) * k(j) / (k(i) + k(j)) };
@@ -500,7 +500,7 @@ mod tests {
         }
         let flow: f64 =
             (0..ny).map(|y| 2.0 * ratio * k(y * nx) * (1.0 - matrix[y * nx][n] / matrix[y * nx][y * nx])).sum();
-        assert!(found[0] > 0.0);
-        assert_near(found[0], flow * grid.lx / grid.ly, 1e-5);
+        assert!(actual[0] > 0.0);
+        assert_near(actual[0], flow * grid.lx / grid.ly, 1e-5);
     }
 }

@@ -22,7 +22,7 @@ fn drawn(text: &str) -> (Vec<u8>, usize) {
 pub use area::{ContactArea, ContactEdges, ELASTIC_EDGE, contact_area, contact_area_on_ranks, contact_map};
 pub use cluster_areas::ClusterAreas;
 pub use clusters::{
-    Clusters, Connectivity, NO_CLUSTER, cluster_sizes, clusters, constriction_conductance, cumulative_area,
+    ClusterLabels, Connectivity, NO_CLUSTER, cluster_sizes, clusters, constriction_conductance, cumulative_area,
     effective_clusters, median_cluster_size, median_counting_error, share_counting_error, size_distribution,
 };
 pub use dissipation::{WorkPoint, dissipation};

@@ -131,14 +131,14 @@ mod tests {
         };
         for (nx, ny) in (1..8).flat_map(|nx| (1..8).map(move |ny| (nx, ny))) {
             for _ in 0..60 {
-                let share = random();
-                let map: Vec<u8> = (0..nx * ny).map(|_| u8::from(random() <= share)).collect();
+                let fraction = random();
+                let map: Vec<u8> = (0..nx * ny).map(|_| u8::from(random() <= fraction)).collect();
                 for (connectivity, corners) in [(Connectivity::Four, false), (Connectivity::Eight, true)] {
                     let (sizes, around) = by_nodes(&map, nx, corners);
-                    let found = clusters(&map, nx, connectivity);
+                    let actual = clusters(&map, nx, connectivity);
                     assert_eq!(cluster_sizes(&map, nx, connectivity), sizes, "{nx} x {ny}: {map:?}");
-                    assert_eq!(found.sizes, sizes, "{nx} x {ny}: {map:?}");
-                    assert!(found.label.iter().zip(&map).all(|(l, m)| (*m != 0) == (*l < sizes.len() as u32)));
+                    assert_eq!(actual.sizes, sizes, "{nx} x {ny}: {map:?}");
+                    assert!(actual.label.iter().zip(&map).all(|(l, m)| (*m != 0) == (*l < sizes.len() as u32)));
                     assert_eq!(percolates(&map, nx, 1, corners), around, "{nx} x {ny}: {map:?}");
                 }
             }

@@ -4,8 +4,8 @@ use super::leakage::leakage;
 use super::pull_off::{self, SeparationStart};
 use crate::interface::RangeChoice;
 use crate::method::{
-    CoarseState, ContactMethod, ErrorEstimates, Fast, Heights, Iteration, Load, Observer, Problem, Run, Scale,
-    SnapshotRef, State, Stop,
+    CoarseState, ContactMethod, Equilibrium, ErrorEstimates, Fast, Heights, Iteration, Load, Observer, ProblemScale,
+    ReducedProblem, SnapshotRef, SolverRun, Stop,
 };
 use crate::observe::{ContactArea, ELASTIC_EDGE};
 use crate::results::{Discretisation, Extrapolated, PullOff};
@@ -53,21 +53,21 @@ pub(super) struct GridResult {
 }
 
 impl GridResult {
-    pub(super) fn new(state: &State, grid: Grid, range: f64, area: &ContactArea) -> Self {
-        let &State { mean_gap, stiffness, error_estimates, .. } = state;
+    pub(super) fn new(state: &Equilibrium, grid: Grid, range: f64, area: &ContactArea) -> Self {
+        let &Equilibrium { mean_gap, stiffness, error_estimates, .. } = state;
         let (area, edges) = (area.contact_area, edge_uncertainty(area, grid));
         GridResult { grid, range, area, edges, mean_gap, stiffness, gaps: None, error_estimates }
     }
 }
 
 /// Hydraulic gaps of a coarse grid; of several ranks on the first.
-fn flow_gaps(problem: &Problem, (ranks, gap): (&Ranks, Field), threshold: f64) -> Option<[f64; 2]> {
-    let of = |gap: Field| leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps());
+fn flow_gaps(problem: &ReducedProblem, (ranks, gap): (&Ranks, Field), threshold: f64) -> Option<[f64; 2]> {
+    let value_of = |gap: Field| leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps());
     if !ranks.are_several() {
-        return of(gap);
+        return value_of(gap);
     }
     let whole = ranks.gather_on_first(&gap.to_vec(), &ranks.shares(problem.grid.ny, problem.grid.nx));
-    if ranks.is_first() { of(Field::F64(&whole)) } else { None }
+    if ranks.is_first() { value_of(Field::F64(&whole)) } else { None }
 }
 
 /// Uncertainty of the area per boundary edge, in areas of a node: a third of the excess of an elastic edge, of any kind of edge but steps.
@@ -190,17 +190,17 @@ const GAP_BY_AREA: f64 = 0.2;
 /// `None` for a quantity at a bound, and if the error is as large as the value.
 pub(super) fn extrapolated(range: f64, levels: &[GridResult], resolved: bool) -> Option<Extrapolated> {
     let fine = levels.last()?;
-    let estimate = |quantity: &Bounded, least: f64| {
-        let found = in_variable(range, levels, quantity, resolved)?;
-        let value = (quantity.value)(found.value);
-        let change = |by: f64| ((quantity.value)(found.value + by) - value).abs();
-        let by = quantity.widened * found.error;
-        let error = change(by).max(change(-by)) + least;
+    let estimate = |quantity: &Bounded, smallest: f64| {
+        let extrapolation = in_variable(range, levels, quantity, resolved)?;
+        let value = (quantity.value)(extrapolation.value);
+        let change = |by: f64| ((quantity.value)(extrapolation.value + by) - value).abs();
+        let by = quantity.widened * extrapolation.error;
+        let error = change(by).max(change(-by)) + smallest;
         (value.is_finite() && error < value).then_some(ValueWithError { value, error })
     };
     let area = estimate(&AREA, fine.edges)?;
-    let least = GAP_BY_AREA * fine.mean_gap * area.error / area.value;
-    Some(Extrapolated { range: range / fine.range, area, mean_gap: estimate(&MEAN_GAP, least) })
+    let smallest = GAP_BY_AREA * fine.mean_gap * area.error / area.value;
+    Some(Extrapolated { range: range / fine.range, area, mean_gap: estimate(&MEAN_GAP, smallest) })
 }
 
 /// The same in the variable of a quantity; `None` if it is not finite.
@@ -216,20 +216,20 @@ fn in_variable(range: f64, levels: &[GridResult], quantity: &Bounded, resolved: 
         return Some(ValueWithError { value: line, error: (line - b.1).abs() + (b.1 - a.1).abs() });
     };
     // Newton's form of the parabola.
-    let before = (a.1 - c.1) / (a.0 - c.0);
-    let bend = (slope - before) / (b.0 - c.0);
+    let previous = (a.1 - c.1) / (a.0 - c.0);
+    let bend = (slope - previous) / (b.0 - c.0);
     let parabola = line + bend * (range - b.0) * (range - a.0);
     let value = 0.5 * (line + parabola);
     let (spread, change) = ((line - parabola).abs(), (value - b.1).abs());
     let consistent =
-        slope == before || (slope * before > 0.0 && (1.0 / CONSISTENT..=CONSISTENT).contains(&(slope / before)));
+        slope == previous || (slope * previous > 0.0 && (1.0 / CONSISTENT..=CONSISTENT).contains(&(slope / previous)));
     let error = if resolved && consistent {
         spread.max(REMAINING_ERROR * change)
     } else {
         // For an extrapolation over a small fraction of the grids' ranges, a corresponding fraction of their
         // differences.
-        let share = ((b.0 - range) / (REMAINING_ERROR * (c.0 - b.0))).min(1.0);
-        spread + change.max(share * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
+        let fraction = ((b.0 - range) / (REMAINING_ERROR * (c.0 - b.0))).min(1.0);
+        spread + change.max(fraction * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
     };
     Some(ValueWithError { value, error })
 }
@@ -237,7 +237,7 @@ fn in_variable(range: f64, levels: &[GridResult], quantity: &Bounded, resolved: 
 /// Records the results of coarser grids that a nested method reports, and forwards all events to `observer`.
 pub(super) struct CoarseGridResults<'a> {
     observer: &'a dyn Observer,
-    problem: &'a Problem<'a>,
+    problem: &'a ReducedProblem<'a>,
     threshold: f64,
     leakage: bool,
     passed: Mutex<Vec<GridResult>>,
@@ -246,7 +246,11 @@ pub(super) struct CoarseGridResults<'a> {
 }
 
 impl<'a> CoarseGridResults<'a> {
-    pub(super) fn new(observer: &'a dyn Observer, problem: &'a Problem<'a>, (threshold, leakage): (f64, bool)) -> Self {
+    pub(super) fn new(
+        observer: &'a dyn Observer,
+        problem: &'a ReducedProblem<'a>,
+        (threshold, leakage): (f64, bool),
+    ) -> Self {
         CoarseGridResults {
             observer,
             problem,
@@ -280,7 +284,7 @@ impl Observer for CoarseGridResults<'_> {
 
     fn coarse_grid_done(&self, state: CoarseState) {
         let CoarseState { ranks, grid, gap, pressure, mean_gap, stiffness, error_estimates, range, .. } = state;
-        let problem = Problem { grid, ..self.problem.clone() };
+        let problem = ReducedProblem { grid, ..self.problem.clone() };
         let area = problem.contact_area_of_iterate((ranks, gap), pressure, self.threshold);
         let (area, edges) = (area.contact_area, edge_uncertainty(&area, grid));
         // Of the next coarser grid alone, which has at least a quarter of the points.
@@ -317,12 +321,12 @@ impl Observer for StopOnly<'_> {
 
 /// The same problem on a coarser grid.
 pub(super) fn coarsened<'s>(
-    problem: &Problem<'s>,
+    problem: &ReducedProblem<'s>,
     grid: Grid,
     heights: &'s Series<f64>,
-    law: crate::interface::Adhesion,
-) -> Problem<'s> {
-    Problem {
+    law: crate::interface::AttractionLaw,
+) -> ReducedProblem<'s> {
+    ReducedProblem {
         kernel: problem.kernel,
         adhesion: RangeChoice::Mesh.law(law, grid.dx().max(grid.dy())),
         wall: problem.wall,
@@ -332,14 +336,14 @@ pub(super) fn coarsened<'s>(
         max_iterations: problem.max_iterations,
         stiffness: problem.stiffness,
         ranks: problem.ranks,
-        ..Problem::new(grid, Heights::Series(heights))
+        ..ReducedProblem::new(grid, Heights::Series(heights))
     }
 }
 
 /// A solver that follows the load path on a coarser grid.
 pub(super) struct CoarseSolver<'s> {
-    problem: &'s Problem<'s>,
-    run: Box<dyn Run + 's>,
+    problem: &'s ReducedProblem<'s>,
+    run: Box<dyn SolverRun + 's>,
     threshold: f64,
     leakage: bool,
     /// State from which the separation starts, if `pulls_off`.
@@ -349,7 +353,7 @@ pub(super) struct CoarseSolver<'s> {
 
 impl<'s> CoarseSolver<'s> {
     pub(super) fn start(
-        problem: &'s Problem<'s>,
+        problem: &'s ReducedProblem<'s>,
         (threshold, leakage): (f64, bool),
         pulls_off: bool,
         observer: &'s dyn Observer,
@@ -384,10 +388,10 @@ impl<'s> CoarseSolver<'s> {
     }
 
     /// Pull-off on this grid; `None` if it has none.
-    pub(super) fn pull_off(&mut self, scale: Scale) -> Result<Option<(Grid, PullOff)>> {
+    pub(super) fn pull_off(&mut self, scale: ProblemScale) -> Result<Option<(Grid, PullOff)>> {
         let Some(start) = self.start.take() else { return Ok(None) };
         match pull_off::search(&mut *self.run, self.problem, scale, start) {
-            Ok(found) => Ok(Some((self.problem.grid, found))),
+            Ok(pull_off) => Ok(Some((self.problem.grid, pull_off))),
             // The result on the problem's own grid remains valid.
             Err(Error::NotConverged { .. } | Error::Input { .. }) => Ok(None),
             Err(e) => Err(e),
@@ -419,14 +423,14 @@ mod tests {
         let logit = |rho: f64| -3.0 - 20.0 * rho + 70.0 * rho * rho;
         let levels: Vec<GridResult> =
             [(64, 0.08), (128, 0.06), (256, 0.04)].map(|(n, r)| level(n, r, (AREA.value)(logit(r)))).into();
-        let found = extrapolated(0.01, &levels, true).expect("three levels");
+        let actual = extrapolated(0.01, &levels, true).expect("three levels");
         let line = logit(0.04) - 0.03 * (logit(0.06) - logit(0.04)) / 0.02;
         let value = 0.5 * (line + logit(0.01));
-        assert!((found.area.value - (AREA.value)(value)).abs() < 1e-15, "{found:?}");
+        assert!((actual.area.value - (AREA.value)(value)).abs() < 1e-15, "{actual:?}");
         let error = AREA.widened * (line - logit(0.01)).abs().max(0.5 * (value - logit(0.04)).abs());
-        assert!((found.area.error - ((AREA.value)(value + error) - (AREA.value)(value))).abs() < 1e-14);
-        let least = 0.2 * found.area.error / found.area.value;
-        assert_eq!((found.range, found.mean_gap), (0.25, Some(ValueWithError { value: 1.0, error: least })));
+        assert!((actual.area.error - ((AREA.value)(value + error) - (AREA.value)(value))).abs() < 1e-14);
+        let smallest = 0.2 * actual.area.error / actual.area.value;
+        assert_eq!((actual.range, actual.mean_gap), (0.25, Some(ValueWithError { value: 1.0, error: smallest })));
         assert!(extrapolated(0.01, &levels[2..], true).is_none());
     }
 
@@ -434,10 +438,11 @@ mod tests {
     #[test]
     fn values_stay_within_their_bounds() {
         for areas in [[0.5, 0.7, 0.9], [0.9, 0.95, 0.999], [1e-4, 0.1, 0.9999], [0.9, 0.2, 1e-3]] {
-            let of = |(&(n, r), a): (&(usize, f64), f64)| GridResult { mean_gap: 1.0 - a, ..level(n, r, a) };
-            let levels: Vec<GridResult> = [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(of).collect();
-            for found in [0.03, 0.01, 1e-4].iter().filter_map(|range| extrapolated(*range, &levels, true)) {
-                assert!((0.0..=1.0).contains(&found.area.value) && found.mean_gap.is_none_or(|g| g.value > 0.0));
+            let value_of = |(&(n, r), a): (&(usize, f64), f64)| GridResult { mean_gap: 1.0 - a, ..level(n, r, a) };
+            let levels: Vec<GridResult> =
+                [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(value_of).collect();
+            for actual in [0.03, 0.01, 1e-4].iter().filter_map(|range| extrapolated(*range, &levels, true)) {
+                assert!((0.0..=1.0).contains(&actual.area.value) && actual.mean_gap.is_none_or(|g| g.value > 0.0));
             }
         }
         // Full contact has no logit.
@@ -449,23 +454,23 @@ mod tests {
     /// monotonic, and for two grids only. There is no estimate if the error is as large as the value.
     #[test]
     fn inconsistent_grids_have_larger_errors() {
-        let of = |logits: [f64; 3]| -> Vec<GridResult> {
+        let value_of = |logits: [f64; 3]| -> Vec<GridResult> {
             let levels = [(64, 0.08), (128, 0.06), (256, 0.04)];
             levels.iter().zip(logits).map(|(&(n, r), y)| level(n, r, (AREA.value)(y))).collect()
         };
-        let steady = of([-1.4, -1.3, -1.2]);
+        let steady = value_of([-1.4, -1.3, -1.2]);
         let error = |levels: &[GridResult], resolved: bool| extrapolated(0.02, levels, resolved).map(|e| e.area.error);
         // From the value of the logit and its error.
-        let close = |found: Option<f64>, value: f64, by: f64| {
+        let close = |actual: Option<f64>, value: f64, by: f64| {
             let expected = (AREA.value)(value + AREA.widened * by) - (AREA.value)(value);
-            assert!(found.is_some_and(|f| (f - expected).abs() < 1e-12), "{found:?} {expected}");
+            assert!(actual.is_some_and(|f| (f - expected).abs() < 1e-12), "{actual:?} {expected}");
         };
         close(error(&steady, true), -1.1, 0.05);
         close(error(&steady, false), -1.1, 0.2);
         close(error(&steady[1..], true), -1.1, 0.2);
         // Line and parabola end at -1.1 and -0.9.
-        close(error(&of([-1.2, -1.3, -1.2]), true), -1.0, 0.2 + 0.2);
-        assert_eq!(error(&of([-4.0, -1.2, -1.3]), true), None);
+        close(error(&value_of([-1.2, -1.3, -1.2]), true), -1.0, 0.2 + 0.2);
+        assert_eq!(error(&value_of([-4.0, -1.2, -1.3]), true), None);
     }
 
     #[test]

@@ -1,15 +1,18 @@
-use crate::interface::Adhesion;
-use crate::method::{Card, ContactMethod, Estimate, Load, Needs, Observer, Plan, Problem, Scale, ScaledHeights, Stop};
+use crate::interface::AttractionLaw;
+use crate::method::{
+    ContactMethod, Load, MethodCard, MethodEstimate, Needs, Observer, ProblemScale, ReducedProblem, ScaledHeights,
+    SolvePlan, Stop,
+};
 use asperity_grid::Field;
 use asperity_grid::{Error, Result};
 use asperity_surface::PowerSpectrum;
 
 /// Input of an estimator: only what its card declares it needs.
 pub struct EstimatorInput<'a> {
-    problem: Problem<'a>,
+    problem: ReducedProblem<'a>,
     method: &'static dyn ContactMethod,
     /// Unit in which the method works, and the heights in it where it is not 1.
-    scale: Scale,
+    scale: ProblemScale,
     scaled: Option<ScaledHeights>,
     /// Power spectrum of the surface in that unit, for methods that need no heights.
     power: Option<PowerSpectrum>,
@@ -17,23 +20,28 @@ pub struct EstimatorInput<'a> {
 
 impl<'a> EstimatorInput<'a> {
     /// Planned memory of the method, including the power spectrum if the method needs it.
-    pub fn plan(problem: &Problem, method: &dyn ContactMethod) -> Plan {
+    pub fn plan(problem: &ReducedProblem, method: &dyn ContactMethod) -> SolvePlan {
         let own = method.plan(problem);
         match method.card().needs {
             Needs::Heights => own,
-            Needs::Spectrum => Plan { bytes: own.bytes + problem.power_bytes(), ..own },
+            Needs::Spectrum => SolvePlan { bytes: own.bytes + problem.power_bytes(), ..own },
         }
     }
 
     /// # Errors
     /// `Memory` if the estimate needs more than the available memory; nothing has been allocated then.
-    pub fn new(problem: Problem<'a>, method: &'static dyn ContactMethod) -> Result<Self> {
-        let (need, have) = (Self::plan(&problem, method).bytes, asperity_grid::sys::available_memory_bytes());
-        if need > have {
+    pub fn new(problem: ReducedProblem<'a>, method: &'static dyn ContactMethod) -> Result<Self> {
+        let (required, available) = (Self::plan(&problem, method).bytes, asperity_grid::sys::available_memory_bytes());
+        if required > available {
             let what = method.card().id.into();
-            return Err(Error::Memory { what, need, have, advice: "a coarser grid needs less".into() });
+            return Err(Error::Memory {
+                what,
+                need: required,
+                have: available,
+                advice: "a coarser grid needs less".into(),
+            });
         }
-        let scale = Scale::of(&problem.heights);
+        let scale = ProblemScale::of(&problem.heights);
         let scaled = (!scale.is_one()).then(|| scale.heights(&problem.heights));
         let power = (method.card().needs == Needs::Spectrum)
             .then(|| match &scaled {
@@ -45,23 +53,23 @@ impl<'a> EstimatorInput<'a> {
     }
 
     /// The problem in the unit of the method, without the data that it does not need.
-    fn problem(&self) -> Problem<'_> {
+    fn problem(&self) -> ReducedProblem<'_> {
         let problem = match &self.scaled {
             Some(heights) => self.scale.problem(&self.problem, heights),
             None => self.problem.clone(),
         };
         match &self.power {
-            Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..problem },
+            Some(power) => ReducedProblem { power: Some(power), heights: (&[][..]).into(), ..problem },
             None => problem,
         }
     }
 
     /// The adhesion that the method uses, if it differs from the problem's.
-    pub fn changed_adhesion(&self) -> Option<Adhesion> {
+    pub fn changed_adhesion(&self) -> Option<AttractionLaw> {
         Some(self.method.adhesion(&self.problem)).filter(|used| *used != self.problem.adhesion)
     }
 
-    pub fn card(&self) -> &'static Card {
+    pub fn card(&self) -> &'static MethodCard {
         self.method.card()
     }
 
@@ -74,7 +82,7 @@ impl<'a> EstimatorInput<'a> {
         &self,
         (loads, known): (&[Load], usize),
         observer: &dyn Observer,
-        mut visit: impl FnMut(usize, &Problem, &Estimate) -> Result<()>,
+        mut visit: impl FnMut(usize, &ReducedProblem, &MethodEstimate) -> Result<()>,
     ) -> Result<()> {
         let problem = self.problem();
         let scale = self.scale;
@@ -87,22 +95,22 @@ impl<'a> EstimatorInput<'a> {
             scaled_loads[..known].iter().try_for_each(|&load| run.replay(load))?;
         }
         for (i, &load) in scaled_loads.iter().enumerate().skip(known) {
-            let found = run.estimate(load)?;
-            match found.stop {
-                Stop::Converged if scale.is_one() => visit(i, &problem, &found)?,
+            let estimate = run.estimate(load)?;
+            match estimate.stop {
+                Stop::Converged if scale.is_one() => visit(i, &problem, &estimate)?,
                 Stop::Converged => {
-                    let fields = [found.gap, found.stress].map(|f| f.map(|f| scale.field(Field::F64(f))));
-                    let found = scale.estimate(&found, loads[i], [fields[0].as_deref(), fields[1].as_deref()]);
-                    visit(i, &self.problem, &found)?;
+                    let fields = [estimate.gap, estimate.stress].map(|f| f.map(|f| scale.field(Field::F64(f))));
+                    let estimate = scale.estimate(&estimate, loads[i], [fields[0].as_deref(), fields[1].as_deref()]);
+                    visit(i, &self.problem, &estimate)?;
                 }
                 Stop::Interrupted => return Err(Error::Interrupted),
                 stop => {
                     return Err(Error::NotConverged {
                         method: id,
                         why: stop.to_string(),
-                        iterations: found.iterations,
-                        residual: found.residual,
-                        tolerance: found.tolerance,
+                        iterations: estimate.iterations,
+                        residual: estimate.residual,
+                        tolerance: estimate.tolerance,
                         partial: None,
                     });
                 }

@@ -1,11 +1,16 @@
 use crate::interface::Elastic;
-use crate::method::Problem;
+use crate::method::ReducedProblem;
 use crate::observe::{FlowEdges, Leakage};
 use asperity_grid::Field;
 
 /// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a non-periodic surface. `coarser`: hydraulic
 /// gaps on the next coarser grid ([`Reached::coarser_gaps`](super::Reached::coarser_gaps)), for the errors.
-pub fn leakage(problem: &Problem, gap: Field, threshold: f64, coarser: Option<([f64; 2], f64)>) -> Option<Leakage> {
+pub fn leakage(
+    problem: &ReducedProblem,
+    gap: Field,
+    threshold: f64,
+    coarser: Option<([f64; 2], f64)>,
+) -> Option<Leakage> {
     let edges = match problem.kernel {
         Elastic::NonPeriodic(_) => FlowEdges::TwoSides,
         _ => FlowEdges::Periodic,

@@ -14,9 +14,10 @@ pub use estimator_input::EstimatorInput;
 pub use leakage::leakage;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 
-use crate::interface::{Adhesion, Elastic, RangeChoice};
+use crate::interface::{AttractionLaw, Elastic, RangeChoice};
 use crate::method::{
-    ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, SolverSnapshot, State, Stop, contact_stiffness,
+    ContactMethod, Equilibrium, Heights, Load, Observer, ProblemScale, ReducedProblem, SolvePlan, SolverRun,
+    SolverSnapshot, Stop, contact_stiffness,
 };
 use crate::observe::ContactArea;
 use crate::quantity::Quantity;
@@ -36,11 +37,11 @@ fn displacement(touch: f64, separation: f64, (size, epsilon): (f64, f64)) -> f64
 }
 
 /// A problem and its sequence of loads.
-pub struct LoadPath<'p> {
+pub struct LoadPathSolver<'p> {
     /// The problem with the adhesion law used on its grid.
-    problem: Problem<'p>,
+    problem: ReducedProblem<'p>,
     /// The adhesion as requested.
-    requested: Adhesion,
+    requested: AttractionLaw,
     method: &'static dyn ContactMethod,
     range: RangeChoice,
     threshold: f64,
@@ -53,7 +54,7 @@ pub struct LoadPath<'p> {
 
 /// A state of the load path; the last one may not have converged.
 pub struct Reached<'a> {
-    pub state: State<'a>,
+    pub state: Equilibrium<'a>,
     pub area: ContactArea,
     /// Discretisation error; `None` if this state or the coarser grid's did not converge.
     pub discretisation: Option<Discretisation>,
@@ -71,22 +72,22 @@ pub struct Reached<'a> {
 impl Reached<'_> {
     /// Error of the contact area over the area of the cell; `None` where a part of it is not known.
     pub fn contact_area_error(&self) -> Option<f64> {
-        total(&self.uncertainty, Quantity::ContactArea).map(|share| share * self.area.contact_area)
+        total(&self.uncertainty, Quantity::ContactArea).map(|fraction| fraction * self.area.contact_area)
     }
 
     /// Error of the mean gap, of the same unit.
     pub fn mean_gap_error(&self) -> Option<f64> {
-        total(&self.uncertainty, Quantity::MeanGap).map(|share| share * self.state.mean_gap.abs())
+        total(&self.uncertainty, Quantity::MeanGap).map(|fraction| fraction * self.state.mean_gap.abs())
     }
 
     /// Error of the contact stiffness, of the same unit.
     pub fn stiffness_error(&self) -> Option<f64> {
-        total(&self.uncertainty, Quantity::Stiffness).zip(self.state.stiffness).map(|(share, k)| share * k)
+        total(&self.uncertainty, Quantity::Stiffness).zip(self.state.stiffness).map(|(fraction, k)| fraction * k)
     }
 }
 
 /// Initial state of a path other than first contact.
-pub enum Begin {
+pub enum InitialState {
     /// Initial gap `[ny, nx]`, units of L.
     Gap(Vec<f64>),
     /// Continuation of an interrupted path after so many finished loads. Without the method's `progress` (`null`) the next load is
@@ -94,10 +95,10 @@ pub enum Begin {
     Snapshot { finished: usize, snapshot: Box<SolverSnapshot> },
 }
 
-impl<'p> LoadPath<'p> {
+impl<'p> LoadPathSolver<'p> {
     /// `problem` has the adhesion as requested; nodes whose gap is at most `threshold` count as contact.
     pub fn new(
-        problem: Problem<'p>,
+        problem: ReducedProblem<'p>,
         method: &'static dyn ContactMethod,
         range: RangeChoice,
         threshold: f64,
@@ -105,8 +106,8 @@ impl<'p> LoadPath<'p> {
     ) -> Self {
         let requested = problem.adhesion;
         let adhesion = range.law(requested, problem.grid.dx().max(problem.grid.dy()));
-        LoadPath {
-            problem: Problem { adhesion, ..problem },
+        LoadPathSolver {
+            problem: ReducedProblem { adhesion, ..problem },
             requested,
             method,
             range,
@@ -119,22 +120,22 @@ impl<'p> LoadPath<'p> {
 
     /// Without the coarser grids that serve only the error estimate.
     pub fn without_error(self) -> Self {
-        LoadPath { with_error: false, ..self }
+        LoadPathSolver { with_error: false, ..self }
     }
 
     /// With the flow through the gaps of the next coarser grid, for the errors of the leakage.
     pub fn with_leakage(self, requested: bool) -> Self {
-        LoadPath { leakage: requested, ..self }
+        LoadPathSolver { leakage: requested, ..self }
     }
 
     /// With the contact stiffness of each state.
     pub fn with_stiffness(self) -> Self {
-        LoadPath { problem: Problem { stiffness: true, ..self.problem }, ..self }
+        LoadPathSolver { problem: ReducedProblem { stiffness: true, ..self.problem }, ..self }
     }
 
     /// Whether a state depends on the loads before it.
     fn has_history(&self) -> bool {
-        self.requested != Adhesion::None || self.problem.hardness.is_some()
+        self.requested != AttractionLaw::None || self.problem.hardness.is_some()
     }
 
     /// Whether the method solves coarser grids itself.
@@ -143,7 +144,7 @@ impl<'p> LoadPath<'p> {
     }
 
     /// The problem with the adhesion law used on its grid.
-    pub fn problem(&self) -> &Problem<'p> {
+    pub fn problem(&self) -> &ReducedProblem<'p> {
         &self.problem
     }
 
@@ -152,7 +153,7 @@ impl<'p> LoadPath<'p> {
     }
 
     /// The adhesion law that the method uses.
-    pub fn adhesion(&self) -> Adhesion {
+    pub fn adhesion(&self) -> AttractionLaw {
         self.method.adhesion(&self.problem)
     }
 
@@ -176,7 +177,7 @@ impl<'p> LoadPath<'p> {
         coarser_grids::grids(self.problem.grid, count)
     }
 
-    /// [`State::separation`] at first contact of the rigid surfaces.
+    /// [`Equilibrium::separation`] at first contact of the rigid surfaces.
     fn separation_at_first_contact(&self) -> f64 {
         if let Elastic::NonPeriodic(_) = self.problem.kernel {
             return 0.0;
@@ -193,9 +194,10 @@ impl<'p> LoadPath<'p> {
     }
 
     /// Memory and work of the path, including coarser grids and the states stored during separation.
-    pub fn plan(&self, pulls_off: bool) -> Plan {
+    pub fn plan(&self, pulls_off: bool) -> SolvePlan {
         let own = self.method.plan(&self.problem);
-        let coarse = |&grid: &Grid| coarser_grids::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
+        let coarse =
+            |&grid: &Grid| coarser_grids::method().plan(&ReducedProblem { grid, ..self.problem.clone() }).bytes;
         let grids = self.coarser_grids_followed(pulls_off);
         let field = (size_of::<f64>() * self.problem.grid.points()) as u64;
         // A Fourier series of the nodes has the size of one field.
@@ -206,9 +208,9 @@ impl<'p> LoadPath<'p> {
         let separation = if pulls_off { pull_off::FIELDS * field } else { 0 };
         let shared = sharing(self.problem.ranks, self.problem.grid).count() as u64;
         // Heights in their own unit, and the fields of a state converted back.
-        let converted = if Scale::of(&self.problem.heights).is_one() { 0 } else { 3 * field / shared };
+        let converted = if ProblemScale::of(&self.problem.heights).is_one() { 0 } else { 3 * field / shared };
         let coarser = grids.iter().map(coarse).sum::<u64>();
-        Plan { bytes: own.bytes + series + separation + converted + coarser, ..own }
+        SolvePlan { bytes: own.bytes + series + separation + converted + coarser, ..own }
     }
 
     /// This load on the next coarser grid, if no other solve has provided it: for a solve from a given gap or a
@@ -230,11 +232,11 @@ impl<'p> LoadPath<'p> {
         CoarseSolver::start(&problem, (self.threshold, self.leakage), false, observer)?.follow(load)
     }
 
-    /// [`LoadPath::walk`] of a path in the unit `scale`, which the gap of a checkpoint may not have.
+    /// [`LoadPathSolver::walk`] of a path in the unit `scale`, which the gap of a checkpoint may not have.
     fn walk_in_unit(
         &self,
-        scale: Scale,
-        begin: Option<Begin>,
+        scale: ProblemScale,
+        begin: Option<InitialState>,
         pulls_off: bool,
         observer: &dyn Observer,
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
@@ -242,7 +244,7 @@ impl<'p> LoadPath<'p> {
         let (coarse_results, silent) =
             (CoarseGridResults::new(observer, &self.problem, (self.threshold, self.leakage)), StopOnly(observer));
         // From a given gap, coarser grids might end on another branch.
-        let given = matches!(begin, Some(Begin::Gap(_))) && self.problem.adhesion != Adhesion::None;
+        let given = matches!(begin, Some(InitialState::Gap(_))) && self.problem.adhesion != AttractionLaw::None;
         let grids = if given { Vec::new() } else { self.coarser_grids_followed(pulls_off) };
         let made: Series<f64>;
         let series = match self.problem.heights {
@@ -253,7 +255,7 @@ impl<'p> LoadPath<'p> {
             }
             Heights::Nodes(_) => None,
         };
-        let problems: Vec<Problem> = grids
+        let problems: Vec<ReducedProblem> = grids
             .iter()
             .filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.requested)))
             .collect();
@@ -305,26 +307,26 @@ impl<'p> LoadPath<'p> {
         }
         let Some(last) = last.filter(|_| pulls_off) else { return Ok(None) };
         coarse_results.finish(last.snapshot(self.problem.grid));
-        let found = pull_off::search(&mut *run, &self.problem, scale, last)?;
+        let pull_off = pull_off::search(&mut *run, &self.problem, scale, last)?;
         let coarse = coarse_solvers.first_mut().map(|coarse| coarse.pull_off(scale)).transpose()?.flatten();
         Ok(Some(match coarse {
-            Some((grid, pull)) => pull_off::compared(found, grid, pull),
+            Some((grid, pull)) => pull_off::compared(pull_off, grid, pull),
             // The bracket alone says nothing of the grid.
-            None => PullOff { pressure_error: None, mean_gap_error: None, ..found },
+            None => PullOff { pressure_error: None, mean_gap_error: None, ..pull_off },
         }))
     }
 
     /// What the numbers of a state are uncertain by.
     fn uncertainty(
         &self,
-        (state, area): (&State, &ContactArea),
+        (state, area): (&Equilibrium, &ContactArea),
         rms_height: f64,
         (discretisation, extrapolated): (Option<Discretisation>, Option<Extrapolated>),
     ) -> Vec<UncertaintyComponent> {
         let problem = &self.problem;
         // A method may use another range than that of the grid.
         let enlarges = self.adhesion() != self.requested;
-        uncertainty::components(&uncertainty::Known {
+        uncertainty::components(&uncertainty::UncertaintyInput {
             problem,
             enlarges,
             rms_height,
@@ -376,18 +378,18 @@ impl<'p> LoadPath<'p> {
     /// from which an interrupted separation restarts.
     fn begin(
         &self,
-        begin: Option<Begin>,
-        scale: Scale,
-        run: &mut dyn Run,
+        begin: Option<InitialState>,
+        scale: ProblemScale,
+        run: &mut dyn SolverRun,
         coarse_solvers: &mut [CoarseSolver],
     ) -> Result<(usize, Option<SeparationStart>)> {
         let (finished, snapshot) = match begin {
             None => return Ok((0, None)),
-            Some(Begin::Gap(gap)) => {
+            Some(InitialState::Gap(gap)) => {
                 run.set_gap(&gap);
                 return Ok((0, None));
             }
-            Some(Begin::Snapshot { finished, snapshot }) => (finished, *snapshot),
+            Some(InitialState::Snapshot { finished, snapshot }) => (finished, *snapshot),
         };
         for &load in &self.loads[..finished] {
             for solver in &mut *coarse_solvers {

@@ -1,4 +1,4 @@
-use crate::method::{Load, Problem, Run, Scale, SnapshotRef, State, Stop};
+use crate::method::{Equilibrium, Load, ProblemScale, ReducedProblem, SnapshotRef, SolverRun, Stop};
 use crate::results::PullOff;
 use asperity_grid::sys::ranks::ALONE;
 use asperity_grid::{Error, Result};
@@ -37,7 +37,7 @@ pub(super) const FIELDS: u64 = 4;
 
 /// A state of the separation curve.
 #[derive(Clone, Copy)]
-struct Point {
+struct SeparationPoint {
     mean_gap: f64,
     pressure: f64,
 }
@@ -50,7 +50,7 @@ pub(super) struct SeparationStart {
 }
 
 impl SeparationStart {
-    pub(super) fn of(state: &State) -> Self {
+    pub(super) fn of(state: &Equilibrium) -> Self {
         SeparationStart { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
     }
 
@@ -69,7 +69,12 @@ impl SeparationStart {
 /// Steps adapt to the curve, so that none passes over a maximum of the tension: a step within which tension is lost is
 /// halved until the tension could only have grown by [`RESOLVED`] of the largest. Every maximum that may be the largest
 /// is then bracketed by golden sections.
-pub(super) fn search(run: &mut dyn Run, problem: &Problem, scale: Scale, from: SeparationStart) -> Result<PullOff> {
+pub(super) fn search(
+    run: &mut dyn SolverRun,
+    problem: &ReducedProblem,
+    scale: ProblemScale,
+    from: SeparationStart,
+) -> Result<PullOff> {
     let SeparationStart { mean_gap, pressure, gap } = from;
     let range = problem.adhesion.range();
     if range == 0.0 {
@@ -81,7 +86,7 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, scale: Scale, from: S
         scale,
         step: FIRST_STEP * mean_gap.max(range),
         longest: 0.0,
-        curve: vec![Point { mean_gap, pressure }],
+        curve: vec![SeparationPoint { mean_gap, pressure }],
         best: None,
         lowest: pressure,
         before: Vec::new(),
@@ -102,21 +107,21 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, scale: Scale, from: S
 /// A maximum of the tension with its errors.
 #[derive(Clone, Copy)]
 struct Maximum {
-    at: Point,
+    at: SeparationPoint,
     pressure_error: f64,
     mean_gap_error: f64,
 }
 
 /// Scan of the separation curve.
 struct Search<'a, 'p> {
-    run: &'a mut dyn Run,
-    problem: &'a Problem<'p>,
-    scale: Scale,
+    run: &'a mut dyn SolverRun,
+    problem: &'a ReducedProblem<'p>,
+    scale: ProblemScale,
     step: f64,
     /// Longest step so far.
     longest: f64,
     /// Equilibria of the scan in order; those of the sections follow in `result`.
-    curve: Vec<Point>,
+    curve: Vec<SeparationPoint>,
     /// The largest bracketed maximum.
     best: Option<Maximum>,
     /// Lowest pressure so far.
@@ -131,7 +136,7 @@ impl Search<'_, '_> {
     /// The first step, shortened while the tension decreases within it: for an initial load close to the maximum
     /// tension it may be too long.
     fn first_step(&mut self) -> Result<()> {
-        let Point { mean_gap, pressure } = self.curve[0];
+        let SeparationPoint { mean_gap, pressure } = self.curve[0];
         loop {
             let (point, gap) = equilibrium(self.run, (self.problem, self.scale), mean_gap + self.step, None)?;
             if point.pressure < pressure || self.step <= SHORTEST_STEP * mean_gap {
@@ -143,7 +148,7 @@ impl Search<'_, '_> {
         }
     }
 
-    fn accept(&mut self, point: Point, gap: Vec<f64>) {
+    fn accept(&mut self, point: SeparationPoint, gap: Vec<f64>) {
         self.lowest = self.lowest.min(point.pressure);
         self.curve.push(point);
         self.before = std::mem::replace(&mut self.last, gap);
@@ -166,11 +171,11 @@ impl Search<'_, '_> {
         let passed = now.pressure < earlier.pressure && next.pressure >= now.pressure;
         if passed && -now.pressure >= (1.0 - LOST) * -self.lowest {
             let end = next.mean_gap;
-            let found = self.bracketed([earlier, now], end)?;
-            if self.best.is_none_or(|best| found.at.pressure < best.at.pressure) {
-                self.best = Some(found);
+            let bracketed = self.bracketed([earlier, now], end)?;
+            if self.best.is_none_or(|best| bracketed.at.pressure < best.at.pressure) {
+                self.best = Some(bracketed);
             }
-            self.lowest = self.lowest.min(found.at.pressure);
+            self.lowest = self.lowest.min(bracketed.at.pressure);
             self.run.set_gap(&gap);
         }
         // A rough surface separates asperity by asperity, and the last one may have the maximum tension. The scan
@@ -184,10 +189,10 @@ impl Search<'_, '_> {
     }
 
     /// The maximum between `earlier` and the mean gap `high` by golden sections.
-    fn bracketed(&mut self, [earlier, now]: [Point; 2], mut high: f64) -> Result<Maximum> {
+    fn bracketed(&mut self, [earlier, now]: [SeparationPoint; 2], mut high: f64) -> Result<Maximum> {
         let (mut low, mut best) = (earlier.mean_gap, now);
         let slope = (earlier.pressure - now.pressure) / (now.mean_gap - earlier.mean_gap);
-        let mut probe = |mean_gap: f64| -> Result<Point> {
+        let mut probe = |mean_gap: f64| -> Result<SeparationPoint> {
             let (point, _) = equilibrium(self.run, (self.problem, self.scale), mean_gap, Some(&self.before))?;
             if point.pressure < best.pressure {
                 best = point;
@@ -238,48 +243,48 @@ impl Search<'_, '_> {
 const CHANGES: f64 = 3.0;
 
 /// `found` with the errors of its bracket and of the change from the coarser grid.
-pub(super) fn compared(found: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
-    let change = (found.pressure - coarse.pressure).abs();
+pub(super) fn compared(pull_off: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
+    let change = (pull_off.pressure - coarse.pressure).abs();
     PullOff {
-        pressure_error: found.pressure_error.map(|e| e + CHANGES * change),
-        mean_gap_error: found.mean_gap_error.map(|e| e + CHANGES * (found.mean_gap - coarse.mean_gap).abs()),
+        pressure_error: pull_off.pressure_error.map(|e| e + CHANGES * change),
+        mean_gap_error: pull_off.mean_gap_error.map(|e| e + CHANGES * (pull_off.mean_gap - coarse.mean_gap).abs()),
         coarser: Some([grid.nx, grid.ny]),
-        ..found
+        ..pull_off
     }
 }
 
 /// The state at a mean gap and its gap field, from the gap `start` if given.
 fn equilibrium(
-    run: &mut dyn Run,
-    (problem, scale): (&Problem, Scale),
+    run: &mut dyn SolverRun,
+    (problem, scale): (&ReducedProblem, ProblemScale),
     mean_gap: f64,
     start: Option<&[f64]>,
-) -> Result<(Point, Vec<f64>)> {
+) -> Result<(SeparationPoint, Vec<f64>)> {
     if let Some(gap) = start {
         run.set_gap(gap);
     }
     let state = run.equilibrate(Load::MeanGap(mean_gap))?;
     match state.stop {
-        Stop::Converged => Ok((Point { mean_gap, pressure: state.pressure }, state.gap.to_vec())),
+        Stop::Converged => Ok((SeparationPoint { mean_gap, pressure: state.pressure }, state.gap.to_vec())),
         Stop::Interrupted => Err(Error::Interrupted),
         stop => Err(unconverged(problem, scale, &state, stop)),
     }
 }
 
-pub(super) fn unconverged(problem: &Problem, scale: Scale, state: &State, stop: Stop) -> Error {
-    let why = format!("{stop}, while separating at a mean gap of {:.6e} L", scale.multiply(state.mean_gap));
-    state.not_converged("fast", why, problem.tolerance, None)
+pub(super) fn unconverged(problem: &ReducedProblem, scale: ProblemScale, state: &Equilibrium, stop: Stop) -> Error {
+    let reason = format!("{stop}, while separating at a mean gap of {:.6e} L", scale.multiply(state.mean_gap));
+    state.not_converged("fast", reason, problem.tolerance, None)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interface::Adhesion;
+    use crate::interface::AttractionLaw;
     use crate::method::{ErrorEstimates, Heights};
     use asperity_grid::Field;
 
     /// A separation curve in place of a solver: tension rises to sharp maxima, at each of which an asperity detaches.
-    struct Curve {
+    struct SawtoothCurve {
         /// Mean gap and tension of the maxima, in order; the tension after each is `AFTER` of it.
         maxima: Vec<(f64, f64)>,
         gap: [f64; 1],
@@ -287,25 +292,25 @@ mod tests {
 
     const AFTER: f64 = 0.6;
 
-    impl Curve {
+    impl SawtoothCurve {
         fn tension(&self, mean_gap: f64) -> f64 {
             let (mut from, mut low) = (0.0, 0.0);
-            for &(at, most) in &self.maxima {
+            for &(at, largest) in &self.maxima {
                 if mean_gap <= at {
-                    return low + (most - low) * (mean_gap - from) / (at - from);
+                    return low + (largest - low) * (mean_gap - from) / (at - from);
                 }
-                (from, low) = (at, AFTER * most);
+                (from, low) = (at, AFTER * largest);
             }
             low * (-(mean_gap - from) / 0.05).exp()
         }
     }
 
-    impl Run for Curve {
-        fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    impl SolverRun for SawtoothCurve {
+        fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
             let Load::MeanGap(mean_gap) = load else { panic!("a mean gap is imposed") };
             let pressure = -self.tension(mean_gap);
             self.gap = [if mean_gap > self.maxima[self.maxima.len() - 1].0 { mean_gap } else { 0.0 }];
-            Ok(State {
+            Ok(Equilibrium {
                 ranks: &ALONE,
                 plastic: None,
                 plasticity: None,
@@ -337,9 +342,9 @@ mod tests {
     #[test]
     fn every_sharp_maximum_is_bracketed() {
         let heights = [0.0];
-        let problem = Problem {
-            adhesion: Adhesion::exponential(1e-4, 0.01),
-            ..Problem::new(Grid::unit(1, 1), Heights::Nodes(&heights))
+        let problem = ReducedProblem {
+            adhesion: AttractionLaw::exponential(1e-4, 0.01),
+            ..ReducedProblem::new(Grid::unit(1, 1), Heights::Nodes(&heights))
         };
         for k in 0..40 {
             let first = 0.05 + 0.0007 * f64::from(k);
@@ -347,15 +352,15 @@ mod tests {
                 (vec![(first, 0.003443), (first + 0.03, 0.0032)], (first, 0.003443)),
                 (vec![(first, 0.0032), (first + 0.03, 0.003443)], (first + 0.03, 0.003443)),
             ] {
-                let mut curve = Curve { maxima, gap: [0.0] };
+                let mut curve = SawtoothCurve { maxima, gap: [0.0] };
                 let (pressure, gap) = (-curve.tension(0.02), vec![0.0]);
                 let from = SeparationStart { mean_gap: 0.02, pressure, gap };
-                let found = search(&mut curve, &problem, Scale::of(&problem.heights), from).expect("a maximum");
-                let miss = [found.pressure + expected.1, found.mean_gap - expected.0].map(f64::abs);
+                let actual = search(&mut curve, &problem, ProblemScale::of(&problem.heights), from).expect("a maximum");
+                let miss = [actual.pressure + expected.1, actual.mean_gap - expected.0].map(f64::abs);
                 let [pressure_error, mean_gap_error] =
-                    [found.pressure_error, found.mean_gap_error].map(|e| e.expect("of the bracket"));
-                assert!(miss[0] <= pressure_error + 1e-15, "{k}: {miss:?} {found:?}");
-                assert!(miss[1] <= mean_gap_error + 1e-15, "{k}: {miss:?} {found:?}");
+                    [actual.pressure_error, actual.mean_gap_error].map(|e| e.expect("of the bracket"));
+                assert!(miss[0] <= pressure_error + 1e-15, "{k}: {miss:?} {actual:?}");
+                assert!(miss[1] <= mean_gap_error + 1e-15, "{k}: {miss:?} {actual:?}");
                 assert!(pressure_error < 2e-3 * expected.1, "{k}: {pressure_error}");
             }
         }

@@ -1,7 +1,7 @@
 //! Stress below the surface of a state, at the depths that a scene requests.
 
 use crate::interface::{Elastic, StressField, Subsurface, SubsurfaceRequest};
-use crate::method::Problem;
+use crate::method::ReducedProblem;
 use crate::results::{Peak, SubsurfaceResults, SubsurfaceSlice};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Grid};
@@ -25,7 +25,7 @@ pub fn is_subsurface_map(name: &str) -> bool {
 }
 
 /// Bytes for the stresses of a problem.
-pub fn subsurface_bytes(problem: &Problem) -> u64 {
+pub fn subsurface_bytes(problem: &ReducedProblem) -> u64 {
     Subsurface::bytes(problem.grid, problem.kernel) + (2 * size_of::<f64>() * problem.grid.points()) as u64
 }
 

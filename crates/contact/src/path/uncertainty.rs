@@ -1,28 +1,28 @@
 //! Uncertainty components of the numbers of a state.
 
-use crate::method::{Problem, State};
+use crate::method::{Equilibrium, ReducedProblem};
 use crate::observe::ContactArea;
 use crate::quantity::Quantity;
 use crate::results::{Discretisation, Extrapolated};
 use crate::uncertainty::{UncertaintyComponent, UncertaintySource};
 
 /// What the uncertainty of a state follows from.
-pub(super) struct Known<'a> {
+pub(super) struct UncertaintyInput<'a> {
     /// With the adhesion used on its grid.
-    pub problem: &'a Problem<'a>,
+    pub problem: &'a ReducedProblem<'a>,
     /// Whether the method uses another range of adhesion than the requested one.
     pub enlarges: bool,
     /// Of the problem's heights, L.
     pub rms_height: f64,
-    pub state: &'a State<'a>,
+    pub state: &'a Equilibrium<'a>,
     pub area: &'a ContactArea,
     pub discretisation: Option<Discretisation>,
     pub extrapolated: Option<Extrapolated>,
 }
 
 /// Uncertainty components of a state. Those of the mean gap apply where the load is imposed.
-pub(super) fn components(known: &Known) -> Vec<UncertaintyComponent> {
-    let &Known { problem, enlarges, rms_height, state, area, discretisation, extrapolated } = known;
+pub(super) fn components(known: &UncertaintyInput) -> Vec<UncertaintyComponent> {
+    let &UncertaintyInput { problem, enlarges, rms_height, state, area, discretisation, extrapolated } = known;
     let (area, gap) = (area.contact_area, state.mean_gap);
     let mut parts = Vec::new();
     let mut add = |quantity, source, relative: Option<f64>, is_bound| {
@@ -48,7 +48,8 @@ pub(super) fn components(known: &Known) -> Vec<UncertaintyComponent> {
     }
     // A relative residual is treated as a relative error of the load. The area is proportional to the load; the mean
     // gap changes by the load error over the contact stiffness.
-    let of_load = |share: f64| [Some(share), state.stiffness.map(|k| share * state.pressure.abs() / (k * gap))];
+    let of_load =
+        |fraction: f64| [Some(fraction), state.stiffness.map(|k| fraction * state.pressure.abs() / (k * gap))];
     let [of_area, of_gap] = of_load(state.residual);
     add(Quantity::ContactArea, UncertaintySource::Solver, state.error_estimates.area.or(of_area), false);
     add(Quantity::MeanGap, UncertaintySource::Solver, state.error_estimates.mean_gap.or(of_gap), false);

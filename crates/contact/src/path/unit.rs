@@ -1,14 +1,14 @@
-//! Load paths in the unit of the surface's heights ([`Scale`]).
+//! Load paths in the unit of the surface's heights ([`ProblemScale`]).
 
-use super::{Begin, LoadPath, Reached};
-use crate::method::{CoarseState, Iteration, Load, Observer, Scale, SnapshotRef};
+use super::{InitialState, LoadPathSolver, Reached};
+use crate::method::{CoarseState, Iteration, Load, Observer, ProblemScale, SnapshotRef};
 use crate::results::{Extrapolated, PullOff};
 use crate::uncertainty::ValueWithError;
 use asperity_grid::Field;
 use asperity_grid::{Error, Result};
 use std::ops::ControlFlow;
 
-impl LoadPath<'_> {
+impl LoadPathSolver<'_> {
     /// Solves the loads in order and passes each state to `visit`. The path ends at the first load that does not
     /// converge. If `pulls_off`, the surfaces are then separated to find the pull-off pressure.
     ///
@@ -20,19 +20,19 @@ impl LoadPath<'_> {
     /// [`least_pressure`](crate::method::Problem::least_pressure), and the errors of `visit`.
     pub fn walk(
         &self,
-        begin: Option<Begin>,
+        begin: Option<InitialState>,
         pulls_off: bool,
         observer: &dyn Observer,
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
     ) -> Result<Option<PullOff>> {
-        let scale = Scale::of(&self.problem.heights);
+        let scale = ProblemScale::of(&self.problem.heights);
         let loads = scale.loads(&self.problem, self.loads)?;
         self.check_rounding()?;
         if scale.is_one() {
             return self.walk_in_unit(scale, begin, pulls_off, observer, visit);
         }
         let heights = scale.heights(&self.problem.heights);
-        let path = LoadPath {
+        let path = LoadPathSolver {
             problem: scale.problem(&self.problem, &heights),
             requested: scale.adhesion(self.requested),
             method: self.method,
@@ -43,7 +43,7 @@ impl LoadPath<'_> {
             leakage: self.leakage,
         };
         let begin = begin.map(|begin| match begin {
-            Begin::Gap(gap) => Begin::Gap(scale.gap(&gap).into_owned()),
+            InitialState::Gap(gap) => InitialState::Gap(scale.gap(&gap).into_owned()),
             // Converted where it is read.
             checkpoint => checkpoint,
         });
@@ -55,47 +55,48 @@ impl LoadPath<'_> {
             let state = scale.state(&reached.state, self.loads[i], fields);
             let extrapolated = reached.extrapolated.map(|e| extrapolated(scale, e));
             let displacement = scale.multiply(reached.displacement);
-            let coarser_gaps = reached.coarser_gaps.map(|(gaps, share)| (gaps.map(|gap| scale.multiply(gap)), share));
+            let coarser_gaps =
+                reached.coarser_gaps.map(|(gaps, fraction)| (gaps.map(|gap| scale.multiply(gap)), fraction));
             visit(i, Reached { state, extrapolated, displacement, coarser_gaps, ..reached })
         })?;
-        Ok(pulled.map(|found| pull_off(scale, found)))
+        Ok(pulled.map(|separation| pull_off(scale, separation)))
     }
 }
 
-impl LoadPath<'_> {
+impl LoadPathSolver<'_> {
     /// # Errors
     /// `Input` for a pressure above zero that rounding of the heights exceeds.
     fn check_rounding(&self) -> Result<()> {
-        let least = self.problem.least_pressure();
-        let below = |load: &&Load| matches!(load, Load::Pressure(p) if *p > 0.0 && *p < least);
-        let Some(Load::Pressure(found)) = self.loads.iter().find(below) else { return Ok(()) };
+        let smallest = self.problem.least_pressure();
+        let below = |load: &&Load| matches!(load, Load::Pressure(p) if *p > 0.0 && *p < smallest);
+        let Some(Load::Pressure(pressure)) = self.loads.iter().find(below) else { return Ok(()) };
         let accepted = format!(
-            "at least {least:.1e} E*: rounding of the heights hides smaller stresses; check the units of load and modulus"
+            "at least {smallest:.1e} E*: rounding of the heights hides smaller stresses; check the units of load and modulus"
         );
-        Err(Error::input("problem", "pressure", format!("{found:e} E*"), accepted))
+        Err(Error::input("problem", "pressure", format!("{pressure:e} E*"), accepted))
     }
 }
 
-fn extrapolated(scale: Scale, found: Extrapolated) -> Extrapolated {
+fn extrapolated(scale: ProblemScale, extrapolated: Extrapolated) -> Extrapolated {
     let length = |v: ValueWithError| ValueWithError { value: scale.multiply(v.value), error: scale.multiply(v.error) };
-    Extrapolated { mean_gap: found.mean_gap.map(length), ..found }
+    Extrapolated { mean_gap: extrapolated.mean_gap.map(length), ..extrapolated }
 }
 
-fn pull_off(scale: Scale, found: PullOff) -> PullOff {
+fn pull_off(scale: ProblemScale, pull_off: PullOff) -> PullOff {
     PullOff {
-        pressure: scale.multiply(found.pressure),
-        pressure_error: found.pressure_error.map(|e| scale.multiply(e)),
-        mean_gap: scale.multiply(found.mean_gap),
-        mean_gap_error: found.mean_gap_error.map(|e| scale.multiply(e)),
-        curve: found.curve.into_iter().map(|point| point.map(|v| scale.multiply(v))).collect(),
-        ..found
+        pressure: scale.multiply(pull_off.pressure),
+        pressure_error: pull_off.pressure_error.map(|e| scale.multiply(e)),
+        mean_gap: scale.multiply(pull_off.mean_gap),
+        mean_gap_error: pull_off.mean_gap_error.map(|e| scale.multiply(e)),
+        curve: pull_off.curve.into_iter().map(|point| point.map(|v| scale.multiply(v))).collect(),
+        ..pull_off
     }
 }
 
 /// Passes the events of a solve in this unit on to an observer of the problem.
 struct InUnit<'a> {
     observer: &'a dyn Observer,
-    scale: Scale,
+    scale: ProblemScale,
 }
 
 impl Observer for InUnit<'_> {

@@ -278,22 +278,22 @@ fn allocate(stream: &Arc<CudaStream>, bytes: usize) -> Result<Buffer, Failure> {
 }
 
 /// A plan of cuFFT.
-struct Plan(fft_sys::cufftHandle);
+struct FftPlan(fft_sys::cufftHandle);
 
-impl Plan {
+impl FftPlan {
     /// Of one direction, between rows of real and of complex elements, and the bytes of scratch memory that it needs.
     fn new(
         gpu: &Gpu,
         [mut n, mut from, mut to]: [[i64; 2]; 3],
         kind: fft_sys::cufftType,
     ) -> Result<(Self, usize), Failure> {
-        let (before, after) = (from[0] * from[1], to[0] * to[1]);
+        let (previous, after) = (from[0] * from[1], to[0] * to[1]);
         let [n, from, to] = [&mut n, &mut from, &mut to].map(|a| a.as_mut_ptr());
-        let plan = Plan(fft::create().map_err(words)?);
+        let plan = FftPlan(fft::create().map_err(words)?);
         // SAFETY: the arrays live through the call, and the stream longer than the plan.
         unsafe {
             fft::set_auto_allocation(plan.0, false).map_err(words)?;
-            let bytes = fft::make_plan_many64(plan.0, 2, n, from, 1, before, to, 1, after, kind, 1);
+            let bytes = fft::make_plan_many64(plan.0, 2, n, from, 1, previous, to, 1, after, kind, 1);
             let bytes = bytes.map_err(words)?;
             fft::set_stream(plan.0, gpu.stream.cu_stream().cast()).map_err(words)?;
             Ok((plan, bytes))
@@ -301,7 +301,7 @@ impl Plan {
     }
 }
 
-impl Drop for Plan {
+impl Drop for FftPlan {
     fn drop(&mut self) {
         // SAFETY: created by `new` and destroyed once. An error leaves memory allocated, no more.
         let _ = unsafe { fft::destroy(self.0) };
@@ -310,8 +310,8 @@ impl Drop for Plan {
 
 /// Un-normalised real transforms in place of `ny` rows of `nx` values, `2 (nx/2 + 1)` apart.
 pub struct GpuTransform {
-    forward: Plan,
-    inverse: Plan,
+    forward: FftPlan,
+    inverse: FftPlan,
     double: bool,
 }
 
@@ -326,8 +326,8 @@ impl GpuTransform {
         let (r2c, c2r) = if double { (CUFFT_D2Z, CUFFT_Z2D) } else { (CUFFT_R2C, CUFFT_C2R) };
         let (half, rows) = ((nx / 2 + 1) as i64, ny as i64);
         let (n, real, complex) = ([rows, nx as i64], [rows, 2 * half], [rows, half]);
-        let (forward, bytes) = Plan::new(gpu, [n, real, complex], r2c)?;
-        let (inverse, more) = Plan::new(gpu, [n, complex, real], c2r)?;
+        let (forward, bytes) = FftPlan::new(gpu, [n, real, complex], r2c)?;
+        let (inverse, more) = FftPlan::new(gpu, [n, complex, real], c2r)?;
         Ok((GpuTransform { forward, inverse, double }, bytes.max(more)))
     }
 
@@ -346,12 +346,12 @@ impl GpuTransform {
     /// # Errors
     /// Of cuFFT.
     pub fn forward(&self, data: &Buffer) -> Result<(), Failure> {
-        let at = data.address();
+        let address = data.address();
         // SAFETY: the buffer has the rows of the plan.
         let done = unsafe {
             match self.double {
-                true => fft::exec_d2z(self.forward.0, at as *mut _, at as *mut _),
-                false => fft::exec_r2c(self.forward.0, at as *mut _, at as *mut _),
+                true => fft::exec_d2z(self.forward.0, address as *mut _, address as *mut _),
+                false => fft::exec_r2c(self.forward.0, address as *mut _, address as *mut _),
             }
         };
         done.map_err(words)
@@ -360,12 +360,12 @@ impl GpuTransform {
     /// # Errors
     /// Of cuFFT.
     pub fn inverse(&self, data: &Buffer) -> Result<(), Failure> {
-        let at = data.address();
+        let address = data.address();
         // SAFETY: the buffer has the rows of the plan.
         let done = unsafe {
             match self.double {
-                true => fft::exec_z2d(self.inverse.0, at as *mut _, at as *mut _),
-                false => fft::exec_c2r(self.inverse.0, at as *mut _, at as *mut _),
+                true => fft::exec_z2d(self.inverse.0, address as *mut _, address as *mut _),
+                false => fft::exec_c2r(self.inverse.0, address as *mut _, address as *mut _),
             }
         };
         done.map_err(words)

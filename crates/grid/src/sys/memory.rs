@@ -24,7 +24,7 @@ fn of_job(mib: &str, resident_kib: u64) -> Option<u64> {
 
 /// The least of all control groups from that of the process up to the root. `membership`: the text of `/proc/self/cgroup`.
 fn cgroups(mount: &Path, membership: &str) -> Option<u64> {
-    let mut least = None;
+    let mut smallest = None;
     for line in membership.lines() {
         let mut parts = line.splitn(3, ':').skip(1);
         let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else { continue };
@@ -35,9 +35,9 @@ fn cgroups(mount: &Path, membership: &str) -> Option<u64> {
         let root = if v1 { mount.join("memory") } else { mount.to_path_buf() };
         // In a container the path may be that of the host; then only the root is there.
         let folders = Path::new(path.trim_start_matches('/')).ancestors().map(|p| root.join(p)).collect::<Vec<_>>();
-        least = folders.into_iter().filter_map(|folder| remaining(&folder, v1)).chain(least).min();
+        smallest = folders.into_iter().filter_map(|folder| remaining(&folder, v1)).chain(smallest).min();
     }
-    least
+    smallest
 }
 
 /// Limit minus usage of one control group. Cached pages of files that are not in use can be taken back.

@@ -35,14 +35,14 @@ fn is_launched() -> bool {
 const PANICKED: u8 = 70;
 
 /// One rank.
-pub static ALONE: Ranks = Ranks(Kind::Alone);
+pub static ALONE: Ranks = Ranks(RankGroup::Alone);
 
 /// The ranks that share a solve, and the one of this process. The default is one alone.
 #[derive(Debug, Clone, Default)]
-pub struct Ranks(Kind);
+pub struct Ranks(RankGroup);
 
 #[derive(Debug, Clone, Default)]
-enum Kind {
+enum RankGroup {
     #[default]
     Alone,
     #[cfg(feature = "mpi")]
@@ -52,19 +52,19 @@ enum Kind {
 }
 
 /// Ends MPI when it is dropped.
-pub struct Started {
+pub struct MpiSession {
     ranks: Ranks,
     #[cfg(feature = "mpi")]
     _universe: Option<::mpi::environment::Universe>,
 }
 
-impl Started {
+impl MpiSession {
     pub fn ranks(&self) -> &Ranks {
         &self.ranks
     }
 }
 
-impl Drop for Started {
+impl Drop for MpiSession {
     fn drop(&mut self) {
         // The others would wait for this rank.
         if std::thread::panicking() {
@@ -74,14 +74,14 @@ impl Drop for Started {
 }
 
 /// Starts MPI in a process that a launcher of MPI has started. `None` if this build has no MPI and there are several ranks.
-pub fn start() -> Option<Started> {
+pub fn start() -> Option<MpiSession> {
     #[cfg(feature = "mpi")]
     if is_launched() {
         let (world, universe) = world::start()?;
-        let ranks = if world.count > 1 { Ranks(Kind::World(world)) } else { Ranks::default() };
-        return Some(Started { ranks, _universe: Some(universe) });
+        let ranks = if world.count > 1 { Ranks(RankGroup::World(world)) } else { Ranks::default() };
+        return Some(MpiSession { ranks, _universe: Some(universe) });
     }
-    let alone = Started {
+    let alone = MpiSession {
         ranks: Ranks::default(),
         #[cfg(feature = "mpi")]
         _universe: None,
@@ -98,8 +98,8 @@ const SHARED_BY_THREADS: usize = 80 * 80;
 pub fn on_threads<R: Send>(count: usize, work: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
     let work = &work;
     std::thread::scope(|scope| {
-        let of = |rank| scope.spawn(move || work(Ranks(Kind::Threads(rank))));
-        let started: Vec<_> = threads::ranks(count).into_iter().map(of).collect();
+        let value_of = |rank| scope.spawn(move || work(Ranks(RankGroup::Threads(rank))));
+        let started: Vec<_> = threads::ranks(count).into_iter().map(value_of).collect();
         started.into_iter().map(|thread| thread.join().expect("a rank that ended")).collect()
     })
 }
@@ -112,25 +112,25 @@ pub fn share(n: usize, parts: usize, part: usize) -> Range<usize> {
 impl Ranks {
     pub fn count(&self) -> usize {
         match &self.0 {
-            Kind::Alone => 1,
+            RankGroup::Alone => 1,
             #[cfg(feature = "mpi")]
-            Kind::World(world) => world.count,
-            Kind::Threads(rank) => rank.count(),
+            RankGroup::World(world) => world.count,
+            RankGroup::Threads(rank) => rank.count(),
         }
     }
 
     /// Points of the smallest grid that is shared. Coarser ones are held whole by every rank, which costs no communication.
     pub fn smallest_shared(&self) -> usize {
-        if matches!(self.0, Kind::Threads(_)) { SHARED_BY_THREADS } else { SHARED }
+        if matches!(self.0, RankGroup::Threads(_)) { SHARED_BY_THREADS } else { SHARED }
     }
 
     /// Number of this rank.
     pub fn own(&self) -> usize {
         match &self.0 {
-            Kind::Alone => 0,
+            RankGroup::Alone => 0,
             #[cfg(feature = "mpi")]
-            Kind::World(world) => world.own,
-            Kind::Threads(rank) => rank.own(),
+            RankGroup::World(world) => world.own,
+            RankGroup::Threads(rank) => rank.own(),
         }
     }
 
@@ -146,20 +146,20 @@ impl Ranks {
     /// Largest number of threads of a rank.
     pub fn threads(&self) -> usize {
         match &self.0 {
-            Kind::Alone => rayon::current_num_threads(),
+            RankGroup::Alone => rayon::current_num_threads(),
             #[cfg(feature = "mpi")]
-            Kind::World(world) => world.threads,
-            Kind::Threads(_) => 1,
+            RankGroup::World(world) => world.threads,
+            RankGroup::Threads(_) => 1,
         }
     }
 
     /// The sum of a number of every rank on the machine of this one.
-    pub fn sum_on_this_machine(&self, own: u64) -> u64 {
+    pub fn sum_on_this_machine(&self, local: u64) -> u64 {
         match &self.0 {
-            Kind::Alone => own,
+            RankGroup::Alone => local,
             #[cfg(feature = "mpi")]
-            Kind::World(world) => world.sum_on_this_machine(own),
-            Kind::Threads(rank) => rank.gather(&[own]).iter().sum(),
+            RankGroup::World(world) => world.sum_on_this_machine(local),
+            RankGroup::Threads(rank) => rank.gather(&[local]).iter().sum(),
         }
     }
 
@@ -177,38 +177,38 @@ impl Ranks {
     /// this rank for itself have their place in both, and stay where they are.
     pub fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {
         match &self.0 {
-            Kind::Alone => {
+            RankGroup::Alone => {
                 let _ = (send, counts, receive, expected);
             }
             #[cfg(feature = "mpi")]
-            Kind::World(world) => world.exchange((send, counts), (receive, expected)),
-            Kind::Threads(rank) => rank.exchange((send, counts), (receive, expected)),
+            RankGroup::World(world) => world.exchange((send, counts), (receive, expected)),
+            RankGroup::Threads(rank) => rank.exchange((send, counts), (receive, expected)),
         }
     }
 
     /// The elements of all ranks in order, on all ranks; rank `q` gives `counts[q]` of them.
-    pub fn gather<E: Pod>(&self, own: &[E], counts: &[usize]) -> Vec<E> {
-        debug_assert_eq!(own.len(), counts[self.own()]);
+    pub fn gather<E: Pod>(&self, local: &[E], counts: &[usize]) -> Vec<E> {
+        debug_assert_eq!(local.len(), counts[self.own()]);
         match &self.0 {
-            Kind::Alone => own.to_vec(),
+            RankGroup::Alone => local.to_vec(),
             #[cfg(feature = "mpi")]
-            Kind::World(_) => world::gather(own, counts),
-            Kind::Threads(rank) => rank.gather(own),
+            RankGroup::World(_) => world::gather(local, counts),
+            RankGroup::Threads(rank) => rank.gather(local),
         }
     }
 
     /// As [`Ranks::gather`], on the first rank only, and of any size. The others receive nothing.
-    pub fn gather_on_first<E: Pod>(&self, own: &[E], counts: &[usize]) -> Vec<E> {
-        debug_assert_eq!(own.len(), counts[self.own()]);
+    pub fn gather_on_first<E: Pod>(&self, local: &[E], counts: &[usize]) -> Vec<E> {
+        debug_assert_eq!(local.len(), counts[self.own()]);
         match &self.0 {
-            Kind::Alone => own.to_vec(),
+            RankGroup::Alone => local.to_vec(),
             #[cfg(feature = "mpi")]
-            Kind::World(world) => world.gather_on_first(own, counts),
-            Kind::Threads(rank) => {
+            RankGroup::World(world) => world.gather_on_first(local, counts),
+            RankGroup::Threads(rank) => {
                 if self.is_first() {
-                    rank.gather(own)
+                    rank.gather(local)
                 } else {
-                    rank.gather(own);
+                    rank.gather(local);
                     Vec::new()
                 }
             }
@@ -218,23 +218,23 @@ impl Ranks {
     /// What the first rank says.
     pub fn first_says(&self, say: u8) -> u8 {
         match &self.0 {
-            Kind::Alone => say,
+            RankGroup::Alone => say,
             #[cfg(feature = "mpi")]
-            Kind::World(_) => world::first_says(say),
-            Kind::Threads(rank) => rank.gather(&[say])[0],
+            RankGroup::World(_) => world::first_says(say),
+            RankGroup::Threads(rank) => rank.gather(&[say])[0],
         }
     }
 
     /// The smallest of one number of each rank.
-    pub fn lowest(&self, own: f64) -> f64 {
-        self.gather(&[own], &vec![1; self.count()]).into_iter().fold(f64::INFINITY, f64::min)
+    pub fn lowest(&self, local: f64) -> f64 {
+        self.gather(&[local], &vec![1; self.count()]).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// Ends all ranks with this exit code. Returns where there is one.
     pub fn abort(&self, code: u8) {
         match &self.0 {
             #[cfg(feature = "mpi")]
-            Kind::World(_) => world::abort(code),
+            RankGroup::World(_) => world::abort(code),
             _ => {
                 let _ = code;
             }

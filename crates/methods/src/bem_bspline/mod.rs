@@ -18,15 +18,15 @@
 
 mod newton;
 
-use asperity_contact::interface::{Adhesion, Elastic, Kernel, Law, Wall};
+use asperity_contact::interface::{AttractionLaw, Elastic, Kernel, Law, Wall};
 use asperity_contact::method::equilibrium_check::Ending;
 use asperity_contact::method::fields::{self, Convolution, Symbol, add, each, inner, means};
 use asperity_contact::method::iteration::{IterationControl, LoadCase};
 use asperity_contact::method::residuals::Residuals;
 use asperity_contact::method::settings::BemBsplineSettings;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
-    State, Stop, Support, require,
+    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, Quantity,
+    ReducedProblem, SolvePlan, SolverRun, StartedMethod, Stop, Support, require,
 };
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, rms};
@@ -35,11 +35,11 @@ use std::f64::consts::PI;
 
 pub(super) struct BemBspline;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "bem-bspline",
     paper_name: "BEM+B",
     family: "boundary value",
-    kind: Kind::Solver,
+    kind: MethodKind::Solver,
     needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
@@ -89,21 +89,21 @@ fn stiffness(kernel: Elastic, grid: Grid, qx: f64, qy: f64) -> f64 {
 }
 
 impl ContactMethod for BemBspline {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         let grid = problem.grid;
         // Heights, multipliers, gap, previous gap, gradient, step, stress, traction and scratch, and the fields of
         // the linear solver; stiffness and preconditioner.
         let fields = 9 + Newton::FIELDS;
         let bytes = (fields * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = 40 * problem.adhesion_effort();
-        Plan { bytes, iterations, pairs_per_iteration: 40.0, seconds: 0.0 }
+        SolvePlan { bytes, iterations, pairs_per_iteration: 40.0, seconds: 0.0 }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         let refused =
             |key: &str, found: String, accepted: &str| Error::input("method bem-bspline", key, found, accepted);
         let mut heights = fields::heights(problem, CARD.id)?;
@@ -125,8 +125,8 @@ impl ContactMethod for BemBspline {
         let mut convolution = Convolution::new(grid);
         // At 2 spacings the filter is off, so that the shorter waves along the diagonal are retained.
         if shortest_wavelength > 2.0 {
-            let most = 2.0 * PI / (shortest_wavelength * grid.dx().max(grid.dy())) * (1.0 + f64::EPSILON);
-            let kept = convolution.symbol(|qx, qy| f64::from(u8::from(qx.hypot(qy) <= most)));
+            let largest = 2.0 * PI / (shortest_wavelength * grid.dx().max(grid.dy())) * (1.0 + f64::EPSILON);
+            let kept = convolution.symbol(|qx, qy| f64::from(u8::from(qx.hypot(qy) <= largest)));
             let all = heights.clone();
             convolution.apply(&kept, &all, &mut heights);
         }
@@ -135,7 +135,7 @@ impl ContactMethod for BemBspline {
         let stiffest = points * symbol.most();
         let zero = || vec![0.0; heights.len()];
         let ground = asperity_grid::lowest(&heights);
-        Ok(Started::Solver(Box::new(Solver {
+        Ok(StartedMethod::Solver(Box::new(BemBsplineRun {
             problem,
             observer,
             law: problem.adhesion,
@@ -144,7 +144,7 @@ impl ContactMethod for BemBspline {
             condition: symbol.map(|k| k),
             stiffness: symbol,
             penalty: penalty * stiffest.max(1.0),
-            start: Begin::FirstContact,
+            start: LoadStart::FirstContact,
             newton: Newton::new(heights.len()),
             gap: heights.iter().map(|h| h - ground).collect(),
             multiplier: zero(),
@@ -159,10 +159,10 @@ impl ContactMethod for BemBspline {
     }
 }
 
-struct Solver<'p> {
-    problem: &'p Problem<'p>,
+struct BemBsplineRun<'p> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
-    law: Adhesion,
+    law: AttractionLaw,
     heights: Vec<f64>,
     rms_height: f64,
     convolution: Convolution,
@@ -170,7 +170,7 @@ struct Solver<'p> {
     condition: Symbol,
     /// r, E*/L.
     penalty: f64,
-    start: Begin,
+    start: LoadStart,
     newton: Newton,
     gap: Vec<f64>,
     multiplier: Vec<f64>,
@@ -184,7 +184,7 @@ struct Solver<'p> {
 }
 
 /// Start of a load.
-enum Begin {
+enum LoadStart {
     /// First contact.
     FirstContact,
     /// A gap that was set.
@@ -197,16 +197,16 @@ enum Begin {
 const PATIENCE: usize = 20;
 
 /// Outcome of a round.
-enum Round {
+enum RoundOutcome {
     Done,
     NoDescent,
     Interrupted,
 }
 
-impl Solver<'_> {
+impl BemBsplineRun<'_> {
     /// Sets stress and traction of the gap. Returns the elastic energy and that of the law.
     fn respond(&mut self, pressure: f64) -> (f64, f64) {
-        let Solver { heights, gap, stress, traction, convolution, stiffness, law, scratch, .. } = self;
+        let BemBsplineRun { heights, gap, stress, traction, convolution, stiffness, law, scratch, .. } = self;
         let displacement = scratch;
         each(displacement, |i, _| gap[i] - heights[i]);
         convolution.apply(stiffness, displacement, stress);
@@ -220,7 +220,7 @@ impl Solver<'_> {
     /// Returns the augmented energy and sets `gradient`.
     fn augmented(&mut self, pressure: f64) -> f64 {
         let (elastic, energy) = self.respond(pressure);
-        let Solver { gap, stress, traction, gradient, multiplier, penalty, .. } = self;
+        let BemBsplineRun { gap, stress, traction, gradient, multiplier, penalty, .. } = self;
         let r = *penalty;
         each(gradient, |i, _| stress[i] + traction[i] - (multiplier[i] - r * gap[i]).max(0.0));
         let [mean_gap, squares] = means(gap.len(), |i| [gap[i], (multiplier[i] - r * gap[i]).max(0.0).powi(2)]);
@@ -229,24 +229,26 @@ impl Solver<'_> {
 
     /// Minimises the augmented energy until its rms gradient is `goal`, or has stalled below `rounded`, where rounding
     /// hides whether the energy decreases.
-    fn round(&mut self, pressure: f64, (goal, rounded): (f64, f64), iterations: &mut usize) -> Round {
+    fn round(&mut self, pressure: f64, (goal, rounded): (f64, f64), iterations: &mut usize) -> RoundOutcome {
         let mut energy = self.augmented(pressure);
         let r = self.penalty;
         let (mut lowest, mut stalled) = (f64::INFINITY, 0);
         loop {
             let slope = inner(&self.gradient, &self.gradient).sqrt();
             if slope <= goal || *iterations >= self.problem.max_iterations {
-                return Round::Done;
+                return RoundOutcome::Done;
             }
             (lowest, stalled) = if slope < 0.9 * lowest { (slope, 0) } else { (lowest, stalled + 1) };
             if stalled > PATIENCE && lowest <= rounded {
-                return Round::NoDescent;
+                return RoundOutcome::NoDescent;
             }
             if self.observer.stop_requested() {
-                return Round::Interrupted;
+                return RoundOutcome::Interrupted;
             }
             *iterations += 1;
-            let Solver { gap, multiplier, condition, stiffness, problem, newton, gradient, step, scratch, .. } = self;
+            let BemBsplineRun {
+                gap, multiplier, condition, stiffness, problem, newton, gradient, step, scratch, ..
+            } = self;
             let (law, convolution) = (self.law, &mut self.convolution);
             // Curvature of multipliers and law, node by node.
             each(scratch, |i, _| {
@@ -267,7 +269,7 @@ impl Solver<'_> {
                 }
             });
             if !self.search(pressure, &mut energy) {
-                return Round::NoDescent;
+                return RoundOutcome::NoDescent;
             }
         }
     }
@@ -297,13 +299,13 @@ impl Solver<'_> {
     /// gap that was set, multipliers in equilibrium with it.
     fn begin(&mut self, pressure: f64) {
         match self.start {
-            Begin::Gap => {
+            LoadStart::Gap => {
                 self.respond(pressure);
-                let Solver { gap, stress, traction, multiplier, .. } = self;
+                let BemBsplineRun { gap, stress, traction, multiplier, .. } = self;
                 each(multiplier, |i, _| if gap[i] <= 0.0 { (stress[i] + traction[i]).max(0.0) } else { 0.0 });
             }
-            Begin::FirstContact if pressure > 0.0 => {
-                let Solver { heights, gap, penalty, .. } = self;
+            LoadStart::FirstContact if pressure > 0.0 => {
+                let BemBsplineRun { heights, gap, penalty, .. } = self;
                 let lowest = asperity_grid::lowest(heights);
                 let (mut lower, mut upper) = (lowest, lowest + pressure * heights.len() as f64 / *penalty);
                 // Sixty halvings exhaust the precision.
@@ -316,12 +318,12 @@ impl Solver<'_> {
             }
             _ => {}
         }
-        self.start = Begin::Previous;
+        self.start = LoadStart::Previous;
     }
 
     /// Updates the multipliers and closes the gap where they are positive. Returns the residuals of that state.
     fn close(&mut self, pressure: f64) -> Residuals {
-        let Solver { gap, multiplier, penalty, .. } = self;
+        let BemBsplineRun { gap, multiplier, penalty, .. } = self;
         let r = *penalty;
         each(multiplier, |i, m| (m - r * gap[i]).max(0.0));
         each(gap, |i, g| if multiplier[i] > 0.0 { 0.0 } else { g.max(0.0) });
@@ -330,13 +332,13 @@ impl Solver<'_> {
     }
 }
 
-impl Run for Solver<'_> {
+impl SolverRun for BemBsplineRun<'_> {
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap.copy_from_slice(gap);
-        self.start = Begin::Gap;
+        self.start = LoadStart::Gap;
     }
 
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
         let rms_height = self.rms_height;
@@ -359,13 +361,13 @@ impl Run for Solver<'_> {
             }
             let residual = control.relative(&residuals);
             match round {
-                Round::Interrupted => break (Ending::Stopped(Stop::Interrupted), residuals),
-                Round::NoDescent => {
+                RoundOutcome::Interrupted => break (Ending::Stopped(Stop::Interrupted), residuals),
+                RoundOutcome::NoDescent => {
                     let rounded = residual <= 10.0 * control.floor;
                     let stop = if rounded { Stop::RoundingFloor } else { Stop::NoDescent };
                     break (Ending::Stopped(stop), residuals);
                 }
-                Round::Done => {}
+                RoundOutcome::Done => {}
             }
             if let Some(ending) = control.failed(&residuals) {
                 break (ending, residuals);

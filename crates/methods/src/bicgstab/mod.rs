@@ -14,14 +14,14 @@
 
 mod inner;
 
-use asperity_contact::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
+use asperity_contact::interface::{AttractionLaw, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
 use asperity_contact::method::equilibrium_check::Ending;
 use asperity_contact::method::fields::{Convolution, Symbol, each, inner as product, means};
 use asperity_contact::method::iteration::{ConvergenceMonitor, IterationControl, LoadCase};
 use asperity_contact::method::residuals::Residuals;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
-    State, Stop, Support, fields, require,
+    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, Quantity,
+    ReducedProblem, SolvePlan, SolverRun, StartedMethod, Stop, Support, fields, require,
 };
 use asperity_grid::{Error, Result};
 use asperity_grid::{extent, rms};
@@ -29,11 +29,11 @@ use inner::BiCgStab;
 
 pub(super) struct Bicgstab;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "bicgstab",
     paper_name: "BICGSTAB",
     family: "boundary value",
-    kind: Kind::Solver,
+    kind: MethodKind::Solver,
     needs: Needs::Heights,
     criterion: Criterion::CompressiveStress,
     calibrated_on: None,
@@ -78,24 +78,24 @@ const RETREATS: usize = 30;
 const ARMIJO: f64 = 1e-4;
 
 impl ContactMethod for Bicgstab {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn adhesion(&self, problem: &Problem) -> Adhesion {
-        replacement(problem).map_or(problem.adhesion, Adhesion::PowerLaw93)
+    fn adhesion(&self, problem: &ReducedProblem) -> AttractionLaw {
+        replacement(problem).map_or(problem.adhesion, AttractionLaw::PowerLaw93)
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         let grid = problem.grid;
         // Heights, gap, previous gap, trial, step, stress, traction, forces and slopes, and the fields of the linear
         // solver.
         let bytes = ((9 + BiCgStab::FIELDS) * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         // Newton steps with tens of linear iterations of four pairs each.
-        Plan { bytes, iterations: 15 * problem.adhesion_effort(), pairs_per_iteration: 160.0, seconds: 0.0 }
+        SolvePlan { bytes, iterations: 15 * problem.adhesion_effort(), pairs_per_iteration: 160.0, seconds: 0.0 }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         let refused = |key: &str, found: String, accepted: &str| Error::input("method bicgstab", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
@@ -116,12 +116,12 @@ impl ContactMethod for Bicgstab {
             return Err(refused("bicgstab.min_resolution", found, "zero or a positive number"));
         }
         let PowerLaw93 { gamma, rho } = match problem.adhesion {
-            Adhesion::None => {
+            AttractionLaw::None => {
                 // Scaled with the surface: flatter asperities press less. Any wall will do on a flat surface.
                 let gradient = Some(problem.resolved_gradient()).filter(|g| *g > 0.0).unwrap_or(1.0);
                 let rho = settings.wall_range * problem.grid.dx() * gradient;
                 let wall = move |rho| PowerLawWall { gamma: settings.wall_strength * gradient * rho, rho };
-                return Ok(Started::Solver(Box::new(Solver::new(problem, observer, heights, rho, wall))));
+                return Ok(StartedMethod::Solver(Box::new(BicgstabRun::new(problem, observer, heights, rho, wall))));
             }
             other => match replacement(problem) {
                 Some(law) => law,
@@ -129,24 +129,24 @@ impl ContactMethod for Bicgstab {
             },
         };
         let law = move |rho| WithAdhesion { wall: PowerLawWall { gamma, rho }, adhesion: PowerLaw93 { gamma, rho } };
-        Ok(Started::Solver(Box::new(Solver::new(problem, observer, heights, rho, law))))
+        Ok(StartedMethod::Solver(Box::new(BicgstabRun::new(problem, observer, heights, rho, law))))
     }
 }
 
 /// The 9-3 law that replaces the adhesion of the problem, with a range that the mesh resolves; none without adhesion
 /// and for laws that are not supported.
-fn replacement(problem: &Problem) -> Option<PowerLaw93> {
+fn replacement(problem: &ReducedProblem) -> Option<PowerLaw93> {
     let law = match problem.adhesion {
-        Adhesion::Exponential(a) => PowerLaw93 { gamma: a.gamma, rho: SAME_TENSION * a.rho },
-        Adhesion::PowerLaw93(a) => a,
-        Adhesion::None | Adhesion::Dugdale(_) | Adhesion::Tabulated(_) => return None,
+        AttractionLaw::Exponential(a) => PowerLaw93 { gamma: a.gamma, rho: SAME_TENSION * a.rho },
+        AttractionLaw::PowerLaw93(a) => a,
+        AttractionLaw::None | AttractionLaw::Dugdale(_) | AttractionLaw::Tabulated(_) => return None,
     };
     let enlarged = problem.settings.bicgstab.min_resolution / law.cohesive_resolution(problem.grid.dx());
     Some(PowerLaw93 { rho: law.rho * enlarged.max(1.0), ..law })
 }
 
-struct Solver<'p, L, M> {
-    problem: &'p Problem<'p>,
+struct BicgstabRun<'p, L, M> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
     /// The law as a function of its range, and the final range.
     law_of: M,
@@ -171,13 +171,19 @@ struct Solver<'p, L, M> {
     begun: bool,
 }
 
-impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
-    fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, heights: Vec<f64>, rho: f64, law_of: M) -> Self {
+impl<'p, L: Law, M: Fn(f64) -> L> BicgstabRun<'p, L, M> {
+    fn new(
+        problem: &'p ReducedProblem<'p>,
+        observer: &'p dyn Observer,
+        heights: Vec<f64>,
+        rho: f64,
+        law_of: M,
+    ) -> Self {
         let convolution = Convolution::new(problem.grid);
         let kernel = problem.kernel;
         let stiffness = convolution.symbol(|qx, qy| kernel.stiffness(qx, qy));
         let zero = || vec![0.0; heights.len()];
-        Solver {
+        BicgstabRun {
             problem,
             observer,
             law: law_of(rho),
@@ -202,7 +208,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
 
     /// Stress, traction, forces and residuals at the gap.
     fn evaluate(&mut self, pressure: f64) -> Residuals {
-        let Solver { heights, gap, trial, stress, traction, force, convolution, stiffness, law, .. } = self;
+        let BicgstabRun { heights, gap, trial, stress, traction, force, convolution, stiffness, law, .. } = self;
         each(trial, |i, _| gap[i] - heights[i]);
         convolution.apply(stiffness, trial, stress);
         let elastic = 0.5 * product(trial, stress);
@@ -215,7 +221,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
 
     /// Gap of rigid surfaces at the approach where the law carries the pressure.
     fn rigid(&mut self, pressure: f64) {
-        let Solver { heights, gap, law, .. } = self;
+        let BicgstabRun { heights, gap, law, .. } = self;
         let (low, high) = extent(heights);
         let (mut lower, mut upper) = (low, high + self.rho);
         // Sixty halvings exhaust the precision.
@@ -229,7 +235,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
 
     /// One Newton step from a state with these residuals. False if no step lowers the energy.
     fn advance(&mut self, residuals: &mut Residuals, pressure: f64, rho: f64, forcing: f64) -> bool {
-        let Solver { gap, slope, step, force, convolution, stiffness, condition, newton, law, problem, .. } = self;
+        let BicgstabRun { gap, slope, step, force, convolution, stiffness, condition, newton, law, problem, .. } = self;
         each(slope, |i, _| law.slope(gap[i]));
         let [mean] = means(slope.len(), |i| [slope[i].max(0.0)]);
         // Mean stiffness of the law, at least that of the longest wave.
@@ -253,32 +259,32 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
             both.borrow_mut().apply(condition, force, step);
             predicted = product(force, step);
         }
-        let (energy, before) = (residuals.energy(pressure), self.gap.clone());
+        let (energy, previous) = (residuals.energy(pressure), self.gap.clone());
         let noise = 64.0 * f64::EPSILON * residuals.magnitude(pressure);
         let mut length = 1.0;
         for _ in 0..RETREATS {
-            let Solver { gap, step, .. } = self;
+            let BicgstabRun { gap, step, .. } = self;
             // Distances stay positive.
-            each(gap, |i, _| (before[i] + length * step[i]).max(-rho + (1.0 - CLOSER) * (before[i] + rho)));
+            each(gap, |i, _| (previous[i] + length * step[i]).max(-rho + (1.0 - CLOSER) * (previous[i] + rho)));
             *residuals = self.evaluate(pressure);
             if residuals.energy(pressure) <= energy - ARMIJO * length * predicted + noise {
                 return true;
             }
             length *= 0.5;
         }
-        self.gap.copy_from_slice(&before);
+        self.gap.copy_from_slice(&previous);
         *residuals = self.evaluate(pressure);
         false
     }
 }
 
-impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
+impl<L: Law, M: Fn(f64) -> L> SolverRun for BicgstabRun<'_, L, M> {
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap.copy_from_slice(gap);
         self.begun = true;
     }
 
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
         let pairs_before = self.convolution.pairs;
@@ -292,7 +298,7 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
             self.rigid(pressure);
         } else if !self.begun {
             let ground = asperity_grid::lowest(&self.heights);
-            let Solver { gap, heights, .. } = self;
+            let BicgstabRun { gap, heights, .. } = self;
             each(gap, |i, _| heights[i] - ground);
         }
         self.begun = true;

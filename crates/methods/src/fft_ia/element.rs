@@ -83,18 +83,22 @@ fn step(k: usize, by: usize, n: usize) -> usize {
 /// Traction at node `i` (E*, attraction positive), the derivative of the energy; at most γ/ρ.
 pub(super) fn traction(grid: Grid, law: Exponential, gap: &[f64], i: usize) -> f64 {
     let (x, y) = (i % grid.nx, i / grid.nx);
-    let at = |(dx, dy): (usize, usize)| gap[step(y, dy, grid.ny) * grid.nx + step(x, dx, grid.nx)] / law.rho;
+    let value_at = |(dx, dy): (usize, usize)| gap[step(y, dy, grid.ny) * grid.nx + step(x, dx, grid.nx)] / law.rho;
     let here = gap[i] / law.rho;
-    let sum: f64 =
-        AROUND.iter().map(|[a, b]| [here, at(*a), at(*b)]).filter(|x| x.iter().any(|x| *x < FAR)).map(load).sum();
+    let sum: f64 = AROUND
+        .iter()
+        .map(|[a, b]| [here, value_at(*a), value_at(*b)])
+        .filter(|x| x.iter().any(|x| *x < FAR))
+        .map(load)
+        .sum();
     law.gamma / law.rho * sum
 }
 
 /// Energy per area of the two triangles to the right of and below node `i` (E*·L).
 pub(super) fn energy(grid: Grid, law: Exponential, gap: &[f64], i: usize) -> f64 {
     let (x, y) = (i % grid.nx, i / grid.nx);
-    let at = |dx, dy| gap[step(y, dy, grid.ny) * grid.nx + step(x, dx, grid.nx)] / law.rho;
-    let pair = [[at(0, 0), at(1, 0), at(0, 1)], [at(1, 0), at(0, 1), at(1, 1)]];
+    let value_at = |dx, dy| gap[step(y, dy, grid.ny) * grid.nx + step(x, dx, grid.nx)] / law.rho;
+    let pair = [[value_at(0, 0), value_at(1, 0), value_at(0, 1)], [value_at(1, 0), value_at(0, 1), value_at(1, 1)]];
     -law.gamma * 0.5 * pair.into_iter().filter(|x| x.iter().any(|x| *x < FAR)).map(mean).sum::<f64>()
 }
 
@@ -110,18 +114,18 @@ mod tests {
             let mut sum = 0.0;
             for i in 0..N {
                 for j in 0..N - i {
-                    let at = |a: f64, b: f64| {
+                    let value_at = |a: f64, b: f64| {
                         let (a, b) = ((i as f64 + a) / N as f64, (j as f64 + b) / N as f64);
                         (-(x[0] + a * (x[1] - x[0]) + b * (x[2] - x[0]))).exp()
                     };
-                    sum += at(1.0 / 3.0, 1.0 / 3.0);
+                    sum += value_at(1.0 / 3.0, 1.0 / 3.0);
                     if i + j + 1 < N {
-                        sum += at(2.0 / 3.0, 2.0 / 3.0);
+                        sum += value_at(2.0 / 3.0, 2.0 / 3.0);
                     }
                 }
             }
-            let found = mean(x);
-            assert!((found / (sum / (N * N) as f64) - 1.0).abs() < 2e-4, "{x:?}: {found} {}", sum / (N * N) as f64);
+            let actual = mean(x);
+            assert!((actual / (sum / (N * N) as f64) - 1.0).abs() < 2e-4, "{x:?}: {actual} {}", sum / (N * N) as f64);
         }
         assert!((mean([2.0; 3]) / (-2f64).exp() - 1.0).abs() < 1e-15);
     }
@@ -156,9 +160,9 @@ mod tests {
             gap[i] = kept - h;
             let slope = (up - total(&gap)) / (2.0 * h);
             gap[i] = kept;
-            let found = traction(grid, law, &gap, i);
-            assert!((found / slope - 1.0).abs() < 1e-6, "{i}: {found} {slope}");
-            assert!(found <= law.gamma / law.rho);
+            let actual = traction(grid, law, &gap, i);
+            assert!((actual / slope - 1.0).abs() < 1e-6, "{i}: {actual} {slope}");
+            assert!(actual <= law.gamma / law.rho);
         }
         let flat = [5e-4; 20];
         assert!((traction(grid, law, &flat, 3) / (0.2 * (-0.5f64).exp()) - 1.0).abs() < 1e-14);

@@ -12,13 +12,13 @@
 
 mod element;
 
-use asperity_contact::interface::{Adhesion, Exponential, Kernel, Wall};
+use asperity_contact::interface::{AttractionLaw, Exponential, Kernel, Wall};
 use asperity_contact::method::equilibrium_check::Ending;
 use asperity_contact::method::fields::{Convolution, Symbol, add, each, inner, means};
 use asperity_contact::method::iteration::{IterationControl, LoadCase};
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State,
-    Stop, fields, require,
+    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, ReducedProblem,
+    SolvePlan, SolverRun, StartedMethod, Stop, fields, require,
 };
 use asperity_grid::{Error, Result};
 use asperity_grid::{lowest, rms};
@@ -26,11 +26,11 @@ use rayon::prelude::*;
 
 pub(super) struct FftIa;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "fft-ia",
     paper_name: "FFT-IA",
     family: "boundary value",
-    kind: Kind::Solver,
+    kind: MethodKind::Solver,
     needs: Needs::Heights,
     criterion: Criterion::ZeroGapAndStress,
     calibrated_on: None,
@@ -49,27 +49,27 @@ const INNER: f64 = 0.1;
 const INNER_MOST: usize = 400;
 
 impl ContactMethod for FftIa {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         let grid = problem.grid;
         // Heights, both pressures, gap, direction, its response, stress and traction; two symbols.
         let bytes = 8 * (grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = (12.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * problem.adhesion_effort();
-        Plan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
+        SolvePlan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         let refused = |key: &str, found: String, accepted: &str| Error::input("method fft-ia", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
             return Err(refused("wall", problem.wall.to_string(), "the hard wall"));
         }
         let law = match problem.adhesion {
-            Adhesion::None => None,
-            Adhesion::Exponential(law) => Some(law),
+            AttractionLaw::None => None,
+            AttractionLaw::Exponential(law) => Some(law),
             other => return Err(refused("adhesion", other.to_string(), "none or the exponential law")),
         };
         let relaxation = problem.settings.fft_ia.relaxation;
@@ -83,7 +83,7 @@ impl ContactMethod for FftIa {
         let points = (problem.grid.points() as f64).powi(2);
         let compliance = stiffness.map(|k| if k > 0.0 { 1.0 / (points * k) } else { 0.0 });
         let zero = || vec![0.0; heights.len()];
-        Ok(Started::Solver(Box::new(Solver {
+        Ok(StartedMethod::Solver(Box::new(FftIaRun {
             problem,
             observer,
             law,
@@ -105,8 +105,8 @@ impl ContactMethod for FftIa {
     }
 }
 
-struct Solver<'p> {
-    problem: &'p Problem<'p>,
+struct FftIaRun<'p> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
     law: Option<Exponential>,
     relaxation: f64,
@@ -129,18 +129,18 @@ struct Solver<'p> {
 }
 
 /// Outcome of an inner iteration.
-enum Inner {
+enum InnerOutcome {
     Done(usize),
     Interrupted,
     /// No contact pressure is needed: the adhesive pressure is smaller than the tension.
     Separated,
 }
 
-impl Solver<'_> {
+impl FftIaRun<'_> {
     /// Sets the gap of the present pressures without the approach. Returns the approach, which makes the mean gap in
     /// contact zero.
     fn approach(&mut self) -> f64 {
-        let Solver { convolution, compliance, contact, adhesive, stress, gap, heights, .. } = self;
+        let FftIaRun { convolution, compliance, contact, adhesive, stress, gap, heights, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
         convolution.apply(compliance, stress, gap);
         add(gap, 1.0, heights);
@@ -149,9 +149,9 @@ impl Solver<'_> {
     }
 
     /// Contact pressure with the mean `target` (Polonsky & Keer), until the rms error of the gap is below `tolerance`.
-    fn contact(&mut self, target: f64, tolerance: f64) -> Inner {
+    fn contact(&mut self, target: f64, tolerance: f64) -> InnerOutcome {
         if target <= 0.0 {
-            return Inner::Separated;
+            return InnerOutcome::Separated;
         }
         let carried = means(self.contact.len(), |i| [self.contact[i]])[0];
         if carried > 0.0 {
@@ -162,22 +162,22 @@ impl Solver<'_> {
         self.direction.fill(0.0);
         let mut approach = self.approach();
         each(&mut self.gap, |_, g| g - approach);
-        let (mut before, mut conjugate) = (1.0, false);
+        let (mut previous, mut conjugate) = (1.0, false);
         for iteration in 0..INNER_MOST {
             if self.observer.stop_requested() {
-                return Inner::Interrupted;
+                return InnerOutcome::Interrupted;
             }
-            let Solver { contact, gap, direction, response, convolution, compliance, .. } = self;
+            let FftIaRun { contact, gap, direction, response, convolution, compliance, .. } = self;
             // Errors: gap in contact, overlap elsewhere.
             let [closed, square, overlap] = means(gap.len(), |i| {
                 let g = gap[i];
                 if contact[i] > 0.0 { [1.0, g * g, 0.0] } else { [0.0, 0.0, g.min(0.0).powi(2)] }
             });
             if (square + overlap).sqrt() <= tolerance {
-                return Inner::Done(iteration);
+                return InnerOutcome::Done(iteration);
             }
-            let beta = if conjugate { square / before } else { 0.0 };
-            before = square;
+            let beta = if conjugate { square / previous } else { 0.0 };
+            previous = square;
             each(direction, |i, d| if contact[i] > 0.0 { gap[i] + beta * d } else { 0.0 });
             convolution.apply(compliance, direction, response);
             let [middle] = means(gap.len(), |i| [if contact[i] > 0.0 { response[i] } else { 0.0 }]);
@@ -207,12 +207,12 @@ impl Solver<'_> {
             approach = self.approach();
             each(&mut self.gap, |_, g| g - approach);
         }
-        Inner::Done(INNER_MOST)
+        InnerOutcome::Done(INNER_MOST)
     }
 
     /// Adhesive pressure of the law at the present gap.
     fn adhesive_pressure(&mut self) {
-        let Solver { law, gap, traction, problem, .. } = self;
+        let FftIaRun { law, gap, traction, problem, .. } = self;
         match law {
             None => traction.fill(0.0),
             Some(law) => {
@@ -225,13 +225,13 @@ impl Solver<'_> {
     }
 }
 
-impl Run for Solver<'_> {
+impl SolverRun for FftIaRun<'_> {
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap.copy_from_slice(gap);
         self.gap_is_set = true;
     }
 
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.is_some(), CARD.id)?;
         // A separation is detected by the search for the contact pressure, not by the range.
@@ -242,12 +242,12 @@ impl Run for Solver<'_> {
         let pairs_before = self.convolution.pairs;
         if std::mem::take(&mut self.gap_is_set) {
             // Pressures in equilibrium with it.
-            let Solver { heights, gap, stress, adhesive, convolution, stiffness, .. } = self;
+            let FftIaRun { heights, gap, stress, adhesive, convolution, stiffness, .. } = self;
             each(adhesive, |i, _| gap[i] - heights[i]);
             convolution.apply(stiffness, adhesive, stress);
             self.adhesive_pressure();
             self.adhesive.copy_from_slice(&self.traction);
-            let Solver { contact, stress, adhesive, gap, .. } = self;
+            let FftIaRun { contact, stress, adhesive, gap, .. } = self;
             each(contact, |i, _| if gap[i] <= 0.0 { (stress[i] + pressure + adhesive[i]).max(0.0) } else { 0.0 });
         }
         let mut change = 1.0_f64;
@@ -256,13 +256,13 @@ impl Run for Solver<'_> {
             let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
             // As accurate as the adhesive pressure and, at the end, as the tolerance: an error of the gap times a
             // stiffness is an error of the stress.
-            let wanted = (INNER * change).clamp(0.1 * problem.tolerance, 1e-2) * scale / stiffest;
-            let inner_stop = self.contact(pressure + pulled, wanted);
+            let requested = (INNER * change).clamp(0.1 * problem.tolerance, 1e-2) * scale / stiffest;
+            let inner_stop = self.contact(pressure + pulled, requested);
             // The gap of the state: closed where the contact pressure is positive, open elsewhere.
-            let Solver { gap, contact, .. } = self;
+            let FftIaRun { gap, contact, .. } = self;
             each(gap, |i, g| if contact[i] > 0.0 { 0.0 } else { g.max(0.0) });
             self.adhesive_pressure();
-            let Solver { gap, heights, stress, traction, adhesive, convolution, stiffness, direction, .. } = self;
+            let FftIaRun { gap, heights, stress, traction, adhesive, convolution, stiffness, direction, .. } = self;
             each(direction, |i, _| gap[i] - heights[i]);
             convolution.apply(stiffness, direction, stress);
             let elastic = 0.5 * inner(direction, stress);
@@ -276,9 +276,9 @@ impl Run for Solver<'_> {
             change = missing.sqrt() / scale;
             control.record(&residuals);
             match inner_stop {
-                Inner::Separated => break (Ending::Stopped(Stop::Detached), residuals),
-                Inner::Interrupted => break (Ending::Stopped(Stop::Interrupted), residuals),
-                Inner::Done(n) => control.iterations += n + 1,
+                InnerOutcome::Separated => break (Ending::Stopped(Stop::Detached), residuals),
+                InnerOutcome::Interrupted => break (Ending::Stopped(Stop::Interrupted), residuals),
+                InnerOutcome::Done(n) => control.iterations += n + 1,
             }
             if control.converged(&residuals) {
                 break (Ending::Met, residuals);
@@ -291,12 +291,12 @@ impl Run for Solver<'_> {
             }
             // Without adhesion only the inner iteration continues, with a smaller tolerance.
             if self.law.is_none() {
-                change = (INNER * control.relative(&residuals)).min(0.1 * change.max(wanted * stiffest / scale));
+                change = (INNER * control.relative(&residuals)).min(0.1 * change.max(requested * stiffest / scale));
             }
             let relaxation = self.relaxation;
             each(adhesive, |i, a| a + relaxation * (traction[i] - a));
         };
-        let Solver { stress, contact, adhesive, .. } = self;
+        let FftIaRun { stress, contact, adhesive, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
         let pairs = self.convolution.pairs - pairs_before;
         Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.stress))

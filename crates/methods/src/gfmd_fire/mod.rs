@@ -18,8 +18,8 @@ use asperity_contact::method::equilibrium_check::Ending;
 use asperity_contact::method::iteration::{IterationControl, LoadCase};
 use asperity_contact::method::residuals::Residuals;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State,
-    Stop, fields, require,
+    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, ReducedProblem,
+    SolvePlan, SolverRun, StartedMethod, Stop, fields, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{lowest, rms, sum_rows};
@@ -28,11 +28,11 @@ use rayon::prelude::*;
 
 pub(super) struct GfmdFire;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "gfmd-fire",
     paper_name: "GFMD-II",
     family: "boundary value",
-    kind: Kind::Solver,
+    kind: MethodKind::Solver,
     needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
@@ -55,32 +55,32 @@ const MIXING_DECAY: f64 = 0.99;
 const PATIENCE: usize = 5;
 
 impl ContactMethod for GfmdFire {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         let grid = problem.grid;
         // Heights without their mean, gap, velocity and imbalance.
         let bytes = 4 * (grid.points() * size_of::<f64>()) as u64 + Plane::bytes(grid);
         let iterations = (60.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * problem.adhesion_effort();
-        Plan { bytes, iterations, pairs_per_iteration: 1.0, seconds: 0.0 }
+        SolvePlan { bytes, iterations, pairs_per_iteration: 1.0, seconds: 0.0 }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         let heights = fields::heights(problem, CARD.id)?;
-        Ok(Started::Solver(match problem.wall.soft() {
-            None => Box::new(Solver::new(problem, observer, heights, problem.adhesion)),
+        Ok(StartedMethod::Solver(match problem.wall.soft() {
+            None => Box::new(GfmdFireRun::new(problem, observer, heights, problem.adhesion)),
             Some(wall) => {
                 let law = WithAdhesion { wall, adhesion: problem.adhesion };
-                Box::new(Solver::new(problem, observer, heights, law))
+                Box::new(GfmdFireRun::new(problem, observer, heights, law))
             }
         }))
     }
 }
 
-struct Solver<'p, L> {
-    problem: &'p Problem<'p>,
+struct GfmdFireRun<'p, L> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
     law: L,
     plane: Plane,
@@ -99,13 +99,13 @@ struct Motion {
     speed: f64,
 }
 
-impl<'p, L: Law> Solver<'p, L> {
-    fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, heights: Vec<f64>, law: L) -> Self {
+impl<'p, L: Law> GfmdFireRun<'p, L> {
+    fn new(problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer, heights: Vec<f64>, law: L) -> Self {
         let ground = lowest(&heights);
         let gap: Vec<f64> = heights.iter().map(|h| h - ground).collect();
         let (velocity, imbalance) = (vec![0.0; gap.len()], vec![0.0; gap.len()]);
         let (plane, rms_height) = (Plane::new(problem.grid, problem.kernel), rms(&heights));
-        Solver { problem, observer, law, plane, heights, rms_height, gap, velocity, imbalance }
+        GfmdFireRun { problem, observer, law, plane, heights, rms_height, gap, velocity, imbalance }
     }
 
     /// Negative force on a node; at a closed node of a hard wall only its tensile part.
@@ -116,7 +116,7 @@ impl<'p, L: Law> Solver<'p, L> {
 
     /// Imbalance of the present gap.
     fn evaluate(&mut self, pressure: f64) -> (Residuals, Motion) {
-        let Solver { plane, heights, gap, velocity, imbalance, law, problem, .. } = self;
+        let GfmdFireRun { plane, heights, gap, velocity, imbalance, law, problem, .. } = self;
         plane.stress(|i| gap[i] - heights[i], imbalance);
         let nx = problem.grid.nx;
         let rows: Vec<[f64; 10]> = imbalance
@@ -179,12 +179,12 @@ impl<'p, L: Law> Solver<'p, L> {
     }
 }
 
-impl<L: Law> Run for Solver<'_, L> {
+impl<L: Law> SolverRun for GfmdFireRun<'_, L> {
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap.copy_from_slice(gap);
     }
 
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
         let rms_height = self.rms_height;
         let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: L::HARD };
@@ -237,7 +237,7 @@ mod tests {
         let grid = Grid { nx: N, ny: 1, lx: 1.0, ly: 1.0 / N as f64 };
         let heights: Vec<f64> = (0..N).map(|i| -amplitude * (2.0 * PI * i as f64 / N as f64).cos()).collect();
         let pressure = 0.5 * PI * amplitude;
-        let stiffest = Problem::new(grid, &heights).stiffest_mode();
+        let stiffest = ReducedProblem::new(grid, &heights).stiffest_mode();
         // Gradient descent has the same fixed points: t = K(g-h) + p, then steps t/m in Fourier space.
         let mut convolution = fields::Convolution::new(grid);
         // Each wave with its own stiffness, the mean mode with that of the longest wave.

@@ -49,13 +49,13 @@ impl Plane {
     }
 
     /// Writes the stress of the displacement `of(node)` to `into` `[ny, nx]`.
-    pub(super) fn stress(&mut self, of: impl Fn(usize) -> f64 + Sync, into: &mut [f64]) {
+    pub(super) fn stress(&mut self, value: impl Fn(usize) -> f64 + Sync, into: &mut [f64]) {
         let (nx, ny) = (self.nx, self.ny);
         let [forward_row, inverse_row] = &self.rows;
         self.by_rows.par_chunks_mut(nx).enumerate().for_each_init(
             || vec![Complex::default(); forward_row.get_inplace_scratch_len()],
             |scratch, (y, row)| {
-                row.iter_mut().enumerate().for_each(|(x, c)| *c = Complex::new(of(y * nx + x), 0.0));
+                row.iter_mut().enumerate().for_each(|(x, c)| *c = Complex::new(value(y * nx + x), 0.0));
                 forward_row.process_with_scratch(row, scratch);
             },
         );
@@ -98,9 +98,9 @@ mod tests {
         for (nx, ny, ly) in [(6, 5, 0.7), (7, 4, 1.3), (1, 6, 1.0)] {
             let grid = Grid { nx, ny, lx: 1.0, ly };
             let field: Vec<f64> = (0..nx * ny).map(|i| ((i * 7) % 11) as f64 * 0.1).collect();
-            let mut found = vec![0.0; field.len()];
-            Plane::new(grid, Elastic::HalfSpace).stress(|i| field[i], &mut found);
-            for (i, f) in found.iter().enumerate() {
+            let mut actual = vec![0.0; field.len()];
+            Plane::new(grid, Elastic::HalfSpace).stress(|i| field[i], &mut actual);
+            for (i, f) in actual.iter().enumerate() {
                 let mut exact = 0.0;
                 for (kx, ky) in (0..nx).flat_map(|kx| (0..ny).map(move |ky| (kx, ky))) {
                     let (kx, ky) = (signed_mode(kx, nx) as f64, signed_mode(ky, ny) as f64);

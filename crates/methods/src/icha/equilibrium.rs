@@ -29,7 +29,7 @@ pub(super) struct EquilibriumSolver {
 }
 
 /// Derivatives of the displacements at the active summits by the loads on them: near pairs one by one.
-struct Matrix {
+struct SpotMatrix {
     starts: Vec<usize>,
     pairs: Vec<(usize, f64)>,
     own: f64,
@@ -46,12 +46,12 @@ impl EquilibriumSolver {
             spots.first_touch(target);
         }
         let candidates = spots.candidates(target);
-        let lowered = spots.displacements(&mut mesh, &candidates);
+        let displaced = spots.displacements(&mut mesh, &candidates);
         spots.transformed += mesh.take_transformed();
         let largest = spots.all.iter().map(|s| s.approach).fold(0.0, f64::max);
         let (mut active, mut excess) = (Vec::new(), Vec::new());
-        for (&k, lowered) in candidates.iter().zip(lowered) {
-            let left = spots.depth - spots.all[k].height - lowered;
+        for (&k, displaced) in candidates.iter().zip(displaced) {
+            let left = spots.depth - spots.all[k].height - displaced;
             if spots.all[k].approach <= 0.0 {
                 spots.all[k].approach = left.min(0.0);
             }
@@ -73,25 +73,25 @@ impl EquilibriumSolver {
     /// One Newton step, shortened while the residual does not decrease.
     pub(super) fn step(&mut self, spots: &mut Spots) {
         let asperities: Vec<Asperity> = self.active.iter().map(|&k| spots.all[k]).collect();
-        let matrix = Matrix::new(spots, &self.mesh, &asperities);
+        let matrix = SpotMatrix::new(spots, &self.mesh, &asperities);
         let correction = self.solve(&matrix, &self.excess.iter().map(|e| -e).collect::<Vec<_>>());
         let sink = self.solve(&matrix, &vec![1.0; self.active.len()]);
         let missing = (self.target - spots.pressure()) * spots.area();
         let deeper = (missing - dot(&matrix.stiffness, &correction)) / dot(&matrix.stiffness, &sink);
 
-        let (depth, before) = (spots.depth, self.residual(spots));
+        let (depth, previous) = (spots.depth, self.residual(spots));
         let mut part = 1.0;
         loop {
             spots.depth = depth + part * deeper;
             for ((&k, s), change) in self.active.iter().zip(&asperities).zip(correction.iter().zip(&sink)) {
                 spots.all[k].approach = s.approach + part * (change.0 + deeper * change.1);
             }
-            let lowered = spots.displacements(&mut self.mesh, &self.active);
-            for ((&k, lowered), excess) in self.active.iter().zip(lowered).zip(&mut self.excess) {
-                *excess = spots.all[k].approach - (spots.depth - spots.all[k].height - lowered);
+            let displaced = spots.displacements(&mut self.mesh, &self.active);
+            for ((&k, displaced), excess) in self.active.iter().zip(displaced).zip(&mut self.excess) {
+                *excess = spots.all[k].approach - (spots.depth - spots.all[k].height - displaced);
             }
             self.scale = self.active.iter().map(|&k| spots.all[k].approach).fold(0.0, f64::max);
-            if self.residual(spots) < (1.0 - 0.1 * part) * before || part <= SHORTEST {
+            if self.residual(spots) < (1.0 - 0.1 * part) * previous || part <= SHORTEST {
                 break;
             }
             part *= 0.5;
@@ -101,7 +101,7 @@ impl EquilibriumSolver {
 
     /// Stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631) for `J x = b`,
     /// starting from b.
-    fn solve(&mut self, matrix: &Matrix, b: &[f64]) -> Vec<f64> {
+    fn solve(&mut self, matrix: &SpotMatrix, b: &[f64]) -> Vec<f64> {
         let mut x = b.to_vec();
         let mut r = self.apply(matrix, &x);
         r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
@@ -132,7 +132,7 @@ impl EquilibriumSolver {
     }
 
     /// The Jacobian times changes of approach.
-    fn apply(&mut self, matrix: &Matrix, change: &[f64]) -> Vec<f64> {
+    fn apply(&mut self, matrix: &SpotMatrix, change: &[f64]) -> Vec<f64> {
         let loads: Vec<f64> = change.iter().zip(&matrix.stiffness).map(|(d, s)| s * d).collect();
         self.mesh.load(&self.weights, &loads, None);
         let level = self.mesh.level() * loads.iter().sum::<f64>();
@@ -146,14 +146,14 @@ impl EquilibriumSolver {
     }
 }
 
-impl Matrix {
+impl SpotMatrix {
     fn new(spots: &Spots, mesh: &EwaldMesh, asperities: &[Asperity]) -> Self {
         let touching: Vec<usize> = (0..asperities.len()).filter(|&k| asperities[k].approach > 0.0).collect();
         let all: Vec<_> =
             touching.iter().map(|&k| (asperities[k].place(), Spots::reach(&asperities[k], mesh))).collect();
-        let near = NeighbourSearch::new(spots.grid, mesh.reach, &all);
+        let neighbours = NeighbourSearch::new(spots.grid, mesh.reach, &all);
         let row = |k: usize| {
-            let place = asperities[k].place();
+            let position = asperities[k].place();
             let own = asperities[k].spot();
             // Overlapping spots, which are to be merged, are treated as tangent: one inside another would make the
             // Jacobian singular.
@@ -161,8 +161,8 @@ impl Matrix {
                 let a = asperities[j].spot();
                 (j, punch_displacement(r.max(own + a), a) - mesh.smooth(r, 0.0))
             };
-            let others = near.around(place).filter(|&i| touching[i] != k);
-            let near_pairs = others.map(|i| (i, spots.distance(place, all[i].0))).filter(|&(i, r)| r < all[i].1);
+            let others = neighbours.around(position).filter(|&i| touching[i] != k);
+            let near_pairs = others.map(|i| (i, spots.distance(position, all[i].0))).filter(|&(i, r)| r < all[i].1);
             near_pairs.map(|(i, r)| coefficient(touching[i], r)).collect::<Vec<_>>()
         };
         let rows: Vec<Vec<(usize, f64)>> = (0..asperities.len()).into_par_iter().map(row).collect();
@@ -171,7 +171,7 @@ impl Matrix {
             starts.push(starts[starts.len() - 1] + row.len());
         }
         let stiffness = asperities.iter().map(|s| 2.0 * s.spot()).collect();
-        Matrix { starts, pairs: rows.concat(), own: mesh.smooth(0.0, 0.0), stiffness }
+        SpotMatrix { starts, pairs: rows.concat(), own: mesh.smooth(0.0, 0.0), stiffness }
     }
 }
 
@@ -229,10 +229,10 @@ mod tests {
     fn merging_conserves_area_and_load() {
         let mut spots = three();
         let sums = |s: &Spots| s.all.iter().fold((0.0, 0.0), |(a, f), s| (a + s.area(), f + s.load()));
-        let before = sums(&spots);
+        let previous = sums(&spots);
         assert!(spots.merge() && spots.all.len() == 2 && !spots.clone().merge());
         let after = sums(&spots);
-        assert!((after.0 / before.0 - 1.0).abs() < 1e-13 && (after.1 / before.1 - 1.0).abs() < 1e-13);
+        assert!((after.0 / previous.0 - 1.0).abs() < 1e-13 && (after.1 / previous.1 - 1.0).abs() < 1e-13);
         let merged = spots.all[1];
         assert!(merged.x < 0.03 || merged.x > 0.97, "{merged:?}");
         let others = spots.displacements(&mut EwaldMesh::new(spots.grid, 3), &[1])[0];
@@ -258,9 +258,9 @@ mod tests {
             s.approach = if k == 7 { 0.3 } else { 0.01 * (chance(k, 733) - 0.3) };
         }
         let all: Vec<usize> = (0..300).collect();
-        let found =
+        let actual =
             [0.12, 0.2, 0.44, 0.04].map(|reach| spots.displacements(&mut EwaldMesh::with_reach(grid, reach), &all));
-        let largest = found[0].iter().map(|f| f.abs()).fold(0.0, f64::max);
+        let largest = actual[0].iter().map(|f| f.abs()).fold(0.0, f64::max);
         for &k in &all {
             let at = spots.all[k];
             let by = |s: &Asperity| {
@@ -269,11 +269,11 @@ mod tests {
                 own + s.load() * images(1.5, 1.0, spots.shortest((at.x - s.x, at.y - s.y)))
             };
             let direct: f64 = spots.all.iter().filter(|s| s.approach > 0.0).map(by).sum();
-            assert!((found[0][k] - direct).abs() < POINTS * largest, "{k}: {} {direct}", found[0][k]);
-            for (n, other) in found[1..].iter().enumerate() {
+            assert!((actual[0][k] - direct).abs() < POINTS * largest, "{k}: {} {direct}", actual[0][k]);
+            for (n, other) in actual[1..].iter().enumerate() {
                 // At the centre of the wide spot, whose radius is twice the last cutoff.
                 let bound = if n == 2 && k == 7 { OWN } else { SPLIT };
-                assert!((found[0][k] - other[k]).abs() < bound * largest, "{k}: {} {}", found[0][k], other[k]);
+                assert!((actual[0][k] - other[k]).abs() < bound * largest, "{k}: {} {}", actual[0][k], other[k]);
             }
         }
     }

@@ -84,15 +84,15 @@ impl EwaldMesh {
     }
 
     pub(super) fn weights(&self, (x, y): (f64, f64)) -> Weights {
-        let along = |x: f64, dx: f64, n: usize| {
+        let index_along = |x: f64, dx: f64, n: usize| {
             let u = x / dx;
             let base = u.floor();
             // Centre the spline on the position.
             let first = base as i64 - (ORDER as i64 / 2 - 1);
             (first.rem_euclid(n as i64) as usize, spline(u - base))
         };
-        let (i, wx) = along(x, self.grid.dx(), self.grid.nx);
-        let (j, wy) = along(y, self.grid.dy(), self.grid.ny);
+        let (i, wx) = index_along(x, self.grid.dx(), self.grid.nx);
+        let (j, wy) = index_along(y, self.grid.dy(), self.grid.ny);
         Weights { first: [i, j], along: [wx, wy] }
     }
 
@@ -178,8 +178,8 @@ fn spline(f: f64) -> [f64; ORDER] {
     w[0] = 1.0;
     for order in 2..=ORDER {
         for k in (0..order).rev() {
-            let before = if k > 0 { w[k - 1] } else { 0.0 };
-            w[k] = ((f + (order - 1 - k) as f64) * before + (1.0 - f + k as f64) * w[k]) / (order - 1) as f64;
+            let previous = if k > 0 { w[k - 1] } else { 0.0 };
+            w[k] = ((f + (order - 1 - k) as f64) * previous + (1.0 - f + k as f64) * w[k]) / (order - 1) as f64;
         }
     }
     w
@@ -196,8 +196,9 @@ impl Cells {
     fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let extents = [cell.lx, cell.ly];
         let columns = extents.map(|l| ((l / reach).floor() as usize).clamp(1, 2048));
-        let along = |axis: usize, x: f64| column(x, extents[axis], columns[axis]);
-        let list = CellList::new([columns[0], columns[1], 1], at.map(|(x, y)| [along(0, x), along(1, y), 0]));
+        let index_along = |axis: usize, x: f64| column(x, extents[axis], columns[axis]);
+        let list =
+            CellList::new([columns[0], columns[1], 1], at.map(|(x, y)| [index_along(0, x), index_along(1, y), 0]));
         Cells { columns, extents, list }
     }
 
@@ -225,16 +226,16 @@ pub(super) struct NeighbourSearch {
 
 impl NeighbourSearch {
     /// A search over positions with their cutoffs; cutoffs below `least` are raised to it.
-    pub(super) fn new(cell: Grid, least: f64, all: &[((f64, f64), f64)]) -> Self {
+    pub(super) fn new(cell: Grid, smallest: f64, all: &[((f64, f64), f64)]) -> Self {
         let mut members: Vec<Vec<usize>> = Vec::new();
         for (k, (_, reach)) in all.iter().enumerate() {
             // A diverging step may give any cutoff; the cell bounds it.
-            let class = (reach.min(cell.lx + cell.ly) / least).log2().ceil().max(0.0) as usize;
+            let class = (reach.min(cell.lx + cell.ly) / smallest).log2().ceil().max(0.0) as usize;
             members.resize_with(members.len().max(class + 1), Vec::new);
             members[class].push(k);
         }
         let class = |(k, members): (usize, Vec<usize>)| {
-            let cells = Cells::new(cell, least * 2f64.powi(k as i32), members.iter().map(|&k| all[k].0));
+            let cells = Cells::new(cell, smallest * 2f64.powi(k as i32), members.iter().map(|&k| all[k].0));
             (members, cells)
         };
         let occupied = members.into_iter().enumerate().filter(|(_, m)| !m.is_empty());
@@ -242,7 +243,7 @@ impl NeighbourSearch {
     }
 
     /// Candidates whose cutoff may include a position.
-    pub(super) fn around(&self, place: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
-        self.classes.iter().flat_map(move |(members, cells)| cells.around(place).map(|i| members[i]))
+    pub(super) fn around(&self, point: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
+        self.classes.iter().flat_map(move |(members, cells)| cells.around(point).map(|i| members[i]))
     }
 }

@@ -16,8 +16,8 @@ use crate::spots::{Spot, paint};
 use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan,
-    Problem, Quantity, Started, Stop, Support, require,
+    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
+    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{Grid, mean};
@@ -28,11 +28,11 @@ use std::time::Instant;
 
 pub(super) struct Icha;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "icha",
     paper_name: "ICHA",
     family: "single asperities",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::Spots,
     calibrated_on: None,
@@ -88,18 +88,18 @@ const SPARSE: f64 = 0.2;
 const SECONDS_PER_POINT: f64 = 7e-6;
 
 impl ContactMethod for Icha {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         // Heights and stress, three lists with one asperity per about 20 nodes, and neighbours of those in contact;
         // for the Fourier fit also a field and a spectrum. Measured: 17 to 22 bytes per point at 512² and 1024².
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
-        Plan::per_point(problem, 2 * 8 + 16 * fourier + 8, 300, SECONDS_PER_POINT)
+        SolvePlan::per_point(problem, 2 * 8 + 16 * fourier + 8, 300, SECONDS_PER_POINT)
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;
@@ -110,7 +110,7 @@ impl ContactMethod for Icha {
         let heights = require::heights_above_lowest(problem);
         let summits = require::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
         let fresh = Spots::new(problem.grid, &summits);
-        Ok(estimating(Path {
+        Ok(estimating(IchaRun {
             problem,
             observer,
             mean_height: mean(&heights),
@@ -123,8 +123,8 @@ impl ContactMethod for Icha {
     }
 }
 
-struct Path<'p> {
-    problem: &'p Problem<'p>,
+struct IchaRun<'p> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
     /// Mean height above the lowest node.
     mean_height: f64,
@@ -138,7 +138,7 @@ struct Path<'p> {
     stress: Vec<f64>,
 }
 
-impl Path<'_> {
+impl IchaRun<'_> {
     /// Radius of a spot as wide as the cell.
     fn cell(spots: &Spots) -> f64 {
         spots.grid.lx.max(spots.grid.ly)
@@ -157,10 +157,10 @@ impl Path<'_> {
             if residual <= tolerance && !spots.merge() {
                 return (Stop::Converged, residual);
             }
-            let begun = *steps;
+            let start = *steps;
             while residual > tolerance {
                 // Coinciding spots would not converge.
-                if *steps - begun >= PATIENCE && spots.merge() {
+                if *steps - start >= PATIENCE && spots.merge() {
                     break;
                 }
                 if *steps >= self.problem.max_iterations {
@@ -212,14 +212,14 @@ fn widest(spots: &Spots) -> f64 {
     spots.all.iter().filter(|s| s.approach > 0.0).map(Asperity::spot).fold(0.0, f64::max)
 }
 
-impl Estimator for Path<'_> {
+impl Estimator for IchaRun<'_> {
     /// The load steps up to the load, so that a path that goes on counts the Newton steps of an uninterrupted one.
     fn replay(&mut self, load: Load) -> Result<()> {
         self.load_to(require::pressure(load, false, CARD.id)?);
         Ok(())
     }
 
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
         let (spots, (stop, residual, tolerance), iterations) = self.load_to(pressure);
@@ -246,10 +246,10 @@ impl Estimator for Path<'_> {
             }
             () => None,
         };
-        Ok(Estimate {
+        Ok(MethodEstimate {
             contact_area: require::contact_of_spots(area, pressure, CARD.id)?,
             mean_gap: no_gap.is_none().then_some(mean_gap),
-            undelivered: no_gap.map(|why| (Quantity::MeanGap, why)).into_iter().collect(),
+            undelivered: no_gap.map(|reason| (Quantity::MeanGap, reason)).into_iter().collect(),
             stress: Some(&self.stress),
             patches: Some(patches),
             load_error: (mean(&self.stress) / pressure - 1.0).abs(),
@@ -259,7 +259,7 @@ impl Estimator for Path<'_> {
             iterations,
             fft_pairs: spots.transformed / spots.grid.points() as f64,
             seconds: clock.elapsed().as_secs_f64(),
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         })
     }
 }

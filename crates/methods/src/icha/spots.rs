@@ -136,12 +136,12 @@ impl Spots {
         mesh.load(&weights, &loads, Some(&second));
         let level = mesh.level() * loads.iter().sum::<f64>();
         let all: Vec<_> = touching.iter().map(|(_, s)| (s.place(), Self::reach(s, mesh))).collect();
-        let near = NeighbourSearch::new(self.grid, mesh.reach, &all);
+        let neighbours = NeighbourSearch::new(self.grid, mesh.reach, &all);
         let mesh = &*mesh;
         let by_all = |k: &usize| {
             let place = self.all[*k].place();
             let mut sum = mesh.read(&mesh.weights(place)) + level;
-            for i in near.around(place) {
+            for i in neighbours.around(place) {
                 let (j, s) = touching[i];
                 let r = self.distance(place, s.place());
                 if r < all[i].1 {
@@ -161,11 +161,11 @@ impl Spots {
         // The distance of overlapping spots is at most twice the larger radius.
         let all: Vec<_> = touching.iter().map(|&k| (self.all[k].place(), 2.0 * self.all[k].spot())).collect();
         let narrow = (self.area() / touching.len().max(1) as f64).sqrt();
-        let near = NeighbourSearch::new(self.grid, narrow, &all);
+        let neighbours = NeighbourSearch::new(self.grid, narrow, &all);
         let mut merged = UnionFind::new(touching.len());
         for i in 0..touching.len() {
             let a = &self.all[touching[i]];
-            for j in near.around(a.place()).filter(|j| *j != i) {
+            for j in neighbours.around(a.place()).filter(|j| *j != i) {
                 let b = &self.all[touching[j]];
                 if self.distance(a.place(), b.place()) < a.spot() + b.spot() {
                     merged.unite(i as u32, j as u32);
@@ -189,10 +189,10 @@ impl Spots {
         self.all.extend(merged);
         let places: Vec<usize> = (from..self.all.len()).collect();
         let mut mesh = EwaldMesh::new(self.grid, touching.len());
-        let lowered = self.displacements(&mut mesh, &places);
+        let displaced = self.displacements(&mut mesh, &places);
         self.transformed += mesh.take_transformed();
-        for (s, lowered) in self.all[from..].iter_mut().zip(lowered) {
-            s.height = self.depth - lowered - s.approach;
+        for (s, displaced) in self.all[from..].iter_mut().zip(displaced) {
+            s.height = self.depth - displaced - s.approach;
         }
         true
     }

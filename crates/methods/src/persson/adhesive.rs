@@ -7,7 +7,7 @@
 //! detaches is redistributed to the remaining contact, so that the contact carries exactly the pressure; in the
 //! published theory it is lost.
 
-use super::roughening::{Band, contact_area, full_contact_energy, relaxed};
+use super::roughening::{SpectralBand, contact_area, full_contact_energy, relaxed};
 use asperity_contact::method::Stop;
 use std::f64::consts::SQRT_2;
 
@@ -38,7 +38,7 @@ const MOST_ROUNDS: usize = 60;
 pub(super) const TOLERANCE: f64 = 1e-7;
 
 /// Consecutive bands that are added in one step.
-struct Step {
+struct CascadeStep {
     /// Variance of the full-contact stress with all waves up to this step.
     variance: f64,
     q: f64,
@@ -47,7 +47,7 @@ struct Step {
 }
 
 pub(super) struct Cascade {
-    steps: Vec<Step>,
+    steps: Vec<CascadeStep>,
     c: f64,
     gamma: f64,
     relaxed: f64,
@@ -56,7 +56,7 @@ pub(super) struct Cascade {
 
 /// Contact at a pressure.
 #[derive(Debug, Clone)]
-pub(super) struct Contact {
+pub(super) struct CascadeSolution {
     pub contact_area: f64,
     /// Relative error of the mean stress.
     pub load_error: f64,
@@ -72,15 +72,15 @@ pub(super) struct Contact {
 }
 
 /// One sweep: contact fraction after each step, and the final mean stress.
-struct Sweep {
+struct CascadeSweep {
     fractions: Vec<f64>,
     load: f64,
 }
 
 impl Cascade {
     /// `gamma` is the work of adhesion, `relaxation` the factor of the elastic energy.
-    pub(super) fn new(bands: &[Band], c: f64, gamma: f64, relaxation: f64, mesh: Resolution) -> Self {
-        let mut steps: Vec<Step> = Vec::new();
+    pub(super) fn new(bands: &[SpectralBand], c: f64, gamma: f64, relaxation: f64, mesh: Resolution) -> Self {
+        let mut steps: Vec<CascadeStep> = Vec::new();
         for band in bands {
             let (variance, energy) = (0.5 * band.after() / (c * c), full_contact_energy(band));
             let joins = steps.len() > 1 && variance < steps[steps.len() - 2].variance * (1.0 + mesh.growth);
@@ -90,7 +90,7 @@ impl Cascade {
                     last.energy += energy;
                     last.variance = variance;
                 }
-                None => steps.push(Step { variance, q: band.q, energy }),
+                None => steps.push(CascadeStep { variance, q: band.q, energy }),
             }
         }
         Cascade { steps, c, gamma, relaxed: relaxation, mesh }
@@ -108,8 +108,13 @@ impl Cascade {
     }
 
     /// Contact at a pressure, starting from the tensions found at another.
-    pub(super) fn solve(&self, pressure: f64, near: Option<&Contact>, stopping: &impl Fn() -> bool) -> Contact {
-        let mut tension = near.map_or_else(|| vec![0.0; self.steps.len()], |c| c.tension.clone());
+    pub(super) fn solve(
+        &self,
+        pressure: f64,
+        guess: Option<&CascadeSolution>,
+        stopping: &impl Fn() -> bool,
+    ) -> CascadeSolution {
+        let mut tension = guess.map_or_else(|| vec![0.0; self.steps.len()], |c| c.tension.clone());
         let mut sweep = self.sweep(pressure, &tension);
         let (mut stop, mut sweeps, mut residual) = (Stop::Converged, 1, 0.0);
         if self.gamma > 0.0 {
@@ -122,7 +127,7 @@ impl Cascade {
                 let target = self.tension(&sweep);
                 // Under-relaxation: areas and tensions are strongly coupled.
                 tension.iter_mut().zip(&target).for_each(|(t, a)| *t = 0.5 * (*t + a));
-                let before = *sweep.fractions.last().expect("bands are not empty");
+                let previous = *sweep.fractions.last().expect("bands are not empty");
                 sweep = self.sweep(pressure, &tension);
                 sweeps += 1;
                 let after = *sweep.fractions.last().expect("bands are not empty");
@@ -130,7 +135,7 @@ impl Cascade {
                     stop = Stop::Diverged;
                     break;
                 }
-                residual = if after == before { 0.0 } else { (after - before).abs() / after };
+                residual = if after == previous { 0.0 } else { (after - previous).abs() / after };
                 if residual <= TOLERANCE {
                     stop = Stop::Converged;
                     break;
@@ -139,7 +144,7 @@ impl Cascade {
         }
         let touching = *sweep.fractions.last().expect("bands are not empty");
         let elastic = self.elastic_beyond(&sweep)[0];
-        Contact {
+        CascadeSolution {
             contact_area: touching,
             load_error: (sweep.load / pressure - 1.0).abs(),
             residual,
@@ -151,7 +156,7 @@ impl Cascade {
     }
 
     /// Elastic energy of the waves from each step on, per area in contact before that step.
-    fn elastic_beyond(&self, sweep: &Sweep) -> Vec<f64> {
+    fn elastic_beyond(&self, sweep: &CascadeSweep) -> Vec<f64> {
         let before = |k: usize| if k == 0 { 1.0 } else { sweep.fractions[k - 1] };
         let energy = |from: usize| {
             let whole = before(from).max(f64::MIN_POSITIVE);
@@ -166,7 +171,7 @@ impl Cascade {
 
     /// Tension at which a crack as wide as a step's wavelength opens, `√(γ_eff E* q/2)`, with the work of adhesion
     /// γ_eff reduced by the elastic energy of the shorter waves.
-    fn tension(&self, sweep: &Sweep) -> Vec<f64> {
+    fn tension(&self, sweep: &CascadeSweep) -> Vec<f64> {
         let gained = self.gamma * sweep.fractions.last().expect("bands are not empty");
         let beyond = self.elastic_beyond(sweep);
         self.steps
@@ -185,11 +190,11 @@ impl Cascade {
     /// The first steps are in closed form, a Gaussian minus its mirror image. The grid starts when it resolves the
     /// distribution: starting from a single node it would broaden the stress by its spacing and overestimate the area
     /// at small pressures.
-    fn sweep(&self, pressure: f64, tension: &[f64]) -> Sweep {
+    fn sweep(&self, pressure: f64, tension: &[f64]) -> CascadeSweep {
         let total = self.total();
         if pressure > CLOSED * total {
             // Complete contact; a grid up to such a pressure would be large.
-            return Sweep { fractions: vec![1.0; self.steps.len()], load: pressure };
+            return CascadeSweep { fractions: vec![1.0; self.steps.len()], load: pressure };
         }
         let ds = self.mesh.stress * total;
         let first = (0..self.steps.len()).find(|&k| self.steps[k].variance.sqrt() >= RESOLVED * ds);
@@ -198,8 +203,8 @@ impl Cascade {
             .map(|k| contact_area(self.c, pressure + tension[k], 2.0 * self.c * self.c * self.steps[k].variance))
             .collect();
         let start = pressure + tension[first];
-        let most = tension[first..].iter().copied().fold(0.0, f64::max);
-        let nodes = ((start + most + REACH * total) / ds) as usize + 2;
+        let largest = tension[first..].iter().copied().fold(0.0, f64::max);
+        let nodes = ((start + largest + REACH * total) / ds) as usize + 2;
         // Node k at k·ds above the tension; the distribution is zero at node 0.
         let spread = SQRT_2 * self.steps[first].variance.sqrt();
         let norm = (spread * std::f64::consts::PI.sqrt()).recip();
@@ -226,7 +231,7 @@ impl Cascade {
             load = moment - tension[k] * area;
             fractions.push(touching);
         }
-        Sweep { fractions, load }
+        CascadeSweep { fractions, load }
     }
 }
 
@@ -234,12 +239,12 @@ impl Cascade {
 fn advance(density: &mut [f64], thomas: &mut [[f64; 2]], r: f64, s: f64) {
     let n = density.len();
     let (down, up) = (0.5 * (r + 0.5 * s), 0.5 * (r - 0.5 * s));
-    let mut before = density[0];
+    let mut previous = density[0];
     thomas[0] = [0.0, 0.0];
     for k in 1..n {
         let right = if k + 1 < n { density[k + 1] } else { 0.0 };
-        let rhs = down * before + (1.0 - r) * density[k] + up * right;
-        before = density[k];
+        let rhs = down * previous + (1.0 - r) * density[k] + up * right;
+        previous = density[k];
         let pivot = 1.0 + r + down * thomas[k - 1][0];
         thomas[k] = [-up / pivot, (rhs + down * thomas[k - 1][1]) / pivot];
     }
@@ -291,8 +296,8 @@ mod tests {
             for _ in 0..steps {
                 advance(&mut density, &mut thomas, dt / (ds * ds), v * dt / ds);
             }
-            let found: f64 = density.iter().sum::<f64>() * ds;
-            assert!((found / left(v, t1) - 1.0).abs() < 1e-3, "{v}: {found} {}", left(v, t1));
+            let actual: f64 = density.iter().sum::<f64>() * ds;
+            assert!((actual / left(v, t1) - 1.0).abs() < 1e-3, "{v}: {actual} {}", left(v, t1));
         }
     }
 
@@ -302,16 +307,16 @@ mod tests {
     fn area_is_proportional_to_small_pressures() {
         for (gamma, mesh) in [(0.0, Resolution::DEFAULT), (0.0, FINE), (2e-5, Resolution::DEFAULT), (2e-5, FINE)] {
             let cascade = cascade(gamma, mesh);
-            let at = |p: f64| cascade.solve(p, None, &never);
-            let [tiny, small] = [1e-6, 1e-3].map(|p| at(p).contact_area / p);
+            let value_at = |p: f64| cascade.solve(p, None, &never);
+            let [tiny, small] = [1e-6, 1e-3].map(|p| value_at(p).contact_area / p);
             assert!((tiny / small - 1.0).abs() < 1e-3, "{gamma}, {mesh:?}: {tiny} {small}");
             if gamma == 0.0 {
                 for p in [1e-5, 1e-3, 0.01, 0.1, 0.5, 2.0] {
                     let exact = libm::erf(2f64.sqrt() * p);
                     assert!(
-                        (at(p).contact_area / exact - 1.0).abs() < 1e-3,
+                        (value_at(p).contact_area / exact - 1.0).abs() < 1e-3,
                         "{mesh:?}, {p}: {} {exact}",
-                        at(p).contact_area
+                        value_at(p).contact_area
                     );
                 }
             }
@@ -322,8 +327,8 @@ mod tests {
     #[test]
     fn contact_is_complete_at_large_pressures() {
         for p in [6.0, 1e6] {
-            let found = cascade(2e-5, Resolution::DEFAULT).solve(p, None, &never);
-            assert_eq!((found.contact_area, found.load_error, found.stop), (1.0, 0.0, Stop::Converged), "{p}");
+            let actual = cascade(2e-5, Resolution::DEFAULT).solve(p, None, &never);
+            assert_eq!((actual.contact_area, actual.load_error, actual.stop), (1.0, 0.0, Stop::Converged), "{p}");
         }
     }
 
@@ -346,8 +351,8 @@ mod tests {
     #[test]
     fn load_is_conserved() {
         for p in [1e-3, 0.03] {
-            let found = cascade(2e-5, Resolution::DEFAULT).solve(p, None, &never);
-            assert!(found.load_error < 5e-3, "{}", found.load_error);
+            let actual = cascade(2e-5, Resolution::DEFAULT).solve(p, None, &never);
+            assert!(actual.load_error < 5e-3, "{}", actual.load_error);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Distribution of gaps (Almqvist, Campañá, Prodanov & Persson, J. Mech. Phys. Solids 59 (2011) 2355).
 
-use super::roughening::{Band, Opening, Rules, contact_area, gap_sum};
+use super::roughening::{Opening, Rules, SpectralBand, contact_area, gap_sum};
 use asperity_contact::observe::{Distribution, linear_edges};
 use std::f64::consts::{PI, SQRT_2};
 
@@ -30,7 +30,7 @@ struct SeparatedArea {
 /// publication the mirrored part increases the mean; here the Gaussian is shifted so that the mean of the
 /// distribution is the mean gap.
 pub(super) fn gap_distribution(
-    bands: &[Band],
+    bands: &[SpectralBand],
     c: f64,
     pressure: f64,
     opening: &Opening,
@@ -58,9 +58,9 @@ pub(super) fn gap_distribution(
         let (left, more) = volume(k + 1, after);
         evaluations += more;
         // Half of the height variance of the bands themselves, during which gaps open.
-        let own: f64 = bands[longer..=k].iter().map(|b| b.height).sum();
+        let local: f64 = bands[longer..=k].iter().map(|b| b.height).sum();
         let gap = ((open - left) / lost).max(0.0);
-        separated.push(SeparatedArea::of(lost, gap, (shorter + 0.5 * own).max(0.0).sqrt()));
+        separated.push(SeparatedArea::of(lost, gap, (shorter + 0.5 * local).max(0.0).sqrt()));
         (touching, open, longer) = (after, left, k + 1);
     }
     let top = separated.iter().map(|p| p.gap + REACH * p.rough).fold(0.0, f64::max);

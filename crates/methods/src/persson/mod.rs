@@ -11,29 +11,29 @@ mod adhesive;
 mod gaps;
 mod roughening;
 
-use adhesive::{Cascade, Contact, Resolution};
-use asperity_contact::interface::Adhesion;
+use adhesive::{Cascade, CascadeSolution, Resolution};
+use asperity_contact::interface::AttractionLaw;
 use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::require;
 use asperity_contact::method::settings::{self, PerssonForm, PerssonSettings};
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Settings, Started, Stop, Support,
+    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
+    Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support,
 };
 use asperity_contact::observe::{Distribution, StressDistribution, linear_edges};
 use asperity_grid::Result;
-use roughening::{Band, Opening, Rules, bands, contact_area, gap_sum};
+use roughening::{Opening, Rules, SpectralBand, bands, contact_area, gap_sum};
 use std::f64::consts::SQRT_2;
 use std::time::Instant;
 
 pub(super) struct Persson;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "persson",
     paper_name: "Persson",
     family: "theory of random surfaces",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Spectrum,
     criterion: Criterion::Statistical,
     calibrated_on: Some("solved mean gaps (elastic energy factor 0.45, persson.energy_factor)"),
@@ -83,7 +83,7 @@ const SECONDS_PER_BAND: f64 = 2e-5;
 const SECONDS_PER_BAND_OF_CASCADE: f64 = 1.5e-4;
 
 impl ContactMethod for Persson {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
@@ -91,17 +91,17 @@ impl ContactMethod for Persson {
         if settings.persson.energy_factor == settings::FITTED_ENERGY_FACTOR { CARD.calibrated_on } else { None }
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         let bands = problem.shells() + 64;
         // Bands, table of the opening, separated areas and bins, and a sweep of the stress.
-        let fields = (bands * (size_of::<Band>() + 32) + 16 * 1700 + 8 * 4 * gaps::BINS) as u64;
-        let adhesive = problem.adhesion != Adhesion::None;
+        let fields = (bands * (size_of::<SpectralBand>() + 32) + 16 * 1700 + 8 * 4 * gaps::BINS) as u64;
+        let adhesive = problem.adhesion != AttractionLaw::None;
         let sweeps = if adhesive { Cascade::bytes(bands) } else { 0 };
         let seconds = bands as f64 * if adhesive { SECONDS_PER_BAND_OF_CASCADE } else { SECONDS_PER_BAND };
-        Plan { bytes: fields + sweeps, iterations: bands * bands, pairs_per_iteration: 0.0, seconds }
+        SolvePlan { bytes: fields + sweeps, iterations: bands * bands, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
         let PerssonSettings { form, energy_factor } = problem.settings.persson;
         if !(energy_factor > 0.0 && energy_factor <= 1.0) {
@@ -124,7 +124,7 @@ impl ContactMethod for Persson {
 }
 
 struct Theory<'p> {
-    bands: Vec<Band>,
+    bands: Vec<SpectralBand>,
     gradient: f64,
     c: f64,
     opening: Opening,
@@ -168,11 +168,11 @@ impl Theory<'_> {
         StressDistribution { all: Distribution { delta: 1.0 - touching, ..contact.clone() }, contact }
     }
 
-    fn without_adhesion(&self, pressure: f64) -> Option<Estimate<'_>> {
+    fn without_adhesion(&self, pressure: f64) -> Option<MethodEstimate<'_>> {
         let (gap, fall, evaluations) = self.gap(pressure);
         let stopping = || self.observer.stop_requested();
         let (gaps, more) = gaps::gap_distribution(&self.bands, self.c, pressure, &self.opening, stopping)?;
-        Some(Estimate {
+        Some(MethodEstimate {
             contact_area: self.contact_area(pressure),
             mean_gap: Some(gap),
             // No stiffness is defined in full contact.
@@ -180,63 +180,63 @@ impl Theory<'_> {
             gap_distribution: Some(gaps),
             stress_distribution: Some(self.stresses(pressure)),
             iterations: evaluations + more,
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         })
     }
 
     /// Area from the cascade at the pressure. The mean gap is that without adhesion plus a correction, integrated from
     /// `p dū = -d(U - γ A)` up to full contact with the cascades with and without adhesion.
-    fn with_adhesion(&self, pressure: f64, [with, without]: &[Cascade; 2]) -> Estimate<'_> {
+    fn with_adhesion(&self, pressure: f64, [with, without]: &[Cascade; 2]) -> MethodEstimate<'_> {
         let stopping = || self.observer.stop_requested();
         let mut loads = vec![pressure];
         while loads[loads.len() - 1] < CLOSED * self.gradient {
             loads.push(loads[loads.len() - 1] * LOAD_RATIO);
         }
-        let mut found: Vec<(Contact, f64)> = Vec::with_capacity(loads.len());
+        let mut solutions: Vec<(CascadeSolution, f64)> = Vec::with_capacity(loads.len());
         // From full contact down, where areas hardly depend on the tension.
         for &p in loads.iter().rev() {
-            let near = found.last().map(|f| &f.0);
+            let near = solutions.last().map(|f| &f.0);
             let here = with.solve(p, near, &stopping);
             let excess = here.energy - without.solve(p, None, &stopping).energy;
-            found.push((here, excess));
+            solutions.push((here, excess));
         }
-        let sweeps = found.iter().map(|f| f.0.sweeps + 1).sum();
-        let stop = found.iter().map(|f| f.0.stop).find(|s| *s != Stop::Converged).unwrap_or(Stop::Converged);
+        let sweeps = solutions.iter().map(|f| f.0.sweeps + 1).sum();
+        let stop = solutions.iter().map(|f| f.0.stop).find(|s| *s != Stop::Converged).unwrap_or(Stop::Converged);
         let mut correction = 0.0;
-        for (k, pair) in found.windows(2).enumerate() {
+        for (k, pair) in solutions.windows(2).enumerate() {
             let p = loads[loads.len() - 2 - k];
             // Mean of 1/p over a step, for an energy linear in p.
             let inverse = LOAD_RATIO.ln() / (p * (LOAD_RATIO - 1.0));
             correction += (pair[0].1 - pair[1].1) * inverse;
         }
-        let here = &found.last().expect("the pressure itself").0;
+        let here = &solutions.last().expect("the pressure itself").0;
         let (gap, _, _) = self.gap(pressure);
         let corrected = gap + correction;
         // The correction is a difference of two cascades; the last gaps are smaller than its error.
         let no_gap = (corrected < 0.0).then_some("the correction for adhesion exceeds the gap without it");
-        Estimate {
+        MethodEstimate {
             contact_area: here.contact_area,
             mean_gap: no_gap.is_none().then_some(corrected),
-            undelivered: no_gap.map(|why| (Quantity::MeanGap, why)).into_iter().collect(),
+            undelivered: no_gap.map(|reason| (Quantity::MeanGap, reason)).into_iter().collect(),
             load_error: here.load_error,
-            residual: found.iter().map(|f| f.0.residual).fold(0.0, f64::max),
+            residual: solutions.iter().map(|f| f.0.residual).fold(0.0, f64::max),
             tolerance: adhesive::TOLERANCE,
             stop,
             iterations: sweeps,
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         }
     }
 }
 
 impl Estimator for Theory<'_> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
-        let found = match &self.cascades {
+        let estimate = match &self.cascades {
             Some(cascades) => Some(self.with_adhesion(pressure, cascades)),
             None => self.without_adhesion(pressure),
         };
-        let found = found.unwrap_or(Estimate { stop: Stop::Interrupted, ..Estimate::at(pressure) });
-        Ok(Estimate { seconds: clock.elapsed().as_secs_f64(), ..found })
+        let estimate = estimate.unwrap_or(MethodEstimate { stop: Stop::Interrupted, ..MethodEstimate::at(pressure) });
+        Ok(MethodEstimate { seconds: clock.elapsed().as_secs_f64(), ..estimate })
     }
 }

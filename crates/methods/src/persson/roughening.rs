@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 /// Waves of about one length, added after all longer ones.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Band {
+pub(super) struct SpectralBand {
     pub q: f64,
     /// Mean square height.
     pub height: f64,
@@ -16,7 +16,7 @@ pub(super) struct Band {
     pub before: f64,
 }
 
-impl Band {
+impl SpectralBand {
     /// Mean square gradient including this band.
     pub(super) fn after(&self) -> f64 {
         self.before + self.gradient
@@ -28,15 +28,15 @@ const MOST_PARTS: f64 = 8.0;
 
 /// The shells from long to short waves; those that increase the gradient strongly are divided into bands of equal
 /// power.
-pub(super) fn bands(power: &PowerSpectrum) -> Vec<Band> {
+pub(super) fn bands(power: &PowerSpectrum) -> Vec<SpectralBand> {
     let mut bands = Vec::with_capacity(power.shells.len() + 64);
-    let mut before = 0.0;
+    let mut previous = 0.0;
     for shell in &power.shells {
-        let parts = (MOST_PARTS * shell.gradient / (before + shell.gradient)).ceil().clamp(1.0, MOST_PARTS);
+        let parts = (MOST_PARTS * shell.gradient / (previous + shell.gradient)).ceil().clamp(1.0, MOST_PARTS);
         let (height, gradient) = (shell.height / parts, shell.gradient / parts);
         for _ in 0..parts as usize {
-            bands.push(Band { q: shell.q, height, gradient, before });
-            before += gradient;
+            bands.push(SpectralBand { q: shell.q, height, gradient, before: previous });
+            previous += gradient;
         }
     }
     bands
@@ -130,7 +130,13 @@ impl Rules {
 /// `(c/√π) Σ q ⟨h²⟩/⟨g²⟩ ∫ part(c p/g) dg`. With [`Opening::at`] this is the mean gap of these bands under a pressure
 /// (Persson, Phys. Rev. Lett. 99 (2007) 125502, with the factor γ of Yang & Persson 2008; c = √2 there), with
 /// [`Opening::fall`] its derivative `-dū/d ln p`. Also returns the number of evaluations of `part`.
-pub(super) fn gap_sum(bands: &[Band], c: f64, pressure: f64, rules: &Rules, part: impl Fn(f64) -> f64) -> (f64, usize) {
+pub(super) fn gap_sum(
+    bands: &[SpectralBand],
+    c: f64,
+    pressure: f64,
+    rules: &Rules,
+    part: impl Fn(f64) -> f64,
+) -> (f64, usize) {
     let Some(first) = bands.first() else { return (0.0, 0) };
     let x = c * pressure;
     let (mut sum, mut evaluations) = (0.0, 0);
@@ -151,7 +157,7 @@ pub(super) fn gap_sum(bands: &[Band], c: f64, pressure: f64, rules: &Rules, part
 }
 
 /// Elastic energy per area of full contact with a band, units of E*·L: a quarter of q⟨h²⟩.
-pub(super) fn full_contact_energy(band: &Band) -> f64 {
+pub(super) fn full_contact_energy(band: &SpectralBand) -> f64 {
     0.25 * band.q * band.height
 }
 
@@ -178,8 +184,8 @@ mod tests {
         let opening = Opening::new(1.0);
         for (x2, e1) in [(0.01, 4.037_929_576_538_114), (0.25, 1.044_282_634_443_738_2), (1.0, 0.219_383_934_395_520_3)]
         {
-            let found = opening.at(f64::sqrt(x2));
-            assert!((found - 0.5 * e1).abs() < 1e-11, "{x2}: {found} {}", 0.5 * e1);
+            let actual = opening.at(f64::sqrt(x2));
+            assert!((actual - 0.5 * e1).abs() < 1e-11, "{x2}: {actual} {}", 0.5 * e1);
         }
         let (at, x) = (|x: f64| Opening::new(0.45).at(x), 0.731);
         let slope = (at(x + 1e-4) - at(x - 1e-4)) / 2e-4;
@@ -190,10 +196,10 @@ mod tests {
     /// One band from zero gradient, compared with the midpoint rule.
     #[test]
     fn one_band_is_integrated_from_zero_gradient() {
-        let band = Band { q: 7.0, height: 0.3, gradient: 0.64, before: 0.0 };
+        let band = SpectralBand { q: 7.0, height: 0.3, gradient: 0.64, before: 0.0 };
         let opening = Opening::new(0.45);
         for p in [1e-3, 0.05, 0.7] {
-            let (found, _) = gap_sum(&[band], PURE, p, &Rules::new(), |x| opening.at(x));
+            let (actual, _) = gap_sum(&[band], PURE, p, &Rules::new(), |x| opening.at(x));
             // Midpoints of g = 0.8 t³, dense at small g.
             let n = 200_000;
             let sum: f64 = (0..n)
@@ -201,7 +207,7 @@ mod tests {
                 .map(|t| 2.4 * t * t * opening.at(PURE * p / (0.8 * t.powi(3))) / f64::from(n))
                 .sum();
             let exact = PURE / PI.sqrt() * band.q * band.height / band.gradient * sum;
-            assert!((found / exact - 1.0).abs() < 1e-5, "{p}: {found} {exact}");
+            assert!((actual / exact - 1.0).abs() < 1e-5, "{p}: {actual} {exact}");
         }
     }
 }

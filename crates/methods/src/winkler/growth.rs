@@ -19,7 +19,7 @@ pub(super) fn double(grid: Grid, map: &mut [u8]) {
         map.iter_mut().for_each(|m| *m = all);
         return;
     }
-    Growth::new(grid, map, cores.label, &cores.sizes).run(map);
+    PatchGrowth::new(grid, map, cores.label, &cores.sizes).run(map);
 }
 
 /// Voronoi cells of the patches: nodes outside the patches, grouped by the nearest patch, sorted by distance.
@@ -45,9 +45,9 @@ impl VoronoiCells {
         let mut order = vec![0; start[count]];
         let mut next = start.clone();
         for i in (0..map.len()).filter(outside) {
-            let place = &mut next[label[nearest[i] as usize] as usize];
-            order[*place] = i as u32;
-            *place += 1;
+            let position = &mut next[label[nearest[i] as usize] as usize];
+            order[*position] = i as u32;
+            *position += 1;
         }
         let mut rest: &mut [u32] = &mut order;
         let mut cells = Vec::with_capacity(count);
@@ -67,7 +67,7 @@ fn square(grid: Grid, nearest: &[u32], i: u32) -> u64 {
     (x * x + y * y).to_bits()
 }
 
-struct Growth {
+struct PatchGrowth {
     grid: Grid,
     cells: VoronoiCells,
     /// Patch of each contact node.
@@ -82,11 +82,11 @@ struct Growth {
     queue: BinaryHeap<Reverse<(u64, u32, u32)>>,
 }
 
-impl Growth {
+impl PatchGrowth {
     fn new(grid: Grid, map: &[u8], label: Vec<u32>, sizes: &[usize]) -> Self {
         let cells = VoronoiCells::new(grid, map, &label, sizes.len());
         let cursor = cells.start[..sizes.len()].to_vec();
-        let mut growth = Growth {
+        let mut growth = PatchGrowth {
             grid,
             cells,
             label,
@@ -102,9 +102,9 @@ impl Growth {
 
     /// Queues the next node of the cell of a patch, if there is one.
     fn enqueue(&mut self, patch: u32) {
-        let at = self.cursor[patch as usize];
-        if at < self.cells.start[patch as usize + 1] {
-            let node = self.cells.order[at];
+        let index = self.cursor[patch as usize];
+        if index < self.cells.start[patch as usize + 1] {
+            let node = self.cells.order[index];
             self.queue.push(Reverse((square(self.grid, &self.cells.nearest, node), node, patch)));
         }
     }
@@ -186,8 +186,8 @@ mod tests {
         let core: usize = map.iter().map(|m| usize::from(*m)).sum();
         double(grid, &mut map);
         assert_eq!(map.iter().map(|m| usize::from(*m)).sum::<usize>(), 2 * core);
-        let radius = |wanted: u8| {
-            (0..96 * 96).filter(move |&i| map[i] == wanted).map(|i| r2(i % 96, i / 96).sqrt()).collect::<Vec<_>>()
+        let radius = |keep: u8| {
+            (0..96 * 96).filter(move |&i| map[i] == keep).map(|i| r2(i % 96, i / 96).sqrt()).collect::<Vec<_>>()
         };
         let (outer, inner) = (radius.clone()(1), radius(0));
         let (outer, inner) = (outer.into_iter().fold(0.0, f64::max), inner.into_iter().fold(1.0, f64::min));
@@ -203,11 +203,11 @@ mod tests {
         let grid = Grid::unit(60, 48);
         for (every, seed) in [(3, 1), (7, 5), (29, 2), (211, 3)] {
             let core: Vec<u8> = with(grid, |x, y| (x * x * (y + seed) + 13 * y * y + x) % every == 0);
-            let before: usize = core.iter().map(|m| usize::from(*m)).sum();
+            let previous: usize = core.iter().map(|m| usize::from(*m)).sum();
             let mut map = core.clone();
             double(grid, &mut map);
             let after: usize = map.iter().map(|m| usize::from(*m)).sum();
-            assert_eq!(after, (2 * before).min(grid.points()), "every {every}");
+            assert_eq!(after, (2 * previous).min(grid.points()), "every {every}");
             assert!(core.iter().zip(&map).all(|(c, m)| m >= c));
         }
         let mut map = with(grid, |x, y| (x < 4 && y < 5) || ((30..36).contains(&x) && (20..29).contains(&y)));

@@ -13,8 +13,8 @@ use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::settings::WinklerSettings;
 use asperity_contact::method::{
-    Capabilities, Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan,
-    Problem, Quantity, Settings, Started, Stop, Support, require,
+    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
+    Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{mean, sum_rows};
@@ -23,11 +23,11 @@ use std::time::Instant;
 
 pub(super) struct Winkler;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "winkler",
     paper_name: "Winkler",
     family: "bearing area",
-    kind: Kind::Estimate,
+    kind: MethodKind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::Overlap,
     calibrated_on: Some("3 % of contact at p* = 0.01 on surfaces of another generator (spring length λ)"),
@@ -69,7 +69,7 @@ const BALANCE: f64 = 1e-13;
 const SECONDS_PER_POINT: f64 = 5e-7;
 
 impl ContactMethod for Winkler {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
@@ -83,12 +83,12 @@ impl ContactMethod for Winkler {
         }
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         // Heights, gap and stress, the map, labels and their parents, nearest nodes and their order.
-        Plan::per_point(problem, 3 * 8 + 1 + 4 * 4, 10, SECONDS_PER_POINT)
+        SolvePlan::per_point(problem, 3 * 8 + 1 + 4 * 4, 10, SECONDS_PER_POINT)
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;
@@ -107,7 +107,7 @@ impl ContactMethod for Winkler {
 }
 
 /// λ from the settings, by calibration, or the default.
-fn spring_length(problem: &Problem, heights: &[f64]) -> Result<f64> {
+fn spring_length(problem: &ReducedProblem, heights: &[f64]) -> Result<f64> {
     let settings = problem.settings.winkler;
     match (settings.spring_length, settings.calibrate_to) {
         (Some(_), Some(area)) => {
@@ -122,7 +122,7 @@ fn spring_length(problem: &Problem, heights: &[f64]) -> Result<f64> {
 
 /// λ for which this surface has the contact fraction `area` at p* = 0.01. Dilation doubles areas, so half of it must
 /// overlap: the approach is a quantile of the heights, and λ follows from the load.
-fn calibrated(problem: &Problem, heights: &[f64], area: f64) -> Result<f64> {
+fn calibrated(problem: &ReducedProblem, heights: &[f64], area: f64) -> Result<f64> {
     let refuse = |accepted: &str| Err(require::refused(CARD.id, "winkler.calibrate_to", area, accepted));
     let pressure = REFERENCE * problem.resolved_gradient();
     let nodes = (0.5 * area * heights.len() as f64).round();
@@ -153,7 +153,7 @@ fn overlap(nx: usize, heights: &[f64], depth: f64) -> (f64, f64) {
 }
 
 struct Springs<'p> {
-    problem: &'p Problem<'p>,
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
     /// Above the lowest node.
     heights: Cow<'p, [f64]>,
@@ -170,10 +170,10 @@ impl Springs<'_> {
         // An upper bound by Jensen's inequality.
         let mut depth = mean(&self.heights) + target;
         for iteration in 0..self.problem.max_iterations {
-            let (found, fraction) = overlap(self.problem.grid.nx, &self.heights, depth);
-            let residual = (found - target) / target;
+            let (overlap_volume, fraction) = overlap(self.problem.grid.nx, &self.heights, depth);
+            let residual = (overlap_volume - target) / target;
             let step = Iteration { iteration, residual: residual.abs(), tolerance: BALANCE, grid_fraction: 1.0 };
-            let next = depth - (found - target) / fraction;
+            let next = depth - (overlap_volume - target) / fraction;
             if residual <= BALANCE || next >= depth {
                 return (depth, Stop::Converged, iteration);
             }
@@ -187,7 +187,7 @@ impl Springs<'_> {
 }
 
 impl Estimator for Springs<'_> {
-    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+    fn estimate(&mut self, load: Load) -> Result<MethodEstimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
         let (depth, stop, iterations) = self.approach(pressure * self.length);
@@ -199,7 +199,7 @@ impl Estimator for Springs<'_> {
         require::undeformed_gap(&self.heights, depth, &mut self.gap);
         self.gap.iter_mut().zip(&self.contact).filter(|(_, c)| **c != 0).for_each(|(g, _)| *g = 0.0);
         let touching = self.contact.iter().map(|c| usize::from(*c)).sum::<usize>();
-        Ok(Estimate {
+        Ok(MethodEstimate {
             contact_area: touching as f64 / self.contact.len() as f64,
             mean_gap: Some(mean(&self.gap)),
             contact: Some(&self.contact),
@@ -209,7 +209,7 @@ impl Estimator for Springs<'_> {
             stop,
             iterations,
             seconds: clock.elapsed().as_secs_f64(),
-            ..Estimate::at(pressure)
+            ..MethodEstimate::at(pressure)
         })
     }
 }

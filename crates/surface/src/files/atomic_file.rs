@@ -111,12 +111,12 @@ fn of_all(ranks: &Ranks, own: io::Result<()>) -> io::Result<()> {
 /// # Errors
 /// `Format` for folders, pipes, sockets and devices; `Io`.
 pub fn open_regular(path: &Path) -> Result<(File, u64)> {
-    let found = std::fs::metadata(path).map_err(Error::io("read", path))?;
-    if !found.is_file() {
-        let kind = if found.is_dir() { "a folder" } else { "a pipe, socket or device" };
+    let metadata = std::fs::metadata(path).map_err(Error::io("read", path))?;
+    if !metadata.is_file() {
+        let kind = if metadata.is_dir() { "a folder" } else { "a pipe, socket or device" };
         return Err(Error::format(path, kind, "a regular file (the output of a pipe can be written into one)"));
     }
-    Ok((File::open(path).map_err(Error::io("read", path))?, found.len()))
+    Ok((File::open(path).map_err(Error::io("read", path))?, metadata.len()))
 }
 
 /// Reads a text file; errors name the file, also if it is not UTF-8.
@@ -131,8 +131,8 @@ pub fn read_text(path: &Path) -> Result<String> {
 }
 
 /// I/O error for an iterator with too few or too many values.
-pub fn miscount(what: &str, given: impl std::fmt::Display, wanted: usize) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidInput, format!("{given} {what} were given where {wanted} belong"))
+pub fn miscount(description: &str, given: impl std::fmt::Display, requested: usize) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, format!("{given} {description} were given where {requested} belong"))
 }
 
 #[cfg(test)]

@@ -55,11 +55,11 @@ impl FileHash {
 
 /// Hashes of all files below `folder` for which `wanted` holds of the relative path, in the order of their names. Hidden
 /// files are left out: an interrupted write leaves one.
-pub fn hashes(folder: &Path, wanted: &dyn Fn(&str) -> bool) -> Result<Vec<FileHash>> {
+pub fn hashes(folder: &Path, keep: &dyn Fn(&str) -> bool) -> Result<Vec<FileHash>> {
     let mut names = Vec::new();
     list(folder, "", &mut names)?;
     names.sort();
-    names.iter().filter(|name| wanted(name)).map(|name| FileHash::of(folder, name)).collect()
+    names.iter().filter(|name| keep(name)).map(|name| FileHash::of(folder, name)).collect()
 }
 
 fn list(folder: &Path, below: &str, names: &mut Vec<String>) -> Result<()> {
@@ -115,7 +115,7 @@ pub fn write<T: Serialize>(path: &Path, value: &T, files: &[FileHash]) -> Result
 
 /// Reads a file that [`write()`] wrote, and checks its own hash; with `verify` also the files that it lists.
 pub fn read<T: DeserializeOwned>(path: &Path, verify: bool) -> Stored<T> {
-    let damaged = |what: &str| Stored::Damaged(format!("{} {what}", path.display()));
+    let damaged = |description: &str| Stored::Damaged(format!("{} {description}", path.display()));
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Stored::Absent,
@@ -131,8 +131,8 @@ pub fn read<T: DeserializeOwned>(path: &Path, verify: bool) -> Stored<T> {
     let files = object.remove(FILES).and_then(|f| serde_json::from_value::<Vec<FileHash>>(f).ok());
     if verify {
         let folder = path.parent().unwrap_or(Path::new("."));
-        if let Some(what) = files.iter().flatten().find_map(|f| f.damage(folder)) {
-            return Stored::Damaged(what);
+        if let Some(description) = files.iter().flatten().find_map(|f| f.damage(folder)) {
+            return Stored::Damaged(description);
         }
     }
     match serde_json::from_value(Value::Object(object)) {
@@ -175,7 +175,7 @@ mod tests {
     use super::*;
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
-    struct Done {
+    struct TestRecord {
         key: String,
         seconds: f64,
     }
@@ -188,19 +188,19 @@ mod tests {
         for name in ["a.npy", "inside/b.npy", ".partial-x"] {
             std::fs::write(path(name), "contents").expect("written");
         }
-        let done = Done { key: "k".into(), seconds: 0.1 + 0.2 };
+        let record = TestRecord { key: "k".into(), seconds: 0.1 + 0.2 };
         let files = hashes(folder.path(), &|_| true).expect("hashed");
         assert_eq!(files.iter().map(|f| f.name.as_str()).collect::<Vec<_>>(), ["a.npy", "inside/b.npy"]);
-        write(&path("done.json"), &done, &files).expect("written");
-        let found = |verify| read::<Done>(&path("done.json"), verify);
-        assert!(matches!(found(true), Stored::Valid(d) if d == done));
-        let damage = |says: &str| match found(true) {
+        write(&path("done.json"), &record, &files).expect("written");
+        let actual = |verify| read::<TestRecord>(&path("done.json"), verify);
+        assert!(matches!(actual(true), Stored::Valid(d) if d == record));
+        let damage = |says: &str| match actual(true) {
             Stored::Damaged(text) => assert!(text.contains(says), "{text}"),
             other => panic!("{other:?} instead of {says}"),
         };
         std::fs::write(path("inside/b.npy"), "kontents").expect("written");
         damage("inside/b.npy changed");
-        assert!(found(false).valid().is_some());
+        assert!(actual(false).valid().is_some());
         std::fs::write(path("inside/b.npy"), "cont").expect("written");
         damage("b.npy has 4 bytes instead of 8");
         std::fs::remove_file(path("inside/b.npy")).expect("removed");
@@ -213,11 +213,11 @@ mod tests {
             bytes[k] ^= 1;
             std::fs::write(path("done.json"), &bytes).expect("written");
             // White space that stays white space, or a key that is no longer found, change no value.
-            let same = found(true).valid().is_none_or(|d| d == done);
+            let same = actual(true).valid().is_none_or(|d| d == record);
             assert!(same, "byte {k} of {}", String::from_utf8_lossy(&whole));
         }
         std::fs::remove_file(path("done.json")).expect("removed");
-        assert!(matches!(found(true), Stored::Absent));
+        assert!(matches!(actual(true), Stored::Absent));
     }
 
     #[test]

@@ -17,7 +17,7 @@ use asperity_grid::sys::ranks::{ALONE, Ranks};
 
 /// A map in memory: row-major `[ny, nx]`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field<T> {
+pub struct NpyMap<T> {
     pub nx: usize,
     pub ny: usize,
     pub values: Vec<T>,
@@ -252,7 +252,7 @@ fn half(word: u16) -> f64 {
 }
 
 /// An open `.npy` file or archive member with checked header and length.
-pub struct Reader<R = BufReader<File>> {
+pub struct NpyReader<R = BufReader<File>> {
     pub nx: usize,
     pub ny: usize,
     stored: DType,
@@ -287,7 +287,7 @@ pub(crate) fn read_header(source: &mut impl Read) -> std::result::Result<(Header
     Ok((header, prefix + u64::from(length)))
 }
 
-impl Reader {
+impl NpyReader {
     /// Opens a field of floating-point numbers (f2, f4, f8), integers (i1 to i8, u1 to u8) or flags (b1), in either
     /// byte order and index order.
     pub fn open(path: &Path) -> Result<Self> {
@@ -301,10 +301,10 @@ impl Reader {
             return Err(Error::format(&self.path, "columns one after another", "rows one after another, C order"));
         }
         fits(&self.path, 8 * (rows.len() * self.nx) as u64)?;
-        let before = (rows.start * self.nx * self.stored.bytes()) as i64;
-        self.source.seek_relative(before).map_err(Error::io("read", &self.path))?;
+        let previous = (rows.start * self.nx * self.stored.bytes()) as i64;
+        self.source.seek_relative(previous).map_err(Error::io("read", &self.path))?;
         let mut values = Vec::with_capacity(rows.len() * self.nx);
-        Reader { ny: rows.len(), ..self }.for_each_row(|_, row| values.extend_from_slice(row))?;
+        NpyReader { ny: rows.len(), ..self }.for_each_row(|_, row| values.extend_from_slice(row))?;
         Ok(values)
     }
 }
@@ -315,13 +315,13 @@ fn damaged(path: &Path, text: &str) -> Error {
     Error::format(path, format!("a damaged header ({what})"), "a .npy file")
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read> NpyReader<R> {
     /// Reads `length` bytes of a source; errors name `path`.
     pub(crate) fn of(mut source: R, length: u64, path: &Path) -> Result<Self> {
         let (header, start) = read_header(&mut source).map_err(|e| damaged(path, &e))?;
         let descriptor = header.type_descriptor.to_string();
         let name = descriptor.trim_matches(['\'', '"']);
-        let stored = DType::named(name).ok_or_else(|| {
+        let dtype = DType::named(name).ok_or_else(|| {
             let accepted = "real numbers: floating-point or integer, 64 bits at most; convert with .astype(float)";
             Error::format(path, format!("entries of type {name}"), accepted)
         })?;
@@ -330,12 +330,13 @@ impl<R: Read> Reader<R> {
             _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
         };
         // Checked before allocation: a damaged header must not request more memory than the file has data.
-        let (have, want) = (length.saturating_sub(start), (nx * ny * stored.bytes()) as u64);
-        if have != want {
-            let found = format!("{have} bytes of data, {} of them", if have < want { "too few" } else { "too many" });
+        let (available, want) = (length.saturating_sub(start), (nx * ny * dtype.bytes()) as u64);
+        if available != want {
+            let found =
+                format!("{available} bytes of data, {} of them", if available < want { "too few" } else { "too many" });
             return Err(Error::format(path, found, format!("{want} bytes for shape [{ny}, {nx}]")));
         }
-        Ok(Reader { nx, ny, stored, fortran: header.layout.is_fortran(), source, path: path.to_path_buf() })
+        Ok(NpyReader { nx, ny, stored: dtype, fortran: header.layout.is_fortran(), source, path: path.to_path_buf() })
     }
 
     /// Calls `row(y, values)` for y = 0, 1, …; a Fortran-ordered field is first read as a whole.
@@ -356,7 +357,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// Reads the whole field as [`read`] does.
-    pub(crate) fn numbers(mut self) -> Result<Field<f64>> {
+    pub(crate) fn numbers(mut self) -> Result<NpyMap<f64>> {
         if self.stored == DType::Flag {
             return Err(Error::format(&self.path, "entries of type bool", "numbers, floating-point or integer"));
         }
@@ -364,11 +365,11 @@ impl<R: Read> Reader<R> {
         fits(&self.path, 8 * (nx * ny) as u64)?;
         if self.fortran {
             // The transposed field is returned without a second copy.
-            return Ok(Field { nx, ny, values: self.whole_transposed()? });
+            return Ok(NpyMap { nx, ny, values: self.whole_transposed()? });
         }
         let mut values = Vec::with_capacity(nx * ny);
         self.for_each_row(|_, row| values.extend_from_slice(row))?;
-        Ok(Field { nx, ny, values })
+        Ok(NpyMap { nx, ny, values })
     }
 
     fn whole_transposed(&mut self) -> Result<Vec<f64>> {
@@ -385,27 +386,27 @@ impl<R: Read> Reader<R> {
 }
 
 /// Reads a numeric field as f64; integers above 2^53 are rounded. Boolean fields are an error.
-pub fn read(path: &Path) -> Result<Field<f64>> {
-    Reader::open(path)?.numbers()
+pub fn read(path: &Path) -> Result<NpyMap<f64>> {
+    NpyReader::open(path)?.numbers()
 }
 
 /// Returns an error if reading needs more than the available memory.
-pub(crate) fn fits(path: &Path, need: u64) -> Result<()> {
-    let have = asperity_grid::sys::available_memory_bytes();
+pub(crate) fn fits(path: &Path, required: u64) -> Result<()> {
+    let available = asperity_grid::sys::available_memory_bytes();
     let (what, advice) = (format!("reading {}", path.display()), "a coarser map needs less".into());
-    if need > have { Err(Error::Memory { what, need, have, advice }) } else { Ok(()) }
+    if required > available { Err(Error::Memory { what, need: required, have: available, advice }) } else { Ok(()) }
 }
 
 /// Reads a map of flags (uint8 or bool).
-pub fn read_flags(path: &Path) -> Result<Field<u8>> {
-    let reader = Reader::open(path)?;
+pub fn read_flags(path: &Path) -> Result<NpyMap<u8>> {
+    let reader = NpyReader::open(path)?;
     if !matches!(reader.stored, DType::Flag | DType::Unsigned { bytes: 1, .. }) {
         return Err(Error::format(path, "entries that are no flags", "uint8 or bool"));
     }
     let (nx, ny) = (reader.nx, reader.ny);
     let mut values = Vec::with_capacity(nx * ny);
     reader.for_each_row(|_, row| values.extend(row.iter().map(|&v| v as u8)))?;
-    Ok(Field { nx, ny, values })
+    Ok(NpyMap { nx, ny, values })
 }
 
 #[cfg(test)]
@@ -425,13 +426,13 @@ mod tests {
     fn both_orders_and_both_widths_read_alike() {
         let (_folder, path) = scratch();
         let c = Array2::from_shape_fn((2, 3), |(y, x)| (10 * y + x) as f64);
-        let wanted = vec![0.0, 1.0, 2.0, 10.0, 11.0, 12.0];
+        let requested = vec![0.0, 1.0, 2.0, 10.0, 11.0, 12.0];
         ndarray_npy::write_npy(&path, &c).unwrap();
-        assert_eq!(read(&path).unwrap(), Field { nx: 3, ny: 2, values: wanted.clone() });
+        assert_eq!(read(&path).unwrap(), NpyMap { nx: 3, ny: 2, values: requested.clone() });
         let mut fortran = Array2::<f32>::zeros((2, 3).f());
         fortran.zip_mut_with(&c, |a, &b| *a = b as f32);
         ndarray_npy::write_npy(&path, &fortran).unwrap();
-        assert_eq!(read(&path).unwrap().values, wanted);
+        assert_eq!(read(&path).unwrap().values, requested);
         write(&path, 3, 2, c.iter().copied()).unwrap();
         assert_eq!(ndarray_npy::read_npy::<_, Array2<f64>>(&path).unwrap(), c);
         write(&path, 3, 2, c.iter().map(|&v| v as u8)).unwrap();
@@ -455,8 +456,8 @@ mod tests {
         let (_folder, path) = scratch();
         write(&path, 2, 1, [1.5_f64, -2.0]).unwrap();
         let mut bytes = std::fs::read(&path).unwrap();
-        let at = bytes.windows(3).position(|w| w == b"<f8").unwrap();
-        bytes[at] = b'>';
+        let index = bytes.windows(3).position(|w| w == b"<f8").unwrap();
+        bytes[index] = b'>';
         let data = bytes.len() - 16;
         bytes[data..].chunks_exact_mut(8).for_each(|b| b.reverse());
         std::fs::write(&path, bytes).unwrap();
@@ -506,8 +507,8 @@ mod tests {
         ndarray_npy::write_npy(&path, &Array2::<bool>::default((2, 2))).unwrap();
         says("entries of type bool");
         let mut complex = std::fs::read(&path).unwrap();
-        let at = complex.windows(3).position(|w| w == b"|b1").unwrap();
-        complex[at..at + 3].copy_from_slice(b"<c8");
+        let index = complex.windows(3).position(|w| w == b"|b1").unwrap();
+        complex[index..index + 3].copy_from_slice(b"<c8");
         std::fs::write(&path, complex).unwrap();
         says("entries of type <c8");
         ndarray_npy::write_npy(&path, &ndarray::Array1::<f64>::zeros(4)).unwrap();
@@ -562,11 +563,11 @@ mod tests {
                 let own = &values[rows.start * 5..rows.end * 5];
                 write_on_ranks(&ranks, &path, [5, 11], own.iter().copied()).unwrap();
                 (
-                    Reader::open(&path).unwrap().rows(rows).unwrap(),
+                    NpyReader::open(&path).unwrap().rows(rows).unwrap(),
                     own.iter().map(|v| f64::from(*v)).collect::<Vec<_>>(),
                 )
             });
-            assert!(read.into_iter().all(|(found, own)| found == own), "{count} ranks");
+            assert!(read.into_iter().all(|(actual, own)| actual == own), "{count} ranks");
             assert!(std::fs::read(&path).unwrap() == std::fs::read(&alone).unwrap(), "{count} ranks");
         }
         let failed = on_threads(3, |ranks| {

@@ -13,12 +13,12 @@ const USUAL: [&str; 3] = ["heights", "surface", "topography"];
 pub(super) fn choose<'a>(path: &Path, names: &'a [String], options: ImportOptions) -> Result<&'a str> {
     let list = list(names);
     let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
-    if let Some(wanted) = options.dataset {
-        let found = names.iter().find(|n| n.trim_start_matches('/') == wanted.trim_start_matches('/'));
+    if let Some(requested) = options.dataset {
+        let found = names.iter().find(|n| n.trim_start_matches('/') == requested.trim_start_matches('/'));
         return found.map(String::as_str).ok_or_else(|| {
             let accepted =
                 if names.is_empty() { "a file with a two-dimensional array of numbers".into() } else { list };
-            Error::format(path, format!("no two-dimensional array of numbers named {}", quoted(wanted)), accepted)
+            Error::format(path, format!("no two-dimensional array of numbers named {}", quoted(requested)), accepted)
         });
     }
     let usual: Vec<&String> = names.iter().filter(|n| USUAL.contains(&last(n).as_str())).collect();

@@ -44,8 +44,8 @@ impl Attributes {
     /// The numbers of the first attribute with one of these names, in lower case and with blanks for `_` and `-`; those in a text count.
     pub(super) fn numbers_of(&self, names: &[&str]) -> Option<Vec<f64>> {
         names.iter().find_map(|name| {
-            let found = self.numbers.iter().find(|(key, _)| plain_key(key) == *name).map(|(_, list)| list.clone());
-            found.or_else(|| Some(quantity(&self.words_of(&[name])?).0)).filter(|list| !list.is_empty())
+            let numbers = self.numbers.iter().find(|(key, _)| plain_key(key) == *name).map(|(_, list)| list.clone());
+            numbers.or_else(|| Some(quantity(&self.words_of(&[name])?).0)).filter(|list| !list.is_empty())
         })
     }
 
@@ -72,12 +72,12 @@ impl Attributes {
     }
 
     /// The classic NetCDF format has no unsigned integers; the attribute `_Unsigned` marks them.
-    fn sign(&self, stored: DType) -> Sign {
+    fn sign(&self, dtype: DType) -> IntegerSign {
         let says = |word: &str| self.words.get("_Unsigned").is_some_and(|w| w.eq_ignore_ascii_case(word));
-        match stored {
-            DType::Signed { bytes, .. } if says("true") => Sign::Unsigned(2f64.powi(8 * bytes as i32)),
-            DType::Unsigned { bytes, .. } if says("false") => Sign::Signed(2f64.powi(8 * bytes as i32)),
-            _ => Sign::AsStored,
+        match dtype {
+            DType::Signed { bytes, .. } if says("true") => IntegerSign::Unsigned(2f64.powi(8 * bytes as i32)),
+            DType::Unsigned { bytes, .. } if says("false") => IntegerSign::Signed(2f64.powi(8 * bytes as i32)),
+            _ => IntegerSign::AsStored,
         }
     }
 }
@@ -95,30 +95,30 @@ pub(super) struct Array<'a> {
 
 /// Interpretation of stored integers; the number is 2 to the power of their bits.
 #[derive(Clone, Copy)]
-enum Sign {
+enum IntegerSign {
     AsStored,
     Unsigned(f64),
     Signed(f64),
 }
 
-impl Sign {
+impl IntegerSign {
     fn apply(self, value: f64) -> f64 {
         match self {
-            Sign::Unsigned(count) if value < 0.0 => value + count,
-            Sign::Signed(count) if value >= count / 2.0 => value - count,
+            IntegerSign::Unsigned(count) if value < 0.0 => value + count,
+            IntegerSign::Signed(count) if value >= count / 2.0 => value - count,
             _ => value,
         }
     }
 }
 
 /// Rounds an attribute in double precision to f32 if the array is f32, so that equal values compare equal.
-fn narrowed(value: f64, stored: DType) -> f64 {
-    if matches!(stored, DType::F4 { .. }) { f64::from(value as f32) } else { value }
+fn narrowed(value: f64, dtype: DType) -> f64 {
+    if matches!(dtype, DType::F4 { .. }) { f64::from(value as f32) } else { value }
 }
 
 /// NetCDF default fill values `NC_FILL_…` of elements never written; single bytes have none.
-fn default_fill(stored: DType) -> Option<f64> {
-    Some(match stored {
+fn default_fill(dtype: DType) -> Option<f64> {
+    Some(match dtype {
         DType::F8 { .. } => 15.0 * 2f64.powi(119),
         DType::F4 { .. } => f64::from(15.0 * 2f32.powi(119)),
         DType::Signed { bytes: 2, .. } => -32_767.0,

@@ -38,39 +38,41 @@ impl<'a> Bytes<'a> {
     }
 
     /// The next `count` bytes; errors name `what` they are.
-    pub(super) fn take(&mut self, count: usize, what: &str) -> Result<&'a [u8]> {
-        let Some((taken, rest)) = self.rest.split_at_checked(count) else {
-            let found = format!("{} bytes where {what} should be", self.rest.len());
+    pub(super) fn take(&mut self, count: usize, description: &str) -> Result<&'a [u8]> {
+        let Some((taken, remainder)) = self.rest.split_at_checked(count) else {
+            let found = format!("{} bytes where {description} should be", self.rest.len());
             return Err(Error::format(self.path, found, format!("{count} bytes (the file is cut off or damaged)")));
         };
-        self.rest = rest;
+        self.rest = remainder;
         Ok(taken)
     }
 
-    pub(super) fn number(&mut self, stored: DType, what: &str) -> Result<f64> {
-        Ok(stored.value(self.take(stored.bytes(), what)?))
+    pub(super) fn number(&mut self, dtype: DType, description: &str) -> Result<f64> {
+        Ok(dtype.value(self.take(dtype.bytes(), description)?))
     }
 
     /// An unsigned number of 32 bits.
-    pub(super) fn count(&mut self, what: &str) -> Result<usize> {
-        Ok(self.number(U32, what)? as usize)
+    pub(super) fn count(&mut self, description: &str) -> Result<usize> {
+        Ok(self.number(U32, description)? as usize)
     }
 
     /// A text up to its terminating zero byte. Other encodings than UTF-8 give replacement characters.
-    pub(super) fn text(&mut self, what: &str) -> Result<String> {
+    pub(super) fn text(&mut self, description: &str) -> Result<String> {
         let end = self.rest.iter().position(|b| *b == 0).unwrap_or(self.rest.len());
-        let text = self.take(end + 1, what)?;
+        let text = self.take(end + 1, description)?;
         Ok(String::from_utf8_lossy(&text[..end]).into_owned())
     }
 
     /// `ny` rows of `nx` stored numbers.
-    pub(super) fn field(&mut self, [nx, ny]: [usize; 2], stored: DType) -> Result<Vec<f64>> {
-        let what = format!("{nx} x {ny} points of {} bytes", stored.bytes());
-        let count = nx.checked_mul(ny).filter(|n| *n > 0).and_then(|n| n.checked_mul(stored.bytes()));
-        let Some(count) = count else { return Err(Error::format(self.path, what, "at least one point along each")) };
-        let bytes = self.take(count, &what)?;
+    pub(super) fn field(&mut self, [nx, ny]: [usize; 2], dtype: DType) -> Result<Vec<f64>> {
+        let description = format!("{nx} x {ny} points of {} bytes", dtype.bytes());
+        let count = nx.checked_mul(ny).filter(|n| *n > 0).and_then(|n| n.checked_mul(dtype.bytes()));
+        let Some(count) = count else {
+            return Err(Error::format(self.path, description, "at least one point along each"));
+        };
+        let bytes = self.take(count, &description)?;
         fits(self.path, (nx * ny) as u64 * 8)?;
-        Ok(bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect())
+        Ok(bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect())
     }
 }
 

@@ -6,7 +6,7 @@ use super::headings::counts;
 use super::source::quoted;
 use super::unit::{self, length_unit};
 use crate::declared::{Declared, DeclaredExtent};
-use crate::height_map::Sign;
+use crate::height_map::TouchingPoints;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::units::metres_per;
 use std::path::Path;
@@ -65,7 +65,7 @@ pub(super) fn declare(array: &Described) -> Result<(Declared, Vec<String>)> {
     let sign = match array.words(&["sign"]) {
         None => None,
         Some(words) => {
-            let known = [Sign::LowFirst, Sign::HighFirst].into_iter().find(|s| s.words() == words);
+            let known = [TouchingPoints::LowFirst, TouchingPoints::HighFirst].into_iter().find(|s| s.words() == words);
             let accepted = "low points touch first, or high points touch first";
             Some(known.ok_or_else(|| array.wrong(format!("sign = {}", quoted(&words)), accepted))?)
         }
@@ -135,9 +135,9 @@ impl Described<'_> {
         if !extent.iter().all(|e| e.is_finite() && *e > 0.0) {
             return Err(self.wrong(format!("extents of {:e} x {:e}", extent[0], extent[1]), "positive numbers"));
         }
-        if let Some(found) = coordinates.filter(|c| (0..2).any(|k| (c[k] / extent[k] - 1.0).abs() > OFF)) {
+        if let Some(spans) = coordinates.filter(|c| (0..2).any(|k| (c[k] / extent[k] - 1.0).abs() > OFF)) {
             let [x, y] = extent;
-            let text = format!("coordinates give {:e} x {:e}", found[0], found[1]);
+            let text = format!("coordinates give {:e} x {:e}", spans[0], spans[1]);
             warnings.push(format!(
                 "extents of {x:e} x {y:e} are declared, but {text}: give --length where the latter are right"
             ));
@@ -178,7 +178,7 @@ impl Described<'_> {
     fn written_unit(&self) -> Result<Option<String>> {
         let pairs = LENGTH.iter().chain(&SPACING).flatten();
         let names: Vec<&str> = pairs.chain(&LENGTHS).chain(&SPACINGS).copied().collect();
-        let mut found: Option<String> = None;
+        let mut common_unit: Option<String> = None;
         for text in self.all().flat_map(|a| names.iter().filter_map(|name| a.words_of(&[name]))) {
             let unit = quantity(&text).1;
             if unit::is_none(&unit) {
@@ -186,14 +186,14 @@ impl Described<'_> {
             }
             let known = length_unit(&unit)
                 .ok_or_else(|| self.wrong(format!("an extent in {}", quoted(&text)), unit::ACCEPTED))?;
-            if let Some(other) = found.as_ref().filter(|other| metres_per(other) != metres_per(&known)) {
+            if let Some(other) = common_unit.as_ref().filter(|other| metres_per(other) != metres_per(&known)) {
                 return Err(
                     self.wrong(format!("extents in {other} and {known}"), "one unit of all extents and spacings")
                 );
             }
-            found = Some(known);
+            common_unit = Some(known);
         }
-        Ok(found)
+        Ok(common_unit)
     }
 
     /// Points times spacing from the values of both coordinates.
@@ -211,8 +211,8 @@ impl Described<'_> {
                 return Ok(None);
             }
             let spacing = (values[n - 1] - values[0]) / (n - 1) as f64;
-            let near = |i: usize, v: f64| (v - values[0] - i as f64 * spacing).abs() <= OFF * spacing.abs();
-            if let Some(i) = (0..n).find(|i| !near(*i, values[*i])) {
+            let is_close = |i: usize, v: f64| (v - values[0] - i as f64 * spacing).abs() <= OFF * spacing.abs();
+            if let Some(i) = (0..n).find(|i| !is_close(*i, values[*i])) {
                 let found = format!("{} = {:e} at point {} (counted from 1)", axis.name, values[i], i + 1);
                 let even = values[0] + i as f64 * spacing;
                 return Err(self.wrong(found, &format!("{even:e}, as even steps of {spacing:e} would have it")));
@@ -275,13 +275,13 @@ mod tests {
     #[test]
     fn a_unit_behind_an_extent_is_that_of_the_extents() {
         for (key, text, x) in [("length", "10 um", 10.0), ("length_x", "10 µm", 10.0), ("dx", "2.5um", 10.0)] {
-            let (found, warnings) = declared(&[("units", "nm"), (key, text)]).expect(text);
-            let metres = found.extent_m().expect("extents");
+            let (actual, warnings) = declared(&[("units", "nm"), (key, text)]).expect(text);
+            let metres = actual.extent_m().expect("extents");
             assert!(
                 (metres[0] / (x * 1e-6) - 1.0).abs() < 1e-12 && (metres[1] / metres[0] - 0.5).abs() < 1e-12,
                 "{text}"
             );
-            assert!(warnings.is_empty() && found.unit.as_deref() == Some("nm"), "{warnings:?}");
+            assert!(warnings.is_empty() && actual.unit.as_deref() == Some("nm"), "{warnings:?}");
         }
         for words in [&[("units", "nm"), ("pixel_size", "0.2 furlong")][..], &[("lx", "10 um"), ("ly", "5 nm")]] {
             assert!(declared(words).expect_err("refused").to_string().contains("map.h5: "), "{words:?}");

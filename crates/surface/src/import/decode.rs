@@ -16,10 +16,10 @@ pub(super) fn is_utf16(start: &[u8]) -> bool {
 /// Text of UTF-16 with a byte order mark.
 fn of_utf16(path: &Path, bytes: &[u8]) -> Result<String> {
     let little = bytes.starts_with(b"\xFF\xFE");
-    let (pairs, rest) = bytes[2..].as_chunks::<2>();
+    let (pairs, remainder) = bytes[2..].as_chunks::<2>();
     let words = pairs.iter().map(|b| if little { u16::from_le_bytes(*b) } else { u16::from_be_bytes(*b) });
     let text: Option<String> = char::decode_utf16(words).map(|c| c.ok()).collect();
-    text.filter(|_| rest.is_empty()).ok_or_else(|| Error::format(path, "damaged UTF-16", "whole text"))
+    text.filter(|_| remainder.is_empty()).ok_or_else(|| Error::format(path, "damaged UTF-16", "whole text"))
 }
 
 /// The first bytes of a text file in UTF-8, for the recognition of its kind.
@@ -32,7 +32,7 @@ pub(super) fn start_of_text(path: &Path, start: &[u8]) -> String {
 }
 
 /// Lines of a text file, read one by one.
-pub(super) struct Lines {
+pub(super) struct TextLines {
     source: Box<dyn BufRead>,
     path: std::path::PathBuf,
     bytes: Vec<u8>,
@@ -42,7 +42,7 @@ pub(super) struct Lines {
     pub(super) ended: bool,
 }
 
-impl Lines {
+impl TextLines {
     /// Opens a text file. UTF-16 is decoded as a whole, other text line by line.
     pub(super) fn open(path: &Path) -> Result<Self> {
         let (file, _) = open_regular(path)?;
@@ -58,7 +58,7 @@ impl Lines {
             }
             Box::new(source)
         };
-        Ok(Lines { source, path: path.to_path_buf(), bytes: Vec::new(), number: 0, ended: true })
+        Ok(TextLines { source, path: path.to_path_buf(), bytes: Vec::new(), number: 0, ended: true })
     }
 
     /// Replaces `line` by the next line, without its line break; `false` at the end of the file. A line that is not UTF-8 is Latin-1,
@@ -91,7 +91,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
         std::fs::write(&path, bytes).unwrap();
-        let mut lines = Lines::open(&path)?;
+        let mut lines = TextLines::open(&path)?;
         let (mut line, mut all) = (String::new(), Vec::new());
         while lines.next(&mut line)? {
             all.push(line.clone());

@@ -26,11 +26,11 @@ pub(super) fn split(line: &str) -> (Vec<&str>, Separator) {
         return (closed(line.split(';')), Separator::Semicolon);
     }
     if line.contains(',') {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let inside = words.iter().any(|w| w.trim_matches(',').contains(','));
-        let apart = words.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(','));
+        let tokens: Vec<&str> = line.split_whitespace().collect();
+        let inside = tokens.iter().any(|w| w.trim_matches(',').contains(','));
+        let difference = tokens.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(','));
         let begins = |w: &&str| w.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) || is_missing(w);
-        if !(inside && apart && words.iter().all(begins)) {
+        if !(inside && difference && tokens.iter().all(begins)) {
             let fields = closed(line.split(','));
             if fields.iter().any(|f| has_numbers_apart(f)) {
                 return (line.split([',', ' ', '\t']).filter(|w| !w.is_empty()).collect(), Separator::Comma);
@@ -94,14 +94,14 @@ impl Notation {
     /// Decimal points and decimal commas in one file; commas that may separate thousands.
     pub(super) fn check(&self, path: &Path) -> Result<()> {
         let Some((word, line)) = &self.comma else { return Ok(()) };
-        let found = match (self.points, self.decimal) {
+        let separators = match (self.points, self.decimal) {
             (true, _) => format!("{} on line {line} and decimal points elsewhere", quoted(word)),
             (_, false) => format!("{} on line {line}, a decimal comma or a separator of thousands", quoted(word)),
             _ => return Ok(()),
         };
         Err(Error::format(
             path,
-            found,
+            separators,
             "numbers with decimal points (1.5), apart by blanks, tabs, commas or semicolons",
         ))
     }
@@ -172,8 +172,8 @@ mod tests {
     #[test]
     fn words_may_have_blanks() {
         for (line, separator) in [("y (um)\\x (um),0.5,1", Separator::Comma), ("height [nm]\t0\t1", Separator::Tab)] {
-            let (fields, found) = split(line);
-            assert_eq!((fields.len(), found), (3, separator), "{line}");
+            let (fields, actual) = split(line);
+            assert_eq!((fields.len(), actual), (3, separator), "{line}");
         }
     }
 

@@ -1,4 +1,4 @@
-use super::decode::Lines;
+use super::decode::TextLines;
 use super::fields::split;
 use super::source::quoted;
 use crate::Wave;
@@ -47,7 +47,7 @@ fn wave(path: &Path, line: usize, [kx, ky, re, im]: [f64; 4]) -> Result<Wave> {
 /// Fourier coefficients from lines of text, read one by one; `#` starts a comment.
 pub(super) fn read_text(path: &Path) -> Result<Vec<Wave>> {
     let mut waves = Vec::new();
-    let (mut lines, mut text) = (Lines::open(path)?, String::new());
+    let (mut lines, mut text) = (TextLines::open(path)?, String::new());
     while lines.next(&mut text)? {
         let number = lines.number;
         let (fields, _) = split(text.split('#').next().unwrap_or(""));

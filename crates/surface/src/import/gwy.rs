@@ -17,7 +17,7 @@ pub(super) fn starts(start: &[u8]) -> bool {
 const MASKED: f64 = 0.5;
 
 /// Components of a stored object that are used.
-enum Value<'a> {
+enum GwyValue<'a> {
     Int(f64),
     Double(f64),
     Text(String),
@@ -30,7 +30,7 @@ enum Value<'a> {
 fn components<'a>(
     path: &'a Path,
     mut body: Bytes<'a>,
-    mut each: impl FnMut(String, Value<'a>) -> Result<()>,
+    mut each: impl FnMut(String, GwyValue<'a>) -> Result<()>,
 ) -> Result<()> {
     while !body.left().is_empty() {
         let name = body.text("the name of a component")?;
@@ -38,17 +38,17 @@ fn components<'a>(
         let quoted = format!("{name:?}");
         let value = match body.take(1, "the type of a component")?[0] {
             b'b' | b'c' => skip(&mut body, 1)?,
-            b'i' => Value::Int(body.number(I32, &quoted)?),
+            b'i' => GwyValue::Int(body.number(I32, &quoted)?),
             b'q' => skip(&mut body, 8)?,
-            b'd' => Value::Double(body.number(F64, &quoted)?),
-            b's' => Value::Text(body.text(&quoted)?),
-            b'o' => Value::Object(object(path, &mut body)?.1),
+            b'd' => GwyValue::Double(body.number(F64, &quoted)?),
+            b's' => GwyValue::Text(body.text(&quoted)?),
+            b'o' => GwyValue::Object(object(path, &mut body)?.1),
             b'C' => skip_list(&mut body, 1)?,
             b'I' => skip_list(&mut body, 4)?,
             b'Q' => skip_list(&mut body, 8)?,
             b'D' => {
                 let count = body.count(&quoted)?;
-                Value::Doubles(Bytes::of(path, body.take(count.saturating_mul(8), &quoted)?))
+                GwyValue::Doubles(Bytes::of(path, body.take(count.saturating_mul(8), &quoted)?))
             }
             code @ (b'S' | b'O') => {
                 for _ in 0..body.count(&quoted)? {
@@ -58,7 +58,7 @@ fn components<'a>(
                         object(path, &mut body)?;
                     }
                 }
-                Value::Other
+                GwyValue::Other
             }
             code => {
                 let found = format!("component {name:?} of type {:?}", char::from(code));
@@ -70,12 +70,12 @@ fn components<'a>(
     Ok(())
 }
 
-fn skip<'a>(body: &mut Bytes, count: usize) -> Result<Value<'a>> {
+fn skip<'a>(body: &mut Bytes, count: usize) -> Result<GwyValue<'a>> {
     body.take(count, "a component")?;
-    Ok(Value::Other)
+    Ok(GwyValue::Other)
 }
 
-fn skip_list<'a>(body: &mut Bytes, bytes: usize) -> Result<Value<'a>> {
+fn skip_list<'a>(body: &mut Bytes, bytes: usize) -> Result<GwyValue<'a>> {
     let count = body.count("the length of a component")?;
     skip(body, count.saturating_mul(bytes))
 }
@@ -90,7 +90,7 @@ fn object<'a>(path: &'a Path, body: &mut Bytes<'a>) -> Result<(String, Bytes<'a>
 
 /// A `GwyDataField`.
 #[derive(Default)]
-struct Field<'a> {
+struct GwyField<'a> {
     nx: usize,
     ny: usize,
     x: f64,
@@ -100,18 +100,18 @@ struct Field<'a> {
     values: Option<Bytes<'a>>,
 }
 
-impl<'a> Field<'a> {
+impl<'a> GwyField<'a> {
     fn of(path: &'a Path, body: Bytes<'a>) -> Result<Self> {
-        let mut field = Field::default();
+        let mut field = GwyField::default();
         components(path, body, |name, value| {
             match (name.as_str(), value) {
-                ("xres", Value::Int(n)) if n > 0.0 => field.nx = n as usize,
-                ("yres", Value::Int(n)) if n > 0.0 => field.ny = n as usize,
-                ("xreal", Value::Double(x)) => field.x = x,
-                ("yreal", Value::Double(y)) => field.y = y,
-                ("si_unit_xy", Value::Object(unit)) => field.unit_xy = unit_of(path, unit)?,
-                ("si_unit_z", Value::Object(unit)) => field.unit_z = unit_of(path, unit)?,
-                ("data", Value::Doubles(values)) => field.values = Some(values),
+                ("xres", GwyValue::Int(n)) if n > 0.0 => field.nx = n as usize,
+                ("yres", GwyValue::Int(n)) if n > 0.0 => field.ny = n as usize,
+                ("xreal", GwyValue::Double(x)) => field.x = x,
+                ("yreal", GwyValue::Double(y)) => field.y = y,
+                ("si_unit_xy", GwyValue::Object(unit)) => field.unit_xy = unit_of(path, unit)?,
+                ("si_unit_z", GwyValue::Object(unit)) => field.unit_z = unit_of(path, unit)?,
+                ("data", GwyValue::Doubles(values)) => field.values = Some(values),
                 _ => {}
             }
             Ok(())
@@ -121,10 +121,10 @@ impl<'a> Field<'a> {
 
     fn numbers(&self, path: &'a Path) -> Result<Vec<f64>> {
         let mut values = self.values.unwrap_or(Bytes::of(path, &[]));
-        let (count, wanted) = (values.left().len() / 8, self.nx.saturating_mul(self.ny));
-        if count != wanted {
+        let (count, requested) = (values.left().len() / 8, self.nx.saturating_mul(self.ny));
+        if count != requested {
             let found = format!("{count} numbers in a field of {} x {} points", self.nx, self.ny);
-            return Err(Error::format(path, found, format!("{wanted} (the file is damaged)")));
+            return Err(Error::format(path, found, format!("{requested} (the file is damaged)")));
         }
         values.field([self.nx, self.ny], F64)
     }
@@ -133,7 +133,7 @@ impl<'a> Field<'a> {
 fn unit_of<'a>(path: &'a Path, body: Bytes<'a>) -> Result<String> {
     let mut unit = String::new();
     components(path, body, |name, value| {
-        if let ("unitstr", Value::Text(text)) = (name.as_str(), value) {
+        if let ("unitstr", GwyValue::Text(text)) = (name.as_str(), value) {
             unit = text.trim().to_string();
         }
         Ok(())
@@ -155,14 +155,14 @@ struct Channel<'a> {
 }
 
 /// A channel whose data were found: number, title, field, mask.
-struct Found<'a> {
+struct GwyChannel<'a> {
     number: u32,
     title: String,
-    field: Field<'a>,
+    field: GwyField<'a>,
     mask: Option<Bytes<'a>>,
 }
 
-impl Found<'_> {
+impl GwyChannel<'_> {
     fn words(&self) -> String {
         format!("{} {:?}", self.number, self.title)
     }
@@ -171,20 +171,20 @@ impl Found<'_> {
 /// Reads a channel of a Gwyddion file (`.gwy`): the one that [`ImportOptions::dataset`] names by title or number, otherwise the
 /// only one whose values have a unit of length. Masked points count as not measured.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
-    let whole = bytes::whole(path)?;
-    let mut rest = Bytes::of(path, &whole);
-    rest.take(MAGIC.len(), "the name of the format")?;
-    let (name, body) = object(path, &mut rest)?;
+    let bytes = bytes::whole(path)?;
+    let mut remainder = Bytes::of(path, &bytes);
+    remainder.take(MAGIC.len(), "the name of the format")?;
+    let (name, body) = object(path, &mut remainder)?;
     if name != "GwyContainer" {
         return Err(Error::format(path, format!("an object {name:?} at the start"), "a GwyContainer"));
     }
     let all = channels(path, body)?;
-    let heights: Vec<&Found> = all.iter().filter(|c| is_length(&c.field.unit_z)).collect();
+    let heights: Vec<&GwyChannel> = all.iter().filter(|c| is_length(&c.field.unit_z)).collect();
     let chosen = choose(path, &all, &heights, options.dataset)?;
     let field = &chosen.field;
     let mut values = field.numbers(path)?;
     if let Some(mask) = chosen.mask {
-        let mask = Field::of(path, mask)?;
+        let mask = GwyField::of(path, mask)?;
         if (mask.nx, mask.ny) != (field.nx, field.ny) {
             let found = format!("a mask of {} x {} points", mask.nx, mask.ny);
             return Err(Error::format(path, found, format!("{} x {}, as its channel", field.nx, field.ny)));
@@ -213,37 +213,42 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
 }
 
 /// Channels with data, in the order of their numbers.
-fn channels<'a>(path: &'a Path, body: Bytes<'a>) -> Result<Vec<Found<'a>>> {
+fn channels<'a>(path: &'a Path, body: Bytes<'a>) -> Result<Vec<GwyChannel<'a>>> {
     let mut all: BTreeMap<u32, Channel> = BTreeMap::new();
     components(path, body, |name, value| {
         let key = name.strip_prefix('/').and_then(|n| n.split_once('/'));
         let Some((Ok(number), part)) = key.map(|(n, part)| (n.parse(), part)) else { return Ok(()) };
         match (part, value) {
-            ("data", Value::Object(body)) => all.entry(number).or_default().data = Some(body),
-            ("mask", Value::Object(body)) => all.entry(number).or_default().mask = Some(body),
-            ("data/title", Value::Text(title)) => all.entry(number).or_default().title = title,
+            ("data", GwyValue::Object(body)) => all.entry(number).or_default().data = Some(body),
+            ("mask", GwyValue::Object(body)) => all.entry(number).or_default().mask = Some(body),
+            ("data/title", GwyValue::Text(title)) => all.entry(number).or_default().title = title,
             _ => {}
         }
         Ok(())
     })?;
-    let mut found = Vec::new();
+    let mut channels = Vec::new();
     for (number, channel) in all {
         if let Some(data) = channel.data {
-            found.push(Found { number, title: channel.title, field: Field::of(path, data)?, mask: channel.mask });
+            channels.push(GwyChannel {
+                number,
+                title: channel.title,
+                field: GwyField::of(path, data)?,
+                mask: channel.mask,
+            });
         }
     }
-    Ok(found)
+    Ok(channels)
 }
 
 /// Selects a channel: by title, by number, or the only one of `heights`.
 fn choose<'a, 'b>(
     path: &Path,
-    all: &'b [Found<'a>],
-    heights: &[&'b Found<'a>],
-    wanted: Option<&str>,
-) -> Result<&'b Found<'a>> {
+    all: &'b [GwyChannel<'a>],
+    heights: &[&'b GwyChannel<'a>],
+    requested: Option<&str>,
+) -> Result<&'b GwyChannel<'a>> {
     let list = heights.iter().map(|c| c.words()).collect::<Vec<_>>().join(", ");
-    let Some(wanted) = wanted else {
+    let Some(requested) = requested else {
         return match heights {
             [only] => Ok(only),
             [] => {
@@ -257,13 +262,13 @@ fn choose<'a, 'b>(
             }
         };
     };
-    let titled: Vec<&Found> = all.iter().filter(|c| c.title == wanted).collect();
-    let numbered = || all.iter().find(|c| wanted.parse() == Ok(c.number));
+    let titled: Vec<&GwyChannel> = all.iter().filter(|c| c.title == requested).collect();
+    let numbered = || all.iter().find(|c| requested.parse() == Ok(c.number));
     let chosen = match titled[..] {
         [only] => only,
-        [] => numbered().ok_or_else(|| Error::format(path, format!("no channel {wanted:?}"), &list))?,
+        [] => numbered().ok_or_else(|| Error::format(path, format!("no channel {requested:?}"), &list))?,
         _ => {
-            let found = format!("{} channels with the title {wanted:?}", titled.len());
+            let found = format!("{} channels with the title {requested:?}", titled.len());
             return Err(Error::format(path, found, format!("the number of one of them: {list}")));
         }
     };

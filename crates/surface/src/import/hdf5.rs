@@ -30,7 +30,7 @@ const MATLAB_HIDDEN: [&str; 2] = ["#refs#/", "#subsystem#/"];
 
 /// Whether a file starts as HDF5, or as a MATLAB file from version 7.3 on, which is HDF5 after 512 bytes of text.
 pub(super) fn starts(start: &[u8]) -> bool {
-    let after = |user_block: usize| start.get(user_block..).is_some_and(|rest| rest.starts_with(SIGNATURE));
+    let after = |user_block: usize| start.get(user_block..).is_some_and(|remainder| remainder.starts_with(SIGNATURE));
     start.starts_with(b"MATLAB 7.3 MAT") || [0, 512, 1024, 2048].into_iter().any(after)
 }
 
@@ -74,11 +74,11 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         && let Some(kind) = flags(mask.dtype()).or_else(|| stored(mask.dtype()))
         && mask.ndim() == 2
     {
-        let (found, flags) = numbers(path, length, MASK, &mask, kind)?;
-        if found != shape {
+        let (mask_shape, flags) = numbers(path, length, MASK, &mask, kind)?;
+        if mask_shape != shape {
             return Err(Error::format(
                 path,
-                format!("data set mask of shape {found:?}"),
+                format!("data set mask of shape {mask_shape:?}"),
                 format!("{shape:?}, as {name} has"),
             ));
         }
@@ -118,18 +118,18 @@ fn last(name: &str) -> &str {
 }
 
 /// Shape and stored numbers of a data set in two dimensions.
-fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, stored: DType) -> Result<([usize; 2], Vec<f64>)> {
+fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, dtype: DType) -> Result<([usize; 2], Vec<f64>)> {
     let damaged = |e: hdf5_reader::error::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
     };
     let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
-    refuse_large_chunks(path, name, dataset, stored)?;
+    refuse_large_chunks(path, name, dataset, dtype)?;
     // Memory of the stored bytes and of the converted numbers.
     let count = dataset.num_elements().map_err(damaged)?;
-    check_ratio(path, name, count.saturating_mul(stored.bytes() as u64), length)?;
-    fits(path, count.saturating_mul(stored.bytes() as u64 + 8))?;
+    check_ratio(path, name, count.saturating_mul(dtype.bytes() as u64), length)?;
+    fits(path, count.saturating_mul(dtype.bytes() as u64 + 8))?;
     let bytes = dataset.read_raw_bytes().map_err(damaged)?;
-    Ok((shape, bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect()))
+    Ok((shape, bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect()))
 }
 
 /// Index order and coordinates of a data set with dimension scales, which NetCDF-4 and xarray write.
@@ -137,8 +137,8 @@ fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, stored: DTyp
 /// # Errors
 /// Dimension scales that cannot be read: without them x and y could be swapped.
 fn scales(path: &Path, hdf5: &Hdf5File, name: &str, folder: &str) -> Result<(Order, [Option<Coordinate>; 2])> {
-    let damaged = |why: String| {
-        let found = format!("dimension scales of {name} are damaged, or not to be understood ({why})");
+    let damaged = |reason: String| {
+        let found = format!("dimension scales of {name} are damaged, or not to be understood ({reason})");
         Error::format(path, found, "a whole NetCDF-4 file, or a data set without DIMENSION_LIST")
     };
     let unread = |e: netcdf_reader::Error| damaged(e.to_string());
@@ -170,9 +170,9 @@ fn sibling(file: &Hdf5File, folder: &str, axis: &str) -> Option<Coordinate> {
         [n, 1] | [1, n] => *n <= MOST && matlab_class(&dataset).is_some(),
         _ => false,
     };
-    let stored = stored(dataset.dtype()).filter(|_| is_vector)?;
+    let dtype = stored(dataset.dtype()).filter(|_| is_vector)?;
     let bytes = dataset.read_raw_bytes().ok()?;
-    let values = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
+    let values = bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect();
     Some(Coordinate { name: axis.to_string(), attributes: attributes(dataset.attributes()), values })
 }
 
@@ -190,11 +190,11 @@ fn groups_above(file: &Hdf5File, folder: &str) -> std::result::Result<Vec<Attrib
 
 fn map_like(d: &Dataset) -> bool {
     // MATLAB's text, numbers and vectors are matrices, too.
-    let (least, is_number) = match matlab_class(d) {
+    let (smallest, is_number) = match matlab_class(d) {
         Some(class) => (2, MATLAB_NUMBERS.contains(&class.as_str())),
         None => (1, true),
     };
-    is_number && d.ndim() == 2 && d.shape().iter().all(|n| *n >= least) && stored(d.dtype()).is_some()
+    is_number && d.ndim() == 2 && d.shape().iter().all(|n| *n >= smallest) && stored(d.dtype()).is_some()
 }
 
 /// Names of the candidate data sets, those of the root group first.
@@ -229,9 +229,9 @@ fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
 }
 
 /// The reader limits the chunk size; its own error message suggests no remedy.
-fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, stored: DType) -> Result<()> {
+fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, dtype: DType) -> Result<()> {
     let Some(chunks) = dataset.chunks() else { return Ok(()) };
-    let bytes = chunks.iter().fold(stored.bytes() as u64, |n, c| n.saturating_mul((*c).into()));
+    let bytes = chunks.iter().fold(dtype.bytes() as u64, |n, c| n.saturating_mul((*c).into()));
     if bytes <= DEFAULT_MAX_CHUNK_BYTES as u64 {
         return Ok(());
     }
@@ -249,8 +249,8 @@ fn attributes(list: Vec<Attribute>) -> Attributes {
         if let Some(kind) = flags(&a.datatype).or_else(|| stored(&a.datatype)) {
             let numbers = a.raw_data.chunks_exact(kind.bytes()).map(|b| kind.value(b)).collect();
             all.numbers.insert(a.name, numbers);
-        } else if let Ok(words) = a.read_string() {
-            all.words.insert(a.name, words);
+        } else if let Ok(tokens) = a.read_string() {
+            all.words.insert(a.name, tokens);
         }
     }
     all
@@ -272,8 +272,8 @@ fn stored(kind: &Datatype) -> Option<DType> {
         Datatype::FloatingPoint { size: 2, byte_order } => Some(DType::F2 { big: big(byte_order) }),
         Datatype::FixedPoint { size, signed, byte_order } => {
             let (bytes, big) = (usize::from(*size), big(byte_order));
-            let known = [1, 2, 4, 8].contains(&bytes);
-            known.then_some(if *signed { DType::Signed { bytes, big } } else { DType::Unsigned { bytes, big } })
+            let is_known = [1, 2, 4, 8].contains(&bytes);
+            is_known.then_some(if *signed { DType::Signed { bytes, big } } else { DType::Unsigned { bytes, big } })
         }
         _ => None,
     }

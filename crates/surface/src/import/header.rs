@@ -2,11 +2,11 @@
 //! Gwyddion (in the languages of its interface), SPIP, Nova, ESRI grids and this program.
 
 use super::fields::split;
-use super::header_key::{Axis, Key, key};
+use super::header_key::{HeaderAxis, HeaderKey, key};
 use super::source::{plain, quoted};
 use super::unit::{self, length_unit};
 use crate::declared::{Declared, DeclaredExtent};
-use crate::height_map::Sign;
+use crate::height_map::TouchingPoints;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::units::metres_per;
 use std::path::Path;
@@ -109,7 +109,7 @@ const TWICE: f64 = 1e-3;
 
 /// What the header of one channel states.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Header {
+pub(super) struct ChannelHeader {
     pub(super) channel: Option<String>,
     pub(super) points: [Option<usize>; 2],
     pub(super) missing: Option<f64>,
@@ -128,14 +128,14 @@ pub(super) struct Header {
     to_nanometres: Option<f64>,
     nanometres: bool,
     periodic: Option<bool>,
-    sign: Option<Sign>,
+    sign: Option<TouchingPoints>,
     history: Vec<String>,
 }
 
-impl Header {
+impl ChannelHeader {
     /// The name of the channel that a line begins, if it does.
     pub(super) fn channel_of(line: &str) -> Option<&str> {
-        pair(line).filter(|(name, _)| key(name) == Some(Key::Channel)).map(|(_, value)| value.trim())
+        pair(line).filter(|(name, _)| key(name) == Some(HeaderKey::Channel)).map(|(_, value)| value.trim())
     }
 
     /// Takes in a line, `bare` if it is no comment; whether its key is known.
@@ -160,19 +160,20 @@ impl Header {
         }
         unit = per_point(&unit).to_string();
         let key = match key {
-            Key::Length(axis) | Key::Size(axis) if is_points(&unit) => Key::Points(axis),
+            HeaderKey::Length(axis) | HeaderKey::Size(axis) if is_points(&unit) => HeaderKey::Points(axis),
             other => other,
         };
         match key {
-            Key::Channel => self.channel = Some(value.to_string()).filter(|v| !v.is_empty()),
-            Key::History => self.history.push(value.to_string()),
-            Key::Other => {}
-            Key::FileFormat => self.nanometres = value.eq_ignore_ascii_case("ascii"),
-            Key::Sign => {
-                let known = [Sign::LowFirst, Sign::HighFirst].into_iter().find(|s| s.words() == value);
+            HeaderKey::Channel => self.channel = Some(value.to_string()).filter(|v| !v.is_empty()),
+            HeaderKey::History => self.history.push(value.to_string()),
+            HeaderKey::Other => {}
+            HeaderKey::FileFormat => self.nanometres = value.eq_ignore_ascii_case("ascii"),
+            HeaderKey::Sign => {
+                let known =
+                    [TouchingPoints::LowFirst, TouchingPoints::HighFirst].into_iter().find(|s| s.words() == value);
                 self.sign = Some(known.ok_or_else(|| wrong("low points touch first, or high points touch first"))?);
             }
-            Key::Periodic => {
+            HeaderKey::Periodic => {
                 let known = match value.to_ascii_lowercase().as_str() {
                     "yes" | "true" | "1" | "ja" => true,
                     "no" | "false" | "0" | "nein" => false,
@@ -180,15 +181,17 @@ impl Header {
                 };
                 self.periodic = Some(known);
             }
-            Key::Unit => self.any_unit(value, line),
-            Key::LateralUnit(axis) => {
+            HeaderKey::Unit => self.any_unit(value, line),
+            HeaderKey::LateralUnit(axis) => {
                 let unit = length_unit(value).ok_or_else(|| wrong(unit::ACCEPTED))?;
                 axis.places().iter().for_each(|k| self.lateral[*k] = Some(unit.clone()));
             }
-            Key::HeightUnit => self.height_unit(value, &numbers, &unit, line),
-            Key::Missing if numbers.len() == 1 => self.missing = Some(numbers[0]),
-            Key::Factor | Key::ToNanometres if numbers.len() == 1 && numbers[0].is_finite() && numbers[0] != 0.0 => {
-                if key == Key::ToNanometres {
+            HeaderKey::HeightUnit => self.height_unit(value, &numbers, &unit, line),
+            HeaderKey::Missing if numbers.len() == 1 => self.missing = Some(numbers[0]),
+            HeaderKey::Factor | HeaderKey::ToNanometres
+                if numbers.len() == 1 && numbers[0].is_finite() && numbers[0] != 0.0 =>
+            {
+                if key == HeaderKey::ToNanometres {
                     self.to_nanometres = Some(numbers[0]);
                 } else {
                     self.factor = Some(numbers[0]);
@@ -197,18 +200,18 @@ impl Header {
                     }
                 }
             }
-            Key::Points(axis) => {
+            HeaderKey::Points(axis) => {
                 let whole: Vec<usize> =
                     numbers.iter().filter(|n| n.fract() == 0.0 && **n > 0.0).map(|n| *n as usize).collect();
                 self.points =
                     each(axis, &whole, self.points).ok_or_else(|| wrong("a whole number, or two for both axes"))?;
             }
-            Key::Length(axis) | Key::Size(axis) | Key::Spacing(axis) if !numbers.is_empty() => {
-                if !matches!(key, Key::Spacing(_)) {
-                    let countable = matches!(key, Key::Size(_)) && unit::is_none(&unit);
+            HeaderKey::Length(axis) | HeaderKey::Size(axis) | HeaderKey::Spacing(axis) if !numbers.is_empty() => {
+                if !matches!(key, HeaderKey::Spacing(_)) {
+                    let countable = matches!(key, HeaderKey::Size(_)) && unit::is_none(&unit);
                     axis.places().iter().for_each(|k| self.countable[*k] = countable);
                 }
-                self.extent(axis, matches!(key, Key::Spacing(_)), &numbers, &unit, value).map_err(wrong)?;
+                self.extent(axis, matches!(key, HeaderKey::Spacing(_)), &numbers, &unit, value).map_err(wrong)?;
             }
             _ => {
                 let (name, value) = (plain(name.trim(), 40), quoted(value));
@@ -252,26 +255,26 @@ impl Header {
     /// The length or, if `spaced`, the spacing along `axis`; on an error, what is accepted.
     fn extent(
         &mut self,
-        axis: Axis,
+        axis: HeaderAxis,
         spaced: bool,
         numbers: &[f64],
         unit: &str,
         value: &str,
     ) -> std::result::Result<(), &'static str> {
-        let single = axis == Axis::Both && numbers.len() == 1;
+        let single = axis == HeaderAxis::Both && numbers.len() == 1;
         if single && value.contains(',') && !value.trim_start().starts_with("0,") {
             return Err("one number, or two apart by a blank");
         }
         // One number for a map stands for its extent along x; that along y follows from square pixels.
-        let axis = if single && !spaced { Axis::X } else { axis };
+        let axis = if single && !spaced { HeaderAxis::X } else { axis };
         let target = if spaced { &mut self.spacing } else { &mut self.length };
         let fits = numbers.iter().all(|n| n.is_finite() && *n > 0.0);
-        let found = Some(numbers).filter(|_| fits).and_then(|n| each(axis, n, *target));
-        let found = found.ok_or("a positive number with its unit, or one for each axis")?;
-        let before = std::mem::replace(target, found);
+        let extents = Some(numbers).filter(|_| fits).and_then(|n| each(axis, n, *target));
+        let extents = extents.ok_or("a positive number with its unit, or one for each axis")?;
+        let previous = std::mem::replace(target, extents);
         let unit = if unit::is_none(unit) { None } else { Some(length_unit(unit).ok_or(unit::ACCEPTED)?) };
         for &k in axis.places() {
-            let changed = before[k].zip(found[k]).is_some_and(|(old, new)| (old / new - 1.0).abs() > TWICE);
+            let changed = previous[k].zip(extents[k]).is_some_and(|(old, new)| (old / new - 1.0).abs() > TWICE);
             if changed && (unit.is_none() || unit == self.lateral[k]) {
                 return Err("one statement of each extent: an earlier line has another value");
             }
@@ -341,8 +344,8 @@ impl Header {
         let coordinates = coordinates.map(|[x, y]| [x, y * to_x]);
         if let (Some(stated), Some(found)) = (stated, coordinates) {
             // A program may count the spacing once less.
-            let off = |k: usize, n: usize| (stated[k] / found[k] - 1.0).abs() > 1.01 / n as f64;
-            if off(0, nx) || off(1, ny) {
+            let deviation = |k: usize, n: usize| (stated[k] / found[k] - 1.0).abs() > 1.01 / n as f64;
+            if deviation(0, nx) || deviation(1, ny) {
                 let found = format!("extents of {:e} x {:e} in the header", stated[0], stated[1]);
                 let accepted = format!(
                     "those of the coordinates, {:e} x {:e}",
@@ -366,12 +369,12 @@ impl Header {
 }
 
 /// Values for the axes: two for both, one for one axis or for both.
-fn each<T: Copy>(axis: Axis, values: &[T], before: [Option<T>; 2]) -> Option<[Option<T>; 2]> {
+fn each<T: Copy>(axis: HeaderAxis, values: &[T], previous: [Option<T>; 2]) -> Option<[Option<T>; 2]> {
     match (axis, values) {
-        (Axis::X, [x]) => Some([Some(*x), before[1]]),
-        (Axis::Y, [y]) => Some([before[0], Some(*y)]),
-        (Axis::Both, [both]) => Some([Some(*both); 2]),
-        (Axis::Both, [x, y]) => Some([Some(*x), Some(*y)]),
+        (HeaderAxis::X, [x]) => Some([Some(*x), previous[1]]),
+        (HeaderAxis::Y, [y]) => Some([previous[0], Some(*y)]),
+        (HeaderAxis::Both, [both]) => Some([Some(*both); 2]),
+        (HeaderAxis::Both, [x, y]) => Some([Some(*x), Some(*y)]),
         _ => None,
     }
 }

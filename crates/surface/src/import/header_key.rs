@@ -3,15 +3,15 @@
 
 /// What a header may state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Key {
+pub(super) enum HeaderKey {
     Channel,
     /// Extent of the map: points times spacing.
-    Length(Axis),
+    Length(HeaderAxis),
     /// Likewise, or a number of points: `width`, `size`.
-    Size(Axis),
-    Spacing(Axis),
-    Points(Axis),
-    LateralUnit(Axis),
+    Size(HeaderAxis),
+    Spacing(HeaderAxis),
+    Points(HeaderAxis),
+    LateralUnit(HeaderAxis),
     /// Unit of the heights alone.
     HeightUnit,
     /// Unit of the heights, and of the extents if these have none of their own.
@@ -32,45 +32,45 @@ pub(super) enum Key {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Axis {
+pub(super) enum HeaderAxis {
     X,
     Y,
     Both,
 }
 
-impl Axis {
+impl HeaderAxis {
     pub(super) fn places(self) -> &'static [usize] {
         match self {
-            Axis::X => &[0],
-            Axis::Y => &[1],
-            Axis::Both => &[0, 1],
+            HeaderAxis::X => &[0],
+            HeaderAxis::Y => &[1],
+            HeaderAxis::Both => &[0, 1],
         }
     }
 }
 
 /// The meaning of a name; upper case, `-`, `_` and quotation marks make no difference.
-pub(super) fn key(name: &str) -> Option<Key> {
+pub(super) fn key(name: &str) -> Option<HeaderKey> {
     let name = name.trim().trim_matches('"').to_lowercase().replace(['-', '_'], " ");
-    let words: Vec<&str> = name.split_whitespace().collect();
-    whole(&words.join(" ")).or_else(|| composed(&words))
+    let tokens: Vec<&str> = name.split_whitespace().collect();
+    whole(&tokens.join(" ")).or_else(|| composed(&tokens))
 }
 
 /// Names as a whole.
-fn whole(name: &str) -> Option<Key> {
+fn whole(name: &str) -> Option<HeaderKey> {
     Some(match name {
         "channel" | "channel name" | "kanál" | "kanal" | "kanalname" | "canal" | "canale" | "チャネル" | "채널"
-        | "канал" => Key::Channel,
+        | "канал" => HeaderKey::Channel,
         "width" | "šířka" | "breite" | "anchura" | "largeur" | "larghezza" | "幅" | "폭" | "largura" | "ширина"
-        | "image width" | "map width" | "scan width" | "bildbreite" | "scanbreite" => Key::Size(Axis::X),
+        | "image width" | "map width" | "scan width" | "bildbreite" | "scanbreite" => HeaderKey::Size(HeaderAxis::X),
         "height" | "výška" | "höhe" | "altura" | "hauteur" | "altezza" | "高さ" | "높이" | "высота"
-        | "image height" | "map height" | "scan height" | "bildhöhe" | "scanhöhe" => Key::Size(Axis::Y),
-        "lx" => Key::Length(Axis::X),
-        "ly" => Key::Length(Axis::Y),
-        "dx" => Key::Spacing(Axis::X),
-        "dy" => Key::Spacing(Axis::Y),
-        "cellsize" => Key::Spacing(Axis::Both),
-        "nx" | "xres" | "w" | "ncols" | "columns" | "spalten" => Key::Points(Axis::X),
-        "ny" | "yres" | "h" | "nrows" | "rows" | "lines" | "zeilen" => Key::Points(Axis::Y),
+        | "image height" | "map height" | "scan height" | "bildhöhe" | "scanhöhe" => HeaderKey::Size(HeaderAxis::Y),
+        "lx" => HeaderKey::Length(HeaderAxis::X),
+        "ly" => HeaderKey::Length(HeaderAxis::Y),
+        "dx" => HeaderKey::Spacing(HeaderAxis::X),
+        "dy" => HeaderKey::Spacing(HeaderAxis::Y),
+        "cellsize" => HeaderKey::Spacing(HeaderAxis::Both),
+        "nx" | "xres" | "w" | "ncols" | "columns" | "spalten" => HeaderKey::Points(HeaderAxis::X),
+        "ny" | "yres" | "h" | "nrows" | "rows" | "lines" | "zeilen" => HeaderKey::Points(HeaderAxis::Y),
         // Gwyddion's words for "value units".
         "jednotky hodnot"
         | "einheiten"
@@ -79,16 +79,16 @@ fn whole(name: &str) -> Option<Key> {
         | "値の単位"
         | "값 단위"
         | "unidades de valor"
-        | "единицы измерения" => Key::HeightUnit,
-        "bit2nm" => Key::ToNanometres,
+        | "единицы измерения" => HeaderKey::HeightUnit,
+        "bit2nm" => HeaderKey::ToNanometres,
         "nodata value" | "nodata" | "missing value" | "fill value" | "void value" | "fehlwert" | "fehlender wert" => {
-            Key::Missing
+            HeaderKey::Missing
         }
-        "periodic" | "is periodic" | "periodisch" => Key::Periodic,
-        "sign" => Key::Sign,
-        "history" => Key::History,
-        "file format" => Key::FileFormat,
-        "xllcorner" | "yllcorner" | "xllcenter" | "yllcenter" | "forward" | "scan direction" => Key::Other,
+        "periodic" | "is periodic" | "periodisch" => HeaderKey::Periodic,
+        "sign" => HeaderKey::Sign,
+        "history" => HeaderKey::History,
+        "file format" => HeaderKey::FileFormat,
+        "xllcorner" | "yllcorner" | "xllcenter" | "yllcenter" | "forward" | "scan direction" => HeaderKey::Other,
         _ => return None,
     })
 }
@@ -105,7 +105,7 @@ enum Noun {
 }
 
 /// An axis, before or after the other words, and what is stated of it. Without an axis, of both.
-fn composed(words: &[&str]) -> Option<Key> {
+fn composed(words: &[&str]) -> Option<HeaderKey> {
     const FILLING: [&str; 9] = ["in", "of", "der", "des", "the", "number", "no.", "anzahl", "direction"];
     let mut axes = Vec::new();
     let mut rest = Vec::new();
@@ -125,21 +125,21 @@ fn composed(words: &[&str]) -> Option<Key> {
         _ => return None,
     };
     let lateral = match axis {
-        "x" => Some(Axis::X),
-        "y" => Some(Axis::Y),
+        "x" => Some(HeaderAxis::X),
+        "y" => Some(HeaderAxis::Y),
         "z" => None,
-        _ => Some(Axis::Both),
+        _ => Some(HeaderAxis::Both),
     };
     match (noun, lateral) {
-        (Noun::Unit, _) if axis.is_empty() => Some(Key::Unit),
-        (Noun::Unit, Some(axis)) => Some(Key::LateralUnit(axis)),
-        (Noun::Unit, None) => Some(Key::HeightUnit),
-        (Noun::Scale, None) => Some(Key::Factor),
-        (Noun::Scale, _) if axis.is_empty() => Some(Key::Factor),
-        (Noun::Length, axis) => axis.map(Key::Length),
-        (Noun::Size, axis) => axis.map(Key::Size),
-        (Noun::Spacing | Noun::Scale, axis) => axis.map(Key::Spacing),
-        (Noun::Points, axis) => axis.map(Key::Points),
+        (Noun::Unit, _) if axis.is_empty() => Some(HeaderKey::Unit),
+        (Noun::Unit, Some(axis)) => Some(HeaderKey::LateralUnit(axis)),
+        (Noun::Unit, None) => Some(HeaderKey::HeightUnit),
+        (Noun::Scale, None) => Some(HeaderKey::Factor),
+        (Noun::Scale, _) if axis.is_empty() => Some(HeaderKey::Factor),
+        (Noun::Length, axis) => axis.map(HeaderKey::Length),
+        (Noun::Size, axis) => axis.map(HeaderKey::Size),
+        (Noun::Spacing | Noun::Scale, axis) => axis.map(HeaderKey::Spacing),
+        (Noun::Points, axis) => axis.map(HeaderKey::Points),
     }
 }
 
@@ -174,7 +174,7 @@ fn noun_of_axis(word: &str) -> Option<Noun> {
 }
 
 /// `height unit`, `Einheit Höhe`, `Höheneinheit`, `lateral units`: a unit or a factor with the word for its axes.
-fn qualified(words: &str) -> Option<(Noun, &'static str)> {
+fn qualified(tokens: &str) -> Option<(Noun, &'static str)> {
     const HEIGHTS: [&str; 13] = [
         "height",
         "heights",
@@ -191,20 +191,20 @@ fn qualified(words: &str) -> Option<(Noun, &'static str)> {
         "vertikale",
     ];
     const LATERAL: [&str; 7] = ["lateral", "laterale", "length", "längen", "horizontal", "horizontale", "xy"];
-    let of = |word: &str| {
+    let value_of = |word: &str| {
         if HEIGHTS.contains(&word) { Some("z") } else { LATERAL.contains(&word).then_some("xy") }
     };
     let split = || {
-        if let Some((first, rest)) = words.split_once(' ') {
-            let last = || words.rsplit_once(' ').and_then(|(rest, last)| Some((of(last)?, rest)));
-            return of(first).map(|of| (of, rest)).or_else(last);
+        if let Some((first, remainder)) = tokens.split_once(' ') {
+            let last = || tokens.rsplit_once(' ').and_then(|(remainder, last)| Some((value_of(last)?, remainder)));
+            return value_of(first).map(|value_of| (value_of, remainder)).or_else(last);
         }
         // German compounds: `Höheneinheit`, `Höhenfaktor`.
-        let at = ["einheit", "faktor", "skalierung"].iter().find_map(|noun| words.find(noun))?;
-        Some((of(&words[..at])?, &words[at..]))
+        let index = ["einheit", "faktor", "skalierung"].iter().find_map(|noun| tokens.find(noun))?;
+        Some((value_of(&tokens[..index])?, &tokens[index..]))
     };
-    let (of, rest) = split()?;
-    noun(rest).filter(|n| matches!(n, Noun::Unit | Noun::Scale)).map(|n| (n, of))
+    let (value_of, remainder) = split()?;
+    noun(remainder).filter(|n| matches!(n, Noun::Unit | Noun::Scale)).map(|n| (n, value_of))
 }
 
 #[cfg(test)]
@@ -214,20 +214,32 @@ mod tests {
     #[test]
     fn names_in_english_and_german() {
         for (names, expected) in [
-            (&["Width", "Breite", "Bildbreite", "image width", "Size X", "X Größe"][..], Key::Size(Axis::X)),
-            (&["x-length", "Länge X", "lx", "Messlänge X", "x_range", "scan size x"], Key::Length(Axis::X)),
-            (&["length", "scan size", "physical sizes", "extent"], Key::Length(Axis::Both)),
-            (&["size", "Bildgröße", "Messfeld", "field of view", "Abmessungen"], Key::Size(Axis::Both)),
-            (&["dy", "Y-Step", "Schrittweite in Y", "Scale Y", "pixel_size_y", "Abstand Y"], Key::Spacing(Axis::Y)),
-            (&["pixel size", "Punktabstand", "cellsize", "XY scale", "sampling interval"], Key::Spacing(Axis::Both)),
-            (&["x-pixels", "NX", "Spalten", "Anzahl Punkte X", "number of points in x"], Key::Points(Axis::X)),
-            (&["Z-Einheit", "Einheit Z", "Höheneinheit", "Einheit der Höhen", "Werteinheiten"], Key::HeightUnit),
-            (&["z-unit", "Unit Data", "data unit", "height units", "Value units", "Einheiten"], Key::HeightUnit),
-            (&["Unit", "Einheit", "Maßeinheit"], Key::Unit),
-            (&["Lateral units", "length unit", "Längeneinheit", "xy unit"], Key::LateralUnit(Axis::Both)),
-            (&["Einheit X", "x-unit"], Key::LateralUnit(Axis::X)),
-            (&["scale", "z scale", "Skalierung", "Höhenfaktor", "data scale", "z-Faktor"], Key::Factor),
-            (&["height conversion factor"], Key::Factor),
+            (
+                &["Width", "Breite", "Bildbreite", "image width", "Size X", "X Größe"][..],
+                HeaderKey::Size(HeaderAxis::X),
+            ),
+            (&["x-length", "Länge X", "lx", "Messlänge X", "x_range", "scan size x"], HeaderKey::Length(HeaderAxis::X)),
+            (&["length", "scan size", "physical sizes", "extent"], HeaderKey::Length(HeaderAxis::Both)),
+            (&["size", "Bildgröße", "Messfeld", "field of view", "Abmessungen"], HeaderKey::Size(HeaderAxis::Both)),
+            (
+                &["dy", "Y-Step", "Schrittweite in Y", "Scale Y", "pixel_size_y", "Abstand Y"],
+                HeaderKey::Spacing(HeaderAxis::Y),
+            ),
+            (
+                &["pixel size", "Punktabstand", "cellsize", "XY scale", "sampling interval"],
+                HeaderKey::Spacing(HeaderAxis::Both),
+            ),
+            (
+                &["x-pixels", "NX", "Spalten", "Anzahl Punkte X", "number of points in x"],
+                HeaderKey::Points(HeaderAxis::X),
+            ),
+            (&["Z-Einheit", "Einheit Z", "Höheneinheit", "Einheit der Höhen", "Werteinheiten"], HeaderKey::HeightUnit),
+            (&["z-unit", "Unit Data", "data unit", "height units", "Value units", "Einheiten"], HeaderKey::HeightUnit),
+            (&["Unit", "Einheit", "Maßeinheit"], HeaderKey::Unit),
+            (&["Lateral units", "length unit", "Längeneinheit", "xy unit"], HeaderKey::LateralUnit(HeaderAxis::Both)),
+            (&["Einheit X", "x-unit"], HeaderKey::LateralUnit(HeaderAxis::X)),
+            (&["scale", "z scale", "Skalierung", "Höhenfaktor", "data scale", "z-Faktor"], HeaderKey::Factor),
+            (&["height conversion factor"], HeaderKey::Factor),
         ] {
             names.iter().for_each(|name| assert_eq!(key(name), Some(expected), "{name}"));
         }

@@ -11,7 +11,7 @@ pub(super) struct Headings {
 
 /// Columns of a list of points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Columns {
+pub(super) struct PointColumns {
     pub(super) x: usize,
     pub(super) y: usize,
     pub(super) height: usize,
@@ -28,12 +28,13 @@ impl Headings {
     }
 
     /// The columns of a list of points: exactly one named as x, one as y, one as height.
-    pub(super) fn columns(&self) -> Option<Columns> {
+    pub(super) fn columns(&self) -> Option<PointColumns> {
         let one = |known: &[&str]| {
-            let mut found = self.names.iter().enumerate().filter(|(_, n)| known.contains(&n.as_str())).map(|(i, _)| i);
-            found.next().filter(|_| found.next().is_none())
+            let mut matching =
+                self.names.iter().enumerate().filter(|(_, n)| known.contains(&n.as_str())).map(|(i, _)| i);
+            matching.next().filter(|_| matching.next().is_none())
         };
-        Some(Columns {
+        Some(PointColumns {
             x: one(&["x", "x coordinate", "x position", "x pos", "pos x", "x axis"])?,
             y: one(&["y", "y coordinate", "y position", "y pos", "pos y", "y axis"])?,
             height: one(&[
@@ -103,8 +104,8 @@ impl Corner {
             Some((names, unit)) => (names, length_unit(unit)),
             None => (word, None),
         };
-        let apart = if word.contains('\\') { '\\' } else { '/' };
-        let parts: Vec<(String, Option<String>)> = names.split(apart).map(name_and_unit).collect();
+        let difference = if word.contains('\\') { '\\' } else { '/' };
+        let parts: Vec<(String, Option<String>)> = names.split(difference).map(name_and_unit).collect();
         if let [(below, unit), (across, _)] = &parts[..]
             && let Some([down, along]) = axis(below).zip(axis(across)).map(|(a, b)| [a, b]).filter(|[a, b]| a != b)
         {
@@ -135,8 +136,8 @@ pub(super) fn even(labels: &[f64]) -> Option<f64> {
     const OFF: f64 = 1e-2;
     let steps = labels.len().checked_sub(1).filter(|n| *n >= 2)?;
     let step = (labels[steps] - labels[0]) / steps as f64;
-    let near = |(i, v): (usize, &f64)| (v - labels[0] - i as f64 * step).abs() <= OFF * step.abs();
-    (step != 0.0 && labels.iter().enumerate().all(near)).then_some(step)
+    let is_close = |(i, v): (usize, &f64)| (v - labels[0] - i as f64 * step).abs() <= OFF * step.abs();
+    (step != 0.0 && labels.iter().enumerate().all(is_close)).then_some(step)
 }
 
 /// Whether numbers count from 0 or 1, or down to it: indices, not coordinates.

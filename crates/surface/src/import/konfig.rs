@@ -1,5 +1,5 @@
 use super::content::{ImportOptions, ImportedFile};
-use super::text::{self, Layout};
+use super::text::{self, TextLayout};
 use crate::height_map::HeightMap;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::extent;
@@ -10,8 +10,8 @@ const OFF: f64 = 1e-5;
 
 /// Points along x and y from a first line `#nx ny`, if present.
 pub(super) fn header(start: &str) -> Option<(usize, usize)> {
-    let words = start.lines().next()?.strip_prefix('#')?;
-    let mut numbers = words.split_whitespace().map(|w| w.parse::<usize>().ok());
+    let tokens = start.lines().next()?.strip_prefix('#')?;
+    let mut numbers = tokens.split_whitespace().map(|w| w.parse::<usize>().ok());
     match (numbers.next(), numbers.next(), numbers.next()) {
         (Some(Some(nx)), Some(Some(ny)), None) if nx > 0 && ny > 0 && nx.max(ny) < usize::MAX => Some((nx, ny)),
         _ => None,
@@ -24,13 +24,13 @@ pub(super) fn read(path: &Path, nx: usize, ny: usize) -> Result<ImportedFile> {
     let found = text::read(path, ImportOptions::default())?;
     let (map, layout) = (&found.map, found.layout);
     // Other programs write the shape before a plain matrix, in either order.
-    if layout == Layout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
+    if layout == TextLayout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
         return Ok(found.into());
     }
-    if layout != Layout::XyzLines || (map.nx, map.ny) != (nx + 1, ny + 1) {
+    if layout != TextLayout::XyzLines || (map.nx, map.ny) != (nx + 1, ny + 1) {
         let found = match layout {
-            Layout::XyzLines => format!("{} x {} points after the header #{nx} {ny}", map.nx, map.ny),
-            Layout::Matrix => format!("lines of {} numbers after the header #{nx} {ny}", map.nx),
+            TextLayout::XyzLines => format!("{} x {} points after the header #{nx} {ny}", map.nx, map.ny),
+            TextLayout::Matrix => format!("lines of {} numbers after the header #{nx} {ny}", map.nx),
         };
         let accepted =
             format!("lines of x y h on {} x {} points: the first row and column again at the end", nx + 1, ny + 1);
@@ -40,17 +40,17 @@ pub(super) fn read(path: &Path, nx: usize, ny: usize) -> Result<ImportedFile> {
         let found = format!("{} of {} points", map.heights.len() - map.missing(), map.heights.len());
         return Err(Error::format(path, found, "all points of a konfig file (this one is cut off)"));
     }
-    let at = |x: usize, y: usize| map.heights[y * map.nx + x];
+    let value_at = |x: usize, y: usize| map.heights[y * map.nx + x];
     let (low, high) = extent(&map.heights);
     let edges = (0..=ny).map(|y| (nx, y)).chain((0..=nx).map(|x| (x, ny)));
     for (x, y) in edges {
-        let first = at(x % nx, y % ny);
-        if (at(x, y) - first).abs() > OFF * (high - low) {
-            let found = format!("{:e} at the repeated point x = {x}, y = {y}", at(x, y));
+        let first = value_at(x % nx, y % ny);
+        if (value_at(x, y) - first).abs() > OFF * (high - low) {
+            let found = format!("{:e} at the repeated point x = {x}, y = {y}", value_at(x, y));
             return Err(Error::format(path, found, format!("{first:e}, the height that it repeats")));
         }
     }
-    let heights = (0..nx * ny).map(|i| at(i % nx, i / nx)).collect();
+    let heights = (0..nx * ny).map(|i| value_at(i % nx, i / nx)).collect();
     let map = HeightMap::new(&path.display().to_string(), nx, ny, heights)?;
     let mut declared = found.declared;
     if let Some(extent) = &mut declared.extent {

@@ -75,73 +75,78 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let mut source = BufReader::with_capacity(1 << 18, file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
     let kind = match kind(path, start) {
-        Kind::Npz if x3p::is(path, start) => Kind::X3p,
+        FileKind::Npz if x3p::is(path, start) => FileKind::X3p,
         other => other,
     };
     drop(source);
-    let named = !matches!(kind, Kind::Npy | Kind::Konfig { .. } | Kind::X3p | Kind::Sdf | Kind::Sur);
+    let named =
+        !matches!(kind, FileKind::Npy | FileKind::Konfig { .. } | FileKind::X3p | FileKind::Sdf | FileKind::Sur);
     let waves = options.fourier.is_some_and(Fourier::are_waves);
-    if let Some(name) = options.dataset.filter(|_| !named || matches!(kind, Kind::Text) && waves) {
+    if let Some(name) = options.dataset.filter(|_| !named || matches!(kind, FileKind::Text) && waves) {
         let found = format!("--dataset (surface.dataset) = {} for a file without names", source::quoted(name));
         return Err(Error::format(path, found, "the name only with a file that names its channels or arrays"));
     }
     let found = match kind {
-        Kind::Npy => {
+        FileKind::Npy => {
             let (map, declared) = heights::read_npy(path)?;
             ImportedFile::map(map, declared, ".npy [ny, nx]")
         }
-        Kind::Npz => npz::read(path, options)?,
-        Kind::X3p => x3p::read(path)?,
-        Kind::Sdf => sdf::read(path)?,
-        Kind::Sur => sur::read(path)?,
-        Kind::Gwy => gwy::read(path, options)?,
-        Kind::Hdf5 => hdf5::read(path, length, options)?,
-        Kind::Netcdf => netcdf::read(path, length, options)?,
-        Kind::Binary => return Err(Error::format(path, "a binary file of a kind that is not known", foreign::KINDS)),
-        Kind::Foreign(found, accepted) => {
+        FileKind::Npz => npz::read(path, options)?,
+        FileKind::X3p => x3p::read(path)?,
+        FileKind::Sdf => sdf::read(path)?,
+        FileKind::Sur => sur::read(path)?,
+        FileKind::Gwy => gwy::read(path, options)?,
+        FileKind::Hdf5 => hdf5::read(path, length, options)?,
+        FileKind::Netcdf => netcdf::read(path, length, options)?,
+        FileKind::Binary => {
+            return Err(Error::format(path, "a binary file of a kind that is not known", foreign::KINDS));
+        }
+        FileKind::Foreign(found, accepted) => {
             return Err(Error::format(path, format!("{found}, which is not read"), accepted));
         }
-        Kind::Text if waves => ImportedFile {
+        FileKind::Text if waves => ImportedFile {
             content: Content::Waves(fourier::read_text(path)?),
             declared: Declared::default(),
             layout: "text, qX qY Re Im".into(),
             warnings: Vec::new(),
             not_understood: Vec::new(),
         },
-        Kind::Text => {
+        FileKind::Text => {
             let found = text::read(path, options)?;
-            if found.layout == text::Layout::XyzLines {
+            if found.layout == text::TextLayout::XyzLines {
                 // The coordinates determine the format, also of a map four points wide.
                 return Ok(found.into());
             }
             found.into()
         }
-        Kind::Konfig { nx, ny } => konfig::read(path, nx, ny)?,
+        FileKind::Konfig { nx, ny } => konfig::read(path, nx, ny)?,
     };
     settle(path, found, options.fourier)
 }
 
 /// Converts four columns to Fourier coefficients if requested; returns an error if they are ambiguous.
-fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<ImportedFile> {
-    let Content::Map(map) = &found.content else { return Ok(found) };
-    match said {
-        None if map.nx == 4 && found.declared.extent.is_none() && fourier::may_be(&map.heights) => Err(Error::format(
-            path,
-            "four columns whose first two are whole numbers: Fourier coefficients qX qY Re Im, or a map 4 points wide",
-            "--fourier (surface.fourier) that says which: series, fftw (with --fourier-points), or none",
-        )),
-        None | Some(Fourier::None) => Ok(found),
+fn settle(path: &Path, imported: ImportedFile, fourier: Option<Fourier>) -> Result<ImportedFile> {
+    let Content::Map(map) = &imported.content else { return Ok(imported) };
+    match fourier {
+        None if map.nx == 4 && imported.declared.extent.is_none() && fourier::may_be(&map.heights) => {
+            Err(Error::format(
+                path,
+                "four columns whose first two are whole numbers: Fourier coefficients qX qY Re Im, or a map 4 points wide",
+                "--fourier (surface.fourier) that says which: series, fftw (with --fourier-points), or none",
+            ))
+        }
+        None | Some(Fourier::None) => Ok(imported),
         Some(_) if map.nx == 4 => {
             let waves = fourier::of_columns(path, &map.heights)?;
             Ok(ImportedFile {
                 content: Content::Waves(waves),
-                layout: format!("{}, columns qX qY Re Im", found.layout),
-                ..found
+                layout: format!("{}, columns qX qY Re Im", imported.layout),
+                ..imported
             })
         }
         Some(_) => {
-            let what = format!("[{}, {}] numbers", map.ny, map.nx);
-            Err(Error::format(path, what, "four columns qX qY Re Im, as --fourier (surface.fourier) has it"))
+            let description = format!("[{}, {}] numbers", map.ny, map.nx);
+            Err(Error::format(path, description, "four columns qX qY Re Im, as --fourier (surface.fourier) has it"))
         }
     }
 }
@@ -154,7 +159,7 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     let (file, _) = open_regular(path)?;
     let mut source = BufReader::new(file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
-    if !matches!(kind(path, start), Kind::Text) {
+    if !matches!(kind(path, start), FileKind::Text) {
         return Ok(true);
     }
     let text = decode::start_of_text(path, start);
@@ -178,7 +183,7 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     Ok(assigns.is_some_and(|assigns| !(assigns && is_scene)))
 }
 
-enum Kind {
+enum FileKind {
     Npy,
     Npz,
     X3p,
@@ -197,27 +202,27 @@ enum Kind {
     Binary,
 }
 
-fn kind(path: &Path, start: &[u8]) -> Kind {
+fn kind(path: &Path, start: &[u8]) -> FileKind {
     if start.starts_with(b"\x93NUMPY") {
-        Kind::Npy
+        FileKind::Npy
     } else if start.starts_with(b"PK\x03\x04") {
-        Kind::Npz
+        FileKind::Npz
     } else if hdf5::starts(start) {
-        Kind::Hdf5
+        FileKind::Hdf5
     } else if matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..]) {
-        Kind::Netcdf
+        FileKind::Netcdf
     } else if sdf::starts(start) {
-        Kind::Sdf
+        FileKind::Sdf
     } else if sur::starts(start) {
-        Kind::Sur
+        FileKind::Sur
     } else if gwy::starts(start) {
-        Kind::Gwy
+        FileKind::Gwy
     } else if let Some((found, accepted)) = foreign::known(start) {
-        Kind::Foreign(found, accepted)
+        FileKind::Foreign(found, accepted)
     } else if start.contains(&0) && !decode::is_utf16(start) {
-        Kind::Binary
+        FileKind::Binary
     } else {
         let text = decode::start_of_text(path, start);
-        konfig::header(&text).map_or(Kind::Text, |(nx, ny)| Kind::Konfig { nx, ny })
+        konfig::header(&text).map_or(FileKind::Text, |(nx, ny)| FileKind::Konfig { nx, ny })
     }
 }

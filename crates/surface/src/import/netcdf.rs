@@ -22,16 +22,16 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
     let (masks, names): (Vec<_>, Vec<_>) = names.into_iter().partition(|n| n == MASK);
     let name = choose(path, &names, options)?;
     let variable = file.variable(name).map_err(damaged)?;
-    let stored = stored(variable.dtype()).expect("chosen among numbers");
+    let dtype = stored(variable.dtype()).expect("chosen among numbers");
     let shape = variable.shape();
     let shape = [shape[0] as usize, shape[1] as usize];
     // Two copies in f64: as read, and transposed.
     let bytes = 16 * (shape[0] as u64).saturating_mul(shape[1] as u64);
-    check_ratio(path, name, bytes / 16 * stored.bytes() as u64, length)?;
+    check_ratio(path, name, bytes / 16 * dtype.bytes() as u64, length)?;
     fits(path, bytes)?;
     let mut values: Vec<f64> = file.read_variable_as_f64(name).map_err(damaged)?.iter().copied().collect();
     let own = attributes(variable.attributes());
-    own.unpack(&Array { path, name, stored }, &mut values, true)?;
+    own.unpack(&Array { path, name, stored: dtype }, &mut values, true)?;
     for mask in masks {
         let marked = file.read_variable_as_f64(&mask).map_err(damaged)?;
         if marked.len() != values.len() {
@@ -91,8 +91,8 @@ fn attributes(list: &[NcAttribute]) -> Attributes {
     for a in list {
         if let Some(numbers) = a.value.as_f64_vec() {
             all.numbers.insert(a.name.clone(), numbers);
-        } else if let Some(words) = a.value.as_string() {
-            all.words.insert(a.name.clone(), words);
+        } else if let Some(tokens) = a.value.as_string() {
+            all.words.insert(a.name.clone(), tokens);
         }
     }
     all

@@ -16,7 +16,7 @@ use zip::result::ZipError;
 /// Largest array that is read besides the heights, in bytes: coordinates of 2^17 points.
 const SMALL: u64 = 1 << 20;
 
-type Archive = ZipArchive<BufReader<File>>;
+type NpzArchive = ZipArchive<BufReader<File>>;
 
 /// Reads one array of a `.npz` archive, stored or deflated, and what arrays without a second dimension state of it.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
@@ -33,7 +33,7 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
         let length = entry.size();
         // Other arrays cause an error only if they are requested by name.
-        if options.dataset == Some(&name) || npy::Reader::of(entry, length, path).is_ok() {
+        if options.dataset == Some(&name) || npy::NpyReader::of(entry, length, path).is_ok() {
             if name == MASK { has_mask = true } else { names.push(name) }
         } else if length <= SMALL {
             let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
@@ -77,12 +77,12 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
 }
 
-fn reader<'a>(path: &Path, archive: &'a mut Archive, name: &str) -> Result<npy::Reader<impl Read + use<'a>>> {
+fn reader<'a>(path: &Path, archive: &'a mut NpzArchive, name: &str) -> Result<npy::NpyReader<impl Read + use<'a>>> {
     let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
     let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
     check_ratio(path, name, entry.size(), entry.compressed_size())?;
     let length = entry.size();
-    npy::Reader::of(entry, length, path)
+    npy::NpyReader::of(entry, length, path)
 }
 
 /// Takes in an array of numbers, flags or words with at most one dimension; others are ignored.
@@ -94,8 +94,8 @@ fn take_small(stated: &mut Attributes, name: String, mut entry: impl Read) {
     }
     let descriptor = header.type_descriptor.to_string();
     let descriptor = descriptor.trim_matches(['\'', '"']);
-    if let Some(stored) = DType::named(descriptor) {
-        let numbers: Vec<f64> = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
+    if let Some(dtype) = DType::named(descriptor) {
+        let numbers: Vec<f64> = bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect();
         stated.numbers.insert(name, numbers);
     } else if let Some(words) = words(descriptor, &bytes) {
         stated.words.insert(name, words);

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Header of both variants. Spacings and scale are in metres.
-struct Header {
+struct SdfHeader {
     nx: usize,
     ny: usize,
     x: f64,
@@ -26,10 +26,11 @@ pub(super) fn starts(start: &[u8]) -> bool {
 /// Reads a surface data file (ISO 25178-71), text or binary: `NumProfiles` rows of `NumPoints` heights in units of `Zscale`.
 /// Points that were not measured are `BAD` in text, and the value reserved for them in binary.
 pub(super) fn read(path: &Path) -> Result<ImportedFile> {
-    let whole = bytes::whole(path)?;
-    let mut rest = Bytes::of(path, &whole);
-    let magic = String::from_utf8_lossy(rest.take(8, "the name of the format")?).into_owned();
-    let (header, mut heights) = if magic.starts_with('b') { binary(path, &magic, rest)? } else { text(path, rest)? };
+    let bytes = bytes::whole(path)?;
+    let mut remainder = Bytes::of(path, &bytes);
+    let magic = String::from_utf8_lossy(remainder.take(8, "the name of the format")?).into_owned();
+    let (header, mut heights) =
+        if magic.starts_with('b') { binary(path, &magic, remainder)? } else { text(path, remainder)? };
     heights.iter_mut().for_each(|h| *h *= header.z);
     let (nx, ny) = (header.nx, header.ny);
     let map = HeightMap::with_missing(&path.display().to_string(), nx, ny, heights)?;
@@ -42,7 +43,7 @@ pub(super) fn read(path: &Path) -> Result<ImportedFile> {
 /// Values of the header by their names.
 type Values = BTreeMap<&'static str, f64>;
 
-impl Header {
+impl SdfHeader {
     fn of(path: &Path, values: &Values) -> Result<Self> {
         let value = |key: &str| {
             let accepted = "a header with it (the file is cut off or damaged)";
@@ -62,14 +63,14 @@ impl Header {
         };
         let count = |key: &str| {
             let n = value(key)?;
-            let whole = n.fract() == 0.0 && n >= 1.0 && n <= f64::from(u32::MAX);
-            if whole {
+            let is_complete = n.fract() == 0.0 && n >= 1.0 && n <= f64::from(u32::MAX);
+            if is_complete {
                 Ok(n as usize)
             } else {
                 Err(Error::format(path, format!("{key} = {n}"), "a whole number, 1 or more"))
             }
         };
-        Ok(Header {
+        Ok(SdfHeader {
             nx: count("NumPoints")?,
             ny: count("NumProfiles")?,
             x: bytes::positive(path, "Xscale", value("Xscale")?)?,
@@ -91,22 +92,22 @@ const ORIGIN_BYTES: usize = 10 + 12 + 12;
 /// Two additional numbers that Olympus instruments write after the header of `bISO-1.0`.
 const OLYMPUS: [u8; 8] = [5, 0, 0, 0, 1, 0, 0, 0];
 
-fn binary(path: &Path, magic: &str, mut rest: Bytes) -> Result<(Header, Vec<f64>)> {
-    rest.take(ORIGIN_BYTES, "the header")?;
+fn binary(path: &Path, magic: &str, mut remainder: Bytes) -> Result<(SdfHeader, Vec<f64>)> {
+    remainder.take(ORIGIN_BYTES, "the header")?;
     // The second edition has 32 bits for the numbers of points.
     let count = if magic.contains("-2") { U32 } else { U16 };
     let types = [count, count, F64, F64, F64, F64, U8, U8, U8];
     let mut values = Values::new();
-    for (key, stored) in KEYS.into_iter().zip(types) {
-        values.insert(key, rest.number(stored, "the header")?);
+    for (key, dtype) in KEYS.into_iter().zip(types) {
+        values.insert(key, remainder.number(dtype, "the header")?);
     }
-    let header = Header::of(path, &values)?;
+    let header = SdfHeader::of(path, &values)?;
     let length = (header.nx * header.ny).checked_mul(header.stored.bytes());
-    let left = rest.left();
+    let left = remainder.left();
     if left.starts_with(&OLYMPUS) && length.and_then(|n| n.checked_add(OLYMPUS.len())) == Some(left.len()) {
-        rest.take(OLYMPUS.len(), "the header")?;
+        remainder.take(OLYMPUS.len(), "the header")?;
     }
-    let mut heights = rest.field([header.nx, header.ny], header.stored)?;
+    let mut heights = remainder.field([header.nx, header.ny], header.stored)?;
     if let Some(bad) = reserved(header.stored) {
         heights.iter_mut().filter(|h| **h == bad).for_each(|h| *h = f64::NAN);
     }
@@ -115,8 +116,8 @@ fn binary(path: &Path, magic: &str, mut rest: Bytes) -> Result<(Header, Vec<f64>
 
 /// Value of points that were not measured: the least one of a signed type, the largest one of the unsigned types of BCR. NaN
 /// counts, too.
-fn reserved(stored: DType) -> Option<f64> {
-    Some(match stored {
+fn reserved(dtype: DType) -> Option<f64> {
+    Some(match dtype {
         DType::Signed { bytes, .. } => -(2f64.powi(8 * bytes as i32 - 1)),
         DType::Unsigned { bytes: 2, .. } => u16::MAX.into(),
         DType::Unsigned { bytes: 4, .. } => u32::MAX.into(),
@@ -126,8 +127,8 @@ fn reserved(stored: DType) -> Option<f64> {
     })
 }
 
-fn text(path: &Path, rest: Bytes) -> Result<(Header, Vec<f64>)> {
-    let text = String::from_utf8_lossy(rest.left());
+fn text(path: &Path, remainder: Bytes) -> Result<(SdfHeader, Vec<f64>)> {
+    let text = String::from_utf8_lossy(remainder.left());
     let mut records = text.split('*');
     let mut values = Values::new();
     for line in records.next().unwrap_or("").lines() {
@@ -140,23 +141,23 @@ fn text(path: &Path, rest: Bytes) -> Result<(Header, Vec<f64>)> {
             value.parse().map_err(|_| Error::format(path, format!("{key} = {value:?} in the header"), "a number"))?;
         values.insert(key, number);
     }
-    let header = Header::of(path, &values)?;
+    let header = SdfHeader::of(path, &values)?;
     let accepted = "a line of * between header and heights (the file is cut off or damaged)";
     let words = records.next().ok_or_else(|| Error::format(path, "a header without heights", accepted))?;
-    let wanted = header.nx.saturating_mul(header.ny);
-    let expected = || format!("{wanted}, NumPoints x NumProfiles of the header (or the file is cut off)");
+    let requested = header.nx.saturating_mul(header.ny);
+    let expected = || format!("{requested}, NumPoints x NumProfiles of the header (or the file is cut off)");
     // A number and a blank.
-    if wanted > words.len() / 2 + 1 {
+    if requested > words.len() / 2 + 1 {
         return Err(Error::format(path, format!("{} characters of heights", words.len()), expected()));
     }
-    fits(path, wanted as u64 * 8)?;
-    let mut heights = Vec::with_capacity(wanted);
+    fits(path, requested as u64 * 8)?;
+    let mut heights = Vec::with_capacity(requested);
     for word in words.split_whitespace() {
         let height = if word.eq_ignore_ascii_case("bad") { Ok(f64::NAN) } else { word.parse() };
-        let place = || format!("height {} of {wanted} = {word:?}", heights.len() + 1);
+        let place = || format!("height {} of {requested} = {word:?}", heights.len() + 1);
         heights.push(height.map_err(|_| Error::format(path, place(), "a number, or BAD"))?);
     }
-    if heights.len() != wanted {
+    if heights.len() != requested {
         return Err(Error::format(path, format!("{} heights", heights.len()), expected()));
     }
     Ok((header, heights))

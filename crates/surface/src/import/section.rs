@@ -1,7 +1,7 @@
 //! One channel of a text file: from its lines of numbers to a map.
 
 use super::content::ImportedFile;
-use super::header::Header;
+use super::header::ChannelHeader;
 use super::headings::{Corner, Headings, counts, even};
 use super::source::quoted;
 use crate::declared::Declared;
@@ -15,7 +15,7 @@ const LONGEST_SIDE: usize = 1 << 16;
 
 /// Layout of a text file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Layout {
+pub(super) enum TextLayout {
     Matrix,
     XyzLines,
 }
@@ -24,7 +24,7 @@ pub(super) enum Layout {
 pub(super) struct TextMap {
     pub(super) map: HeightMap,
     pub(super) declared: Declared,
-    pub(super) layout: Layout,
+    pub(super) layout: TextLayout,
     pub(super) warnings: Vec<String>,
     pub(super) not_understood: Vec<String>,
     /// Factor by which the numbers of the file were multiplied.
@@ -34,8 +34,8 @@ pub(super) struct TextMap {
 impl From<TextMap> for ImportedFile {
     fn from(text: TextMap) -> Self {
         let words = match text.layout {
-            Layout::Matrix => "text, one line per y",
-            Layout::XyzLines => "text, lines of x y h",
+            TextLayout::Matrix => "text, one line per y",
+            TextLayout::XyzLines => "text, lines of x y h",
         };
         let factor = if text.factor == 1.0 { String::new() } else { format!(", numbers times {:e}", text.factor) };
         let layout = format!("{words}{factor}");
@@ -46,8 +46,8 @@ impl From<TextMap> for ImportedFile {
 
 /// A channel: its header and its numbers.
 #[derive(Default)]
-pub(super) struct Section {
-    pub(super) header: Header,
+pub(super) struct TextChannel {
+    pub(super) header: ChannelHeader,
     /// Names of the columns, and their line if it is no comment.
     pub(super) headings: Option<(Headings, Option<usize>)>,
     pub(super) values: Vec<f64>,
@@ -64,7 +64,7 @@ pub(super) struct Section {
     pub(super) channels: Vec<String>,
 }
 
-impl Section {
+impl TextChannel {
     pub(super) fn finish(mut self, path: &Path, heights_only: bool) -> Result<TextMap> {
         self.unindent();
         let labels = self.take_labels(path, heights_only)?;
@@ -82,9 +82,9 @@ impl Section {
         if self.nx == 3 && !heights_only && labels.is_none() && self.header.points == [None; 2] {
             // Three columns with blank lines are always x y h; without, if the first two resemble coordinates.
             let points = xyz_text::Points::of(&self.values, 3, [0, 1, 2]);
-            let found = if self.blocks.len() > 1 { Some(points.grid(path)) } else { points.list(path) };
-            if let Some(found) = found {
-                return self.lines(path, found?);
+            let map = if self.blocks.len() > 1 { Some(points.grid(path)) } else { points.list(path) };
+            if let Some(map) = map {
+                return self.lines(path, map?);
             }
         }
         self.matrix(path, labels)
@@ -94,10 +94,10 @@ impl Section {
     fn unindent(&mut self) {
         if self.indented == self.ny && self.nx > 1 && self.ny > 1 {
             let nx = self.nx;
-            let mut at = 0;
+            let mut offset = 0;
             self.values.retain(|_| {
-                at += 1;
-                (at - 1) % nx != 0
+                offset += 1;
+                (offset - 1) % nx != 0
             });
             self.nx -= 1;
         }
@@ -153,7 +153,7 @@ impl Section {
     }
 
     fn lines(self, path: &Path, (map, extent): (HeightMap, [f64; 2])) -> Result<TextMap> {
-        self.done(path, map, Some(extent), Layout::XyzLines)
+        self.done(path, map, Some(extent), TextLayout::XyzLines)
     }
 
     fn matrix(mut self, path: &Path, labels: Option<[Option<f64>; 2]>) -> Result<TextMap> {
@@ -167,19 +167,19 @@ impl Section {
         }
         self.shape(path)?;
         let (nx, ny) = (self.nx, self.ny);
-        let whole = |row: &[f64]| row.iter().all(|v| v.fract() == 0.0);
+        let is_whole = |row: &[f64]| row.iter().all(|v| v.fract() == 0.0);
         if labels.is_none()
             && nx > 3
             && ny > 2
             && counts(&self.values[..nx])
-            && !self.values.chunks_exact(nx).skip(1).all(whole)
+            && !self.values.chunks_exact(nx).skip(1).all(is_whole)
         {
             let found = format!("1, 2, 3, … on line {}: numbers of the columns, not heights", self.first_line);
             return Err(Error::format(path, found, "the file without this line, or with # in front of it"));
         }
         let extent = labels.and_then(|[x, y]| Some([x? * nx as f64, y? * ny as f64]));
         let map = HeightMap::with_missing(&path.display().to_string(), nx, ny, std::mem::take(&mut self.values))?;
-        self.done(path, map, extent, Layout::Matrix)
+        self.done(path, map, extent, TextLayout::Matrix)
     }
 
     /// Compares the shape with the declared one; a single column or line is cut into lines of the declared length.
@@ -212,14 +212,14 @@ impl Section {
         Ok(())
     }
 
-    fn done(self, path: &Path, mut map: HeightMap, extent: Option<[f64; 2]>, layout: Layout) -> Result<TextMap> {
+    fn done(self, path: &Path, mut map: HeightMap, extent: Option<[f64; 2]>, layout: TextLayout) -> Result<TextMap> {
         let mut declared = self.header.declared(path, [map.nx, map.ny], extent)?;
         declared.channels = self.channels;
         let factor = self.header.factor();
         if factor != 1.0 {
             map.heights.iter_mut().for_each(|h| *h *= factor);
         }
-        let Header { warnings, not_understood, .. } = self.header;
+        let ChannelHeader { warnings, not_understood, .. } = self.header;
         Ok(TextMap { map, declared, layout, warnings, not_understood, factor })
     }
 }

@@ -14,11 +14,11 @@ const SMALL: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 100;
 
 /// Refuses an array that claims far more numbers than the file has bytes for, before memory is allocated.
-pub(super) fn check_ratio(path: &Path, name: &str, unfolded: u64, stored: u64) -> Result<()> {
-    if unfolded <= SMALL || unfolded / LARGEST_RATIO <= stored {
+pub(super) fn check_ratio(path: &Path, name: &str, unfolded: u64, stored_bytes: u64) -> Result<()> {
+    if unfolded <= SMALL || unfolded / LARGEST_RATIO <= stored_bytes {
         return Ok(());
     }
-    let found = format!("array {} of {unfolded} bytes, stored in {stored}", quoted(name));
+    let found = format!("array {} of {unfolded} bytes, stored in {stored_bytes}", quoted(name));
     let accepted = format!("at most {LARGEST_RATIO} times the stored bytes: store a height map without compression");
     Err(Error::format(path, found, accepted))
 }

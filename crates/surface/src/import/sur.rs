@@ -43,19 +43,19 @@ pub(super) fn starts(start: &[u8]) -> bool {
 }
 
 /// What the header states about one axis.
-struct Axis {
+struct SurAxis {
     step: f64,
     unit: String,
 }
 
-struct Header {
+struct SurHeader {
     compressed: bool,
     nx: usize,
     ny: usize,
     stored: DType,
     /// Value of points that were not measured, if there are any.
     missing: Option<f64>,
-    axes: [Axis; 3],
+    axes: [SurAxis; 3],
     offset: f64,
     /// Whether heights, the order of x, and the order of y are to be inverted.
     invert: [bool; 3],
@@ -66,16 +66,16 @@ struct Header {
 /// Reads a surface of Digital Surf (`.sur`, MountainsMap), plain or compressed: heights `n·dz + offset` in the unit of the
 /// step in z.
 pub(super) fn read(path: &Path) -> Result<ImportedFile> {
-    let whole = bytes::whole(path)?;
-    let mut rest = Bytes::of(path, &whole);
-    let header = Header::of(path, rest.take(HEADER, "the header of Digital Surf")?)?;
-    rest.take(header.skip, "the comment of the header")?;
+    let bytes = bytes::whole(path)?;
+    let mut remainder = Bytes::of(path, &bytes);
+    let header = SurHeader::of(path, remainder.take(HEADER, "the header of Digital Surf")?)?;
+    remainder.take(header.skip, "the comment of the header")?;
     let (nx, ny) = (header.nx, header.ny);
     let mut heights = if header.compressed {
-        let raw = decompress(path, rest, &header)?;
+        let raw = decompress(path, remainder, &header)?;
         Bytes::of(path, &raw).field([nx, ny], header.stored)?
     } else {
-        rest.field([nx, ny], header.stored)?
+        remainder.field([nx, ny], header.stored)?
     };
     let [x, y, z] = header.axes;
     let [invert, flip, flop] = header.invert;
@@ -118,16 +118,17 @@ pub(super) fn read(path: &Path) -> Result<ImportedFile> {
     Ok(ImportedFile::map(map, declared, layout))
 }
 
-impl Header {
+impl SurHeader {
     /// `header`: its 512 bytes. Offsets: the documentation of the format by Digital Surf, version 1.
     fn of(path: &Path, header: &[u8]) -> Result<Self> {
-        let at = |offset: usize, stored: DType| stored.value(&header[offset..offset + stored.bytes()]);
+        let value_at = |offset: usize, dtype: DType| dtype.value(&header[offset..offset + dtype.bytes()]);
         let text = |offset: usize| text(&header[offset..offset + 16]);
-        if at(12, U16) != 0.0 {
+        if value_at(12, U16) != 0.0 {
             let accepted = "0, the byte order of PCs (in MountainsMap or Gwyddion save it again)";
-            return Err(Error::format(path, format!("format {} in the header", at(12, U16)), accepted));
+            return Err(Error::format(path, format!("format {} in the header", value_at(12, U16)), accepted));
         }
-        let (kind, nx, ny, points) = (at(18, U16) as u32, at(108, I32), at(112, I32), at(116, I32));
+        let (kind, nx, ny, points) =
+            (value_at(18, U16) as u32, value_at(108, I32), value_at(112, I32), value_at(116, I32));
         // Gwyddion writes the code of profiles for surfaces.
         let surface = SURFACES.contains(&kind) || (kind == 1 && ny > 1.0);
         if !surface {
@@ -139,34 +140,34 @@ impl Header {
             let found = format!("{nx} x {ny} points, and {points} in all");
             return Err(Error::format(path, found, "their product, at least 1 (the header is damaged)"));
         }
-        let stored = match at(98, I16) as i32 {
+        let dtype = match value_at(98, I16) as i32 {
             16 => I16,
             32 => I32,
             bits => return Err(Error::format(path, format!("points of {bits} bits"), "16 or 32")),
         };
         let axes = [("x", 120, 180), ("y", 124, 196), ("z", 128, 212)].map(|(name, step, unit)| {
             let key = format!("the spacing along {name}");
-            let step = at(step, F32);
+            let step = value_at(step, F32);
             let step = if name == "z" { bytes::factor(path, &key, step) } else { bytes::positive(path, &key, step) };
-            Ok(Axis { step: step?, unit: text(unit) })
+            Ok(SurAxis { step: step?, unit: text(unit) })
         });
         let [x, y, z] = axes;
-        let offset = at(474, F32);
+        let offset = value_at(474, F32);
         if !offset.is_finite() {
             return Err(Error::format(path, format!("the offset of z = {offset}"), "a finite number"));
         }
         // As Gwyddion and SurfaceTopography: 1 heights, 2 heights and x, 3 heights and y.
-        let inverted = at(290, U16) as u32;
-        Ok(Header {
+        let inverted = value_at(290, U16) as u32;
+        Ok(SurHeader {
             compressed: header.starts_with(COMPRESSED),
             nx: nx as usize,
             ny: ny as usize,
-            stored,
-            missing: (at(86, U16) == 1.0).then(|| at(100, I32) - 2.0),
+            stored: dtype,
+            missing: (value_at(86, U16) == 1.0).then(|| value_at(100, I32) - 2.0),
             axes: [x?, y?, z?],
             offset,
             invert: [(1..=3).contains(&inverted), inverted == 2, inverted == 3],
-            skip: (at(334, U16) + at(336, U16)) as usize,
+            skip: (value_at(334, U16) + value_at(336, U16)) as usize,
         })
     }
 }
@@ -182,33 +183,33 @@ fn text(field: &[u8]) -> String {
 }
 
 /// Decompresses the heights: number of streams, raw and compressed length of each, the streams (zlib).
-fn decompress(path: &Path, mut rest: Bytes, header: &Header) -> Result<Vec<u8>> {
-    let wanted = header.nx.saturating_mul(header.ny).saturating_mul(header.stored.bytes());
+fn decompress(path: &Path, mut remainder: Bytes, header: &SurHeader) -> Result<Vec<u8>> {
+    let requested = header.nx.saturating_mul(header.ny).saturating_mul(header.stored.bytes());
     let damaged = |found: String| {
-        Error::format(path, found, format!("{wanted} bytes of compressed heights (the file is cut off or damaged)"))
+        Error::format(path, found, format!("{requested} bytes of compressed heights (the file is cut off or damaged)"))
     };
-    let streams = rest.count("the number of compressed streams")?;
+    let streams = remainder.count("the number of compressed streams")?;
     if streams > MOST_STREAMS {
         return Err(damaged(format!("{streams} compressed streams")));
     }
-    let mut directory = Bytes::of(path, rest.take(streams.saturating_mul(8), "the list of compressed streams")?);
-    if wanted > rest.left().len().saturating_mul(EXPANSION) {
-        return Err(damaged(format!("{} bytes for {} x {} points", rest.left().len(), header.nx, header.ny)));
+    let mut directory = Bytes::of(path, remainder.take(streams.saturating_mul(8), "the list of compressed streams")?);
+    if requested > remainder.left().len().saturating_mul(EXPANSION) {
+        return Err(damaged(format!("{} bytes for {} x {} points", remainder.left().len(), header.nx, header.ny)));
     }
-    fits(path, wanted as u64)?;
-    let mut raw = Vec::with_capacity(wanted);
+    fits(path, requested as u64)?;
+    let mut raw = Vec::with_capacity(requested);
     for _ in 0..streams {
         let (length, zipped) = (directory.count("a length")?, directory.count("a length")?);
-        let stream = rest.take(zipped, "a compressed stream")?;
-        let before = raw.len();
-        let most = wanted.saturating_sub(before) as u64 + 1;
+        let stream = remainder.take(zipped, "a compressed stream")?;
+        let previous = raw.len();
+        let largest = requested.saturating_sub(previous) as u64 + 1;
         ZlibDecoder::new(stream)
-            .take(most)
+            .take(largest)
             .read_to_end(&mut raw)
             .map_err(|e| damaged(format!("a damaged compressed stream ({e})")))?;
-        if raw.len() - before != length || raw.len() > wanted {
-            return Err(damaged(format!("a compressed stream of {} bytes instead of {length}", raw.len() - before)));
+        if raw.len() - previous != length || raw.len() > requested {
+            return Err(damaged(format!("a compressed stream of {} bytes instead of {length}", raw.len() - previous)));
         }
     }
-    if raw.len() == wanted { Ok(raw) } else { Err(damaged(format!("{} bytes", raw.len()))) }
+    if raw.len() == requested { Ok(raw) } else { Err(damaged(format!("{} bytes", raw.len()))) }
 }

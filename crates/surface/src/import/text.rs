@@ -4,12 +4,12 @@
 //! comment. Several channels may follow each other, each with its header.
 
 use super::content::{Fourier, ImportOptions};
-use super::decode::Lines;
+use super::decode::TextLines;
 use super::fields::{Notation, Separator, split};
-use super::header::Header;
+use super::header::ChannelHeader;
 use super::headings::Headings;
-use super::section::Section;
-pub(super) use super::section::{Layout, TextMap};
+use super::section::TextChannel;
+pub(super) use super::section::{TextLayout, TextMap};
 use super::source::{list, quoted};
 use asperity_grid::error::{Error, Result};
 use std::path::Path;
@@ -20,17 +20,17 @@ use std::path::Path;
 /// Words that are neither numbers nor marks of missing heights; lines of different lengths; a size other than the declared one; headers
 /// whose values are not understood; several channels without a requested name.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<TextMap> {
-    let mut lines = Lines::open(path)?;
-    let mut reader = Reader { path, notation: Notation::default(), sections: vec![Section::default()] };
-    let (mut line, mut before) = (String::new(), String::new());
+    let mut lines = TextLines::open(path)?;
+    let mut reader = TextReader { path, notation: Notation::default(), sections: vec![TextChannel::default()] };
+    let (mut line, mut previous) = (String::new(), String::new());
     while lines.next(&mut line)? {
         reader.line(lines.number, &line)?;
         if !lines.ended {
             break;
         }
-        std::mem::swap(&mut line, &mut before);
+        std::mem::swap(&mut line, &mut previous);
     }
-    if !lines.ended && is_cut(&before, &line) {
+    if !lines.ended && is_cut(&previous, &line) {
         let found =
             format!("line {} without a line break, and its last number is shorter than the others", lines.number);
         return Err(Error::format(path, found, "a whole file (this one is cut off)"));
@@ -40,31 +40,33 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<TextMap> {
 }
 
 /// Whether the last number of the last line has fewer digits than all numbers before, which have equally many.
-fn is_cut(before: &str, last: &str) -> bool {
+fn is_cut(previous: &str, last: &str) -> bool {
     let digits = |word: &str| word.split_once('.').map_or(0, |(_, tail)| tail.len());
-    let mut words: Vec<&str> = before.split_whitespace().chain(last.split_whitespace()).collect();
-    let Some(end) = words.pop() else { return false };
-    let [first, rest @ ..] = &words[..] else { return false };
-    rest.len() > 1
+    let mut tokens: Vec<&str> = previous.split_whitespace().chain(last.split_whitespace()).collect();
+    let Some(end) = tokens.pop() else { return false };
+    let [first, remainder @ ..] = &tokens[..] else { return false };
+    remainder.len() > 1
         && digits(first) > 0
-        && rest.iter().all(|w| digits(w) == digits(first))
+        && remainder.iter().all(|w| digits(w) == digits(first))
         && digits(end) < digits(first)
 }
 
 /// Selects a channel: the one requested, or the only one that has heights.
-fn choose(path: &Path, sections: Vec<Section>, options: ImportOptions) -> Result<Section> {
-    let mut sections: Vec<Section> = sections.into_iter().filter(|s| s.ny > 0).collect();
-    let name = |s: &Section| s.header.channel.clone().unwrap_or_default();
+fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOptions) -> Result<TextChannel> {
+    let mut sections: Vec<TextChannel> = sections.into_iter().filter(|s| s.ny > 0).collect();
+    let name = |s: &TextChannel| s.header.channel.clone().unwrap_or_default();
     let names: Vec<String> = sections.iter().map(name).filter(|n| !n.is_empty()).collect();
     let heights: Vec<usize> = (0..sections.len()).filter(|i| sections[*i].header.no_length.is_none()).collect();
     let found = match options.dataset {
-        Some(wanted) => sections.iter().position(|s| s.header.channel.as_deref() == Some(wanted)).ok_or_else(|| {
-            if names.is_empty() {
-                let found = format!("--dataset (surface.dataset) = {} for a file without names", quoted(wanted));
-                return Error::format(path, found, "the name only with a file that names its channels or arrays");
-            }
-            Error::format(path, format!("no channel named {}", quoted(wanted)), list(&names))
-        })?,
+        Some(requested) => {
+            sections.iter().position(|s| s.header.channel.as_deref() == Some(requested)).ok_or_else(|| {
+                if names.is_empty() {
+                    let found = format!("--dataset (surface.dataset) = {} for a file without names", quoted(requested));
+                    return Error::format(path, found, "the name only with a file that names its channels or arrays");
+                }
+                Error::format(path, format!("no channel named {}", quoted(requested)), list(&names))
+            })?
+        }
         None => match (&heights[..], &sections[..]) {
             ([only], _) => *only,
             ([], []) => return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y")),
@@ -90,13 +92,13 @@ fn choose(path: &Path, sections: Vec<Section>, options: ImportOptions) -> Result
     Ok(chosen)
 }
 
-struct Reader<'a> {
+struct TextReader<'a> {
     path: &'a Path,
     notation: Notation,
-    sections: Vec<Section>,
+    sections: Vec<TextChannel>,
 }
 
-impl Reader<'_> {
+impl TextReader<'_> {
     fn line(&mut self, number: usize, line: &str) -> Result<()> {
         let is_comment = line.trim_start().starts_with(['%', '!']) || line.trim_start().starts_with("//");
         let (text, comment) = match line.split_once('#') {
@@ -112,7 +114,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let (fields, separator) = split(text);
-        let before = self.section().values.len();
+        let previous = self.section().values.len();
         for (i, field) in fields.iter().enumerate() {
             match self.notation.number(field, separator, number) {
                 Some(value) if value.is_infinite() => {
@@ -121,7 +123,7 @@ impl Reader<'_> {
                 }
                 Some(value) => self.section().values.push(value),
                 None => {
-                    self.section().values.truncate(before);
+                    self.section().values.truncate(previous);
                     return self.words(number, text, &fields, i, separator);
                 }
             }
@@ -129,13 +131,13 @@ impl Reader<'_> {
         self.row(number, text, &fields, separator)
     }
 
-    fn section(&mut self) -> &mut Section {
+    fn section(&mut self) -> &mut TextChannel {
         self.sections.last_mut().expect("never empty")
     }
 
     fn comment(&mut self, number: usize, text: &str) -> Result<()> {
-        if Header::channel_of(text).is_some() && self.section().ny > 0 {
-            self.sections.push(Section::default());
+        if ChannelHeader::channel_of(text).is_some() && self.section().ny > 0 {
+            self.sections.push(TextChannel::default());
         }
         let path = self.path;
         let section = self.section();
@@ -176,15 +178,15 @@ impl Reader<'_> {
     }
 
     /// A line on which field `at` is no number: part of the header, names of columns, or their labels.
-    fn words(&mut self, number: usize, text: &str, fields: &[&str], at: usize, separator: Separator) -> Result<()> {
-        if Header::channel_of(text).is_some() && self.section().ny > 0 {
-            self.sections.push(Section::default());
+    fn words(&mut self, number: usize, text: &str, fields: &[&str], node: usize, separator: Separator) -> Result<()> {
+        if ChannelHeader::channel_of(text).is_some() && self.section().ny > 0 {
+            self.sections.push(TextChannel::default());
         }
-        let (path, word) = (self.path, fields[at]);
+        let (path, word) = (self.path, fields[node]);
         let notation = &mut self.notation;
         let section = self.sections.last_mut().expect("never empty");
         let wrong = || {
-            let found = format!("{} on line {number}, column {} (counted from 1)", quoted(word), at + 1);
+            let found = format!("{} on line {number}, column {} (counted from 1)", quoted(word), node + 1);
             Error::format(path, found, "a number (lines of text may be comments: # in front)")
         };
         if section.ny > 0 {
@@ -214,7 +216,7 @@ impl Reader<'_> {
         if text.split_once(['=', ':']).is_some_and(|(key, _)| key.trim_start().starts_with(char::is_alphabetic)) {
             return Ok(());
         }
-        if at == 0 && fields.len() > 2 && numbers[1..].iter().all(Option::is_some) {
+        if node == 0 && fields.len() > 2 && numbers[1..].iter().all(Option::is_some) {
             section.corner = Some(word.to_string());
             section.values.push(f64::NAN);
             section.values.extend(numbers[1..].iter().flatten());
@@ -228,7 +230,7 @@ impl Reader<'_> {
 mod tests {
     use super::*;
     use crate::declared::{Declared, DeclaredExtent};
-    use crate::height_map::{HeightMap, Sign};
+    use crate::height_map::{HeightMap, TouchingPoints};
     use crate::heights;
 
     fn text(bytes: &[u8], options: ImportOptions) -> Result<TextMap> {
@@ -238,14 +240,14 @@ mod tests {
         read(&path, options)
     }
 
-    fn reads(words: &str) -> Result<TextMap> {
-        text(words.as_bytes(), ImportOptions::default())
+    fn reads(tokens: &str) -> Result<TextMap> {
+        text(tokens.as_bytes(), ImportOptions::default())
     }
 
-    fn complaint(words: &str) -> String {
-        match reads(words) {
+    fn complaint(tokens: &str) -> String {
+        match reads(tokens) {
             Err(e) => e.to_string(),
-            Ok(found) => panic!("{words}: {:?}", found.map),
+            Ok(actual) => panic!("{tokens}: {:?}", actual.map),
         }
     }
 
@@ -266,7 +268,7 @@ mod tests {
         let heights = vec![0.1, 1.0 / 3.0, -7e-300, 1e22, 5e-324, 0.0];
         let map = HeightMap::new("here", 3, 2, heights).unwrap();
         let full = Declared {
-            sign: Some(Sign::HighFirst),
+            sign: Some(TouchingPoints::HighFirst),
             unit: Some("µm".into()),
             extent: extent(0.1 + 0.2, 1e-7, Some("nm")),
             periodic: Some(false),
@@ -277,8 +279,8 @@ mod tests {
         let no_unit = Declared { unit: Some("nm".into()), extent: extent(3.0, 2.0, None), ..Declared::default() };
         for declared in [full, no_unit, Declared::default()] {
             heights::write(&path, &map, &declared).unwrap();
-            let back = read(&path, ImportOptions::default()).unwrap();
-            assert_eq!((back.map, back.declared, back.warnings), (map.clone(), declared, vec![]));
+            let unloading = read(&path, ImportOptions::default()).unwrap();
+            assert_eq!((unloading.map, unloading.declared, unloading.warnings), (map.clone(), declared, vec![]));
         }
         let holes = HeightMap::with_missing("here", 2, 2, vec![1.0, f64::NAN, 2.0, 3.0]).unwrap();
         heights::write(&path, &holes, &Declared::default()).unwrap();
@@ -287,9 +289,9 @@ mod tests {
 
     #[test]
     fn ascii_as_people_write_it() {
-        let found = reads("# a profile\n1 2.5e0\t3 # first\n# between\n  4,5, 6\n").unwrap();
-        assert_eq!(rows(&found.map), "1 2.5 3; 4 5 6");
-        assert_eq!(found.declared, Declared::default());
+        let actual = reads("# a profile\n1 2.5e0\t3 # first\n# between\n  4,5, 6\n").unwrap();
+        assert_eq!(rows(&actual.map), "1 2.5 3; 4 5 6");
+        assert_eq!(actual.declared, Declared::default());
         for (text, expected) in [
             ("1,2\n3,4\n", "1 2; 3 4"),
             ("1 ,2\n3, 4,\n", "1 2; 3 4"),
@@ -377,17 +379,17 @@ mod tests {
             // Numbers of points are no extents.
             ("# Width: 3\n# Height: 2\n# dx: 2 nm\n# z-unit: nm\n", "nm", extent(6.0, 4.0, Some("nm"))),
         ] {
-            let found = reads(&format!("{header}{map}")).unwrap_or_else(|e| panic!("{header}: {e}"));
-            assert_eq!(found.declared.unit.as_deref(), Some(unit), "{header}");
-            let [found_extent, stated] = [found.declared.extent, stated].map(|e| e.unwrap());
+            let actual = reads(&format!("{header}{map}")).unwrap_or_else(|e| panic!("{header}: {e}"));
+            assert_eq!(actual.declared.unit.as_deref(), Some(unit), "{header}");
+            let [found_extent, stated] = [actual.declared.extent, stated].map(|e| e.unwrap());
             assert_eq!(found_extent.unit, stated.unit, "{header}");
-            let off = |a: f64, b: f64| (a / b - 1.0).abs();
+            let deviation = |a: f64, b: f64| (a / b - 1.0).abs();
             assert!(
-                off(found_extent.x, stated.x).max(off(found_extent.y, stated.y)) < 1e-14,
+                deviation(found_extent.x, stated.x).max(deviation(found_extent.y, stated.y)) < 1e-14,
                 "{header}: {found_extent:?}"
             );
-            assert_eq!(found.map.heights, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-            assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+            assert_eq!(actual.map.heights, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+            assert!(actual.warnings.is_empty(), "{:?}", actual.warnings);
         }
     }
 
@@ -402,15 +404,15 @@ mod tests {
             ("# z scale: 0.5 nm/count\n", "nm", "0.5 1 1.5"),
             ("Skalierung: 0,5\nEinheit: nm\n", "nm", "0.5 1 1.5"),
         ] {
-            let found = reads(&format!("{header}# missing value: -9999\n{map}")).expect(header);
-            assert_eq!(found.declared.unit.as_deref(), Some(unit), "{header}");
-            assert!(rows(&found.map).starts_with(first) && rows(&found.map).ends_with("NaN"), "{header}");
+            let actual = reads(&format!("{header}# missing value: -9999\n{map}")).expect(header);
+            assert_eq!(actual.declared.unit.as_deref(), Some(unit), "{header}");
+            assert!(rows(&actual.map).starts_with(first) && rows(&actual.map).ends_with("NaN"), "{header}");
         }
         let prose =
             "# height of the sample 3 mm\n# scale 10\n# points touch first\n# size matters\n# forward\n1 2\n3 4\n";
-        let found = reads(prose).unwrap();
+        let actual = reads(prose).unwrap();
         assert_eq!(
-            (rows(&found.map).as_str(), found.declared, found.warnings),
+            (rows(&actual.map).as_str(), actual.declared, actual.warnings),
             ("1 2; 3 4", Declared::default(), vec![])
         );
         let odd = reads("# unit: cell extent in x\n# Height: measured\n1 2\n3 4\n").unwrap();
@@ -420,9 +422,9 @@ mod tests {
     #[test]
     fn channels_are_chosen_by_unit_or_name() {
         let file = "# Channel: Phase\n# Value units: deg\n1 2\n3 4\n\n# Channel: Topo\n# Value units: m\n5 6\n7 8\n";
-        let found = reads(file).unwrap();
-        assert_eq!((rows(&found.map).as_str(), found.declared.channel.as_deref()), ("5 6; 7 8", Some("Topo")));
-        assert_eq!(found.declared.channels, ["Topo"]);
+        let actual = reads(file).unwrap();
+        assert_eq!((rows(&actual.map).as_str(), actual.declared.channel.as_deref()), ("5 6; 7 8", Some("Topo")));
+        assert_eq!(actual.declared.channels, ["Topo"]);
         let two = file.replace("deg", "nm");
         assert!(complaint(&two).contains("2 channels (Phase, Topo)"), "{}", complaint(&two));
         let named = |name| text(two.as_bytes(), ImportOptions { dataset: Some(name), fourier: None });
@@ -456,9 +458,9 @@ mod tests {
             ),
             ("X;Y;Z\n[mm];[um];[um]\n0;0;1\n1;0;2\n0;500;3\n1;500;4\n", "1 2; 3 4", extent(2.0, 1.0, Some("mm"))),
         ] {
-            let found = reads(text).unwrap_or_else(|e| panic!("{text}: {e}"));
-            assert_eq!(rows(&found.map), expected, "{text}");
-            assert_eq!(found.declared.extent, stated, "{text}");
+            let actual = reads(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert_eq!(rows(&actual.map), expected, "{text}");
+            assert_eq!(actual.declared.extent, stated, "{text}");
         }
         let gnuplot = reads("3 0 .5 1\n0 1 2 3\n2 4 5 5\n4 7 8 9\n").unwrap();
         assert_eq!(
@@ -476,11 +478,11 @@ mod tests {
         let rows = "# x y h\n0 0 1\n.5 0 2\n1 0 3\n\n0 .5 4\n.5 .5 5\n1 .5 6\n";
         let columns = "2 7 1\n2 8 4\n \n3 7 2\n3 8 5\n\n4 7 3\n4 8 6\n\n";
         let bare = |text: &str| text.replace("\n \n", "\n").replace("\n\n", "\n");
-        let sum = |found: TextMap| {
-            let e = found.declared.extent.unwrap();
-            (super::tests::rows(&found.map), e.x / e.y, found.layout)
+        let sum = |actual: TextMap| {
+            let e = actual.declared.extent.unwrap();
+            (super::tests::rows(&actual.map), e.x / e.y, actual.layout)
         };
-        let map = ("1 2 3; 4 5 6".to_string(), 1.5, Layout::XyzLines);
+        let map = ("1 2 3; 4 5 6".to_string(), 1.5, TextLayout::XyzLines);
         for text in [rows, columns, &bare(rows), &bare(columns)] {
             assert_eq!(sum(reads(text).unwrap()), map, "{text}");
         }
@@ -494,9 +496,9 @@ mod tests {
             (0..12).filter(|i| !absent.contains(i)).map(|i| format!("{} {} {}\n", i % 4, i / 4, i * i % 7)).collect()
         };
         for absent in [&[11][..], &[5], &[1, 5, 9]] {
-            let found = reads(&grid(absent)).unwrap();
-            assert_eq!((found.map.nx, found.map.missing()), (4, absent.len()), "{absent:?}");
-            assert_eq!(found.declared.extent, extent(4.0, 3.0, None));
+            let actual = reads(&grid(absent)).unwrap();
+            assert_eq!((actual.map.nx, actual.map.missing()), (4, absent.len()), "{absent:?}");
+            assert_eq!(actual.declared.extent, extent(4.0, 3.0, None));
         }
     }
 
@@ -514,7 +516,7 @@ mod tests {
             assert!(message.contains(says) && message.contains("--fourier none"), "{message}");
         }
         for text in ["1 2 3\n4 5 6\n", "0 0 1\n0 0 2\n0 1 1\n1 0 1\n", "1 5 2\n3 4 8\n2 2 1\n5 9 2\n7 1 1\n"] {
-            assert_eq!(reads(text).unwrap().layout, Layout::Matrix, "{text}");
+            assert_eq!(reads(text).unwrap().layout, TextLayout::Matrix, "{text}");
         }
         for (text, says) in [
             ("1 0 1\n0 0 2\n\n1 0 3\n0 0 4\n", "coordinates that stay (y = 0e0"),

@@ -39,9 +39,9 @@ mod tests {
         for (text, expected) in
             [("MicroMeters", "µm"), ("[nm]", "nm"), ("(um)", "um"), ("~m", "µm"), ("Metres", "m"), ("Ångström", "Å")]
         {
-            let found = length_unit(text).expect(text);
-            assert_eq!(found, expected);
-            assert!(metres_per(&found).is_some());
+            let actual = length_unit(text).expect(text);
+            assert_eq!(actual, expected);
+            assert!(metres_per(&actual).is_some());
         }
         assert_eq!(["V", "deg", "", "cell extent in x"].map(length_unit), [None, None, None, None]);
     }

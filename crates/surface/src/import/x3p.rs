@@ -30,16 +30,16 @@ pub(super) fn is(path: &Path, start: &[u8]) -> bool {
 }
 
 /// An open archive.
-struct Archive<'a> {
+struct X3pArchive<'a> {
     path: &'a Path,
     zip: ZipArchive<BufReader<File>>,
 }
 
-impl<'a> Archive<'a> {
+impl<'a> X3pArchive<'a> {
     fn open(path: &'a Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io("open", path))?;
         let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| damaged(path, e))?;
-        Ok(Archive { path, zip })
+        Ok(X3pArchive { path, zip })
     }
 
     fn entry(&mut self, name: &str) -> Result<ZipFile<'_, BufReader<File>>> {
@@ -51,21 +51,21 @@ impl<'a> Archive<'a> {
     }
 
     /// Bytes of a file in the archive, at most `most`.
-    fn bytes(&mut self, name: &str, most: u64) -> Result<Vec<u8>> {
+    fn bytes(&mut self, name: &str, largest: u64) -> Result<Vec<u8>> {
         let path = self.path;
         let entry = self.entry(name)?;
         let (size, compressed) = (entry.size(), entry.compressed_size());
-        if size > most || size > compressed.saturating_mul(EXPANSION) {
+        if size > largest || size > compressed.saturating_mul(EXPANSION) {
             let found = format!("{name:?} of {size} bytes, {compressed} in the archive");
             return Err(Error::format(
                 path,
                 found,
-                format!("{most} bytes at most, compressed at most {EXPANSION}-fold"),
+                format!("{largest} bytes at most, compressed at most {EXPANSION}-fold"),
             ));
         }
         fits(path, size)?;
         let mut bytes = Vec::new();
-        entry.take(most + 1).read_to_end(&mut bytes).map_err(|e| damaged(path, e))?;
+        entry.take(largest + 1).read_to_end(&mut bytes).map_err(|e| damaged(path, e))?;
         if bytes.len() as u64 != size {
             let found = format!("{name:?} of {} bytes", bytes.len());
             return Err(Error::format(path, found, format!("{size}, as the archive states")));
@@ -91,7 +91,7 @@ fn damaged(path: &Path, e: impl std::fmt::Display) -> Error {
 /// Reads a surface of ISO 25178-72 (`.x3p`): an archive with `main.xml` and a matrix of heights, in m. Points that were not
 /// measured are NaN, or marked in a second file.
 pub(super) fn read(path: &Path) -> Result<ImportedFile> {
-    let mut archive = Archive::open(path)?;
+    let mut archive = X3pArchive::open(path)?;
     let main = archive.bytes(MAIN, MOST_XML)?;
     let xml = x3p_header::read(path, &main)?;
     kinds(path, &xml)?;
@@ -149,7 +149,7 @@ fn stored(path: &Path, xml: &Elements) -> Result<(DType, &'static str)> {
 
 /// Matrix from its file in the archive, or from the list in `main.xml`.
 fn heights(
-    archive: &mut Archive,
+    archive: &mut X3pArchive,
     xml: &Elements,
     main: &[u8],
     [nx, ny]: [usize; 2],
@@ -192,7 +192,7 @@ fn checksum(path: &Path, stated: Option<&str>, name: &str, bytes: &[u8]) -> Resu
 }
 
 /// Checks the file of MD5 sums, if there is one: lines of `SUM *NAME`, without a name that of `main.xml`.
-fn checksum_file(archive: &mut Archive, xml: &Elements, files: &[(&str, &[u8])]) -> Result<()> {
+fn checksum_file(archive: &mut X3pArchive, xml: &Elements, files: &[(&str, &[u8])]) -> Result<()> {
     const LONGEST: u64 = 1 << 16;
     let name = xml.text("Record4/ChecksumFile").filter(|n| !n.is_empty()).unwrap_or("md5checksum.hex");
     if archive.zip.index_for_name(name).is_none() {

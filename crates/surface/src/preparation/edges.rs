@@ -31,8 +31,8 @@ impl Edges {
     pub(super) fn line(self, grid: Grid) -> String {
         match self {
             Edges::Taper => {
-                let whole = |n: usize| window(n).iter().filter(|w| **w == 1.0).count();
-                let kept = 100.0 * (whole(grid.nx) * whole(grid.ny)) as f64 / grid.points() as f64;
+                let is_whole = |n: usize| window(n).iter().filter(|w| **w == 1.0).count();
+                let kept = 100.0 * (is_whole(grid.nx) * is_whole(grid.ny)) as f64 / grid.points() as f64;
                 format!(
                     "edges taper: to the mean over {} % of each side, {kept:.0} % of the points unchanged",
                     100.0 * TAPERED
@@ -47,11 +47,11 @@ impl Edges {
 
 /// Tukey's window at the centres of `n` pixels.
 fn window(n: usize) -> Vec<f64> {
-    let at = |i: usize| {
+    let value_at = |i: usize| {
         let from_edge = (i.min(n - 1 - i) as f64 + 0.5) / n as f64;
         if from_edge < TAPERED { 0.5 - 0.5 * (PI * from_edge / TAPERED).cos() } else { 1.0 }
     };
-    (0..n).map(at).collect()
+    (0..n).map(value_at).collect()
 }
 
 fn taper(grid: Grid, mut heights: Vec<f64>) -> Vec<f64> {

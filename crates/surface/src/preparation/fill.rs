@@ -42,15 +42,15 @@ pub(super) struct Origin {
 /// Fills the points that are NaN and returns their number.
 pub(super) fn fill(kind: Option<Fill>, grid: Grid, heights: &mut [f64], periodic: bool, from: Origin) -> Result<usize> {
     let missing = heights.iter().filter(|h| h.is_nan()).count();
-    let share = missing as f64 / heights.len() as f64;
+    let fraction = missing as f64 / heights.len() as f64;
     let found = || {
         let first = heights.iter().position(|h| h.is_nan()).expect("a point is missing");
         let (row, column) = (from.row + first / grid.nx + 1, from.column + first % grid.nx + 1);
         let outliers =
             if from.removed > 0 { format!("{} of them removed as outliers, ", from.removed) } else { String::new() };
-        let share = digits(100.0 * share);
+        let fraction = digits(100.0 * fraction);
         format!(
-            "{missing} of {} points were not measured, {outliers}the first in row {row}, column {column} (counted from 1): {share} %",
+            "{missing} of {} points were not measured, {outliers}the first in row {row}, column {column} (counted from 1): {fraction} %",
             heights.len()
         )
     };
@@ -58,7 +58,7 @@ pub(super) fn fill(kind: Option<Fill>, grid: Grid, heights: &mut [f64], periodic
     match kind {
         _ if missing == 0 => {}
         None => return refused("none, or `--fill nearest|harmonic`".to_string()),
-        Some(_) if share > MAX_FILLED_SHARE => {
+        Some(_) if fraction > MAX_FILLED_SHARE => {
             let limit = 100.0 * MAX_FILLED_SHARE;
             return refused(format!("up to {limit} %, as filled points are smooth: `--crop` to a part with fewer"));
         }
@@ -76,11 +76,11 @@ const NONE: i32 = i32::MAX;
 fn nearest(grid: Grid, heights: &mut [f64], periodic: bool) {
     let rows = nearest_rows(grid, heights, periodic);
     let (nx, ny) = (grid.nx as i64, grid.ny as i64);
-    let found: Vec<(usize, f64)> = (0..heights.len())
+    let filled: Vec<(usize, f64)> = (0..heights.len())
         .into_par_iter()
-        .filter(|&at| heights[at].is_nan())
-        .map(|at| {
-            let (x, y) = ((at % grid.nx) as i64, (at / grid.nx) as i64);
+        .filter(|&node| heights[node].is_nan())
+        .map(|node| {
+            let (x, y) = ((node % grid.nx) as i64, (node / grid.nx) as i64);
             let mut best = (f64::INFINITY, NONE, 0);
             let reach = if periodic { nx / 2 } else { nx };
             for k in 0..=reach {
@@ -103,10 +103,10 @@ fn nearest(grid: Grid, heights: &mut [f64], periodic: bool) {
             }
             let (_, j, i) = best;
             let from = (y + i64::from(j)).rem_euclid(ny) * nx + (x + i).rem_euclid(nx);
-            (at, heights[from as usize])
+            (node, heights[from as usize])
         })
         .collect();
-    found.into_iter().for_each(|(at, height)| heights[at] = height);
+    filled.into_iter().for_each(|(node, height)| heights[node] = height);
 }
 
 /// For every point the signed distance in rows to the nearest measured point of its column; of two, the one above.
@@ -157,14 +157,14 @@ mod tests {
         for (lx, ly) in [(17.0, 13.0), (17.0, 26.0), (8.5, 13.0)] {
             let grid = Grid { nx: 17, ny: 13, lx, ly };
             for periodic in [false, true] {
-                let before = holed(grid);
-                let mut after = before.clone();
+                let previous = holed(grid);
+                let mut after = previous.clone();
                 nearest(grid, &mut after, periodic);
                 let images: &[i64] = if periodic { &[-1, 0, 1] } else { &[0] };
-                for at in (0..grid.points()).filter(|&i| before[i].is_nan()) {
-                    let (x, y) = ((at % 17) as i64, (at / 17) as i64);
+                for node in (0..grid.points()).filter(|&i| previous[i].is_nan()) {
+                    let (x, y) = ((node % 17) as i64, (node / 17) as i64);
                     let mut best = (f64::INFINITY, 0, 0, 0);
-                    for from in (0..grid.points()).filter(|&i| !before[i].is_nan()) {
+                    for from in (0..grid.points()).filter(|&i| !previous[i].is_nan()) {
                         for (ix, iy) in images.iter().flat_map(|&ix| images.iter().map(move |&iy| (ix, iy))) {
                             let (u, v) = ((from % 17) as i64 + 17 * ix - x, (from / 17) as i64 + 13 * iy - y);
                             let square = (u as f64 * grid.dx()).powi(2) + (v as f64 * grid.dy()).powi(2);
@@ -173,7 +173,7 @@ mod tests {
                             }
                         }
                     }
-                    assert_eq!(after[at], before[best.3], "{lx} {ly} {periodic} ({x}, {y})");
+                    assert_eq!(after[node], previous[best.3], "{lx} {ly} {periodic} ({x}, {y})");
                 }
             }
         }

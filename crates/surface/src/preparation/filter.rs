@@ -32,23 +32,23 @@ impl FilterKind {
 
 /// The waves that pass, by the cut-off wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Band {
+pub(super) enum PassBand {
     /// Long waves: a low-pass filter.
     Long(f64),
     /// Short waves: a high-pass filter.
     Short(f64),
 }
 
-impl Band {
+impl PassBand {
     fn cut_off(self) -> f64 {
-        let (Band::Long(cut_off) | Band::Short(cut_off)) = self;
+        let (PassBand::Long(cut_off) | PassBand::Short(cut_off)) = self;
         cut_off
     }
 
     pub(super) fn words(self) -> String {
         match self {
-            Band::Long(cut_off) => format!("low-pass {cut_off}"),
-            Band::Short(cut_off) => format!("high-pass {cut_off}"),
+            PassBand::Long(cut_off) => format!("low-pass {cut_off}"),
+            PassBand::Short(cut_off) => format!("high-pass {cut_off}"),
         }
     }
 }
@@ -86,20 +86,20 @@ pub(super) fn check(kind: FilterKind, low: Option<f64>, high: Option<f64>, grid:
 }
 
 /// Lets the waves of a band pass. The mean belongs to the long waves.
-pub(super) fn apply(kind: FilterKind, band: Band, grid: Grid, heights: &mut [f64], periodic: bool) {
+pub(super) fn apply(kind: FilterKind, band: PassBand, grid: Grid, heights: &mut [f64], periodic: bool) {
     let smooth =
         if periodic { waves(kind, band.cut_off(), grid, heights) } else { regression(band.cut_off(), grid, heights) };
     heights.iter_mut().zip(smooth).for_each(|(h, s)| {
         *h = match band {
-            Band::Long(_) => s,
-            Band::Short(_) => *h - s,
+            PassBand::Long(_) => s,
+            PassBand::Short(_) => *h - s,
         }
     });
 }
 
 /// The long waves of a periodic map, by its Fourier coefficients.
 fn waves(kind: FilterKind, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64> {
-    let share = 1.0 / grid.points() as f64;
+    let fraction = 1.0 / grid.points() as f64;
     // Number of waves per cut-off wavelength.
     let transfer = |n: f64| match kind {
         FilterKind::Gaussian => (-LN_2 * n * n).exp(),
@@ -111,7 +111,7 @@ fn waves(kind: FilterKind, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64
     let mean = mean(heights);
     let filter = |i: usize, column: &mut [Complex<f64>]| {
         for (j, a) in column.iter_mut().enumerate() {
-            *a *= share * transfer(cut_off * grid.qx(i).hypot(grid.qy(j)) / TAU);
+            *a *= fraction * transfer(cut_off * grid.qx(i).hypot(grid.qy(j)) / TAU);
         }
         0.0
     };
@@ -212,14 +212,14 @@ mod tests {
             [(4.0, 0.0, 0.5, 1.0), (0.0, 2.0, 0.5f64.powf(0.25), 1.0), (4.0, 0.5, 0.5f64.powf(65.0 / 64.0), 0.0)]
         {
             for (kind, transfer) in [(FilterKind::Gaussian, gaussian), (FilterKind::Sharp, sharp)] {
-                let before = wave(grid, kx, ky);
+                let previous = wave(grid, kx, ky);
                 let filtered = |band| {
-                    let mut h = before.clone();
+                    let mut h = previous.clone();
                     apply(kind, band, grid, &mut h, true);
                     h
                 };
-                let (long, short) = (filtered(Band::Long(CUT_OFF)), filtered(Band::Short(CUT_OFF)));
-                for (i, h) in before.iter().enumerate() {
+                let (long, short) = (filtered(PassBand::Long(CUT_OFF)), filtered(PassBand::Short(CUT_OFF)));
+                for (i, h) in previous.iter().enumerate() {
                     let expected = 3.0 + transfer * (h - 3.0);
                     assert!((long[i] - expected).abs() < 1e-13, "{kind:?} {kx} {ky}: {} {expected}", long[i]);
                     assert!((short[i] - (h - expected)).abs() < 1e-13);
@@ -255,19 +255,19 @@ mod tests {
         let cut_off = 0.8;
         let smooth = regression(cut_off, grid, &heights);
         let weight = |d: f64| (-PI * d * d / (LN_2 / PI * cut_off * cut_off)).exp();
-        for (at, smooth) in smooth.iter().enumerate() {
+        for (node, smooth) in smooth.iter().enumerate() {
             let (mut sum, mut sum_of_weights) = (0.0, 0.0);
             for (i, h) in heights.iter().enumerate() {
-                let apart = |a: usize, b: usize, d: f64| (a as f64 - b as f64) * d;
-                let (x, y) = (apart(at % 13, i % 13, grid.dx()), apart(at / 13, i / 13, grid.dy()));
+                let difference = |a: usize, b: usize, d: f64| (a as f64 - b as f64) * d;
+                let (x, y) = (difference(node % 13, i % 13, grid.dx()), difference(node / 13, i / 13, grid.dy()));
                 let w = weight(x) * weight(y);
                 sum += w * h;
                 sum_of_weights += w;
             }
-            assert!((smooth - sum / sum_of_weights).abs() < 1e-13, "{at}");
+            assert!((smooth - sum / sum_of_weights).abs() < 1e-13, "{node}");
         }
         let mut level = vec![1e6; grid.points()];
-        apply(FilterKind::Gaussian, Band::Long(cut_off), grid, &mut level, false);
+        apply(FilterKind::Gaussian, PassBand::Long(cut_off), grid, &mut level, false);
         assert!(level.iter().all(|h| *h == 1e6));
     }
 

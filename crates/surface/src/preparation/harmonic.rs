@@ -25,7 +25,7 @@ pub(super) fn harmonic(grid: Grid, heights: &mut [f64], periodic: bool) {
     let (holes, place) = holes(grid, heights, periodic);
     let filled: Vec<Vec<f64>> = holes.par_iter().map(|hole| solve(grid, heights, periodic, hole, &place)).collect();
     for (hole, values) in holes.iter().zip(filled) {
-        hole.iter().zip(values).for_each(|(&at, value)| heights[at] = value);
+        hole.iter().zip(values).for_each(|(&node, value)| heights[node] = value);
     }
 }
 
@@ -55,44 +55,44 @@ fn holes(grid: Grid, heights: &[f64], periodic: bool) -> (Vec<Vec<usize>>, Vec<u
 }
 
 /// The neighbours of a point along the axes and their weights, relative to that along x.
-fn neighbours(grid: Grid, periodic: bool, at: usize) -> impl Iterator<Item = (usize, f64)> {
+fn neighbours(grid: Grid, periodic: bool, node: usize) -> impl Iterator<Item = (usize, f64)> {
     let (nx, ny) = (grid.nx, grid.ny);
-    let (x, y) = (at % nx, at / nx);
+    let (x, y) = (node % nx, node / nx);
     let along_y = (grid.dx() / grid.dy()).powi(2);
-    let before = move |i: usize, n: usize| if i > 0 { Some(i - 1) } else { (periodic && n > 1).then_some(n - 1) };
+    let previous = move |i: usize, n: usize| if i > 0 { Some(i - 1) } else { (periodic && n > 1).then_some(n - 1) };
     let after = move |i: usize, n: usize| if i + 1 < n { Some(i + 1) } else { (periodic && n > 1).then_some(0) };
-    let in_row = [before(x, nx), after(x, nx)].into_iter().flatten().map(move |x| (y * nx + x, 1.0));
-    let in_column = [before(y, ny), after(y, ny)].into_iter().flatten().map(move |y| (y * nx + x, along_y));
+    let in_row = [previous(x, nx), after(x, nx)].into_iter().flatten().map(move |x| (y * nx + x, 1.0));
+    let in_column = [previous(y, ny), after(y, ny)].into_iter().flatten().map(move |y| (y * nx + x, along_y));
     in_row.chain(in_column)
 }
 
 /// Harmonic heights of the points of a hole.
-fn solve(grid: Grid, heights: &[f64], periodic: bool, hole: &[usize], place: &[u32]) -> Vec<f64> {
+fn solve(grid: Grid, heights: &[f64], periodic: bool, hole: &[usize], position: &[u32]) -> Vec<f64> {
     // Relative to a boundary value, so that an offset of all heights costs no digits.
-    let measured = |at: usize| neighbours(grid, periodic, at).map(|(n, _)| heights[n]).find(|h| !h.is_nan());
-    let offset = hole.iter().find_map(|&at| measured(at)).expect("a hole ends at measured points");
+    let measured = |node: usize| neighbours(grid, periodic, node).map(|(n, _)| heights[n]).find(|h| !h.is_nan());
+    let offset = hole.iter().find_map(|&node| measured(node)).expect("a hole ends at measured points");
     let mut links = Vec::with_capacity(4 * hole.len());
     let (mut diagonal, mut load) = (vec![0.0; hole.len()], vec![0.0; hole.len()]);
-    for (i, &at) in hole.iter().enumerate() {
-        for (neighbour, weight) in neighbours(grid, periodic, at) {
+    for (i, &node) in hole.iter().enumerate() {
+        for (neighbour, weight) in neighbours(grid, periodic, node) {
             diagonal[i] += weight;
-            match place[neighbour] {
+            match position[neighbour] {
                 MEASURED => load[i] += weight * (heights[neighbour] - offset),
                 j => links.push((i as u32, j, weight)),
             }
         }
     }
-    let cells = hole.iter().map(|at| [(at % grid.nx) as u32, (at / grid.nx) as u32]).collect();
-    let levels = Level::all(diagonal, links, cells);
+    let cells = hole.iter().map(|node| [(node % grid.nx) as u32, (node / grid.nx) as u32]).collect();
+    let levels = AggregateLevel::all(diagonal, links, cells);
     conjugate_gradients(&levels, load).into_iter().map(|h| h + offset).collect()
 }
 
-fn conjugate_gradients(levels: &[Level], load: Vec<f64>) -> Vec<f64> {
+fn conjugate_gradients(levels: &[AggregateLevel], load: Vec<f64>) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let mut found = vec![0.0; load.len()];
-    let mut rest = load;
-    let mut direction = cycle(levels, &rest);
-    let mut square = dot(&rest, &direction);
+    let mut solution = vec![0.0; load.len()];
+    let mut residual = load;
+    let mut direction = cycle(levels, &residual);
+    let mut square = dot(&residual, &direction);
     let solved = SOLVED * SOLVED * square;
     for _ in 0..MOST_ITERATIONS {
         if square <= solved {
@@ -100,18 +100,18 @@ fn conjugate_gradients(levels: &[Level], load: Vec<f64>) -> Vec<f64> {
         }
         let image = levels[0].image(&direction);
         let step = square / dot(&direction, &image);
-        found.iter_mut().zip(&direction).for_each(|(f, d)| *f += step * d);
-        rest.iter_mut().zip(&image).for_each(|(r, i)| *r -= step * i);
-        let preconditioned = cycle(levels, &rest);
-        let next = dot(&rest, &preconditioned);
+        solution.iter_mut().zip(&direction).for_each(|(f, d)| *f += step * d);
+        residual.iter_mut().zip(&image).for_each(|(r, i)| *r -= step * i);
+        let preconditioned = cycle(levels, &residual);
+        let next = dot(&residual, &preconditioned);
         direction.iter_mut().zip(&preconditioned).for_each(|(d, p)| *d = p + next / square * *d);
         square = next;
     }
-    found
+    solution
 }
 
 /// The equations on one grid: `diagonal[i] h[i] - Σ weight h[neighbour] = load[i]`.
-struct Level {
+struct AggregateLevel {
     diagonal: Vec<f64>,
     /// Where the links of each point start, and where those of the last one end.
     start: Vec<u32>,
@@ -120,16 +120,16 @@ struct Level {
     aggregate: Vec<u32>,
 }
 
-impl Level {
+impl AggregateLevel {
     /// The grids from the finest on, down to one without links. `links`: point, neighbour and weight, sorted by point.
-    fn all(mut diagonal: Vec<f64>, mut links: Vec<(u32, u32, f64)>, mut cells: Vec<[u32; 2]>) -> Vec<Level> {
+    fn all(mut diagonal: Vec<f64>, mut links: Vec<(u32, u32, f64)>, mut cells: Vec<[u32; 2]>) -> Vec<AggregateLevel> {
         let mut levels = Vec::new();
         loop {
             let mut start = vec![0u32; diagonal.len() + 1];
             links.iter().for_each(|l| start[l.0 as usize + 1] += 1);
             (1..start.len()).for_each(|i| start[i] += start[i - 1]);
             let compact = links.iter().map(|l| (l.1, l.2)).collect();
-            let mut level = Level { diagonal, start, links: compact, aggregate: Vec::new() };
+            let mut level = AggregateLevel { diagonal, start, links: compact, aggregate: Vec::new() };
             if links.is_empty() {
                 levels.push(level);
                 return levels;
@@ -186,7 +186,7 @@ impl Level {
 }
 
 /// A multigrid cycle from zero: Gauss–Seidel forwards, the coarser grids, Gauss–Seidel backwards. It is symmetric and positive.
-fn cycle(levels: &[Level], load: &[f64]) -> Vec<f64> {
+fn cycle(levels: &[AggregateLevel], load: &[f64]) -> Vec<f64> {
     let level = &levels[0];
     let mut h = vec![0.0; load.len()];
     for i in 0..h.len() {
@@ -218,9 +218,9 @@ mod tests {
         /// Rounding of heights up to 60, after an offset of 1000.
         const TOLERANCE: f64 = 1e-11;
         let grid = Grid { nx: 40, ny: 30, lx: 4.0, ly: 6.0 };
-        let at = |i: usize| ((i % 40) as f64 * grid.dx(), (i / 40) as f64 * grid.dy());
-        let of = |i: usize| {
-            let (x, y) = at(i);
+        let value_at = |i: usize| ((i % 40) as f64 * grid.dx(), (i / 40) as f64 * grid.dy());
+        let value_of = |i: usize| {
+            let (x, y) = value_at(i);
             1000.0 + x * x - y * y + 0.7 * x * y - 2.0 * x + y
         };
         let hole = |i: usize| {
@@ -229,9 +229,9 @@ mod tests {
                 || (x, y) == (35, 3)
                 || (24..=26).contains(&y) && x > 0 && x < 39
         };
-        let mut heights: Vec<f64> = (0..1200).map(|i| if hole(i) { f64::NAN } else { of(i) }).collect();
+        let mut heights: Vec<f64> = (0..1200).map(|i| if hole(i) { f64::NAN } else { value_of(i) }).collect();
         harmonic(grid, &mut heights, false);
-        let error = heights.iter().enumerate().map(|(i, h)| (h - of(i)).abs()).fold(0.0, f64::max);
+        let error = heights.iter().enumerate().map(|(i, h)| (h - value_of(i)).abs()).fold(0.0, f64::max);
         assert!(error < TOLERANCE, "{error:e}");
     }
 
@@ -261,9 +261,9 @@ mod tests {
             let mut heights: Vec<f64> = (0..n * n).map(|i| if hole(i) { f64::NAN } else { rough(i) }).collect();
             harmonic(grid, &mut heights, false);
             let unfilled: Vec<usize> = (0..n * n).filter(|&i| hole(i)).collect();
-            for at in unfilled {
-                let sum: f64 = neighbours(grid, false, at).map(|(j, _)| heights[j] - heights[at]).sum();
-                assert!(sum.abs() < 1e-14, "{n} {at}: {sum:e}");
+            for node in unfilled {
+                let sum: f64 = neighbours(grid, false, node).map(|(j, _)| heights[j] - heights[node]).sum();
+                assert!(sum.abs() < 1e-14, "{n} {node}: {sum:e}");
             }
         }
     }

@@ -22,7 +22,7 @@ use crate::height_map::HeightMap;
 use asperity_grid::error::Result;
 use asperity_grid::{Grid, rms};
 use digits::digits;
-use filter::Band;
+use filter::PassBand;
 
 /// Steps that a map goes through before it is solved, in the order of the fields. Lengths are in the unit of the extents.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -81,8 +81,9 @@ impl Preparation {
         let mut removed = 0;
         if let Some(threshold) = self.remove_outliers {
             removed = outliers::remove(grid, &mut heights, repeats, threshold)?;
-            let share = share(removed, grid);
-            history.push(format!("outliers beyond {threshold} robust standard deviations: {removed} removed{share}"));
+            let fraction = share(removed, grid);
+            history
+                .push(format!("outliers beyond {threshold} robust standard deviations: {removed} removed{fraction}"));
         }
         let form = self.detrend.map(|kind| trend::Trend::fit(kind, grid, &heights));
         let filled = fill::fill(self.fill, grid, &mut heights, repeats, fill::Origin { column, row, removed })?;
@@ -94,14 +95,14 @@ impl Preparation {
             history.push(form.line());
         }
         filter::check(self.filter, self.low_pass, self.high_pass, grid, repeats)?;
-        for band in [self.low_pass.map(Band::Long), self.high_pass.map(Band::Short)].into_iter().flatten() {
-            let before = rms(&heights);
+        for band in [self.low_pass.map(PassBand::Long), self.high_pass.map(PassBand::Short)].into_iter().flatten() {
+            let previous = rms(&heights);
             filter::apply(self.filter, band, grid, &mut heights, repeats);
             history.push(format!(
                 "{} {}: rms height {} to {}",
                 band.words(),
                 self.filter.word(),
-                digits(before),
+                digits(previous),
                 digits(rms(&heights))
             ));
         }

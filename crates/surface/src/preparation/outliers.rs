@@ -28,9 +28,9 @@ pub(super) fn remove(grid: Grid, heights: &mut [f64], periodic: bool, threshold:
             format!("a positive number of robust standard deviations; {SUSPECT} is beyond any wave of a rough surface");
         return Err(Error::input("preparation", "--remove-outliers", threshold, accepted));
     }
-    let found = outliers(grid, heights, periodic, threshold);
-    found.iter().for_each(|&at| heights[at] = f64::NAN);
-    Ok(found.len())
+    let removed = outliers(grid, heights, periodic, threshold);
+    removed.iter().for_each(|&node| heights[node] = f64::NAN);
+    Ok(removed.len())
 }
 
 /// Number of points of a map `[ny, nx]` that deviate from the median of their 5 x 5 neighbourhood by more than ten robust standard
@@ -44,21 +44,21 @@ fn outliers(grid: Grid, heights: &[f64], periodic: bool, threshold: f64) -> Vec<
     let mut level = heights.to_vec();
     Trend::fit(Detrend::Plane, grid, heights).subtract(grid, &mut level);
     let heights = &level[..];
-    let deviation = |at: usize, window: &mut Vec<f64>| {
-        neighbourhood(grid, heights, periodic, at, window);
-        heights[at] - median(window)
+    let deviation = |node: usize, window: &mut Vec<f64>| {
+        neighbourhood(grid, heights, periodic, node, window);
+        heights[node] - median(window)
     };
     let Some(scale) = scale(heights, deviation) else { return Vec::new() };
     let (low, high) = extent(heights);
     let far = (threshold * scale).max(ROUNDING * (high - low));
     let rows = (0..grid.ny).into_par_iter().flat_map_iter(|y| {
         let mut window = Vec::with_capacity((2 * REACH + 1).pow(2));
-        (y * grid.nx..(y + 1) * grid.nx).filter(move |&at| {
-            if heights[at].is_nan() || surely_near(grid, heights, at, far) {
+        (y * grid.nx..(y + 1) * grid.nx).filter(move |&node| {
+            if heights[node].is_nan() || surely_near(grid, heights, node, far) {
                 return false;
             }
-            neighbourhood(grid, heights, periodic, at, &mut window);
-            (heights[at] - median(&mut window)).abs() > far
+            neighbourhood(grid, heights, periodic, node, &mut window);
+            (heights[node] - median(&mut window)).abs() > far
         })
     });
     rows.collect()
@@ -67,11 +67,11 @@ fn outliers(grid: Grid, heights: &[f64], periodic: bool, threshold: f64) -> Vec<
 /// Whether the median around an inner point is surely near it: most of the 25 points are at most a little above, and most at most a
 /// little below. The same then holds without the pairs of which one is missing. Nearly all points of a map are passed here, without
 /// a search for their median.
-fn surely_near(grid: Grid, heights: &[f64], at: usize, far: f64) -> bool {
+fn surely_near(grid: Grid, heights: &[f64], node: usize, far: f64) -> bool {
     const SIDE: usize = 2 * REACH + 1;
-    let (reach, height) = (REACH * grid.nx + REACH, heights[at]);
-    let first = at.checked_sub(reach).filter(|_| (REACH..grid.nx.saturating_sub(REACH)).contains(&(at % grid.nx)));
-    let Some(rows) = first.and_then(|first| heights.get(first..=at + reach)) else { return false };
+    let (reach, height) = (REACH * grid.nx + REACH, heights[node]);
+    let first = node.checked_sub(reach).filter(|_| (REACH..grid.nx.saturating_sub(REACH)).contains(&(node % grid.nx)));
+    let Some(rows) = first.and_then(|first| heights.get(first..=node + reach)) else { return false };
     let (mut above, mut below) = (0, 0);
     for row in 0..SIDE {
         for h in &rows[row * grid.nx..][..SIDE] {
@@ -88,23 +88,23 @@ fn scale(heights: &[f64], deviation: impl Fn(usize, &mut Vec<f64>) -> f64 + Sync
     // An odd step visits all columns.
     let step = (heights.len() / SAMPLES).max(1) | 1;
     let samples =
-        (0..heights.len().div_ceil(step)).into_par_iter().map(|k| k * step).filter(|&at| !heights[at].is_nan());
-    let mut sizes: Vec<f64> = samples.map_init(Vec::new, |window, at| deviation(at, window).abs()).collect();
+        (0..heights.len().div_ceil(step)).into_par_iter().map(|k| k * step).filter(|&node| !heights[node].is_nan());
+    let mut sizes: Vec<f64> = samples.map_init(Vec::new, |window, node| deviation(node, window).abs()).collect();
     sizes.retain(|d| *d > 0.0);
     (!sizes.is_empty()).then(|| TO_DEVIATION * median(&mut sizes))
 }
 
 /// Heights of a point and of the measured pairs of opposite points in its 5 x 5 neighbourhood. Without its opposite, at an edge or at
 /// a hole, a point would shift the median of a slope.
-fn neighbourhood(grid: Grid, heights: &[f64], periodic: bool, at: usize, window: &mut Vec<f64>) {
+fn neighbourhood(grid: Grid, heights: &[f64], periodic: bool, node: usize, window: &mut Vec<f64>) {
     let (nx, ny) = (grid.nx, grid.ny);
-    let (x, y) = (at % nx, at / nx);
+    let (x, y) = (node % nx, node / nx);
     let inside = |i: usize, n: usize| REACH.min(i).min(n - 1 - i);
     let reach = |i: usize, n: usize| if periodic { REACH.min((n - 1) / 2) } else { inside(i, n) };
     let (rx, ry) = (reach(x, nx), reach(y, ny));
     let wraps = rx > inside(x, nx) || ry > inside(y, ny);
     window.clear();
-    window.push(heights[at]);
+    window.push(heights[node]);
     for j in 0..=ry {
         // Offsets (i - rx, j); of the own row, those to the right.
         for i in if j == 0 { rx + 1 } else { 0 }..=2 * rx {
@@ -112,7 +112,7 @@ fn neighbourhood(grid: Grid, heights: &[f64], periodic: bool, at: usize, window:
                 let there = (y + j) % ny * nx + (x + nx + i - rx) % nx;
                 [there, (y + ny - j) % ny * nx + (x + nx + rx - i) % nx]
             } else {
-                [at + j * nx + i - rx, at + rx - j * nx - i]
+                [node + j * nx + i - rx, node + rx - j * nx - i]
             };
             let pair = [heights[ahead], heights[behind]];
             if !(pair[0].is_nan() || pair[1].is_nan()) {
@@ -166,8 +166,9 @@ mod tests {
     /// Maps without noise to compare with, and digitised ones.
     #[test]
     fn terraces_and_flats_have_no_outliers() {
-        let count =
-            |of: &dyn Fn(usize) -> f64| suspected_outliers(GRID, &(0..GRID.points()).map(of).collect::<Vec<_>>(), true);
+        let count = |value: &dyn Fn(usize) -> f64| {
+            suspected_outliers(GRID, &(0..GRID.points()).map(value).collect::<Vec<_>>(), true)
+        };
         assert_eq!(count(&|_| 3.0), 0);
         assert_eq!(count(&|i| 1e3 + 0.7 * (i % 60) as f64 - 0.3 * (i / 60) as f64), 0);
         assert_eq!(count(&|i| f64::from(u8::from(i % 60 > 30))), 0);

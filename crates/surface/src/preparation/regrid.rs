@@ -28,10 +28,15 @@ pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
     // Heights, their transposed copies and a spectrum.
     const COPIES: u64 = 4;
     let need = COPIES.saturating_mul(size_of::<f64>() as u64).saturating_mul(nx as u64).saturating_mul(ny as u64);
-    let have = asperity_grid::sys::available_memory_bytes();
-    if need > have {
-        let what = format!("a map of {nx} x {ny} points");
-        return Err(Error::Memory { what, need, have, advice: "--resample accepts fewer points".into() });
+    let available = asperity_grid::sys::available_memory_bytes();
+    if need > available {
+        let description = format!("a map of {nx} x {ny} points");
+        return Err(Error::Memory {
+            what: description,
+            need,
+            have: available,
+            advice: "--resample accepts fewer points".into(),
+        });
     }
     let new = Grid { nx, ny, ..grid };
     if periodic {
@@ -66,9 +71,9 @@ fn taps(old: usize, new: usize) -> Vec<Vec<(usize, f64)>> {
 fn mean_over(i: usize, ratio: f64, old: usize) -> Vec<(usize, f64)> {
     let (from, to) = (i as f64 * ratio, (i + 1) as f64 * ratio);
     let shares = (from as usize..old).map(|k| (k, ((k + 1) as f64).min(to) - (k as f64).max(from)));
-    let shares: Vec<_> = shares.take_while(|(_, share)| *share > 0.0).collect();
+    let shares: Vec<_> = shares.take_while(|(_, fraction)| *fraction > 0.0).collect();
     let total: f64 = shares.iter().map(|s| s.1).sum();
-    shares.into_iter().map(|(k, share)| (k, share / total)).collect()
+    shares.into_iter().map(|(k, fraction)| (k, fraction / total)).collect()
 }
 
 /// Weights of cubic convolution at `u`, in old pixels from the first centre (Keys, IEEE Trans. ASSP 29 (1981) 1153): quadratic
@@ -115,9 +120,9 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    fn on(grid: Grid, of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    fn on(grid: Grid, value: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         let centre = |i: usize, d: f64| (i as f64 + 0.5) * d;
-        (0..grid.points()).map(|i| of(centre(i % grid.nx, grid.dx()), centre(i / grid.nx, grid.dy()))).collect()
+        (0..grid.points()).map(|i| value(centre(i % grid.nx, grid.dx()), centre(i / grid.nx, grid.dy()))).collect()
     }
 
     /// Quadratics are refined exactly up to the edges.
@@ -125,11 +130,11 @@ mod tests {
     fn refined_quadratics_are_exact() {
         /// Rounding of heights up to 10.
         const TOLERANCE: f64 = 1e-14;
-        let of = |x: f64, y: f64| 9.0 + x - 2.0 * x * x + 0.5 * x * y + y * y;
+        let value_of = |x: f64, y: f64| 9.0 + x - 2.0 * x * x + 0.5 * x * y + y * y;
         let coarse = Grid { nx: 7, ny: 3, lx: 1.4, ly: 1.2 };
         for points in [[7, 3], [8, 3], [20, 11], [29, 4]] {
-            let (fine, heights) = regrid(coarse, on(coarse, of), points, false).unwrap();
-            let exact = on(fine, of);
+            let (fine, heights) = regrid(coarse, on(coarse, value_of), points, false).unwrap();
+            let exact = on(fine, value_of);
             assert!(heights.iter().zip(&exact).all(|(h, e)| (h - e).abs() < TOLERANCE), "{points:?}");
         }
     }
@@ -137,10 +142,10 @@ mod tests {
     /// Errors of a wave fall as the third power of the pixel.
     #[test]
     fn refinement_is_of_third_order() {
-        let of = |x: f64, _: f64| (TAU * x + 0.4).sin();
+        let value_of = |x: f64, _: f64| (TAU * x + 0.4).sin();
         let error = |n: usize| {
-            let (fine, heights) = regrid(Grid::unit(n, 1), on(Grid::unit(n, 1), of), [7 * n, 1], false).unwrap();
-            heights.iter().zip(on(fine, of)).map(|(h, e)| (h - e).abs()).fold(0.0, f64::max)
+            let (fine, heights) = regrid(Grid::unit(n, 1), on(Grid::unit(n, 1), value_of), [7 * n, 1], false).unwrap();
+            heights.iter().zip(on(fine, value_of)).map(|(h, e)| (h - e).abs()).fold(0.0, f64::max)
         };
         let ratio = error(40) / error(80);
         assert!((7.5..8.5).contains(&ratio), "{ratio}");
@@ -153,8 +158,11 @@ mod tests {
         let heights: Vec<f64> = (0..24).map(|i| f64::from(i * i % 17)).collect();
         let (_, halved) = regrid(grid, heights.clone(), [3, 2], false).unwrap();
         for (k, h) in halved.iter().enumerate() {
-            let at = 2 * (k % 3) + 12 * (k / 3);
-            assert!((h - (heights[at] + heights[at + 1] + heights[at + 6] + heights[at + 7]) / 4.0).abs() < 1e-14);
+            let index = 2 * (k % 3) + 12 * (k / 3);
+            assert!(
+                (h - (heights[index] + heights[index + 1] + heights[index + 6] + heights[index + 7]) / 4.0).abs()
+                    < 1e-14
+            );
         }
         let (_, uneven) = regrid(grid, heights.clone(), [5, 3], false).unwrap();
         assert!((mean(&uneven) - mean(&heights)).abs() < 1e-14);

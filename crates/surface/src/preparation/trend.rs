@@ -67,9 +67,9 @@ impl Trend {
                 let mut sum = [0.0; TERMS];
                 for x in 0..grid.nx {
                     let basis = basis(grid, x, y);
-                    let rest = heights[y * grid.nx + x] - offset - trend.at(&basis);
-                    if !rest.is_nan() {
-                        sum.iter_mut().zip(basis).take(used).for_each(|(s, b)| *s += b * rest);
+                    let residual = heights[y * grid.nx + x] - offset - trend.at(&basis);
+                    if !residual.is_nan() {
+                        sum.iter_mut().zip(basis).take(used).for_each(|(s, b)| *s += b * residual);
                     }
                 }
                 sum
@@ -147,8 +147,8 @@ mod tests {
                 let trend = Trend::fit(kind, GRID, &h);
                 trend.subtract(GRID, &mut h);
                 for term in 0..used {
-                    let of = |i: usize| basis(GRID, i % GRID.nx, i / GRID.nx)[term];
-                    let sum: f64 = (0..h.len()).filter(|&i| !h[i].is_nan()).map(|i| h[i] * of(i)).sum();
+                    let value_of = |i: usize| basis(GRID, i % GRID.nx, i / GRID.nx)[term];
+                    let sum: f64 = (0..h.len()).filter(|&i| !h[i].is_nan()).map(|i| h[i] * value_of(i)).sum();
                     let mean = sum / h.len() as f64;
                     assert!(mean.abs() < ROUNDING * unit, "{kind:?} {unit} {offset} term {term}: {mean:e}");
                 }
@@ -163,12 +163,12 @@ mod tests {
     /// A polynomial is removed to rounding, and its slopes and curvatures are written.
     #[test]
     fn a_polynomial_is_its_own_form() {
-        let at = |i: usize| {
+        let value_at = |i: usize| {
             let x = ((i % GRID.nx) as f64 + 0.5) * GRID.dx() - GRID.lx / 2.0;
             let y = ((i / GRID.nx) as f64 + 0.5) * GRID.dy() - GRID.ly / 2.0;
             5.0 + 0.012 * x - 0.003 * y + 0.5 * 0.2 * x * x - 0.5 * 0.1 * y * y + 0.04 * x * y
         };
-        let mut h: Vec<f64> = (0..GRID.points()).map(at).collect();
+        let mut h: Vec<f64> = (0..GRID.points()).map(value_at).collect();
         let trend = Trend::fit(Detrend::Quadratic, GRID, &h);
         let line = "detrend quadratic: slopes 0.012 in x, -0.003 in y, curvatures 0.2 in x, -0.1 in y, twist 0.04";
         assert_eq!(trend.line(), line);

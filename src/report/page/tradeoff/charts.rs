@@ -2,7 +2,7 @@
 
 use super::labels::methods;
 use crate::compare::pareto::front;
-use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
+use crate::record::tradeoff::{TradeoffPoint, TradeoffResults};
 use crate::report::page::method_style::method_style;
 use crate::report::page::prelude::*;
 
@@ -20,7 +20,7 @@ const UNCERTAIN_WITHOUT: Style = Style { dash: Dash::Dotted, ..UNCERTAIN };
 const FIRST: [Quantity; 2] = [Quantity::ContactArea, Quantity::MeanGap];
 
 /// Charts of the first screen, and the section with the others.
-pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<(Markup, Markup)> {
+pub(super) fn section(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Result<(Markup, Markup)> {
     let charts = |of: &dyn Fn(&Quantity) -> bool| {
         writer.figures(Quantity::COMPARED.into_iter().filter(of).filter_map(|q| chart(tradeoff, q)))
     };
@@ -34,12 +34,12 @@ pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<(Mar
     Ok((first, section))
 }
 
-fn chart(tradeoff: &Tradeoff, quantity: Quantity) -> Option<Figure> {
+fn chart(tradeoff: &TradeoffResults, quantity: Quantity) -> Option<Figure> {
     let place = |p: &TradeoffPoint| {
         Some((p.cost.cpu_seconds.max(LEAST_SECONDS), tradeoff.error(p, quantity).filter(|e| *e > 0.0)?))
     };
     let all: Vec<(f64, f64)> = tradeoff.points.iter().filter_map(place).collect();
-    let ((least, most), (lowest, highest)) = (ends(all.iter().map(|p| p.0)), ends(all.iter().map(|p| p.1)));
+    let ((smallest, largest), (lowest, highest)) = (ends(all.iter().map(|p| p.0)), ends(all.iter().map(|p| p.1)));
     if all.is_empty() {
         return None;
     }
@@ -51,18 +51,18 @@ fn chart(tradeoff: &Tradeoff, quantity: Quantity) -> Option<Figure> {
                 _ if r.setting.adhesive => ("uncertainty of the reference", UNCERTAIN),
                 _ => ("uncertainty without adhesion", UNCERTAIN_WITHOUT),
             };
-            curves.push(Curve::new(label, style, [(least, u), (most, u)]));
+            curves.push(Curve::new(label, style, [(smallest, u), (largest, u)]));
         }
     }
     curves.push(Curve::new("Pareto front", FRONT, front(&all).into_iter().map(|i| all[i])));
     for (method, adhesive) in methods(tradeoff) {
-        let of = |p: &&TradeoffPoint| p.setting.method == method && p.setting.adhesive == adhesive;
-        curves.push(Curve::new(method, method_style(method), tradeoff.points.iter().filter(of).filter_map(place)));
+        let matches = |p: &&TradeoffPoint| p.setting.method == method && p.setting.adhesive == adhesive;
+        curves.push(Curve::new(method, method_style(method), tradeoff.points.iter().filter(matches).filter_map(place)));
     }
     // A method without the quantity is not in the data of the printed figure.
     curves.retain(|c| !c.points.is_empty());
     let label = format!("error: {}{}", quantity.name(), if quantity.in_decades() { " (decades)" } else { "" });
-    let include = [lowest / ROOM, highest * ROOM].map(|e| (least, e)).to_vec();
+    let include = [lowest / ROOM, highest * ROOM].map(|e| (smallest, e)).to_vec();
     let plot = Plot { include, ..Plot::new(log("processor time (s)"), log(label), curves) };
     let caption = html! { (capitalised(quantity.name())) ": " (quantity.error_definition()) "." };
     Some(Figure::new(format!("tradeoff-{}", quantity.id().replace('_', "-")), caption, plot))

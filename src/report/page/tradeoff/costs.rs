@@ -1,8 +1,8 @@
 //! Growth of the cost of a method with its grid, and costs stated in the paper.
 
 use super::labels::{grows, methods};
-use crate::compare::pareto::Growth;
-use crate::record::tradeoff::{FORECAST_TOLERANCE, Tradeoff, TradeoffPoint};
+use crate::compare::pareto::CostExponent;
+use crate::record::tradeoff::{FORECAST_TOLERANCE, TradeoffPoint, TradeoffResults};
 use crate::report::page::method_style::method_style;
 use crate::report::page::prelude::*;
 
@@ -17,7 +17,7 @@ const PAPER: [(&str, f64, usize, &str, f64, &str); 3] = [
     ("32k", 32768.0, 3000, "three weeks", 21.0 * 86400.0, "150 GB"),
 ];
 
-pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Result<Markup> {
     let mut solved: Vec<(&str, Vec<&TradeoffPoint>)> =
         methods(tradeoff).into_iter().map(|(method, _)| (method, tradeoff.grids(method))).collect();
     solved.retain(|(_, points)| !points.is_empty());
@@ -38,8 +38,8 @@ pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Mark
     let rows = solved.iter().map(|(method, points)| (method, points, forecast(points)));
     let paper = PAPER.iter().enumerate().map(|(i, row)| {
         let (_, n, .., seconds, _) = row;
-        let before = i.checked_sub(1).map(|i| &PAPER[i]);
-        (row, before.map(|(_, m, .., earlier, _)| (seconds / earlier).ln() / (2.0 * (n / m).ln())))
+        let previous = i.checked_sub(1).map(|i| &PAPER[i]);
+        (row, previous.map(|(_, m, .., earlier, _)| (seconds / earlier).ln() / (2.0 * (n / m).ln())))
     });
     Ok(html! {
         p { "Exponent e of a cost that grows as (number of points)ᵉ, fitted to the grids of a method in one precision and to "
@@ -82,7 +82,7 @@ fn join(points: &[&TradeoffPoint], of: impl Fn(&TradeoffPoint) -> String) -> Str
     points.iter().map(|p| of(p)).collect::<Vec<_>>().join(" | ")
 }
 
-fn exponent(growth: Growth) -> String {
+fn exponent(growth: CostExponent) -> String {
     let error = growth.error.map_or(String::new(), |e| format!(" ± {}", significant(e, 1)));
     format!("{}{error} ({} grids)", significant(growth.exponent, 2), growth.sizes)
 }

@@ -1,7 +1,7 @@
 //! Names of settings and methods, shared by the tables and charts.
 
-use crate::compare::pareto::{Growth, growth};
-use crate::record::tradeoff::{Setting, Tradeoff, TradeoffPoint};
+use crate::compare::pareto::{CostExponent, growth};
+use crate::record::tradeoff::{Setting, TradeoffPoint, TradeoffResults};
 use crate::report::number::trimmed;
 use crate::report::page::figures::distinct;
 
@@ -25,13 +25,13 @@ pub(super) fn words(s: &Setting) -> String {
 }
 
 /// Methods with results in the order of the table, and whether they include adhesion.
-pub(super) fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
+pub(super) fn methods(tradeoff: &TradeoffResults) -> Vec<(&str, bool)> {
     let known = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none());
     distinct(known.map(|p| (p.setting.method.as_str(), p.setting.adhesive)))
 }
 
 /// Power-law growth of a method's processor time with the number of grid points.
-pub(super) fn grows(tradeoff: &Tradeoff, method: &str) -> Option<Growth> {
-    let of = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
-    growth(&tradeoff.grids(method).iter().map(of).collect::<Vec<_>>())
+pub(super) fn grows(tradeoff: &TradeoffResults, method: &str) -> Option<CostExponent> {
+    let matches = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
+    growth(&tradeoff.grids(method).iter().map(matches).collect::<Vec<_>>())
 }

@@ -5,14 +5,14 @@ mod costs;
 mod labels;
 mod tables;
 
-use super::document::{Section, document, linked};
+use super::document::{PageSection, document, linked};
 use super::prelude::*;
-use crate::record::tradeoff::{FILE, Tradeoff};
+use crate::record::tradeoff::{FILE, TradeoffResults};
 use labels::methods;
 
-pub(super) fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
+pub(super) fn page(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Result<Markup> {
     let mut sections = Vec::new();
-    let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
+    let mut add = |anchor, title, body| sections.push(PageSection { anchor, title, body });
     let (first, others) = charts::section(writer, tradeoff)?;
     add("front", "Error against cost", others);
     add("cheapest", "Cheapest setting per error class", tables::cheapest(tradeoff));
@@ -30,10 +30,10 @@ pub(super) fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup>
     document((&name, &lead(tradeoff)), top(tradeoff, &first), &sections, &writer.folder.join(FILE))
 }
 
-fn lead(tradeoff: &Tradeoff) -> String {
+fn lead(tradeoff: &TradeoffResults) -> String {
     let settings = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()).count();
     let (methods, loads) = (methods(tradeoff).len(), tradeoff.p_star.len().max(1));
-    let many = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let many = |n: usize, description: &str| format!("{n} {description}{}", if n == 1 { "" } else { "s" });
     let against = tradeoff.references.first().map_or("nothing".into(), |r| {
         format!("{} in {} on {} × {} points", r.setting.method, r.setting.precision, r.setting.nx, r.setting.ny)
     });
@@ -42,7 +42,7 @@ fn lead(tradeoff: &Tradeoff) -> String {
 }
 
 /// The conclusion, the charts of area and mean gap, and the setting of the comparison.
-fn top(tradeoff: &Tradeoff, charts: &Markup) -> Markup {
+fn top(tradeoff: &TradeoffResults, charts: &Markup) -> Markup {
     let loads: Vec<String> = tradeoff.p_star.iter().map(|p| trimmed(*p, 4)).collect();
     html! {
         @if let Some(conclusion) = tables::conclusion(tradeoff) { p.found { (conclusion) } }
@@ -61,7 +61,7 @@ fn top(tradeoff: &Tradeoff, charts: &Markup) -> Markup {
 }
 
 /// Number of runs per setting.
-fn runs(tradeoff: &Tradeoff) -> String {
+fn runs(tradeoff: &TradeoffResults) -> String {
     match tradeoff.repeats {
         Some(1) => "one run each".into(),
         Some(n) => format!("the minimum of {n} runs each"),

@@ -2,7 +2,7 @@
 
 use super::labels::{accuracy, short, words};
 use crate::compare::pareto::cheapest as least;
-use crate::record::tradeoff::{Extrapolation, ResolvedErrors, Tradeoff, TradeoffPoint};
+use crate::record::tradeoff::{Extrapolation, ResolvedErrors, TradeoffPoint, TradeoffResults};
 use crate::report::page::prelude::*;
 
 /// Error classes as relative deviations. An order of magnitude is a value ten times too small: for errors in decades,
@@ -10,8 +10,8 @@ use crate::report::page::prelude::*;
 const CLASSES: [(&str, f64); 4] = [("1 %", 0.01), ("5 %", 0.05), ("20 %", 0.2), ("an order of magnitude", 0.9)];
 
 /// Limit of a class for a quantity.
-fn limit(quantity: Quantity, share: f64) -> f64 {
-    if quantity.in_decades() && share == CLASSES[3].1 { 1.0 } else { quantity.error_of_deviation(share) }
+fn limit(quantity: Quantity, fraction: f64) -> f64 {
+    if quantity.in_decades() && fraction == CLASSES[3].1 { 1.0 } else { quantity.error_of_deviation(fraction) }
 }
 
 /// An error in its usual format.
@@ -25,13 +25,13 @@ fn shown(quantity: Quantity, error: f64) -> String {
 }
 
 /// Settings with a known error of a quantity, and their costs and errors.
-fn known(tradeoff: &Tradeoff, quantity: Quantity) -> (Vec<&TradeoffPoint>, Vec<(f64, f64)>) {
+fn known(tradeoff: &TradeoffResults, quantity: Quantity) -> (Vec<&TradeoffPoint>, Vec<(f64, f64)>) {
     let all = tradeoff.points.iter().filter_map(|p| Some((p, (p.cost.cpu_seconds, tradeoff.error(p, quantity)?))));
     all.unzip()
 }
 
 /// The cheapest setting of each class.
-pub(super) fn cheapest(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn cheapest(tradeoff: &TradeoffResults) -> Markup {
     let rows = Quantity::COMPARED.into_iter().filter_map(|quantity| {
         let (settings, points) = known(tradeoff, quantity);
         let setting = |i: usize| {
@@ -41,7 +41,7 @@ pub(super) fn cheapest(tradeoff: &Tradeoff) -> Markup {
                 (quiet(format!("{}, error {}", duration(seconds), shown(quantity, error))))
             }
         };
-        let cells = CLASSES.map(|(_, share)| or_dash(least(&points, limit(quantity, share)).map(setting)));
+        let cells = CLASSES.map(|(_, fraction)| or_dash(least(&points, limit(quantity, fraction)).map(setting)));
         let row = row![capitalised(quantity.name())].into_iter().chain(cells).collect();
         (!points.is_empty()).then_some(row)
     });
@@ -58,7 +58,7 @@ const EQUAL_COST: f64 = 1.25;
 
 /// The cheapest setting for the area, and for the mean gap, within the classes that a setting meets; other methods of equal
 /// cost are named.
-pub(super) fn conclusion(tradeoff: &Tradeoff) -> Option<Markup> {
+pub(super) fn conclusion(tradeoff: &TradeoffResults) -> Option<Markup> {
     let clauses = [Quantity::ContactArea, Quantity::MeanGap].into_iter().filter_map(|quantity| {
         let (settings, points) = known(tradeoff, quantity);
         // The class that most readers want, else the next that a setting meets.
@@ -81,7 +81,7 @@ pub(super) fn conclusion(tradeoff: &Tradeoff) -> Option<Markup> {
 }
 
 /// The reference solutions, load by load.
-pub(super) fn references(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn references(tradeoff: &TradeoffResults) -> Markup {
     let um = tradeoff.scales.length_m * 1e6;
     html! {
         @for r in &tradeoff.references {
@@ -101,8 +101,8 @@ pub(super) fn references(tradeoff: &Tradeoff) -> Markup {
                 "mean gap" => or_dash(l.numbers.get(&Quantity::MeanGap).map(|n| number(n, um, "\u{a0}µm"))),
                 "stiffness" => or_dash(l.numbers.get(&Quantity::Stiffness).map(|n| number(n, 1.0, "\u{a0}E*/L"))),
             }))
-            @let of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
-            p.quiet { "Uncertainty, root mean square over the loads: " (Quantity::COMPARED.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")) "." }
+            @let value_of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
+            p.quiet { "Uncertainty, root mean square over the loads: " (Quantity::COMPARED.into_iter().filter_map(value_of).collect::<Vec<_>>().join("; ")) "." }
         }
     }
 }
@@ -116,7 +116,7 @@ fn number(n: &Extrapolation, unit: f64, name: &str) -> String {
 
 /// Cost and errors of blocks of atoms, relative to the scene's reference and to the solution on the heights that they
 /// resolve.
-pub(super) fn atoms(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn atoms(tradeoff: &TradeoffResults) -> Markup {
     let blocks = tradeoff.points.iter().filter_map(|p| Some((p, p.resolved.as_ref()?, p.cost.atoms.as_ref()?)));
     let pair = |p: &TradeoffPoint, r: &ResolvedErrors, m: Quantity| {
         [&p.errors, &r.errors].map(|e| e.get(&m).map_or("–".into(), |e| shown(m, *e))).join(" | ")
@@ -144,7 +144,7 @@ pub(super) fn atoms(tradeoff: &Tradeoff) -> Markup {
 }
 
 /// Every setting with its cost and its errors.
-pub(super) fn settings(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn settings(tradeoff: &TradeoffResults) -> Markup {
     let both = tradeoff.references.len() > 1;
     let error = |p: &TradeoffPoint, m: Quantity| or_dash(p.errors.get(&m).map(|e| shown(m, *e)));
     let solved = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none());
@@ -152,11 +152,11 @@ pub(super) fn settings(tradeoff: &Tradeoff) -> Markup {
     for p in &tradeoff.points {
         let quantity = |id: &str| Quantity::COMPARED.into_iter().find(|q| q.output().id() == id);
         let missing = p.missing.iter().filter_map(|m| Some(format!("{}: {}", quantity(&m.quantity)?.name(), m.reason)));
-        let why = p.unavailable_reason.clone().map_or_else(|| missing.collect(), |why| vec![why]);
-        for why in why {
-            match reasons.iter_mut().find(|r| r.0 == why) {
+        let reason = p.unavailable_reason.clone().map_or_else(|| missing.collect(), |reason| vec![reason]);
+        for reason in reason {
+            match reasons.iter_mut().find(|r| r.0 == reason) {
                 Some((_, methods)) => methods.push(&p.setting.method),
-                None => reasons.push((why, vec![&p.setting.method])),
+                None => reasons.push((reason, vec![&p.setting.method])),
             }
         }
     }
@@ -186,12 +186,12 @@ pub(super) fn settings(tradeoff: &Tradeoff) -> Markup {
         }))
         @if !reasons.is_empty() {
             h3 { "Not available" }
-            ul { @for (why, methods) in reasons { li { (distinct(methods).join(", ")) ": " (why) } } }
+            ul { @for (reason, methods) in reasons { li { (distinct(methods).join(", ")) ": " (reason) } } }
         }
     }
 }
 
 /// Settings that were not run, and why.
-pub(super) fn skipped(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn skipped(tradeoff: &TradeoffResults) -> Markup {
     columns!("words", &tradeoff.skipped, |l| { "setting" => words(&l.setting), "reason" => l.reason })
 }

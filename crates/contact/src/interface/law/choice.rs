@@ -5,7 +5,7 @@ use super::{
 /// Adhesion law of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "copied once for a solve, and evaluated at every node")]
-pub enum Adhesion {
+pub enum AttractionLaw {
     None,
     Exponential(Exponential),
     Dugdale(Dugdale),
@@ -17,43 +17,43 @@ pub enum Adhesion {
 macro_rules! of_law {
     ($self:expr, $law:ident => $value:expr, $none:expr) => {
         match $self {
-            Adhesion::None => $none,
-            Adhesion::Exponential($law) => $value,
-            Adhesion::Dugdale($law) => $value,
-            Adhesion::PowerLaw93($law) => $value,
-            Adhesion::Tabulated($law) => $value,
+            AttractionLaw::None => $none,
+            AttractionLaw::Exponential($law) => $value,
+            AttractionLaw::Dugdale($law) => $value,
+            AttractionLaw::PowerLaw93($law) => $value,
+            AttractionLaw::Tabulated($law) => $value,
         }
     };
 }
 
 /// Zero work of adhesion uses the code path without adhesion, with bit-identical results.
-impl Adhesion {
+impl AttractionLaw {
     pub fn exponential(gamma: f64, rho: f64) -> Self {
-        if gamma == 0.0 { Adhesion::None } else { Adhesion::Exponential(Exponential { gamma, rho }) }
+        if gamma == 0.0 { AttractionLaw::None } else { AttractionLaw::Exponential(Exponential { gamma, rho }) }
     }
 
     /// With the taper [`Dugdale::TAPER`].
     pub fn dugdale(gamma: f64, rho: f64) -> Self {
-        if gamma == 0.0 { Adhesion::None } else { Adhesion::Dugdale(Dugdale::new(gamma, rho)) }
+        if gamma == 0.0 { AttractionLaw::None } else { AttractionLaw::Dugdale(Dugdale::new(gamma, rho)) }
     }
 
     pub fn power_law_93(gamma: f64, rho: f64) -> Self {
-        if gamma == 0.0 { Adhesion::None } else { Adhesion::PowerLaw93(PowerLaw93 { gamma, rho }) }
+        if gamma == 0.0 { AttractionLaw::None } else { AttractionLaw::PowerLaw93(PowerLaw93 { gamma, rho }) }
     }
 
     /// A law of this shape.
     pub fn tabulated(law: &TabulatedLaw, gamma: f64, rho: f64) -> Self {
-        if gamma == 0.0 { Adhesion::None } else { Adhesion::Tabulated(law.with(gamma, rho)) }
+        if gamma == 0.0 { AttractionLaw::None } else { AttractionLaw::Tabulated(law.with(gamma, rho)) }
     }
 
     /// Work of adhesion γ, units of E*·L; zero without adhesion.
     pub fn work_of_adhesion(&self) -> f64 {
         match self {
-            Adhesion::None => 0.0,
-            Adhesion::Exponential(a) => a.gamma,
-            Adhesion::Dugdale(a) => a.gamma,
-            Adhesion::PowerLaw93(a) => a.gamma,
-            Adhesion::Tabulated(a) => a.work_of_adhesion(),
+            AttractionLaw::None => 0.0,
+            AttractionLaw::Exponential(a) => a.gamma,
+            AttractionLaw::Dugdale(a) => a.gamma,
+            AttractionLaw::PowerLaw93(a) => a.gamma,
+            AttractionLaw::Tabulated(a) => a.work_of_adhesion(),
         }
     }
 
@@ -66,22 +66,22 @@ impl Adhesion {
     pub fn in_units(self, unit: f64) -> Self {
         let (gamma, rho) = (self.work_of_adhesion() / unit / unit, self.range() / unit);
         match self {
-            Adhesion::None => Adhesion::None,
-            Adhesion::Exponential(_) => Adhesion::Exponential(Exponential { gamma, rho }),
-            Adhesion::Dugdale(law) => Adhesion::Dugdale(Dugdale { gamma, rho, ..law }),
-            Adhesion::PowerLaw93(_) => Adhesion::PowerLaw93(PowerLaw93 { gamma, rho }),
-            Adhesion::Tabulated(law) => Adhesion::Tabulated(law.with(gamma, rho)),
+            AttractionLaw::None => AttractionLaw::None,
+            AttractionLaw::Exponential(_) => AttractionLaw::Exponential(Exponential { gamma, rho }),
+            AttractionLaw::Dugdale(law) => AttractionLaw::Dugdale(Dugdale { gamma, rho, ..law }),
+            AttractionLaw::PowerLaw93(_) => AttractionLaw::PowerLaw93(PowerLaw93 { gamma, rho }),
+            AttractionLaw::Tabulated(law) => AttractionLaw::Tabulated(law.with(gamma, rho)),
         }
     }
 
     /// [`Law::cohesive_resolution`]; `None` without adhesion.
     pub fn resolution_on(&self, dx: f64) -> Option<f64> {
-        (*self != Adhesion::None).then(|| self.cohesive_resolution(dx))
+        (*self != AttractionLaw::None).then(|| self.cohesive_resolution(dx))
     }
 }
 
 /// Any of the laws, selected node by node at run time.
-impl Law for Adhesion {
+impl Law for AttractionLaw {
     const ACTIVE: bool = true;
     const HARD: bool = true;
 
@@ -109,7 +109,7 @@ impl Law for Adhesion {
     }
 
     fn range(&self) -> f64 {
-        Adhesion::range(self)
+        AttractionLaw::range(self)
     }
 
     fn softening(&self) -> f64 {
@@ -118,25 +118,25 @@ impl Law for Adhesion {
 
     fn on_mesh(&self, dx: f64) -> Self {
         match self {
-            Adhesion::None => Adhesion::None,
-            Adhesion::Exponential(a) => Adhesion::Exponential(a.on_mesh(dx)),
-            Adhesion::Dugdale(a) => Adhesion::Dugdale(a.on_mesh(dx)),
-            Adhesion::PowerLaw93(a) => Adhesion::PowerLaw93(a.on_mesh(dx)),
-            Adhesion::Tabulated(a) => Adhesion::Tabulated(a.on_mesh(dx)),
+            AttractionLaw::None => AttractionLaw::None,
+            AttractionLaw::Exponential(a) => AttractionLaw::Exponential(a.on_mesh(dx)),
+            AttractionLaw::Dugdale(a) => AttractionLaw::Dugdale(a.on_mesh(dx)),
+            AttractionLaw::PowerLaw93(a) => AttractionLaw::PowerLaw93(a.on_mesh(dx)),
+            AttractionLaw::Tabulated(a) => AttractionLaw::Tabulated(a.on_mesh(dx)),
         }
     }
 }
 
-impl std::fmt::Display for Adhesion {
+impl std::fmt::Display for AttractionLaw {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (gamma, rho) = (self.work_of_adhesion(), self.range());
         let constants = format_args!("γ = {gamma:.4e} E*L, ρ = {rho:.4e} L").to_string();
         match self {
-            Adhesion::None => write!(f, "none"),
-            Adhesion::Exponential(_) => write!(f, "exponential, {constants}"),
-            Adhesion::Dugdale(a) => write!(f, "Dugdale tapered over ±{} ρ, {constants}", a.taper),
-            Adhesion::PowerLaw93(_) => write!(f, "9-3 power law, {constants}"),
-            Adhesion::Tabulated(_) => write!(f, "tabulated, {constants}"),
+            AttractionLaw::None => write!(f, "none"),
+            AttractionLaw::Exponential(_) => write!(f, "exponential, {constants}"),
+            AttractionLaw::Dugdale(a) => write!(f, "Dugdale tapered over ±{} ρ, {constants}", a.taper),
+            AttractionLaw::PowerLaw93(_) => write!(f, "9-3 power law, {constants}"),
+            AttractionLaw::Tabulated(_) => write!(f, "tabulated, {constants}"),
         }
     }
 }
@@ -261,10 +261,10 @@ mod tests {
         let unit = 2f64.powi(-40);
         let table = TabulatedLaw::new(9.0, |g| (-g).exp() * (9.0 - g)).expect("a smooth law");
         let laws = [
-            Adhesion::exponential(0.5, 0.25),
-            Adhesion::dugdale(0.5, 0.25),
-            Adhesion::power_law_93(0.5, 0.25),
-            Adhesion::tabulated(&table, 0.5, 0.25),
+            AttractionLaw::exponential(0.5, 0.25),
+            AttractionLaw::dugdale(0.5, 0.25),
+            AttractionLaw::power_law_93(0.5, 0.25),
+            AttractionLaw::tabulated(&table, 0.5, 0.25),
         ];
         for law in laws {
             let tiny = law.in_units(1.0 / unit);

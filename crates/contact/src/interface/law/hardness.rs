@@ -1,4 +1,4 @@
-use super::{Hardness, Law, SoftWall};
+use super::{Law, NodalHardness, SoftWall};
 
 /// A hard wall, with or without the attraction `law`, at which the interfacial stress is at most the hardness: where it
 /// reaches it, the body flows. The gap of a load step is then negative by the depth of that flow.
@@ -11,7 +11,7 @@ use super::{Hardness, Law, SoftWall};
 pub struct Yielding<'m, L> {
     pub law: L,
     /// Largest interfacial stress.
-    pub hardness: Hardness<'m>,
+    pub hardness: NodalHardness<'m>,
 }
 
 impl<L: Law> Law for Yielding<'_, L> {
@@ -60,7 +60,7 @@ impl<L: Law> Law for Yielding<'_, L> {
     }
 
     #[inline(always)]
-    fn hardness(&self) -> Hardness<'_> {
+    fn hardness(&self) -> NodalHardness<'_> {
         self.hardness.raised(self.law.traction(0.0))
     }
 
@@ -129,8 +129,8 @@ impl Law for YieldingWall {
     }
 
     #[inline(always)]
-    fn hardness(&self) -> Hardness<'_> {
-        Hardness::Uniform(self.repulsion)
+    fn hardness(&self) -> NodalHardness<'_> {
+        NodalHardness::Uniform(self.repulsion)
     }
 
     fn yield_gap(&self) -> f64 {

@@ -3,7 +3,7 @@
 //! Laws are type parameters of the solvers, so a scene without adhesion has no overhead. Gaps and ranges are in units
 //! of L, tractions in E*, energies per area in E*·L.
 
-use super::hardness::Hardness;
+use super::hardness::NodalHardness;
 
 mod choice;
 mod dugdale;
@@ -16,7 +16,7 @@ mod range;
 mod tabulated;
 mod tabulated_adhesion;
 
-pub use choice::{Adhesion, SoftWall, Wall};
+pub use choice::{AttractionLaw, SoftWall, Wall};
 pub use dugdale::Dugdale;
 pub use exponential::Exponential;
 pub use hardness::{Yielding, YieldingWall};
@@ -65,8 +65,8 @@ pub trait Law: Copy + Sync + Send {
     /// Largest contact stress of the nodes, units of E*, without the attraction: the hardness plus the attraction at contact, infinite
     /// without a hardness.
     #[inline(always)]
-    fn hardness(&self) -> Hardness<'_> {
-        Hardness::NONE
+    fn hardness(&self) -> NodalHardness<'_> {
+        NodalHardness::NONE
     }
 
     /// Gap at and below which the contact stress is the hardness, L.
@@ -229,7 +229,7 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
     }
 
     #[inline(always)]
-    fn hardness(&self) -> Hardness<'_> {
+    fn hardness(&self) -> NodalHardness<'_> {
         self.wall.hardness()
     }
 
@@ -410,8 +410,8 @@ mod tests {
     #[test]
     fn power_law_has_the_published_constants() {
         let law = power_law();
-        let most = law.traction((3f64.powf(1.0 / 6.0) - 1.0) * RHO);
-        assert!((most * RHO / GAMMA - 1.0264).abs() < 5e-5, "{most}");
+        let largest = law.traction((3f64.powf(1.0 / 6.0) - 1.0) * RHO);
+        assert!((largest * RHO / GAMMA - 1.0264).abs() < 5e-5, "{largest}");
         assert!(law.slope((3f64.powf(1.0 / 6.0) - 1.0) * RHO).abs() < 1e-12 * law.slope(0.0));
         assert_eq!(law.traction(0.0), 0.0);
         assert!((law.slope(0.0) * RHO * RHO / GAMMA - 16.0).abs() < 1e-12);
@@ -443,20 +443,20 @@ mod tests {
         check(power_law());
         // Without attraction every mesh resolves the law.
         assert_eq!(HardWall.cohesive_resolution(1.0), f64::INFINITY);
-        assert_eq!(Adhesion::None.resolution_on(1.0), None);
+        assert_eq!(AttractionLaw::None.resolution_on(1.0), None);
     }
 
     /// For every law, zero work of adhesion equals no adhesion.
     #[test]
     fn names_of_laws_and_no_law_without_work_of_adhesion() {
-        let makers = [Adhesion::exponential, Adhesion::dugdale, Adhesion::power_law_93];
+        let makers = [AttractionLaw::exponential, AttractionLaw::dugdale, AttractionLaw::power_law_93];
         for make in makers {
-            assert_eq!(make(0.0, RHO), Adhesion::None);
+            assert_eq!(make(0.0, RHO), AttractionLaw::None);
             let adhesion = make(GAMMA, RHO);
             assert_eq!((adhesion.work_of_adhesion(), adhesion.range()), (GAMMA, RHO));
             assert!(adhesion.to_string().ends_with("γ = 2.0000e-5 E*L, ρ = 2.0000e-2 L"), "{adhesion}");
         }
-        assert!(Adhesion::dugdale(GAMMA, RHO).to_string().starts_with("Dugdale tapered over ±0.25 ρ"));
+        assert!(AttractionLaw::dugdale(GAMMA, RHO).to_string().starts_with("Dugdale tapered over ±0.25 ρ"));
         assert_eq!(Wall::Penalty(PenaltyWall { length: 0.5 }).to_string(), "penalty wall, ℓ = 5.0000e-1 L");
     }
 

@@ -133,8 +133,12 @@ impl Law for PowerLawWall {
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {
         let floor = (Self::FLOOR - 1.0) * self.rho;
-        let most = -self.traction(floor);
-        if pressure > most { floor - (pressure - most) / self.slope(floor) } else { bisect_gap(self, pressure, floor) }
+        let largest = -self.traction(floor);
+        if pressure > largest {
+            floor - (pressure - largest) / self.slope(floor)
+        } else {
+            bisect_gap(self, pressure, floor)
+        }
     }
 
     fn max_slope(&self, lowest: f64) -> f64 {

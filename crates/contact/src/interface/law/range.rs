@@ -1,4 +1,4 @@
-use super::{Adhesion, COHESIVE_RESOLUTION, Law};
+use super::{AttractionLaw, COHESIVE_RESOLUTION, Law};
 use serde::{Deserialize, Serialize};
 
 /// Tabor's parameter (R γ²/(E*² ρ³))^(1/3) of a curvature radius and a range, units of L, and a work of adhesion, E* L:
@@ -24,7 +24,7 @@ pub enum RangeChoice {
 
 impl RangeChoice {
     /// The law used on a grid of spacing `dx`.
-    pub fn law(self, requested: Adhesion, dx: f64) -> Adhesion {
+    pub fn law(self, requested: AttractionLaw, dx: f64) -> AttractionLaw {
         match self {
             RangeChoice::True => requested,
             RangeChoice::Mesh | RangeChoice::Extrapolate => requested.on_mesh(dx),
@@ -32,7 +32,7 @@ impl RangeChoice {
     }
 
     /// A warning if the grid does not resolve the adhesion.
-    pub fn resolution_warning(self, requested: Adhesion, dx: f64) -> Option<String> {
+    pub fn resolution_warning(self, requested: AttractionLaw, dx: f64) -> Option<String> {
         let c = requested.resolution_on(dx).filter(|c| *c < COHESIVE_RESOLUTION)?;
         let points = (COHESIVE_RESOLUTION.powi(2) * requested.softening()).ceil();
         let stretch = self.law(requested, dx).range() / requested.range();
@@ -63,15 +63,15 @@ mod tests {
         let [r, g, e, rho] = [60e-9, 50e-3, 25e6, 2.071e-9];
         assert!((si(r, g, e, rho) - 3.0007).abs() < 5e-5);
         let factors = [si(2.0 * r, g, e, rho), si(r, 2.0 * g, e, rho), si(r, g, 2.0 * e, rho), si(r, g, e, 2.0 * rho)];
-        for (found, power) in factors.iter().zip([1.0 / 3.0, 2.0 / 3.0, -2.0 / 3.0, -1.0]) {
-            assert!((found / si(r, g, e, rho) / 2f64.powf(power) - 1.0).abs() < 1e-14, "{power}");
+        for (actual, power) in factors.iter().zip([1.0 / 3.0, 2.0 / 3.0, -2.0 / 3.0, -1.0]) {
+            assert!((actual / si(r, g, e, rho) / 2f64.powf(power) - 1.0).abs() < 1e-14, "{power}");
         }
     }
 
     /// γ = 2e-5, ρ = 2e-3 on 2 to 40 points per side: the warning has resolution, points and factor.
     #[test]
     fn warnings_state_what_a_grid_lacks() {
-        let law = Adhesion::exponential(2e-5, 2e-3);
+        let law = AttractionLaw::exponential(2e-5, 2e-3);
         // ρ/√(γ dx) is 1.4 at dx = 0.102: ten points per side are enough, nine are not.
         assert_eq!(RangeChoice::Mesh.resolution_warning(law, 0.1), None);
         let text = RangeChoice::Mesh.resolution_warning(law, 0.2).expect("too coarse");

@@ -35,13 +35,13 @@ pub struct TabulatedLaw {
     /// Range ρ: γ over the largest traction.
     rho: f64,
     /// Of the traction `(γ/ρ) f(g/ρ)`.
-    shape: Shape,
+    shape: LawTable,
     error: f64,
 }
 
 /// Values f(x), slopes and integrals `-∫ f` from x to the end at the nodes `x = end (k/n)²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Shape {
+struct LawTable {
     end: f64,
     nodes: [[f64; 3]; INTERVALS + 1],
     /// Least and largest slope.
@@ -61,7 +61,7 @@ impl TabulatedLaw {
         }
         let mut largest = 0.0_f64;
         let mut wrong = None;
-        let mut at = |g: f64| {
+        let mut offset = |g: f64| {
             let t = traction(g);
             if !t.is_finite() {
                 wrong.get_or_insert((g, t));
@@ -70,7 +70,7 @@ impl TabulatedLaw {
             t
         };
         let mut shape =
-            Shape { end: cutoff, nodes: std::array::from_fn(|k| node(cutoff, k, &mut at)), slopes: [0.0; 2] };
+            LawTable { end: cutoff, nodes: std::array::from_fn(|k| node(cutoff, k, &mut offset)), slopes: [0.0; 2] };
         let left = shape.nodes[INTERVALS][0];
         shape.nodes[INTERVALS][0] = 0.0;
         shape.integrate();
@@ -78,7 +78,7 @@ impl TabulatedLaw {
         for k in 0..INTERVALS {
             for u in [0.25, 0.5, 0.75] {
                 let g = position(cutoff, k) + u * step(cutoff, k);
-                let difference = (at(g) - shape.at(g)[0]).abs();
+                let difference = (offset(g) - shape.at(g)[0]).abs();
                 if difference > error {
                     (error, place) = (difference, g);
                 }
@@ -165,7 +165,7 @@ fn node(end: f64, k: usize, f: &mut impl FnMut(f64) -> f64) -> [f64; 3] {
     [f(g), sum / (12.0 * d), 0.0]
 }
 
-impl Shape {
+impl LawTable {
     /// Sets the integrals and the extremes of the slope.
     fn integrate(&mut self) {
         for k in (0..INTERVALS).rev() {
@@ -291,9 +291,9 @@ mod tests {
 
     #[test]
     fn what_is_no_adhesion_law_is_refused() {
-        let refused = |cutoff: f64, traction: fn(f64) -> f64, words: &str| {
-            let error = TabulatedLaw::new(cutoff, traction).expect_err(words).to_string();
-            assert!(error.contains(words) && error.contains("accepted"), "{error}");
+        let refused = |cutoff: f64, traction: fn(f64) -> f64, tokens: &str| {
+            let error = TabulatedLaw::new(cutoff, traction).expect_err(tokens).to_string();
+            assert!(error.contains(tokens) && error.contains("accepted"), "{error}");
         };
         refused(-1.0, |_| 0.0, "cutoff = -1");
         refused(10.0, |g| 1.0 / (1.0 + g), "cutoff = 1e1, where the traction is 9.09e-2");

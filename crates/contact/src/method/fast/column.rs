@@ -87,13 +87,13 @@ mod tests {
         const ROUNDING: f64 = 1e-13;
         fn check(kernel: impl Kernel, factor: Factor, grid: Grid, i: usize) {
             let rigid = 0.7;
-            let before: Vec<Complex<f64>> =
+            let previous: Vec<Complex<f64>> =
                 (0..grid.ny).map(|j| Complex::new((j as f64).sin() + 2.0, (3 * j) as f64 % 7.0)).collect();
-            let mut column = before.clone();
+            let mut column = previous.clone();
             let sum = multiply((&kernel, factor, rigid), grid, i, &mut column);
             let per_point = 1.0 / grid.points() as f64;
             let mut direct = 0.0;
-            for (j, (found, was)) in column.iter().zip(&before).enumerate() {
+            for (j, (actual, was)) in column.iter().zip(&previous).enumerate() {
                 let stiffness = kernel.stiffness(grid.qx(i), grid.qy(j));
                 let by = match factor {
                     _ if i == 0 && j == 0 => rigid,
@@ -101,8 +101,8 @@ mod tests {
                     Factor::Compliance => 1.0 / stiffness,
                 };
                 direct += by * was.norm_sqr();
-                let miss = (*found - was.scale(by * per_point)).norm();
-                assert!(miss <= ROUNDING * found.norm(), "{} rows, column {i}, mode {j}", grid.ny);
+                let miss = (*actual - was.scale(by * per_point)).norm();
+                assert!(miss <= ROUNDING * actual.norm(), "{} rows, column {i}, mode {j}", grid.ny);
             }
             direct *= grid.column_weight(i) * per_point * per_point;
             assert!((sum / direct - 1.0).abs() < ROUNDING, "{} rows, column {i}: {sum} {direct}", grid.ny);

@@ -5,7 +5,7 @@ use crate::interface::Law;
 use crate::method::equilibrium_check::Ending;
 use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
 use crate::method::residuals::Residuals;
-use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, Problem, SnapshotRef, Stop, Targets};
+use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, ReducedProblem, SnapshotRef, Stop, Targets};
 use asperity_grid::{Field, Real};
 use serde::{Deserialize, Serialize};
 
@@ -81,8 +81,8 @@ pub(super) struct GapSearch {
 impl GapSearch {
     /// Notes the error `miss` at a pressure under a spring of this stiffness.
     pub(super) fn note(&mut self, pressure: f64, miss: f64, spring: f64) {
-        if let Some((before, error)) = self.previous.replace((pressure, miss)) {
-            let stiffness = (pressure - before) / (error - miss);
+        if let Some((previous, error)) = self.previous.replace((pressure, miss)) {
+            let stiffness = (pressure - previous) / (error - miss);
             let slow = miss.abs() > SLOW * error.abs() && stiffness.is_finite();
             self.secant = Some(stiffness).filter(|s| *s > spring).or(self.secant).filter(|_| slow);
             self.stalled = if miss.abs() > 0.5 * error.abs() { self.stalled + 1 } else { 0 };
@@ -92,7 +92,7 @@ impl GapSearch {
 
 /// Data of a solve that the iterations on all its grids share.
 pub(super) struct Task<'p> {
-    pub problem: &'p Problem<'p>,
+    pub problem: &'p ReducedProblem<'p>,
     pub observer: &'p dyn Observer,
     /// Plastic displacement of the loads before this one.
     pub plastic: Option<Field<'p>>,
@@ -120,8 +120,8 @@ impl Task<'_> {
                 // Stresses for which rounding exceeds the tolerance count as zero.
                 let height = self.rms_height.max(target);
                 let rounded = 10.0 * self.problem.rounding_floor(height, 1.0) / self.problem.tolerance;
-                let [least, most] = STRESS_SCALE_BOUNDS.map(|bound| bound * height);
-                (pressure.abs() + pull).max(rounded.clamp(least, most))
+                let [least, largest] = STRESS_SCALE_BOUNDS.map(|bound| bound * height);
+                (pressure.abs() + pull).max(rounded.clamp(least, largest))
             }
         }
     }
@@ -184,7 +184,7 @@ impl Cycle {
 /// State of the iteration in addition to the gap, at points without a stored direction. Resuming from it is
 /// bit-identical.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Pause {
+pub(super) struct DescentSnapshot {
     pub pressure: f64,
     iterations: usize,
     /// Transform pairs of this level; and of the coarser ones, in pairs of the problem's grid.
@@ -211,7 +211,7 @@ pub(super) fn iterate<T: Real, L: Law>(
     level: &mut Level<T, L>,
     (tolerance, targets): (f64, Targets),
     iterations: &mut usize,
-    resumed: Option<Pause>,
+    resumed: Option<DescentSnapshot>,
 ) -> Ended {
     let mut descent = Descent::begin(task, level, tolerance, iterations, resumed);
     loop {
@@ -269,10 +269,10 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         level: &'a mut Level<'h, T, L>,
         tolerance: f64,
         iterations: &'a mut usize,
-        resumed: Option<Pause>,
+        resumed: Option<DescentSnapshot>,
     ) -> Self {
         let pressure = level.pressure;
-        let stiffest_mode = Problem { grid: level.grid(), ..task.problem.clone() }.stiffest_mode();
+        let stiffest_mode = ReducedProblem { grid: level.grid(), ..task.problem.clone() }.stiffest_mode();
         // The pending step of the last solve.
         level.apply_pending();
         level.clear_step();
@@ -280,7 +280,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let now = level.trial(0.0, precision);
         level.pending = 0.0;
         let untouched = resumed.is_none();
-        let fresh = Pause {
+        let fresh = DescentSnapshot {
             pressure,
             iterations: *iterations,
             pairs: 0.0,
@@ -294,7 +294,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
             cycle: None,
             progress: ConvergenceMonitor::default(),
         };
-        let Pause { smoothing, careful, last, phase, cycle, progress, iterations: done, pairs, .. } =
+        let DescentSnapshot { smoothing, careful, last, phase, cycle, progress, iterations: done, pairs, .. } =
             resumed.unwrap_or(fresh);
         *iterations = done;
         level.pairs += pairs;
@@ -337,7 +337,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
     /// Precision of the next trial.
     fn trial_precision(&self) -> Precision {
         let problem = self.task.problem;
-        let narrow = Problem { precision: Precision::F32, grid: self.level.grid(), ..problem.clone() };
+        let narrow = ReducedProblem { precision: Precision::F32, grid: self.level.grid(), ..problem.clone() };
         let floor = narrow.rounding_floor(self.task.rms_height, self.scale());
         let rough = self.level.tries_in_f32()
             && !L::ACTIVE
@@ -373,8 +373,8 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
     /// Evaluates a state that may have converged in the precision of the problem.
     fn confirm(&mut self) {
         let narrow = self.precision != self.task.problem.precision;
-        let whole = self.cycle.is_some() || self.residual() < NEGLIGIBLE * self.tolerance;
-        if narrow && whole && self.now.residuals.meets(self.tolerance, self.scale()) {
+        let is_complete = self.cycle.is_some() || self.residual() < NEGLIGIBLE * self.tolerance;
+        if narrow && is_complete && self.now.residuals.meets(self.tolerance, self.scale()) {
             self.precision = self.task.problem.precision;
             self.now = self.level.trial(self.level.pending, self.precision);
         }
@@ -419,7 +419,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let resumable = self.beta == 0.0 || !plain;
         if resumable && (self.stopping || observer.snapshot_due()) {
             let grid = self.level.grid();
-            let pause = Pause {
+            let pause = DescentSnapshot {
                 pressure: self.pressure,
                 iterations: *self.iterations,
                 pairs: self.level.pairs,

@@ -26,7 +26,7 @@ pub(super) type StateSums = (f64, [f64; KKT + 1]);
 /// Gap, step, gradient and direction on the nodes of a grid, and their sweeps. `pending` is the multiple of the step
 /// that a sweep adds to the gap first, stopped by the wall. Energies and products of spectra are means over the cell,
 /// other sums are over its nodes. On several ranks, fields and spectra have the rows of this one, sums those of all.
-pub(super) trait Fields<T: Real> {
+pub(super) trait LevelFields<T: Real> {
     fn grid(&self) -> Grid;
 
     /// Gap `[ny, nx]`, units of L.
@@ -57,7 +57,7 @@ pub(super) trait Fields<T: Real> {
     fn clear_step(&mut self);
 
     /// Sums of the state at the gap plus `scale` times the step under a pressure on every node, without changing the gap;
-    /// its gradient replaces the last one. One transform pair, in `precision` if trials have it ([`Fields::tries_in_f32`]).
+    /// its gradient replaces the last one. One transform pair, in `precision` if trials have it ([`LevelFields::tries_in_f32`]).
     fn trial(&mut self, scale: f64, pressure: f64, spring: Spring, precision: Precision) -> StateSums;
 
     /// Sets direction and step to `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain
@@ -70,7 +70,7 @@ pub(super) trait Fields<T: Real> {
     /// Sets the gradient `t` to this value on all nodes.
     fn set_gradient(&mut self, value: f32);
 
-    /// Multiplies the residual of [`Fields::begin`] or [`Fields::descend`], or the direction of [`Fields::conjugate`], and
+    /// Multiplies the residual of [`LevelFields::begin`] or [`LevelFields::descend`], or the direction of [`LevelFields::conjugate`], and
     /// returns its product with the result, for the next of these. The transforms before and after it are parts of either.
     fn multiply(&mut self, metric: Metric) -> f64;
 

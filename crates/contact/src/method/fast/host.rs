@@ -6,7 +6,7 @@
 //! not stored.
 
 use super::column::{Factor, multiply};
-use super::fields::{Fields, Metric, Spring, StateSums};
+use super::fields::{LevelFields, Metric, Spring, StateSums};
 use super::rows;
 use super::window::Window;
 use crate::interface::{Elastic, Law};
@@ -14,7 +14,9 @@ use crate::method::Precision;
 use crate::method::residuals::RowLaw;
 use crate::method::sweep::{each_row, sweep, sweep_sums};
 use asperity_grid::sys::ranks::Ranks;
-use asperity_grid::{Columns, Filter, Grid, HalfSpectrum, Real, Series, SharedSpectrum, Transform, sharing};
+use asperity_grid::{
+    Grid, HalfSpectrum, Real, Series, SharedSpectrum, SpectralFilter, SpectrumColumns, Transform, sharing,
+};
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -26,7 +28,7 @@ struct Multiplied<'k> {
     metric: Metric,
 }
 
-impl Filter<f32> for Multiplied<'_> {
+impl SpectralFilter<f32> for Multiplied<'_> {
     fn apply(&self, i: usize, column: &mut [Complex<f32>]) -> f64 {
         let (factor, mean) = match self.metric {
             Metric::Stiffness { mean } => (Factor::Stiffness, mean),
@@ -44,7 +46,7 @@ struct Displaced<'h, T> {
     spring: Spring,
 }
 
-impl<T: Real, W: Real> Filter<W> for Displaced<'_, T> {
+impl<T: Real, W: Real> SpectralFilter<W> for Displaced<'_, T> {
     fn apply(&self, i: usize, column: &mut [Complex<W>]) -> f64 {
         let points = self.grid.points() as f64;
         self.heights.add_to(i, self.grid, column, W::of(-points));
@@ -57,7 +59,7 @@ impl<T: Real, W: Real> Filter<W> for Displaced<'_, T> {
 
 /// What a level consists of: elastic body, law of its grid, heights, and the nodes that face them.
 #[derive(Clone, Copy)]
-pub(super) struct Body<'h, T, L> {
+pub(super) struct LevelProblem<'h, T, L> {
     pub kernel: Elastic,
     pub law: L,
     /// Not stored on nodes: the column pass subtracts their Fourier series from the transform of the gap in `K(g - h)`.
@@ -67,7 +69,7 @@ pub(super) struct Body<'h, T, L> {
     pub ranks: &'h Ranks,
 }
 
-impl<'h, T, L> Body<'h, T, L> {
+impl<'h, T, L> LevelProblem<'h, T, L> {
     /// The ranks that share a grid.
     pub(super) fn sharing(&self, grid: Grid) -> &'h Ranks {
         sharing(self.ranks, grid)
@@ -76,7 +78,7 @@ impl<'h, T, L> Body<'h, T, L> {
 
 /// On several ranks, the arrays have the rows of this one.
 pub(super) struct Host<'h, T: Real, L> {
-    body: Body<'h, T, L>,
+    body: LevelProblem<'h, T, L>,
     transform: Transform<T>,
     /// Of the linear problem, which is solved in f32 for any precision of the state.
     narrow: Transform<f32>,
@@ -94,7 +96,7 @@ pub(super) struct Host<'h, T: Real, L> {
 
 impl<'h, T: Real, L: Law> Host<'h, T, L> {
     /// With this gap, which may be empty until it is set, and without the working arrays.
-    pub(super) fn new(grid: Grid, body: Body<'h, T, L>, gap: Vec<T>) -> Self {
+    pub(super) fn new(grid: Grid, body: LevelProblem<'h, T, L>, gap: Vec<T>) -> Self {
         let ranks = body.sharing(grid);
         let transform = Transform::<T>::shared(grid, ranks);
         Host {
@@ -110,7 +112,7 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
     }
 
     /// With the heights on the nodes as gap.
-    pub(super) fn undeformed(grid: Grid, body: Body<'h, T, L>) -> Self {
+    pub(super) fn undeformed(grid: Grid, body: LevelProblem<'h, T, L>) -> Self {
         let mut host = Self::new(grid, body, Vec::new());
         host.gap = body.heights.on_nodes(&host.transform, &mut host.spectrum);
         host
@@ -118,7 +120,7 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
 
     /// Fourier interpolation of the displacement of a coarser grid with this gap. In Fourier space the
     /// gap is that of the coarse grid for the modes that it resolves, and the heights for the others.
-    pub(super) fn refined(grid: Grid, body: Body<'h, T, L>, (old, gap): (Grid, Vec<T>)) -> Self {
+    pub(super) fn refined(grid: Grid, body: LevelProblem<'h, T, L>, (old, gap): (Grid, Vec<T>)) -> Self {
         let transform = Transform::shared(old, body.sharing(old));
         let mut known = transform.spectrum();
         transform.forward(&gap, &mut known);
@@ -129,13 +131,13 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
         let per_point = T::of(1.0 / old.points() as f64);
         // Modes below the Nyquist modes of both grids.
         let top = (0..=grid.ny / 2).rev().find(|&k| resolves(k, old.ny) && resolves(k, grid.ny)).unwrap_or(0);
-        let fill = |i: usize, known: &Columns<'_, T>, column: &mut [Complex<T>]| {
+        let fill = |i: usize, known: &SpectrumColumns<'_, T>, column: &mut [Complex<T>]| {
             column.fill(Complex::default());
             body.heights.add_to(i, grid, column, T::one());
             if resolves(i, old.nx) && resolves(i, grid.nx) {
-                let at = |row: usize| known.at(row, i).scale(per_point);
-                (0..=top).for_each(|k| column[k] = at(k));
-                (1..=top).for_each(|k| column[grid.ny - k] = at(old.ny - k));
+                let value_at = |row: usize| known.at(row, i).scale(per_point);
+                (0..=top).for_each(|k| column[k] = value_at(k));
+                (1..=top).for_each(|k| column[grid.ny - k] = value_at(old.ny - k));
             }
         };
         let source = SharedSpectrum { grid: old, ranks: body.sharing(old), values: &known };
@@ -150,7 +152,7 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
     }
 
     fn displaced(&self, spring: Spring) -> Displaced<'h, T> {
-        let Body { kernel, heights, .. } = self.body;
+        let LevelProblem { kernel, heights, .. } = self.body;
         Displaced { grid: self.grid(), kernel, heights, spring }
     }
 }
@@ -161,7 +163,7 @@ fn first_bytes<T: Real>(spectrum: &mut HalfSpectrum<T>) -> &mut [Complex<f32>] {
     &mut bytemuck::cast_slice_mut(spectrum)[..len]
 }
 
-impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
+impl<T: Real, L: Law> LevelFields<T> for Host<'_, T, L> {
     fn grid(&self) -> Grid {
         self.transform.grid()
     }
@@ -211,7 +213,8 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
 
     fn plain(&mut self, pending: f64, beta: f64, spring: f64) -> ([f64; 2], f64) {
         let nx = self.grid().nx;
-        let Host { body: Body { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } = self;
+        let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } =
+            self;
         let (pending, beta) = (T::of(pending), beta as f32);
         let fields = (direction.par_chunks_mut(nx).zip(step.par_chunks_mut(nx)))
             .zip(residual.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
@@ -230,7 +233,8 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
 
     fn begin(&mut self, pending: f64) -> f64 {
         let nx = self.grid().nx;
-        let Host { body: Body { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } = self;
+        let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } =
+            self;
         let pending = T::of(pending);
         let fields = (residual.par_chunks_mut(nx).zip(step.par_chunks_mut(nx)))
             .zip(direction.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
@@ -256,7 +260,7 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
 
     fn conjugate(&mut self, beta: f64) -> f64 {
         let (nx, beta) = (self.grid().nx, beta as f32);
-        let Host { body: Body { law, window, .. }, narrow, spectrum, gap, direction, .. } = self;
+        let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, direction, .. } = self;
         let fields = direction.par_chunks_mut(nx).zip(gap.par_chunks(nx));
         let [sum] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, (direction, gap)| {
             worker.inverse(spectrum);
@@ -269,7 +273,8 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
 
     fn descend(&mut self, alpha: f64) -> f64 {
         let (nx, alpha) = (self.grid().nx, alpha as f32);
-        let Host { body: Body { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } = self;
+        let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } =
+            self;
         let fields = (step.par_chunks_mut(nx).zip(residual.par_chunks_mut(nx)))
             .zip(direction.par_chunks(nx).zip(gap.par_chunks(nx)));
         let [sum] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
@@ -291,7 +296,7 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
     fn stress(&mut self, pressure: f64, spring: Spring) -> (StateSums, Vec<T>) {
         (self.step, self.residual, self.direction) = Default::default();
         let (filter, nx, pressure) = (self.displaced(spring), self.grid().nx, T::of(pressure));
-        let Host { body: Body { law, window, .. }, transform, spectrum, gap, .. } = self;
+        let Host { body: LevelProblem { law, window, .. }, transform, spectrum, gap, .. } = self;
         sweep(transform, spectrum, gap.par_chunks(nx), |worker, _, spectrum, gap| {
             worker.row.copy_from_slice(gap);
             worker.forward(spectrum);
@@ -315,7 +320,7 @@ impl<T: Real, L: Law> Fields<T> for Host<'_, T, L> {
 fn tried<T: Real, W: Real, L: Law>(
     (transform, filter): (&Transform<W>, &Displaced<'_, T>),
     spectrum: &mut [Complex<W>],
-    Body { law, window, .. }: &Body<'_, T, L>,
+    LevelProblem { law, window, .. }: &LevelProblem<'_, T, L>,
     (gap, scale, step, pressure): (&[T], T, &[f32], T),
     residual: &mut [f32],
 ) -> StateSums {

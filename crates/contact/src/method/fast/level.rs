@@ -1,7 +1,7 @@
-use super::fields::{Fields, Metric, Spring, StateSums};
+use super::fields::{LevelFields, Metric, Spring, StateSums};
 use super::gpu::GpuLevels;
-use super::host::{Body, Host};
-use super::window::{Cell, Window};
+use super::host::{Host, LevelProblem};
+use super::window::{ComputationCell, Window};
 use crate::interface::Law;
 use crate::method::Precision;
 use crate::method::residuals::{KKT, Residuals, curvature_of};
@@ -20,10 +20,10 @@ const TANGENT_LIMIT: usize = 200;
 
 /// One grid of the hierarchy with its state and working arrays.
 pub(super) struct Level<'h, T: Real, L> {
-    fields: Box<dyn Fields<T> + 'h>,
+    fields: Box<dyn LevelFields<T> + 'h>,
     gpu: Option<&'h GpuLevels>,
-    body: Body<'h, T, L>,
-    cell: Cell,
+    body: LevelProblem<'h, T, L>,
+    cell: ComputationCell,
     pub pressure: f64,
     pub spring: Spring,
     /// Accepted multiple of the step that the next sweep adds to the gap.
@@ -42,7 +42,12 @@ pub(super) struct Trial {
 }
 
 impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
-    fn of(fields: Box<dyn Fields<T> + 'h>, gpu: Option<&'h GpuLevels>, body: Body<'h, T, L>, cell: Cell) -> Self {
+    fn of(
+        fields: Box<dyn LevelFields<T> + 'h>,
+        gpu: Option<&'h GpuLevels>,
+        body: LevelProblem<'h, T, L>,
+        cell: ComputationCell,
+    ) -> Self {
         Level {
             fields,
             gpu,
@@ -57,12 +62,17 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
     }
 
     /// A level at first contact, without displacement.
-    pub(super) fn at_first_contact(grid: Grid, body: Body<'h, T, L>, cell: Cell, gpu: Option<&'h GpuLevels>) -> Self {
+    pub(super) fn at_first_contact(
+        grid: Grid,
+        body: LevelProblem<'h, T, L>,
+        cell: ComputationCell,
+        gpu: Option<&'h GpuLevels>,
+    ) -> Self {
         let mut undeformed = Host::undeformed(grid, body);
         let (nx, window, gap) = (grid.nx, body.window, undeformed.gap_mut());
         let rows = gap.chunks(nx).enumerate();
-        let least = rows.map(|(y, gap)| lowest(&gap[..window.inside(y, nx)])).fold(T::infinity(), T::min);
-        shift(gap, -T::of(body.sharing(grid).lowest(least.wide())));
+        let smallest = rows.map(|(y, gap)| lowest(&gap[..window.inside(y, nx)])).fold(T::infinity(), T::min);
+        shift(gap, -T::of(body.sharing(grid).lowest(smallest.wide())));
         match gpu.filter(|gpu| gpu.takes(grid)) {
             Some(gpu) => Self::of(gpu.with_gap(grid, body, std::mem::take(gap)), Some(gpu), body, cell),
             None => Self::of(Box::new(undeformed), gpu, body, cell),
@@ -72,8 +82,8 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
     /// A level with this gap.
     pub(super) fn with_gap(
         grid: Grid,
-        body: Body<'h, T, L>,
-        cell: Cell,
+        body: LevelProblem<'h, T, L>,
+        cell: ComputationCell,
         gpu: Option<&'h GpuLevels>,
         gap: Vec<T>,
     ) -> Self {
@@ -89,7 +99,7 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
         let Level { mut fields, gpu, body, cell, pressure, spring, last, .. } = coarse;
         let old = fields.grid();
         let window = cell.window(grid);
-        let body = Body { law, window, ..body };
+        let body = LevelProblem { law, window, ..body };
         let mut level = if let Some(gpu) = gpu.filter(|gpu| gpu.takes(grid)) {
             Self::of(gpu.refined(grid, body, (old, &fields.into_gap())), Some(gpu), body, cell)
         } else {
@@ -297,8 +307,8 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
             small = if gain <= TANGENT_ACCURACY * compliance { small + 1 } else { 0 };
             if small == 2 {
                 let per_facing = n / self.window().points() as f64;
-                let found = per_facing / (compliance / (gradient * gradient) + self.cell.mean_compliance());
-                return found.is_finite().then_some(found);
+                let stiffness = per_facing / (compliance / (gradient * gradient) + self.cell.mean_compliance());
+                return stiffness.is_finite().then_some(stiffness);
             }
             self.fields.descend(rz / curvature);
             let old = rz;

@@ -1,7 +1,7 @@
 //! Solves at an imposed mean gap.
 
-use super::Solver;
-use super::descent::{Ended, GapSearch, Pause, Task, iterate};
+use super::FastRun;
+use super::descent::{DescentSnapshot, Ended, GapSearch, Task, iterate};
 use super::level::Level;
 use crate::interface::Law;
 use crate::method::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
@@ -16,7 +16,7 @@ const COARSE_CORRECTIONS: usize = 4;
 const STALLED: usize = 3;
 const IMPOSED: usize = 50;
 
-impl<T: Real, L: Law> Solver<'_, T, L> {
+impl<T: Real, L: Law> FastRun<'_, T, L> {
     /// Solves at the load. Under mean-gap control the pressure is the multiplier of the constraint: the force of the
     /// spring is added to it until the spring is relaxed (method of multipliers).
     pub(super) fn solve_at(
@@ -25,7 +25,7 @@ impl<T: Real, L: Law> Solver<'_, T, L> {
         load: Load,
         (tolerance, targets): (f64, Targets),
         iterations: &mut usize,
-        mut pause: Option<Pause>,
+        mut pause: Option<DescentSnapshot>,
     ) -> Ended {
         let Load::MeanGap(target) = load else {
             return iterate(&self.task(load), level, (tolerance, targets), iterations, pause);
@@ -40,7 +40,7 @@ impl<T: Real, L: Law> Solver<'_, T, L> {
         let rounded = EquilibriumCheck::load_tolerance(tolerance) * self.rms_height.max(target.abs());
         let within = if coarse { rounded } else { self.gap_tolerance(target) };
         loop {
-            let (pressure, begun) = (level.pressure, *iterations);
+            let (pressure, start) = (level.pressure, *iterations);
             let task = Task { search, ..self.task(load) };
             let ended = iterate(&task, level, (tolerance, targets), iterations, pause.take());
             let miss = level.last.mean_gap - target;
@@ -52,7 +52,7 @@ impl<T: Real, L: Law> Solver<'_, T, L> {
             if search.imposed > IMPOSED || coarse && search.corrections == COARSE_CORRECTIONS {
                 return Ended { ending: Ending::Stopped(Stop::IterationLimit), ..ended };
             }
-            let moved = *iterations > begun;
+            let moved = *iterations > start;
             if moved {
                 search.note(pressure, miss, level.spring.stiffness);
             }
@@ -78,23 +78,23 @@ impl<T: Real, L: Law> Solver<'_, T, L> {
     /// Gives the gap its imposed mean where the residual does not feel the difference: above a hard wall the gap is
     /// scaled, and one that is closed everywhere is opened where the stress is lowest; behind a soft wall it is shifted.
     pub(super) fn impose(&self, level: &mut Level<T, L>, target: f64) {
-        let found = mean(level.gap());
+        let mean_gap = mean(level.gap());
         if !L::HARD {
-            let shift = T::of(target - found);
+            let shift = T::of(target - mean_gap);
             sweep::shift(level.gap_mut(), shift);
-        } else if found > 0.0 {
-            let factor = T::of(target / found);
+        } else if mean_gap > 0.0 {
+            let factor = T::of(target / mean_gap);
             level.gap_mut().iter_mut().for_each(|g| *g *= factor);
         } else {
             let spring = std::mem::take(&mut level.spring);
             let (_, stress) = level.stress();
             level.spring = spring;
             level.prepare();
-            let least = (0..stress.len()).min_by(|&i, &j| stress[i].wide().total_cmp(&stress[j].wide()));
-            let Some(least) = least else { return };
+            let smallest = (0..stress.len()).min_by(|&i, &j| stress[i].wide().total_cmp(&stress[j].wide()));
+            let Some(smallest) = smallest else { return };
             // The lowest pressure of full contact.
-            level.pressure -= stress[least].wide();
-            level.gap_mut()[least] = T::of(target * stress.len() as f64);
+            level.pressure -= stress[smallest].wide();
+            level.gap_mut()[smallest] = T::of(target * stress.len() as f64);
         }
     }
 }

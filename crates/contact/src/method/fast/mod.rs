@@ -20,37 +20,38 @@ pub(super) mod tangent;
 mod window;
 
 use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
-use super::iteration::Outcome;
+use super::iteration::LoadSolution;
 use super::operator::{Build, dispatch};
 use super::plastic::PlasticFlow;
 use super::require::{self, refused};
 use super::residuals::Residuals;
 use super::sweep;
 use super::{
-    Capabilities, Card, CoarseState, ContactMethod, Criterion, Device, ErrorEstimates, Heights, Kind, Load, Needs,
-    Observer, Plan, Precision, Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
+    Capabilities, CoarseState, ContactMethod, Criterion, Device, Equilibrium, ErrorEstimates, Heights, Load,
+    MethodCard, MethodKind, Needs, Observer, Precision, ReducedProblem, SolvePlan, SolverRun, SolverSnapshot,
+    StartedMethod, Stop, Targets,
 };
 use crate::interface::{HardWall, Kernel, Law};
 use crate::observe::Plasticity;
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
-use descent::{Ended, GapSearch, Pause, Task};
+use descent::{DescentSnapshot, Ended, GapSearch, Task};
 use fields::Spring;
 use gpu::GpuLevels;
-use host::Body;
+use host::LevelProblem;
 use level::Level;
 use shared::{Agreed, agreed, own_nodes};
 use std::cell::OnceCell;
 use std::time::Instant;
-use window::{Cell, Window};
+use window::{ComputationCell, Window};
 
 pub struct Fast;
 
-static CARD: Card = Card {
+static CARD: MethodCard = MethodCard {
     id: "fast",
     paper_name: "-",
     family: "boundary value",
-    kind: Kind::Solver,
+    kind: MethodKind::Solver,
     needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
@@ -98,12 +99,12 @@ const ROUNDED: f64 = 1e-5;
 const ROUNDING_MARGIN: f64 = 3.0;
 
 impl ContactMethod for Fast {
-    fn card(&self) -> &'static Card {
+    fn card(&self) -> &'static MethodCard {
         &CARD
     }
 
-    fn plan(&self, problem: &Problem) -> Plan {
-        let grid = Cell::of(problem).grid;
+    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
+        let grid = ComputationCell::of(problem).grid;
         let (level, real) = match problem.precision {
             Precision::F32 => (Level::<f32, HardWall>::bytes(grid), size_of::<f32>()),
             Precision::F64 => (Level::<f64, HardWall>::bytes(grid), size_of::<f64>()),
@@ -127,34 +128,34 @@ impl ContactMethod for Fast {
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
         let level = shared::bytes(problem.ranks, grid, level);
-        Plan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
+        SolvePlan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
-    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
         shared::check(problem, CARD.id)?;
-        Ok(Started::Solver(dispatch(problem, Start { problem, observer })?))
+        Ok(StartedMethod::Solver(dispatch(problem, FastStart { problem, observer })?))
     }
 }
 
-struct Start<'p> {
-    problem: &'p Problem<'p>,
+struct FastStart<'p> {
+    problem: &'p ReducedProblem<'p>,
     observer: &'p dyn Observer,
 }
 
-impl<'p> Build<'p> for Start<'p> {
-    type Built = Result<Box<dyn Run + 'p>>;
+impl<'p> Build<'p> for FastStart<'p> {
+    type Built = Result<Box<dyn SolverRun + 'p>>;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
-        Ok(Box::new(Solver::<T, L>::new(self.problem, self.observer, law)?))
+        Ok(Box::new(FastRun::<T, L>::new(self.problem, self.observer, law)?))
     }
 }
 
-impl<'p, T: Real, L: Law> Solver<'p, T, L> {
-    fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, law: L) -> Result<Self> {
-        let mut cell = Cell::of(problem);
+impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
+    fn new(problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer, law: L) -> Result<Self> {
+        let mut cell = ComputationCell::of(problem);
         let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
         let (gap, stress) = (Vec::new(), Vec::new());
-        Ok(Solver {
+        Ok(FastRun {
             gpu: GpuLevels::open(problem)?,
             problem,
             cell,
@@ -175,7 +176,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
 }
 
 /// Heights of the surface after plastic flow, and their rms. Sets the origin of the approach of a padded cell.
-fn series<T: Real>(problem: &Problem, cell: &mut Cell, flow: &PlasticFlow<T>) -> (Series<T>, f64) {
+fn series<T: Real>(problem: &ReducedProblem, cell: &mut ComputationCell, flow: &PlasticFlow<T>) -> (Series<T>, f64) {
     if cell.is_padded() {
         let mut nodes = problem.heights.on_nodes(problem.grid);
         if flow.has_begun() {
@@ -198,9 +199,9 @@ fn series<T: Real>(problem: &Problem, cell: &mut Cell, flow: &PlasticFlow<T>) ->
     (series, rms)
 }
 
-struct Solver<'p, T: Real, L> {
-    problem: &'p Problem<'p>,
-    cell: Cell,
+struct FastRun<'p, T: Real, L> {
+    problem: &'p ReducedProblem<'p>,
+    cell: ComputationCell,
     observer: Agreed<'p>,
     gpu: Option<GpuLevels>,
     law: L,
@@ -220,7 +221,7 @@ struct Solver<'p, T: Real, L> {
     /// Flow of the finished loads, contained in the heights.
     flow: PlasticFlow<T>,
     /// State of a snapshot: grid, gap and iteration.
-    resumed: Option<(Grid, Vec<T>, Pause)>,
+    resumed: Option<(Grid, Vec<T>, DescentSnapshot)>,
 }
 
 /// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform
@@ -231,7 +232,7 @@ fn coarser(grid: Grid) -> Option<Grid> {
     (coarse.points() < grid.points()).then_some(coarse)
 }
 
-impl<'p, T: Real, L: Law> Solver<'p, T, L> {
+impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
     /// The law on a grid of the cell, with what a coarser one resolves.
     fn law_on(&self, grid: Grid) -> L {
         if grid == self.cell.grid {
@@ -241,10 +242,10 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
         self.law.on_mesh(grid.dx().max(grid.dy())).on_nodes(nx, ny)
     }
 
-    fn body(&self, grid: Grid) -> Body<'_, T, L> {
-        let Problem { kernel, ranks, .. } = self.problem;
+    fn body(&self, grid: Grid) -> LevelProblem<'_, T, L> {
+        let ReducedProblem { kernel, ranks, .. } = self.problem;
         let (law, window) = (self.law_on(grid), self.cell.window(grid));
-        Body { kernel: *kernel, law, heights: &self.heights, window, ranks }
+        LevelProblem { kernel: *kernel, law, heights: &self.heights, window, ranks }
     }
 
     fn at_first_contact(&self, grid: Grid) -> Level<'_, T, L> {
@@ -256,7 +257,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
         &self,
         load: Load,
         iterations: &mut usize,
-        resumed: Option<(Grid, Vec<T>, Pause)>,
+        resumed: Option<(Grid, Vec<T>, DescentSnapshot)>,
     ) -> (Level<'_, T, L>, Ended) {
         let problem = self.problem;
         let mut grids = vec![self.cell.grid];
@@ -369,7 +370,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
             Load::Pressure(p) => level.pressure = p,
             Load::MeanGap(target) => {
                 level.pressure = self.pressure;
-                let stiffness = SPRING * Problem { grid: level.grid(), ..self.problem.clone() }.stiffest_mode();
+                let stiffness = SPRING * ReducedProblem { grid: level.grid(), ..self.problem.clone() }.stiffest_mode();
                 level.spring = Spring { stiffness, target };
             }
         }
@@ -393,10 +394,10 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
             Load::MeanGap(target) if self.law.cutoff() <= 0.0 => {
                 let touch = *self.first_touch.get_or_init(|| mean(untouched().gap()));
                 // Means of nodes and of the series through them differ by rounding, measured up to 10 epsilon.
-                let (apart, rounding) = (target - touch, 64.0 * T::epsilon().wide() * touch);
-                (apart >= -rounding).then(|| {
+                let (difference, rounding) = (target - touch, 64.0 * T::epsilon().wide() * touch);
+                (difference >= -rounding).then(|| {
                     let mut level = untouched();
-                    sweep::shift(level.gap_mut(), T::of(if apart > rounding { apart } else { 0.0 }));
+                    sweep::shift(level.gap_mut(), T::of(if difference > rounding { difference } else { 0.0 }));
                     (level, Ending::Met)
                 })
             }
@@ -429,8 +430,8 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
     fn yielded(&mut self, residuals: &mut Residuals, converged: bool) -> Option<Plasticity> {
         let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
         // The heights of a padded cell keep the origin of the approach.
-        let before = if self.cell.is_padded() { 0.0 } else { self.flow.mean() };
-        residuals.mean_separation -= before;
+        let previous = if self.cell.is_padded() { 0.0 } else { self.flow.mean() };
+        residuals.mean_separation -= previous;
         let layout = [window.nx, nx, window.points()];
         let plasticity = self.flow.take(&self.law, &mut self.gap, (layout, converged), residuals)?;
         if residuals.flow > 0.0 && converged {
@@ -440,7 +441,7 @@ impl<'p, T: Real, L: Law> Solver<'p, T, L> {
     }
 }
 
-impl<T: Real, L: Law> Run for Solver<'_, T, L> {
+impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
     fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
         if let Some(displacement) = &snapshot.plastic {
             self.set_plastic_displacement(displacement);
@@ -464,7 +465,7 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         self.gap = if self.cell.is_padded() { narrow(&self.cell.continued(gap)) } else { narrow(&gap[own]) };
     }
 
-    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+    fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let clock = Instant::now();
         let problem = self.problem;
         if let Load::MeanGap(g) = load
@@ -485,8 +486,8 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
         // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
         // nested iteration is faster than the start from the last load.
         let warm = L::ACTIVE && !self.gap.is_empty();
-        let before = std::mem::take(&mut self.gap);
-        let start = if warm { before } else { Vec::new() };
+        let previous = std::mem::take(&mut self.gap);
+        let start = if warm { previous } else { Vec::new() };
         let resumed = self.resumed.take();
         let (mut level, ended) = if let Some((level, ending)) = self.without_contact(load) {
             (level, Ended { ending, error_estimates: ErrorEstimates::default() })
@@ -526,11 +527,12 @@ impl<T: Real, L: Law> Run for Solver<'_, T, L> {
             (&self.gap, &self.stress)
         };
         let Ended { ending, error_estimates } = ended;
-        let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
+        let judged = ReducedProblem { tolerance: self.tolerance(load), ..problem.clone() };
         let check = equilibrium_check(&judged, L::HARD, self.rms_height, scale);
-        let outcome = Outcome { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
+        let outcome =
+            LoadSolution { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
         let state = outcome.state(gap, stress);
         let stop = agreed(problem.ranks, state.stop);
-        Ok(State { plastic: self.flow.lend(), plasticity, stop, stiffness, ..state })
+        Ok(Equilibrium { plastic: self.flow.lend(), plasticity, stop, stiffness, ..state })
     }
 }

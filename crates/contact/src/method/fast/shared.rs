@@ -3,7 +3,7 @@
 //! Every rank runs the same iteration. Sums have the same bits on all ranks, so that decisions from them agree without communication.
 //! What one rank alone knows (requests to stop, checkpoints that are due) the first rank decides.
 
-use crate::method::{CoarseState, Device, Iteration, Observer, Problem, SnapshotRef, Stop, require};
+use crate::method::{CoarseState, Device, Iteration, Observer, ReducedProblem, SnapshotRef, Stop, require};
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, sharing};
@@ -32,15 +32,15 @@ pub(super) fn agreed(ranks: &Ranks, stop: Stop) -> Stop {
         Stop::Interrupted,
         Stop::Rejected,
     ];
-    let found = ALL.iter().position(|s| *s == stop).expect("one of them");
-    ALL[usize::from(ranks.first_says(found as u8))]
+    let index = ALL.iter().position(|s| *s == stop).expect("one of them");
+    ALL[usize::from(ranks.first_says(index as u8))]
 }
 
 /// Problems that several ranks can share.
 ///
 /// # Errors
 /// `Input` for those that they cannot.
-pub(super) fn check(problem: &Problem, id: &str) -> Result<()> {
+pub(super) fn check(problem: &ReducedProblem, id: &str) -> Result<()> {
     if !problem.ranks.are_several() {
         return Ok(());
     }
@@ -95,7 +95,7 @@ impl Observer for Agreed<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interface::Adhesion;
+    use crate::interface::AttractionLaw;
     use crate::load::Load;
     use crate::method::{ContactMethod, Fast};
     use crate::method::{Precision, Settings, SolverSnapshot};
@@ -143,7 +143,12 @@ mod tests {
     /// What the states of a path have in common on all ranks, and the bits of gap and stress of the last.
     type Found = (Vec<String>, Vec<u64>);
 
-    fn path(problem: &Problem, loads: &[f64], observer: &dyn Observer, resumed: Option<&SolverSnapshot>) -> Found {
+    fn path(
+        problem: &ReducedProblem,
+        loads: &[f64],
+        observer: &dyn Observer,
+        resumed: Option<&SolverSnapshot>,
+    ) -> Found {
         let fast = Fast;
         let mut run = fast.start(problem, observer).and_then(|s| s.solver()).expect("started");
         if let Some(snapshot) = resumed {
@@ -161,51 +166,51 @@ mod tests {
         (numbers, fields)
     }
 
-    fn check_bits(nx: usize, ny: usize, precision: Precision, adhesion: Adhesion) {
+    fn check_bits(nx: usize, ny: usize, precision: Precision, adhesion: AttractionLaw) {
         let series = heights();
-        let problem = Problem {
+        let problem = ReducedProblem {
             precision,
             adhesion,
             tolerance: if precision == Precision::F32 { 1e-2 } else { 1e-6 },
             settings: Settings::default(),
-            ..Problem::new(Grid::unit(nx, ny), crate::method::Heights::Series(&series))
+            ..ReducedProblem::new(Grid::unit(nx, ny), crate::method::Heights::Series(&series))
         };
         let on = |count: usize, loads: &[f64], stop_at: usize, resumed: Option<&SolverSnapshot>| {
             on_threads(count, |ranks| {
                 // Only the first rank asks for a stop.
                 let stop_at = if ranks.is_first() { stop_at } else { 0 };
                 let observer = Interrupting { stop_at, ..Default::default() };
-                let problem = Problem { ranks: &ranks, ..problem.clone() };
-                let found = path(&problem, loads, &observer, resumed);
-                (found, observer.last.into_inner().expect("one thread"), observer.seen.into_inner())
+                let problem = ReducedProblem { ranks: &ranks, ..problem.clone() };
+                let actual = path(&problem, loads, &observer, resumed);
+                (actual, observer.last.into_inner().expect("one thread"), observer.seen.into_inner())
             })
         };
-        let what = format!("{nx} x {ny}, {precision:?}, {adhesion:?}");
+        let description = format!("{nx} x {ny}, {precision:?}, {adhesion:?}");
         let loads = [5e-3, 2e-2];
         let (expected, ..) = &on(1, &loads, 0, None)[0];
-        assert!(expected.0.iter().all(|s| s.contains("Converged")), "{what}: {:?}", expected.0);
+        assert!(expected.0.iter().all(|s| s.contains("Converged")), "{description}: {:?}", expected.0);
         for count in [2, 3] {
-            let found = on(count, &loads, 0, None);
-            assert!(found.iter().all(|f| f.0.0 == expected.0), "{what}, {count} ranks: numbers");
-            assert!(found.iter().all(|f| f.0.1 == expected.1), "{what}, {count} ranks: fields");
+            let actual = on(count, &loads, 0, None);
+            assert!(actual.iter().all(|f| f.0.0 == expected.0), "{description}, {count} ranks: numbers");
+            assert!(actual.iter().all(|f| f.0.1 == expected.1), "{description}, {count} ranks: fields");
         }
         // Interrupted on two ranks and resumed on others, on a grid that is shared.
         let (uninterrupted, _, iterations) = &on(1, &loads[..1], 0, None)[0];
         let stopped = on(2, &loads[..1], iterations - 3, None);
-        assert!(stopped.iter().all(|f| f.0.0[0].contains("Interrupted")), "{what}: {:?}", stopped[0].0.0);
+        assert!(stopped.iter().all(|f| f.0.0[0].contains("Interrupted")), "{description}: {:?}", stopped[0].0.0);
         let snapshot = stopped[0].1.as_ref().expect("a snapshot");
-        assert!(snapshot.grid.points() >= 80 * 80, "{what}: {:?}", snapshot.grid);
+        assert!(snapshot.grid.points() >= 80 * 80, "{description}: {:?}", snapshot.grid);
         for count in [1, 3] {
-            let found = on(count, &loads[..1], 0, Some(snapshot));
-            assert!(found[0].0.1 == uninterrupted.1, "{what}: resumed on {count} ranks");
+            let actual = on(count, &loads[..1], 0, Some(snapshot));
+            assert!(actual[0].0.1 == uninterrupted.1, "{description}: resumed on {count} ranks");
         }
     }
 
     /// With one shared grid after one that is not, and with two; on oblong grids; with loads that follow each other.
     #[test]
     fn solves_have_the_same_bits_on_any_number_of_ranks() {
-        let adhesive = Adhesion::exponential(2e-5, 4e-3);
-        check_bits(192, 160, Precision::F32, Adhesion::None);
+        let adhesive = AttractionLaw::exponential(2e-5, 4e-3);
+        check_bits(192, 160, Precision::F32, AttractionLaw::None);
         check_bits(144, 150, Precision::F64, adhesive);
     }
 
@@ -214,9 +219,11 @@ mod tests {
         let series = heights();
         let grid = Grid::unit(32, 32);
         let refused = on_threads(2, |ranks| {
-            let problem = Problem { ranks: &ranks, ..Problem::new(grid, crate::method::Heights::Series(&series)) };
-            let hard = Problem { hardness: Some(crate::interface::Hardness::Uniform(0.1)), ..problem.clone() };
-            let start = |method: &dyn ContactMethod, problem: &Problem| {
+            let problem =
+                ReducedProblem { ranks: &ranks, ..ReducedProblem::new(grid, crate::method::Heights::Series(&series)) };
+            let hard =
+                ReducedProblem { hardness: Some(crate::interface::NodalHardness::Uniform(0.1)), ..problem.clone() };
+            let start = |method: &dyn ContactMethod, problem: &ReducedProblem| {
                 method.start(problem, &crate::method::NoObserver).err().expect("refused").to_string()
             };
             let fast = Fast;

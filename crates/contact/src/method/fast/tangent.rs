@@ -1,25 +1,25 @@
 //! Contact stiffness of solved states.
 
-use super::Solver;
+use super::FastRun;
 use super::level::Level;
 use crate::interface::{Kernel, Law};
 use crate::method::operator::{Build, dispatch};
-use crate::method::{Load, NoObserver, Observer, Problem, Run, State};
+use crate::method::{Equilibrium, Load, NoObserver, Observer, ReducedProblem, SolverRun};
 use asperity_grid::Real;
 use asperity_grid::Result;
 
-/// Contact stiffness of a state of any method ([`State::stiffness`]).
+/// Contact stiffness of a state of any method ([`Equilibrium::stiffness`]).
 ///
 /// # Errors
 /// As [`ContactMethod::start`](crate::method::ContactMethod::start).
-pub fn contact_stiffness(problem: &Problem, state: &State) -> Result<Option<f64>> {
-    let problem = Problem { stiffness: true, ..problem.clone() };
+pub fn contact_stiffness(problem: &ReducedProblem, state: &Equilibrium) -> Result<Option<f64>> {
+    let problem = ReducedProblem { stiffness: true, ..problem.clone() };
     dispatch(&problem, Tangent { problem: &problem, state })
 }
 
 struct Tangent<'p, 's> {
-    problem: &'p Problem<'p>,
-    state: &'s State<'s>,
+    problem: &'p ReducedProblem<'p>,
+    state: &'s Equilibrium<'s>,
 }
 
 impl<'p> Build<'p> for Tangent<'p, '_> {
@@ -27,7 +27,7 @@ impl<'p> Build<'p> for Tangent<'p, '_> {
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
         let Tangent { problem, state } = self;
-        let mut solver = Solver::<T, L>::new(problem, &NoObserver, law)?;
+        let mut solver = FastRun::<T, L>::new(problem, &NoObserver, law)?;
         solver.set_gap(&state.gap.to_vec());
         let grid = solver.cell.grid;
         let gap = std::mem::take(&mut solver.gap);
@@ -38,7 +38,7 @@ impl<'p> Build<'p> for Tangent<'p, '_> {
     }
 }
 
-impl<T: Real, L: Law> Solver<'_, T, L> {
+impl<T: Real, L: Law> FastRun<'_, T, L> {
     /// Contact stiffness of a level, if it is requested. Flowing nodes are held, as closed ones: the body unloads elastically.
     pub(super) fn stiffness(&self, level: &mut Level<'_, T, L>, load: Load) -> Option<f64> {
         let touches = level.last.contact > 0.0 || self.law.range() > 0.0;

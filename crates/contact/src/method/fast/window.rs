@@ -1,12 +1,12 @@
 //! Nodes that face the rigid surface: all of a periodic cell, or those in one corner of a padded cell.
 
 use crate::interface::Elastic;
-use crate::method::Problem;
+use crate::method::ReducedProblem;
 use asperity_grid::{Grid, next_fast_len};
 
 /// The periodic cell that a problem is solved in.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cell {
+pub(super) struct ComputationCell {
     pub grid: Grid,
     /// Distance from the first to the last facing node along each axis, in a padded cell.
     patch: Option<(f64, f64)>,
@@ -40,16 +40,16 @@ impl Window {
     }
 }
 
-impl Cell {
-    pub(super) fn of(problem: &Problem) -> Self {
+impl ComputationCell {
+    pub(super) fn of(problem: &ReducedProblem) -> Self {
         let grid = problem.grid;
         let Elastic::NonPeriodic(kernel) = problem.kernel else {
-            return Cell { grid, patch: None, compliance: 0.0, mean_height: 0.0 };
+            return ComputationCell { grid, patch: None, compliance: 0.0, mean_height: 0.0 };
         };
         let (dx, dy) = (grid.dx(), grid.dy());
         let padded = |n: usize, d: f64| next_fast_len(n + (kernel.padding() / d).ceil() as usize);
         let (nx, ny) = (padded(grid.nx, dx), padded(grid.ny, dy));
-        Cell {
+        ComputationCell {
             grid: Grid { nx, ny, lx: nx as f64 * dx, ly: ny as f64 * dy },
             patch: Some(((grid.nx - 1) as f64 * dx, (grid.ny - 1) as f64 * dy)),
             compliance: kernel.mean_compliance(),

@@ -19,7 +19,7 @@ pub(super) struct Rank {
 /// All ranks, in order.
 pub(super) fn ranks(count: usize) -> Vec<Rank> {
     let shared = Arc::new(Shared { posted: Mutex::new(vec![Vec::new(); count]), barrier: Barrier::new(count) });
-    (0..count).map(|own| Rank { own, count, shared: shared.clone() }).collect()
+    (0..count).map(|local| Rank { own: local, count, shared: shared.clone() }).collect()
 }
 
 fn elements<E: Pod>(bytes: &[u8]) -> Vec<E> {
@@ -38,16 +38,16 @@ impl Rank {
     }
 
     /// What every rank has posted.
-    fn all(&self, own: &[u8]) -> Vec<Vec<u8>> {
-        self.shared.posted.lock().expect("no rank has failed")[self.own] = own.to_vec();
+    fn all(&self, local: &[u8]) -> Vec<Vec<u8>> {
+        self.shared.posted.lock().expect("no rank has failed")[self.own] = local.to_vec();
         self.shared.barrier.wait();
         let all = self.shared.posted.lock().expect("no rank has failed").clone();
         self.shared.barrier.wait();
         all
     }
 
-    pub(super) fn gather<E: Pod>(&self, own: &[E]) -> Vec<E> {
-        self.all(bytemuck::cast_slice(own)).iter().flat_map(|part| elements(part)).collect()
+    pub(super) fn gather<E: Pod>(&self, local: &[E]) -> Vec<E> {
+        self.all(bytemuck::cast_slice(local)).iter().flat_map(|part| elements(part)).collect()
     }
 
     pub(super) fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {

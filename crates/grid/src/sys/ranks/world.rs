@@ -41,10 +41,10 @@ const PAUSE: Duration = Duration::from_micros(50);
 /// its core all the time, also where the others share it or the first rank writes files.
 fn meet() {
     let mut met = SimpleCommunicator::world().immediate_barrier();
-    let begun = Instant::now();
+    let started = Instant::now();
     while let Err(waiting) = met.test() {
         met = waiting;
-        if begun.elapsed() > BUSY {
+        if started.elapsed() > BUSY {
             std::thread::sleep(PAUSE);
         }
     }
@@ -58,19 +58,19 @@ fn layout(counts: &[usize], size: usize) -> (Vec<i32>, Vec<i32>) {
     (counts.iter().map(|n| bytes(*n)).collect(), offsets)
 }
 
-pub(super) fn gather<E: Pod>(own: &[E], counts: &[usize]) -> Vec<E> {
+pub(super) fn gather<E: Pod>(local: &[E], counts: &[usize]) -> Vec<E> {
     let (bytes, offsets) = layout(counts, size_of::<E>());
     let mut all = vec![E::zeroed(); counts.iter().sum()];
-    let own: &[u8] = bytemuck::cast_slice(own);
+    let local: &[u8] = bytemuck::cast_slice(local);
     let mut receive = PartitionMut::new(bytemuck::cast_slice_mut::<_, u8>(&mut all), bytes, offsets);
     meet();
-    SimpleCommunicator::world().all_gather_varcount_into(own, &mut receive);
+    SimpleCommunicator::world().all_gather_varcount_into(local, &mut receive);
     all
 }
 
 impl World {
-    pub(super) fn sum_on_this_machine(&self, own: u64) -> u64 {
-        gather(&[own], &vec![1; self.count]).iter().zip(&self.here).filter(|(_, here)| **here).map(|(n, _)| n).sum()
+    pub(super) fn sum_on_this_machine(&self, local: u64) -> u64 {
+        gather(&[local], &vec![1; self.count]).iter().zip(&self.here).filter(|(_, here)| **here).map(|(n, _)| n).sum()
     }
 
     pub(super) fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {
@@ -84,23 +84,23 @@ impl World {
         SimpleCommunicator::world().all_to_all_varcount_into(&send, &mut receive);
     }
 
-    pub(super) fn gather_on_first<E: Pod>(&self, own: &[E], counts: &[usize]) -> Vec<E> {
+    pub(super) fn gather_on_first<E: Pod>(&self, local: &[E], counts: &[usize]) -> Vec<E> {
         meet();
         let world = SimpleCommunicator::world();
-        let bytes: &[u8] = bytemuck::cast_slice(own);
+        let bytes: &[u8] = bytemuck::cast_slice(local);
         if self.own > 0 {
             bytes.chunks(MESSAGE).for_each(|part| world.process_at_rank(0).send(part));
             return Vec::new();
         }
         let mut all = vec![E::zeroed(); counts.iter().sum()];
-        let (first, mut rest) = all.split_at_mut(own.len());
-        first.copy_from_slice(own);
+        let (first, mut remainder) = all.split_at_mut(local.len());
+        first.copy_from_slice(local);
         for (rank, n) in counts.iter().enumerate().skip(1) {
-            let (part, after) = rest.split_at_mut(*n);
+            let (part, following) = remainder.split_at_mut(*n);
             for part in bytemuck::cast_slice_mut::<_, u8>(part).chunks_mut(MESSAGE) {
                 world.process_at_rank(rank as i32).receive_into(part);
             }
-            rest = after;
+            remainder = following;
         }
         all
     }

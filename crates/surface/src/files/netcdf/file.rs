@@ -1,9 +1,9 @@
 //! Sequential writer of NetCDF-4 files.
 
 use super::layout;
-use super::variable::{Attribute, Data, Variable};
+use super::variable::{Attribute, Variable, VariableData};
 use crate::files::atomic_file::write_atomic;
-use crate::files::npy::Reader;
+use crate::files::npy::NpyReader;
 use asperity_grid::error::{Error, Result};
 use std::io::{self, Write};
 use std::path::Path;
@@ -43,7 +43,7 @@ fn shape(path: &Path, variables: &[Variable], of: &Variable) -> Result<Vec<u64>>
     let size = |dimension: &String| {
         let coordinate = variables.iter().find(|v| v.name == *dimension && v.dimensions == [dimension.as_str()]);
         match coordinate.map(|c| &c.data) {
-            Some(Data::Numbers(values)) if !values.is_empty() => Ok(values.len() as u64),
+            Some(VariableData::Numbers(values)) if !values.is_empty() => Ok(values.len() as u64),
             _ => {
                 let found = format!("variable {} along {dimension}", of.name);
                 Err(Error::format(path, found, "dimensions that have a coordinate"))
@@ -53,8 +53,8 @@ fn shape(path: &Path, variables: &[Variable], of: &Variable) -> Result<Vec<u64>>
     let shape: Vec<u64> = of.dimensions.iter().map(size).collect::<Result<_>>()?;
     let count: u64 = shape.iter().product();
     let holds = match &of.data {
-        Data::Numbers(values) => values.len() as u64 == count,
-        Data::Scaled(files, _) | Data::AtMostZero(files) | Data::Flags(files) => {
+        VariableData::Numbers(values) => values.len() as u64 == count,
+        VariableData::Scaled(files, _) | VariableData::AtMostZero(files) | VariableData::Flags(files) => {
             shape.len() >= 2 && shape[..shape.len() - 2].iter().product::<u64>() == files.len() as u64
         }
     };
@@ -63,22 +63,22 @@ fn shape(path: &Path, variables: &[Variable], of: &Variable) -> Result<Vec<u64>>
 }
 
 /// Writes the values of a variable and returns their number of bytes.
-fn put(w: &mut impl Write, data: &Data, shape: &[u64]) -> io::Result<u64> {
+fn put(w: &mut impl Write, data: &VariableData, shape: &[u64]) -> io::Result<u64> {
     let count: u64 = shape.iter().product();
-    let (files, of): (_, Box<dyn Fn(f64) -> f64>) = match data {
-        Data::Numbers(values) => {
+    let (files, select): (_, Box<dyn Fn(f64) -> f64>) = match data {
+        VariableData::Numbers(values) => {
             values.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()))?;
             return Ok(8 * count);
         }
-        Data::Scaled(files, factor) => (files, Box::new(move |v| v * factor)),
-        Data::AtMostZero(files) => (files, Box::new(|v| f64::from(u8::from(v <= 0.0)))),
-        Data::Flags(files) => (files, Box::new(|v| v)),
+        VariableData::Scaled(files, factor) => (files, Box::new(move |v| v * factor)),
+        VariableData::AtMostZero(files) => (files, Box::new(|v| f64::from(u8::from(v <= 0.0)))),
+        VariableData::Flags(files) => (files, Box::new(|v| v)),
     };
     let map = [shape[shape.len() - 2], shape[shape.len() - 1]];
     let wide = data.bytes_each() == 8;
     let mut bytes = Vec::new();
     for file in files {
-        let reader = Reader::open(file).map_err(io::Error::other)?;
+        let reader = NpyReader::open(file).map_err(io::Error::other)?;
         if [reader.ny as u64, reader.nx as u64] != map {
             let found = format!("{} is [{}, {}], not {map:?}", file.display(), reader.ny, reader.nx);
             return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
@@ -88,7 +88,7 @@ fn put(w: &mut impl Write, data: &Data, shape: &[u64]) -> io::Result<u64> {
             .for_each_row(|_, row| {
                 bytes.clear();
                 for &value in row {
-                    if wide { bytes.extend(of(value).to_le_bytes()) } else { bytes.push(of(value) as u8) }
+                    if wide { bytes.extend(select(value).to_le_bytes()) } else { bytes.push(select(value) as u8) }
                 }
                 if written.is_ok() {
                     written = w.write_all(&bytes);
@@ -107,7 +107,7 @@ mod tests {
     use std::path::PathBuf;
 
     fn numbers(name: &str, dimensions: &[&str], values: &[f64]) -> Variable {
-        Variable::new(name, dimensions, Data::Numbers(values.to_vec()), "m", "what it is")
+        Variable::new(name, dimensions, VariableData::Numbers(values.to_vec()), "m", "what it is")
     }
 
     /// The file is read by an independent implementation of the format.
@@ -125,8 +125,8 @@ mod tests {
             numbers("y", &["y"], &[0.0, 1.0]),
             numbers("load", &["load"], &[0.1, 0.2]),
             numbers("curve", &["load"], &[5.0, f64::NAN]).with("answer", Attribute::Number(42.0)),
-            Variable::new("gap", &axes, Data::Scaled(maps.clone(), 0.5), "m", "gap"),
-            Variable::new("contact", &axes, Data::AtMostZero(maps), "1", "contact"),
+            Variable::new("gap", &axes, VariableData::Scaled(maps.clone(), 0.5), "m", "gap"),
+            Variable::new("contact", &axes, VariableData::AtMostZero(maps), "1", "contact"),
             numbers("scalar", &[], &[7.0]),
         ];
         let title = [("title".to_string(), Attribute::Text("Übersicht".into()))];
@@ -160,7 +160,7 @@ mod tests {
         npy::write(&map, 3, 2, [0.0_f64; 6]).unwrap();
         let y = numbers("y", &["y"], &[0.0, 1.0]);
         says(
-            &[x, y, Variable::new("m", &["y", "x"], Data::Scaled(vec![map], 1.0), "m", "map")],
+            &[x, y, Variable::new("m", &["y", "x"], VariableData::Scaled(vec![map], 1.0), "m", "map")],
             "is [2, 3], not [2, 2]",
         );
     }

@@ -35,29 +35,29 @@ pub(super) fn padding(bytes: u64) -> usize {
 /// references from variables to their dimensions. Sizes do not depend on addresses, so the headers are built twice:
 /// first to compute the addresses, then with them.
 pub(super) fn head(attributes: &[(String, Attribute)], variables: &[Variable], shapes: &[Vec<u64>]) -> Vec<u8> {
-    let lost = Places { headers: vec![0; variables.len()], data: vec![0; variables.len()], heap: 0 };
+    let lost = FileAddresses { headers: vec![0; variables.len()], data: vec![0; variables.len()], heap: 0 };
     let group_size = group(attributes, variables, &lost).len() as u64;
-    let mut at = SUPERBLOCK + group_size;
+    let mut offset = SUPERBLOCK + group_size;
     let mut place = |bytes: u64| {
-        let here = at;
-        at = (at + bytes).next_multiple_of(ALIGNMENT);
+        let here = offset;
+        offset = (offset + bytes).next_multiple_of(ALIGNMENT);
         here
     };
     let headers = (0..variables.len()).map(|i| place(header(variables, shapes, i, &lost).len() as u64)).collect();
     let heap_at = place(heap(variables, &lost).len() as u64);
     let bytes = |i: usize| shapes[i].iter().product::<u64>() * variables[i].data.bytes_each() as u64;
     let data = (0..variables.len()).map(|i| place(bytes(i))).collect();
-    let places = Places { headers, data, heap: heap_at };
-    let mut out = superblock(at);
+    let places = FileAddresses { headers, data, heap: heap_at };
+    let mut out = superblock(offset);
     out.extend(group(attributes, variables, &places));
     (0..variables.len()).for_each(|i| out.extend(header(variables, shapes, i, &places)));
     out.extend(heap(variables, &places));
-    debug_assert_eq!(places.data.first().map_or(at, |d| *d), out.len() as u64);
+    debug_assert_eq!(places.data.first().map_or(offset, |d| *d), out.len() as u64);
     out
 }
 
 /// Addresses in the file.
-struct Places {
+struct FileAddresses {
     headers: Vec<u64>,
     data: Vec<u64>,
     heap: u64,
@@ -94,7 +94,7 @@ fn object(messages: &[(u16, Vec<u8>)]) -> Vec<u8> {
 }
 
 /// The root group: attributes of the file and links to its variables.
-fn group(attributes: &[(String, Attribute)], variables: &[Variable], places: &Places) -> Vec<u8> {
+fn group(attributes: &[(String, Attribute)], variables: &[Variable], places: &FileAddresses) -> Vec<u8> {
     let mut info = vec![0, 0];
     info.extend(UNDEFINED.to_le_bytes());
     info.extend(UNDEFINED.to_le_bytes());
@@ -112,7 +112,7 @@ fn group(attributes: &[(String, Attribute)], variables: &[Variable], places: &Pl
 }
 
 /// Object header of one variable.
-fn header(variables: &[Variable], shapes: &[Vec<u64>], i: usize, places: &Places) -> Vec<u8> {
+fn header(variables: &[Variable], shapes: &[Vec<u64>], i: usize, places: &FileAddresses) -> Vec<u8> {
     let (variable, shape) = (&variables[i], &shapes[i]);
     let each = variable.data.bytes_each();
     let mut layout = vec![3, 1];
@@ -133,12 +133,12 @@ fn header(variables: &[Variable], shapes: &[Vec<u64>], i: usize, places: &Places
         messages.push((ATTRIBUTE, raw_attribute("_Netcdf4Dimid", &I32, &[], &(number as i32).to_le_bytes())));
         messages.extend(users(variables, i, places));
     } else if !variable.dimensions.is_empty() {
-        let before: usize = variables[..i].iter().map(scales).sum();
+        let previous: usize = variables[..i].iter().map(scales).sum();
         let mut list = Vec::new();
         for k in 0..variable.dimensions.len() {
             list.extend(1_u32.to_le_bytes());
             list.extend(places.heap.to_le_bytes());
-            list.extend(((before + k + 1) as u32).to_le_bytes());
+            list.extend(((previous + k + 1) as u32).to_le_bytes());
         }
         // Variable-length sequences of references.
         let kind = [&[0x19, 0, 0, 0, 16, 0, 0, 0][..], &REFERENCE].concat();
@@ -148,7 +148,7 @@ fn header(variables: &[Variable], shapes: &[Vec<u64>], i: usize, places: &Places
 }
 
 /// Attribute REFERENCE_LIST of a dimension: the variables that use it.
-fn users(variables: &[Variable], scale: usize, places: &Places) -> Option<(u16, Vec<u8>)> {
+fn users(variables: &[Variable], scale: usize, places: &FileAddresses) -> Option<(u16, Vec<u8>)> {
     let mut list = Vec::new();
     let mut count = 0;
     for (variable, address) in variables.iter().zip(&places.headers).filter(|(v, _)| !is_coordinate(v)) {
@@ -182,7 +182,7 @@ fn scales(variable: &Variable) -> usize {
 }
 
 /// Global heap: one reference per dimension of every variable, numbered from 1.
-fn heap(variables: &[Variable], places: &Places) -> Vec<u8> {
+fn heap(variables: &[Variable], places: &FileAddresses) -> Vec<u8> {
     let mut objects = Vec::new();
     let mut index = 0_u16;
     for variable in variables.iter().filter(|v| scales(v) > 0) {

@@ -12,4 +12,4 @@ mod layout;
 mod variable;
 
 pub use file::write;
-pub use variable::{Attribute, Data, Variable, counter};
+pub use variable::{Attribute, Variable, VariableData, counter};

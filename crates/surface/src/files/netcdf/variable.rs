@@ -11,7 +11,7 @@ pub enum Attribute {
 
 /// Data source of a variable.
 #[derive(Debug, Clone)]
-pub enum Data {
+pub enum VariableData {
     Numbers(Vec<f64>),
     /// Stack of `[ny, nx]` maps times a factor.
     Scaled(Vec<PathBuf>, f64),
@@ -21,11 +21,11 @@ pub enum Data {
     Flags(Vec<PathBuf>),
 }
 
-impl Data {
+impl VariableData {
     pub(super) fn bytes_each(&self) -> usize {
         match self {
-            Data::Numbers(_) | Data::Scaled(..) => 8,
-            Data::AtMostZero(_) | Data::Flags(_) => 1,
+            VariableData::Numbers(_) | VariableData::Scaled(..) => 8,
+            VariableData::AtMostZero(_) | VariableData::Flags(_) => 1,
         }
     }
 }
@@ -36,13 +36,13 @@ impl Data {
 pub struct Variable {
     pub name: String,
     pub dimensions: Vec<String>,
-    pub data: Data,
+    pub data: VariableData,
     pub attributes: Vec<(String, Attribute)>,
 }
 
 impl Variable {
     /// A variable with its unit ("1" for none) and a description.
-    pub fn new(name: &str, dimensions: &[&str], data: Data, units: &str, long_name: &str) -> Self {
+    pub fn new(name: &str, dimensions: &[&str], data: VariableData, units: &str, long_name: &str) -> Self {
         let text = |key: &str, value: &str| (key.to_string(), Attribute::Text(value.to_string()));
         let dimensions = dimensions.iter().map(|d| d.to_string()).collect();
         let attributes = vec![text("units", units), text("long_name", long_name)];
@@ -65,5 +65,5 @@ impl Variable {
 /// Coordinate with `n` consecutive integers from `first` on.
 pub fn counter(name: &str, first: usize, n: usize, long_name: &str) -> Variable {
     let numbers = (first..first + n).map(|i| i as f64).collect();
-    Variable::new(name, &[name], Data::Numbers(numbers), "1", long_name)
+    Variable::new(name, &[name], VariableData::Numbers(numbers), "1", long_name)
 }

@@ -1,9 +1,9 @@
-use super::super::fields::{Fields, Metric, Spring, StateSums};
-use super::super::host::Body;
+use super::super::fields::{LevelFields, Metric, Spring, StateSums};
+use super::super::host::LevelProblem;
 use super::kernels::Kernels;
 use crate::interface::{Elastic, Kernel, Law};
 use crate::method::residuals::KKT;
-use crate::method::{Heights, Precision, Problem};
+use crate::method::{Heights, Precision, ReducedProblem};
 use asperity_grid::sys::gpu::Argument::{self, F32, F64, Int, Null};
 use asperity_grid::sys::gpu::{Buffer, Failure, GpuTransform};
 use asperity_grid::{Grid, Real, Series};
@@ -79,15 +79,15 @@ fn work_bytes<T: Real>(grid: Grid) -> usize {
 }
 
 impl<'h, T: Real> OnGpu<'h, T> {
-    pub(super) fn new<L: Law>(kernels: &'h Kernels, grid: Grid, body: Body<'h, T, L>, gap: Vec<T>) -> Self {
+    pub(super) fn new<L: Law>(kernels: &'h Kernels, grid: Grid, body: LevelProblem<'h, T, L>, gap: Vec<T>) -> Self {
         let law = [kernels.work_of_adhesion, body.law.range()];
-        let Body { kernel, heights, .. } = body;
+        let LevelProblem { kernel, heights, .. } = body;
         OnGpu { kernels, grid, kernel, heights, law, gap, newer: Newer::Host, arrays: None }
     }
 
     /// Bytes of the finest level with the scratch memory of its plans. The gap, spectrum and scratch memory of the next
     /// coarser grid are there before its working arrays, which are larger.
-    pub(super) fn bytes(kernels: &Kernels, problem: &Problem) -> Tried<u64> {
+    pub(super) fn bytes(kernels: &Kernels, problem: &ReducedProblem) -> Tried<u64> {
         let grid = problem.grid;
         let fields = (size_of::<T>() + 2 * size_of::<f32>() + size_of::<u16>()) * grid.points();
         let modes = grid.half() * (grid.ny / 2 + 1);
@@ -311,7 +311,7 @@ impl<'h, T: Real> OnGpu<'h, T> {
 /// Sums after a failure: the iteration ends at once.
 const FAILED: StateSums = (f64::NAN, [f64::NAN; KKT + 1]);
 
-impl<T: Real> Fields<T> for OnGpu<'_, T> {
+impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
     fn grid(&self) -> Grid {
         self.grid
     }
@@ -368,11 +368,11 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
     }
 
     fn apply(&mut self, pending: f64) {
-        self.attempt((), |own, arrays, working| {
-            let [nx, ny, _] = own.size();
+        self.attempt((), |fields, arrays, working| {
+            let [nx, ny, _] = fields.size();
             let arguments =
                 [nx, ny, Argument::Buffer(&arrays.gap), real::<T>(pending), Argument::Buffer(&working.step)];
-            own.kernels.gpu.launch("apply_step", own.nodes(), &arguments)
+            fields.kernels.gpu.launch("apply_step", fields.nodes(), &arguments)
         });
         self.newer = Newer::Gpu;
     }
@@ -386,15 +386,15 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
     }
 
     fn trial(&mut self, scale: f64, pressure: f64, spring: Spring, _: Precision) -> StateSums {
-        self.attempt(FAILED, |own, arrays, working| {
-            let gpu = own.kernels.gpu;
+        self.attempt(FAILED, |fields, arrays, working| {
+            let gpu = fields.kernels.gpu;
             let state = [Argument::Buffer(&arrays.gap), real::<T>(scale), Argument::Buffer(&working.step)];
             let work = Argument::Buffer(&arrays.work);
-            gpu.launch("shifted", own.nodes(), &[&own.size()[..], &state, &[work]].concat())?;
-            let elastic = own.elastic(arrays, spring)?;
+            gpu.launch("shifted", fields.nodes(), &[&fields.size()[..], &state, &[work]].concat())?;
+            let elastic = fields.elastic(arrays, spring)?;
             let rest = [work, real::<T>(pressure), Argument::Buffer(&working.residual)];
-            let arguments = [&own.size()[..], &state, &rest, &own.attraction()].concat();
-            let sums: [f64; 7] = gpu.sums("trial", own.nodes(), &arguments)?;
+            let arguments = [&fields.size()[..], &state, &rest, &fields.attraction()].concat();
+            let sums: [f64; 7] = gpu.sums("trial", fields.nodes(), &arguments)?;
             Ok((elastic, Self::ordered(&sums, sums[6])))
         })
     }
@@ -445,10 +445,10 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
     }
 
     fn multiply(&mut self, metric: Metric) -> f64 {
-        self.attempt(f64::NAN, |own, arrays, _| {
-            own.linear(arrays).forward(&arrays.work)?;
-            let product = own.product(arrays, metric, true)?;
-            own.linear(arrays).inverse(&arrays.work)?;
+        self.attempt(f64::NAN, |fields, arrays, _| {
+            fields.linear(arrays).forward(&arrays.work)?;
+            let product = fields.product(arrays, metric, true)?;
+            fields.linear(arrays).inverse(&arrays.work)?;
             Ok(product)
         })
     }
@@ -484,10 +484,10 @@ impl<T: Real> Fields<T> for OnGpu<'_, T> {
     }
 
     fn step_along_direction(&mut self) {
-        self.attempt((), |own, _, working| {
-            let [nx, ny, _] = own.size();
+        self.attempt((), |fields, _, working| {
+            let [nx, ny, _] = fields.size();
             let arguments = [nx, ny, Argument::Buffer(&working.direction), Argument::Buffer(&working.step)];
-            own.kernels.gpu.launch("step_along_direction", own.nodes(), &arguments)
+            fields.kernels.gpu.launch("step_along_direction", fields.nodes(), &arguments)
         });
     }
 

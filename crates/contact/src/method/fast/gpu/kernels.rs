@@ -36,13 +36,13 @@ impl Kernels {
     /// `MissingProgram` without the libraries of CUDA, `Gpu` if the card or the compilation fails.
     pub(super) fn compiled(precision: Precision, work_of_adhesion: f64) -> Result<Self> {
         if let Some(library) = missing_library() {
-            let how = format!("{library} is missing (LD_LIBRARY_PATH names its folder)");
-            return Err(Error::MissingProgram { program: "CUDA".into(), how });
+            let remedy = format!("{library} is missing (LD_LIBRARY_PATH names its folder)");
+            return Err(Error::MissingProgram { program: "CUDA".into(), how: remedy });
         }
         let real = if precision == Precision::F64 { "double" } else { "float" };
         let definitions = format!("-DREAL={real} -DLAW={}", i32::from(work_of_adhesion != 0.0));
         let gpu = Gpu::with_kernels(include_str!("kernels.cu"), &definitions, &KERNELS);
-        let gpu = gpu.map_err(|said| Error::Gpu { name: "the GPU".into(), said })?;
+        let gpu = gpu.map_err(|message| Error::Gpu { name: "the GPU".into(), said: message })?;
         Ok(Kernels { gpu, work_of_adhesion, failure: RefCell::default() })
     }
 
@@ -63,7 +63,7 @@ impl Kernels {
 
     /// Why the GPU failed, if it did: results since then are not numbers.
     pub(super) fn failure(&self) -> Option<Error> {
-        let said = self.failure.borrow().clone()?;
-        Some(Error::Gpu { name: self.gpu.name(), said })
+        let message = self.failure.borrow().clone()?;
+        Some(Error::Gpu { name: self.gpu.name(), said: message })
     }
 }

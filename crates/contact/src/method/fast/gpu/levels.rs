@@ -1,12 +1,12 @@
 use super::fields::OnGpu;
 use super::kernels::Kernels;
 use crate::interface::Law;
-use crate::method::{Device, Precision, Problem};
+use crate::method::{Device, Precision, ReducedProblem};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Real};
 
-use super::super::fields::Fields;
-use super::super::host::Body;
+use super::super::fields::LevelFields;
+use super::super::host::LevelProblem;
 
 /// Makes levels on a GPU, for a problem.
 pub(crate) struct GpuLevels(Kernels);
@@ -16,21 +16,21 @@ impl GpuLevels {
     ///
     /// # Errors
     /// `MissingProgram` without CUDA, `Gpu` if the card or the compilation fails, `Memory` if its memory is too small.
-    pub(crate) fn open(problem: &Problem) -> Result<Option<Self>> {
+    pub(crate) fn open(problem: &ReducedProblem) -> Result<Option<Self>> {
         if Device::of(problem, &super::super::CARD) == Device::Cpu {
             return Ok(None);
         }
         let kernels = Kernels::compiled(problem.precision, problem.adhesion.work_of_adhesion())?;
-        let need = match problem.precision {
+        let required = match problem.precision {
             Precision::F32 => OnGpu::<f32>::bytes(&kernels, problem),
             Precision::F64 => OnGpu::<f64>::bytes(&kernels, problem),
         };
-        let failed = |said| Error::Gpu { name: kernels.gpu.name(), said };
-        let (need, have) = (need.map_err(failed)?, kernels.gpu.free_bytes().map_err(failed)?);
-        if need > have {
-            let what = format!("the solve on {}", kernels.gpu.name());
+        let failed = |message| Error::Gpu { name: kernels.gpu.name(), said: message };
+        let (required, available) = (required.map_err(failed)?, kernels.gpu.free_bytes().map_err(failed)?);
+        if required > available {
+            let description = format!("the solve on {}", kernels.gpu.name());
             let advice = "a coarser grid, precision f32, or --device cpu needs less".into();
-            return Err(Error::Memory { what, need, have, advice });
+            return Err(Error::Memory { what: description, need: required, have: available, advice });
         }
         Ok(Some(GpuLevels(kernels)))
     }
@@ -43,9 +43,9 @@ impl GpuLevels {
     pub(crate) fn with_gap<'h, T: Real, L: Law + 'h>(
         &'h self,
         grid: Grid,
-        body: Body<'h, T, L>,
+        body: LevelProblem<'h, T, L>,
         gap: Vec<T>,
-    ) -> Box<dyn Fields<T> + 'h> {
+    ) -> Box<dyn LevelFields<T> + 'h> {
         Box::new(OnGpu::new(&self.0, grid, body, gap))
     }
 
@@ -53,9 +53,9 @@ impl GpuLevels {
     pub(crate) fn refined<'h, T: Real, L: Law + 'h>(
         &'h self,
         grid: Grid,
-        body: Body<'h, T, L>,
+        body: LevelProblem<'h, T, L>,
         (old, gap): (Grid, &[T]),
-    ) -> Box<dyn Fields<T> + 'h> {
+    ) -> Box<dyn LevelFields<T> + 'h> {
         let mut fine = OnGpu::new(&self.0, grid, body, Vec::new());
         fine.interpolate(old, gap);
         Box::new(fine)

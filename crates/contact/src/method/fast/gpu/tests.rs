@@ -1,7 +1,7 @@
 //! Every sweep of a level, on the GPU against the host. Without a GPU nothing is compared, and a line says so.
 
-use super::super::fields::{Fields, Metric, Spring};
-use super::super::host::{Body, Host};
+use super::super::fields::{LevelFields, Metric, Spring};
+use super::super::host::{Host, LevelProblem};
 use super::super::window::Window;
 use super::fields::OnGpu;
 use super::kernels::Kernels;
@@ -28,8 +28,8 @@ fn has_gpu() -> bool {
 fn difference(one: &[f64], other: &[f64]) -> f64 {
     let largest = one.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     assert_eq!(one.len(), other.len());
-    let most = one.iter().zip(other).map(|(a, b)| if b.is_finite() { (a - b).abs() } else { f64::INFINITY });
-    most.fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
+    let upper = one.iter().zip(other).map(|(a, b)| if b.is_finite() { (a - b).abs() } else { f64::INFINITY });
+    upper.fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
 }
 
 fn wide<T: Real>(values: &[T]) -> Vec<f64> {
@@ -43,14 +43,14 @@ fn compared<T: Real, L: Law>(grid: Grid, kernel: Elastic, law: L, heights: &Seri
         _ => (Precision::F64, TOLERANCES[1]),
     };
     let kernels = Kernels::compiled(precision, gamma).expect("a GPU");
-    let body = Body { kernel, law, heights, window: Window { nx: grid.nx, ny: grid.ny }, ranks: &ALONE };
+    let body = LevelProblem { kernel, law, heights, window: Window { nx: grid.nx, ny: grid.ny }, ranks: &ALONE };
     let gap: Vec<T> =
         (0..grid.points()).map(|i| T::of(1e-3 * ((i * 7919 % 1013) as f64 / 400.0 - 1.0).max(0.0))).collect();
-    let mut host: Box<dyn Fields<T>> = Box::new(Host::new(grid, body, gap.clone()));
-    let mut gpu: Box<dyn Fields<T>> = Box::new(OnGpu::new(&kernels, grid, body, gap.clone()));
-    let equal = |what: &str, one: &[f64], other: &[f64], tolerance: f64| {
-        let found = difference(one, other);
-        assert!(found <= tolerance, "{} x {}, {kernel}, {precision:?}: {what} {found:e}", grid.nx, grid.ny);
+    let mut host: Box<dyn LevelFields<T>> = Box::new(Host::new(grid, body, gap.clone()));
+    let mut gpu: Box<dyn LevelFields<T>> = Box::new(OnGpu::new(&kernels, grid, body, gap.clone()));
+    let equal = |description: &str, one: &[f64], other: &[f64], tolerance: f64| {
+        let actual = difference(one, other);
+        assert!(actual <= tolerance, "{} x {}, {kernel}, {precision:?}: {description} {actual:e}", grid.nx, grid.ny);
     };
     let spring = Spring { stiffness: 0.7, target: 1e-4 };
     host.allocate();
@@ -98,7 +98,7 @@ fn compared<T: Real, L: Law>(grid: Grid, kernel: Elastic, law: L, heights: &Seri
     equal("energy of the state", &[one.0.0], &[other.0.0], state);
     let coarse = host.gap().to_vec();
     let fine = Grid { nx: 2 * grid.nx, ny: 2 * grid.ny, ..grid };
-    let body = Body { window: Window { nx: fine.nx, ny: fine.ny }, ..body };
+    let body = LevelProblem { window: Window { nx: fine.nx, ny: fine.ny }, ..body };
     let mut refined = Host::refined(fine, body, (grid, coarse.clone()));
     let clipped: Vec<f64> = refined.gap().iter().map(|g| g.wide().max(0.0)).collect();
     let mut on_gpu = OnGpu::new(&kernels, fine, body, Vec::new());
@@ -152,7 +152,7 @@ fn a_failure_ends_the_solve() {
     let grid = Grid::unit(32, 32);
     let heights = Series::<f64>::from_modes(2, 2, |_, _| Complex::new(1e-3, 0.0));
     let kernels = Kernels::compiled(Precision::F64, 0.0).expect("a GPU");
-    let body = Body {
+    let body = LevelProblem {
         kernel: Elastic::HalfSpace,
         law: HardWall,
         heights: &heights,
