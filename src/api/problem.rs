@@ -301,7 +301,7 @@ impl Problem {
             let accepted = "a method that solves for the fields, or `Problem::estimate`";
             return Err(Error::input(PLACE, "method", method.card().id, accepted));
         }
-        case.find_contact_pressures(observer).map_err(named)?;
+        crate::pipeline::impose_contact(&mut case, observer).map_err(named)?;
         // The surface lends its heights; the case needs them no longer.
         case.take_surface();
         let targets: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();

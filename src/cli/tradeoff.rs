@@ -118,7 +118,7 @@ impl TradeoffArgs {
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
         refuse_dry_run(self.dry_run)?;
-        case.find_contact_pressures(&asperity_contact::method::NoObserver)?;
+        pipeline::impose_contact(&mut case, &asperity_contact::method::NoObserver)?;
         let request = TradeoffRequest {
             methods,
             grids: (!self.grids.is_empty()).then_some(self.grids),

@@ -11,13 +11,11 @@ use asperity_contact::load::LoadStep;
 use asperity_contact::method::{ContactMethod, Heights, ReducedProblem, Targets};
 use asperity_contact::path::LoadPathSolver;
 use asperity_contact::results::ContinuumResults;
-use asperity_grid::{Grid, Series};
+use asperity_grid::Grid;
 use asperity_surface::files::hashed::file_hash;
 use asperity_surface::files::npy;
-use rustfft::num_complex::Complex;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 
 /// Time per grid point and pair of Fourier transforms on one thread in f64, s. At 4096² a pair takes 190 ms, and vector
 /// operations half as much again. An order of magnitude for `--dry-run`.
@@ -72,20 +70,10 @@ impl<'a> SolvedHeights<'a> {
     }
 }
 
-/// Heights of a case for a plan, before there are any, and the bytes that they take: of a series with its copy in the precision
-/// of the solver.
-fn planned_heights(case: &Case) -> (Heights<'static>, u64) {
-    static NO_WAVES: LazyLock<Series<f64>> = LazyLock::new(|| Series::from_modes(0, 0, |_, _| Complex::default()));
-    match case.surface.series_bytes() {
-        Some(bytes) => (Heights::Series(&NO_WAVES), 2 * bytes),
-        None => (Heights::Nodes(&[]), 8 * case.grid.points() as u64),
-    }
-}
-
 /// Memory and time to solve a case's problem on a grid at `loads` loads, including the heights.
 pub(super) fn solve_cost(case: &Case, grid: Grid, loads: usize, machine: MachineSpeed) -> EstimatedCost {
     let method = asperity_methods::find(&case.scene.continuum.method).expect("checked with the scene");
-    let cost = method_cost(&ReducedProblem { grid, ..case.problem((&[][..]).into()) }, method, loads, machine);
+    let cost = method_cost(&ReducedProblem { grid, ..case.problem(Heights::Planned(None)) }, method, loads, machine);
     EstimatedCost { bytes: cost.bytes + 8 * grid.points() as u64, ..cost }
 }
 
@@ -213,12 +201,13 @@ impl Stage for SolveStage<'_> {
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let case = self.case;
-        let (heights, bytes) = planned_heights(case);
-        let problem = case.problem(heights);
+        let problem = case.planned_problem();
         let pulls_off = self.variant == Variant::Primary && case.scene.load.pull_off;
         let loads = self.loads() + if pulls_off { PULL_OFF_LOADS } else { 0 };
         let own = method_cost(&problem, self.method(), loads, machine);
-        let own = EstimatedCost { bytes: own.bytes + bytes, ..own };
+        // The plan has a copy of a series in the precision of the solver.
+        let heights = problem.heights.series_bytes().unwrap_or(8 * case.grid.points() as u64);
+        let own = EstimatedCost { bytes: own.bytes + heights, ..own };
         if self.variant != Variant::Primary {
             return own;
         }

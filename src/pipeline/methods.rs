@@ -79,7 +79,7 @@ impl Stage for MethodStage<'_> {
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let (case, loads) = (self.case, self.case.loading_steps().len() as f64);
         let adhesion = if self.of.adhesive { case.adhesion } else { AttractionLaw::None };
-        let problem = ReducedProblem { adhesion, ..case.problem((&[][..]).into()) };
+        let problem = ReducedProblem { adhesion, ..case.planned_problem() };
         let plan = EstimatorInput::plan(&problem, self.of.method);
         let points = case.grid.points();
         let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads;

@@ -7,6 +7,7 @@ mod atom_stages;
 mod atomistic;
 pub mod checkpoint;
 mod comparison;
+mod contact_loads;
 mod continuum;
 mod crystals;
 mod curve;
@@ -33,6 +34,7 @@ mod unloading;
 mod versions;
 
 pub use atomistic::{LammpsOutcome, build_job, engine, read_atoms, read_frames, run_lammps, speed};
+pub use contact_loads::impose_contact;
 pub use continuum::start;
 pub use crystals::{Crystals, Said, keep_crystal};
 pub use folder::{OutFolder, RunFolder, StageKey};

@@ -37,7 +37,7 @@ impl<'a> Manifest<'a> {
             scene: &case.scene,
             engine,
             threads: rayon::current_num_threads(),
-            device: Device::of(&case.problem((&[][..]).into()), case.method()),
+            device: Device::of(&case.planned_problem(), case.method()),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
             stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop).collect(),

@@ -1,6 +1,5 @@
 use super::atoms::LaboratoryProblem;
 use super::check::{complaints, missing_files};
-use super::load::estimated_p_star;
 use super::model::relative_to;
 use super::source::ResolvedSurface;
 use super::surface_file::{SurfaceFile, preparation_keys, rounded};
@@ -12,6 +11,7 @@ use asperity_contact::interface::{
 };
 use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
+use asperity_contact::path::estimated_p_star;
 use asperity_grid::Grid;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
@@ -401,6 +401,26 @@ impl Case {
         }
     }
 
+    /// The same for a plan, before the heights are made.
+    pub fn planned_problem(&self) -> ReducedProblem<'_> {
+        self.problem(Heights::Planned(self.surface.series_bytes()))
+    }
+
+    /// Imposes these pressures (E*) in place of the contact areas of the scene.
+    pub fn impose_pressures(&mut self, pressures: &[f64]) {
+        let modulus = self.laboratory.modulus();
+        self.scene.load.contact = Vec::new();
+        self.scene.load.pressure = pressures.iter().map(|p| modulus.with(p * modulus.value())).collect();
+        let first_touch = self.first_touch.unwrap_or(f64::NAN);
+        self.load_steps = load_steps(&self.scene, &self.laboratory, self.grid, self.gradient, first_touch);
+        // Without the rounding of the unit.
+        let path = self.scene.load.with_unloading(pressures);
+        for (step, pressure) in self.load_steps.iter_mut().zip(path) {
+            step.target = Load::Pressure(pressure);
+            step.p_star = step.p_star.map(|_| pressure / self.gradient);
+        }
+    }
+
     /// What is computed below the surface, if it is requested.
     pub fn subsurface(&self) -> Option<SubsurfaceRequest> {
         let (s, lab) = (self.scene.continuum.subsurface.as_ref()?, &self.laboratory);
@@ -532,7 +552,7 @@ fn kernel(scene: &Scene, lab: &LaboratoryScene, grid: Grid) -> Result<Elastic> {
 }
 
 /// The load steps of a scene. `gradient`: rms gradient, to which p* refers; `first_touch`: mean gap at first contact. Contact fractions
-/// have estimated pressures ([`Case::find_contact_pressures`]).
+/// have estimated pressures ([`Case::impose_pressures`]).
 fn load_steps(scene: &Scene, lab: &LaboratoryScene, grid: Grid, gradient: f64, first_touch: f64) -> Vec<LoadStep> {
     let load = &scene.load;
     let pressures: Vec<f64> = [

@@ -48,14 +48,6 @@ pub struct LoadScene {
     pub pull_off: bool,
 }
 
-/// p* at which about this fraction of a rough surface is in contact: A = erf(√π p*), inverted by Winitzki's formula (error below 0.4 %).
-pub(super) fn estimated_p_star(area: f64) -> f64 {
-    const A: f64 = 0.147;
-    let log = (1.0 - area * area).ln();
-    let half = 2.0 / (std::f64::consts::PI * A) + log / 2.0;
-    ((half * half - log / A).sqrt() - half).sqrt() / std::f64::consts::PI.sqrt()
-}
-
 /// Loads p* that a scene gives in two places are the same up to this relative difference.
 const SAME_LOAD: f64 = 1e-9;
 
@@ -159,14 +151,5 @@ mod tests {
             assert!(!is_closed(path), "{path:?}");
         }
         assert!(LoadScene { p_star: vec![0.01, 0.02], unload: true, ..LoadScene::default() }.is_closed());
-    }
-
-    #[test]
-    fn the_estimate_inverts_the_error_function() {
-        // erf(√π p*) at p* = 0.01 and 0.5: 0.019998, 0.789908 (Abramowitz and Stegun 7.1.6).
-        for (p_star, area) in [(0.01, 0.019998), (0.5, 0.789908)] {
-            let actual: f64 = estimated_p_star(area);
-            assert!((actual / p_star - 1.0).abs() < 4e-3, "{actual} for {p_star}");
-        }
     }
 }

@@ -7,7 +7,6 @@ mod atoms;
 mod atoms_scene;
 mod case;
 mod check;
-mod contact_target;
 mod hardness;
 mod key_names;
 mod laboratory;

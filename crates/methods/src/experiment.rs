@@ -18,8 +18,8 @@ use asperity_contact::interface::{AttractionLaw, Base, Elastic, Layer, RangeChoi
 use asperity_contact::method::equilibrium_check::estimating;
 use asperity_contact::method::settings::{self, ExperimentSettings};
 use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Fast, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Support, require,
+    Capabilities, ContactMethod, Criterion, Estimator, Fast, Heights, Load, MethodCard, MethodEstimate, MethodKind,
+    Needs, Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Support, require,
 };
 use asperity_grid::Result;
 use asperity_grid::{Grid, Transform};
@@ -101,7 +101,7 @@ impl ContactMethod for Experiment {
 
     fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
         // The solver, printed heights, previous gap, correlated gap, and the map.
-        let inner = Fast.plan(&ReducedProblem { heights: (&[][..]).into(), ..problem.clone() });
+        let inner = Fast.plan(&ReducedProblem { heights: Heights::Planned(None), ..problem.clone() });
         SolvePlan { bytes: inner.bytes + (3 * 8 + 1) * problem.grid.points() as u64, ..inner }
     }
 

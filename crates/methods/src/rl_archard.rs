@@ -86,10 +86,8 @@ impl ContactMethod for RlArchard {
         let field = |grid: Grid| 8 * grid.points() as u64;
         let solver = asperity_contact::method::Fast.plan(&ReducedProblem { grid, ..problem.clone() });
         // The series through the nodes, the spectrum it is made from, and the filtered series.
-        let series = match problem.heights {
-            Heights::Nodes(_) => 3 * Transform::<f64>::spectrum_bytes(problem.grid),
-            Heights::Series(series) => series.bytes(),
-        };
+        let through_nodes = || 3 * Transform::<f64>::spectrum_bytes(problem.grid);
+        let series = problem.heights.series_bytes().unwrap_or_else(through_nodes);
         // In transform pairs of the problem's grid.
         let fraction = grid.points() as f64 / problem.grid.points() as f64;
         let pairs_per_iteration = solver.pairs_per_iteration * fraction;
@@ -114,6 +112,7 @@ impl ContactMethod for RlArchard {
                 &own
             }
             Heights::Series(series) => series,
+            Heights::Planned(_) => unreachable!("a solve has heights"),
         };
         let gradient = PowerSpectrum::from_series(series, grid).rms_gradient();
         if gradient.is_nan() || gradient <= 0.0 {

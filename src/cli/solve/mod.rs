@@ -15,7 +15,7 @@ pub(super) use flags::SolveArgs;
 use super::file::COMMAND_LINE;
 use super::{output, progress::TerminalProgress};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
-use crate::pipeline::{Listener, ProgressReporter, StageKey};
+use crate::pipeline::{Listener, ProgressReporter, StageKey, impose_contact};
 use crate::record::load_table::ResultUnits;
 use crate::report::number::memory;
 use crate::scene::{Case, HeightSource};
@@ -191,13 +191,13 @@ impl SolveArgs {
         let names = |key: &str| self.flag_of(key);
         let method = asperity_methods::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
-        Device::check(&case.problem((&[][..]).into()), method.card())?;
+        Device::check(&case.planned_problem(), method.card())?;
         case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));
         if let Some(provenance) = &case.provenance {
             progress.note(&provenance.to_string());
         }
         if !self.dry_run {
-            case.find_contact_pressures(&asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
+            impose_contact(&mut case, &asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
         let stored = StoredHeights::of(case.take_surface(), ranks);
         if method.card().kind == MethodKind::Estimate {

@@ -205,6 +205,7 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
         (scene.atoms.is_some(), "[atoms]"),
         (scene.challenge.is_some(), "[challenge]"),
         (scene.load.unload, "load.unload"),
+        (!scene.load.contact.is_empty(), "load.contact"),
         (m.initial_gap.is_some(), "continuum.initial_gap"),
         (extrapolates, "adhesion.resolution = \"extrapolate\""),
         (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges.is_empty()), "adhesion.other_ranges"),

@@ -11,8 +11,8 @@ use super::operator::{Build, Operator, dispatch};
 use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, RowLaw, curvature_of, kkt, moved};
 use super::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Heights, Load, MethodCard, MethodKind, Needs, Observer,
-    ReducedProblem, SolvePlan, SolverRun, SolverSnapshot, StartedMethod, Stop,
+    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, ReducedProblem,
+    SolvePlan, SolverRun, SolverSnapshot, StartedMethod, Stop,
 };
 use crate::interface::{AttractionLaw, Kernel, Law, Wall};
 use asperity_grid::Result;
@@ -54,7 +54,7 @@ impl ContactMethod for Bvm {
         // converted or synthesised; one half spectrum.
         let fields = 3
             + u64::from(problem.adhesion != AttractionLaw::None || problem.wall != Wall::Hard)
-            + u64::from(problem.precision == super::Precision::F32 || matches!(problem.heights, Heights::Series(_)));
+            + u64::from(problem.precision == super::Precision::F32 || problem.heights.series_bytes().is_some());
         let spectrum = match problem.precision {
             super::Precision::F32 => Transform::<f32>::spectrum_bytes(problem.grid),
             super::Precision::F64 => Transform::<f64>::spectrum_bytes(problem.grid),

@@ -68,6 +68,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         let (heights, offset) = match problem.heights {
             Heights::Nodes(nodes) => T::heights(nodes, asperity_grid::mean(nodes)),
             Heights::Series(series) => (Cow::Owned(series.on_nodes(&transform, &mut transform.spectrum())), T::zero()),
+            Heights::Planned(_) => unreachable!("a solve has heights"),
         };
         let lowest = lowest(&heights);
         let rms_height = rms(&heights);

@@ -2,7 +2,7 @@
 //! for good. The next load starts from the displaced surface, so that unloading is elastic and reloading follows it.
 
 use super::residuals::Residuals;
-use super::{CoarseState, Heights, Iteration, Observer, ReducedProblem, SnapshotRef};
+use super::{CoarseState, Iteration, Observer, ReducedProblem, SnapshotRef};
 use crate::interface::{HardnessMap, Law};
 use crate::observe::Plasticity;
 use asperity_grid::{Field, Real, mean};
@@ -31,10 +31,10 @@ impl<T: Real> PlasticFlow<T> {
 
     /// Bytes of the displaced heights on nodes: in working precision, or in f64 while they are made from a series.
     pub(super) fn nodes_bytes(problem: &ReducedProblem) -> u64 {
-        let each = match (problem.hardness, problem.heights) {
+        let each = match (problem.hardness, problem.heights.series_bytes()) {
             (None, _) => 0,
-            (Some(_), Heights::Nodes(_)) => problem.precision.bytes(),
-            (Some(_), Heights::Series(_)) => 2 * size_of::<f64>() as u64,
+            (Some(_), None) => problem.precision.bytes(),
+            (Some(_), Some(_)) => 2 * size_of::<f64>() as u64,
         };
         each * problem.grid.points() as u64
     }

@@ -48,6 +48,9 @@ pub enum Heights<'a> {
     Nodes(&'a [f64]),
     /// Modes of a Fourier series up to the Nyquist modes of the grid. A method that needs no nodal heights stores none.
     Series(&'a Series<f64>),
+    /// None yet: those of a plan, with the bytes of the series that they will be, if they are one; and of a method that needs only the
+    /// power spectrum.
+    Planned(Option<u64>),
 }
 
 impl Heights<'_> {
@@ -56,6 +59,16 @@ impl Heights<'_> {
         match self {
             Heights::Nodes(nodes) => rms(nodes),
             Heights::Series(series) => series.rms(),
+            Heights::Planned(_) => f64::NAN,
+        }
+    }
+
+    /// Bytes of a series; `None` for nodes.
+    pub fn series_bytes(&self) -> Option<u64> {
+        match self {
+            Heights::Nodes(_) => None,
+            Heights::Series(series) => Some(series.bytes()),
+            Heights::Planned(bytes) => *bytes,
         }
     }
 
@@ -67,6 +80,7 @@ impl Heights<'_> {
                 let transform = Transform::new(grid);
                 Cow::Owned(series.on_nodes(&transform, &mut transform.spectrum()))
             }
+            Heights::Planned(_) => unreachable!("a solve has heights"),
         }
     }
 }
@@ -176,7 +190,7 @@ impl<'a> ReducedProblem<'a> {
 
     /// The same for methods that need only the power spectrum of the surface.
     pub fn of_power(grid: Grid, power: &'a PowerSpectrum) -> Self {
-        ReducedProblem { power: Some(power), ..ReducedProblem::new(grid, &[][..]) }
+        ReducedProblem { power: Some(power), ..ReducedProblem::new(grid, Heights::Planned(None)) }
     }
 
     /// Power spectrum of the surface, for a method that needs it.
@@ -199,8 +213,8 @@ impl<'a> ReducedProblem<'a> {
     /// from it.
     pub fn power_bytes(&self) -> u64 {
         match self.heights {
-            Heights::Series(_) => 0,
-            Heights::Nodes(_) => 2 * Transform::<f64>::spectrum_bytes(self.grid),
+            Heights::Series(_) | Heights::Planned(Some(_)) => 0,
+            Heights::Nodes(_) | Heights::Planned(None) => 2 * Transform::<f64>::spectrum_bytes(self.grid),
         }
     }
 
@@ -210,6 +224,7 @@ impl<'a> ReducedProblem<'a> {
     /// `Memory` if the series through nodal heights does not fit.
     pub fn power_of_heights(&self) -> Result<PowerSpectrum> {
         match self.heights {
+            Heights::Planned(_) => unreachable!("a solve has heights"),
             Heights::Series(series) => Ok(PowerSpectrum::from_series(series, self.grid)),
             Heights::Nodes(nodes) => {
                 let (required, available) = (self.power_bytes(), asperity_grid::sys::available_memory_bytes());
@@ -237,6 +252,7 @@ impl<'a> ReducedProblem<'a> {
         match self.heights {
             Heights::Nodes(nodes) => Series::<f64>::from_nodes(grid, nodes).rms_gradient(grid),
             Heights::Series(series) => series.rms_gradient(grid),
+            Heights::Planned(_) => unreachable!("a solve has heights"),
         }
     }
 

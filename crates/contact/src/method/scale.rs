@@ -75,6 +75,7 @@ impl ProblemScale {
             Heights::Nodes(nodes) => ScaledHeights::Nodes(nodes.iter().map(|h| self.divide(*h)).collect()),
             // The reciprocal of the smallest units is infinite.
             Heights::Series(series) => ScaledHeights::Series(series.divided(self.0)),
+            Heights::Planned(_) => unreachable!("a solve has heights"),
         }
     }
 

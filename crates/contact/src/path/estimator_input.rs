@@ -1,7 +1,7 @@
 use crate::interface::AttractionLaw;
 use crate::method::{
-    ContactMethod, Load, MethodCard, MethodEstimate, Needs, Observer, ProblemScale, ReducedProblem, ScaledHeights,
-    SolvePlan, Stop,
+    ContactMethod, Heights, Load, MethodCard, MethodEstimate, Needs, Observer, ProblemScale, ReducedProblem,
+    ScaledHeights, SolvePlan, Stop,
 };
 use asperity_grid::Field;
 use asperity_grid::{Error, Result};
@@ -59,7 +59,7 @@ impl<'a> EstimatorInput<'a> {
             None => self.problem.clone(),
         };
         match &self.power {
-            Some(power) => ReducedProblem { power: Some(power), heights: (&[][..]).into(), ..problem },
+            Some(power) => ReducedProblem { power: Some(power), heights: Heights::Planned(None), ..problem },
             None => problem,
         }
     }

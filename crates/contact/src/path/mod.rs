@@ -2,6 +2,7 @@
 //! loads.
 
 mod coarser_grids;
+mod contact_target;
 mod estimator_input;
 mod leakage;
 mod pull_off;
@@ -10,6 +11,7 @@ mod uncertainty;
 mod unit;
 
 pub use coarser_grids::{edge_uncertainty, unresolved_contact};
+pub use contact_target::{estimated_p_star, pressures_of_contact};
 pub use estimator_input::EstimatorInput;
 pub use leakage::leakage;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
@@ -190,6 +192,7 @@ impl<'p> LoadPathSolver<'p> {
                 let own = series.on_nodes(&transform, &mut transform.spectrum());
                 -self.problem.ranks.lowest(lowest(&own))
             }
+            Heights::Planned(_) => unreachable!("a solve has heights"),
         }
     }
 
@@ -201,8 +204,8 @@ impl<'p> LoadPathSolver<'p> {
         let grids = self.coarser_grids_followed(pulls_off);
         let field = (size_of::<f64>() * self.problem.grid.points()) as u64;
         // A Fourier series of the nodes has the size of one field.
-        let series = match self.problem.heights {
-            Heights::Nodes(_) if !grids.is_empty() => field,
+        let series = match self.problem.heights.series_bytes() {
+            None if !grids.is_empty() => field,
             _ => 0,
         };
         let separation = if pulls_off { pull_off::FIELDS * field } else { 0 };
@@ -227,6 +230,7 @@ impl<'p> LoadPathSolver<'p> {
                 made = Series::from_nodes(self.problem.grid, nodes);
                 &made
             }
+            Heights::Planned(_) => unreachable!("a solve has heights"),
         };
         let problem = coarsened(&self.problem, grid, series, self.requested);
         CoarseSolver::start(&problem, (self.threshold, self.leakage), false, observer)?.follow(load)
@@ -253,7 +257,7 @@ impl<'p> LoadPathSolver<'p> {
                 made = Series::from_nodes(self.problem.grid, nodes);
                 Some(&made)
             }
-            Heights::Nodes(_) => None,
+            Heights::Nodes(_) | Heights::Planned(_) => None,
         };
         let problems: Vec<ReducedProblem> = grids
             .iter()

@@ -111,9 +111,9 @@ impl ContactMethod for Fast {
         };
         // A converted series; a series through nodes is as large as a field and is made from a spectrum in f64.
         let (field, yields) = ((real * grid.points()) as u64, problem.hardness.is_some());
-        let series = match problem.heights {
-            Heights::Series(s) if grid == problem.grid => {
-                let waves = s.bytes() / size_of::<f64>() as u64 * real as u64;
+        let series = match problem.heights.series_bytes() {
+            Some(bytes) if grid == problem.grid => {
+                let waves = bytes / size_of::<f64>() as u64 * real as u64;
                 // Displaced heights have all waves of the grid.
                 if yields { waves.max(field) } else { waves }
             }
@@ -194,6 +194,7 @@ fn series<T: Real>(problem: &ReducedProblem, cell: &mut ComputationCell, flow: &
         }
         Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
         Heights::Series(series) => series.converted(),
+        Heights::Planned(_) => unreachable!("a solve has heights"),
     };
     let rms = series.rms();
     (series, rms)

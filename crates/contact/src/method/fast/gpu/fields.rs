@@ -92,9 +92,9 @@ impl<'h, T: Real> OnGpu<'h, T> {
         let fields = (size_of::<T>() + 2 * size_of::<f32>() + size_of::<u16>()) * grid.points();
         let modes = grid.half() * (grid.ny / 2 + 1);
         let table = if problem.kernel == Elastic::HalfSpace { 0 } else { modes * size_of::<T>() };
-        let waves = match problem.heights {
-            Heights::Series(waves) => waves.bytes() as usize / size_of::<f64>() * size_of::<T>(),
-            Heights::Nodes(_) => work_bytes::<T>(grid),
+        let waves = match problem.heights.series_bytes() {
+            Some(bytes) => bytes as usize / size_of::<f64>() * size_of::<T>(),
+            None => work_bytes::<T>(grid),
         };
         let (_, _, scratch) = Self::plans(kernels, grid)?;
         Ok((fields + work_bytes::<T>(grid) + table + waves + scratch) as u64)

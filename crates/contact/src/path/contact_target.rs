@@ -1,0 +1,117 @@
+//! Loads that are given as contact areas: the pressures that produce them.
+
+use crate::method::{ContactMethod, Load, Observer, ReducedProblem, Stop};
+use asperity_grid::{Error, Result};
+
+/// Relative deviation of the contact area that is accepted, or one node if that is more: contact changes by whole nodes.
+const CONTACT_TOLERANCE: f64 = 1e-3;
+
+/// Relative distance of two pressures between which the contact jumps past a target.
+const JUMP: f64 = 1e-7;
+
+/// Solves per area. Regula falsi with the Illinois rule takes 4 to 10.
+const MOST_SOLVES: usize = 60;
+
+/// p* at which about this fraction of a rough surface is in contact: A = erf(√π p*), inverted by Winitzki's formula (error below 0.4 %).
+pub fn estimated_p_star(area: f64) -> f64 {
+    const A: f64 = 0.147;
+    let log = (1.0 - area * area).ln();
+    let half = 2.0 / (std::f64::consts::PI * A) + log / 2.0;
+    ((half * half - log / A).sqrt() - half).sqrt() / std::f64::consts::PI.sqrt()
+}
+
+/// The pressures (E*) that give these contact areas over the area of the cell. `gradient`: pressure over E* at p* = 1, for the first guess.
+///
+/// # Errors
+/// `Interrupted` by the observer; a solve that does not converge; an area that no pressure gives; too little memory; a method that does not
+/// solve for the fields.
+pub fn pressures_of_contact(
+    areas: &[f64],
+    problem: &ReducedProblem,
+    method: &dyn ContactMethod,
+    gradient: f64,
+    observer: &dyn Observer,
+) -> Result<Vec<f64>> {
+    let (need, have) = (method.plan(problem).bytes, asperity_grid::sys::available_memory_bytes());
+    if need > have {
+        let what = format!("a solve on {} x {} points", problem.grid.nx, problem.grid.ny);
+        return Err(Error::Memory { what, need, have, advice: "a map with fewer points needs less".into() });
+    }
+    let mut run = method.start(problem, observer)?.solver()?;
+    let node = 1.0 / problem.grid.points() as f64;
+    let mut contact = |pressure: f64| -> Result<f64> {
+        let state = run.equilibrate(Load::Pressure(pressure))?;
+        match state.stop {
+            Stop::Converged => Ok(problem.contact_area(&state, 0.0).contact_area),
+            Stop::Interrupted => Err(Error::Interrupted),
+            stop => Err(state.not_converged(method.card().id, stop, problem.tolerance, None)),
+        }
+    };
+    let pressure_of = |&target: &f64| {
+        let guess = gradient * estimated_p_star(target);
+        root(target, guess, (CONTACT_TOLERANCE * target).max(node), &mut contact)?.ok_or_else(|| {
+            let accepted = "an area that some pressure gives: the contact of this surface jumps past it";
+            Error::input("problem", "load.contact", target, accepted)
+        })
+    };
+    areas.iter().map(pressure_of).collect()
+}
+
+/// The pressure at which `contact`, which rises with it, is `target` within `tolerance`. `None`: it jumps over the target.
+fn root(target: f64, guess: f64, tolerance: f64, contact: &mut impl FnMut(f64) -> Result<f64>) -> Result<Option<f64>> {
+    // In the logarithm of the pressure, which is positive.
+    let (mut low, mut high): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
+    let (mut x, mut side) = (guess.ln(), 0);
+    for _ in 0..MOST_SOLVES {
+        let deviation = contact(x.exp())? - target;
+        if deviation.abs() <= tolerance {
+            return Ok(Some(x.exp()));
+        }
+        let here = if deviation < 0.0 { -1 } else { 1 };
+        // Illinois: an end that stays twice counts half.
+        if here == side {
+            let other = if deviation < 0.0 { &mut high } else { &mut low };
+            other.iter_mut().for_each(|end| end[1] /= 2.0);
+        }
+        side = here;
+        *(if deviation < 0.0 { &mut low } else { &mut high }) = Some([x, deviation]);
+        x = match (low, high) {
+            (Some([a, fa]), Some([b, fb])) if (b - a).abs() > JUMP => (a * fb - b * fa) / (fb - fa),
+            (Some(_), Some(_)) => return Ok(None),
+            // Contact is about proportional to the pressure.
+            (Some([a, fa]), None) => a + (target / (target + fa).max(target / 10.0)).ln().max(0.1),
+            (None, Some([b, fb])) => b - ((target + fb) / target).ln().max(0.1),
+            (None, None) => unreachable!("one of them was set"),
+        };
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_root_is_found_from_a_poor_guess_and_a_jump_is_reported() {
+        for guess in [1e-6, 0.3, 1e3] {
+            let mut solves = 0;
+            let mut smooth = |p: f64| {
+                solves += 1;
+                Ok(p / (1.0 + p))
+            };
+            let actual = root(0.2, guess, 1e-6, &mut smooth).expect("no error").expect("a root");
+            assert!((actual - 0.25).abs() < 1e-5 && solves < 40, "{actual} after {solves}");
+        }
+        let mut step = |p: f64| Ok(if p < 0.5 { 0.1 } else { 0.9 });
+        assert_eq!(root(0.5, 0.4, 1e-3, &mut step).expect("no error"), None);
+    }
+
+    #[test]
+    fn the_estimate_inverts_the_error_function() {
+        // erf(√π p*) at p* = 0.01 and 0.5: 0.019998, 0.789908 (Abramowitz and Stegun 7.1.6).
+        for (p_star, area) in [(0.01, 0.019998), (0.5, 0.789908)] {
+            let estimate: f64 = estimated_p_star(area);
+            assert!((estimate / p_star - 1.0).abs() < 4e-3, "{estimate} for {p_star}");
+        }
+    }
+}
