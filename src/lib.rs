@@ -45,11 +45,13 @@ pub use asperity_contact::observe::{
 #[doc(inline)]
 pub use asperity_grid::error::{Complaint, Error, LammpsFailure, Result};
 #[doc(inline)]
+pub use asperity_surface::heights::Touching;
+#[doc(inline)]
 pub use asperity_surface::{Amplitudes, Spectrum};
 #[doc(inline)]
 pub use record::results::Overlap;
 #[doc(inline)]
-pub use scene::{AdhesionLaw, Touching};
+pub use scene::AdhesionLaw;
 
 #[doc(hidden)]
 pub use asperity_atoms as atoms;

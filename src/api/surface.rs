@@ -1,13 +1,11 @@
 //! Rough surfaces from arrays, spectra and files.
 
 use super::arrays::{Cell, map};
-use crate::scene::{
-    self, LaboratoryScene, Length, ResolvedSurface, Scene, Stress, SurfaceFile, SurfaceScene, Touching,
-};
+use crate::scene::{self, LaboratoryScene, Length, ResolvedSurface, Scene, Stress, SurfaceFile, SurfaceScene};
 use crate::{Error, Result};
 use asperity_contact::method::{Heights, ReducedProblem};
 use asperity_grid::{Grid, Series};
-use asperity_surface::heights::{HeightMap, TouchingPoints};
+use asperity_surface::heights::{HeightMap, Touching};
 use asperity_surface::import::Content;
 use asperity_surface::provenance::Provenance;
 use asperity_surface::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
@@ -306,9 +304,9 @@ fn positive(key: &str, value: f64) -> Result<()> {
     }
 }
 
-fn sign(touching: Touching) -> TouchingPoints {
+fn sign(touching: Touching) -> Touching {
     match touching {
-        Touching::LowPoints => TouchingPoints::LowFirst,
-        Touching::HighPoints => TouchingPoints::HighFirst,
+        Touching::LowPoints => Touching::LowPoints,
+        Touching::HighPoints => Touching::HighPoints,
     }
 }

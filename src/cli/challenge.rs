@@ -5,10 +5,11 @@ use super::{output, progress::TerminalProgress};
 use crate::challenge::MESH_LIMIT;
 use crate::pipeline::{self, OutFolder};
 use crate::record::results;
-use crate::scene::{Case, Scene, Touching, rename_keys};
+use crate::scene::{Case, Scene, rename_keys};
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::RangeChoice;
+use asperity_surface::heights::Touching;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

@@ -1,6 +1,7 @@
-use crate::scene::{ContinuumScene, LaboratoryScene, Length, SurfaceScene, Touching, last_part, metres_of};
+use crate::scene::{ContinuumScene, LaboratoryScene, Length, SurfaceScene, last_part, metres_of};
 use crate::{Error, Result};
 use asperity_grid::units::Measure;
+use asperity_surface::heights::Touching;
 use asperity_surface::import::{self, Fourier, ImportOptions};
 use asperity_surface::{Detrend, Edges, Fill, FilterKind};
 use std::path::Path;

@@ -2,13 +2,13 @@
 
 use super::file::{COMMAND_LINE, FileFlags, refused};
 use super::output;
-use crate::scene::{Stress, Touching};
+use crate::scene::Stress;
 use crate::{Error, Result};
 use asperity_grid::Grid;
 use asperity_grid::units::{Dimension, Measure, metres_per};
 use asperity_surface::declared::Declared;
 use asperity_surface::height_map::HeightMap;
-use asperity_surface::heights::TouchingPoints;
+use asperity_surface::heights::Touching;
 use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
 use asperity_surface::seam_warning;
 use serde_json::json;
@@ -197,8 +197,8 @@ impl InitArgs {
             }
         }
         let sign = declared.sign.map(|sign| match sign {
-            TouchingPoints::LowFirst => Touching::LowPoints,
-            TouchingPoints::HighFirst => Touching::HighPoints,
+            Touching::LowPoints => Touching::LowPoints,
+            Touching::HighPoints => Touching::HighPoints,
         });
         match self.touching.or(sign) {
             Some(touching) => draft.line(format!("# Points that touch first.\ntouching = {}", quoted(word(touching)))),

@@ -3,12 +3,12 @@ use super::output;
 use crate::pipeline::statistics;
 use crate::record::results::SurfaceStatistic;
 use crate::report::number::trimmed;
-use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, Touching, rename_keys, rename_keys_in};
+use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use asperity_grid::rms;
 use asperity_grid::units::{Dimension, Measure};
 use asperity_surface::declared::{Declared, DeclaredExtent};
-use asperity_surface::heights::{self, HeightMap, TouchingPoints};
+use asperity_surface::heights::{self, HeightMap, Touching};
 use asperity_surface::import::{Fourier, holds_numbers};
 use asperity_surface::range;
 use clap::ValueEnum;
@@ -231,17 +231,17 @@ fn length(flag: &str, m: Measure) -> Result<Length> {
 }
 
 /// The sign with which a surface is written: that of its file.
-fn sign(case: &Case) -> TouchingPoints {
+fn sign(case: &Case) -> Touching {
     match case.scene.surface.touching {
-        Some(Touching::HighPoints) => TouchingPoints::HighFirst,
-        _ => TouchingPoints::LowFirst,
+        Some(Touching::HighPoints) => Touching::HighPoints,
+        _ => Touching::LowPoints,
     }
 }
 
 /// Writes the prepared heights in µm, with all that `solve` needs to know about them.
 fn write(out: &Path, case: &Case, heights: &[f64]) -> Result<()> {
     let (um, sign, highest) = (case.laboratory.length().to("um"), sign(case), range(heights).max);
-    let flipped = |h: &f64| if sign == TouchingPoints::HighFirst { highest - h } else { *h };
+    let flipped = |h: &f64| if sign == Touching::HighPoints { highest - h } else { *h };
     let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, heights.iter().map(|h| flipped(h) * um).collect())?;
     let declared = Declared {
         sign: Some(sign),

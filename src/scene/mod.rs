@@ -29,7 +29,7 @@ pub use laboratory::LaboratoryScene;
 pub use load::{LoadRange, LoadScene};
 pub use model::{
     ALL_METHODS, AdhesionLaw, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, REFERENCE_LOAD,
-    Scene, SubsurfaceScene, SurfaceScene, Touching, WallKind, default_tolerance,
+    Scene, SubsurfaceScene, SurfaceScene, WallKind, default_tolerance,
 };
 pub use nvt::NvtScene;
 pub use quantity::{

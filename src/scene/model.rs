@@ -8,6 +8,7 @@ use crate::Result;
 use asperity_contact::interface::{AttractionLaw, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
 use asperity_contact::method::{Precision, Settings, Targets};
 use asperity_grid::Grid;
+use asperity_surface::heights::Touching;
 use asperity_surface::import::Fourier;
 use asperity_surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
 use schemars::JsonSchema;
@@ -173,16 +174,6 @@ impl Default for SurfaceScene {
             strict: false,
         }
     }
-}
-
-/// Which heights are nearest to the other body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Touching {
-    /// The challenge's sign: dark areas touch first.
-    LowPoints,
-    /// An indenter's heights, as most instruments and programs store them.
-    HighPoints,
 }
 
 /// Attraction between the surfaces.

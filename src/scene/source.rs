@@ -2,11 +2,11 @@
 
 use super::check::cut_offs;
 use super::surface_file::{PreparedFile, SurfaceFile};
-use super::{LaboratoryScene, Scene, Touching};
+use super::{LaboratoryScene, Scene};
 use crate::{Error, Result};
 use asperity_grid::{Grid, rms};
 use asperity_surface::Wave;
-use asperity_surface::heights::TouchingPoints;
+use asperity_surface::heights::Touching;
 use asperity_surface::import::{Content, Fourier};
 use asperity_surface::provenance::Provenance;
 use asperity_surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
@@ -71,8 +71,8 @@ impl HeightSource {
             return Ok(ResolvedSurface { surface, laboratory, provenance: None, warnings: Vec::new() });
         };
         let sign = match s.touching {
-            Some(Touching::HighPoints) => TouchingPoints::HighFirst,
-            _ => TouchingPoints::LowFirst,
+            Some(Touching::HighPoints) => Touching::HighPoints,
+            _ => Touching::LowPoints,
         };
         let warnings = file.found.warnings.clone();
         if let Content::Waves(_) = file.found.content {
@@ -124,7 +124,7 @@ impl HeightSource {
 }
 
 /// Fourier coefficients of a file over the cell's extent.
-fn series(scene: &Scene, file: SurfaceFile, sign: TouchingPoints, context: &str) -> Result<(FourierModes, Provenance)> {
+fn series(scene: &Scene, file: SurfaceFile, sign: Touching, context: &str) -> Result<(FourierModes, Provenance)> {
     let (s, lab) = (&scene.surface, &scene.laboratory);
     let of_maps = file.keys_of_maps(s);
     if let Some(key) = of_maps.first() {
@@ -142,7 +142,7 @@ fn series(scene: &Scene, file: SurfaceFile, sign: TouchingPoints, context: &str)
             format!("waves below half of the {n} points of surface.fourier_points (--fourier-points)"),
         ));
     }
-    let sign = if sign == TouchingPoints::HighFirst { -1.0 } else { 1.0 };
+    let sign = if sign == Touching::HighPoints { -1.0 } else { 1.0 };
     let scale = points.map_or(1.0, |n| (n as f64).powi(-2));
     let low_pass = s.low_pass.map_or(0.0, |length| lab.reduced(length));
     let unit = file.height_unit(scene);

@@ -2,14 +2,14 @@
 
 use super::check::word;
 use super::model::relative_to;
-use super::{LaboratoryScene, Length, Scene, SurfaceScene, Touching};
+use super::{LaboratoryScene, Length, Scene, SurfaceScene};
 use crate::{Error, Result};
 use asperity_grid::error::Complaint;
 use asperity_grid::units::{Dimension, Measure, metres_per};
 use asperity_surface::Preparation;
 use asperity_surface::declared::Declared;
 use asperity_surface::files::hashed::file_hash;
-use asperity_surface::heights::{HeightMap, TouchingPoints};
+use asperity_surface::heights::HeightMap;
 use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
 use asperity_surface::provenance::Provenance;
 use std::path::{Path, PathBuf};
@@ -143,10 +143,7 @@ impl SurfaceFile {
     }
 
     fn sign(&self, s: &mut SurfaceScene, list: &mut Vec<Complaint>) {
-        let declared = self.declared().sign.map(|sign| match sign {
-            TouchingPoints::LowFirst => Touching::LowPoints,
-            TouchingPoints::HighFirst => Touching::HighPoints,
-        });
+        let declared = self.declared().sign;
         match (s.touching, declared) {
             (Some(given), Some(declared)) if given != declared => {
                 list.push(Complaint::new("surface.touching", word(&given), self.declares(word(&declared))));

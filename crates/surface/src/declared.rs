@@ -1,12 +1,12 @@
 //! What a surface file states about its heights, and conversion of the stated units.
 
-use super::height_map::TouchingPoints;
+use super::height_map::Touching;
 use asperity_grid::units::metres_per;
 
 /// Properties that a file states; `None` or empty for those that it does not.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Declared {
-    pub sign: Option<TouchingPoints>,
+    pub sign: Option<Touching>,
     /// Unit of the heights, as the file writes it.
     pub unit: Option<String>,
     pub extent: Option<DeclaredExtent>,

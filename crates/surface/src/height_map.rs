@@ -4,22 +4,25 @@ use asperity_grid::error::{Error, Result};
 use asperity_grid::extent;
 use serde::{Deserialize, Serialize};
 
-/// Sign convention: the points of a height map that contact the flat counterface first.
+/// The points of a height map that are nearest to the other body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum TouchingPoints {
-    /// Convention of the contact-mechanics challenge: the counterface is below the surface.
-    #[serde(rename = "low points touch first")]
-    LowFirst,
-    /// Convention of an indenter's summits, or of a measured topography: the counterface is above the surface.
-    #[serde(rename = "high points touch first")]
-    HighFirst,
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum Touching {
+    /// The challenge's sign: dark areas touch first.
+    #[serde(alias = "low points touch first")]
+    LowPoints,
+    /// An indenter's heights, as most instruments and programs store them.
+    #[serde(alias = "high points touch first")]
+    HighPoints,
 }
 
-impl TouchingPoints {
+impl Touching {
     pub fn words(self) -> &'static str {
         match self {
-            TouchingPoints::LowFirst => "low points touch first",
-            TouchingPoints::HighFirst => "high points touch first",
+            Touching::LowPoints => "low points touch first",
+            Touching::HighPoints => "high points touch first",
         }
     }
 }
@@ -76,12 +79,12 @@ impl HeightMap {
 
     /// The same surface with low points in contact first and minimum 0: `h − min h`, or `max h − h` for the other
     /// sign.
-    pub fn low_first(mut self, sign: TouchingPoints) -> Self {
+    pub fn low_first(mut self, sign: Touching) -> Self {
         let (low, high) = extent(&self.heights);
         for h in &mut self.heights {
             *h = match sign {
-                TouchingPoints::LowFirst => *h - low,
-                TouchingPoints::HighFirst => high - *h,
+                Touching::LowPoints => *h - low,
+                Touching::HighPoints => high - *h,
             };
         }
         self
@@ -95,7 +98,7 @@ mod tests {
     #[test]
     fn low_points_first_and_never_below_zero() {
         let map = HeightMap::new("here", 3, 1, vec![-1.0, 0.0, 3.0]).unwrap();
-        assert_eq!(map.clone().low_first(TouchingPoints::LowFirst).heights, [0.0, 1.0, 4.0]);
-        assert_eq!(map.low_first(TouchingPoints::HighFirst).heights, [4.0, 3.0, 0.0]);
+        assert_eq!(map.clone().low_first(Touching::LowPoints).heights, [0.0, 1.0, 4.0]);
+        assert_eq!(map.low_first(Touching::HighPoints).heights, [4.0, 3.0, 0.0]);
     }
 }

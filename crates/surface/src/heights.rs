@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use super::declared::{Declared, DeclaredExtent};
-pub use super::height_map::{HeightMap, TouchingPoints};
+pub use super::height_map::{HeightMap, Touching};
 use crate::files::atomic_file::write_atomic;
 use crate::files::netcdf::{self, Attribute, Variable, VariableData};
 use crate::files::{json, npy};
@@ -23,7 +23,7 @@ struct Sidecar {
     nx: usize,
     ny: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    sign: Option<TouchingPoints>,
+    sign: Option<Touching>,
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<String>,
     #[serde(default)]
@@ -191,7 +191,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.npy");
         let full = Declared {
-            sign: Some(TouchingPoints::HighFirst),
+            sign: Some(Touching::HighPoints),
             unit: Some("µm".into()),
             extent: Some(DeclaredExtent { x: 0.1 + 0.2, y: 1e-7, unit: Some("nm".into()) }),
             periodic: Some(false),
@@ -216,7 +216,7 @@ mod tests {
             read_npy(&path).map(|(_, declared)| declared).map_err(|e| e.to_string())
         };
         let old = r#"{"nx": 4, "ny": 1, "sign": "low points touch first", "unit": "um", "layout": "[ny, nx]"}"#;
-        let (sign, unit) = (Some(TouchingPoints::LowFirst), Some("um".to_string()));
+        let (sign, unit) = (Some(Touching::LowPoints), Some("um".to_string()));
         assert_eq!(with(old), Ok(Declared { sign, unit, ..Declared::default() }));
         assert!(with(r#"{"nx": 2, "ny": 2}"#).unwrap_err().contains("map.npy.json: shape [2, 2]"));
         assert!(with(r#"{"nx": 4, "ny": 1, "length": [0, 1]}"#).unwrap_err().contains("length [0.0, 1.0]"));

@@ -11,7 +11,7 @@ use asperity_grid::units::ANGSTROM_M;
 use asperity_surface::files::netcdf::write;
 use asperity_surface::files::netcdf::{Attribute, Variable, VariableData, counter};
 use asperity_surface::files::npy::NpyReader;
-use asperity_surface::height_map::TouchingPoints;
+use asperity_surface::height_map::Touching;
 use std::path::{Path, PathBuf};
 
 /// Name of the file in a run folder.
@@ -92,7 +92,7 @@ fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
         // A single map, without a load dimension.
         let file = VariableData::Scaled(vec![folder.join(file)], length);
         let heights = Variable::new("heights", &["y", "x"], file, "m", "height of the rigid surface")
-            .with("sign", Attribute::Text(TouchingPoints::LowFirst.words().into()))
+            .with("sign", Attribute::Text(Touching::LowPoints.words().into()))
             .with("origin", Attribute::Text(s.origin.clone()));
         list.push(heights);
     }

@@ -6,7 +6,7 @@ use super::headings::counts;
 use super::source::quoted;
 use super::unit::{self, length_unit};
 use crate::declared::{Declared, DeclaredExtent};
-use crate::height_map::TouchingPoints;
+use crate::height_map::Touching;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::units::metres_per;
 use std::path::Path;
@@ -65,7 +65,7 @@ pub(super) fn declare(array: &Described) -> Result<(Declared, Vec<String>)> {
     let sign = match array.words(&["sign"]) {
         None => None,
         Some(words) => {
-            let known = [TouchingPoints::LowFirst, TouchingPoints::HighFirst].into_iter().find(|s| s.words() == words);
+            let known = [Touching::LowPoints, Touching::HighPoints].into_iter().find(|s| s.words() == words);
             let accepted = "low points touch first, or high points touch first";
             Some(known.ok_or_else(|| array.wrong(format!("sign = {}", quoted(&words)), accepted))?)
         }

@@ -6,7 +6,7 @@ use super::header_key::{HeaderAxis, HeaderKey, key};
 use super::source::{plain, quoted};
 use super::unit::{self, length_unit};
 use crate::declared::{Declared, DeclaredExtent};
-use crate::height_map::TouchingPoints;
+use crate::height_map::Touching;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::units::metres_per;
 use std::path::Path;
@@ -128,7 +128,7 @@ pub(super) struct ChannelHeader {
     to_nanometres: Option<f64>,
     nanometres: bool,
     periodic: Option<bool>,
-    sign: Option<TouchingPoints>,
+    sign: Option<Touching>,
     history: Vec<String>,
 }
 
@@ -169,8 +169,7 @@ impl ChannelHeader {
             HeaderKey::Other => {}
             HeaderKey::FileFormat => self.nanometres = value.eq_ignore_ascii_case("ascii"),
             HeaderKey::Sign => {
-                let known =
-                    [TouchingPoints::LowFirst, TouchingPoints::HighFirst].into_iter().find(|s| s.words() == value);
+                let known = [Touching::LowPoints, Touching::HighPoints].into_iter().find(|s| s.words() == value);
                 self.sign = Some(known.ok_or_else(|| wrong("low points touch first, or high points touch first"))?);
             }
             HeaderKey::Periodic => {

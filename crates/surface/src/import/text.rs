@@ -230,7 +230,7 @@ impl TextReader<'_> {
 mod tests {
     use super::*;
     use crate::declared::{Declared, DeclaredExtent};
-    use crate::height_map::{HeightMap, TouchingPoints};
+    use crate::height_map::{HeightMap, Touching};
     use crate::heights;
 
     fn text(bytes: &[u8], options: ImportOptions) -> Result<TextMap> {
@@ -268,7 +268,7 @@ mod tests {
         let heights = vec![0.1, 1.0 / 3.0, -7e-300, 1e22, 5e-324, 0.0];
         let map = HeightMap::new("here", 3, 2, heights).unwrap();
         let full = Declared {
-            sign: Some(TouchingPoints::HighFirst),
+            sign: Some(Touching::HighPoints),
             unit: Some("µm".into()),
             extent: extent(0.1 + 0.2, 1e-7, Some("nm")),
             periodic: Some(false),
