@@ -2,7 +2,7 @@
 //
 //     cargo run --release --example adhesive_load_path
 
-use asperity::{Adhesion, Branch, Loads, Problem, Spectrum, Surface, SynthesisOptions};
+use asperity::{Adhesion, Branch, LoadKind, Loads, Problem, Solve, Spectrum, Surface, SynthesisOptions};
 
 fn main() -> asperity::Result<()> {
     // Reduced units: the cell has the extent 1, the contact modulus is 1.
@@ -11,8 +11,8 @@ fn main() -> asperity::Result<()> {
     let adhesion = Adhesion { work_of_adhesion: 4e-3, range: 5.6e-3, ..Adhesion::default() };
     let problem = Problem { adhesion: Some(adhesion), ..Problem::new(surface, 1.0) };
 
-    let loads = Loads::Pressure(vec![0.005, 0.05, 0.1, 0.05, 0.005]);
-    let path = problem.load_path_with_pull_off(&loads)?;
+    let loads = Loads { pull_off: true, ..Loads::new(LoadKind::Pressure, [0.005, 0.05, 0.1, 0.05, 0.005]) };
+    let path = problem.load_path(&loads)?;
     for state in &path.states {
         println!(
             "{:9} p/E* {:.3}: contact area {:.4}, mean gap {:.5} L",

@@ -2,7 +2,7 @@
 //
 //     cargo run --release --example all_methods
 
-use asperity::{Problem, Spectrum, Surface, SynthesisOptions, compare_maps, methods};
+use asperity::{Problem, Solve, Spectrum, Surface, SynthesisOptions, compare_maps, methods};
 
 fn main() -> asperity::Result<()> {
     let spectrum = Spectrum { lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE };
@@ -13,7 +13,7 @@ fn main() -> asperity::Result<()> {
 
     println!("{:14} {:>8} {:>9} {:>6}  counted as contact", "method", "contact", "mean gap", "kappa");
     for method in methods() {
-        problem.method = method.id.into();
+        problem.method = asperity::method(method.id)?;
         let found = match problem.estimate(pressure) {
             Ok(found) => found,
             Err(refusal) => {

@@ -2,7 +2,7 @@
 //
 //     cargo run --release --example own_observable
 
-use asperity::{Problem, Spectrum, State, Surface, SynthesisOptions};
+use asperity::{Problem, Solve, Spectrum, State, Surface, SynthesisOptions};
 
 /// A cluster in numbers.
 struct Cluster {

@@ -2,13 +2,13 @@
 //
 //     cargo run --release --example solve_a_map
 
-use asperity::{FileOptions, Problem, Surface, Touching};
+use asperity::{FileOptions, Problem, Solve, Touching, read_surface};
 
 fn main() -> asperity::Result<()> {
     // Heights in nm on a cell of 20 µm x 20 µm: all lengths below are in nm, all pressures in MPa.
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/own-surface.txt");
     let options = FileOptions { length: Some(20e3), touching: Some(Touching::HighPoints), ..FileOptions::default() };
-    let surface = Surface::from_file(file, &options)?;
+    let surface = read_surface(file, &options)?;
     println!("rms height {:.1} nm, rms gradient {:.3}", surface.rms_height(), surface.rms_gradient());
     surface.warnings().iter().for_each(|warning| println!("warning: {warning}"));
 

@@ -7,7 +7,7 @@
 //! reads the folder of `asperity run`.
 //!
 //! ```
-//! use asperity::{Problem, Surface, Touching};
+//! use asperity::{Problem, Solve, Surface, Touching};
 //! use ndarray::Array2;
 //! use std::f64::consts::TAU;
 //!
@@ -50,8 +50,6 @@ pub use asperity_surface::heights::Touching;
 pub use asperity_surface::{Amplitudes, Spectrum};
 #[doc(inline)]
 pub use record::results::Overlap;
-#[doc(inline)]
-pub use scene::AdhesionLaw;
 
 #[doc(hidden)]
 pub use asperity_atoms as atoms;

@@ -6,8 +6,8 @@ use crate::law::TabulatedLaw;
 use crate::surface::Surface;
 use asperity::contact::observe::WorkPoint;
 use asperity::{
-    Adhesion, AdhesionLaw, Body, Branch, Cell, Estimate, Hardness, Loads, Monitor, Plasticity, Precision, Problem,
-    Progress, PullOff, RangeChoice, State, Targets,
+    Adhesion, AdhesionLaw, Body, Branch, Cell, Complaint, Error, Estimate, Hardness, HardnessMap, LoadKind, Loads,
+    Monitor, Plasticity, Precision, Problem, Progress, PullOff, RangeChoice, Solve, State, Targets,
 };
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -88,15 +88,15 @@ impl Settings<'_> {
             }),
             penalty_length: self.penalty_length,
             hardness: match &self.hardness_map {
-                Some(map) => Some(Hardness::Map(map.as_array().to_owned())),
+                Some(map) => Some(hardness(py, surface, map)?),
                 None => self.hardness.map(Hardness::Uniform),
             },
-            method: self.method.clone(),
+            method: asperity::method(&self.method).raise(py)?,
             precision,
             tolerance: self.tolerance,
             targets: Targets { energy, area, mean_gap },
             max_iterations: self.max_iterations.unwrap_or(default.max_iterations),
-            initial_gap: self.initial_gap.as_ref().map(|gap| gap.as_array().to_owned()),
+            initial_gap: self.initial_gap.as_ref().map(|gap| of_shape(py, surface, gap, "initial_gap")).transpose()?,
             ..default
         })
     }
@@ -111,14 +111,33 @@ pub(crate) fn in_pool<R: Send>(py: Python<'_>, threads: usize, f: impl FnOnce() 
         .map_err(|error| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {error}")))
 }
 
-fn loads_of((kind, values): (String, Vec<f64>)) -> Loads {
-    match kind.as_str() {
-        "p_star" => Loads::PStar(values),
-        "mean_gap" => Loads::MeanGap(values),
-        "displacement" => Loads::Displacement(values),
-        "contact" => Loads::ContactFraction(values),
-        _ => Loads::Pressure(values),
+fn loads_of((kind, values): (String, Vec<f64>), pull_off: bool) -> Loads {
+    let kind = match kind.as_str() {
+        "p_star" => LoadKind::PStar,
+        "mean_gap" => LoadKind::MeanGap,
+        "displacement" => LoadKind::Displacement,
+        "contact" => LoadKind::Contact,
+        _ => LoadKind::Pressure,
+    };
+    Loads { pull_off, ..Loads::new(kind, values) }
+}
+
+/// The values of a map of the shape of a surface, row by row.
+fn of_shape(py: Python<'_>, surface: &Surface, map: &PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<Vec<f64>> {
+    let (map, shape) = (map.as_array(), surface.0.shape());
+    if map.dim() == shape {
+        return Ok(map.iter().copied().collect());
     }
+    let (found, accepted) = (format!("an array of {:?}", map.dim()), format!("values {shape:?}, as the surface has"));
+    Err(Error::input(PLACE, name, found, accepted)).raise(py)
+}
+
+/// The map of the hardness of a surface.
+fn hardness(py: Python<'_>, surface: &Surface, map: &PyReadonlyArray2<'_, f64>) -> PyResult<Hardness> {
+    let (ny, nx) = surface.0.shape();
+    let refused = |complaint: Complaint| Error::Input { place: PLACE.into(), list: vec![complaint] };
+    let map = HardnessMap::new(nx, ny, of_shape(py, surface, map, "hardness")?);
+    map.map(Hardness::from).map_err(refused).raise(py)
 }
 
 /// What the solving and the calling thread share.
@@ -195,7 +214,7 @@ pub(crate) fn solve<'py>(
     callbacks: Callbacks<'py>,
 ) -> PyResult<Solved<'py>> {
     let problem = settings.problem(py, body.0.get(), body.1)?;
-    let (loads, shared) = (loads_of(loads), Shared::default());
+    let (loads, shared) = (loads_of(loads, pull_off), Shared::default());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {e}")))?;
     let mut stopped = None;
@@ -206,7 +225,7 @@ pub(crate) fn solve<'py>(
             // Dropped at the end, also by a panic.
             let _finished = finished;
             let visit = |state| shared.states.lock().expect("no panic while it is held").push(state);
-            pool.install(|| problem.visit_load_path(&loads, pull_off, &shared, visit))
+            pool.install(|| problem.visit_load_path(&loads, &shared, visit))
         });
         while py.detach(|| wait.lock().expect("one thread waits").recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout)
         {

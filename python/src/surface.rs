@@ -73,7 +73,7 @@ impl Surface {
     ) -> PyResult<Self> {
         let touching = optional(py, PLACE, "touching", touching.as_ref())?;
         let options = FileOptions { length, touching, dataset, preparation: steps.preparation(py)? };
-        Ok(Surface(in_pool(py, 0, || asperity::Surface::from_file(&path, &options))?.raise(py)?))
+        Ok(Surface(in_pool(py, 0, || asperity::read_surface(&path, &options))?.raise(py)?))
     }
 
     #[staticmethod]

@@ -1,29 +1,14 @@
 //! Conversion between the arrays of the interface and the flat fields of the crate.
 
 use asperity_grid::Grid;
+use asperity_surface::Cell;
 use ndarray::{Array2, ArrayView2};
 use std::borrow::Cow;
 
-/// Extent of the periodic cell, in the unit of the heights.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cell {
-    /// Extent along x, the fast axis of a map.
-    pub x: f64,
-    /// Extent along y.
-    pub y: f64,
-}
-
-impl Cell {
-    /// A cell of extent `x` along x with square pixels for maps of this shape `(ny, nx)`.
-    pub fn with_square_pixels(x: f64, shape: (usize, usize)) -> Self {
-        Cell { x, y: x * shape.0 as f64 / shape.1 as f64 }
-    }
-
-    /// The grid of a map in reduced units, in which the cell has the extent 1 along x.
-    pub(super) fn grid<T>(self, map: &ArrayView2<T>) -> Grid {
-        let (ny, nx) = map.dim();
-        Grid { nx, ny, lx: 1.0, ly: self.y / self.x }
-    }
+/// The grid of a map in reduced units, in which the cell has the extent 1 along x.
+pub(super) fn grid_of<T>(cell: Cell, map: &ArrayView2<T>) -> Grid {
+    let (ny, nx) = map.dim();
+    Grid { nx, ny, lx: 1.0, ly: cell.y / cell.x }
 }
 
 /// Values of a map in the order of the crate's fields: row by row, x fastest.

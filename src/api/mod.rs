@@ -2,10 +2,8 @@
 
 mod agreement;
 mod arrays;
-mod body;
 mod estimate;
 mod finished;
-mod loads;
 mod methods;
 mod observables;
 mod problem;
@@ -14,19 +12,20 @@ mod subsurface;
 mod surface;
 
 pub use agreement::{MapAgreement, compare_maps};
-pub use arrays::Cell;
+pub use asperity_contact::interface::HardnessMap;
+pub use asperity_contact::problem::{Adhesion, AdhesionLaw, Body, Hardness, LoadKind, Loads, Problem};
 pub use asperity_surface::provenance::Provenance;
-pub use asperity_surface::{Detrend, Edges, Fill, FilterKind, Preparation};
-pub use body::Body;
+pub use asperity_surface::{
+    Cell, Detrend, Edges, Fill, FilterKind, MapOptions, Preparation, Surface, SynthesisOptions,
+};
 pub use estimate::Estimate;
 pub use finished::{FinishedRun, FinishedState};
-pub use loads::Loads;
 pub use methods::{Method, methods};
 pub use observables::{
     Clusters, Percolation, PressureDistribution, clusters, contact_area, gap_distribution, hydraulic_gap, percolation,
     pressure_distribution,
 };
-pub use problem::{Adhesion, Hardness, Monitor, Problem, Progress};
+pub use problem::{Monitor, Progress, Solve, method};
 pub use state::{LoadPath, PullOff, State};
 pub use subsurface::{StressMap, SubsurfaceStress, subsurface};
-pub use surface::{FileOptions, MapOptions, Surface, SynthesisOptions};
+pub use surface::{FileOptions, read_surface};

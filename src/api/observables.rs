@@ -1,11 +1,12 @@
 //! Observables of gap, pressure and contact maps `[ny, nx]` on a periodic cell.
 
-use super::arrays::{Cell, flags, map, row_major};
+use super::arrays::{flags, grid_of, map, row_major};
 use asperity_contact::observe::{
     self, Connectivity, ContactArea, ContactEdges, Distribution, NO_CLUSTER, median_cluster_size, percolates,
     stress_distribution,
 };
 use asperity_grid::{Field, Grid};
+use asperity_surface::Cell;
 use ndarray::{Array2, ArrayView2};
 
 /// Connected clusters of contact nodes.
@@ -59,7 +60,7 @@ pub struct PressureDistribution {
 pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell) -> ContactArea {
     let edges =
         if threshold > 0.0 { ContactEdges { threshold, ..ContactEdges::COUNTED } } else { ContactEdges::ELASTIC };
-    let area = observe::contact_area(cell.grid(&gap), Field::F64(&row_major(gap)), edges);
+    let area = observe::contact_area(grid_of(cell, &gap), Field::F64(&row_major(gap)), edges);
     ContactArea { perimeter: area.perimeter / cell.x, ..area }
 }
 

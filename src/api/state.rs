@@ -1,13 +1,13 @@
 //! States of a load path.
 
-use super::Surface;
-use super::arrays::{Cell, map};
-use super::body::Body;
+use super::arrays::map;
 use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
 use asperity_contact::load::{Branch, Load, LoadStep};
 use asperity_contact::observe::{Connectivity, Plasticity, WorkPoint, contact_map, dissipation};
 use asperity_contact::path::Reached;
+use asperity_contact::problem::Body;
 use asperity_contact::results;
+use asperity_surface::{Cell, Surface};
 use ndarray::Array2;
 
 /// An equilibrium. Units are those of its [`Problem`](crate::Problem).

@@ -1,12 +1,13 @@
 //! Stress below the surface of an isotropic body, from the pressure `[ny, nx]` on it.
 
-use super::arrays::{Cell, map, row_major};
-use super::body::Body;
+use super::arrays::{grid_of, map, row_major};
 use super::state::State;
 use crate::{Error, Result};
 use asperity_contact::interface::{Elastic, Layer, NonPeriodic, Subsurface, SubsurfaceRequest};
 use asperity_contact::path;
+use asperity_contact::problem::Body;
 use asperity_grid::Field;
+use asperity_surface::Cell;
 use ndarray::{Array2, ArrayView2};
 
 /// Named in errors.
@@ -61,7 +62,7 @@ pub fn subsurface(
     depths: &[f64],
     poisson: Option<f64>,
 ) -> Result<Vec<SubsurfaceStress>> {
-    let grid = cell.grid(&pressure);
+    let grid = grid_of(cell, &pressure);
     let kernel = match body {
         Body::HalfSpace => Elastic::HalfSpace,
         Body::Layer { thickness, poisson, base } => {

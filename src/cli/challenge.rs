@@ -74,7 +74,7 @@ impl ChallengeArgs {
             let seed = self.seed.map(|s| format!("-seed-{s}"));
             let kind = if self.regularise { "-regularised" } else { "" };
             let which = file.or(seed).unwrap_or_default();
-            PathBuf::from("runs").join(format!("challenge-{}{which}{kind}", case.grid.nx))
+            PathBuf::from("runs").join(format!("challenge-{}{which}{kind}", case.model.grid.nx))
         });
         let mut machine = self.machine.find(&LammpsFlags::default())?;
         // There are no atoms.
@@ -92,12 +92,15 @@ impl ChallengeArgs {
             output::json_line(&serde_json::json!({
                 "out": output::path(&out),
                 "report": output::path(&page),
-                "grid": [case.grid.nx, case.grid.ny],
+                "grid": [case.model.grid.nx, case.model.grid.ny],
                 "surface": results.surface.origin,
                 "acceptance": results.acceptance,
             }))?;
         } else {
-            output::print(&format!("{}, {} x {} points", results.surface.origin, case.grid.nx, case.grid.ny));
+            output::print(&format!(
+                "{}, {} x {} points",
+                results.surface.origin, case.model.grid.nx, case.model.grid.ny
+            ));
             if self.heights.is_none() {
                 output::print(
                     "a surface with the challenge's spectrum, not the challenge's own: --heights FILE reads that",

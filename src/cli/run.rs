@@ -76,7 +76,7 @@ impl RunArgs {
         let mut case = Case::resolve(scene, &self.scene)?;
         case.warnings.extend(warnings);
         case.lammps = machine.lammps.clone();
-        if let Some(provenance) = &case.provenance {
+        if let Some(provenance) = case.provenance() {
             output::eprint(&provenance.to_string());
         }
         if self.dry_run && !submits(&machine) {

@@ -86,7 +86,7 @@ impl SurfaceArgs {
         let names = &|key: &str| self.flag_of(key);
         let case = Case::resolve(scene, &file).map_err(|e| rename_keys(e, names))?;
         case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {}", rename_keys_in(w, names))));
-        if let Some(provenance) = case.provenance.as_ref().filter(|_| self.json) {
+        if let Some(provenance) = case.provenance().filter(|_| self.json) {
             output::eprint(&provenance.to_string());
         }
         self.report(&case)
@@ -95,9 +95,10 @@ impl SurfaceArgs {
     /// Writes the heights and prints the statistics.
     fn report(&self, case: &Case) -> Result<()> {
         // Heights, their half spectrum while it is transformed, and the copy that is written.
-        let (required, available) = (4 * 8 * case.grid.points() as u64, asperity_grid::sys::available_memory_bytes());
+        let (required, available) =
+            (4 * 8 * case.model.grid.points() as u64, asperity_grid::sys::available_memory_bytes());
         if required > available {
-            let description = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
+            let description = format!("a surface of {} x {} points", case.model.grid.nx, case.model.grid.ny);
             return Err(Error::Memory {
                 what: description,
                 need: required,
@@ -105,14 +106,14 @@ impl SurfaceArgs {
                 advice: "a smaller --grid needs less".into(),
             });
         }
-        let heights = case.surface.heights(case.grid, 0.0);
+        let heights = case.surface().heights(case.model.grid, 0.0);
         let length_um = case.laboratory.length().to("um");
         let list = statistics(case, &heights);
         if let Some(out) = &self.out {
             let same = |file: &str| {
                 std::fs::canonicalize(file).ok().is_some_and(|f| Some(f) == std::fs::canonicalize(out).ok())
             };
-            if case.provenance.as_ref().is_some_and(|p| same(&p.file)) {
+            if case.provenance().is_some_and(|p| same(&p.file)) {
                 let found = format!("{} (the file that is read)", out.display());
                 return Err(Error::input("command line", "--out", found, "another file: the measured one is kept"));
             }
@@ -121,9 +122,10 @@ impl SurfaceArgs {
         if self.json {
             output::json_line(&self.json(case, &heights, &list))
         } else {
-            let cell = format!(", {} x {} points on {} µm", case.grid.nx, case.grid.ny, trimmed(length_um, 6));
-            let cell = if case.provenance.is_some() { String::new() } else { cell };
-            output::print(&format!("{}{cell}", case.surface.origin()));
+            let cell =
+                format!(", {} x {} points on {} µm", case.model.grid.nx, case.model.grid.ny, trimmed(length_um, 6));
+            let cell = if case.provenance().is_some() { String::new() } else { cell };
+            output::print(&format!("{}{cell}", case.surface().origin()));
             output::print(&output::statistics(&list));
             if let Some(out) = &self.out {
                 output::print(&format!("heights in µm, {}: {}", sign(case).words(), out.display()));
@@ -134,23 +136,23 @@ impl SurfaceArgs {
 
     /// Everything about the surface, in SI units; low points touch first in a written file.
     fn json(&self, case: &Case, heights: &[f64], list: &[SurfaceStatistic]) -> serde_json::Value {
-        let (metres, p) = (case.scales.length_m, &case.provenance);
+        let (metres, p) = (case.scales.length_m, case.provenance());
         let values = range(heights);
         let periodic = case.scene.continuum.is_periodic();
         let touching = Touching::LowPoints.to_possible_value().map(|v| v.get_name().to_string());
         serde_json::json!({
-            "origin": case.surface.origin(),
+            "origin": case.surface().origin(),
             "format": p.as_ref().map_or("synthesised", |p| &p.format),
             "file": p.as_ref().map(|p| &p.file),
             "hash": p.as_ref().map(|p| &p.hash),
             "channel": p.as_ref().and_then(|p| p.channel.clone()),
             "channels": p.as_ref().map(|p| &p.channels),
             "unit": p.as_ref().and_then(|p| p.unit.clone()),
-            "nx": case.grid.nx,
-            "ny": case.grid.ny,
+            "nx": case.model.grid.nx,
+            "ny": case.model.grid.ny,
             "length_um": case.laboratory.length().to("um"),
-            "length_x_m": case.grid.lx * metres,
-            "length_y_m": case.grid.ly * metres,
+            "length_x_m": case.model.grid.lx * metres,
+            "length_y_m": case.model.grid.ly * metres,
             "height_range_m": (values.max - values.min) * metres,
             "rms_height_m": rms(heights) * metres,
             "rms_gradient": case.gradient,
@@ -242,15 +244,20 @@ fn sign(case: &Case) -> Touching {
 fn write(out: &Path, case: &Case, heights: &[f64]) -> Result<()> {
     let (um, sign, highest) = (case.laboratory.length().to("um"), sign(case), range(heights).max);
     let flipped = |h: &f64| if sign == Touching::HighPoints { highest - h } else { *h };
-    let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, heights.iter().map(|h| flipped(h) * um).collect())?;
+    let map = HeightMap::new(
+        "surface",
+        case.model.grid.nx,
+        case.model.grid.ny,
+        heights.iter().map(|h| flipped(h) * um).collect(),
+    )?;
     let declared = Declared {
         sign: Some(sign),
         unit: Some("um".into()),
-        extent: Some(DeclaredExtent { x: um, y: case.grid.ly * um, unit: Some("um".into()) }),
+        extent: Some(DeclaredExtent { x: um, y: case.model.grid.ly * um, unit: Some("um".into()) }),
         // Periodicity that nobody stated is not declared.
         periodic: Some(case.scene.continuum.is_periodic())
-            .filter(|periodic| !periodic || case.provenance.as_ref().is_none_or(|p| p.periodicity_is_known)),
-        history: case.provenance.as_ref().map_or(Vec::new(), |p| p.preparation.clone()),
+            .filter(|periodic| !periodic || case.provenance().is_none_or(|p| p.periodicity_is_known)),
+        history: case.provenance().map_or(Vec::new(), |p| p.preparation.clone()),
         ..Declared::default()
     };
     heights::write(out, &map, &declared)

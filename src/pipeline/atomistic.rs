@@ -65,7 +65,7 @@ pub(super) fn write_job(
     std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     let potential = potential_file(atoms, folder)?;
     let grid = Grid::unit(atoms.points, atoms.points);
-    let heights = atoms.heights_angstrom(&case.surface, grid);
+    let heights = atoms.heights_angstrom(case.surface(), grid);
     let interaction = frame_analysis::interaction(atoms);
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.highest_p_star();

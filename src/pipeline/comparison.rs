@@ -84,7 +84,7 @@ pub(super) fn compare(
         owners: surface.onto_grid(atoms.matched.nx, atoms.matched.ny),
         probes: ProbeAtoms::new(case, atoms, &sites)?,
         sites: &sites,
-        fine_sites: SitesOnGrid::new(case.grid, site_positions(&surface), nearest),
+        fine_sites: SitesOnGrid::new(case.model.grid, site_positions(&surface), nearest),
         dilation: dilation(case, atoms),
     };
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
@@ -267,7 +267,7 @@ impl Comparison<'_> {
             Some(full) => {
                 let gap = StoredField::read(self.root, full.states[i].numbers.gap_map.as_ref())?;
                 let value_at =
-                    |j: usize| bilinear(self.case.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
+                    |j: usize| bilinear(self.case.model.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
                 (0..grid.ny).map(|j| value_at(j) * length).collect()
             }
             None => Vec::new(),
@@ -298,7 +298,7 @@ impl Comparison<'_> {
         let yielding = vec![("yielding_wall", SiteCriterion::YieldingWall, contacts.yielding.as_deref())];
         let full = vec![("full_heights", SiteCriterion::HardWall, None)];
         let solutions = [
-            (self.matched.full.as_ref(), &self.fine_sites, self.case.grid, None, full),
+            (self.matched.full.as_ref(), &self.fine_sites, self.case.model.grid, None, full),
             (Some(&self.matched.hard), self.sites, self.grid, None, hard),
             (Some(&self.matched.compliant), self.sites, self.grid, Some(&self.dilation), compliant),
             (self.matched.yielding.as_ref(), self.sites, self.grid, Some(&self.dilation), yielding),
@@ -347,7 +347,7 @@ fn atoms_contact(root: &Path, state: &AtomState) -> Result<Vec<bool>> {
 
 /// Height of the atoms' profile above the profile dilated by a ball, units of L, on the comparison grid.
 fn dilation(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
-    let own = atoms.heights_angstrom(&case.surface, atoms.matched);
-    let dilated = atoms.dilated_heights_angstrom(&case.surface);
+    let own = atoms.heights_angstrom(case.surface(), atoms.matched);
+    let dilated = atoms.dilated_heights_angstrom(case.surface());
     reduced(atoms, own.iter().zip(dilated).map(|(own, dilated)| own - dilated).collect())
 }

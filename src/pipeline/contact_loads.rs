@@ -15,7 +15,7 @@ pub fn impose_contact(case: &mut Case, observer: &dyn Observer) -> Result<()> {
         return Ok(());
     }
     let method = asperity_methods::find(&case.scene.continuum.method).expect("checked with the scene");
-    let heights = case.surface.heights(case.grid, 0.0);
+    let heights = case.surface().heights(case.model.grid, 0.0);
     let problem = case.problem((&heights).into());
     let pressures = pressures_of_contact(areas, &problem, method, case.gradient, observer);
     let pressures = pressures.map_err(|error| match error {

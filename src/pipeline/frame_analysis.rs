@@ -45,13 +45,13 @@ pub(super) struct FrameAnalyzer<'a> {
 impl<'a> FrameAnalyzer<'a> {
     pub(super) fn new(case: &Case, atoms: &'a AtomsCase, folder: &'a Path, stage: &'a str) -> Result<Self> {
         let points = Grid::unit(atoms.points, atoms.points);
-        let heights = atoms.heights_angstrom(&case.surface, points);
+        let heights = atoms.heights_angstrom(case.surface(), points);
         Ok(FrameAnalyzer {
             atoms,
             indenter: Indenter::above(&atoms.block, atoms.points, heights, atoms.wall.minimum_angstrom())?,
             interaction: interaction(atoms),
             owners: atoms.block.surface().onto_grid(atoms.matched.nx, atoms.matched.ny),
-            fine: atoms.heights_angstrom(&case.surface, atoms.matched),
+            fine: atoms.heights_angstrom(case.surface(), atoms.matched),
             folder,
             stage,
         })

@@ -20,11 +20,11 @@ pub(super) fn initial_configurations(
 ) -> Result<Vec<InitialConfiguration>> {
     let (grid, block): (_, &Block) = (atoms.matched, &atoms.block);
     let length = block.length();
-    let fine = atoms.heights_angstrom(&case.surface, grid);
+    let fine = atoms.heights_angstrom(case.surface(), grid);
     // Each profile has its zero at its own lowest node.
     let offset = fine[0] - indenter.heights()[0];
     // The gaps of the compliant wall refer to the dilated heights.
-    let heights: Vec<f64> = atoms.dilated_heights_angstrom(&case.surface).iter().map(|h| h / length).collect();
+    let heights: Vec<f64> = atoms.dilated_heights_angstrom(case.surface()).iter().map(|h| h / length).collect();
     let order = case.rising_steps().into_iter().chain(case.unloading_steps());
     let approach = |step: &LoadStep| {
         let file = at_step(&solved.states, step.index).and_then(|s| s.numbers.gap_map.as_ref());

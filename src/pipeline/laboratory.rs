@@ -5,13 +5,14 @@ use super::folder::StageKey;
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::Result;
 use crate::record::results::SurfaceResults;
-use crate::scene::{AdhesionScene, Case, ContinuumScene, HeightSource, Length, REFERENCE_LOAD};
+use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD};
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
 use asperity_contact::load::LoadStep;
 use asperity_contact::method::{ContactMethod, Heights, ReducedProblem, Targets};
 use asperity_contact::path::LoadPathSolver;
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::Grid;
+use asperity_surface::HeightSource;
 use asperity_surface::files::hashed::file_hash;
 use asperity_surface::files::npy;
 use std::cell::OnceCell;
@@ -55,7 +56,7 @@ impl<'a> SolvedHeights<'a> {
     }
 
     pub(super) fn get(&self) -> Result<Heights<'_>> {
-        Ok(match &self.case.surface {
+        Ok(match &self.case.surface() {
             // The Fourier series defines the heights, and usually needs less memory.
             HeightSource::Synthesised { modes, .. } => Heights::Series(self.series.get_or_init(|| modes.series())),
             HeightSource::Fourier { modes, .. } => Heights::Series(modes.series()),
@@ -132,9 +133,9 @@ pub(super) fn variants(case: &Case) -> (Vec<SolveStage<'_>>, Vec<String>) {
     if case.solves() && case.solves_nonadhesive() {
         list.push(Variant::NonAdhesive);
     }
-    let mut used: Vec<f64> = vec![case.range_used(case.adhesion)];
+    let mut used: Vec<f64> = vec![case.model.range_used(case.model.adhesion)];
     for &wanted in case.scene.adhesion.iter().flat_map(|a| &a.other_ranges) {
-        let range = case.range_used(case.adhesion_of_range(wanted));
+        let range = case.model.range_used(case.adhesion_of_range(wanted));
         if used.contains(&range) {
             left_out
                 .push(format!("range {wanted}: on this grid it becomes the same range as another; it is solved once"));
@@ -153,7 +154,7 @@ impl SolveStage<'_> {
     /// Label of the variant; for the primary problem, its kernel.
     pub(super) fn label(&self) -> String {
         match self.variant {
-            Variant::Primary => self.case.kernel.to_string(),
+            Variant::Primary => self.case.model.kernel.to_string(),
             Variant::NonAdhesive => "without adhesion".into(),
             Variant::Range(range) => format!("range {range}"),
             Variant::CrossCheck => "the reference load without adhesion".into(),
@@ -194,7 +195,7 @@ impl Stage for SolveStage<'_> {
     }
 
     fn what(&self) -> String {
-        let (n, grid) = (self.loads(), self.case.grid);
+        let (n, grid) = (self.loads(), self.case.model.grid);
         let loads = if n == 1 { "load" } else { "loads" };
         format!("{} at {n} {loads} on {} x {} points, {}", self.method().card().id, grid.nx, grid.ny, self.label())
     }
@@ -206,7 +207,7 @@ impl Stage for SolveStage<'_> {
         let loads = self.loads() + if pulls_off { PULL_OFF_LOADS } else { 0 };
         let own = method_cost(&problem, self.method(), loads, machine);
         // The plan has a copy of a series in the precision of the solver.
-        let heights = problem.heights.series_bytes().unwrap_or(8 * case.grid.points() as u64);
+        let heights = problem.heights.series_bytes().unwrap_or(8 * case.model.grid.points() as u64);
         let own = EstimatedCost { bytes: own.bytes + heights, ..own };
         if self.variant != Variant::Primary {
             return own;
@@ -214,7 +215,7 @@ impl Stage for SolveStage<'_> {
         // The path adds the memory of its coarser grids and of the pull-off.
         let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
         let alone = self.method().plan(&problem).bytes;
-        let path = LoadPathSolver::new(problem, self.method(), case.range(), 0.0, &targets);
+        let path = LoadPathSolver::new(problem, self.method(), case.model.resolution, 0.0, &targets);
         EstimatedCost { bytes: own.bytes + (path.plan(case.scene.load.pull_off).bytes - alone), ..own }
     }
 
@@ -237,14 +238,14 @@ pub(super) fn laboratory(
     let scene = &case.scene;
     let primary = variant == Variant::Primary;
     let start = match &scene.continuum.initial_gap {
-        Some(file) if primary => Some(start(&case.resolve_path(file), case.grid)?),
+        Some(file) if primary => Some(start(&case.resolve_path(file), case.model.grid)?),
         _ => None,
     };
     let mut problem = case.problem(heights);
     let reference = [LoadStep::single(REFERENCE_LOAD, case.gradient)];
     let mut steps = if primary { case.load_steps() } else { case.loading_steps() };
     let mut method = scene.continuum.method.as_str();
-    let mut range = case.range();
+    let mut range = case.model.resolution;
     match variant {
         Variant::Primary => {}
         Variant::NonAdhesive => problem.adhesion = AttractionLaw::None,
@@ -273,14 +274,14 @@ pub(super) fn laboratory(
     let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
     let request = PathRequest {
         problem,
-        hardness_map: case.hardness.as_ref().and_then(|h| h.about_map()).cloned(),
+        hardness_map: case.hardness_map.clone(),
         method,
         range,
         steps,
         pull_off: primary && scene.load.pull_off,
         start,
         gradient: case.gradient,
-        hysteresis: primary && scene.load.is_closed(),
+        hysteresis: primary && scene.load.loads().is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,
         subsurface: case.subsurface().filter(|_| primary),

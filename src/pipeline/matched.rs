@@ -57,7 +57,7 @@ impl Stage for MatchedStage<'_> {
         let loads = self.case.load_steps().len();
         let solves = if self.scene.depth_error { 3 } else { 2 };
         let own = solve_cost(self.case, self.atoms.matched, solves * loads, machine);
-        let full = solve_cost(self.case, self.case.grid, loads, machine);
+        let full = solve_cost(self.case, self.case.model.grid, loads, machine);
         EstimatedCost { bytes: own.bytes.max(full.bytes), seconds: own.seconds + full.seconds }
     }
 
@@ -77,9 +77,9 @@ impl Stage for MatchedStage<'_> {
         let (hardness, is_compliant) = (None, false);
         let hard = Matching { kernel, wall, hardness, is_compliant, tag: "hard wall", criterion: "zero gap" };
         // The full heights on the scene's grid, without low-pass filter and stretch factor.
-        let whole = case.surface.heights(case.grid, 0.0);
+        let whole = case.surface().heights(case.model.grid, 0.0);
         let full = Matching { tag: "full heights", ..hard };
-        let full = match solve(case, atoms, (case.grid, &whole), full, context) {
+        let full = match solve(case, atoms, (case.model.grid, &whole), full, context) {
             // This solution is auxiliary, and is omitted if it does not converge.
             Err(e @ Error::NotConverged { .. }) => {
                 context.listener.warn(&format!("the continuum on the full heights is left out: {e}"));
@@ -87,7 +87,7 @@ impl Stage for MatchedStage<'_> {
             }
             other => Some(other?),
         };
-        let heights = reduced(atoms, atoms.heights_angstrom(&case.surface, atoms.matched));
+        let heights = reduced(atoms, atoms.heights_angstrom(case.surface(), atoms.matched));
         let mut matched = solve(case, atoms, (atoms.matched, &heights), hard, context)?;
         if self.scene.depth_error {
             let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
@@ -191,7 +191,7 @@ fn on_dilated_heights(
     let matching = Matching { kernel, wall, hardness, is_compliant: true, tag, criterion };
     // The wall law acts vertically. The dilated heights account for contact on slopes, where the nearest indenter atom
     // is not directly above.
-    let heights = reduced(atoms, atoms.dilated_heights_angstrom(&case.surface));
+    let heights = reduced(atoms, atoms.dilated_heights_angstrom(case.surface()));
     solve(case, atoms, (atoms.matched, &heights), matching, at)
 }
 

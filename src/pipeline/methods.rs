@@ -45,7 +45,7 @@ impl MethodRun {
 /// Runs of all comparison methods: with the scene's adhesion if the method supports it; without adhesion if that is
 /// requested, if the method does not support it, or if the scene has none.
 pub(super) fn all(case: &Case) -> Vec<MethodRun> {
-    let attracts = case.adhesion != AttractionLaw::None;
+    let attracts = case.model.adhesion != AttractionLaw::None;
     let without = !attracts || case.solves_all_nonadhesive();
     let value_of = |method: &'static dyn ContactMethod| {
         let with_adhesion = attracts && method.card().supports_adhesion() && !method.card().capabilities.atoms;
@@ -71,17 +71,17 @@ impl Stage for MethodStage<'_> {
     }
 
     fn what(&self) -> String {
-        let (n, grid) = (self.case.loading_steps().len(), self.case.grid);
+        let (n, grid) = (self.case.loading_steps().len(), self.case.model.grid);
         let loads = if n == 1 { "load" } else { "loads" };
         format!("{} at {n} {loads} on {} x {} points", self.of.label(), grid.nx, grid.ny)
     }
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let (case, loads) = (self.case, self.case.loading_steps().len() as f64);
-        let adhesion = if self.of.adhesive { case.adhesion } else { AttractionLaw::None };
+        let adhesion = if self.of.adhesive { case.model.adhesion } else { AttractionLaw::None };
         let problem = ReducedProblem { adhesion, ..case.planned_problem() };
         let plan = EstimatorInput::plan(&problem, self.of.method);
-        let points = case.grid.points();
+        let points = case.model.grid.points();
         let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads;
         // Estimators run nearly serially, so their time is not divided by the number of threads.
         let seconds = pairs * points as f64 * SECONDS_PER_POINT_PAIR / machine.threads as f64 + plan.seconds * loads;
@@ -111,7 +111,7 @@ pub(super) fn of_atoms(
     (root, folder, stage): (&Path, &Path, &str),
 ) -> Result<MethodResults> {
     let card = all_atom::AllAtom.card();
-    let adhesive = case.adhesion != AttractionLaw::None;
+    let adhesive = case.model.adhesion != AttractionLaw::None;
     let mut results = nothing(&all_atom::AllAtom, &case.scene.methods, adhesive);
     results.cpu_seconds = seconds;
     // The card has the challenge's d_c.
@@ -126,7 +126,7 @@ pub(super) fn of_atoms(
             .map(|g| (g / atoms.length_angstrom).max(0.0))
             .collect::<Vec<_>>();
         let grid = Grid::unit(map.nx, map.ny);
-        let problem = ReducedProblem { adhesion: case.adhesion, ..ReducedProblem::new(grid, &[][..]) };
+        let problem = ReducedProblem { adhesion: case.model.adhesion, ..ReducedProblem::new(grid, &[][..]) };
         let pressure = s.p_star * case.gradient;
         let estimate = MethodEstimate {
             contact_area: s.contact_area,
@@ -197,7 +197,7 @@ pub(super) fn run(
             ..results
         });
     }
-    let adhesion = if adhesive { case.adhesion } else { AttractionLaw::None };
+    let adhesion = if adhesive { case.model.adhesion } else { AttractionLaw::None };
     let cpu = asperity_grid::sys::cpu_seconds();
     let problem = ReducedProblem { adhesion, ..case.problem(heights) };
     let ended = match card.kind {
@@ -208,7 +208,7 @@ pub(super) fn run(
         }
         MethodKind::Estimate => EstimatorInput::new(problem.clone(), method).and_then(|input| {
             results.planned_bytes = EstimatorInput::plan(&problem, method).bytes;
-            results.range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
+            results.range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.model.grid));
             estimate(case, &input, (folder, stage), listener, &mut results.states)
         }),
     };

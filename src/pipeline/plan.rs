@@ -71,7 +71,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         stages.push(CompareStage(method_run).plan(machine));
         stages.extend(method_run.all_atom().map(|stage| stage.plan(machine)));
     }
-    let drawn = case.atoms.as_ref().map_or(case.grid.points(), |a| a.matched.points());
+    let drawn = case.atoms.as_ref().map_or(case.model.grid.points(), |a| a.matched.points());
     stages.push(PlannedStage {
         name: "report".into(),
         what: "pictures and curves".into(),

@@ -31,16 +31,16 @@ impl<'a> ProbeAtoms<'a> {
     /// `sites`: surface sites of the block on the comparison grid.
     pub(super) fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a SitesOnGrid) -> Result<Self> {
         let (touch, length) = (atoms.wall.minimum_angstrom(), atoms.block.length());
-        let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
+        let heights = atoms.heights_angstrom(case.surface(), Grid::unit(atoms.points, atoms.points));
         let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch)?;
-        let fine = atoms.heights_angstrom(&case.surface, atoms.matched);
+        let fine = atoms.heights_angstrom(case.surface(), atoms.matched);
         // Each profile has its zero at its own lowest node.
         let base = indenter.start_z() + indenter.heights()[0] - fine[0] - touch;
         let under = |profile: &[f64]| -> Vec<[f64; 3]> {
             let z = |x: f64, y: f64| base + bilinear(atoms.matched, |k| profile[k], x, y);
             sites.positions().iter().map(|&[x, y]| [x * length, y * length, z(x, y)]).collect()
         };
-        let closed = [under(&fine), under(&atoms.dilated_heights_angstrom(&case.surface))];
+        let closed = [under(&fine), under(&atoms.dilated_heights_angstrom(case.surface()))];
         Ok(ProbeAtoms { sites, wall: &atoms.wall, compliant_wall: atoms.compliant_wall(), indenter, closed, length })
     }
 

@@ -110,7 +110,7 @@ pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
     let scene = Recorded {
         name: results.name.clone(),
         length_unit: unit.into(),
-        cell: [length, length * case.grid.ly / case.grid.lx],
+        cell: [length, length * case.model.grid.ly / case.model.grid.lx],
         notes: [("program".to_string(), format!("asperity {}", env!("CARGO_PKG_VERSION")))].into(),
     };
     let mut recorder = Recorder::create(&out.join(RECORDING_FILE), scene)?;

@@ -7,8 +7,9 @@ use crate::Result;
 use crate::record::results::{
     CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, SurfaceResults, SurfaceStatistic,
 };
-use crate::scene::{Case, HeightSource};
+use crate::scene::Case;
 use asperity_grid::{Grid, Transform};
+use asperity_surface::HeightSource;
 use asperity_surface::files::npy;
 use asperity_surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
 use std::path::Path;
@@ -29,14 +30,14 @@ impl Stage for SurfaceStage<'_> {
     }
 
     fn what(&self) -> String {
-        format!("{} x {} heights, statistics", self.case.grid.nx, self.case.grid.ny)
+        format!("{} x {} heights, statistics", self.case.model.grid.nx, self.case.model.grid.ny)
     }
 
     fn cost(&self, _: MachineSpeed) -> EstimatedCost {
-        let points = self.case.grid.points();
+        let points = self.case.model.grid.points();
         // Heights and their half spectrum; in addition the map that they are resampled from.
-        let fields = if self.case.surface.series_bytes().is_some() { 2 } else { 3 };
-        let spare = Transform::<f64>::spectrum_bytes(self.case.grid) - 8 * points as u64;
+        let fields = if self.case.surface().series_bytes().is_some() { 2 } else { 3 };
+        let spare = Transform::<f64>::spectrum_bytes(self.case.model.grid) - 8 * points as u64;
         EstimatedCost { bytes: fields * 8 * points as u64 + spare, seconds: SECONDS_PER_POINT * points as f64 }
     }
 
@@ -45,31 +46,31 @@ impl Stage for SurfaceStage<'_> {
     }
 
     fn run(&self, (): (), context: &StageContext) -> Result<SurfaceResults> {
-        surface(self.case, &self.case.surface.heights(self.case.grid, 0.0), context.folder, context.stage)
+        surface(self.case, &self.case.surface().heights(self.case.model.grid, 0.0), context.folder, context.stage)
     }
 }
 
 /// Expected and realised statistics of heights, and their power spectrum. Heights are written to `heights.npy`, from which the solve
 /// stages read imported ones.
 fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
-    npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
+    npy::write(&folder.join("heights.npy"), case.model.grid.nx, case.model.grid.ny, heights.iter().copied())?;
     let is_finite = case.is_non_periodic();
     let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
                 them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
     Ok(SurfaceResults {
-        origin: case.surface.origin(),
-        provenance: case.provenance.clone(),
+        origin: case.surface().origin(),
+        provenance: case.provenance().cloned(),
         periodic: !is_finite,
         note: if is_finite { note.into() } else { String::new() },
-        nx: case.grid.nx,
-        ny: case.grid.ny,
-        aspect: case.grid.ly / case.grid.lx,
+        nx: case.model.grid.nx,
+        ny: case.model.grid.ny,
+        aspect: case.model.grid.ly / case.model.grid.lx,
         heights: Some(in_stage(stage, "heights.npy")),
         statistics: statistics(case, heights),
         psd: if is_finite {
-            spectrum(&case.surface, case.grid, &hann_windowed(case.grid, heights))
+            spectrum(case.surface(), case.model.grid, &hann_windowed(case.model.grid, heights))
         } else {
-            spectrum(&case.surface, case.grid, heights)
+            spectrum(case.surface(), case.model.grid, heights)
         },
     })
 }
@@ -77,7 +78,7 @@ fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<S
 /// Expected and realised statistics of heights on their grid. Expected values are those of the full spectrum; if the
 /// grid does not resolve all modes, the values of the resolved modes are added.
 pub fn statistics(case: &Case, heights: &[f64]) -> Vec<SurfaceStatistic> {
-    let (surface, grid, um) = (&case.surface, case.grid, case.scales.length_m * 1e6);
+    let (surface, grid, um) = (case.surface(), case.model.grid, case.scales.length_m * 1e6);
     if case.is_non_periodic() {
         return patch_statistics(grid, heights, um);
     }

@@ -2,7 +2,7 @@
 
 use super::model::relative_to;
 use super::repulsion::BlockCrystal;
-use super::{AtomsScene, AtomsStart, HeightSource, Scene, Slope};
+use super::{AtomsScene, AtomsStart, Scene, Slope};
 use crate::{Error, Result};
 use asperity_atoms::audit::{Actual, AuditInput, Target, audit};
 use asperity_atoms::block::{BaseKind, Block};
@@ -20,7 +20,7 @@ use asperity_contact::load::LoadStep;
 use asperity_grid::Grid;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::{GPA_PER_EV_A3, Scales};
-use asperity_surface::{dilate_by_ball, moments, range};
+use asperity_surface::{HeightSource, dilate_by_ball, moments, range};
 use std::path::{Path, PathBuf};
 
 /// Poisson's ratio of the calcium-like block for the depth's effect: the Hill average of its elastic constants is 0.298.
@@ -300,7 +300,7 @@ impl AtomsCase {
             stretch: profile.stretch,
             resolved_gradient: profile.resolved_gradient,
             start: a.start_or_default(adhesion.is_some()),
-            unload: problem.scene.load.is_closed() || problem.scene.load.pull_off,
+            unload: problem.scene.load.loads().is_closed() || problem.scene.load.pull_off,
             nvt: a.nvt.as_ref().map(|h| h.settings()),
             load_unit: length * length * scales.stress_ev_a3(1.0) * problem.gradient,
             adhesion,

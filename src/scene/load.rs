@@ -1,6 +1,7 @@
 //! `[load]`: the load path.
 
 use super::quantity::{Dimensional, Force, Length, List, Quantity, Stress, dimension, fractions, list, numbers};
+use asperity_contact::problem::{LoadKind, Loads};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -83,73 +84,49 @@ impl LoadRange {
     }
 }
 
-/// The numbers of quantities.
-fn values<D: Dimensional>(list: &[Quantity<D>]) -> Vec<f64> {
-    list.iter().map(|q| q.value()).collect()
+/// The numbers of quantities, in SI units.
+fn si<D: Dimensional>(list: &[Quantity<D>]) -> Vec<f64> {
+    list.iter().map(|q| q.si()).collect()
 }
 
 impl LoadScene {
+    /// The loads with their unloading branch and pull-off: the first kind that is given.
+    pub fn loads(&self) -> Loads {
+        let p_star = self.p_star_range.map_or_else(|| self.p_star.clone(), |r| r.loads());
+        let kinds = [
+            (LoadKind::Pressure, si(&self.pressure)),
+            (LoadKind::Force, si(&self.force)),
+            (LoadKind::MeanGap, si(&self.mean_gap)),
+            (LoadKind::Displacement, si(&self.displacement)),
+            (LoadKind::Contact, self.contact.clone()),
+        ];
+        let (kind, values) = kinds.into_iter().find(|(_, list)| !list.is_empty()).unwrap_or((LoadKind::PStar, p_star));
+        Loads { kind, values, unload: self.unload, pull_off: self.pull_off }
+    }
+
     /// The loads `p*` in the order of their application, unloading included; empty where other loads are imposed.
     pub fn p_star_path(&self) -> Vec<f64> {
-        let up = self.p_star_range.map_or_else(|| self.p_star.clone(), |r| r.loads());
-        self.with_unloading(&up)
+        let loads = self.loads();
+        if loads.kind == LoadKind::PStar { loads.path() } else { Vec::new() }
     }
 
-    /// A list of loads and, if the scene has one, its unloading branch.
-    pub fn with_unloading<T: Copy>(&self, list: &[T]) -> Vec<T> {
-        let unloading = list.iter().rev().skip(1).filter(|_| self.unload);
-        list.iter().chain(unloading).copied().collect()
-    }
-
-    /// Whether the path rises to its highest load and returns by the same loads, by `unload` or by its list.
-    pub fn is_closed(&self) -> bool {
-        let lists = [self.p_star_path(), values(&self.pressure), values(&self.force)];
-        let mirrored = |path: &Vec<f64>| {
-            let (half, n) = (path.len() / 2, path.len());
-            n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev()) && path[..=half].is_sorted_by(|a, b| a < b)
-        };
-        self.unload || lists.iter().any(mirrored)
-    }
-
-    /// The loads of each kind by their key, unloading included: all but one list are empty.
-    pub fn lists(&self) -> [(&'static str, Vec<f64>); 6] {
-        [
-            ("load.p_star", self.p_star_path()),
-            ("load.pressure", self.with_unloading(&values(&self.pressure))),
-            ("load.force", self.with_unloading(&values(&self.force))),
-            ("load.contact", self.with_unloading(&self.contact)),
-            ("load.mean_gap", self.with_unloading(&values(&self.mean_gap))),
-            ("load.displacement", self.with_unloading(&values(&self.displacement))),
-        ]
-    }
-
-    pub fn count(&self) -> usize {
-        self.lists().iter().map(|(_, list)| list.len()).sum()
-    }
-
-    /// How many loads come before the unloading branch of a closed path: all of any other path.
-    pub fn loading_count(&self) -> usize {
-        if self.is_closed() { self.count().div_ceil(2) } else { self.count() }
+    /// A value as it is given.
+    pub(super) fn text(&self, kind: LoadKind, index: usize) -> Option<String> {
+        fn text<D: Dimensional>(list: &[Quantity<D>], index: usize) -> Option<String> {
+            list.get(index).map(|q| q.to_string())
+        }
+        match kind {
+            LoadKind::Pressure => text(&self.pressure, index),
+            LoadKind::Force => text(&self.force, index),
+            LoadKind::MeanGap => text(&self.mean_gap, index),
+            LoadKind::Displacement => text(&self.displacement, index),
+            LoadKind::PStar | LoadKind::Contact => None,
+        }
     }
 
     /// Indices of the loads p* that a scene names by their value.
     pub fn indices_of(&self, p_star: f64) -> Vec<usize> {
         let path = self.p_star_path();
         (0..path.len()).filter(|&i| (path[i] - p_star).abs() <= SAME_LOAD * path[i].abs()).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_load_path_is_closed_if_its_loads_are_symmetric() {
-        let is_closed = |p_star: &[f64]| LoadScene { p_star: p_star.to_vec(), ..LoadScene::default() }.is_closed();
-        assert!(is_closed(&[0.01, 0.02, 0.05, 0.02, 0.01]));
-        for path in [&[0.01][..], &[0.01, 0.02], &[0.01, 0.02, 0.01, 0.02], &[0.02, 0.01, 0.02], &[0.01, 0.03, 0.02]] {
-            assert!(!is_closed(path), "{path:?}");
-        }
-        assert!(LoadScene { p_star: vec![0.01, 0.02], unload: true, ..LoadScene::default() }.is_closed());
     }
 }

@@ -12,8 +12,10 @@ mod key_names;
 mod laboratory;
 mod load;
 mod model;
+mod names;
 mod nvt;
 mod potential;
+mod problem;
 mod quantity;
 mod repulsion;
 mod source;
@@ -23,17 +25,16 @@ mod syntax;
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
 pub use atoms_scene::{AtomsScene, AtomsStart, Foundation, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Slope};
 pub use case::Case;
-pub use hardness::CaseHardness;
 pub use key_names::{NameOf, last_part, rename_keys, rename_keys_in};
 pub use laboratory::LaboratoryScene;
 pub use load::{LoadRange, LoadScene};
 pub use model::{
-    ALL_METHODS, AdhesionLaw, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, REFERENCE_LOAD,
-    Scene, SubsurfaceScene, SurfaceScene, WallKind, default_tolerance,
+    ALL_METHODS, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, REFERENCE_LOAD, Scene,
+    SubsurfaceScene, SurfaceScene, WallKind,
 };
 pub use nvt::NvtScene;
 pub use quantity::{
     Dimensional, Energy, Force, Fraction, Length, Number, Quantity, Stress, Temperature, Time, Work, dimension,
 };
-pub use source::{HeightSource, ResolvedSurface};
+pub use source::{ResolvedSurface, resolve as resolve_surface};
 pub use surface_file::{SurfaceFile, metres_of};

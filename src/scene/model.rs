@@ -4,17 +4,15 @@ use super::atoms_scene::AtomsScene;
 use super::laboratory::LaboratoryScene;
 use super::load::LoadScene;
 use super::quantity::{Fraction, Length, List, Stress, Work, dimension, fraction, list, unit};
-use crate::Result;
-use asperity_contact::interface::{AttractionLaw, Base, CubicHalfSpace, RangeChoice, TabulatedLaw};
+use asperity_contact::interface::{Base, RangeChoice};
 use asperity_contact::method::{Precision, Settings, Targets};
-use asperity_grid::Grid;
+use asperity_contact::problem::{AdhesionLaw, MAX_ITERATIONS};
 use asperity_surface::heights::Touching;
 use asperity_surface::import::Fourier;
 use asperity_surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// A rough surface, its loads, its material, and the requested methods and outputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -197,9 +195,6 @@ pub struct AdhesionScene {
     #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "List<dimension::Length>")]
     pub other_ranges: Vec<Length>,
-    /// Shape of the attraction in place of `law`; only from the interface of the library.
-    #[serde(skip)]
-    pub table: Option<Arc<TabulatedLaw>>,
 }
 
 /// Value of `continuum.compare_with` for all methods.
@@ -219,41 +214,6 @@ pub struct ChallengeScene {
 impl Default for ChallengeScene {
     fn default() -> Self {
         ChallengeScene { cross_check_method: "bvm".into() }
-    }
-}
-
-/// Decay of the attraction with the gap g.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum AdhesionLaw {
-    /// Energy -γ exp(-g/ρ) per area, the challenge's.
-    #[default]
-    Exponential,
-    /// Constant stress γ/ρ up to the gap ρ, its edge tapered.
-    Dugdale,
-    /// Lennard-Jones 9-3 traction, g counted from its zero of force.
-    #[serde(rename = "power-9-3")]
-    #[value(name = "power-9-3")]
-    Power93,
-}
-
-impl CrystalScene {
-    /// # Errors
-    /// Those of [`CubicHalfSpace::new`].
-    pub fn half_space(&self) -> Result<CubicHalfSpace> {
-        CubicHalfSpace::new(self.c11.to("GPa"), self.c12.to("GPa"), self.c44.to("GPa"))
-    }
-}
-
-impl AdhesionScene {
-    /// The law with work of adhesion γ (units of E*·L) and range ρ (units of L).
-    pub fn adhesion(&self, gamma: f64, rho: f64) -> AttractionLaw {
-        match (&self.table, self.law) {
-            (Some(table), _) => AttractionLaw::tabulated(table, gamma, rho),
-            (None, AdhesionLaw::Exponential) => AttractionLaw::exponential(gamma, rho),
-            (None, AdhesionLaw::Dugdale) => AttractionLaw::dugdale(gamma, rho),
-            (None, AdhesionLaw::Power93) => AttractionLaw::power_law_93(gamma, rho),
-        }
     }
 }
 
@@ -355,7 +315,7 @@ impl Default for ContinuumScene {
             compare_with: Vec::new(),
             precision: Precision::F64,
             tolerance: None,
-            max_iterations: 50_000,
+            max_iterations: MAX_ITERATIONS,
             energy_tolerance: None,
             area_tolerance: None,
             mean_gap_tolerance: None,
@@ -379,21 +339,8 @@ impl ContinuumScene {
         self.periodic.unwrap_or(true)
     }
 
-    pub fn tolerance_or_default(&self, grid: Grid) -> f64 {
-        self.tolerance.unwrap_or(default_tolerance(self.precision, grid))
-    }
-
     pub fn targets(&self) -> Targets {
         Targets { energy: self.energy_tolerance, area: self.area_tolerance, mean_gap: self.mean_gap_tolerance }
-    }
-}
-
-/// The tolerance that a precision can reach: in f32 the displacement's round-off weighs in proportion to the grid's stiffest
-/// mode. At p = 0.01 E* and the challenge's rms height the residual is 3e-4 on 1024 × 1024 points and 1.3e-3 on 4096 × 4096.
-pub fn default_tolerance(precision: Precision, grid: Grid) -> f64 {
-    match precision {
-        Precision::F32 => 1e-3 * (grid.nx.max(grid.ny) as f64 / 1024.0).max(1.0),
-        Precision::F64 => 1e-8,
     }
 }
 

@@ -4,123 +4,62 @@ use super::check::cut_offs;
 use super::surface_file::{PreparedFile, SurfaceFile};
 use super::{LaboratoryScene, Scene};
 use crate::{Error, Result};
-use asperity_grid::{Grid, rms};
-use asperity_surface::Wave;
-use asperity_surface::heights::Touching;
+use asperity_grid::Grid;
+use asperity_surface::height_map::Touching;
 use asperity_surface::import::{Content, Fourier};
 use asperity_surface::provenance::Provenance;
-use asperity_surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
+use asperity_surface::{FourierModes, HeightSource, Modes, Spectrum, Surface, Wave};
 use std::sync::Arc;
-
-/// Source of heights: a spectrum or series that gives them on any grid, or a map that is resampled.
-#[derive(Debug, Clone)]
-pub enum HeightSource {
-    Synthesised {
-        modes: Modes,
-        spectrum: Spectrum,
-        seed: u64,
-    },
-    /// Reduced heights (unit: the cell's extent in x), low points touch first.
-    Imported {
-        grid: Grid,
-        heights: Arc<Vec<f64>>,
-        origin: String,
-    },
-    /// Fourier coefficients, which give heights on any grid that resolves them.
-    Fourier {
-        modes: FourierModes,
-        origin: String,
-    },
-}
 
 /// A surface with what its file determines beyond the heights.
 pub struct ResolvedSurface {
-    pub surface: HeightSource,
+    pub surface: Surface,
     /// The scene's, with the extents of the prepared cell.
     pub laboratory: LaboratoryScene,
-    /// Of an imported surface.
-    pub provenance: Option<Provenance>,
     /// What is doubtful about its file.
     pub warnings: Vec<String>,
 }
 
-impl HeightSource {
-    /// Bytes of the Fourier series that defines the heights; `None` for a map.
-    pub fn series_bytes(&self) -> Option<u64> {
-        match self {
-            HeightSource::Synthesised { modes, .. } => Some(modes.series_bytes()),
-            HeightSource::Fourier { modes, .. } => Some(modes.series().bytes()),
-            HeightSource::Imported { .. } => None,
+/// The surface of a scene: synthesised, or that of its file, prepared, with the lowest point at 0 and low points touching first. The
+/// scene is complete ([`SurfaceFile::complete`]).
+///
+/// # Errors
+/// Those of [`Preparation::apply`](asperity_surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
+/// does not hold, keys of maps for Fourier coefficients, a grid that does not hold every wave.
+pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, context: &str) -> Result<ResolvedSurface> {
+    let (s, mut laboratory) = (&scene.surface, scene.laboratory.clone());
+    let square = Grid::unit(s.grid, s.grid);
+    let Some(file) = file else {
+        let (lambda_r, lambda_s) = cut_offs(s, laboratory.length());
+        let spectrum =
+            Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
+        let source = HeightSource::Synthesised { modes: Modes::new(spectrum, s.seed, 1.0), spectrum, seed: s.seed };
+        let surface = Surface::from_source(source, square, laboratory.length().si());
+        return Ok(ResolvedSurface { surface, laboratory, warnings: Vec::new() });
+    };
+    let touching = s.touching.unwrap_or(Touching::LowPoints);
+    let warnings = file.found.warnings.clone();
+    let (source, grid, provenance) = if let Content::Waves(_) = file.found.content {
+        let (modes, provenance) = series(scene, file, touching, context)?;
+        if !modes.resolved_on(Grid::unit(s.grid.max(1), s.grid.max(1))) {
+            let least = modes.smallest_grid();
+            let accepted =
+                format!("at least {least}, which resolves every wave, or surface.low_pass that leaves fewer");
+            return Err(Error::input(context, "surface.grid", s.grid, accepted));
         }
-    }
-
-    /// The surface of a scene: synthesised, or that of its file, prepared, with the lowest point at 0 and low points touching first. The
-    /// scene is complete ([`SurfaceFile::complete`]).
-    ///
-    /// # Errors
-    /// Those of [`Preparation::apply`](asperity_surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
-    /// does not hold, keys of maps for Fourier coefficients.
-    pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, context: &str) -> Result<ResolvedSurface> {
-        let (s, mut laboratory) = (&scene.surface, scene.laboratory.clone());
-        let Some(file) = file else {
-            let (lambda_r, lambda_s) = cut_offs(s, laboratory.length());
-            let spectrum =
-                Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
-            let surface =
-                HeightSource::Synthesised { modes: Modes::new(spectrum, s.seed, 1.0), spectrum, seed: s.seed };
-            return Ok(ResolvedSurface { surface, laboratory, provenance: None, warnings: Vec::new() });
-        };
-        let sign = match s.touching {
-            Some(Touching::HighPoints) => Touching::HighPoints,
-            _ => Touching::LowPoints,
-        };
-        let warnings = file.found.warnings.clone();
-        if let Content::Waves(_) = file.found.content {
-            let (modes, provenance) = series(scene, file, sign, context)?;
-            let origin = format!("read from {provenance}; {}", modes.summary());
-            let surface = HeightSource::Fourier { modes, origin };
-            return Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings });
-        }
+        let origin = format!("read from {provenance}; {}", modes.summary());
+        (HeightSource::Fourier { modes, origin }, square, provenance)
+    } else {
         let PreparedFile { map, extent: [x, y], provenance } = file.prepare(scene)?;
         (laboratory.length, laboratory.length_y) = (Some(laboratory.of_number(x)), Some(laboratory.of_number(y)));
-        let mut map = map.low_first(sign);
+        let mut map = map.low_first(touching);
         map.heights.iter_mut().for_each(|h| *h *= 1.0 / x);
-        let mut grid = Grid::unit(map.nx, map.ny);
-        grid.ly = y / x;
+        let grid = Grid { ly: y / x, ..Grid::unit(map.nx, map.ny) };
         let origin = format!("read from {provenance}");
-        let surface = HeightSource::Imported { grid, heights: Arc::new(map.heights), origin };
-        Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings })
-    }
-
-    /// Heights `[ny, nx]`, lowest at 0, with the modes whose wavelength is at least `low_pass` (0 for all that the grid
-    /// holds).
-    pub fn heights(&self, grid: Grid, low_pass: f64) -> Vec<f64> {
-        let mut heights: Vec<f64> = match self {
-            HeightSource::Synthesised { modes, .. } => modes.heights(grid, low_pass),
-            HeightSource::Imported { grid: own, heights, .. } if *own == grid && low_pass == 0.0 => heights.to_vec(),
-            HeightSource::Imported { grid: own, heights, .. } => resample(*own, heights, grid, low_pass),
-            HeightSource::Fourier { modes, .. } => modes.heights(grid, low_pass),
-        };
-        lower_to_zero(&mut heights);
-        heights
-    }
-
-    /// Root mean square about the mean, over L; of a spectrum what is expected of it.
-    pub fn rms_height(&self) -> f64 {
-        match self {
-            HeightSource::Synthesised { spectrum, .. } => spectrum.expected(1.0, 0.0).rms_height,
-            HeightSource::Imported { heights, .. } => rms(heights),
-            HeightSource::Fourier { modes, .. } => modes.series().rms(),
-        }
-    }
-
-    /// One line for the report.
-    pub fn origin(&self) -> String {
-        match self {
-            HeightSource::Synthesised { seed, .. } => format!("synthesised from its spectrum, seed {seed}"),
-            HeightSource::Imported { origin, .. } | HeightSource::Fourier { origin, .. } => origin.clone(),
-        }
-    }
+        (HeightSource::Imported { grid, heights: Arc::new(map.heights), origin }, grid, provenance)
+    };
+    let surface = Surface::from_source(source, grid, laboratory.length().si()).with_provenance(Some(provenance));
+    Ok(ResolvedSurface { surface, laboratory, warnings })
 }
 
 /// Fourier coefficients of a file over the cell's extent.

@@ -25,7 +25,7 @@ fn smooth_case(atoms: &str) -> Case {
 
 fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> ContactAtoms {
     let atoms = case.atoms.as_ref().expect("atoms");
-    let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
+    let heights = atoms.heights_angstrom(case.surface(), Grid::unit(atoms.points, atoms.points));
     let touch = atoms.wall.minimum_angstrom();
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch).expect("an indenter");
     let frame = read_frame(frame_file(&job.folder, step).expect("a frame")).expect("good");

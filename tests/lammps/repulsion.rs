@@ -101,7 +101,7 @@ fn counted(case: &Case, job: &Job, step: usize, down: f64) -> usize {
     use asperity::atoms::indenter::Indenter;
     use asperity::atoms::load_history::frame_file;
     let atoms = case.atoms.as_ref().expect("atoms");
-    let heights = atoms.heights_angstrom(&case.surface, asperity::grid::Grid::unit(atoms.points, atoms.points));
+    let heights = atoms.heights_angstrom(case.surface(), asperity::grid::Grid::unit(atoms.points, atoms.points));
     let touch = atoms.wall.minimum_angstrom();
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch).expect("an indenter");
     let frame = read_frame(frame_file(&job.folder, step).expect("a frame")).expect("good");

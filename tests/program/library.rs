@@ -1,7 +1,7 @@
 //! The documented interface of the crate: its examples run, and its results are those of `asperity solve`.
 
 use crate::program::{asperity, stderr};
-use asperity::{Adhesion, Body, FileOptions, Loads, Problem, Surface, Touching};
+use asperity::{Adhesion, Body, FileOptions, LoadKind, Loads, Problem, Solve, Touching, method, read_surface};
 use ndarray::Array2;
 use serde_json::Value;
 use std::path::Path;
@@ -55,9 +55,14 @@ fn solve(arguments: &[&str], out: &Path) -> Vec<Value> {
     lines.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect()
 }
 
+/// Pressures, and then the pull-off.
+fn pulled(pressures: &[f64]) -> Loads {
+    Loads { pull_off: true, ..Loads::new(LoadKind::Pressure, pressures) }
+}
+
 fn problem() -> Problem {
     let options = FileOptions { length: Some(20000.0), touching: Some(Touching::HighPoints), ..FileOptions::default() };
-    Problem::new(Surface::from_file(MAP, &options).expect("a map"), 25.0)
+    Problem::new(read_surface(MAP, &options).expect("a map"), 25.0)
 }
 
 fn stored(file: &Path) -> Array2<f64> {
@@ -140,7 +145,7 @@ fn adhesive_load_paths_have_the_bits_of_the_command_line() {
     let lines = solve(&flags, out.path());
     let adhesion = Adhesion { work_of_adhesion: 50.0, range: 40.0, ..Adhesion::default() };
     let problem = Problem { adhesion: Some(adhesion), ..problem() };
-    let path = problem.load_path_with_pull_off(&Loads::Pressure(vec![0.5, 1.0, 0.5])).expect("solved");
+    let path = problem.load_path(&pulled(&[0.5, 1.0, 0.5])).expect("solved");
     for (state, line) in path.states.iter().zip(&lines) {
         assert_eq!(Some(state.contact_area), line["contact_area"].as_f64());
         assert_eq!(Some(state.mean_gap), line["mean_gap"].as_f64());
@@ -155,7 +160,7 @@ fn contact_areas_have_the_bits_of_the_command_line() {
     let out = tempfile::tempdir().expect("scratch");
     let lines = solve(&["--contact", "0.05", "--non-periodic"], out.path());
     let problem = Problem { body: Body::NonPeriodic, ..problem() };
-    let path = problem.load_path(&Loads::ContactFraction(vec![0.05])).expect("solved");
+    let path = problem.load_path(&Loads::new(LoadKind::Contact, [0.05])).expect("solved");
     assert_eq!(Some(path.states[0].mean_pressure), lines[0]["pressure"].as_f64());
     assert!(path.states[0].gap == stored(&out.path().join("gap.npy")));
 }
@@ -165,7 +170,7 @@ fn methods_that_estimate_have_the_bits_of_the_command_line() {
     let out = tempfile::tempdir().expect("scratch");
     for id in ["winkler", "persson"] {
         let lines = solve(&["--pressure", "0.5", "--method", id], &out.path().join(id));
-        let found = Problem { method: id.into(), ..problem() }.estimate(0.5).expect("estimated");
+        let found = Problem { method: method(id).expect("known"), ..problem() }.estimate(0.5).expect("estimated");
         let line = &lines[0];
         assert_eq!(Some(found.contact_area), line["contact_area"].as_f64(), "{id}");
         assert_eq!(found.mean_gap, line["mean_gap"].as_f64(), "{id}");
@@ -177,24 +182,25 @@ fn errors_name_the_value_and_the_remedy() {
     let refused = |problem: &Problem| problem.solve(0.5).expect_err("refused").to_string();
     let text = refused(&Problem { modulus: -1.0, ..problem() });
     assert!(text.contains("modulus") && text.contains("-1") && text.contains("a positive number"), "{text}");
-    let text = refused(&Problem { method: "persson".into(), ..problem() });
-    assert!(text.contains("persson") && text.contains("Problem::estimate"), "{text}");
-    let text = refused(&Problem { method: "unknown".into(), ..problem() });
+    let text = refused(&Problem { method: method("persson").expect("known"), ..problem() });
+    assert!(text.contains("persson") && text.contains("Solve::estimate"), "{text}");
+    let text = method("unknown").err().expect("refused").to_string();
     assert!(text.contains("unknown") && text.contains("fast"), "{text}");
-    let pulled = problem().load_path_with_pull_off(&Loads::Pressure(vec![0.5])).expect_err("refused").to_string();
+    let pulled = problem().load_path(&pulled(&[0.5])).expect_err("refused").to_string();
     assert!(pulled.contains("adhesion"), "{pulled}");
 }
 
 /// First contact by pressure and by displacement, and the warning of a load in a wrong unit.
 #[test]
 fn first_contact_and_far_loads_are_those_of_the_command_line() {
-    let states = [Loads::Pressure(vec![0.0]), Loads::Displacement(vec![0.0]), Loads::PStar(vec![0.0])]
+    let states = [LoadKind::Pressure, LoadKind::Displacement, LoadKind::PStar]
+        .map(|kind| Loads::new(kind, [0.0]))
         .map(|loads| problem().load_path(&loads).expect("solved").states.remove(0));
     for state in &states {
         assert_eq!((state.mean_pressure, state.contact.iter().filter(|c| **c).count()), (0.0, 1));
         assert_eq!(state.mean_gap, states[0].mean_gap);
     }
-    let far = |p: f64| problem().warnings(&Loads::Pressure(vec![0.1, p, p])).expect("warnings");
+    let far = |p: f64| problem().warnings(&Loads::new(LoadKind::Pressure, [0.1, p, p])).expect("warnings");
     let count = |list: Vec<String>| list.iter().filter(|w| w.contains("check the units of load and modulus")).count();
     assert_eq!((count(far(1e6)), count(far(1.0))), (1, 0));
 }

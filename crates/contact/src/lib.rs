@@ -6,6 +6,7 @@ pub mod measured_errors;
 pub mod method;
 pub mod observe;
 pub mod path;
+pub mod problem;
 pub mod quantity;
 pub mod results;
 pub mod state_numbers;

@@ -7,6 +7,7 @@ pub mod files;
 mod fourier;
 mod guards;
 pub mod height_map;
+mod height_source;
 #[cfg(feature = "files")]
 pub mod heights;
 #[cfg(feature = "files")]
@@ -15,17 +16,18 @@ mod morphology;
 mod non_periodic;
 mod power_spectrum;
 mod preparation;
-#[cfg(feature = "files")]
 pub mod provenance;
 mod spectrum;
 mod statistics;
 mod summits;
+mod surface;
 mod synthesis;
 #[cfg(feature = "files")]
 mod xyz_text;
 
 pub use fourier::{FourierModes, Wave};
 pub use guards::{quality_warnings, seam_warning, slope_warnings};
+pub use height_source::HeightSource;
 pub use morphology::dilate_by_ball;
 pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_moments};
 pub use power_spectrum::{PowerSpectrum, Shell};
@@ -35,4 +37,5 @@ pub use preparation::{
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{HeightRange, Moments, PsdBin, moments, non_periodic_gradient, psd, range};
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
+pub use surface::{Cell, MapOptions, Surface, SynthesisOptions};
 pub use synthesis::{Modes, lower_to_zero, resample};

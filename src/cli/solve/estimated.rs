@@ -56,7 +56,7 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
         line["measured_bytes"] = json!(measured);
         line["peak_rss_bytes"] = json!(growth.peak_bytes());
         let adhesive = problem.adhesion != AttractionLaw::None;
-        line["provenance"] = json!(case.provenance);
+        line["provenance"] = json!(case.provenance());
         // What the method never gives, and what it does not give at this load.
         let never = Quantity::OUTPUTS
             .into_iter()

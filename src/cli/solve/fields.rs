@@ -55,7 +55,7 @@ impl<'a> FieldWriter<'a> {
             solve,
             out: solve.out.as_deref(),
             loads,
-            adhesive: [path.adhesion(), case.adhesion].map(|law| law != AttractionLaw::None),
+            adhesive: [path.adhesion(), case.model.adhesion].map(|law| law != AttractionLaw::None),
             subsurface: case.subsurface().is_some(),
             grid: path.problem().grid,
             ranks: path.problem().ranks,

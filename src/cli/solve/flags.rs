@@ -4,12 +4,13 @@ use super::loads::{LoadFlags, list};
 use super::units::SolveUnits;
 use crate::cli::file::{COMMAND_LINE, FileFlags, MapFlags, flag_of, refuse_grid, refused};
 use crate::scene::{
-    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, LaboratoryScene, LayerScene, Length, LoadScene, Scene,
-    Stress, SubsurfaceScene, SurfaceScene, WallKind, Work,
+    AdhesionScene, ContinuumScene, CrystalScene, LaboratoryScene, LayerScene, Length, LoadScene, Scene, Stress,
+    SubsurfaceScene, SurfaceScene, WallKind, Work,
 };
 use crate::{Error, Result};
 use asperity_contact::interface::{Base, RangeChoice};
 use asperity_contact::method::{Precision, Settings};
+use asperity_contact::problem::{AdhesionLaw, MAX_ITERATIONS};
 use asperity_grid::units::{Dimension, Measure, Measures, Unit, fraction};
 use std::path::{Path, PathBuf};
 
@@ -122,7 +123,7 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_enum, default_value_t = Precision::F64, help_heading = SOLVER)]
     pub(super) precision: Precision,
     /// Limit of iterations per load.
-    #[arg(long, default_value_t = 50_000, value_name = "N", help_heading = SOLVER)]
+    #[arg(long, default_value_t = MAX_ITERATIONS, value_name = "N", help_heading = SOLVER)]
     pub(super) max_iterations: usize,
     /// Elastic layer of this thickness instead of the half-space, with or without a unit (50um).
     #[arg(long, value_name = "T", allow_hyphen_values = true, help_heading = MODEL)]
@@ -305,7 +306,6 @@ impl SolveArgs {
             resolution: self.resolution,
             also_nonadhesive: false,
             other_ranges: Vec::new(),
-            table: None,
         }))
     }
 

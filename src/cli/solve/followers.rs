@@ -51,7 +51,7 @@ impl SolveArgs {
         let refused = [
             ("--method", !method.card().capabilities.ranks, "fast"),
             ("--non-periodic", !continuum.is_periodic(), "a periodic body"),
-            ("--hardness", case.hardness.is_some(), "an elastic body"),
+            ("--hardness", case.problem.hardness.is_some(), "an elastic body"),
             ("--pull-off", self.pull_off, "loads without a pull-off"),
             ("--contact", !case.scene.load.contact.is_empty(), "pressures"),
             ("--mean-gap", mean_gap, "pressures"),

@@ -18,16 +18,17 @@ use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::pipeline::{Listener, ProgressReporter, StageKey, impose_contact};
 use crate::record::load_table::ResultUnits;
 use crate::report::number::memory;
-use crate::scene::{Case, HeightSource};
+use crate::scene::Case;
 use crate::scene::{rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use asperity_contact::load::Load;
-use asperity_contact::method::{ContactMethod, Device, Heights, MethodKind, Precision, ReducedProblem, Stop};
+use asperity_contact::method::{ContactMethod, Device, MethodKind, Precision, ReducedProblem, Stop};
 use asperity_contact::observe::leakage_bytes;
 use asperity_contact::path::{InitialState, LoadPathSolver, subsurface_bytes};
+use asperity_contact::problem::LentHeights;
+use asperity_grid::Grid;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::units::Measure;
-use asperity_grid::{Grid, Series};
 use asperity_surface::files::hashed::file_hash;
 use cache::SolveCache;
 use fields::file_name;
@@ -35,38 +36,6 @@ use followers::{CHECKPOINT, FolderState};
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-/// Heights in the form in which they are stored.
-enum StoredHeights {
-    Nodes(Vec<f64>),
-    Series(Series<f64>),
-}
-
-impl StoredHeights {
-    /// Of a spectrum and of coefficients the series: most often less than the nodes.
-    fn of(surface: HeightSource, ranks: &Ranks) -> Self {
-        match surface {
-            HeightSource::Synthesised { modes, .. } => StoredHeights::Series(modes.series_on(ranks)),
-            HeightSource::Fourier { modes, .. } => StoredHeights::Series(modes.into_series()),
-            HeightSource::Imported { heights, .. } => StoredHeights::Nodes(Arc::unwrap_or_clone(heights)),
-        }
-    }
-
-    fn heights(&self) -> Heights<'_> {
-        match self {
-            StoredHeights::Nodes(nodes) => nodes.into(),
-            StoredHeights::Series(series) => Heights::Series(series),
-        }
-    }
-
-    fn into_series(self, grid: Grid) -> Self {
-        match self {
-            StoredHeights::Nodes(nodes) => StoredHeights::Series(Series::from_nodes(grid, &nodes)),
-            series => series,
-        }
-    }
-}
 
 impl SolveArgs {
     /// Units of the results, where they are known.
@@ -74,7 +43,7 @@ impl SolveArgs {
         let unit = |m: Option<Measure>| m.and_then(|m| m.unit).map(|unit| unit.to_string());
         let length = match self.challenge {
             Some(_) => unit(self.map.length),
-            None => case.provenance.as_ref().and_then(|p| p.unit.clone()),
+            None => case.provenance().and_then(|p| p.unit.clone()),
         };
         ResultUnits { length, stress: unit(self.modulus) }
     }
@@ -125,7 +94,7 @@ impl SolveArgs {
         };
         let planned = |problem: ReducedProblem| {
             let after = if problem.ranks.is_first() { flow(&problem) + below(&problem) } else { 0 };
-            LoadPathSolver::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + after
+            LoadPathSolver::new(problem, method, case.model.resolution, 0.0, loads).plan(self.pull_off).bytes + after
         };
         // Ranks on one machine share its memory.
         let need = problem.ranks.sum_on_this_machine(planned(problem.clone()));
@@ -193,30 +162,23 @@ impl SolveArgs {
         self.check_ranks(&case, method, ranks)?;
         Device::check(&case.planned_problem(), method.card())?;
         case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));
-        if let Some(provenance) = &case.provenance {
+        if let Some(provenance) = case.provenance() {
             progress.note(&provenance.to_string());
         }
         if !self.dry_run {
             impose_contact(&mut case, &asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
-        let stored = StoredHeights::of(case.take_surface(), ranks);
+        let heights = LentHeights::of(case.surface(), ranks);
         if method.card().kind == MethodKind::Estimate {
-            return estimated::run(&self, &case, stored.heights(), &progress);
+            return estimated::run(&self, &case, heights.get(), &progress);
         }
         let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
-        // Of a map as it comes: the series that the default method makes of it takes no more.
-        let problem = ReducedProblem { ranks, ..case.problem(stored.heights()) };
+        let problem = ReducedProblem { ranks, ..case.problem(heights.get()) };
         let previous = Before::now(self.planned(&case, method, &problem, &loads)?);
         if self.dry_run {
             return Ok(());
         }
-        let stored = match method.card().id {
-            // The default method works on waves: the nodes of a map are dropped.
-            "fast" if case.scene.continuum.is_periodic() => stored.into_series(case.grid),
-            _ => stored,
-        };
-        let problem = ReducedProblem { ranks, ..case.problem(stored.heights()) };
-        let path = LoadPathSolver::new(problem.clone(), method, case.range(), 0.0, &loads);
+        let path = LoadPathSolver::new(problem.clone(), method, case.model.resolution, 0.0, &loads);
         let path = path.with_stiffness().with_leakage(self.leakage);
         if !ranks.is_first() {
             return self.follow(&case, &path, ranks);
@@ -262,7 +224,7 @@ impl SolveArgs {
     /// The gap that --initial-gap names, over the cell's extent.
     fn initial_gap(&self, case: &Case) -> Result<Option<InitialState>> {
         let Some(file) = &self.initial_gap else { return Ok(None) };
-        let gap = crate::pipeline::start(file, case.grid)?;
+        let gap = crate::pipeline::start(file, case.model.grid)?;
         Ok(Some(InitialState::Gap(gap.into_iter().map(|g| g / case.scales.length_m).collect())))
     }
 

@@ -7,7 +7,7 @@ use crate::pipeline::methods::{self, MethodRun};
 use crate::pipeline::stage::StageContext;
 use crate::pipeline::{StageKey, atomistic, matched, plan};
 use crate::record::tradeoff::{AtomsCost, BlockSize, MeasuredCost};
-use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case, Foundation, HeightSource, highest_p_star};
+use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case, Foundation, highest_p_star};
 use crate::{Error, Result};
 use asperity_atoms::block::{BaseKind, Block};
 use asperity_atoms::engine::LammpsEngine;
@@ -16,6 +16,7 @@ use asperity_contact::interface::AttractionLaw;
 use asperity_contact::method::Precision;
 use asperity_grid::sys;
 use asperity_methods::all_atom;
+use asperity_surface::HeightSource;
 use std::path::Path;
 use std::time::Instant;
 
@@ -97,7 +98,7 @@ impl Blocks {
             };
             let method = asperity_methods::find(all_atom::ID).expect("it is registered");
             let points = resolved.atoms.as_ref().map_or(0, |a| a.points);
-            let method_run = MethodRun { method, adhesive: case.adhesion != AttractionLaw::None };
+            let method_run = MethodRun { method, adhesive: case.model.adhesion != AttractionLaw::None };
             let point = BenchmarkPoint {
                 block: Some(size),
                 ..BenchmarkPoint::on_grid(method_run, points, Precision::F64, tolerance)
@@ -171,7 +172,7 @@ pub(super) fn planned(case: &Case) -> Result<(u64, f64)> {
 pub(super) fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> BenchmarkPoint {
     let (low_pass, stretch) = case.atoms.as_ref().map_or((0.0, 1.0), |a| (a.low_pass, a.stretch));
     let enough = |n: &usize| *n as f64 * low_pass >= NODES_PER_WAVE;
-    let n = match case.surface {
+    let n = match case.surface() {
         HeightSource::Imported { .. } => reference.n,
         _ => halves(reference.n, usize::BITS as usize).into_iter().rev().find(enough).unwrap_or(reference.n),
     };

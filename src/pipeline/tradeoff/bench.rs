@@ -144,7 +144,7 @@ impl<'a> BenchmarkRunner<'a> {
         let how = (
             point.method_run.adhesive,
             point.id(),
-            case.grid.nx,
+            case.model.grid.nx,
             point.layer_thickness,
             self.repeats,
             rayon::current_num_threads(),

@@ -3,11 +3,13 @@
 use crate::pipeline::laboratory::SECONDS_PER_POINT_PAIR;
 use crate::pipeline::methods::MethodRun;
 use crate::record::tradeoff::{BlockSize, Setting};
-use crate::scene::{Case, HeightSource, Scene, default_tolerance};
+use crate::scene::{Case, Scene};
 use crate::{Error, Result};
 use asperity_contact::interface::{Base, Elastic, Layer};
 use asperity_contact::method::{ContactMethod, Heights, MethodKind, Precision, ReducedProblem};
 use asperity_contact::path::EstimatorInput;
+use asperity_contact::problem::default_tolerance;
+use asperity_surface::HeightSource;
 use serde::Serialize;
 
 /// Exponent of the cost in the number of points for methods measured on one grid only. It follows from the challenge
@@ -137,7 +139,7 @@ impl BenchmarkPoint {
                 let plan = self.method_run.method.plan(&problem(case, &self.method_run));
                 let pairs = plan.iterations as f64 * plan.pairs_per_iteration;
                 let threads = rayon::current_num_threads() as f64;
-                let of_pairs = pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
+                let of_pairs = pairs * case.model.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
                 case.loading_steps().len() as f64 * (of_pairs + plan.seconds)
             }
         }
@@ -187,18 +189,18 @@ pub(super) fn at(case: &Case, point: &BenchmarkPoint) -> Result<Case> {
     case_at_point.scene.continuum.precision = point.precision;
     case_at_point.scene.continuum.tolerance = Some(point.tolerance);
     if let Some(thickness) = point.layer_thickness {
-        case_at_point.kernel = Elastic::Layer(Layer { thickness, poisson: LAYER_POISSON, base: Base::Bonded });
+        case_at_point.model.kernel = Elastic::Layer(Layer { thickness, poisson: LAYER_POISSON, base: Base::Bonded });
     }
     Ok(case_at_point)
 }
 
 /// The case with `n` points in x.
 pub(super) fn on_grid(case: &Case, n: usize) -> Result<Case> {
-    let full_grid = case.grid;
+    let full_grid = case.model.grid;
     if n == full_grid.nx {
         return Ok(case.clone());
     }
-    match &case.surface {
+    match case.surface() {
         HeightSource::Imported { .. } => {
             let ny = n * full_grid.ny / full_grid.nx;
             let even = n < full_grid.nx && full_grid.nx.is_multiple_of(n) && ny * (full_grid.nx / n) == full_grid.ny;
@@ -214,7 +216,7 @@ pub(super) fn on_grid(case: &Case, n: usize) -> Result<Case> {
                 return Err(Error::input(case.file.display(), "--grids", n, accepted));
             }
             let mut case_on_grid = case.clone();
-            (case_on_grid.grid.nx, case_on_grid.grid.ny) = (n, ny);
+            (case_on_grid.model.grid.nx, case_on_grid.model.grid.ny) = (n, ny);
             Ok(case_on_grid)
         }
         _ => {
@@ -240,7 +242,7 @@ pub(super) fn halves(n: usize, count: usize) -> Vec<usize> {
 pub(super) fn base_tolerance(case: &Case) -> f64 {
     match (case.scene.continuum.precision, case.scene.continuum.tolerance) {
         (Precision::F64, Some(t)) => t,
-        _ => default_tolerance(Precision::F64, case.grid),
+        _ => default_tolerance(Precision::F64, case.model.grid),
     }
 }
 
@@ -251,7 +253,7 @@ pub(super) fn refinements(point: &BenchmarkPoint, case: &Case) -> Vec<BenchmarkP
         return Vec::new();
     }
     // At low loads rounding errors prevent f32 from reaching its default tolerance, so a coarser one is added.
-    let single = [default_tolerance(Precision::F32, case.grid), TOLERANCES[0]];
+    let single = [default_tolerance(Precision::F32, case.model.grid), TOLERANCES[0]];
     let single = single.map(|tolerance| BenchmarkPoint { precision: Precision::F32, tolerance, ..*point });
     let others = TOLERANCES.into_iter().filter(|t| *t != point.tolerance);
     single.into_iter().chain(others.map(|tolerance| BenchmarkPoint { tolerance, ..*point })).collect()

@@ -31,7 +31,7 @@ const NARROW: f64 = 0.01;
 
 impl Roughness {
     pub(super) fn of(case: &Case) -> Self {
-        Roughness { gradient: case.gradient, height: case.surface.rms_height() }
+        Roughness { gradient: case.gradient, height: case.surface().rms_height() }
     }
 
     /// Scale of deviations of gaps, units of L.

@@ -7,10 +7,11 @@ use crate::pipeline::methods;
 use crate::pipeline::stage::StageContext;
 use crate::record::methods::MethodResults;
 use crate::record::tradeoff::{LoadErrors, MeasuredCost, ReferenceLoad};
-use crate::scene::{Case, HeightSource};
+use crate::scene::Case;
 use asperity_contact::method::Heights;
 use asperity_grid::Series;
 use asperity_grid::sys;
+use asperity_surface::HeightSource;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 use std::time::Instant;
@@ -86,16 +87,16 @@ pub(super) fn measure_repeatedly(
     at: &StageContext,
 ) -> Result<MeasuredPoint> {
     let made: Vec<f64>;
-    let heights = match &case.surface {
+    let heights = match case.surface() {
         surface if point.filter.is_some() => {
             let LowPass { low_pass, stretch } = point.filter.expect("just seen");
-            made = surface.heights(case.grid, low_pass).into_iter().map(|h| h * stretch).collect();
+            made = surface.heights(case.model.grid, low_pass).into_iter().map(|h| h * stretch).collect();
             Heights::Nodes(&made)
         }
         HeightSource::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
         HeightSource::Fourier { modes, .. } => Heights::Series(modes.series()),
         HeightSource::Imported { .. } => {
-            made = case.surface.heights(case.grid, 0.0);
+            made = case.surface().heights(case.model.grid, 0.0);
             Heights::Nodes(&made)
         }
     };
@@ -123,7 +124,7 @@ pub(super) fn measure_repeatedly(
         match &mut best {
             None => {
                 best = Some(MeasuredPoint {
-                    ny: case.grid.ny,
+                    ny: case.model.grid.ny,
                     results,
                     maps: Vec::new(),
                     resolved: Vec::new(),

@@ -38,8 +38,9 @@ pub fn tradeoff<'a>(
     let has_atoms = request.methods.iter().any(|m| m.card().capabilities.atoms) || request.blocks.is_some();
     let blocks = if has_atoms && request.exact.is_none() { Blocks::of(case, request.blocks.as_deref())? } else { None };
     let case = Case::resolve(benchmark_point::bare(case), &case.file)?;
-    if !request.layer_thicknesses.is_empty() && case.kernel != Elastic::HalfSpace {
-        let accepted = format!("a scene with a half-space, which the layers replace; this scene has a {}", case.kernel);
+    if !request.layer_thicknesses.is_empty() && case.model.kernel != Elastic::HalfSpace {
+        let accepted =
+            format!("a scene with a half-space, which the layers replace; this scene has a {}", case.model.kernel);
         return Err(Error::input("command line", "--layer-thickness", "given", accepted));
     }
     let mut warnings = case.warnings.clone();
@@ -69,7 +70,7 @@ pub fn tradeoff<'a>(
 
 /// The requested methods, with the scene's adhesion where they support it.
 fn method_runs(case: &Case, request: &TradeoffRequest, blocks: Option<&Blocks>) -> Vec<MethodRun> {
-    let attracts = case.adhesion != AttractionLaw::None;
+    let attracts = case.model.adhesion != AttractionLaw::None;
     let run = |&method| MethodRun { method, adhesive: attracts && method.card().supports_adhesion() };
     let mut method_runs: Vec<MethodRun> = request.methods.iter().map(run).collect();
     if let Some(blocks) = blocks {
@@ -81,7 +82,7 @@ fn method_runs(case: &Case, request: &TradeoffRequest, blocks: Option<&Blocks>) 
 
 /// Warning for methods without adhesion in a scene with adhesion.
 fn without_adhesion(case: &Case, method_runs: &[MethodRun]) -> Option<String> {
-    let without = method_runs.iter().filter(|r| case.adhesion != AttractionLaw::None && !r.adhesive);
+    let without = method_runs.iter().filter(|r| case.model.adhesion != AttractionLaw::None && !r.adhesive);
     let ids: Vec<&str> = without.map(|r| r.method.card().id).collect();
     let compared = "no adhesion, therefore compared with the solution without the scene's adhesion";
     (!ids.is_empty()).then(|| format!("{}: {compared}", ids.join(", ")))

@@ -2,9 +2,10 @@
 
 use super::benchmark_point::{self, COARSEST};
 use crate::record::tradeoff::{BlockSize, TradeoffPoint};
-use crate::scene::{Case, HeightSource};
+use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_contact::method::{ContactMethod, Precision};
+use asperity_surface::HeightSource;
 
 const PLACE: &str = "command line";
 
@@ -53,9 +54,9 @@ impl TradeoffRequest {
     /// Points per side of the reference, and of the grids in the order in which they run.
     pub(super) fn grids(&self, case: &Case, warnings: &mut Vec<String>) -> Result<(usize, Vec<usize>)> {
         if let Some(list) = &self.exact {
-            return Ok((self.reference.unwrap_or(case.grid.nx), list.iter().map(|e| e.n).collect()));
+            return Ok((self.reference.unwrap_or(case.model.grid.nx), list.iter().map(|e| e.n).collect()));
         }
-        let full_grid = case.grid.nx;
+        let full_grid = case.model.grid.nx;
         let reference = self.reference.unwrap_or(full_grid);
         let range = |key: &str, n: usize| match (COARSEST..=FINEST).contains(&n) {
             true => Ok(()),
@@ -63,7 +64,7 @@ impl TradeoffRequest {
         };
         if self.reference.is_some() {
             range("--reference", reference)?;
-            if matches!(case.surface, HeightSource::Imported { .. }) && reference != full_grid {
+            if matches!(case.surface(), HeightSource::Imported { .. }) && reference != full_grid {
                 let accepted = format!("{full_grid}, the map's own: a height map has no finer grid");
                 return Err(Error::input(PLACE, "--reference", reference, accepted));
             }

@@ -11,8 +11,9 @@ use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
     Forecast, MeasuredCost, Reference, ResolvedErrors, SCHEMA, SkippedSetting, TradeoffPoint, TradeoffResults,
 };
-use crate::scene::{Case, HeightSource};
+use crate::scene::Case;
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
+use asperity_surface::HeightSource;
 
 /// `warnings`: those of the benchmark.
 pub(super) fn table(
@@ -29,22 +30,22 @@ pub(super) fn table(
     let place = |p: &TradeoffPoint| method_runs.iter().position(|r| r.method.card().id == p.setting.method);
     points.sort_by_key(|p| (place(p), p.setting.layer_thickness.is_some(), std::cmp::Reverse(p.setting.nx)));
     let skipped = outcome.skipped.into_iter().map(|(point, reason)| {
-        let ny = point.n * case.grid.ny / case.grid.nx;
+        let ny = point.n * case.model.grid.ny / case.model.grid.nx;
         SkippedSetting { setting: point.setting(ny), reason }
     });
     let mut table = TradeoffResults {
         schema: SCHEMA,
         name: case.scene.name.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
-        surface: case.surface.origin(),
+        surface: case.surface().origin(),
         gradient: case.gradient,
         rms_height: bench.rough.height,
-        shortest_wavelength: shortest_wavelength(&case.surface),
-        hurst: hurst(&case.surface),
-        nx: case.grid.nx,
-        ny: case.grid.ny,
+        shortest_wavelength: shortest_wavelength(case.surface()),
+        hurst: hurst(case.surface()),
+        nx: case.model.grid.nx,
+        ny: case.model.grid.ny,
         p_star: case.loading_p_star(),
-        kernel: case.kernel.to_string(),
+        kernel: case.model.kernel.to_string(),
         adhesion: adhesion_label(case),
         program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
         threads: rayon::current_num_threads(),
@@ -148,9 +149,11 @@ fn forecast_of(grids: &[&TradeoffPoint]) -> Option<Forecast> {
 /// Adhesion as named in tables. With a true range on every grid, coarse grids may not resolve it and the problem
 /// differs from the default, so the text states it.
 fn adhesion_label(case: &Case) -> String {
-    match case.range() {
-        RangeChoice::True if case.adhesion != AttractionLaw::None => format!("{}, true on every grid", case.adhesion),
-        _ => case.adhesion.to_string(),
+    match case.model.resolution {
+        RangeChoice::True if case.model.adhesion != AttractionLaw::None => {
+            format!("{}, true on every grid", case.model.adhesion)
+        }
+        _ => case.model.adhesion.to_string(),
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::complaints::Complaints;
 use super::surface::cut_offs;
-use crate::scene::{AdhesionLaw, REFERENCE_LOAD, Scene, WallKind};
+use crate::scene::{REFERENCE_LOAD, Scene, WallKind};
+use asperity_contact::problem::AdhesionLaw;
 use asperity_surface::Spectrum;
 
 /// The challenge's statements are about its own problem.

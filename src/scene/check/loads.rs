@@ -1,7 +1,9 @@
 //! Checks of `[load]`.
 
 use super::complaints::Complaints;
-use crate::scene::{Dimensional, LoadRange, LoadScene, Number, Quantity, Scene};
+use crate::scene::names::Keys;
+use crate::scene::{LoadRange, LoadScene, Scene};
+use asperity_contact::problem::{LoadKind, Names};
 
 /// Loads that a message names.
 const MOST_NAMED: usize = 24;
@@ -12,55 +14,26 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let atoms = scene.atoms.is_some();
     kinds(c, load);
     load.p_star_range.iter().for_each(|r| load_range(c, r));
-    let pressures = [
-        ("p_star", load.p_star.iter().map(|p| Number::plain(*p)).map(Given::of).collect::<Vec<_>>()),
-        ("pressure", load.pressure.iter().copied().map(Given::of).collect()),
-        ("force", load.force.iter().copied().map(Given::of).collect()),
-    ];
-    match (atoms, attracts) {
-        (true, _) => each(c, &pressures, "a positive number: atoms are only pressed", |v| v > 0.0),
-        (false, false) => {
-            each(c, &pressures, "zero (first contact) or a positive number: tension needs adhesion", |v| v >= 0.0)
-        }
-        (false, true) => each(c, &pressures, "a number", |_| true),
+    let loads = load.loads();
+    let key = Keys(scene).name(loads.kind.field());
+    for (i, value) in loads.values.iter().enumerate() {
+        let good = !atoms || *value > 0.0;
+        c.unless(good, &format!("{key}[{i}]"), value, "a positive number: atoms are only pressed");
+        // First contact without adhesion is given by the surface alone.
+        let first = *value == 0.0 && !attracts && !matches!(loads.kind, LoadKind::MeanGap | LoadKind::Displacement);
+        let accepted = "a positive number: only the method \"fast\" solves first contact";
+        c.unless(!first || scene.continuum.compare_with.is_empty(), &format!("{key}[{i}]"), 0, accepted);
     }
-    first_contact(c, scene, &pressures);
-    let lengths = [("mean_gap", &load.mean_gap), ("displacement", &load.displacement)];
-    let lengths = lengths.map(|(key, list)| (key, list.iter().copied().map(Given::of).collect()));
-    each(c, &lengths, "zero or a positive number", |v| v >= 0.0);
-    let contact = load.contact.iter().map(|a| Number::plain(*a)).map(Given::of).collect();
-    each(c, &[("contact", contact)], "a fraction of the cell between 0 and 1", |v| v > 0.0 && v < 1.0);
-    for (key, list) in load.lists().iter().filter(|(key, _)| *key != "load.p_star") {
-        let accepted = "load.p_star: atoms are under load control in p*";
-        c.unless(!atoms || list.is_empty(), key, "given with atoms", accepted);
-    }
-    c.unless(
-        load.contact.is_empty() || !attracts,
-        "load.contact",
-        "given with adhesion",
-        "pressures or mean gaps: with adhesion several states have the same contact",
-    );
+    let accepted = "load.p_star: atoms are under load control in p*";
+    c.unless(!atoms || loads.kind == LoadKind::PStar, &key, "given with atoms", accepted);
     branches_of_atoms(c, scene);
     maps(c, scene);
+    let flows = scene.continuum.hardness.is_some() || scene.continuum.hardness_map.is_some();
     c.unless(
-        !scene.load.unload || attracts || atoms || scene.continuum.hardness.is_some(),
+        !scene.load.unload || attracts || atoms || flows,
         "load.unload",
         "true",
         "an adhesion.work_of_adhesion, [atoms] or continuum.hardness: without them, unloading repeats the loading branch",
-    );
-    c.unless(
-        !scene.load.pull_off || attracts,
-        "load.pull_off",
-        "true",
-        "an adhesive interface, adhesion.work_of_adhesion",
-    );
-    let controls = !load.mean_gap.is_empty() || !load.displacement.is_empty() || load.pull_off;
-    let method = &scene.continuum.method;
-    c.unless(
-        !controls || asperity_methods::find(method).is_none_or(|m| m.card().capabilities.mean_gap),
-        "continuum.method",
-        format!("{method:?}"),
-        "\"fast\" or \"auto\": no other method controls the mean gap, which load.mean_gap and load.pull_off need",
     );
 }
 
@@ -80,42 +53,6 @@ fn kinds(c: &mut Complaints, load: &LoadScene) {
     c.unless(!value.is_empty(), "load.p_star", "[]", &format!("at least one load, in one of {all}"));
     if let [first, second, ..] = value[..] {
         c.unless(false, second, format!("given together with {first}"), "one kind of load");
-    }
-}
-
-/// First contact without adhesion is given by the surface alone, and only `fast` takes it as a load.
-fn first_contact(c: &mut Complaints, scene: &Scene, pressures: &[(&str, Vec<Given>)]) {
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
-    let zero = pressures.iter().find_map(|(key, list)| Some((key, list.iter().position(|v| v.value == 0.0)?)));
-    let Some((key, i)) = zero.filter(|_| !attracts && scene.atoms.is_none()) else { return };
-    let own = &scene.continuum.method;
-    let others = asperity_methods::find(own).is_some_and(|m| !m.card().capabilities.first_contact);
-    c.unless(
-        !others && scene.continuum.compare_with.is_empty(),
-        &format!("load.{key}[{i}]"),
-        0,
-        "a positive number: only the method \"fast\" solves first contact",
-    );
-}
-
-/// A load as it is given, for messages.
-struct Given {
-    value: f64,
-    text: String,
-}
-
-impl Given {
-    fn of<D: Dimensional>(load: Quantity<D>) -> Given {
-        Given { value: load.value(), text: load.to_string() }
-    }
-}
-
-/// Each value of lists of loads is finite and `good`.
-fn each(c: &mut Complaints, lists: &[(&str, Vec<Given>)], accepted: &str, good: impl Fn(f64) -> bool) {
-    for (key, list) in lists {
-        for (i, Given { value, text }) in list.iter().enumerate() {
-            c.unless(value.is_finite() && good(*value), &format!("load.{key}[{i}]"), text, accepted);
-        }
     }
 }
 
@@ -141,7 +78,7 @@ fn branches_of_atoms(c: &mut Complaints, scene: &Scene) {
     let (p, atoms) = (&scene.load.p_star, scene.atoms.is_some());
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
     let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
-    if let Some(i) = falls.filter(|_| atoms && attracts && !scene.load.is_closed()) {
+    if let Some(i) = falls.filter(|_| atoms && attracts && !scene.load.loads().is_closed()) {
         c.unless(
             false,
             &format!("load.p_star[{i}]"),

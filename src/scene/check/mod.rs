@@ -11,7 +11,8 @@ mod surface;
 pub(super) use complaints::word;
 pub(super) use surface::cut_offs;
 
-use super::{AdhesionLaw, Scene};
+use super::Scene;
+use asperity_contact::problem::AdhesionLaw;
 use asperity_grid::error::Complaint;
 use complaints::Complaints;
 use std::path::Path;
@@ -50,14 +51,6 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
 
 fn adhesion(c: &mut Complaints, scene: &Scene) {
     let Some(a) = &scene.adhesion else { return };
-    let gamma = a.work_of_adhesion;
-    c.unless(
-        gamma.value().is_finite() && gamma.value() >= 0.0,
-        "adhesion.work_of_adhesion",
-        gamma,
-        "a number, zero or above",
-    );
-    c.positive_quantity("adhesion.range", a.range);
     for (i, range) in a.other_ranges.iter().enumerate() {
         let key = format!("adhesion.other_ranges[{i}]");
         c.positive_quantity(&key, *range);

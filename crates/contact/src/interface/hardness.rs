@@ -40,6 +40,14 @@ impl HardnessMap {
         HardnessMap { nx, ny, mean, extent: (low, high), nodes, next: OnceLock::new() }
     }
 
+    /// The map over a modulus.
+    ///
+    /// # Errors
+    /// As [`HardnessMap::new`].
+    pub fn over(&self, modulus: f64) -> Result<Self, Complaint> {
+        Self::new(self.nx, self.ny, self.nodes.iter().map(|h| h / modulus).collect())
+    }
+
     /// Lowest and highest value.
     pub fn extent(&self) -> (f64, f64) {
         self.extent

@@ -1,0 +1,244 @@
+//! The contact problem as its users state it, in their own units. Reduction to L = E* = 1 is behind it.
+
+mod check;
+mod field;
+mod loads;
+mod reduced;
+
+pub use field::{Arguments, Field, Names};
+pub use loads::{LoadKind, Loads};
+pub use reduced::{ReducedModel, Reduction};
+
+use crate::interface::{AttractionLaw, Base, HardnessMap, RangeChoice, TabulatedLaw};
+use crate::method::{ContactMethod, Fast, Heights, Precision, Settings, Targets};
+use asperity_grid::sys::ranks::Ranks;
+use asperity_grid::{Grid, Series};
+use asperity_surface::{HeightSource, Surface};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A rigid rough surface on an elastic body.
+///
+/// Units are those of the caller: lengths have the unit of the surface, pressures that of the modulus, and energies per area
+/// their product. With 1 for the extent of the cell and for the modulus, all results are in reduced units.
+#[derive(Clone)]
+pub struct Problem {
+    /// The rough surface.
+    pub surface: Surface,
+    /// Contact modulus E* = E/(1-ν²).
+    pub modulus: f64,
+    /// The elastic body.
+    pub body: Body,
+    /// Attraction between the surfaces; none by default.
+    pub adhesion: Option<Adhesion>,
+    /// Compliance of the repulsion: the penetration under a pressure of E*. None, the default, is a hard wall.
+    pub penalty_length: Option<f64>,
+    /// Hardness, in the unit of the modulus: the largest contact pressure. Where it is reached, the surface flows, and keeps its
+    /// shape on unloading (methods fast, bvm and gfmd). None, the default, is an elastic body.
+    pub hardness: Option<Hardness>,
+    /// The method; [`Fast`] by default.
+    pub method: &'static dyn ContactMethod,
+    /// Floating-point type of the fields.
+    pub precision: Precision,
+    /// Largest rms residual over the mean pressure. Default: 1e-8, in single precision what rounding allows.
+    pub tolerance: Option<f64>,
+    /// Estimated errors at which a solver may stop before the residual has reached the tolerance.
+    pub targets: Targets,
+    /// Iterations per load after which a solver stops.
+    pub max_iterations: usize,
+    /// Settings of single methods.
+    pub settings: Settings,
+    /// Gap `[ny, nx]` from which the first load starts, in the unit of the surface's length. None, the default, is first contact.
+    pub initial_gap: Option<Vec<f64>>,
+}
+
+impl std::fmt::Debug for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Problem")
+            .field("surface", &self.surface)
+            .field("modulus", &self.modulus)
+            .field("body", &self.body)
+            .field("adhesion", &self.adhesion)
+            .field("penalty_length", &self.penalty_length)
+            .field("hardness", &self.hardness)
+            .field("method", &self.method.card().id)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The elastic body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Body {
+    /// An isotropic half-space under a periodic surface.
+    HalfSpace,
+    /// An isotropic layer on a rigid base.
+    Layer {
+        /// Thickness, in the unit of the surface's length.
+        thickness: f64,
+        /// Poisson's ratio.
+        poisson: f64,
+        /// Boundary condition at the base.
+        base: Base,
+    },
+    /// A cubic crystal with an (001) face and x along `[100]`. Only the ratios of the constants matter.
+    Cubic {
+        /// Elastic constant C11.
+        c11: f64,
+        /// Elastic constant C12.
+        c12: f64,
+        /// Elastic constant C44.
+        c44: f64,
+    },
+    /// An isotropic half-space under a surface that is not periodic, free outside of the map.
+    NonPeriodic,
+}
+
+/// Decay of the attraction with the gap g.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum AdhesionLaw {
+    /// Energy -γ exp(-g/ρ) per area, the challenge's.
+    #[default]
+    Exponential,
+    /// Constant stress γ/ρ up to the gap ρ, its edge tapered.
+    Dugdale,
+    /// Lennard-Jones 9-3 traction, g counted from its zero of force.
+    #[serde(rename = "power-9-3")]
+    #[cfg_attr(feature = "clap", value(name = "power-9-3"))]
+    Power93,
+}
+
+/// Attraction between the surfaces.
+///
+/// ```
+/// use asperity_contact::interface::RangeChoice;
+/// use asperity_contact::problem::{Adhesion, AdhesionLaw};
+///
+/// let adhesion = Adhesion { work_of_adhesion: 0.05, range: 2e-9, ..Adhesion::default() };
+/// assert_eq!((adhesion.law, adhesion.resolution), (AdhesionLaw::Exponential, RangeChoice::Mesh));
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Adhesion {
+    /// Work of adhesion γ, in units of modulus times length.
+    pub work_of_adhesion: f64,
+    /// Range ρ, in the unit of the surface's length.
+    pub range: f64,
+    /// Decay of the attraction with the gap.
+    pub law: AdhesionLaw,
+    /// What happens where the grid does not resolve the range.
+    pub resolution: RangeChoice,
+    /// Another decay in place of `law`: the shape of this table, with the work and range above.
+    pub table: Option<Arc<TabulatedLaw>>,
+}
+
+/// The law of a table, with its own work of adhesion and range.
+impl From<TabulatedLaw> for Adhesion {
+    fn from(table: TabulatedLaw) -> Self {
+        let (work_of_adhesion, range) = (table.work_of_adhesion(), table.range());
+        Adhesion { work_of_adhesion, range, table: Some(Arc::new(table)), ..Adhesion::default() }
+    }
+}
+
+impl Adhesion {
+    /// The law over E* and the extent of the cell.
+    pub fn reduced(&self, length: f64, modulus: f64) -> AttractionLaw {
+        let (gamma, rho) = (self.work_of_adhesion / (modulus * length), self.range / length);
+        match (&self.table, self.law) {
+            (Some(table), _) => AttractionLaw::tabulated(table, gamma, rho),
+            (None, AdhesionLaw::Exponential) => AttractionLaw::exponential(gamma, rho),
+            (None, AdhesionLaw::Dugdale) => AttractionLaw::dugdale(gamma, rho),
+            (None, AdhesionLaw::Power93) => AttractionLaw::power_law_93(gamma, rho),
+        }
+    }
+}
+
+/// Largest contact pressure, in the unit of the modulus.
+///
+/// ```
+/// use asperity_contact::problem::Hardness;
+///
+/// assert!(matches!(Hardness::from(0.3), Hardness::Uniform(value) if value == 0.3));
+/// ```
+#[derive(Debug, Clone)]
+pub enum Hardness {
+    /// The same at all nodes.
+    Uniform(f64),
+    /// Of each node of the surface; only with a hard wall.
+    Map(Arc<HardnessMap>),
+}
+
+impl From<f64> for Hardness {
+    fn from(value: f64) -> Self {
+        Hardness::Uniform(value)
+    }
+}
+
+impl From<HardnessMap> for Hardness {
+    fn from(map: HardnessMap) -> Self {
+        Hardness::Map(Arc::new(map))
+    }
+}
+
+/// Iterations per load after which a solver stops, if nothing else is chosen.
+pub const MAX_ITERATIONS: usize = 50_000;
+
+impl Problem {
+    /// Contact without adhesion on a half-space of contact modulus E* = E/(1-ν²).
+    pub fn new(surface: Surface, modulus: f64) -> Self {
+        Problem {
+            surface,
+            modulus,
+            body: Body::HalfSpace,
+            adhesion: None,
+            penalty_length: None,
+            hardness: None,
+            method: &Fast,
+            precision: Precision::F64,
+            tolerance: None,
+            targets: Targets::default(),
+            max_iterations: MAX_ITERATIONS,
+            settings: Settings::default(),
+            initial_gap: None,
+        }
+    }
+
+    fn attracts(&self) -> bool {
+        self.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion > 0.0)
+    }
+}
+
+/// The tolerance that a precision can reach: in f32 the displacement's round-off weighs in proportion to the grid's stiffest
+/// mode. At p = 0.01 E* and the challenge's rms height the residual is 3e-4 on 1024 × 1024 points and 1.3e-3 on 4096 × 4096.
+pub fn default_tolerance(precision: Precision, grid: Grid) -> f64 {
+    match precision {
+        Precision::F32 => 1e-3 * (grid.nx.max(grid.ny) as f64 / 1024.0).max(1.0),
+        Precision::F64 => 1e-8,
+    }
+}
+
+/// Heights of a surface in the form in which methods take them.
+pub enum LentHeights<'a> {
+    /// A series that was made.
+    Series(Series<f64>),
+    Lent(Heights<'a>),
+}
+
+impl<'a> LentHeights<'a> {
+    /// Of a spectrum and of coefficients the series, of which each of `ranks` has its columns; of a map the nodes.
+    pub fn of(source: &'a HeightSource, ranks: &Ranks) -> Self {
+        match source {
+            HeightSource::Synthesised { modes, .. } => LentHeights::Series(modes.series_on(ranks)),
+            HeightSource::Fourier { modes, .. } => LentHeights::Lent(Heights::Series(modes.series())),
+            HeightSource::Imported { heights, .. } => LentHeights::Lent(Heights::Nodes(heights)),
+        }
+    }
+
+    pub fn get(&self) -> Heights<'_> {
+        match self {
+            LentHeights::Series(series) => Heights::Series(series),
+            LentHeights::Lent(heights) => *heights,
+        }
+    }
+}

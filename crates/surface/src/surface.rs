@@ -1,0 +1,271 @@
+//! Rough surfaces on a cell: from maps and spectra.
+
+use crate::height_map::{HeightMap, Touching};
+use crate::height_source::HeightSource;
+use crate::provenance::Provenance;
+use crate::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
+use asperity_grid::{Error, Grid, Result, Series, rms};
+#[cfg(feature = "files")]
+use ndarray::{Array2, ArrayView2};
+use std::sync::Arc;
+
+/// Extent of the cell of a map, in the unit of the heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cell {
+    /// Extent along x, the fast axis of a map.
+    pub x: f64,
+    /// Extent along y.
+    pub y: f64,
+}
+
+impl Cell {
+    /// A cell of extent `x` along x with square pixels for maps of this shape `(ny, nx)`.
+    pub fn with_square_pixels(x: f64, shape: (usize, usize)) -> Self {
+        Cell { x, y: x * shape.0 as f64 / shape.1 as f64 }
+    }
+}
+
+/// A rough surface on its cell: a height map, or the waves of a spectrum on a grid. The unit of length is the caller's.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    source: HeightSource,
+    /// In reduced units: the cell has the extent 1 along x.
+    grid: Grid,
+    length: f64,
+    periodic: bool,
+    provenance: Option<Provenance>,
+    /// Steps of preparation of a map from an array.
+    steps: Vec<String>,
+}
+
+/// How a spectrum becomes a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SynthesisOptions {
+    /// Nodes along x and along y.
+    pub nodes: usize,
+    /// Extent of the cell, in any unit: results have the same.
+    pub length: f64,
+    /// Seed of the phases; one seed gives the same waves on every grid.
+    pub seed: u64,
+}
+
+/// Extent, sign and preparation of a map of heights. Lengths are in the unit of the heights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapOptions {
+    /// Extent along x.
+    pub length: f64,
+    /// Extent along y. `None`: square pixels.
+    pub length_y: Option<f64>,
+    /// Which points touch the other body first.
+    pub touching: Touching,
+    /// Whether the map repeats: filters, resampling and fill then continue across its edges.
+    pub periodic: bool,
+    /// Steps that the map goes through before it is solved.
+    pub preparation: Preparation,
+}
+
+impl MapOptions {
+    /// A map that repeats, with square pixels and without preparation.
+    pub fn new(length: f64, touching: Touching) -> Self {
+        MapOptions { length, length_y: None, touching, periodic: true, preparation: Preparation::default() }
+    }
+}
+
+impl Surface {
+    /// A surface of `heights` `[ny, nx]`, x fastest, in the unit of `length`, the extent along x. Pixels are square;
+    /// [`Surface::from_map`] takes others.
+    ///
+    /// # Errors
+    /// If a height is not finite, the array is empty, or `length` is not positive.
+    ///
+    /// ```
+    /// use asperity_surface::height_map::Touching;
+    /// use asperity_surface::Surface;
+    /// use ndarray::array;
+    ///
+    /// let heights = array![[3.0, 1.0], [2.0, 2.0]];
+    /// let surface = Surface::from_array(heights.view(), 10.0, Touching::HighPoints)?;
+    /// // Inside the crate low points touch first, and the lowest is at 0.
+    /// assert_eq!(surface.heights(), array![[0.0, 2.0], [1.0, 1.0]]);
+    /// # Ok::<(), asperity_grid::Error>(())
+    /// ```
+    #[cfg(feature = "files")]
+    pub fn from_array(heights: ArrayView2<f64>, length: f64, touching: Touching) -> Result<Self> {
+        Self::from_map(heights, &MapOptions::new(length, touching))
+    }
+
+    /// A surface of a measured map `[ny, nx]`, x fastest, with the steps of its preparation. Points that were not measured are NaN;
+    /// [`Preparation::fill`] replaces them.
+    ///
+    /// # Errors
+    /// As [`Surface::from_array`], and those of the preparation.
+    ///
+    /// ```
+    /// use asperity_surface::height_map::Touching;
+    /// use asperity_surface::{Detrend, MapOptions, Preparation, Surface};
+    /// use ndarray::Array2;
+    ///
+    /// let tilted = Array2::from_shape_fn((8, 8), |(y, x)| 0.5 * x as f64 + if (x, y) == (3, 4) { 0.1 } else { 0.0 });
+    /// let preparation = Preparation { detrend: Some(Detrend::Plane), ..Preparation::default() };
+    /// let options = MapOptions { preparation, ..MapOptions::new(8.0, Touching::HighPoints) };
+    /// let surface = Surface::from_map(tilted.view(), &options)?;
+    /// assert!(surface.rms_height() < 0.1 && surface.preparation_steps()[0].starts_with("detrend plane"));
+    /// # Ok::<(), asperity_grid::Error>(())
+    /// ```
+    #[cfg(feature = "files")]
+    pub fn from_map(heights: ArrayView2<f64>, options: &MapOptions) -> Result<Self> {
+        let (ny, nx) = heights.dim();
+        let values = heights.iter().copied().collect();
+        Self::from_height_map(|| HeightMap::with_missing("heights", nx, ny, values), options)
+    }
+
+    /// As `from_map`, of a map that is made after the options are checked.
+    ///
+    /// # Errors
+    /// Those of the map; a length that is not positive; those of the preparation.
+    pub fn from_height_map(map: impl FnOnce() -> Result<HeightMap>, options: &MapOptions) -> Result<Self> {
+        let MapOptions { length, length_y, touching, periodic, ref preparation } = *options;
+        positive("length", length)?;
+        length_y.iter().try_for_each(|l| positive("length_y", *l))?;
+        let map = map()?;
+        let extent = [length, length_y.unwrap_or(length * map.ny as f64 / map.nx as f64)];
+        let PreparedMap { map, extent, history, .. } = preparation.apply(map, extent, periodic)?;
+        let mut map = map.low_first(touching);
+        let unit = 1.0 / extent[0];
+        map.heights.iter_mut().for_each(|h| *h *= unit);
+        let grid = Grid { ly: extent[1] / extent[0], ..Grid::unit(map.nx, map.ny) };
+        let source = HeightSource::Imported { grid, heights: Arc::new(map.heights), origin: "array".into() };
+        let periodic = periodic || preparation.edges.is_some();
+        Ok(Surface { periodic, steps: history, ..Self::from_source(source, grid, extent[0]) })
+    }
+
+    /// A realisation of a self-affine spectrum. The seed determines the phases of the waves, whatever the grid.
+    ///
+    /// # Errors
+    /// If `nodes` is zero or `length` is not positive.
+    ///
+    /// ```
+    /// use asperity_surface::{Spectrum, Surface, SynthesisOptions};
+    ///
+    /// let spectrum = Spectrum { rms_gradient: 0.1, lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE };
+    /// let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 64, length: 1e-4, seed: 1 })?;
+    /// assert!((surface.rms_gradient() - 0.1).abs() < 1e-12);
+    /// # Ok::<(), asperity_grid::Error>(())
+    /// ```
+    pub fn from_spectrum(spectrum: Spectrum, options: SynthesisOptions) -> Result<Self> {
+        let SynthesisOptions { nodes, length, seed } = options;
+        positive("length", length)?;
+        if nodes == 0 {
+            return Err(Error::input(PLACE, "nodes", 0, "at least 1"));
+        }
+        let modes = Modes::new(spectrum, seed, 1.0);
+        Ok(Self::from_source(HeightSource::Synthesised { modes, spectrum, seed }, Grid::unit(nodes, nodes), length))
+    }
+
+    /// Heights over the extent of the cell, which is `length` along x. `grid`: the nodes, on a cell of extent 1 along x.
+    pub fn from_source(source: HeightSource, grid: Grid, length: f64) -> Self {
+        Surface { source, grid, length, periodic: true, provenance: None, steps: Vec::new() }
+    }
+
+    /// A surface of a file.
+    pub fn with_provenance(self, provenance: Option<Provenance>) -> Self {
+        let periodic = provenance.as_ref().is_none_or(|p| p.periodic);
+        Surface { periodic, provenance, ..self }
+    }
+
+    /// File, declared properties and preparation of a surface from a file.
+    pub fn provenance(&self) -> Option<&Provenance> {
+        self.provenance.as_ref()
+    }
+
+    /// Whether the map repeats, or was made to by its preparation. A map that does not is solved as periodic, with a warning, unless
+    /// the body is not periodic either.
+    pub fn is_periodic(&self) -> bool {
+        self.periodic
+    }
+
+    /// Steps of preparation that were applied to the map, with their parameters.
+    pub fn preparation_steps(&self) -> &[String] {
+        self.provenance.as_ref().map_or(&self.steps, |p| &p.preparation)
+    }
+
+    /// Extent of the cell.
+    pub fn cell(&self) -> Cell {
+        Cell { x: self.length, y: self.grid.ly * self.length }
+    }
+
+    /// Shape of its maps, `(ny, nx)`.
+    pub fn shape(&self) -> (usize, usize) {
+        (self.grid.ny, self.grid.nx)
+    }
+
+    /// Heights `[ny, nx]` in the unit of the length: low points touch first, the lowest is at 0.
+    #[cfg(feature = "files")]
+    pub fn heights(&self) -> Array2<f64> {
+        let heights = self.source.heights(self.grid, 0.0);
+        let map = Array2::from_shape_vec(self.shape(), heights).expect("a value per node");
+        map.mapv_into(|h| h * self.length)
+    }
+
+    /// Root mean square of the gradient of all waves that the grid resolves.
+    pub fn rms_gradient(&self) -> f64 {
+        match &self.source {
+            HeightSource::Synthesised { modes, .. } => modes.series().rms_gradient(self.grid),
+            HeightSource::Fourier { modes, .. } => modes.series().rms_gradient(self.grid),
+            HeightSource::Imported { heights, .. } => {
+                Series::<f64>::from_nodes(self.grid, heights).rms_gradient(self.grid)
+            }
+        }
+    }
+
+    /// Root mean square of the heights about their mean.
+    pub fn rms_height(&self) -> f64 {
+        let reduced = match &self.source {
+            HeightSource::Synthesised { modes, .. } => modes.series().rms(),
+            HeightSource::Fourier { modes, .. } => modes.series().rms(),
+            HeightSource::Imported { heights, .. } => rms(heights),
+        };
+        reduced * self.length
+    }
+
+    /// What limits the results on this surface: unresolved waves, steep slopes, quantised heights.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut list = match &self.source {
+            HeightSource::Synthesised { modes, .. } => modes.left_out_by(self.grid).into_iter().collect(),
+            HeightSource::Imported { heights, .. } => quality_warnings(self.grid, heights),
+            HeightSource::Fourier { .. } => Vec::new(),
+        };
+        list.extend(slope_warnings(self.rms_gradient()));
+        list
+    }
+
+    /// Where the heights come from, over the extent of the cell.
+    pub fn source(&self) -> &HeightSource {
+        &self.source
+    }
+
+    /// The same, of a surface that is needed no longer.
+    pub fn into_source(self) -> HeightSource {
+        self.source
+    }
+
+    /// The nodes, on a cell of extent 1 along x.
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// Extent of the cell along x.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+}
+
+/// Named in errors.
+const PLACE: &str = "surface";
+
+fn positive(key: &str, value: f64) -> Result<()> {
+    match value.is_finite() && value > 0.0 {
+        true => Ok(()),
+        false => Err(Error::input(PLACE, key, value, "a positive number")),
+    }
+}
