@@ -4,19 +4,18 @@ use super::continuum::{Keep, PathRequest, load_path, start};
 use super::folder::StageKey;
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::Result;
-use crate::record::results::SurfaceResults;
 use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD};
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
 use asperity_contact::load::LoadStep;
 use asperity_contact::method::{ContactMethod, Heights, ReducedProblem, Targets};
 use asperity_contact::path::LoadPathSolver;
+use asperity_contact::problem::LentHeights;
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::Grid;
-use asperity_surface::HeightSource;
+use asperity_grid::sys::ranks::ALONE;
 use asperity_surface::files::hashed::file_hash;
-use asperity_surface::files::npy;
 use std::cell::OnceCell;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Time per grid point and pair of Fourier transforms on one thread in f64, s. At 4096² a pair takes 190 ms, and vector
 /// operations half as much again. An order of magnitude for `--dry-run`.
@@ -40,34 +39,19 @@ pub(super) enum Variant {
 /// Loads that take as long as a pull-off: 13 to 140 on six maps of 64² points (median 46), 700 on another.
 const PULL_OFF_LOADS: usize = 50;
 
-/// Heights of a scene, generated or read on first use.
+/// Heights of a case, made on first use.
 pub(super) struct SolvedHeights<'a> {
     case: &'a Case,
-    root: &'a Path,
-    surface: &'a SurfaceResults,
-    series: OnceCell<asperity_grid::Series<f64>>,
-    nodes: OnceCell<Vec<f64>>,
+    heights: OnceCell<LentHeights<'a>>,
 }
 
 impl<'a> SolvedHeights<'a> {
-    /// `root`: the run folder, to which the file names of `surface` are relative.
-    pub(super) fn new(case: &'a Case, root: &'a Path, surface: &'a SurfaceResults) -> Self {
-        SolvedHeights { case, root, surface, series: OnceCell::new(), nodes: OnceCell::new() }
+    pub(super) fn new(case: &'a Case) -> Self {
+        SolvedHeights { case, heights: OnceCell::new() }
     }
 
-    pub(super) fn get(&self) -> Result<Heights<'_>> {
-        Ok(match &self.case.surface() {
-            // The Fourier series defines the heights, and usually needs less memory.
-            HeightSource::Synthesised { modes, .. } => Heights::Series(self.series.get_or_init(|| modes.series())),
-            HeightSource::Fourier { modes, .. } => Heights::Series(modes.series()),
-            HeightSource::Imported { .. } => {
-                if self.nodes.get().is_none() {
-                    let file = self.surface.heights.as_ref().expect("imported heights are stored");
-                    let _ = self.nodes.set(npy::read(&self.root.join(file))?.values);
-                }
-                Heights::Nodes(self.nodes.get().expect("just set"))
-            }
-        })
+    pub(super) fn get(&self) -> Heights<'_> {
+        self.heights.get_or_init(|| LentHeights::of(self.case.surface(), &ALONE)).get()
     }
 }
 
@@ -224,7 +208,7 @@ impl Stage for SolveStage<'_> {
     }
 
     fn run(&self, heights: &SolvedHeights, context: &StageContext) -> Result<ContinuumResults> {
-        laboratory(self.case, self.variant, heights.get()?, context)
+        laboratory(self.case, self.variant, heights.get(), context)
     }
 }
 

@@ -27,6 +27,7 @@ mod progress;
 mod run;
 mod run_files;
 mod stage;
+mod stages;
 mod surface;
 pub mod sweep;
 mod tradeoff;

@@ -1,15 +1,15 @@
 //! The plan of a run: its stages with estimated memory and time.
 
-use super::atom_stages::{AtomStages, CompareStage, FramesStage, LammpsStage};
-use super::laboratory::{SolveStage, Variant, variants};
-use super::methods::{self, MethodStage};
+use super::atom_stages::AtomStages;
+use super::folder::StageKey;
 use super::stage::{MachineSpeed, PlannedStage, Stage};
-use super::surface::SurfaceStage;
+use super::stages::{self, Made, Visitor};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::cost;
 use asperity_atoms::results::AuditLine;
 use serde::Serialize;
+use std::path::Path;
 
 /// Time of the report's maps and curves: s per load, and s per load and point. Measured: three loads took 0.54, 0.63
 /// and 1.2 s on 512², 1024² and 2048² grids.
@@ -55,22 +55,10 @@ impl RunPlan {
 pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunPlan> {
     let seconds_per_evaluation = evaluation.unwrap_or(cost::SECONDS_PER_ATOM_EVALUATION);
     let machine = MachineSpeed { threads, seconds_per_evaluation };
-    let mut stages = vec![SurfaceStage { case }.plan(machine)];
-    if case.solves() {
-        stages.push(SolveStage { case, variant: Variant::Primary }.plan(machine));
-    }
-    stages.extend(variants(case).0.iter().map(|stage| stage.plan(machine)));
-    stages.extend(methods::all(case).into_iter().map(|method_run| MethodStage { case, of: method_run }.plan(machine)));
     let atoms = AtomStages::of(case, None);
-    if let Some(method_run) = atoms {
-        stages.push(method_run.matched().plan(machine));
-        stages.push(LammpsStage(method_run).plan(machine));
-        stages.push(FramesStage(method_run).plan(machine));
-        stages.extend(method_run.nvt().map(|stage| stage.plan(machine)));
-        stages.extend(method_run.yielding().map(|stage| stage.plan(machine)));
-        stages.push(CompareStage(method_run).plan(machine));
-        stages.extend(method_run.all_atom().map(|stage| stage.plan(machine)));
-    }
+    let mut planned = Planner { machine, stages: Vec::new() };
+    stages::visit((case, atoms), Path::new(""), None, &mut planned)?;
+    let mut stages = planned.stages;
     let drawn = case.atoms.as_ref().map_or(case.model.grid.points(), |a| a.matched.points());
     stages.push(PlannedStage {
         name: "report".into(),
@@ -93,4 +81,17 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         audit: case.atoms.as_ref().map_or(Vec::new(), |a| a.audit.clone()),
         warnings: case.warnings.clone(),
     })
+}
+
+/// Plans the stages of a run.
+struct Planner {
+    machine: MachineSpeed,
+    stages: Vec<PlannedStage>,
+}
+
+impl Visitor for Planner {
+    fn visit<S: Stage>(&mut self, stage: &S, _: &[&StageKey], _: Option<S::Input<'_>>) -> Result<Made<S::Output>> {
+        self.stages.push(stage.plan(self.machine));
+        Ok(None)
+    }
 }

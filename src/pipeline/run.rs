@@ -1,27 +1,19 @@
 //! Execution of a run: the stages of a case in order, and the files of the run folder.
 
-use super::atom_stages::{AtomStages, CompareStage, FramesStage, LAMMPS, LammpsStage};
+use super::atom_stages::AtomStages;
 use super::comparison::compare;
 use super::curve;
-use super::findings::few_contact_atoms;
 use super::folder::{AS_WRITTEN, OutFolder, RunFolder, StageKey};
-use super::laboratory::{SolveStage, SolvedHeights, Variant, variants};
 use super::matched::Matched;
-use super::methods::{self, MethodStage};
 use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
-use super::surface::SurfaceStage;
+use super::stages::{self, Made, Visitor};
 use super::{Listener, engine};
-use crate::record::methods::MethodResults;
-use crate::record::results::{self, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults};
+use crate::record::results::{self, MANIFEST_FILE, Results, SCHEMA, ScalesSi};
 use crate::record::{load_table, netcdf, tradeoff};
-use crate::report::number::trimmed;
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
-use asperity_atoms::results::AtomsResults;
 use asperity_contact::method::Device;
-use asperity_contact::path::unresolved_contact;
-use asperity_contact::results::ContinuumResults;
 use asperity_surface::files::atomic_file::write_atomic;
 use asperity_surface::files::{hashed, json};
 use std::path::{Path, PathBuf};
@@ -66,28 +58,24 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     // The key of the geometry does not depend on the executable, so LAMMPS steps remain valid after a new build; other
     // results do not. The job folder determines which of its steps are valid.
     let geometry = StageKey::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
-    let mut run = Running { case, listener, folder, geometry, warnings: case.warnings.clone(), failures: Vec::new() };
-    let (surface, surface_key) = run.execute(&SurfaceStage { case }, &[&run.geometry.clone()], ())?;
-    let mut laboratory = run.laboratory(&surface, &surface_key, out)?;
-    let atoms = AtomStages::of(case, engine.as_ref());
-    let atoms = atoms.map(|stages| run.atoms(stages, &surface_key, out)).transpose()?;
-    let (atoms, comparison, all_atom) = atoms.map_or((None, None, None), |(a, c, m)| (Some(a), Some(c), m));
-    laboratory.methods.extend(all_atom);
+    let mut run = Running { listener, folder, warnings: case.warnings.clone(), failures: Vec::new() };
+    let stages = AtomStages::of(case, engine.as_ref());
+    let made = stages::visit((case, stages), out, Some(&geometry), &mut run)?;
     let mut results = Results {
         schema: SCHEMA,
         name: case.scene.name.clone(),
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
-        surface,
-        continuum: laboratory.primary,
-        non_adhesive: laboratory.non_adhesive,
-        other_ranges: laboratory.other_ranges,
-        cross_check: laboratory.cross_check,
-        methods: laboratory.methods,
+        surface: made.surface.expect("every run has this stage"),
+        continuum: made.primary,
+        non_adhesive: made.non_adhesive,
+        other_ranges: made.other_ranges,
+        cross_check: made.cross_check,
+        methods: made.methods,
         failures: run.failures,
         acceptance: Vec::new(),
-        atoms,
-        comparison,
+        atoms: made.atoms,
+        comparison: made.comparison,
         stages: run.folder.costs.clone(),
         warnings: run.warnings,
         sources: sources(case),
@@ -110,35 +98,23 @@ pub(super) fn list_files(out: &Path) -> Result<()> {
     hashed::write_checksums(out, &OUTSIDE_STAGES)
 }
 
-/// State of a run.
+/// Executes the stages of a run.
 struct Running<'a> {
-    case: &'a Case,
     listener: &'a dyn Listener,
     folder: RunFolder,
-    /// Key of the surface's heights, independent of the requested statistics.
-    geometry: StageKey,
     warnings: Vec<String>,
     failures: Vec<String>,
 }
 
-/// Results at laboratory scale.
-#[derive(Default)]
-struct LaboratoryOutputs {
-    primary: Option<ContinuumResults>,
-    non_adhesive: Option<ContinuumResults>,
-    other_ranges: Vec<ContinuumResults>,
-    cross_check: Option<ContinuumResults>,
-    methods: Vec<MethodResults>,
-}
-
-impl Running<'_> {
-    fn execute<S: Stage>(
+impl Visitor for Running<'_> {
+    fn visit<S: Stage>(
         &mut self,
         stage: &S,
-        dependencies: &[&StageKey],
-        input: S::Input<'_>,
-    ) -> Result<(S::Output, StageKey)> {
-        self.folder.execute(stage, dependencies, input, self.listener)
+        after: &[&StageKey],
+        input: Option<S::Input<'_>>,
+    ) -> Result<Made<S::Output>> {
+        let input = input.expect("the stages before have outputs");
+        self.folder.execute(stage, after, input, self.listener).map(Some)
     }
 
     fn warn(&mut self, text: String) {
@@ -146,86 +122,13 @@ impl Running<'_> {
         self.warnings.push(text);
     }
 
-    /// Solves the scene's problem and its variants, and runs the comparison methods.
-    fn laboratory(
-        &mut self,
-        surface: &SurfaceResults,
-        surface_key: &StageKey,
-        out: &Path,
-    ) -> Result<LaboratoryOutputs> {
-        let case = self.case;
-        let heights = SolvedHeights::new(case, out, surface);
-        let mut laboratory = LaboratoryOutputs::default();
-        if case.solves() {
-            let stage = SolveStage { case, variant: Variant::Primary };
-            let solved = self.execute(&stage, &[surface_key], &heights)?.0;
-            let loads = solved
-                .states
-                .iter()
-                .map(|s| (trimmed(s.numbers.p_star, 4), s.numbers.contact_area, s.discretisation.as_ref()));
-            unresolved_contact("p* = ", loads).into_iter().for_each(|text| self.warn(text));
-            laboratory.primary = Some(solved);
-        }
-        let (variants, left_out) = variants(case);
-        left_out.into_iter().for_each(|text| self.warn(text));
-        for stage in variants {
-            let solved = match self.execute(&stage, &[surface_key], &heights) {
-                Ok((solved, _)) => solved,
-                // A variant without convergence does not invalidate the solution of the scene's own problem.
-                Err(e @ Error::NotConverged { .. }) => {
-                    let failure = format!("{}: {e}", stage.label());
-                    self.failures.push(failure.clone());
-                    self.warn(failure);
-                    continue;
-                }
-                Err(e) => return Err(e),
-            };
-            match stage.variant {
-                Variant::NonAdhesive => laboratory.non_adhesive = Some(solved),
-                Variant::Range(_) => laboratory.other_ranges.push(solved),
-                Variant::CrossCheck => laboratory.cross_check = Some(solved),
-                Variant::Primary | Variant::Comparison(..) => {}
-            }
-        }
-        for method_run in methods::all(case) {
-            laboratory.methods.push(self.execute(&MethodStage { case, of: method_run }, &[surface_key], &heights)?.0);
-        }
-        Ok(laboratory)
+    fn failed(&mut self, text: String) {
+        self.failures.push(text.clone());
+        self.warn(text);
     }
 
-    /// Runs the atoms, and compares them with the matched continuum. If requested, lists the atoms among the comparison
-    /// methods.
-    fn atoms(
-        &mut self,
-        stages: AtomStages,
-        surface_key: &StageKey,
-        out: &Path,
-    ) -> Result<(AtomsResults, ComparisonResults, Option<MethodResults>)> {
-        let (mut matched, matched_key) = self.execute(&stages.matched(), &[surface_key], ())?;
-        let geometry = self.geometry.clone();
-        let (outcome, lammps_key) = self.execute(&LammpsStage(stages), &[&geometry, &matched_key], (&matched, out))?;
-        for step in &outcome.unconverged {
-            self.warn(format!(
-                "load step {step} of the atoms stopped above the force tolerance or off its load; states taken from it are not equilibria"
-            ));
-        }
-        let (mut results, atoms_key) = self.execute(&FramesStage(stages), &[&lammps_key], (&outcome, out))?;
-        if let Some(stage) = stages.nvt() {
-            results.nvt = Some(self.execute(&stage, &[&lammps_key], out)?.0);
-        }
-        few_contact_atoms(&results.states).into_iter().for_each(|text| self.warn(text));
-        let mut dependencies = vec![matched_key, atoms_key.clone()];
-        if let Some(stage) = stages.yielding() {
-            let (yielding, key) = self.execute(&stage, &[&dependencies[0]], ())?;
-            matched.yielding = yielding;
-            dependencies.push(key);
-        }
-        let dependencies: Vec<&StageKey> = dependencies.iter().collect();
-        let (compared, _) = self.execute(&CompareStage(stages), &dependencies, (&results, &matched, out))?;
-        let Some(stage) = stages.all_atom() else { return Ok((results, compared, None)) };
-        let seconds = self.folder.costs.iter().filter(|c| c.name == LAMMPS).map(|c| c.seconds).sum();
-        let (all_atom, _) = self.execute(&stage, &[&atoms_key], (&results, seconds, out))?;
-        Ok((results, compared, Some(all_atom)))
+    fn seconds(&self, stage: &str) -> f64 {
+        self.folder.costs.iter().filter(|c| c.name == stage).map(|c| c.seconds).sum()
     }
 }
 

@@ -17,7 +17,7 @@ use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
 use asperity_methods::REGISTRY;
 use asperity_surface::provenance::Provenance;
-use asperity_surface::{Edges, HeightSource, Spectrum};
+use asperity_surface::{Edges, HeightSource, Spectrum, Surface};
 use std::path::{Path, PathBuf};
 
 /// A scene, checked and resolved: its problem, and the same in reduced numbers.
@@ -73,21 +73,18 @@ impl Case {
         // What the file declares is checked as what is given.
         add(&mut list, complaints(&scene));
         add(&mut list, undeclared);
-        let of_surface = |c: &Complaint| ["surface.", "laboratory."].iter().any(|table| c.key.starts_with(table));
-        if list.iter().any(of_surface) {
+        let keys = Keys(&scene);
+        if !list.is_empty() {
+            // The rest of the problem is checked on any surface.
+            let flat = Surface::flat(scene.laboratory.length().si());
+            let problem = problem::problem(&scene, &scene.laboratory, flat, None);
+            add(&mut list, problem.issues(&scene.load.loads(), &keys));
             return Err(Error::Input { place, list });
         }
-        let ResolvedSurface { surface, laboratory, warnings } = match source::resolve(&scene, source, &place) {
-            Err(_) if !list.is_empty() => return Err(Error::Input { place, list }),
-            resolved => resolved?,
-        };
-        let map = match list.is_empty() {
-            true => HardnessFile::read(&scene.continuum, &laboratory, surface.grid(), file)?,
-            false => None,
-        };
+        let ResolvedSurface { surface, laboratory, warnings } = source::resolve(&scene, source, &place)?;
+        let map = HardnessFile::read(&scene.continuum, &laboratory, surface.grid(), file)?;
         let (map, about) = map.map_or((None, None), |f| (Some(Hardness::from(f.map)), Some((f.path, f.hash))));
         let problem = problem::problem(&scene, &laboratory, surface, map);
-        let keys = Keys(&scene);
         add(&mut list, problem.issues(&scene.load.loads(), &keys));
         if !list.is_empty() {
             return Err(Error::Input { place, list });

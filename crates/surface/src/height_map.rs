@@ -11,14 +11,21 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 pub enum Touching {
     /// The challenge's sign: dark areas touch first.
-    #[serde(alias = "low points touch first")]
     LowPoints,
     /// An indenter's heights, as most instruments and programs store them.
-    #[serde(alias = "high points touch first")]
     HighPoints,
 }
 
 impl Touching {
+    /// What [`Touching::words`] are accepted.
+    pub const WORDS: &'static str = "low points touch first, or high points touch first";
+
+    /// The convention with these words.
+    pub fn of_words(words: &str) -> Option<Self> {
+        [Touching::LowPoints, Touching::HighPoints].into_iter().find(|t| t.words() == words)
+    }
+
+    /// In files of heights.
     pub fn words(self) -> &'static str {
         match self {
             Touching::LowPoints => "low points touch first",

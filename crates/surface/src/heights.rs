@@ -22,8 +22,9 @@ use asperity_grid::error::{Error, Result};
 struct Sidecar {
     nx: usize,
     ny: usize,
+    /// [`Touching::words`].
     #[serde(skip_serializing_if = "Option::is_none")]
-    sign: Option<Touching>,
+    sign: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<String>,
     #[serde(default)]
@@ -80,7 +81,7 @@ pub fn write(path: &Path, map: &HeightMap, declared: &Declared) -> Result<()> {
         let sidecar = Sidecar {
             nx: map.nx,
             ny: map.ny,
-            sign: declared.sign,
+            sign: declared.sign.map(|sign| sign.words().into()),
             unit: declared.unit.clone(),
             layout: LAYOUT.to_string(),
             length: extent.map(|e| [e.x, e.y]),
@@ -166,8 +167,12 @@ pub fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
     if let Some(length) = said.length.filter(|l| !l.iter().all(|l| l.is_finite() && *l > 0.0)) {
         return Err(Error::format(sidecar, format!("length {length:?}"), "positive extents along x and y"));
     }
+    let sign = said.sign.map(|words| {
+        let wrong = || Error::format(&sidecar, format!("sign {words:?}"), Touching::WORDS);
+        Touching::of_words(&words).ok_or_else(wrong)
+    });
     let declared = Declared {
-        sign: said.sign,
+        sign: sign.transpose()?,
         unit: said.unit,
         extent: said.length.map(|[x, y]| DeclaredExtent { x, y, unit: said.length_unit }),
         periodic: said.periodic,

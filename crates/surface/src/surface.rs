@@ -167,6 +167,12 @@ impl Surface {
         Surface { source, grid, length, periodic: true, provenance: None, steps: Vec::new() }
     }
 
+    /// One node at height 0.
+    pub fn flat(length: f64) -> Self {
+        let (grid, heights, origin) = (Grid::unit(1, 1), Arc::new(vec![0.0]), "flat".into());
+        Self::from_source(HeightSource::Imported { grid, heights, origin }, grid, length)
+    }
+
     /// A surface of a file.
     pub fn with_provenance(self, provenance: Option<Provenance>) -> Self {
         let periodic = provenance.as_ref().is_none_or(|p| p.periodic);

@@ -65,9 +65,8 @@ pub(super) fn declare(array: &Described) -> Result<(Declared, Vec<String>)> {
     let sign = match array.words(&["sign"]) {
         None => None,
         Some(words) => {
-            let known = [Touching::LowPoints, Touching::HighPoints].into_iter().find(|s| s.words() == words);
-            let accepted = "low points touch first, or high points touch first";
-            Some(known.ok_or_else(|| array.wrong(format!("sign = {}", quoted(&words)), accepted))?)
+            let wrong = || array.wrong(format!("sign = {}", quoted(&words)), Touching::WORDS);
+            Some(Touching::of_words(&words).ok_or_else(wrong)?)
         }
     };
     let extent = array.extent(&mut warnings)?;

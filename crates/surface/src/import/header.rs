@@ -168,10 +168,7 @@ impl ChannelHeader {
             HeaderKey::History => self.history.push(value.to_string()),
             HeaderKey::Other => {}
             HeaderKey::FileFormat => self.nanometres = value.eq_ignore_ascii_case("ascii"),
-            HeaderKey::Sign => {
-                let known = [Touching::LowPoints, Touching::HighPoints].into_iter().find(|s| s.words() == value);
-                self.sign = Some(known.ok_or_else(|| wrong("low points touch first, or high points touch first"))?);
-            }
+            HeaderKey::Sign => self.sign = Some(Touching::of_words(value).ok_or_else(|| wrong(Touching::WORDS))?),
             HeaderKey::Periodic => {
                 let known = match value.to_ascii_lowercase().as_str() {
                     "yes" | "true" | "1" | "ja" => true,
