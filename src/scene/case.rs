@@ -43,6 +43,10 @@ pub struct Case {
     pub warnings: Vec<String>,
 }
 
+/// Tables of a scene, in the order of complaints about them.
+const TABLES: [&str; 8] =
+    ["name", "description", "laboratory", "surface", "load", "challenge", "adhesion", "continuum"];
+
 /// Adds complaints, one for each key.
 fn add(list: &mut Vec<Complaint>, more: Vec<Complaint>) {
     for complaint in more {
@@ -50,6 +54,8 @@ fn add(list: &mut Vec<Complaint>, more: Vec<Complaint>) {
             list.push(complaint);
         }
     }
+    let table = |c: &Complaint| TABLES.iter().position(|t| c.key.starts_with(t)).unwrap_or(TABLES.len());
+    list.sort_by_key(table);
 }
 
 impl Case {

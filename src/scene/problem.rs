@@ -21,7 +21,11 @@ pub(super) fn problem(scene: &Scene, lab: &LaboratoryScene, surface: Surface, ma
     let c = &scene.continuum;
     let body = match (&c.layer, &c.crystal) {
         (Some(l), _) => Body::Layer { thickness: l.thickness.si(), poisson: l.poisson, base: l.base },
-        (None, Some(c)) => Body::Cubic { c11: c.c11.si(), c12: c.c12.si(), c44: c.c44.si() },
+        (None, Some(c)) => {
+            // Only their ratios matter.
+            let [c11, c12, c44] = [c.c11, c.c12, c.c44].map(|c| c.to("GPa"));
+            Body::Cubic { c11, c12, c44 }
+        }
         (None, None) if !c.is_periodic() => Body::NonPeriodic,
         (None, None) => Body::HalfSpace,
     };

@@ -188,6 +188,7 @@ pub(super) fn at(case: &Case, point: &BenchmarkPoint) -> Result<Case> {
     let mut case_at_point = on_grid(case, point.n)?;
     case_at_point.scene.continuum.precision = point.precision;
     case_at_point.scene.continuum.tolerance = Some(point.tolerance);
+    (case_at_point.model.precision, case_at_point.model.tolerance) = (point.precision, point.tolerance);
     if let Some(thickness) = point.layer_thickness {
         case_at_point.model.kernel = Elastic::Layer(Layer { thickness, poisson: LAYER_POISSON, base: Base::Bonded });
     }
