@@ -3,18 +3,20 @@
 use super::Surface;
 use super::arrays::row_major;
 use super::body::Body;
-use super::estimate::Estimate;
 use super::loads::Loads;
-use super::state::{LoadPath, PullOff, State};
+use super::state::LoadPath;
+use crate::pipeline::{never_delivered, state_of};
 use crate::scene::{
     AdhesionLaw, AdhesionScene, Case, ContinuumScene, CrystalScene, LayerScene, Length, LoadScene, Scene, Stress,
     WallKind, Work, last_part, rename_keys,
 };
 use crate::{Error, Result};
-use asperity_contact::interface::{RangeChoice, TabulatedLaw};
+use asperity_contact::interface::{AttractionLaw, RangeChoice, TabulatedLaw};
 use asperity_contact::load::Load;
 use asperity_contact::method::{MethodCard, MethodKind, NoObserver, Observer, Precision, Stop, Targets};
 use asperity_contact::path::{self, InitialState};
+use asperity_contact::results::PullOff;
+use asperity_contact::state::State;
 use ndarray::Array2;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -173,13 +175,13 @@ impl Problem {
     /// problem; `Memory`; `NotConverged`.
     ///
     /// ```
-    /// use asperity::{Problem, Spectrum, Surface, SynthesisOptions};
+    /// use asperity::{Problem, Spectrum, StateMaps, Surface, SynthesisOptions};
     ///
     /// let spectrum = Spectrum { lambda_s: 1.0 / 8.0, ..Spectrum::CHALLENGE };
     /// let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 32, length: 1.0, seed: 1 })?;
     /// let state = Problem::new(surface, 1.0).solve(0.05)?;
-    /// assert!((state.pressure.mean().unwrap() - 0.05).abs() < 1e-9);
-    /// assert!(state.gap.iter().all(|g| *g >= 0.0));
+    /// assert!((state.stress().unwrap().mean().unwrap() - 0.05).abs() < 1e-9);
+    /// assert!(state.gap().unwrap().iter().all(|g| *g >= 0.0));
     /// # Ok::<(), asperity::Error>(())
     /// ```
     pub fn solve(&self, mean_pressure: f64) -> Result<State> {
@@ -235,27 +237,29 @@ impl Problem {
         self.path((case, method), pull_off, &Monitored(monitor), visit)
     }
 
-    /// The contact under a mean pressure by any method, those included that do not solve for the fields.
+    /// The contact under a mean pressure by any method, those included that do not solve for the fields: [`State::missing`] has what
+    /// the method does not deliver.
     ///
     /// # Errors
     /// As [`Problem::solve`].
-    pub fn estimate(&self, mean_pressure: f64) -> Result<Estimate> {
+    pub fn estimate(&self, mean_pressure: f64) -> Result<State> {
         let load = Loads::Pressure(vec![mean_pressure]);
         let (mut case, method) = self.case(&load, false)?;
-        if method.card().kind == MethodKind::Solver {
-            return Ok(Estimate::of_state(
-                self.solve(mean_pressure)?,
-                method,
-                &asperity_contact::method::Settings::default(),
-            ));
+        let card = method.card();
+        if card.kind == MethodKind::Solver {
+            return self.solve(mean_pressure);
         }
-        let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
+        let steps = case.load_steps().to_vec();
+        let loads: Vec<Load> = steps.iter().map(|step| step.target).collect();
         case.take_surface();
         self.surface.with_heights(false, |heights| {
             let input = path::EstimatorInput::new(case.problem(heights), method)?;
             let mut completed = None;
-            input.walk((&loads, 0), &NoObserver, |_, problem, estimate| {
-                completed = Some(Estimate::new((self.surface.length(), self.modulus), method, problem, estimate));
+            input.walk((&loads, 0), &NoObserver, |i, problem, found| {
+                let criterion = method.criterion(&problem.settings).to_string();
+                let mut state = state_of(card, problem, (&steps[i], case.gradient, &criterion), found);
+                state.missing.extend(never_delivered(card, problem.adhesion != AttractionLaw::None));
+                completed = Some(state.with_maps_of(problem.grid, found).in_units(self.surface.length(), self.modulus));
                 Ok(())
             })?;
             Ok(completed.expect("a path that ends without an error has visited its load"))
@@ -317,16 +321,15 @@ impl Problem {
                 return Err(Error::Memory { what, need: required, have: available, advice });
             }
             let path = path.with_stiffness();
+            let (length, criterion) = (self.surface.length(), method.criterion(&path.problem().settings).to_string());
             let pulled = path.walk(begin, pull_off, observer, |i, reached| {
                 require_converged(&reached, method.card(), path.problem().tolerance, [i + 1, targets.len()])?;
-                let mut state = State::new((&self.surface, self.modulus, self.body), &case.load_steps()[i], &reached);
-                if self.adhesion.is_none() {
-                    state.clear_open_pressure();
-                }
-                visit(state);
+                let numbers = reached.numbers(&case.load_steps()[i], case.gradient, &criterion);
+                let state = numbers.with_maps(case.grid, &reached.state, self.adhesion.is_some());
+                visit(state.in_units(length, self.modulus));
                 Ok(())
             })?;
-            Ok(pulled.map(|p| PullOff::new(self.surface.length(), self.modulus, &p)))
+            Ok(pulled.map(|p| p.in_units(length, self.modulus)))
         })
     }
 

@@ -256,10 +256,6 @@ impl Surface {
         list
     }
 
-    pub(super) fn grid(&self) -> Grid {
-        self.grid
-    }
-
     pub(super) fn length(&self) -> f64 {
         self.length
     }

@@ -37,7 +37,7 @@ pub use continuum::start;
 pub use crystals::{Crystals, Said, keep_crystal};
 pub use folder::{OutFolder, RunFolder, StageKey};
 pub use listener::{Listener, Silent};
-pub use methods::state_of;
+pub use methods::{never_delivered, state_of};
 pub use plan::{RunPlan, plan};
 pub use progress::ProgressReporter;
 pub use run::{other_scene, rebuild_comparison, redraw, run};

@@ -4,7 +4,7 @@ use asperity_contact::observe::{
     hydraulic_gap, linear_edges, logarithmic_edges, median_cluster_size, median_counting_error, percolates,
     size_distribution, stress_distribution,
 };
-use asperity_contact::results::{Compressive, Observed};
+use asperity_contact::state::{Compressive, Observed};
 use asperity_grid::Grid;
 
 /// Number of bins of equal width.
@@ -39,8 +39,15 @@ fn median_error(sizes: &[usize]) -> Option<f64> {
 }
 
 /// Distributions, contact clusters, conductances and percolation of a state. A node is in contact if its gap is at most
-/// `threshold` (units of L). `contact_area`: the best value, over the area of the cell.
-pub(super) fn observed(grid: Grid, state: &Equilibrium, threshold: f64, contact_area: f64, adhesive: bool) -> Observed {
+/// `threshold` (units of L). `contact_area`: the best value, over the area of the cell. With adhesion also the contact nodes under
+/// compression over all nodes.
+pub(super) fn observed(
+    grid: Grid,
+    state: &Equilibrium,
+    threshold: f64,
+    contact_area: f64,
+    adhesive: bool,
+) -> (Observed, Option<f64>) {
     let map = contact_map(state.gap, threshold);
     let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight);
     let node = grid.dx() * grid.dy();
@@ -54,19 +61,18 @@ pub(super) fn observed(grid: Grid, state: &Equilibrium, threshold: f64, contact_
         let under: Vec<u8> =
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
         let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight);
-        Compressive {
-            contact_nodes: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
+        let compressive = Compressive {
             patches: sizes.len(),
             median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
             median_cluster_area_error: median_error(&sizes).map(|a| a * node),
-        }
+        };
+        (compressive, sizes.iter().sum::<usize>() as f64 / grid.points() as f64)
     });
-    Observed {
+    let (compressive, nodes) = compressive.unzip();
+    let observed = Observed {
         mean_contact_pressure: (contact_area > 0.0).then_some(state.pressure / contact_area),
-        gap: gap_distribution(state.gap, threshold, linear_edges(0.0, logarithmic[logarithmic.len() - 1], BINS)),
-        gap_logarithmic: gap_distribution(state.gap, threshold, logarithmic),
-        stress: stress.all,
-        contact_stress: stress.contact,
+        gap: Some(gap_distribution(state.gap, threshold, linear_edges(0.0, logarithmic[logarithmic.len() - 1], BINS))),
+        gap_logarithmic: Some(gap_distribution(state.gap, threshold, logarithmic)),
         patch_density: size_distribution(&sizes, SIZES_PER_DECADE)
             .into_iter()
             .map(|(a, density, n)| [a * node, density / node, n as f64])
@@ -74,9 +80,11 @@ pub(super) fn observed(grid: Grid, state: &Equilibrium, threshold: f64, contact_
         patch_area: cumulative_area(&sizes).into_iter().map(|(a, fraction)| [a as f64 * node, fraction]).collect(),
         median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
         compressive,
-        constriction_conductance: constriction_conductance(sizes.iter().map(|&a| a as f64 * node)),
-        hydraulic_gap: hydraulic_gap(state.gap, threshold),
-        contact_percolates: percolates(&map, grid.nx, 1, true),
-        gap_percolates: percolates(&map, grid.nx, 0, false),
-    }
+        constriction_conductance: Some(constriction_conductance(sizes.iter().map(|&a| a as f64 * node))),
+        hydraulic_gap: Some(hydraulic_gap(state.gap, threshold)),
+        contact_percolates: Some(percolates(&map, grid.nx, 1, true)),
+        gap_percolates: Some(percolates(&map, grid.nx, 0, false)),
+        ..Observed::default()
+    };
+    (observed.with_stress(Some(stress)), nodes)
 }

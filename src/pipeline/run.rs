@@ -159,10 +159,7 @@ impl Running<'_> {
         if case.solves() {
             let stage = SolveStage { case, variant: Variant::Primary };
             let solved = self.execute(&stage, &[surface_key], &heights)?.0;
-            let loads = solved
-                .states
-                .iter()
-                .map(|s| (trimmed(s.numbers.p_star, 4), s.numbers.contact_area, s.discretisation.as_ref()));
+            let loads = solved.states.iter().map(|s| (trimmed(s.p_star, 4), s.contact_area, s.discretisation.as_ref()));
             unresolved_contact("p* = ", loads).into_iter().for_each(|text| self.warn(text));
             laboratory.primary = Some(solved);
         }

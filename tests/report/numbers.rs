@@ -3,7 +3,7 @@
 //! round numbers, are left out; their data are in `figures/`.
 
 use asperity::contact::quantity::Quantity;
-use asperity::contact::results::StateResults;
+use asperity::contact::state::State;
 use asperity::record::results::{FILE, LoadComparison, Results};
 use asperity::report::number::{duration, memory};
 use serde_json::Value;
@@ -192,7 +192,7 @@ fn factors(unit: &str, results: &Results) -> Vec<f64> {
 /// Values that the page computes from stored numbers, in the units of stored numbers.
 fn computed(results: &Results) -> Vec<f64> {
     let mut list = Vec::new();
-    let total = |s: &StateResults, q: Quantity| -> f64 {
+    let total = |s: &State, q: Quantity| -> f64 {
         s.uncertainty.iter().filter(|u| u.quantity == q).filter_map(|u| u.relative).sum()
     };
     let comparison = results.comparison.as_ref();
@@ -206,7 +206,7 @@ fn computed(results: &Results) -> Vec<f64> {
             // Sums of the known components of the uncertainty, and with them the errors of area, gap and contact stress.
             let (area, gap) = (total(s, Quantity::ContactArea), total(s, Quantity::MeanGap));
             let pressure = s.observed.as_ref().and_then(|o| o.mean_contact_pressure).unwrap_or(0.0);
-            list.extend([area, gap, area * s.numbers.contact_area, gap * s.mean_gap, area * pressure]);
+            list.extend([area, gap, area * s.contact_area, gap * s.mean_gap.unwrap_or(0.0), area * pressure]);
             // Work per unit area stated in mJ/m², and how much a range is enlarged.
             list.extend(s.hysteresis.as_ref().map(|_| 0.0));
         }
@@ -220,7 +220,7 @@ fn computed(results: &Results) -> Vec<f64> {
         }
         // The contact stress of the elastic continuum at the surface sites.
         for (load, s) in c.loads.iter().zip(&c.compliant_wall.states) {
-            list.extend(load.continuum.iter().map(|m| s.numbers.pressure / m.contact_area));
+            list.extend(load.continuum.iter().map(|m| s.pressure / m.contact_area));
         }
     }
     // Deviations of the statistics of the surface from their expected values.
@@ -253,9 +253,8 @@ fn computed(results: &Results) -> Vec<f64> {
 /// Mean gaps along x = L/2 at the reference load and their errors, from the maps: figure 4 of the challenge.
 fn line_means(folder: &Path, results: &Results) -> Vec<f64> {
     let states = results.continuum.iter().chain(&results.non_adhesive).flat_map(|c| &c.states);
-    let stored = states.filter_map(|s| {
-        Some((s, asperity::surface::files::npy::NpyReader::open(&folder.join(s.numbers.gap_map.as_ref()?)).ok()?))
-    });
+    let stored = states
+        .filter_map(|s| Some((s, asperity::surface::files::npy::NpyReader::open(&folder.join(s.gap_file()?)).ok()?)));
     let mut list = Vec::new();
     for (state, map) in stored {
         let (mut sum, middle, rows) = (0.0, map.nx / 2, map.ny as f64);
@@ -269,8 +268,8 @@ fn line_means(folder: &Path, results: &Results) -> Vec<f64> {
 }
 
 /// Deviation of the atoms' contact from each criterion, the ratio, and their errors.
-fn deviations(states: &[StateResults], load: &LoadComparison) -> Vec<f64> {
-    let near = |s: &&StateResults| (s.numbers.p_star / load.p_star - 1.0).abs() < 0.01;
+fn deviations(states: &[State], load: &LoadComparison) -> Vec<f64> {
+    let near = |s: &&State| (s.p_star / load.p_star - 1.0).abs() < 0.01;
     let area: f64 = states.iter().find(near).map_or(0.0, |s| {
         s.uncertainty.iter().filter(|u| u.quantity == Quantity::ContactArea).filter_map(|u| u.relative).sum()
     });

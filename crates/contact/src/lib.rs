@@ -7,8 +7,9 @@ pub mod method;
 pub mod observe;
 pub mod path;
 pub mod quantity;
+pub mod reached;
 pub mod results;
-pub mod state_numbers;
+pub mod state;
 pub mod uncertainty;
 
 pub use asperity_grid::{Error, Result};
