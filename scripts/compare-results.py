@@ -3,7 +3,7 @@
 
     scripts/compare-results.py OLD NEW [--map scripts/schema-3-to-4.json] [--tolerance 0]
 
-OLD and NEW are JSON files of the same kind: results.json, or the lines of `asperity solve --json`. The map holds
+OLD and NEW are JSON files of the same kind: results.json, tradeoff.json, or the lines of `asperity solve --json`. The map holds
 {"keys": {old: new}}; of several that end a path the longest wins, and new may be a path ("../key": beside the parent). It may also hold
 {"dimensions": {new key: [power of length, power of stress]}} of numbers that were in units of the cell and E* in OLD and are in SI in
 NEW. Numbers are equal within a relative tolerance; 0 means the same bits. Times, memory and text are not compared. Exit code 1
@@ -17,7 +17,7 @@ import sys
 
 MEASURED = re.compile(r"seconds|bytes|^stages$|^schema$|^threads$")
 # Results of load paths; those below comparison are in units of the block of atoms.
-REDUCED = ("continuum", "non_adhesive", "other_ranges", "cross_check", "methods", "comparison")
+REDUCED = ("continuum", "non_adhesive", "other_ranges", "cross_check", "methods", "comparison", "references")
 
 
 def longest(table, path):

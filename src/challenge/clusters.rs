@@ -58,14 +58,14 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             Statement::new("S17a", "median cluster: half of the contact is in clusters up to it", "µm²"),
             |item| {
                 let error = adhesive.zip(median).and_then(|(o, m)| {
-                    Some(median_counting_error(&o.patch_area, o.gap.as_ref()?.delta, m / UM2)? * UM2)
+                    Some(median_counting_error(&o.patch_area, data.counted_area(o)?, m / UM2)? * UM2)
                 });
                 item.within(median, 3.0, [2.0, 4.5], "a factor of 1.5").with_error(error)
             },
         ),
         data.of_both(Statement::new("S17b", "contact in clusters up to 1 µm²", "1"), |item| {
             let error =
-                adhesive.and_then(|o| share_counting_error(&o.patch_area, o.gap.as_ref()?.delta, FIFTH_UM2 / UM2));
+                adhesive.and_then(|o| share_counting_error(&o.patch_area, data.counted_area(o)?, FIFTH_UM2 / UM2));
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load").with_error(error)
         }),
         data.of_both(Statement::new("S18", "median cluster where contact is compression", "µm²"), |item| {

@@ -130,6 +130,12 @@ impl<'a> ChallengeData<'a> {
         Some([value_of(self.adhesive)?, value_of(self.plain)?])
     }
 
+    /// Contact nodes of a state on the challenge's square cell, m².
+    fn counted_area(&self, o: &Observed) -> Option<f64> {
+        let length_m = self.results.scales.length_m;
+        Some(o.gap.as_ref()?.delta * length_m * length_m)
+    }
+
     /// Pascals of the largest adhesive stress γ/ρ of the range used.
     fn adhesive_stress(&self) -> f64 {
         setting::GAMMA / self.ranges[1] * self.modulus_pa

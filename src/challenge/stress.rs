@@ -25,7 +25,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let reference = reference(data.plain);
     let form = reference.zip(contact_stress).map(|(s, [_, plain])| persson_distance(s.pressure, plain));
     // Stresses within a cluster are correlated: the independent ones are as many as equal clusters.
-    let independent = observed.and_then(|[_, plain]| effective_clusters(&plain.patch_area, plain.gap.as_ref()?.delta));
+    let independent = observed.and_then(|[_, plain]| effective_clusters(&plain.patch_area, data.counted_area(plain)?));
     let form_error = form.zip(independent).map(|([_, fraction], n)| (fraction * (1.0 - fraction) / n).sqrt());
     let second =
         data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref()?.contact_stress.as_ref());

@@ -162,8 +162,8 @@ fn unit_after(rest: &[char]) -> String {
 fn factors(unit: &str, results: &Results) -> Vec<f64> {
     let (length, modulus) = (results.scales.length_m, results.scales.modulus_pa);
     let block = results.atoms.as_ref().map(|a| (a.length_angstrom * 1e-10, a.modulus_gpa * 1e9));
-    let lengths: Vec<f64> = [length, 1e-6, 1e-9, 1e-10].into_iter().chain(block.map(|b| b.0)).collect();
-    let stresses: Vec<f64> = [modulus, 1e9, 1e6, 1e3].into_iter().chain(block.map(|b| b.1)).collect();
+    let lengths: Vec<f64> = [1.0, length, 1e-6, 1e-9, 1e-10].into_iter().chain(block.map(|b| b.0)).collect();
+    let stresses: Vec<f64> = [1.0, modulus, 1e9, 1e6, 1e3].into_iter().chain(block.map(|b| b.1)).collect();
     let metres = |unit: &str| {
         let list = [("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12), ("fm", 1e-15), ("Å", 1e-10)];
         list.iter().find(|u| u.0 == unit).map(|u| u.1)
@@ -181,11 +181,12 @@ fn factors(unit: &str, results: &Results) -> Vec<f64> {
     } else if let Some(p) = pascals(unit) {
         stresses.iter().map(|s| s / p).collect()
     } else if let Some((p, m)) = unit.split_once('/').and_then(|(p, m)| Some((pascals(p)?, metres(m)?))) {
-        vec![modulus / length * m / p]
+        vec![m / p]
     } else if let Some(j) = [("J/m²", 1.0), ("mJ/m²", 1e-3), ("µJ/m²", 1e-6)].iter().find(|u| u.0 == unit) {
-        vec![modulus * length / j.1]
+        vec![1.0 / j.1]
     } else {
-        vec![1.0]
+        // Conductances over the cell's extent, and stiffnesses over E*/L.
+        vec![1.0, 1.0 / length, length / modulus]
     }
 }
 

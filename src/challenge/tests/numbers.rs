@@ -14,9 +14,9 @@ fn check(list: &[AcceptanceCheck], id: &str) -> AcceptanceCheck {
     list.iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).clone()
 }
 
-/// Contact of a state, in its distribution of the gap.
-fn delta(o: &Observed) -> f64 {
-    o.gap.as_ref().expect("made up").delta
+/// Contact of a state, in its distribution of the gap, m².
+fn counted_area(o: &Observed) -> f64 {
+    o.gap.as_ref().expect("made up").delta * LENGTH * LENGTH
 }
 
 /// Mean gap, µm.
@@ -78,17 +78,17 @@ fn errors_of_clusters_are_counting_errors() {
     let [share, error] = found(&results, "S23a");
     assert_near(error, (share * (100.0 - share) / 3000.0).sqrt(), "S23a");
     let o = results.continuum.as_ref().and_then(|c| c.states[3].observed.as_ref()).expect("made up");
-    let counted = share_counting_error(&o.patch_area, delta(o), 1e-12).expect("clusters on both sides");
+    let counted = share_counting_error(&o.patch_area, counted_area(o), 1e-12).expect("clusters on both sides");
     assert_near(found(&results, "S17b")[1], counted, "S17b");
     // A tenth of the contact in clusters of the same areas: shares of one half within the error are reached at more than one area.
     let mut few = agreeing();
     let o = seen(with(&mut few));
     of(&mut o.gap).delta *= 0.1;
-    let median = median_counting_error(&o.patch_area, delta(o), 3e-12).expect("clusters on both sides");
+    let median = median_counting_error(&o.patch_area, counted_area(o), 3e-12).expect("clusters on both sides");
     assert_near(found(&few, "S17a")[1], median * 1e12, "S17a");
     // Clusters of a quarter of the area are four times as many, with half of the error.
     let mut finer = agreeing();
-    let number = |o: &Observed| effective_clusters(&o.patch_area, delta(o)).expect("contact");
+    let number = |o: &Observed| effective_clusters(&o.patch_area, counted_area(o)).expect("contact");
     let previous = number(seen(without(&mut finer)));
     seen(without(&mut finer)).patch_area.iter_mut().for_each(|a| a[0] *= 0.25);
     assert_near(number(seen(without(&mut finer))), 4.0 * previous, "number");

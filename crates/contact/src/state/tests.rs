@@ -79,9 +79,29 @@ const PLAIN: [&str; 36] = [
     "fractions",
 ];
 
+/// All observables, all numbers one.
+fn observed() -> Observed {
+    let distribution = || Distribution { edges: vec![1.0], fractions: vec![1.0], delta: 1.0, below: 1.0, above: 1.0 };
+    let one = Some(1.0);
+    Observed {
+        mean_contact_pressure: one,
+        gap: Some(distribution()),
+        gap_logarithmic: Some(distribution()),
+        stress: Some(distribution()),
+        contact_stress: Some(distribution()),
+        patch_density: vec![[1.0; 3]],
+        patch_area: vec![[1.0; 2]],
+        median_cluster_area: one,
+        compressive: Some(Compressive { patches: 1, median_cluster_area: one, median_cluster_area_error: one }),
+        constriction_conductance: one,
+        hydraulic_gap: one,
+        contact_percolates: Some([true; 2]),
+        gap_percolates: Some([true; 2]),
+    }
+}
+
 /// Every part of a state, all numbers one.
 fn whole() -> State {
-    let distribution = || Distribution { edges: vec![1.0], fractions: vec![1.0], delta: 1.0, below: 1.0, above: 1.0 };
     let error = ValueWithError { value: 1.0, error: 1.0 };
     let peak = || Peak { value: 1.0, x: 1.0, y: 1.0, depth: 1.0, map: None };
     let values = || Some(Map::Values { nx: 1, ny: 1, values: vec![1.0] });
@@ -127,21 +147,7 @@ fn whole() -> State {
             is_bound: false,
         }],
         hysteresis: Some(Hysteresis { area: 1.0, mean_gap: 1.0 }),
-        observed: Some(Observed {
-            mean_contact_pressure: one,
-            gap: Some(distribution()),
-            gap_logarithmic: Some(distribution()),
-            stress: Some(distribution()),
-            contact_stress: Some(distribution()),
-            patch_density: vec![[1.0; 3]],
-            patch_area: vec![[1.0; 2]],
-            median_cluster_area: one,
-            compressive: Some(Compressive { patches: 1, median_cluster_area: one, median_cluster_area_error: one }),
-            constriction_conductance: one,
-            hydraulic_gap: one,
-            contact_percolates: Some([true; 2]),
-            gap_percolates: Some([true; 2]),
-        }),
+        observed: Some(observed()),
         leakage: Some(Leakage {
             conductivity: [1.0; 2],
             effective_medium: 1.0,
