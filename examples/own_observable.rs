@@ -2,7 +2,7 @@
 //
 //     cargo run --release --example own_observable
 
-use asperity::{Problem, Solve, Spectrum, State, Surface, SynthesisOptions};
+use asperity::{Problem, Spectrum, State, StateMaps, Surface, SynthesisOptions};
 
 /// A cluster in numbers.
 struct Cluster {
@@ -13,10 +13,10 @@ struct Cluster {
 
 /// All clusters of a state, the largest first: maps are arrays, so an observable is a loop over them.
 fn clusters_by_size(state: &State) -> Vec<Cluster> {
-    let found = state.clusters();
+    let (found, stress) = state.clusters().zip(state.stress()).expect("a solver has maps");
     let mut list: Vec<Cluster> =
         found.sizes.iter().map(|&nodes| Cluster { nodes, mean_pressure: 0.0, largest_pressure: 0.0 }).collect();
-    for (label, pressure) in found.labels.iter().zip(&state.pressure).filter(|(label, _)| **label > 0) {
+    for (label, pressure) in found.labels.iter().zip(stress).filter(|(label, _)| **label > 0) {
         let cluster = &mut list[label - 1];
         cluster.mean_pressure += pressure / cluster.nodes as f64;
         cluster.largest_pressure = cluster.largest_pressure.max(*pressure);
@@ -37,7 +37,8 @@ fn main() -> asperity::Result<()> {
     }
 
     // Together the clusters carry the load.
-    let carried: f64 = clusters.iter().map(|c| c.mean_pressure * c.nodes as f64).sum::<f64>() / state.gap.len() as f64;
+    let nodes = state.gap().expect("a solver has maps").len() as f64;
+    let carried: f64 = clusters.iter().map(|c| c.mean_pressure * c.nodes as f64).sum::<f64>() / nodes;
     assert!((carried / 0.02 - 1.0).abs() < 1e-4, "{carried}");
     Ok(())
 }

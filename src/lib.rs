@@ -2,12 +2,12 @@
 //!
 //! A [`Surface`] comes from an array of heights, a file or a spectrum. A [`Problem`] adds the elastic body, the adhesion and the
 //! method; [`Problem::solve`] gives the equilibrium under one mean pressure and [`Problem::load_path`] those under a sequence of
-//! loads. A [`State`] has its maps as arrays `[ny, nx]`, x fastest, and functions such as [`clusters`] and [`gap_distribution`]
-//! evaluate any map. [`compare_maps`] measures the agreement of two contact maps, [`methods()`] lists the methods, and [`FinishedRun`]
+//! loads. A [`State`] is what `results.json` and the lines of `asperity solve` hold; [`StateMaps`] has its maps as arrays `[ny, nx]`,
+//! x fastest, and functions such as [`clusters`] and [`gap_distribution`] evaluate any map. [`compare_maps`] measures the agreement of two contact maps, [`methods()`] lists the methods, and [`FinishedRun`]
 //! reads the folder of `asperity run`.
 //!
 //! ```
-//! use asperity::{Problem, Solve, Surface, Touching};
+//! use asperity::{Problem, StateMaps, Surface, Touching};
 //! use ndarray::Array2;
 //! use std::f64::consts::TAU;
 //!
@@ -16,8 +16,8 @@
 //! let heights = Array2::from_shape_fn((64, 64), |(y, x)| 0.1 * wave(x) * wave(y));
 //! let surface = Surface::from_array(heights.view(), 10.0, Touching::HighPoints)?;
 //! let state = Problem::new(surface, 25.0).solve(0.2)?;
-//! println!("contact {:.1} %, mean gap {:.4} µm", 100.0 * state.contact_area, state.mean_gap);
-//! assert!((state.pressure.mean().unwrap() - 0.2).abs() < 1e-8);
+//! println!("contact {:.1} %, mean gap {:.4} µm", 100.0 * state.contact_area, state.mean_gap.unwrap());
+//! assert!((state.stress().unwrap().mean().unwrap() - 0.2).abs() < 1e-8);
 //! # Ok::<(), asperity::Error>(())
 //! ```
 //!
@@ -35,12 +35,16 @@ pub use api::*;
 #[doc(inline)]
 pub use asperity_contact::interface::{Base, RangeChoice, TabulatedLaw};
 #[doc(inline)]
-pub use asperity_contact::load::{Branch, Load};
+pub use asperity_contact::load::{Branch, Load, Stop};
 #[doc(inline)]
-pub use asperity_contact::method::{Precision, Targets};
+pub use asperity_contact::method::{ErrorEstimates, Precision, Targets};
 #[doc(inline)]
 pub use asperity_contact::observe::{
-    Connectivity, ContactArea, Distribution, Plasticity, linear_edges, logarithmic_edges,
+    Connectivity, ContactArea, Distribution, Leakage, Plasticity, StressDistribution, linear_edges, logarithmic_edges,
+};
+#[doc(inline)]
+pub use asperity_contact::state::{
+    Compressive, Discretisation, Extrapolated, Hysteresis, Missing, Observed, Peak, SubsurfaceResults, SubsurfaceSlice,
 };
 #[doc(inline)]
 pub use asperity_grid::error::{Complaint, Error, LammpsFailure, Result};

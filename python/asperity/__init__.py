@@ -24,7 +24,7 @@ from ._observe import (
     hydraulic_gap,
     methods,
     percolation,
-    pressure_distribution,
+    stress_distribution,
 )
 from ._program import command, program, run, tradeoff
 from ._progress import Progress
@@ -75,10 +75,10 @@ __all__ = [
     "methods",
     "open_run",
     "percolation",
-    "pressure_distribution",
     "program",
     "run",
     "solve",
+    "stress_distribution",
     "subsurface",
     "tradeoff",
 ]

@@ -165,20 +165,20 @@ def gap_distribution(gap: npt.ArrayLike, edges: npt.ArrayLike, *, threshold: flo
     return _distribution(bins, _asperity.gap_distribution(finite_map("gap", gap), real("threshold", threshold), bins.tolist()))
 
 
-def pressure_distribution(pressure: npt.ArrayLike, contact: npt.ArrayLike, edges: npt.ArrayLike) -> Distribution:
-    """Distribution Pr(p) of the pressure of the nodes in contact, in fractions of all nodes.
+def stress_distribution(stress: npt.ArrayLike, contact: npt.ArrayLike, edges: npt.ArrayLike) -> Distribution:
+    """Distribution Pr(σ) of the stress of the nodes in contact, in fractions of all nodes.
 
     Examples
     --------
     >>> import numpy as np, asperity
     >>> p = np.array([[0.0, 0.5], [1.5, 0.0]])
-    >>> asperity.pressure_distribution(p, p > 0, [0, 1, 2]).fractions.tolist()
+    >>> asperity.stress_distribution(p, p > 0, [0, 1, 2]).fractions.tolist()
     [0.25, 0.25]
     """
-    values, flags, bins = finite_map("pressure", pressure), flag_map("contact", contact), _edges(edges)
+    values, flags, bins = finite_map("stress", stress), flag_map("contact", contact), _edges(edges)
     if values.shape != flags.shape:
-        raise InputError(f"contact = an array of shape {flags.shape}; accepted: {values.shape}, as pressure has")
-    return _distribution(bins, _asperity.pressure_distribution(values, flags, bins.tolist())[1])
+        raise InputError(f"contact = an array of shape {flags.shape}; accepted: {values.shape}, as stress has")
+    return _distribution(bins, _asperity.stress_distribution(values, flags, bins.tolist())[1])
 
 
 def hydraulic_gap(gap: npt.ArrayLike, *, threshold: float = 0.0) -> float:

@@ -28,13 +28,14 @@ class RunState:
 
     branch: str
     p_star: float
-    pressure_pa: float
+    pressure: float
     contact_area: float
     contact_area_error: float | None
     contact_nodes: float
-    mean_gap_m: float
-    mean_gap_error_m: float | None
-    stiffness_pa_per_m: float | None
+    mean_gap: float
+    mean_gap_error: float | None
+    stiffness: float | None
+    stiffness_error: float | None
 
 
 class Run:
@@ -75,7 +76,8 @@ class Run:
     @property
     def states(self) -> tuple[RunState, ...]:
         """Equilibria of the continuum, one for each load."""
-        return tuple(RunState(**row) for row in self._native.states())
+        rows = (self.results["continuum"] or {}).get("states", [])
+        return tuple(RunState(**{f.name: row.get(f.name) for f in fields(RunState)}) for row in rows)
 
     @property
     def heights(self) -> Map | None:
@@ -86,12 +88,12 @@ class Run:
         """Gap ``[ny, nx]`` of a state, m; None if the run did not store it."""
         return self._native.gap(self._index(index))
 
-    def pressure(self, index: int) -> Map | None:
-        """Interfacial pressure ``[ny, nx]`` of a state, Pa, compression positive; None if the run did not store it."""
-        return self._native.pressure(self._index(index))
+    def stress(self, index: int) -> Map | None:
+        """Interfacial stress ``[ny, nx]`` of a state, Pa, compression positive; None if the run did not store it."""
+        return self._native.stress(self._index(index))
 
     def _index(self, index: int) -> int:
-        count = len(self._native.states())
+        count = len(self.states)
         if not -count <= index < count:
             raise IndexError(f"state {index} of {count}, counted from 0")
         return index % count
@@ -129,9 +131,9 @@ class Run:
         data: xarray.Dataset = needed("xarray").open_dataset(self.folder / "results.nc", engine="h5netcdf")
         return data
 
-    def plot_map(self, index: int, quantity: str = "pressure", **options: Any) -> Any:
-        """Map of ``gap`` or ``pressure`` of a state by matplotlib. Options are `ax` and those of ``Axes.imshow``; returns the axes."""
-        maps = {"gap": (self.gap, "m"), "pressure": (self.pressure, "Pa")}
+    def plot_map(self, index: int, quantity: str = "stress", **options: Any) -> Any:
+        """Map of ``gap`` or ``stress`` of a state by matplotlib. Options are `ax` and those of ``Axes.imshow``; returns the axes."""
+        maps = {"gap": (self.gap, "m"), "stress": (self.stress, "Pa")}
         if quantity not in maps:
             raise InputError(f"quantity = {quantity!r}; accepted: {', '.join(maps)}")
         read, unit = maps[quantity]
@@ -143,7 +145,7 @@ class Run:
     def plot_curve(self, x: str = "p_star", y: str = "contact_area", **options: Any) -> Any:
         """One number of the states over another by matplotlib. Options are `ax` and those of ``Axes.plot``; returns the axes."""
         numbers = {f.name: [getattr(s, f.name) for s in self.states] for f in fields(RunState)}
-        units = {"pressure_pa": "Pa", "mean_gap_m": "m", "mean_gap_error_m": "m", "stiffness_pa_per_m": "Pa/m"}
+        units = {"pressure": "Pa", "mean_gap": "m", "mean_gap_error": "m", "stiffness": "Pa/m", "stiffness_error": "Pa/m"}
         return plot_curve(numbers, x, y, units, **options)
 
     @property
@@ -158,7 +160,7 @@ class Run:
         return f"<Run {self.name!r} in {self.folder}: {len(self.states)} states>"
 
     def _repr_html_(self) -> str:
-        rows = ((s.branch, s.p_star, f"{100 * s.contact_area:.4g} %", s.mean_gap_m) for s in self.states)
+        rows = ((s.branch, s.p_star, f"{100 * s.contact_area:.4g} %", s.mean_gap) for s in self.states)
         return table(("branch", "p*", "contact", "mean gap / m"), rows)
 
 

@@ -14,7 +14,7 @@ from ._arguments import Flags, Map
 from ._body import Body
 from ._errors import InputError, needed
 from ._html import label, table
-from ._observe import Clusters, Distribution, clusters, gap_distribution, hydraulic_gap, percolation, pressure_distribution
+from ._observe import Clusters, Distribution, clusters, gap_distribution, hydraulic_gap, percolation, stress_distribution
 from ._plot import plot_curve, plot_map
 from ._subsurface import SubsurfaceStress, subsurface
 
@@ -35,10 +35,10 @@ class State:
         Its value.
     branch : {'loading', 'unloading'}
         Branch of the load path.
-    gap, pressure, contact : ndarray, shape (ny, nx)
-        Gap, interfacial pressure (compression positive, with the adhesive stress), and whether a node is in contact.
-    mean_pressure, mean_gap : float
-        Means of the two.
+    gap, stress, contact : ndarray, shape (ny, nx)
+        Gap, interfacial stress (compression positive, with the adhesive stress), and whether a node is in contact.
+    pressure, mean_gap : float
+        Mean pressure, the mean of the stress, and mean gap.
     contact_area : float
         Contact area over the area of the cell: the best value. Under a hard wall nodes on the edge of the contact represent less than
         a pixel of contact; their excess is subtracted.
@@ -79,9 +79,9 @@ class State:
     load: float
     branch: str
     gap: Map
-    pressure: Map
+    stress: Map
     contact: Flags
-    mean_pressure: float
+    pressure: float
     mean_gap: float
     contact_area: float
     contact_nodes: float
@@ -124,12 +124,12 @@ class State:
         """Distribution of the gap over bins with these edges."""
         return gap_distribution(self.gap, edges)
 
-    def pressure_distribution(self, edges: npt.ArrayLike) -> Distribution:
-        """Distribution of the pressure of the nodes in contact over bins with these edges."""
-        return pressure_distribution(self.pressure, self.contact, edges)
+    def stress_distribution(self, edges: npt.ArrayLike) -> Distribution:
+        """Distribution of the stress of the nodes in contact over bins with these edges."""
+        return stress_distribution(self.stress, self.contact, edges)
 
     def subsurface(self, depths: float | Sequence[float], *, poisson: float | None = None) -> list[SubsurfaceStress]:
-        """Stresses in the body at `depths`, in the unit of the modulus: :func:`asperity.subsurface` of the pressure of this state.
+        """Stresses in the body at `depths`, in the unit of the modulus: :func:`asperity.subsurface` of the stress of this state.
 
         Examples
         --------
@@ -139,24 +139,24 @@ class State:
         >>> near.shear.max > deep.shear.max
         True
         """
-        return subsurface(self.pressure, self.cell, depths, poisson=poisson, body=self.body)
+        return subsurface(self.stress, self.cell, depths, poisson=poisson, body=self.body)
 
-    def plot_map(self, quantity: str = "pressure", **options: Any) -> Any:
-        """Map of ``gap``, ``pressure`` or ``contact`` by matplotlib; returns the axes."""
-        units = {"gap": self.length_unit, "pressure": self.pressure_unit, "contact": ""}
+    def plot_map(self, quantity: str = "stress", **options: Any) -> Any:
+        """Map of ``gap``, ``stress`` or ``contact`` by matplotlib; returns the axes."""
+        units = {"gap": self.length_unit, "stress": self.pressure_unit, "contact": ""}
         if quantity not in units:
             raise InputError(f"quantity = {quantity!r}; accepted: {', '.join(units)}")
         return plot_map(getattr(self, quantity), self.cell, (quantity, units[quantity]), self.length_unit, **options)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        for values in (self.gap, self.pressure, self.contact, self.plastic_displacement):
+        for values in (self.gap, self.stress, self.contact, self.plastic_displacement):
             if values is not None:
                 values.flags.writeable = False
 
     def __repr__(self) -> str:
         return (
-            f"<State {self.branch}: mean pressure {self.mean_pressure:.6g} {self.pressure_unit}".rstrip()
+            f"<State {self.branch}: mean pressure {self.pressure:.6g} {self.pressure_unit}".rstrip()
             + f", contact {100 * self.contact_area:.4g} %, mean gap {self.mean_gap:.6g} {self.length_unit}".rstrip()
             + ">"
         )
@@ -166,13 +166,13 @@ class State:
 class PullOff:
     """The largest tensile pressure of an equilibrium on separation, with its errors."""
 
-    mean_pressure: float
+    pressure: float
     pressure_error: float | None
     mean_gap: float
     mean_gap_error: float | None
 
 
-MAPS = ("gap", "pressure", "contact")
+MAPS = ("gap", "stress", "contact")
 
 #: Numbers and words of a state in the order of tables.
 COLUMNS = tuple(
@@ -222,7 +222,7 @@ class LoadPath(Sequence[State]):
         first contact.
         """
         path = [
-            (s.mean_pressure, s.mean_gap - s.mean_plastic_displacement, s.elastic_energy + s.interaction_energy, s.plastic_work)
+            (s.pressure, s.mean_gap - s.mean_plastic_displacement, s.elastic_energy + s.interaction_energy, s.plastic_work)
             for s in self.states
         ]
         return _asperity.dissipation(path, self.adhesive)
@@ -248,7 +248,7 @@ class LoadPath(Sequence[State]):
         both = bool(length and pressure)
         return (
             dict.fromkeys(("gap", "mean_gap", "mean_gap_error", "mean_plastic_displacement"), length)
-            | dict.fromkeys(("pressure", "mean_pressure"), pressure)
+            | dict.fromkeys(("stress", "pressure"), pressure)
             | dict.fromkeys(("stiffness", "stiffness_error"), f"{pressure}/{length}" if both else "")
             | dict.fromkeys(("energy", "elastic_energy", "interaction_energy", "plastic_work"), f"{pressure} {length}" if both else "")
             | {"perimeter": f"1/{length}" if length else "", "seconds": "s"}
@@ -278,7 +278,7 @@ class LoadPath(Sequence[State]):
         dataset: xarray.Dataset = needed("xarray").Dataset(data, coordinates, {"program": f"asperity {_asperity.VERSION}"})
         return dataset
 
-    def plot_curve(self, x: str = "mean_pressure", y: str = "contact_area", **options: Any) -> Any:
+    def plot_curve(self, x: str = "pressure", y: str = "contact_area", **options: Any) -> Any:
         """One number of the states over another by matplotlib, one line for each branch. Options are `ax` and those of ``Axes.plot``;
         returns the axes."""
         return plot_curve(self._columns(), x, y, self.units, **options)
@@ -288,7 +288,7 @@ class LoadPath(Sequence[State]):
 
     def _repr_html_(self) -> str:
         columns, units = self._columns(), self.units
-        short = ("branch", "mean_pressure", "contact_area", "mean_gap", "iterations", "seconds")
+        short = ("branch", "pressure", "contact_area", "mean_gap", "iterations", "seconds")
         names = [*short, *(name for name in columns if name not in COLUMNS)]
         return table([label(name, units.get(name, "")) for name in names], zip(*(columns[name] for name in names), strict=True))
 
@@ -305,7 +305,7 @@ class Estimate:
     contact_area: float
     mean_gap: float | None
     gap: Map | None
-    pressure: Map | None
+    stress: Map | None
     contact: Flags | None
     seconds: float
     missing: dict[str, str] = field(default_factory=dict)

@@ -116,17 +116,17 @@ def compare(surface: Surface, modulus: float, pressure: float) -> pandas.DataFra
     and pressure from asperity, over their means.
     """
     state = solve(surface, modulus, pressure=pressure, tolerance=1e-10, progress=False)[0]
-    own = Estimate("asperity", "zero gap", state.contact_nodes, state.mean_gap, state.gap, state.pressure, state.contact, state.seconds)
+    own = Estimate("asperity", "zero gap", state.contact_nodes, state.mean_gap, state.gap, state.stress, state.contact, state.seconds)
     rows = []
     for other in (own, tamaas(surface, modulus, pressure), contact_mechanics(surface, modulus, pressure)):
-        assert other.gap is not None and other.pressure is not None
+        assert other.gap is not None and other.stress is not None
         rows.append(
             {
                 "program": other.method,
                 "contact": other.contact_area,
                 "mean gap": other.mean_gap,
                 "gap off by": float(abs(other.gap - state.gap).max()) / state.mean_gap,
-                "pressure off by": float(abs(other.pressure - state.pressure).max()) / state.mean_pressure,
+                "pressure off by": float(abs(other.stress - state.stress).max()) / state.pressure,
                 "seconds": other.seconds,
             }
         )

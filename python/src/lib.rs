@@ -16,7 +16,7 @@ mod _asperity {
     #[pymodule_export]
     use crate::observe::{
         clusters, compare_maps, contact_area, gap_distribution, hydraulic_gap, methods, percolation,
-        pressure_distribution,
+        stress_distribution,
     };
     #[pymodule_export]
     use crate::runs::FinishedRun;

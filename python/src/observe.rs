@@ -43,12 +43,12 @@ pub(crate) fn gap_distribution(gap: PyReadonlyArray2<'_, f64>, threshold: f64, e
 }
 
 #[pyfunction]
-pub(crate) fn pressure_distribution(
-    pressure: PyReadonlyArray2<'_, f64>,
+pub(crate) fn stress_distribution(
+    stress: PyReadonlyArray2<'_, f64>,
     contact: PyReadonlyArray2<'_, bool>,
     edges: Vec<f64>,
 ) -> (Histogram, Histogram) {
-    let found = asperity::pressure_distribution(pressure.as_array(), contact.as_array(), &edges);
+    let found = asperity::stress_distribution(stress.as_array(), contact.as_array(), &edges);
     (histogram(found.all), histogram(found.contact))
 }
 

@@ -6,10 +6,10 @@ use crate::law::TabulatedLaw;
 use crate::surface::Surface;
 use asperity::contact::observe::WorkPoint;
 use asperity::{
-    Adhesion, AdhesionLaw, Body, Branch, Cell, Complaint, Error, Estimate, Hardness, HardnessMap, LoadKind, Loads,
-    Monitor, Plasticity, Precision, Problem, Progress, PullOff, RangeChoice, Solve, State, Targets,
+    Adhesion, AdhesionLaw, Body, Branch, Cell, Complaint, Error, Hardness, HardnessMap, LoadKind, Loads, Map, Monitor,
+    Plasticity, Precision, Problem, Progress, PullOff, RangeChoice, State, Targets,
 };
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
@@ -251,42 +251,44 @@ pub(crate) fn solve<'py>(
 fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("branch", if state.branch == Branch::Loading { "loading" } else { "unloading" })?;
-    dict.set_item("gap", fixed(py, PyArray2::from_owned_array(py, state.gap))?)?;
-    dict.set_item("pressure", fixed(py, PyArray2::from_owned_array(py, state.pressure))?)?;
-    dict.set_item("contact", fixed(py, PyArray2::from_owned_array(py, state.contact))?)?;
-    let plastic = state.plastic_displacement.map(|map| fixed(py, PyArray2::from_owned_array(py, map))).transpose()?;
-    dict.set_item("plastic_displacement", plastic)?;
-    let none = Plasticity { flowing: 0.0, displaced: 0.0, displacement: 0.0, work: 0.0 };
-    let flow = state.plasticity.unwrap_or(none);
+    dict.set_item("iterations", state.iterations)?;
+    let flow = |of: fn(Plasticity) -> f64| Some(state.plasticity.map_or(0.0, of));
     for (key, value) in [
-        ("mean_pressure", state.mean_pressure),
+        ("pressure", Some(state.pressure)),
         ("mean_gap", state.mean_gap),
-        ("contact_area", state.contact_area),
+        ("mean_gap_error", state.mean_gap_error),
+        ("contact_area", Some(state.contact_area)),
+        ("contact_area_error", state.contact_area_error),
         ("contact_nodes", state.contact_nodes),
+        ("stiffness", state.stiffness),
+        ("stiffness_error", state.stiffness_error),
         ("perimeter", state.perimeter),
         ("energy", state.energy),
         ("elastic_energy", state.elastic_energy),
         ("interaction_energy", state.interaction_energy),
-        ("flowing_fraction", flow.flowing),
-        ("displaced_fraction", flow.displaced),
-        ("mean_plastic_displacement", flow.displacement),
-        ("plastic_work", flow.work),
-        ("load_error", state.load_error),
+        ("flowing_fraction", flow(|p| p.flowing)),
+        ("displaced_fraction", flow(|p| p.displaced)),
+        ("mean_plastic_displacement", flow(|p| p.displacement)),
+        ("plastic_work", flow(|p| p.work)),
+        ("load_error", Some(state.load_error)),
         ("residual", state.residual),
-        ("seconds", state.seconds),
+        ("seconds", Some(state.seconds)),
     ] {
         dict.set_item(key, value)?;
     }
-    for (key, value) in [
-        ("contact_area_error", state.contact_area_error),
-        ("mean_gap_error", state.mean_gap_error),
-        ("stiffness", state.stiffness),
-        ("stiffness_error", state.stiffness_error),
-    ] {
-        dict.set_item(key, value)?;
-    }
-    dict.set_item("iterations", state.iterations)?;
+    dict.set_item("gap", array(py, state.gap_map)?)?;
+    dict.set_item("stress", array(py, state.stress_map)?)?;
+    dict.set_item("contact", array(py, state.contact_map)?)?;
+    dict.set_item("plastic_displacement", array(py, state.plastic_map)?)?;
     Ok(dict)
+}
+
+/// A map in memory as an array.
+fn array<T: numpy::Element>(py: Python<'_>, map: Option<Map<T>>) -> PyResult<Option<Bound<'_, PyAny>>> {
+    match map {
+        Some(Map::Values { nx, ny, values }) => fixed(py, PyArray1::from_vec(py, values).reshape([ny, nx])?).map(Some),
+        Some(Map::File(_)) | None => Ok(None),
+    }
 }
 
 /// The array, not writeable: states are results.
@@ -298,7 +300,7 @@ fn fixed<'py, T: numpy::Element>(py: Python<'py>, array: Bound<'py, PyArray2<T>>
 
 fn pull_off_dict<'py>(py: Python<'py>, found: &PullOff) -> PyResult<Bound<'py, PyDict>> {
     [
-        ("mean_pressure", Some(found.mean_pressure)),
+        ("pressure", Some(found.pressure)),
         ("pressure_error", found.pressure_error),
         ("mean_gap", Some(found.mean_gap)),
         ("mean_gap_error", found.mean_gap_error),
@@ -315,16 +317,17 @@ pub(crate) fn estimate<'py>(
     threads: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
     let problem = settings.problem(py, body.0.get(), body.1)?;
-    let found: Estimate = in_pool(py, threads, || problem.estimate(pressure))?.raise(py)?;
+    let found = in_pool(py, threads, || problem.estimate(pressure))?.raise(py)?;
     let dict = PyDict::new(py);
-    dict.set_item("method", found.method)?;
+    dict.set_item("method", problem.method)?;
     dict.set_item("criterion", found.criterion)?;
     dict.set_item("contact_area", found.contact_area)?;
     dict.set_item("mean_gap", found.mean_gap)?;
-    dict.set_item("missing", found.missing.into_py_dict(py)?)?;
-    dict.set_item("gap", found.gap.map(|gap| fixed(py, PyArray2::from_owned_array(py, gap))).transpose()?)?;
-    dict.set_item("pressure", found.pressure.map(|p| fixed(py, PyArray2::from_owned_array(py, p))).transpose()?)?;
-    dict.set_item("contact", found.contact.map(|c| fixed(py, PyArray2::from_owned_array(py, c))).transpose()?)?;
+    let missing = found.missing.into_iter().map(|(quantity, reason)| (quantity.id(), reason));
+    dict.set_item("missing", missing.collect::<Vec<_>>().into_py_dict(py)?)?;
+    dict.set_item("gap", array(py, found.gap_map)?)?;
+    dict.set_item("stress", array(py, found.stress_map)?)?;
+    dict.set_item("contact", array(py, found.contact_map)?)?;
     dict.set_item("seconds", found.seconds)?;
     Ok(dict)
 }

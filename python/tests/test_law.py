@@ -67,7 +67,7 @@ def test_pull_off_of_an_own_law_is_that_of_the_built_in_one() -> None:
         for shape in ("exponential", law)
     ]
     assert found[0] is not None and found[1] is not None
-    assert np.isclose(found[0].mean_pressure, found[1].mean_pressure, rtol=1e-5)
+    assert np.isclose(found[0].pressure, found[1].pressure, rtol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ def test_distributions_contain_every_node() -> None:
     gaps = state.gap_distribution(np.linspace(0, state.gap.max() / 2, 20))
     assert np.isclose(gaps.fractions.sum() + gaps.delta + gaps.below + gaps.above, 1, rtol=1e-12)
     assert gaps.delta == state.contact_nodes
-    pressures = state.pressure_distribution(np.linspace(0, state.pressure.max(), 20))
+    pressures = state.stress_distribution(np.linspace(0, state.stress.max(), 20))
     assert np.isclose(pressures.fractions.sum() + pressures.below + pressures.above, state.contact.mean(), rtol=1e-12)
     assert np.isclose((pressures.density * np.diff(pressures.edges)).sum(), pressures.fractions.sum())
 
@@ -62,7 +62,7 @@ def test_maps_agree_beyond_chance() -> None:
         lambda: asperity.contact_area(np.zeros((2, 2)), (0.0, 1.0)),
         lambda: asperity.gap_distribution(np.zeros((2, 2)), [1, 0]),
         lambda: asperity.gap_distribution(np.zeros((2, 2)), [1]),
-        lambda: asperity.pressure_distribution(np.zeros((2, 2)), np.zeros((2, 3), bool), [0, 1]),
+        lambda: asperity.stress_distribution(np.zeros((2, 2)), np.zeros((2, 3), bool), [0, 1]),
         lambda: asperity.compare_maps(np.zeros((2, 2), bool), np.zeros((3, 3), bool)),
         lambda: asperity.hydraulic_gap(np.zeros((0, 2))),
     ],

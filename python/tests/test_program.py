@@ -39,12 +39,12 @@ def test_runs_are_read(scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFix
     assert run.curve["p_star"].tolist() == [s.p_star for s in run.states]
     gap, heights = run.gap(-1), run.heights
     assert gap is not None and heights is not None and gap.shape == heights.shape
-    assert np.isclose(gap.mean(), run.states[1].mean_gap_m, rtol=1e-6)
+    assert np.isclose(gap.mean(), run.states[1].mean_gap, rtol=1e-6)
     assert "2 states" in repr(run) and run._repr_html_().count("<tr>") == 3
     with pytest.raises(IndexError):
         run.gap(2)
     assert run.plot_map(-1, "gap").get_xlabel() == "x / m"
-    assert run.plot_curve(y="mean_gap_m").get_ylabel() == "mean gap m / m"
+    assert run.plot_curve(y="mean_gap").get_ylabel() == "mean gap / m"
     with pytest.raises(InputError, match="quantity"):
         run.plot_map(0, "contact")
     with pytest.raises(InputError, match="a run with atoms"):
@@ -55,7 +55,7 @@ def test_runs_agree_with_solves(scene: Path, tmp_path: Path) -> None:
     run = asperity.run(scene, tmp_path / "out")
     assert run.heights is not None
     surface = asperity.Surface.from_array(run.heights / run.length_m, 1.0, touching="low-points")
-    state = asperity.solve(surface, 1.0, pressure=run.states[0].pressure_pa / run.modulus_pa)[0]
+    state = asperity.solve(surface, 1.0, pressure=run.states[0].pressure / run.modulus_pa)[0]
     assert np.isclose(state.contact_area, run.states[0].contact_area, rtol=1e-9)
 
 

@@ -28,10 +28,10 @@ PROMPT = 1.0
 
 def test_states_balance_the_load(surface: Surface) -> None:
     state = solve(surface, 2.0, pressure=0.1)[0]
-    assert np.isclose(state.pressure.mean(), 0.1, rtol=1e-8)
+    assert np.isclose(state.stress.mean(), 0.1, rtol=1e-8)
     assert np.isclose(state.gap.mean(), state.mean_gap, rtol=1e-12)
     assert (state.gap >= 0).all() and np.array_equal(state.contact, state.gap == 0)
-    assert (state.pressure[~state.contact] == 0).all()
+    assert (state.stress[~state.contact] == 0).all()
     assert state.contact_nodes == state.contact.mean()
 
 
@@ -52,7 +52,7 @@ def test_fields_have_the_bits_of_the_program(tmp_path: Path) -> None:
     line = json.loads(asperity.command("solve", path, "--json", *flags).splitlines()[0])
     state = solve(Surface.from_array(np.load(path), 1.0, touching="low-points"), 1.0, pressure=0.04)[0]
     assert np.array_equal(state.gap, np.load(tmp_path / "out" / "gap.npy"))
-    assert np.array_equal(state.pressure, np.load(tmp_path / "out" / "stress.npy"))
+    assert np.array_equal(state.stress, np.load(tmp_path / "out" / "stress.npy"))
     assert (state.contact_area, state.energy) == (line["contact_area"], line["energy"])
 
 
@@ -67,7 +67,7 @@ def test_adhesive_paths_have_the_bits_of_the_program(tmp_path: Path) -> None:
     with pytest.raises(NotConverged, match="load 2 of 2: the tension separates"):
         solve(surface, 1.0, pressure=[0.01, -1.0], adhesion=adhesion)
     assert [s.mean_gap for s in found] == [line["mean_gap"] for line in lines[:3]]
-    assert found.pull_off is not None and found.pull_off.mean_pressure == lines[3]["pull_off_pressure"]
+    assert found.pull_off is not None and found.pull_off.pressure == lines[3]["pull_off_pressure"]
     assert [s.branch for s in found] == ["loading", "loading", "unloading"]
     assert found.dissipation() >= 0
 
@@ -80,8 +80,8 @@ def test_loads_of_every_kind(surface: Surface, load: dict[str, Any]) -> None:
     state = solve(surface, 1.0, **load)[0]
     first_touch = surface.heights.mean()
     found = {
-        "pressure": state.mean_pressure,
-        "p_star": state.mean_pressure / surface.rms_gradient,
+        "pressure": state.pressure,
+        "p_star": state.pressure / surface.rms_gradient,
         "mean_gap": state.mean_gap,
         "displacement": first_touch - state.mean_gap,
         "contact": state.contact_area,
@@ -94,7 +94,7 @@ def test_loads_of_every_kind(surface: Surface, load: dict[str, Any]) -> None:
 def test_units_are_those_of_the_caller() -> None:
     one, other = solve(rough(), 1.0, p_star=0.05)[0], solve(rough(length=1e4), 25.0, p_star=0.05)[0]
     assert np.allclose(other.gap, 1e4 * one.gap, rtol=1e-12, atol=1e-12)
-    assert np.allclose(other.pressure, 25 * one.pressure, rtol=1e-12, atol=1e-12)
+    assert np.allclose(other.stress, 25 * one.stress, rtol=1e-12, atol=1e-12)
 
 
 def test_bodies_differ(surface: Surface) -> None:
@@ -119,7 +119,7 @@ def test_every_solver_gives_the_same_state(surface: Surface, method: str) -> Non
 def test_first_contact_is_one_node_under_no_pressure(surface: Surface) -> None:
     paths = solve(surface, 1.0, displacement=0.0), solve(surface, 1.0, pressure=0.0), solve(surface, 1.0, p_star=0.0)
     for (state,) in paths:
-        assert state.contact.sum() == 1 and state.mean_pressure == 0 and state.mean_gap > 0
+        assert state.contact.sum() == 1 and state.pressure == 0 and state.mean_gap > 0
 
 
 def test_a_load_far_beyond_full_contact_warns_once(surface: Surface) -> None:
@@ -358,7 +358,7 @@ def test_tables_and_datasets(surface: Surface) -> None:
     table, data = path.curve, path.dataset
     assert list(table["mean_gap"]) == [s.mean_gap for s in path]
     assert data.gap.dims == ("load_step", "y", "x") and data.gap.attrs["units"] == "um"
-    assert np.array_equal(data.pressure[1].values, path[1].pressure) and data.mean_pressure.attrs["units"] == "MPa"
+    assert np.array_equal(data.stress[1].values, path[1].stress) and data.pressure.attrs["units"] == "MPa"
 
 
 def test_curves_are_plotted(surface: Surface) -> None:
@@ -382,10 +382,10 @@ def test_an_initial_gap_selects_the_branch() -> None:
 
 def test_a_hardness_bounds_the_pressure(surface: Surface) -> None:
     elastic = solve(surface, 1.0, pressure=0.05)[0]
-    hardness = 0.5 * float(elastic.pressure.max())
+    hardness = 0.5 * float(elastic.stress.max())
     path = solve(surface, 1.0, pressure=[0.02, 0.05, 0.02], hardness=hardness)
     low, high, back = path
-    assert np.isclose(high.pressure.max(), hardness, rtol=1e-6)
+    assert np.isclose(high.stress.max(), hardness, rtol=1e-6)
     assert high.plastic_displacement is not None and (high.plastic_displacement >= 0).all()
     assert high.flowing_fraction > 0 and back.flowing_fraction == 0
     assert np.isclose(high.plastic_displacement.mean(), high.mean_plastic_displacement, rtol=1e-12)
@@ -394,11 +394,11 @@ def test_a_hardness_bounds_the_pressure(surface: Surface) -> None:
     assert elastic.plastic_displacement is None and elastic.plastic_work == 0
     equal = solve(surface, 1.0, pressure=0.05, hardness=np.full(surface.shape, hardness))[0]
     alone = solve(surface, 1.0, pressure=0.05, hardness=hardness)[0]
-    assert np.array_equal(equal.pressure, alone.pressure) and np.array_equal(equal.gap, alone.gap)
+    assert np.array_equal(equal.stress, alone.stress) and np.array_equal(equal.gap, alone.gap)
     values = np.full(surface.shape, 2 * hardness)
     values[:, ::2] = hardness
     two = solve(surface, 1.0, pressure=0.05, hardness=values)[0]
-    assert np.all(two.pressure <= values * (1 + 1e-6)) and not np.array_equal(two.pressure, alone.pressure)
+    assert np.all(two.stress <= values * (1 + 1e-6)) and not np.array_equal(two.stress, alone.stress)
     for shape, word in (((2, 2), "an array of"), (surface.shape, "row 1, column 1")):
         with pytest.raises(asperity.InputError, match=word):
             solve(surface, 1.0, pressure=0.02, hardness=np.zeros(shape))

@@ -2,8 +2,7 @@
 
 use crate::record::results::Results;
 use crate::{Error, Result};
-use asperity_contact::load::Branch;
-use asperity_contact::results::StateResults;
+use asperity_contact::state::State;
 use asperity_surface::files::npy;
 use ndarray::Array2;
 use std::path::{Path, PathBuf};
@@ -23,38 +22,12 @@ pub struct FinishedRun {
     pub length_m: f64,
     /// Contact modulus E*, Pa.
     pub modulus_pa: f64,
-    /// One for each load, in their order.
-    pub states: Vec<FinishedState>,
+    /// One for each load, in their order, with the names of their stored maps.
+    pub states: Vec<State>,
     /// Warnings of the run.
     pub warnings: Vec<String>,
     folder: PathBuf,
     heights: Option<String>,
-}
-
-/// One equilibrium of a finished run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FinishedState {
-    /// Branch of the load path.
-    pub branch: Branch,
-    /// Mean pressure over E* times the rms gradient.
-    pub p_star: f64,
-    /// Mean pressure, Pa.
-    pub pressure_pa: f64,
-    /// Contact area over the area of the cell: the best value.
-    pub contact_area: f64,
-    /// Its error, of the same unit; none where a part of it is not known.
-    pub contact_area_error: Option<f64>,
-    /// Contact nodes over all nodes.
-    pub contact_nodes: f64,
-    /// Mean gap, m.
-    pub mean_gap_m: f64,
-    /// Its error, m.
-    pub mean_gap_error_m: Option<f64>,
-    /// Contact stiffness, Pa/m.
-    pub stiffness_pa_per_m: Option<f64>,
-    /// Files of the maps in the run folder; `None` if they were not stored.
-    gap_file: Option<String>,
-    stress_file: Option<String>,
 }
 
 impl FinishedRun {
@@ -65,28 +38,13 @@ impl FinishedRun {
     pub fn read(folder: impl AsRef<Path>) -> Result<Self> {
         let folder = folder.as_ref();
         let results = Results::read(folder)?;
-        let (length, modulus) = (results.scales.length_m, results.scales.modulus_pa);
-        let state = |s: &StateResults| FinishedState {
-            branch: s.branch,
-            p_star: s.numbers.p_star,
-            pressure_pa: s.numbers.pressure * modulus,
-            contact_area: s.numbers.contact_area,
-            contact_area_error: s.numbers.contact_area_error,
-            contact_nodes: s.contact_nodes,
-            mean_gap_m: s.mean_gap * length,
-            mean_gap_error_m: s.mean_gap_error.map(|e| e * length),
-            stiffness_pa_per_m: s.numbers.stiffness.map(|k| k * modulus / length),
-            gap_file: s.numbers.gap_map.clone(),
-            stress_file: s.numbers.stress_map.clone(),
-        };
-        let continuum = results.continuum.as_ref();
         Ok(FinishedRun {
             name: results.name,
             description: results.description,
-            method: continuum.map_or(String::new(), |c| c.method.clone()),
-            length_m: length,
-            modulus_pa: modulus,
-            states: continuum.iter().flat_map(|c| &c.states).map(state).collect(),
+            method: results.continuum.as_ref().map_or(String::new(), |c| c.method.clone()),
+            length_m: results.scales.length_m,
+            modulus_pa: results.scales.modulus_pa,
+            states: results.continuum.map_or(Vec::new(), |c| c.states),
             warnings: results.warnings,
             folder: folder.to_path_buf(),
             heights: results.surface.heights,
@@ -98,23 +56,23 @@ impl FinishedRun {
     /// # Errors
     /// Those of reading the file.
     pub fn heights(&self) -> Result<Option<Array2<f64>>> {
-        self.map(self.heights.as_ref(), self.length_m)
+        self.map(self.heights.as_deref(), self.length_m)
     }
 
     /// Gap `[ny, nx]` of a state, m; none if the run did not store it.
     ///
     /// # Errors
     /// Those of reading the file.
-    pub fn gap(&self, state: &FinishedState) -> Result<Option<Array2<f64>>> {
-        self.map(state.gap_file.as_ref(), self.length_m)
+    pub fn gap(&self, state: &State) -> Result<Option<Array2<f64>>> {
+        self.map(state.gap_file(), self.length_m)
     }
 
-    /// Interfacial pressure `[ny, nx]` of a state, Pa, compression positive; none if the run did not store it.
+    /// Interfacial stress `[ny, nx]` of a state, Pa, compression positive; none if the run did not store it.
     ///
     /// # Errors
     /// Those of reading the file.
-    pub fn pressure(&self, state: &FinishedState) -> Result<Option<Array2<f64>>> {
-        self.map(state.stress_file.as_ref(), self.modulus_pa)
+    pub fn stress(&self, state: &State) -> Result<Option<Array2<f64>>> {
+        self.map(state.stress_file(), self.modulus_pa)
     }
 
     /// All of `results.json`, as docs/formats.md describes it.
@@ -125,7 +83,7 @@ impl FinishedRun {
         asperity_surface::files::json::read(&self.folder.join(crate::record::results::FILE))
     }
 
-    fn map(&self, file: Option<&String>, unit: f64) -> Result<Option<Array2<f64>>> {
+    fn map(&self, file: Option<&str>, unit: f64) -> Result<Option<Array2<f64>>> {
         let Some(file) = file else { return Ok(None) };
         let path = self.folder.join(file);
         let field = npy::read(&path)?;

@@ -1,6 +1,7 @@
 //! The methods of the crate.
 
-use asperity_contact::method::MethodKind;
+use crate::{Error, Result};
+use asperity_contact::method::{ContactMethod, MethodKind};
 use asperity_methods::REGISTRY;
 
 /// A method of solving or estimating a contact problem.
@@ -46,4 +47,13 @@ pub fn methods() -> Vec<Method> {
         references: card.dois.iter().chain(card.papers).copied().collect(),
     };
     REGISTRY.iter().map(|m| entry(m.card())).collect()
+}
+
+/// The method with an id of [`methods()`]; `auto` is the fastest that solves for the fields.
+///
+/// # Errors
+/// `Input` for an unknown id.
+pub fn method(id: &str) -> Result<&'static dyn ContactMethod> {
+    let unknown = || Error::input("problem", "method", format!("{id:?}"), asperity_methods::ids().join(", "));
+    asperity_methods::find(id).ok_or_else(unknown)
 }

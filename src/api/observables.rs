@@ -1,9 +1,9 @@
-//! Observables of gap, pressure and contact maps `[ny, nx]` on a periodic cell.
+//! Observables of gap, stress and contact maps `[ny, nx]` on a periodic cell.
 
 use super::arrays::{flags, grid_of, map, row_major};
 use asperity_contact::observe::{
-    self, Connectivity, ContactArea, ContactEdges, Distribution, NO_CLUSTER, median_cluster_size, percolates,
-    stress_distribution,
+    self, Connectivity, ContactArea, ContactEdges, Distribution, NO_CLUSTER, StressDistribution, median_cluster_size,
+    percolates,
 };
 use asperity_grid::{Field, Grid};
 use asperity_surface::Cell;
@@ -32,15 +32,6 @@ pub struct Percolation {
     pub x: bool,
     /// Along y.
     pub y: bool,
-}
-
-/// Distributions of the interfacial pressure, in fractions of all nodes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PressureDistribution {
-    /// Of all nodes.
-    pub all: Distribution,
-    /// Of the nodes in contact; its total is the contact fraction.
-    pub contact: Distribution,
 }
 
 /// Contact area of a gap map of an elastic body under a hard wall: nodes with a gap of at most `threshold`, at 0
@@ -96,20 +87,14 @@ pub fn gap_distribution(gap: ArrayView2<f64>, threshold: f64, edges: &[f64]) -> 
     observe::gap_distribution(Field::F64(&row_major(gap)), threshold, edges.to_vec())
 }
 
-/// Distribution Pr(p) of the pressure over bins with these `edges`, which must rise.
+/// Distribution Pr(σ) of the interfacial stress over bins with these `edges`, which must rise.
 ///
 /// # Panics
 /// If the maps differ in shape.
-pub fn pressure_distribution(
-    pressure: ArrayView2<f64>,
-    contact: ArrayView2<bool>,
-    edges: &[f64],
-) -> PressureDistribution {
-    assert_eq!(pressure.dim(), contact.dim(), "the maps differ in shape");
+pub fn stress_distribution(stress: ArrayView2<f64>, contact: ArrayView2<bool>, edges: &[f64]) -> StressDistribution {
+    assert_eq!(stress.dim(), contact.dim(), "the maps differ in shape");
     let gap: Vec<f64> = contact.iter().map(|&c| if c { 0.0 } else { 1.0 }).collect();
-    let distribution =
-        stress_distribution(Field::F64(&gap), Field::F64(&row_major(pressure)), (0.0, true), edges.to_vec());
-    PressureDistribution { all: distribution.all, contact: distribution.contact }
+    observe::stress_distribution(Field::F64(&gap), Field::F64(&row_major(stress)), (0.0, true), edges.to_vec())
 }
 
 /// Height of the uniform gap with the same pressure-driven flow, in the unit of the gap, in Bruggeman's effective-medium

@@ -1,7 +1,6 @@
 //! Stress below the surface of an isotropic body, from the pressure `[ny, nx]` on it.
 
 use super::arrays::{grid_of, map, row_major};
-use super::state::State;
 use crate::{Error, Result};
 use asperity_contact::interface::{Elastic, Layer, NonPeriodic, Subsurface, SubsurfaceRequest};
 use asperity_contact::path;
@@ -125,29 +124,6 @@ fn depth_in(body: Body, cell: Cell, depth: f64) -> Result<f64> {
         _ => "finite depths from 0 on".into(),
     };
     Err(Error::input(PLACE, "depths", depth, accepted))
-}
-
-impl State {
-    /// Stresses in the body at `depths`, in the unit of the modulus: [`subsurface`] of the pressure of this state.
-    ///
-    /// # Errors
-    /// As [`subsurface`].
-    ///
-    /// ```
-    /// use asperity::{Problem, Spectrum, Surface, SynthesisOptions};
-    ///
-    /// let spectrum = Spectrum { lambda_s: 1.0 / 8.0, ..Spectrum::CHALLENGE };
-    /// let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 32, length: 1.0, seed: 1 })?;
-    /// let state = Problem::new(surface, 1.0).solve(0.05)?;
-    /// let [near, deep] = &state.subsurface(&[0.02, 2.0], Some(0.3))?[..] else { unreachable!("two depths") };
-    /// assert!(near.shear.max > deep.shear.max);
-    /// // Far below the pressure is uniform: stresses of -p across the surface and -ν/(1-ν) p along it.
-    /// assert!((deep.von_mises.max - 0.05 * (1.0 - 0.3 / 0.7)).abs() < 1e-4);
-    /// # Ok::<(), asperity::Error>(())
-    /// ```
-    pub fn subsurface(&self, depths: &[f64], poisson: Option<f64>) -> Result<Vec<SubsurfaceStress>> {
-        subsurface(self.pressure.view(), self.cell, self.body, depths, poisson)
-    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::{ChallengeData, Statement, cover, reference, uncertainty};
 use crate::record::acceptance::AcceptanceCheck;
 use asperity_contact::quantity::Quantity;
-use asperity_contact::results::StateResults;
+use asperity_contact::state::State;
 use std::f64::consts::PI;
 
 /// Largest load p* for the area law without adhesion.
@@ -18,8 +18,8 @@ const SPAN: [f64; 2] = [1e-3, 0.1];
 const SYMBOL_SIZE: f64 = 0.2;
 
 /// All contact areas are best values, without the excess of nodes along the edges of clusters.
-fn area(s: &StateResults) -> f64 {
-    s.numbers.contact_area
+fn area(s: &State) -> f64 {
+    s.contact_area
 }
 
 /// Values that the statements are about.
@@ -38,49 +38,47 @@ type RelativeValue = Option<(f64, Option<f64>)>;
 
 impl Areas {
     fn of(data: &ChallengeData) -> Self {
-        let plain: Vec<&StateResults> = ChallengeData::touching(data.plain).collect();
-        let adhesive: Vec<&StateResults> = ChallengeData::touching(data.adhesive).collect();
+        let plain: Vec<&State> = ChallengeData::touching(data.plain).collect();
+        let adhesive: Vec<&State> = ChallengeData::touching(data.adhesive).collect();
         // Waves that the grid does not resolve are absent from the solution: loads are relative to the resolved rms
         // gradient.
-        let gradient = data.plain.resolved_gradient.unwrap_or(1.0);
-        let load = |s: &StateResults| s.numbers.pressure / gradient;
+        let gradient = data.plain.resolved_gradient.unwrap_or(1.0) * data.modulus_pa;
+        let load = |s: &State| s.pressure / gradient;
         // Values with their relative errors.
         let worst = |list: &[(f64, Option<f64>)], aim: f64| {
             let deviation = |v: &(f64, Option<f64>)| (v.0 / aim - 1.0).abs();
             list.iter().copied().max_by(|a, b| deviation(a).total_cmp(&deviation(b)))
         };
-        let of = |s: &StateResults| uncertainty(s, Quantity::ContactArea);
+        let of = |s: &State| uncertainty(s, Quantity::ContactArea);
         let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a + b);
         let ratios: Vec<_> =
             plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| (area(s) / load(s), of(s))).collect();
         let law: Vec<_> = plain
             .iter()
-            .filter(|s| s.numbers.p_star < ALL)
+            .filter(|s| s.p_star < ALL)
             .map(|s| (area(s) / libm::erf(PI.sqrt() * load(s)), of(s)))
             .collect();
         let increases: Vec<_> = adhesive
             .iter()
             .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
             .filter_map(|s| {
-                let without = plain.iter().find(|p| p.numbers.index == s.numbers.index)?;
+                let without = plain.iter().find(|p| p.index == s.index)?;
                 Some((area(s) / area(without), both(of(s), of(without))))
             })
             .collect();
         let at_reference = reference(data.adhesive).map(|s| (100.0 * area(s), of(s)));
         let pressures: Vec<_> = adhesive
             .iter()
-            .filter(|s| (9.9e-4..0.1001).contains(&s.numbers.p_star))
-            .map(|s| (s.numbers.pressure / area(s), of(s)))
+            .filter(|s| (9.9e-4..0.1001).contains(&s.p_star))
+            .map(|s| (s.pressure / area(s), of(s)))
             .collect();
-        let spread = cover(adhesive.iter().map(|s| s.numbers.p_star), SPAN).then(|| {
+        let spread = cover(adhesive.iter().map(|s| s.p_star), SPAN).then(|| {
             let by_value = |a: &&(f64, Option<f64>), b: &&(f64, Option<f64>)| a.0.total_cmp(&b.0);
             let (smallest, largest) = (pressures.iter().min_by(by_value)?, pressures.iter().max_by(by_value)?);
             Some((largest.0 / smallest.0, both(largest.1, smallest.1)))
         });
-        let lowest: Vec<_> =
-            plain.iter().filter(|s| s.numbers.p_star < 0.0101).map(|s| (load(s) / area(s), of(s))).collect();
-        let first =
-            adhesive.iter().find(|s| (s.numbers.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| (100.0 * area(s), of(s)));
+        let lowest: Vec<_> = plain.iter().filter(|s| s.p_star < 0.0101).map(|s| (load(s) / area(s), of(s))).collect();
+        let first = adhesive.iter().find(|s| (s.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| (100.0 * area(s), of(s)));
         Areas {
             increase: worst(&increases, 1.5),
             at_reference,

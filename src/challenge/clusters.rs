@@ -3,8 +3,10 @@
 use super::{ChallengeData, LineFit, SIZE_EXPONENT, Statement, line};
 use crate::record::acceptance::AcceptanceCheck;
 use asperity_contact::observe::{median_counting_error, share_counting_error};
-use asperity_contact::results::Observed;
+use asperity_contact::state::Observed;
 
+/// Square micrometres of a square metre.
+const UM2: f64 = 1e12;
 /// Smallest cluster of the fit, nodes; sizes below depend on the discretisation.
 const SMALLEST_NODES: f64 = 16.0;
 /// Smallest number of clusters in a bin of the fit.
@@ -15,14 +17,13 @@ const FIFTH_UM2: f64 = 1.0;
 const FINE_UM: f64 = 5e-3;
 
 pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
-    let um2 = data.length_um * data.length_um;
     let adhesive = data.observed().map(|[adhesive, _]| adhesive);
-    let node_um2 = um2 / (data.adhesive.nx * data.adhesive.ny) as f64;
-    let size_exponent = adhesive.and_then(|o| size_exponent(o, SMALLEST_NODES * node_um2 / um2));
-    let median = adhesive.and_then(|o| o.median_cluster_area).map(|a| a * um2);
+    let node_um2 = data.length_um * data.length_um / (data.adhesive.nx * data.adhesive.ny) as f64;
+    let size_exponent = adhesive.and_then(|o| size_exponent(o, SMALLEST_NODES * node_um2 / UM2));
+    let median = adhesive.and_then(|o| o.median_cluster_area).map(|a| a * UM2);
     let fifth =
-        adhesive.map(|o| o.patch_area.iter().take_while(|[a, _]| a * um2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
-    let compressive = adhesive.and_then(|o| o.compressive?.median_cluster_area).map(|a| a * um2);
+        adhesive.map(|o| o.patch_area.iter().take_while(|[a, _]| a * UM2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
+    let compressive = adhesive.and_then(|o| o.compressive?.median_cluster_area).map(|a| a * UM2);
     let spacing = node_um2.sqrt();
     let s16 = Statement::new("S16", "most probable cluster", "nm²");
     vec![
@@ -45,35 +46,36 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             let largest = adhesive.and_then(|o| most_probable(&o.patch_density));
             data.of_both(s16, |item| {
                 item.within(
-                    largest.map(|[a, _]| a * um2 * 1e6),
+                    largest.map(|[a, _]| a * UM2 * 1e6),
                     316.0,
                     [100.0, 1000.0],
                     "the paper names 100 and 1000 nm²",
                 )
-                .with_error(largest.map(|[_, error]| error * um2 * 1e6))
+                .with_error(largest.map(|[_, error]| error * UM2 * 1e6))
             })
         },
         data.of_both(
             Statement::new("S17a", "median cluster: half of the contact is in clusters up to it", "µm²"),
             |item| {
-                let error = adhesive
-                    .zip(median)
-                    .and_then(|(o, m)| Some(median_counting_error(&o.patch_area, o.gap.delta, m / um2)? * um2));
+                let error = adhesive.zip(median).and_then(|(o, m)| {
+                    Some(median_counting_error(&o.patch_area, data.counted_area(o)?, m / UM2)? * UM2)
+                });
                 item.within(median, 3.0, [2.0, 4.5], "a factor of 1.5").with_error(error)
             },
         ),
         data.of_both(Statement::new("S17b", "contact in clusters up to 1 µm²", "1"), |item| {
-            let error = adhesive.and_then(|o| share_counting_error(&o.patch_area, o.gap.delta, FIFTH_UM2 / um2));
+            let error =
+                adhesive.and_then(|o| share_counting_error(&o.patch_area, data.counted_area(o)?, FIFTH_UM2 / UM2));
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load").with_error(error)
         }),
         data.of_both(Statement::new("S18", "median cluster where contact is compression", "µm²"), |item| {
-            let error = adhesive.and_then(|o| o.compressive?.median_cluster_area_error).map(|e| e * um2);
+            let error = adhesive.and_then(|o| o.compressive?.median_cluster_area_error).map(|e| e * UM2);
             item.within(compressive, 1.0, [0.5, 2.0], "a third of the other, to a factor of two").with_error(error)
         }),
     ]
 }
 
-/// Line of the number density of clusters in logarithms, fitted from the area `smallest_area` (units of L²) to the
+/// Line of the number density of clusters in logarithms, fitted from the area `smallest_area` (m²) to the
 /// median one.
 fn size_exponent(o: &Observed, smallest_area: f64) -> Option<LineFit> {
     let largest = o.median_cluster_area?;

@@ -5,6 +5,9 @@ use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::FIRST_TOUCH;
 use asperity_contact::quantity::Quantity;
 
+/// Micrometres of a metre.
+const UM: f64 = 1e6;
+
 /// Mean gap at the reference load, µm, and three standard deviations: 100 realisations by independent code,
 /// scripts/challenge-ranges.py.
 const MEAN_GAP: [f64; 2] = [1.04, 0.154];
@@ -32,13 +35,15 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
 
 fn at_reference_load(data: &ChallengeData) -> [AcceptanceCheck; 2] {
     let state = reference(data.plain);
+    let mean_gap = state.and_then(|s| s.mean_gap).map(|gap| gap * UM);
+    let unit = data.modulus_pa / (data.length_um / UM);
     [
         Statement::new("A01", "mean gap at the reference load, without adhesion", "µm")
-            .near(state.map(|s| s.mean_gap * data.length_um), MEAN_GAP[0], MEAN_GAP[1], OTHER_SURFACES)
-            .with_error(state.and_then(|s| Some(uncertainty(s, Quantity::MeanGap)? * s.mean_gap * data.length_um))),
+            .near(mean_gap, MEAN_GAP[0], MEAN_GAP[1], OTHER_SURFACES)
+            .with_error(mean_gap.and_then(|gap| Some(uncertainty(state?, Quantity::MeanGap)? * gap))),
         Statement::new("A02", "contact stiffness at the reference load, without adhesion", "E* ḡ/L")
-            .near(state.and_then(|s| s.numbers.stiffness), STIFFNESS[0], STIFFNESS[1], OTHER_SURFACES)
-            .with_error(state.and_then(|s| s.numbers.stiffness_error)),
+            .near(state.and_then(|s| s.stiffness).map(|k| k / unit), STIFFNESS[0], STIFFNESS[1], OTHER_SURFACES)
+            .with_error(state.and_then(|s| s.stiffness_error).map(|e| e / unit)),
     ]
 }
 
@@ -47,9 +52,9 @@ fn over_load(data: &ChallengeData) -> [AcceptanceCheck; 3] {
     let results = if data.unresolved.is_none() { data.adhesive } else { data.plain };
     // None if the loads do not extend over the range.
     let points = |span: &std::ops::Range<f64>, value: fn(f64, f64) -> (f64, f64)| -> Vec<(f64, f64)> {
-        let loads = ChallengeData::loading(results).map(|s| s.numbers.p_star);
-        let states = ChallengeData::loading(results).filter(|s| span.contains(&s.numbers.p_star) && s.mean_gap > 0.0);
-        let points = states.map(|s| value(s.numbers.p_star, s.mean_gap * data.length_um));
+        let loads = results.loading().map(|s| s.p_star);
+        let gaps = results.loading().filter_map(|s| Some((s.p_star, s.mean_gap.filter(|gap| *gap > 0.0)?)));
+        let points = gaps.filter(|(p, _)| span.contains(p)).map(|(p, gap)| value(p, gap * UM));
         if cover(loads, [span.start, 0.99 * span.end]) { points.collect() } else { Vec::new() }
     };
     let exponential = line(&points(&EXPONENTIAL, |p, u| (p, u.ln())));
@@ -88,11 +93,10 @@ fn first_touch(data: &ChallengeData) -> AcceptanceCheck {
 
 /// Distributions of the gaps, with adhesion against without.
 fn distributions(data: &ChallengeData) -> [AcceptanceCheck; 2] {
-    let um = data.length_um;
-    let pair = data.observed().map(|pair| pair.map(|o| &o.gap_logarithmic));
+    let pair = data.observed().and_then(|[a, b]| Some([a.gap_logarithmic.as_ref()?, b.gap_logarithmic.as_ref()?]));
     let far = pair.map(|[with, without]| {
-        let (shares, edges) = ((share_below(with, FAR_UM / um), share_below(without, FAR_UM / um)), &without.edges);
-        let beyond = edges.iter().filter(|e| **e * um > FAR_UM);
+        let (shares, edges) = ((share_below(with, FAR_UM / UM), share_below(without, FAR_UM / UM)), &without.edges);
+        let beyond = edges.iter().filter(|e| **e * UM > FAR_UM);
         let difference = |x: f64| ((share_below(with, x) - shares.0) - (share_below(without, x) - shares.1)).abs();
         beyond.map(|e| difference(*e)).fold(0.0, f64::max)
     });
@@ -106,7 +110,7 @@ fn distributions(data: &ChallengeData) -> [AcceptanceCheck; 2] {
         }),
         data.of_adhesion(Statement::new("S21b", "gaps below the range ρ, with adhesion over without", "1"), |item| {
             // The smallest gaps are at the edges of the clusters, which are independent.
-            let clusters = reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
+            let clusters = reference(data.adhesive).and_then(|s| s.patches).filter(|n| *n > 0);
             let error = near.zip(clusters).map(|(fraction, n)| fraction * (2.0 / n as f64).sqrt());
             item.within(near, 0.0, [0.0, 1.0], "adhesion suppresses the smallest gaps").with_error(error)
         }),

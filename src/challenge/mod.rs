@@ -13,12 +13,12 @@ mod stress;
 mod tests;
 
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
-use crate::record::results::Results;
+use crate::record::results::{Results, ScalesSi};
 use crate::scene::REFERENCE_LOAD;
-use asperity_contact::load::Branch;
 use asperity_contact::observe::Distribution;
 use asperity_contact::quantity::Quantity;
-use asperity_contact::results::{ContinuumResults, Observed, StateResults};
+use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::{Observed, State};
 
 /// Largest dx γ/(ρ² E*) at which the stiffness of adhesion is at most that of the stiffest wave of the grid along an
 /// axis.
@@ -75,8 +75,8 @@ pub fn assess(results: &Results) -> Vec<AcceptanceCheck> {
 }
 
 /// The state at the challenge's reference load on the loading branch.
-pub fn reference(c: &ContinuumResults) -> Option<&StateResults> {
-    ChallengeData::loading(c).find(|s| (s.numbers.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
+pub fn reference(c: &ContinuumResults) -> Option<&State> {
+    c.loading().find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
 }
 
 /// Results of a run, for the evaluation of the statements.
@@ -88,7 +88,9 @@ struct ChallengeData<'a> {
     /// Results without adhesion.
     plain: &'a ContinuumResults,
     length_um: f64,
-    /// dx γ/(ρ² E*) for the requested range and the one used.
+    modulus_pa: f64,
+    /// Range of the adhesion over L, requested and used, and dx γ/(ρ² E*) for the two.
+    ranges: [f64; 2],
     mesh: [f64; 2],
 }
 
@@ -97,7 +99,9 @@ impl<'a> ChallengeData<'a> {
         let (adhesive, plain) = (results.continuum.as_ref()?, results.non_adhesive.as_ref()?);
         let range = adhesive.range?;
         let dx = 1.0 / adhesive.nx as f64;
-        let mesh = [range.requested, range.used].map(|rho| dx * setting::GAMMA / (rho * rho));
+        let ScalesSi { length_m, modulus_pa } = results.scales;
+        let ranges = [range.requested, range.used].map(|rho| rho / length_m);
+        let mesh = ranges.map(|rho| dx * setting::GAMMA / (rho * rho));
         let unresolved = (mesh[1] > MESH_LIMIT).then(|| {
             format!(
                 "the grid pins contact lines: dx γ/(ρ² E*) = {:.1}, at most π/2 would do; `--regularise` gives the grid a range \
@@ -105,8 +109,8 @@ impl<'a> ChallengeData<'a> {
                 mesh[1]
             )
         });
-        let length_um = results.scales.length_m * 1e6;
-        Some(ChallengeData { results, adhesive, unresolved, plain, length_um, mesh })
+        let length_um = length_m * 1e6;
+        Some(ChallengeData { results, adhesive, unresolved, plain, length_um, modulus_pa, ranges, mesh })
     }
 
     /// Whether the surface was read from a file, as the challenge's own surface is.
@@ -114,21 +118,27 @@ impl<'a> ChallengeData<'a> {
         self.results.surface.psd.iter().all(|p| p.expected.is_none())
     }
 
-    /// The states of the loading branch.
-    fn loading(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
-        c.states.iter().filter(|s| s.branch == Branch::Loading)
-    }
-
     /// States of the loading branch with enough contact nodes.
-    fn touching(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
+    fn touching(c: &ContinuumResults) -> impl Iterator<Item = &State> {
         let nodes = (c.nx * c.ny) as f64;
-        Self::loading(c).filter(move |s| s.contact_nodes * nodes >= ENOUGH_NODES && s.numbers.contact_area > 0.0)
+        c.loading().filter(move |s| s.contact_nodes.is_some_and(|n| n * nodes >= ENOUGH_NODES) && s.contact_area > 0.0)
     }
 
     /// Observables at the reference load, with and without adhesion.
     fn observed(&self) -> Option<[&Observed; 2]> {
         let value_of = |c| reference(c)?.observed.as_ref();
         Some([value_of(self.adhesive)?, value_of(self.plain)?])
+    }
+
+    /// Contact nodes of a state on the challenge's square cell, m².
+    fn counted_area(&self, o: &Observed) -> Option<f64> {
+        let length_m = self.results.scales.length_m;
+        Some(o.gap.as_ref()?.delta * length_m * length_m)
+    }
+
+    /// Pascals of the largest adhesive stress γ/ρ of the range used.
+    fn adhesive_stress(&self) -> f64 {
+        setting::GAMMA / self.ranges[1] * self.modulus_pa
     }
 
     /// Checks a statement about adhesion if the grid resolves it; otherwise the value is only reported.
@@ -142,13 +152,13 @@ impl<'a> ChallengeData<'a> {
     /// Marks a check of results with adhesion if the range used exceeds the challenge's; the reason then states the Tabor
     /// parameter.
     fn at_range(&self, check: AcceptanceCheck) -> AcceptanceCheck {
-        match self.adhesive.range.filter(|r| r.used > r.requested) {
-            Some(r) => AcceptanceCheck {
-                reason: format!("{}; at Tabor parameter {:.2}", check.reason, setting::tabor(r.used)),
+        match self.ranges {
+            [requested, used] if used > requested => AcceptanceCheck {
+                reason: format!("{}; at Tabor parameter {:.2}", check.reason, setting::tabor(used)),
                 scope: CheckScope::LongerRange,
                 ..check
             },
-            None => check,
+            _ => check,
         }
     }
 
@@ -176,7 +186,7 @@ fn reported(check: AcceptanceCheck, reason: &str) -> AcceptanceCheck {
 }
 
 /// Relative uncertainty of a quantity at a load: the sum of the known components; `None` if none is known.
-fn uncertainty(state: &StateResults, quantity: Quantity) -> Option<f64> {
+fn uncertainty(state: &State, quantity: Quantity) -> Option<f64> {
     let known = state.uncertainty.iter().filter(|u| u.quantity == quantity).filter_map(|u| u.relative);
     known.fold(None, |sum, r| Some(sum.unwrap_or(0.0) + r))
 }

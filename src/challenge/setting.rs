@@ -80,26 +80,25 @@ pub(super) fn tabor(rho: f64) -> f64 {
 
 pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let mut list = vec![mesh(data)];
-    let range = data.adhesive.range.as_ref().map(|r| [r.requested, r.used]);
+    let [requested, used] = data.ranges;
     list.push(Statement::new("S01", "Tabor parameter", "1").near(
-        range.map(|r| tabor(r[0])),
+        Some(tabor(requested)),
         3.0007,
         1e-3,
-        range.map_or(String::new(), |r| format!("at the range used on this grid: {:.2}", tabor(r[1]))),
+        format!("at the range used on this grid: {:.2}", tabor(used)),
     ));
-    let modulus = data.results.scales.modulus_pa;
-    let pressure = reference(data.adhesive).map(|s| s.numbers.pressure * modulus * 1e-3);
+    let pressure = reference(data.adhesive).map(|s| s.pressure * 1e-3);
     list.push(Statement::new("S02", "pressure at the reference load p* = 0.01", "kPa").near(
         pressure,
-        modulus * REFERENCE_LOAD * 1e-3,
+        data.modulus_pa * REFERENCE_LOAD * 1e-3,
         250.0 * 1e-6,
         "E* ḡ p*",
     ));
     list.push(Statement::new("S03", "largest adhesive stress γ/ρ", "E* ḡ").near(
-        range.map(|r| GAMMA / r[0]),
+        Some(GAMMA / requested),
         0.96572,
         1e-4,
-        range.map_or(String::new(), |r| format!("at the range used on this grid: {:.4}", GAMMA / r[1])),
+        format!("at the range used on this grid: {:.4}", GAMMA / used),
     ));
     list.extend(HEIGHTS.iter().map(|of| heights(data, of)));
     list.push(hurst(data));

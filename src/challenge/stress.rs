@@ -3,7 +3,7 @@
 use super::{ChallengeData, Statement, reference, share_below};
 use crate::record::acceptance::AcceptanceCheck;
 use asperity_contact::observe::{Distribution, effective_clusters};
-use asperity_contact::results::Observed;
+use asperity_contact::state::{Observed, State};
 use libm::erf;
 
 /// Error of nodal stresses at a residual of 1e-4 of the pressure, over γ/ρ.
@@ -16,31 +16,31 @@ const CLOSE: f64 = 0.1;
 const TENSILE_SHARE: [f64; 2] = [10.0, 200.0 / 3.0];
 
 pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
-    let pull = data.adhesive.range.map(|r| super::setting::GAMMA / r.used);
+    let pull = data.adhesive_stress();
     let observed = data.observed();
     // The histogram starts at the largest tension. At loads above the reference load the residual, proportional to the
     // pressure, exceeds the tension.
-    let tension = observed.and_then(|[adhesive, _]| adhesive.stress.edges.first().copied());
+    let tension = observed.and_then(|[adhesive, _]| adhesive.stress.as_ref()?.edges.first().copied());
+    let contact_stress = observed.and_then(|[a, b]| Some([a.contact_stress.as_ref()?, b.contact_stress.as_ref()?]));
     let reference = reference(data.plain);
-    let form =
-        reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.numbers.pressure, &plain.contact_stress));
+    let form = reference.zip(contact_stress).map(|(s, [_, plain])| persson_distance(s.pressure, plain));
     // Stresses within a cluster are correlated: the independent ones are as many as equal clusters.
-    let independent = observed.and_then(|[_, plain]| effective_clusters(&plain.patch_area, plain.gap.delta));
+    let independent = observed.and_then(|[_, plain]| effective_clusters(&plain.patch_area, data.counted_area(plain)?));
     let form_error = form.zip(independent).map(|([_, fraction], n)| (fraction * (1.0 - fraction) / n).sqrt());
-    let second = data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
-    let difference =
-        second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
+    let second =
+        data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref()?.contact_stress.as_ref());
+    let difference = second.zip(contact_stress).map(|(second, [_, plain])| distance(second, plain));
     // The clusters are independent, their nodes are not.
-    let clusters = super::reference(data.adhesive).and_then(|s| s.numbers.patches).filter(|n| *n > 0);
+    let clusters = super::reference(data.adhesive).and_then(|s| s.patches).filter(|n| *n > 0);
     let s24 =
         Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of fractions", "1");
     vec![
         data.at_range(Statement::new("S14", "largest tension at the reference load, over γ/ρ", "1").within(
-            tension.zip(pull).map(|(t, p)| -t / p),
+            tension.map(|t| -t / pull),
             1.0,
             [0.0, 1.0 + TENSION_TOLERANCE],
             "a bound: the wall is purely repulsive",
-        ).with_error(super::reference(data.adhesive).zip(pull).map(|(s, p)| s.residual * s.numbers.pressure / p))),
+        ).with_error(super::reference(data.adhesive).and_then(|s| Some(s.residual? * s.pressure / pull)))),
         data.of_roughness(
             Statement::new(
                 "S22",
@@ -60,7 +60,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         data.of_adhesion(
             Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"),
             |item| {
-                let fraction = observed.and_then(|[adhesive, _]| under_tension(adhesive));
+                let fraction = super::reference(data.adhesive).and_then(under_tension);
                 let error = fraction.zip(clusters).map(|(f, n)| (f * (100.0 - f) / n as f64).sqrt());
                 item.within(
                     fraction,
@@ -87,15 +87,16 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     ]
 }
 
-fn under_tension(o: &Observed) -> Option<f64> {
-    let compressive = o.compressive?;
-    (o.gap.delta > 0.0).then(|| 100.0 * (1.0 - compressive.contact_nodes / o.gap.delta))
+fn under_tension(s: &State) -> Option<f64> {
+    let (compressive, contact) = (s.contact_nodes_compressive?, s.observed.as_ref()?.gap.as_ref()?.delta);
+    (contact > 0.0).then(|| 100.0 * (1.0 - compressive / contact))
 }
 
 /// Density of tension outside contact in the last bin below zero stress, over that at half of the largest tension.
 fn peak(o: &Observed) -> Option<f64> {
-    let edges = &o.stress.edges;
-    let outside = |i: usize| (o.stress.fractions[i] - o.contact_stress.fractions[i]) / (edges[i + 1] - edges[i]);
+    let (stress, contact) = (o.stress.as_ref()?, o.contact_stress.as_ref()?);
+    let edges = &stress.edges;
+    let outside = |i: usize| (stress.fractions[i] - contact.fractions[i]) / (edges[i + 1] - edges[i]);
     let bin = |x: f64| (0..edges.len() - 1).find(|&i| edges[i + 1] >= x);
     // The last bin without compression.
     let zero = edges.iter().rposition(|e| *e <= 0.0)?.checked_sub(1)?;

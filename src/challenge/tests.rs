@@ -6,15 +6,18 @@ use super::*;
 use crate::record::results::{
     CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, ScalesSi, SurfaceResults, SurfaceStatistic,
 };
-use asperity_contact::results::{Compressive, RangeResults};
-use asperity_contact::state_numbers::StateNumbers;
+use asperity_contact::results::RangeResults;
+use asperity_contact::state::Compressive;
 use std::f64::consts::PI;
 
 /// Loads p* of configs/challenge.toml.
 const LOADS: [f64; 12] = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.14, 0.2, 0.4, 0.7, 1.0];
 /// Length of the cell, µm.
 const UM: f64 = 100.0;
-/// γ/ρ of the challenge.
+/// The same in m, and E* in Pa: units of the results.
+const LENGTH: f64 = 1e-4;
+const MODULUS: f64 = 25e6;
+/// γ/ρ of the challenge, E*.
 const PULL: f64 = 2e-5 / 2.071e-5;
 
 /// Mean gap of the paper, µm: exponential in the load at high loads, logarithmic below.
@@ -50,23 +53,19 @@ fn observed(area: f64, adhesive: bool) -> Observed {
     let cumulative = |a: f64| if a <= 3.0 { 0.5 * (a / 3.0).powf(0.83) } else { 1.0 - 0.5 * (3.0 / a) };
     Observed {
         mean_contact_pressure: Some(0.5),
-        gap: linear.clone(),
-        gap_logarithmic: linear,
-        stress,
-        contact_stress,
+        gap: Some(linear.clone()),
+        gap_logarithmic: Some(linear),
+        stress: Some(stress),
+        contact_stress: Some(contact_stress),
         patch_density: sizes.iter().map(|a| [a / um2, a.powf(SIZE_EXPONENT) * um2, 100.0]).collect(),
         patch_area: sizes.iter().map(|&a| [a / um2, cumulative(a)]).collect(),
         median_cluster_area: Some(3.0 / um2),
-        compressive: Some(Compressive {
-            contact_nodes: 0.6 * area,
+        compressive: adhesive.then_some(Compressive {
             patches: 10,
             median_cluster_area: Some(1.0 / um2),
             median_cluster_area_error: Some(0.1 / um2),
         }),
-        constriction_conductance: 1.0,
-        hydraulic_gap: 1e-3,
-        contact_percolates: [false; 2],
-        gap_percolates: [true; 2],
+        ..Observed::default()
     }
 }
 
@@ -74,48 +73,21 @@ fn solved(adhesive: bool) -> ContinuumResults {
     let states = LOADS.map(|p| {
         let plain = libm::erf(PI.sqrt() * p);
         let area = if adhesive { (1.5 * plain).min(1.0) } else { plain };
-        StateResults {
-            plasticity: None,
-            plastic_map: None,
-            subsurface: None,
-            numbers: StateNumbers {
-                index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
-                p_star: p,
-                pressure: p,
-                contact_area: area,
-                contact_area_error: None,
-                patches: Some(3000),
-                load_error: 0.0,
-                stop: asperity_contact::load::Stop::Converged,
-                iterations: 1,
-                fft_pairs: 1.0,
-                seconds: 1.0,
-                displacement: None,
-                stiffness_error: None,
-                stiffness: Some(2.785),
-                gap_map: None,
-                stress_map: None,
-            },
-            criterion: "zero gap".into(),
-            contact_nodes: area,
-            mean_gap_error: None,
-            elastic_energy: 0.0,
-            mean_gap: mean_gap_um(p) / UM,
-            uncertainty: Vec::new(),
-            energy: 0.0,
-            interaction_energy: 0.0,
-            residual: 0.0,
-            complementarity: 0.0,
-            branch: Branch::Loading,
-            energy_error_estimate: None,
-            area_error_estimate: None,
-            mean_gap_error_estimate: None,
-            discretisation: None,
-            extrapolated: None,
-            hysteresis: None,
+        let state = State {
+            index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
+            p_star: p,
+            pressure: p,
+            contact_area: area,
+            contact_nodes: Some(area),
+            contact_nodes_compressive: adhesive.then_some(0.6 * area),
+            patches: Some(3000),
+            mean_gap: Some(mean_gap_um(p) / UM),
+            stiffness: Some(2.785),
+            residual: Some(0.0),
             observed: Some(observed(area, adhesive)),
-            leakage: None,
-        }
+            ..State::default()
+        };
+        state.in_units(LENGTH, MODULUS)
     });
     let rho = 2.071e-5;
     let range =
@@ -129,7 +101,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
         wall: "hard wall".into(),
         nx: 1 << 15,
         ny: 1 << 15,
-        range: adhesive.then_some(range),
+        range: adhesive.then_some(range.in_units(LENGTH, MODULUS)),
         resolved_gradient: Some(1.0),
         states: states.into(),
         dissipation: None,
@@ -156,7 +128,7 @@ fn agreeing() -> Results {
         schema: 1,
         name: String::new(),
         description: String::new(),
-        scales: ScalesSi { length_m: 1e-4, modulus_pa: 25e6 },
+        scales: ScalesSi { length_m: LENGTH, modulus_pa: MODULUS },
         surface: SurfaceResults {
             origin: String::new(),
             provenance: None,
@@ -211,7 +183,7 @@ fn results_that_agree_with_the_paper_pass() {
 fn statements_at_a_longer_range_are_separate() {
     let mut longer = agreeing();
     with(&mut longer).range.as_mut().unwrap().used *= 6.7;
-    seen(with(&mut longer)).stress.edges[0] /= 6.7; // The largest tension is γ/ρ.
+    of(&mut seen(with(&mut longer)).stress).edges[0] /= 6.7; // The largest tension is γ/ρ.
     let of_adhesion = [
         "S05", "S06", "S08", "S10", "S11a", "S11b", "S12", "S14", "S15", "S16", "S17a", "S17b", "S18", "S21a", "S21b",
         "S23a", "S23b",
@@ -219,7 +191,7 @@ fn statements_at_a_longer_range_are_separate() {
     for j in assess(&longer) {
         assert_eq!(j.scope == CheckScope::LongerRange, of_adhesion.contains(&j.id.as_str()), "{j:?}");
     }
-    seen(with(&mut longer)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-4);
+    seen(with(&mut longer)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-12);
     let list = assess(&longer);
     assert!(
         !has_failed(&list) && summary(&list).contains("with the longer range of adhesion: 1"),
@@ -228,7 +200,7 @@ fn statements_at_a_longer_range_are_separate() {
     );
     assert!(summary(&list).contains("fail (S18"), "{}", summary(&list));
     let mut own = agreeing();
-    seen(with(&mut own)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-4);
+    seen(with(&mut own)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-12);
     assert!(has_failed(&assess(&own)));
 }
 
@@ -242,27 +214,36 @@ fn without(r: &mut Results) -> &mut ContinuumResults {
     r.non_adhesive.as_mut().expect("made up")
 }
 
-fn at(c: &mut ContinuumResults, p: f64) -> &mut StateResults {
-    c.states.iter_mut().find(|s| s.numbers.p_star == p).expect("one of the loads")
+fn at(c: &mut ContinuumResults, p: f64) -> &mut State {
+    c.states.iter_mut().find(|s| s.p_star == p).expect("one of the loads")
 }
 
 fn seen(c: &mut ContinuumResults) -> &mut Observed {
     at(c, 0.01).observed.as_mut().expect("made up")
 }
 
+fn widen(s: &mut State, factor: f64) {
+    s.mean_gap = s.mean_gap.map(|gap| factor * gap);
+}
+
+/// A distribution that every state of these has.
+fn of(d: &mut Option<Distribution>) -> &mut Distribution {
+    d.as_mut().expect("made up")
+}
+
 fn grow(c: &mut ContinuumResults, factor: f64) {
-    c.states.iter_mut().for_each(|s| s.numbers.contact_area *= factor);
+    c.states.iter_mut().for_each(|s| s.contact_area *= factor);
 }
 
 fn steepen(r: &mut Results, slope: f64) {
-    with(r).states.iter_mut().for_each(|s| s.mean_gap *= (-slope * s.numbers.p_star).exp());
+    with(r).states.iter_mut().for_each(|s| widen(s, (-slope * s.p_star).exp()));
 }
 
 #[test]
 fn one_number_changed_fails_a_statement() {
     let changes: &[(&str, Change)] = &[
         ("S01", |r| with(r).range.as_mut().unwrap().requested *= 1.001),
-        ("S02", |r| at(with(r), 0.01).numbers.pressure *= 1.00001),
+        ("S02", |r| at(with(r), 0.01).pressure *= 1.00001),
         ("S03", |r| with(r).range.as_mut().unwrap().requested *= 0.999),
         ("S04a", |r| r.surface.statistics[0].realised += 0.001),
         // The tolerance includes the sampling between nodes, 0.06 nm here.
@@ -270,45 +251,45 @@ fn one_number_changed_fails_a_statement() {
         ("S04c", |r| r.surface.statistics[2].realised += 0.001),
         ("S04d", |r| r.surface.statistics[3].realised += 0.6),
         ("S05", |r| grow(with(r), 1.15)),
-        ("S06", |r| at(with(r), 0.01).numbers.contact_area = 0.036),
-        ("S07a", |r| at(without(r), 5e-3).numbers.contact_area *= 1.25),
-        ("S07b", |r| at(without(r), 0.4).numbers.contact_area *= 0.75),
-        ("S08", |r| at(with(r), 0.1).numbers.contact_area *= 0.6),
-        ("S09", |r| at(without(r), 2e-3).numbers.contact_area *= 1.25),
-        ("S10", |r| at(with(r), 1e-3).numbers.contact_area *= 1.6),
-        ("A01", |r| at(without(r), 0.01).mean_gap *= 1.17),
-        ("A02", |r| at(without(r), 0.01).numbers.stiffness = Some(3.5)),
+        ("S06", |r| at(with(r), 0.01).contact_area = 0.036),
+        ("S07a", |r| at(without(r), 5e-3).contact_area *= 1.25),
+        ("S07b", |r| at(without(r), 0.4).contact_area *= 0.75),
+        ("S08", |r| at(with(r), 0.1).contact_area *= 0.6),
+        ("S09", |r| at(without(r), 2e-3).contact_area *= 1.25),
+        ("S10", |r| at(with(r), 1e-3).contact_area *= 1.6),
+        ("A01", |r| widen(at(without(r), 0.01), 1.17)),
+        ("A02", |r| at(without(r), 0.01).stiffness = Some(3.5 * MODULUS / LENGTH)),
         ("A03", |r| r.surface.psd.iter_mut().for_each(|p| p.realised *= p.mode.powf(0.2))),
         ("S11a", |r| steepen(r, 1.1)),
-        ("S11b", |r| with(r).states.iter_mut().for_each(|s| s.mean_gap *= 1.6)),
-        ("S12", |r| at(with(r), 0.02).mean_gap *= 1.6),
+        ("S11b", |r| with(r).states.iter_mut().for_each(|s| widen(s, 1.6))),
+        ("S12", |r| widen(at(with(r), 0.02), 1.6)),
         ("S13", |r| r.surface.statistics[1].realised += 0.001),
-        ("S14", |r| seen(with(r)).stress.edges[0] *= 1.02),
+        ("S14", |r| of(&mut seen(with(r)).stress).edges[0] *= 1.02),
         ("S15", |r| seen(with(r)).patch_density.iter_mut().for_each(|[a, d, _]| *d *= a.powf(-0.2))),
         ("S16", |r| seen(with(r)).patch_density.iter_mut().for_each(|[_, d, _]| *d = d.recip())),
-        ("S17a", |r| seen(with(r)).median_cluster_area = Some(5e-4)),
+        ("S17a", |r| seen(with(r)).median_cluster_area = Some(5e-12)),
         ("S17b", |r| seen(with(r)).patch_area.iter_mut().for_each(|[_, fraction]| *fraction *= 0.5)),
-        ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-4)),
+        ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-12)),
         ("S21a", |r| {
             // Moves a tenth of the gaps from large to small values.
-            let d = &mut seen(with(r)).gap_logarithmic;
-            let far = d.edges.iter().position(|e| *e > 0.01).unwrap();
+            let d = of(&mut seen(with(r)).gap_logarithmic);
+            let far = d.edges.iter().position(|e| *e > 1e-6).unwrap();
             d.fractions[far] += 0.1;
             d.fractions[far + 60] -= 0.1;
         }),
-        ("S21b", |r| seen(with(r)).gap_logarithmic.fractions[0] *= 3.0),
+        ("S21b", |r| of(&mut seen(with(r)).gap_logarithmic).fractions[0] *= 3.0),
         ("S22", |r| {
-            seen(without(r)).contact_stress.fractions.rotate_right(12);
+            of(&mut seen(without(r)).contact_stress).fractions.rotate_right(12);
         }),
-        ("S23a", |r| seen(with(r)).compressive.as_mut().unwrap().contact_nodes = 0.0),
+        ("S23a", |r| at(with(r), 0.01).contact_nodes_compressive = Some(0.0)),
         ("S23b", |r| {
-            let o = seen(with(r));
-            let zero = o.stress.edges.iter().rposition(|e| *e <= 0.0).unwrap();
-            o.stress.fractions[zero - 1] = 1e-9;
+            let stress = of(&mut seen(with(r)).stress);
+            let zero = stress.edges.iter().rposition(|e| *e <= 0.0).unwrap();
+            stress.fractions[zero - 1] = 1e-9;
         }),
         ("S24", |r| {
             let o = r.cross_check.as_mut().unwrap().states[0].observed.as_mut().unwrap();
-            o.contact_stress.fractions.rotate_right(12);
+            of(&mut o.contact_stress).fractions.rotate_right(12);
         }),
     ];
     for (id, change) in changes {
@@ -378,15 +359,15 @@ fn accepted_ranges_are_those_of_the_documents() {
 
 /// Moves a fraction of the gaps with adhesion from one bin to another; bins are 25 nm wide.
 fn move_gaps(r: &mut Results, from: usize, to: usize, fraction: f64) {
-    let d = &mut seen(with(r)).gap_logarithmic;
+    let d = of(&mut seen(with(r)).gap_logarithmic);
     d.fractions[from] -= fraction;
     d.fractions[to] += fraction;
 }
 
 /// Adds clusters of an area (µm²) with a density that is a millionth of that of the power law.
 fn sparse_clusters(r: &mut Results, um2: f64, clusters: f64) {
-    let density = 1e-6 * um2.powf(SIZE_EXPONENT) * UM * UM;
-    seen(with(r)).patch_density.push([um2 / (UM * UM), density, clusters]);
+    let density = 1e-6 * um2.powf(SIZE_EXPONENT) * 1e12;
+    seen(with(r)).patch_density.push([um2 * 1e-12, density, clusters]);
 }
 
 /// Each statement uses the loads, gaps and clusters that it names: a change outside leaves it passing, the same change
@@ -402,7 +383,7 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
             "S07b",
             |r| {
                 area_of(without(r), 1.0, 0.75);
-                at(without(r), 1.0).numbers.p_star = 1.01;
+                at(without(r), 1.0).p_star = 1.01;
             },
             |r| area_of(without(r), 1.0, 0.75),
         ),
@@ -416,10 +397,10 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
         ("S08", |r| area_of(with(r), 0.14, 0.6), |r| area_of(with(r), 0.1, 0.6)),
         ("S08", |r| area_of(with(r), 0.14, 2.0), |r| area_of(with(r), 1e-3, 2.0)),
         // From p* = 0.137 on.
-        ("S11a", |r| at(with(r), 0.1).mean_gap *= 20.0, |r| at(with(r), 0.14).mean_gap *= 20.0),
-        ("S11b", |r| at(with(r), 0.1).mean_gap *= 20.0, |r| at(with(r), 0.14).mean_gap *= 20.0),
+        ("S11a", |r| widen(at(with(r), 0.1), 20.0), |r| widen(at(with(r), 0.14), 20.0)),
+        ("S11b", |r| widen(at(with(r), 0.1), 20.0), |r| widen(at(with(r), 0.14), 20.0)),
         // Up to p* = 0.1.
-        ("S12", |r| at(with(r), 0.14).mean_gap *= 3.0, |r| at(with(r), 0.1).mean_gap *= 3.0),
+        ("S12", |r| widen(at(with(r), 0.14), 3.0), |r| widen(at(with(r), 0.1), 3.0)),
         // From 16 nodes (1.5e-4 µm²) to the median cluster of 3 µm², bins of five clusters and more.
         ("S15", |r| sparse_clusters(r, 1.4e-4, 100.0), |r| sparse_clusters(r, 1.6e-4, 100.0)),
         ("S15", |r| sparse_clusters(r, 3.1, 100.0), |r| sparse_clusters(r, 2.9, 100.0)),
@@ -427,8 +408,8 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
         // Clusters up to 1 µm².
         (
             "S17b",
-            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * UM * UM > 1.0).for_each(|a| a[1] = 1.0),
-            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * UM * UM > 0.7).for_each(|a| a[1] = 0.3),
+            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * 1e12 > 1.0).for_each(|a| a[1] = 1.0),
+            |r| seen(with(r)).patch_area.iter_mut().filter(|a| a[0] * 1e12 > 0.7).for_each(|a| a[1] = 0.3),
         ),
         // Gaps above 0.1 µm, the edge of the fourth bin.
         ("S21a", |r| move_gaps(r, 3, 1, 0.06), |r| move_gaps(r, 7, 5, 0.06)),
@@ -444,7 +425,7 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
 }
 
 fn area_of(c: &mut ContinuumResults, p: f64, factor: f64) {
-    at(c, p).numbers.contact_area *= factor;
+    at(c, p).contact_area *= factor;
 }
 
 /// Between nodes 49 nm apart an extremum of radius 40 nm is up to 14.9 nm higher than the highest node.

@@ -2,13 +2,14 @@
 
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::methods::MethodResults;
-use crate::record::results::{Overlap, Results, SurfaceStatistic};
+use crate::record::results::{Overlap, Results, ScalesSi, SurfaceStatistic};
 use crate::report::hysteresis::hysteresis_sentence;
-use crate::report::number::{change, duration, percent, si, significant, trimmed};
+use crate::report::number::{change, duration, percent, significant, trimmed};
 use crate::{Error, Result};
 use asperity_atoms::results::{AtomState, AtomsResults, AuditLine};
 use asperity_contact::load::Branch;
 use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::State;
 use comfy_table::Table;
 use serde::Serialize;
 use std::borrow::Cow;
@@ -17,6 +18,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Micrometres of a metre.
+const UM: f64 = 1e6;
 
 /// The first failure to write stdout.
 static FAILURE: Mutex<Option<std::io::Error>> = Mutex::new(None);
@@ -145,21 +149,19 @@ pub fn audit(lines: &[AuditLine]) -> String {
 /// Summary of a run: loads, areas, gaps, and atoms against continuum.
 pub fn results(results: &Results) {
     if let Some(c) = &results.continuum {
-        let um = results.scales.length_m * 1e6;
         print(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
-        states(c, um);
-        adhesion(c, um);
-        let work = results.scales.modulus_pa * results.scales.length_m;
-        hysteresis_sentence(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|sentence| print(sentence));
+        states(c);
+        adhesion(c, results.scales);
+        hysteresis_sentence(c).iter().for_each(|sentence| print(sentence));
     }
     let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
     let without = results.non_adhesive.iter().map(|c| ("without adhesion".to_string(), c));
     for (what, c) in without.chain(ranges) {
         print(&format!("{what}:"));
-        states(c, results.scales.length_m * 1e6);
+        states(c);
     }
     if !results.methods.is_empty() {
-        methods(&results.methods, results.scales.length_m * 1e6);
+        methods(&results.methods);
     }
     if !results.acceptance.is_empty() {
         print(&acceptance(&results.acceptance));
@@ -169,19 +171,20 @@ pub fn results(results: &Results) {
 }
 
 /// Results of the compared methods, one row per load.
-fn methods(list: &[MethodResults], um: f64) {
+fn methods(list: &[MethodResults]) {
     let dash = || "-".to_string();
+    let median = |s: &State| s.observed.as_ref()?.median_cluster_area;
     let lines = list.iter().flat_map(|m| {
         let name = if m.adhesive { m.method.clone() } else { format!("{}, without adhesion", m.method) };
         m.states.iter().map(move |s| {
             vec![
                 name.clone(),
-                trimmed(s.numbers.p_star, 4),
-                percent(s.numbers.contact_area),
-                s.mean_gap.map_or_else(dash, |g| significant(g * um, 4)),
-                s.numbers.patches.map_or_else(dash, |n| n.to_string()),
-                s.median_cluster_area.map_or_else(dash, |a| significant(a * um * um, 3)),
-                duration(s.numbers.seconds),
+                trimmed(s.p_star, 4),
+                percent(s.contact_area),
+                s.mean_gap.map_or_else(dash, |g| significant(g * UM, 4)),
+                s.patches.map_or_else(dash, |n| n.to_string()),
+                median(s).map_or_else(dash, |a| significant(a * UM * UM, 3)),
+                duration(s.seconds),
             ]
         })
     });
@@ -195,7 +198,8 @@ fn methods(list: &[MethodResults], um: f64) {
 }
 
 /// States of a load path, with the change from half the points per side.
-fn states(c: &ContinuumResults, um: f64) {
+fn states(c: &ContinuumResults) {
+    let dash = || "-".to_string();
     let is_known = c.states.iter().any(|s| s.discretisation.is_some());
     let mut head = vec!["p*", "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
     if is_known {
@@ -205,13 +209,13 @@ fn states(c: &ContinuumResults, um: f64) {
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
-                trimmed(s.numbers.p_star, 4) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
-                percent(s.numbers.contact_area),
-                significant(s.mean_gap * um, 4),
-                s.numbers.patches.map_or("-".into(), |n| n.to_string()),
-                format!("{:.1e}", s.residual),
-                format!("{:.1}", s.numbers.fft_pairs),
-                s.numbers.stop.to_string(),
+                trimmed(s.p_star, 4) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
+                percent(s.contact_area),
+                s.mean_gap.map_or_else(dash, |g| significant(g * UM, 4)),
+                s.patches.map_or("-".into(), |n| n.to_string()),
+                s.residual.map_or_else(dash, |r| format!("{r:.1e}")),
+                format!("{:.1}", s.fft_pairs),
+                s.stop.to_string(),
             ];
             if let Some(d) = s.discretisation {
                 row.extend([change(d.area, d.area_is_bound), change(d.mean_gap, d.mean_gap_is_bound)]);
@@ -225,18 +229,18 @@ fn states(c: &ContinuumResults, um: f64) {
 }
 
 /// Adhesion range on the grid, numbers extrapolated to the true range, and pull-off.
-fn adhesion(c: &ContinuumResults, um: f64) {
+fn adhesion(c: &ContinuumResults, scales: ScalesSi) {
     if let Some(r) = c.range {
-        let gamma = significant(r.gamma, 4);
-        let [requested, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
+        let gamma = significant(r.gamma / (scales.modulus_pa * scales.length_m), 4);
+        let [requested, used] = [r.requested, r.used].map(|r| significant(r * UM * 1e3, 4));
         print(&format!("adhesion: work γ = {gamma} E*L, range ρ = {requested} nm requested, {used} nm used"));
     }
     for s in &c.states {
         if let Some(e) = s.extrapolated {
-            let gap = e.mean_gap.map(|g| (significant(g.value * um, 4), significant(g.error * um, 2)));
+            let gap = e.mean_gap.map(|g| (significant(g.value * UM, 4), significant(g.error * UM, 2)));
             print(&format!(
                 "at p* = {}, extrapolated to the true range: contact ({} ± {}) % of the cell{}",
-                trimmed(s.numbers.p_star, 4),
+                trimmed(s.p_star, 4),
                 significant(100.0 * e.area.value, 3),
                 significant(100.0 * e.area.error, 2),
                 gap.map_or(String::new(), |(gap, error)| format!(", mean gap {gap} ± {error} µm"))
@@ -245,8 +249,9 @@ fn adhesion(c: &ContinuumResults, um: f64) {
     }
     if let Some(p) = &c.pull_off {
         let error = |e: Option<f64>| e.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-        let pull = significant(-p.pressure, 4) + &error(p.pressure_error);
-        let gap = significant(p.mean_gap * um, 4) + &error(p.mean_gap_error.map(|e| e * um));
+        let pull =
+            significant(-p.pressure / scales.modulus_pa, 4) + &error(p.pressure_error.map(|e| e / scales.modulus_pa));
+        let gap = significant(p.mean_gap * UM, 4) + &error(p.mean_gap_error.map(|e| e * UM));
         print(&format!("pull-off: largest tension ({pull}) E*, at a mean gap of ({gap}) µm"));
     }
 }

@@ -1,7 +1,7 @@
 //! Comparison of atoms and continuum at each load: contact by each criterion, gaps, stresses and sections.
 
 use super::atomistic::site_positions;
-use super::findings::{effective_pressure, findings};
+use super::findings::{effective_pressure_gpa, findings};
 use super::matched::{Matched, reduced};
 use super::probe_atoms::{ProbeAtoms, Profile, map_name, share, within};
 use super::versions::{AtomUnits, Side, Solved, versions};
@@ -13,7 +13,7 @@ use asperity_atoms::contact::onto_grid;
 use asperity_atoms::results::{AtomState, AtomsResults};
 use asperity_contact::observe::{Connectivity, along_y, cluster_sizes, column_at};
 use asperity_contact::results::ContinuumResults;
-use asperity_grid::units::GPA_PER_EV_A3;
+use asperity_grid::units::{ANGSTROM_M, GPA_PER_EV_A3};
 use asperity_grid::{Field, Grid, bilinear, mean};
 use asperity_surface::files::npy;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ impl Shares {
 }
 
 impl StoredField {
-    fn read(root: &Path, file: Option<&String>) -> Result<Self> {
+    fn read(root: &Path, file: Option<&str>) -> Result<Self> {
         let file =
             file.ok_or_else(|| Error::format(root, "a state without its gap field", "a run that stores gaps"))?;
         Ok(StoredField(npy::read(&root.join(file))?))
@@ -148,7 +148,7 @@ struct WallContacts {
 
 impl Comparison<'_> {
     fn gaps(&self, i: usize) -> Result<WallGaps> {
-        let read = |wall: &ContinuumResults| StoredField::read(self.root, wall.states[i].numbers.gap_map.as_ref());
+        let read = |wall: &ContinuumResults| StoredField::read(self.root, wall.states[i].gap_file());
         Ok(WallGaps {
             hard: read(&self.matched.hard)?,
             compliant: read(&self.matched.compliant)?.over(&self.dilation),
@@ -163,7 +163,7 @@ impl Comparison<'_> {
     /// Contact by the atoms' criterion with the contact distance `distance`, Å.
     fn contacts(&self, i: usize, gaps: &WallGaps, distance: f64) -> WallContacts {
         let hard = &self.matched.hard.states[i];
-        let effective_pressure = effective_pressure(self.atoms, hard) * self.atoms.modulus_gpa / GPA_PER_EV_A3;
+        let effective_pressure = effective_pressure_gpa(self.atoms, hard) / GPA_PER_EV_A3;
         let clear = self.probes.clearances((Profile::Own, gaps.hard.field()), distance);
         let offset_angstrom = self.probes.rise(&clear, effective_pressure);
         let compliant = |dilated: Field| {
@@ -188,12 +188,7 @@ impl Comparison<'_> {
         let atoms_map = npy::read_flags(&self.root.join(&state.contact_map))?.values;
         // At the resolution of the surface sites: a finer map would have more and smaller clusters.
         let compliant_map: Vec<u8> = self.owners.iter().map(|&site| u8::from(contacts.compliant[site])).collect();
-        let model_chain = versions(
-            self.sides(i, state, &contacts)?,
-            (grid, &self.owners),
-            hard.numbers.pressure * self.atoms.modulus_gpa,
-            length,
-        );
+        let model_chain = versions(self.sides(i, state, &contacts)?, (grid, &self.owners), hard.pressure / 1e9, length);
         let (hard_shares, compliant_shares) = (Shares::of(&gaps.hard), Shares::of(&gaps.compliant_dilated));
         let area_vs_distance = state.sensitivity.iter().map(|&[d, fraction]| {
             let at = self.contacts(i, gaps, d);
@@ -209,7 +204,7 @@ impl Comparison<'_> {
             atoms: CriterionArea { criterion: self.atoms.contact_criterion(), contact_area: state.contact_area },
             continuum: self.criteria(i, gaps, &contacts, &touching)?,
             atoms_mean_gap_angstrom: state.mean_gap_angstrom,
-            hard_wall_mean_gap_angstrom: hard.mean_gap * length,
+            hard_wall_mean_gap_angstrom: hard.mean_gap.unwrap_or(f64::NAN) / ANGSTROM_M,
             compliant_wall_mean_gap_angstrom: mean(&gaps.compliant.0.values) * length,
             yielding_wall_mean_gap_angstrom: gaps.yielding.as_ref().map(|[gap, _]| mean(&gap.0.values) * length),
             atoms_patches: cluster_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
@@ -260,12 +255,12 @@ impl Comparison<'_> {
     fn section(&self, i: usize, state: &AtomState, gaps: &WallGaps) -> Result<GapSection> {
         let (grid, length) = (self.grid, self.length);
         let column = column_at(grid, SECTION);
-        let atoms_gap = StoredField::read(self.root, Some(&state.gap_map))?;
+        let atoms_gap = StoredField::read(self.root, Some(state.gap_map.as_str()))?;
         let line =
             |gap: &StoredField, scale: f64| along_y(grid, gap.field(), column).iter().map(|p| p.1 * scale).collect();
         let full_heights_gap_angstrom = match &self.matched.full {
             Some(full) => {
-                let gap = StoredField::read(self.root, full.states[i].numbers.gap_map.as_ref())?;
+                let gap = StoredField::read(self.root, full.states[i].gap_file())?;
                 let value_at =
                     |j: usize| bilinear(self.case.model.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
                 (0..grid.ny).map(|j| value_at(j) * length).collect()
@@ -305,14 +300,14 @@ impl Comparison<'_> {
         ];
         let mut list = Vec::new();
         for (solution, sites, grid, dilation, criteria) in solutions {
-            let state = solution.map(|c| &c.states[i]).filter(|s| s.numbers.stress_map.is_some());
-            let Some(numbers) = state.map(|s| &s.numbers) else { continue };
-            let gap = StoredField::read(self.root, numbers.gap_map.as_ref())?;
+            let state = solution.map(|c| &c.states[i]).filter(|s| s.stress_map.is_some());
+            let Some(numbers) = state else { continue };
+            let gap = StoredField::read(self.root, numbers.gap_file())?;
             let gap = match dilation {
                 Some(by) => gap.over(by),
                 None => gap,
             };
-            let stress = StoredField::read(self.root, numbers.stress_map.as_ref())?;
+            let stress = StoredField::read(self.root, numbers.stress_file())?;
             let mean_gap = mean(&gap.0.values);
             let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap };
             let smooth = solved.smooth(units);

@@ -1,19 +1,18 @@
 //! Equilibria of the continuum along a load path.
 
 use super::ProgressReporter;
-use super::observed::observed;
 use super::stage::StageContext;
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::{Error, Result};
 use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
 use asperity_contact::load::{Branch, Load, LoadStep};
 use asperity_contact::method::{ReducedProblem, Stop};
+use asperity_contact::observed::observed;
 use asperity_contact::observe::{Leakage, WorkPoint, dissipation, leakage_bytes};
 use asperity_contact::path::{self, InitialState, LoadPathSolver, Reached};
-use asperity_contact::results::{
-    ContinuumResults, HardnessMapResults, Hysteresis, Observed, Onset, RangeResults, StateResults,
-};
-use asperity_contact::state_numbers::StateNumbers;
+use asperity_contact::results::{ContinuumResults, HardnessMapResults, Onset, RangeResults};
+use asperity_contact::state::{Hysteresis, Map, State};
+use asperity_grid::units::Scales;
 use asperity_grid::{Field, Grid};
 use asperity_surface::files::npy;
 use std::path::Path;
@@ -44,6 +43,8 @@ pub(super) struct PathRequest<'a> {
     pub start: Option<Vec<f64>>,
     /// Pressure over E* at p* = 1.
     pub gradient: f64,
+    /// Units of the results over those of the problem.
+    pub scales: Scales,
     /// Whether the unloading branch is compared with the loading branch.
     pub hysteresis: bool,
     /// Largest gap of a node in contact, units of L.
@@ -74,7 +75,7 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     };
     let (key, stem) = (key.with(tag), format!("{prefix}checkpoint"));
     let checkpoint = Checkpoint::find(folder, &stem, &key, &|w| listener.warn(w));
-    let mut states: Vec<StateResults> = Vec::new();
+    let mut states: Vec<State> = Vec::new();
     for finished in checkpoint.iter().flat_map(|c| &c.finished) {
         let accepted = "results of loads, as this program writes them";
         states.push(serde_json::from_value(finished.clone()).map_err(|e| Error::format(folder, e, accepted))?);
@@ -117,22 +118,23 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     let has_history = adhesive || problem.hardness.is_some();
     let dissipation = has_history.then(|| dissipation(&work_points(&states, request.steps), adhesive));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
+    let Scales { length_m: length, modulus_pa: modulus } = request.scales;
     Ok(ContinuumResults {
         method: method.card().id.into(),
         kernel: problem.kernel.to_string(),
         adhesion: path.adhesion().to_string(),
         wall: problem.wall.to_string(),
-        hardness: problem.hardness.map(|h| h.mean()),
-        hardness_map: request.hardness_map,
+        hardness: problem.hardness.map(|h| h.mean() * modulus),
+        hardness_map: request.hardness_map.map(|map| map.in_units(modulus)),
         nx: grid.nx,
         ny: grid.ny,
-        range,
+        range: range.map(|r| r.in_units(length, modulus)),
         resolved_gradient: Some(problem.resolved_gradient()),
         states,
         dissipation,
         percolation,
         onset,
-        pull_off,
+        pull_off: pull_off.map(|p| p.in_units(length, modulus)),
         pull_off_failure,
     })
 }
@@ -169,7 +171,7 @@ fn stored_state(
     reached: &Reached,
     at: &StageContext,
     prefix: &str,
-) -> Result<StateResults> {
+) -> Result<State> {
     let (problem, state) = (path.problem(), &reached.state);
     let grid = problem.grid;
     let partial = state.stop != Stop::Converged;
@@ -223,13 +225,20 @@ fn stored_state(
         }
         None => None,
     };
-    let state_results = summary(request, reached, grid, step, problem.adhesion != AttractionLaw::None, [gap, stress]);
-    Ok(StateResults {
+    let adhesive = problem.adhesion != AttractionLaw::None;
+    let (observed, compressive) = observed(grid, state, request.threshold, reached.area.contact_area, adhesive);
+    let numbers = State {
+        contact_nodes_compressive: compressive,
+        patches: Some(observed.patches()),
+        observed: Some(observed),
         leakage: flow(request, problem, reached, at, step),
-        plastic_map: plastic,
         subsurface,
-        ..state_results
-    })
+        gap_map: gap.map(Map::File),
+        stress_map: stress.map(Map::File),
+        plastic_map: plastic.map(Map::File),
+        ..reached.numbers(step, request.gradient, &request.criterion)
+    };
+    Ok(numbers.in_units(request.scales.length_m, request.scales.modulus_pa))
 }
 
 /// The flow through the gap of a state, if requested. Without convergence of the flow a warning.
@@ -265,99 +274,40 @@ pub(super) fn range_results(requested: AttractionLaw, used: AttractionLaw, grid:
 
 /// Loads p* between which the gap ceases to percolate on the loading branch: the last load at which it percolates along
 /// both x and y, and the next load.
-fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
+fn percolation(states: &[State]) -> Option<[f64; 2]> {
     let loading: Vec<(f64, bool)> = states
         .iter()
         .take_while(|s| s.branch == Branch::Loading)
-        .filter_map(|s| Some((s.numbers.p_star, s.observed.as_ref()?.gap_percolates == [true; 2])))
+        .filter_map(|s| Some((s.p_star, s.observed.as_ref()?.gap_percolates? == [true; 2])))
         .collect();
     loading.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
 
 /// Sets the changes of the unloading states relative to the loading states at the same load.
-fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) {
+fn compare_branches(states: &mut [State], steps: &[LoadStep]) {
     let change = |now: f64, then: f64| if now == then { 0.0 } else { (now - then) / then.abs().max(f64::MIN_POSITIVE) };
     for step in steps {
         let Some(same) = step.counterpart else { continue };
-        let (area, mean_gap) = (states[same].numbers.contact_area, states[same].mean_gap);
+        let (area, loading_gap) = (states[same].contact_area, states[same].mean_gap);
         let state = &mut states[step.index];
-        state.hysteresis = Some(Hysteresis {
-            area: change(state.numbers.contact_area, area),
-            mean_gap: change(state.mean_gap, mean_gap),
+        let gaps = state.mean_gap.zip(loading_gap);
+        state.hysteresis = gaps.map(|(gap, loading)| Hysteresis {
+            area: change(state.contact_area, area),
+            mean_gap: change(gap, loading),
         });
     }
 }
 
 /// The path as its work needs it. Where the branches do not differ significantly, the difference between them is solver error and not
 /// work: both have the state of the first.
-fn work_points(states: &[StateResults], steps: &[LoadStep]) -> Vec<WorkPoint> {
+fn work_points(states: &[State], steps: &[LoadStep]) -> Vec<WorkPoint> {
     let point = |step: &LoadStep| {
         let state = &states[step.index];
         let same = step.counterpart.filter(|_| state.hysteresis.is_some_and(|h| !h.is_significant()));
-        let s = same.map_or(state, |same| &states[same]);
-        WorkPoint {
-            pressure: s.numbers.pressure,
-            separation: s.separation(),
-            stored: s.elastic_energy + s.interaction_energy,
-            plastic_work: state.plasticity.map_or(0.0, |p| p.work),
-        }
+        let plastic_work = state.plasticity.map_or(0.0, |p| p.work);
+        Some(WorkPoint { plastic_work, ..same.map_or(state, |same| &states[same]).work_point()? })
     };
-    steps.iter().map(point).collect()
-}
-
-/// The numbers of a state.
-fn summary(
-    request: &PathRequest,
-    reached: &Reached,
-    grid: Grid,
-    step: &LoadStep,
-    adhesive: bool,
-    [gap_map, stress_map]: [Option<String>; 2],
-) -> StateResults {
-    let (state, area) = (&reached.state, &reached.area);
-    let observed = Some(observed(grid, state, request.threshold, area.contact_area, adhesive));
-    StateResults {
-        numbers: StateNumbers {
-            index: step.index,
-            p_star: step.p_star_at(state.pressure, request.gradient),
-            pressure: state.pressure,
-            contact_area: area.contact_area,
-            contact_area_error: reached.contact_area_error(),
-            displacement: Some(reached.displacement),
-            stiffness: state.stiffness,
-            stiffness_error: reached.stiffness_error(),
-            patches: observed.as_ref().map(Observed::patches),
-            gap_map,
-            stress_map,
-            load_error: state.load_error,
-            stop: state.stop,
-            iterations: state.iterations,
-            fft_pairs: state.fft_pairs,
-            seconds: state.seconds,
-        },
-        branch: step.branch,
-        criterion: request.criterion.clone(),
-        contact_nodes: area.contact_nodes,
-        mean_gap: state.mean_gap,
-        mean_gap_error: reached.mean_gap_error(),
-        energy: state.energy,
-        elastic_energy: state.elastic_energy,
-        interaction_energy: state.interaction_energy,
-        residual: state.residual,
-        complementarity: state.complementarity,
-        energy_error_estimate: state.error_estimates.energy,
-        area_error_estimate: state.error_estimates.area,
-        mean_gap_error_estimate: state.error_estimates.mean_gap,
-        discretisation: reached.discretisation,
-        extrapolated: reached.extrapolated,
-        uncertainty: reached.uncertainty.clone(),
-        hysteresis: None,
-        observed,
-        leakage: None,
-        plasticity: state.plasticity,
-        plastic_map: None,
-        subsurface: None,
-    }
+    steps.iter().filter_map(point).collect()
 }
 
 /// Reads an initial gap, units of L.

@@ -6,13 +6,15 @@ use crate::scene::{AtomsCase, Case};
 use asperity_atoms::block::{BaseKind, Block};
 use asperity_atoms::results::{AtomState, AtomsResults, PlasticityResults};
 use asperity_contact::interface::Kernel;
-use asperity_contact::results::StateResults;
+use asperity_contact::state::State;
 use asperity_grid::units::GPA_PER_EV_A3;
 
-/// Total pressure over E*: the load, and the mean adhesive attraction of the hard-wall solution. For an exponential law
+/// Total pressure, GPa: the load, and the mean adhesive attraction of the hard-wall solution. For an exponential law
 /// the attraction is the interaction energy over the range.
-pub(super) fn effective_pressure(atoms: &AtomsCase, hard: &StateResults) -> f64 {
-    hard.numbers.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
+pub(super) fn effective_pressure_gpa(atoms: &AtomsCase, hard: &State) -> f64 {
+    let energy = hard.interaction_energy.unwrap_or(0.0);
+    let attraction = atoms.adhesion.map_or(0.0, |a| -energy / (a.rho * atoms.scales.length_m));
+    (hard.pressure + attraction) / 1e9
 }
 
 fn below_surface(p: &PlasticityResults) -> String {
@@ -78,8 +80,7 @@ pub(super) fn findings(
     let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
     for (load, state) in loads.iter().zip(&matched.hard.states) {
         let [hard, offset, compliant, yielding @ ..] = &load.continuum[..] else { continue };
-        let stress =
-            effective_pressure(atoms, state) * atoms.modulus_gpa / load.atoms.contact_area.max(f64::MIN_POSITIVE);
+        let stress = effective_pressure_gpa(atoms, state) / load.atoms.contact_area.max(f64::MIN_POSITIVE);
         let over = |m: &CriterionMatch| load.atoms.contact_area / m.contact_area - 1.0;
         list.push(format!(
             "p* = {}: {} of the surface atoms are in contact. Hard wall, zero gap: {} (the atoms deviate by {}). Compliant \

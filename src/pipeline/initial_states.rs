@@ -8,6 +8,7 @@ use asperity_atoms::indenter::Indenter;
 use asperity_atoms::initial_configuration::{InitialConfiguration, LayerDisplacementField};
 use asperity_contact::load::{LoadStep, at_step};
 use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::State;
 use std::path::Path;
 
 /// Initial configurations at the distinct loads in rising order, followed by those of the unloading branch. `solved` is
@@ -27,7 +28,7 @@ pub(super) fn initial_configurations(
     let heights: Vec<f64> = atoms.dilated_heights_angstrom(case.surface()).iter().map(|h| h / length).collect();
     let order = case.rising_steps().into_iter().chain(case.unloading_steps());
     let approach = |step: &LoadStep| {
-        let file = at_step(&solved.states, step.index).and_then(|s| s.numbers.gap_map.as_ref());
+        let file = at_step(&solved.states, step.index).and_then(State::gap_file);
         let file = file.ok_or_else(|| Error::format(root, "a load without its gap", "the gaps of every load"))?;
         let gap = start(&root.join(file), grid)?;
         let pressure = step.imposed_p_star() * case.gradient;

@@ -265,6 +265,7 @@ pub(super) fn laboratory(
         pull_off: primary && scene.load.pull_off,
         start,
         gradient: case.gradient,
+        scales: case.scales,
         hysteresis: primary && scene.load.loads().is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,

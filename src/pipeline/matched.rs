@@ -9,7 +9,8 @@ use crate::{Error, Result};
 use asperity_contact::interface::{Elastic, NodalHardness, RangeChoice, Wall};
 use asperity_contact::method::{Precision, ReducedProblem};
 use asperity_contact::quantity::Quantity;
-use asperity_contact::results::{ContinuumResults, StateResults};
+use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::State;
 use asperity_contact::uncertainty::{UncertaintyComponent, UncertaintySource};
 use asperity_grid::Grid;
 use serde::{Deserialize, Serialize};
@@ -160,15 +161,13 @@ pub(super) fn pair_key(case: &Case) -> impl Serialize + use<> {
 }
 
 /// Effect of the block's finite depth on contact area and mean gap: relative difference from the half-space.
-fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent; 2] {
+fn of_depth(state: &State, deep: &State) -> [UncertaintyComponent; 2] {
     let part = |quantity, value: f64, deep: f64| {
         let relative = Some((value / deep - 1.0).abs()).filter(|r| r.is_finite());
         UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
     };
-    [
-        part(Quantity::ContactArea, state.numbers.contact_area, deep.numbers.contact_area),
-        part(Quantity::MeanGap, state.mean_gap, deep.mean_gap),
-    ]
+    let gap = |s: &State| s.mean_gap.unwrap_or(f64::NAN);
+    [part(Quantity::ContactArea, state.contact_area, deep.contact_area), part(Quantity::MeanGap, gap(state), gap(deep))]
 }
 
 /// Solves the compliant-wall continuum at every load, and stores its gaps in the stage folder.
@@ -240,6 +239,7 @@ fn solve(
         pull_off: false,
         start: None,
         gradient: case.gradient,
+        scales: atoms.scales,
         hysteresis: false,
         threshold: 0.0,
         leakage: false,

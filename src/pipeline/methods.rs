@@ -3,15 +3,15 @@
 use super::continuum::range_results;
 use super::folder::StageKey;
 use super::laboratory::{SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, laboratory, variant_key};
-use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use super::{Listener, ProgressReporter};
-use crate::record::methods::{MethodResults, MethodState, Missing, loading_states};
+use crate::record::methods::MethodResults;
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
 use asperity_contact::interface::AttractionLaw;
-use asperity_contact::load::{Load, LoadStep};
+use asperity_contact::estimated::{never_delivered, state_of};
+use asperity_contact::load::{Branch, Load, LoadStep};
 use asperity_contact::method::{
     ContactMethod, Criterion, Heights, MethodCard, MethodEstimate, MethodKind, Quantity, ReducedProblem, Settings,
 };
@@ -20,7 +20,7 @@ use asperity_contact::observe::{
     stress_distribution,
 };
 use asperity_contact::path::EstimatorInput;
-use asperity_contact::state_numbers::StateNumbers;
+use asperity_contact::state::{Map, Missing, Observed, State};
 use asperity_grid::{Field, Grid};
 use asperity_methods::all_atom;
 use asperity_surface::files::hashed::{self, Stored};
@@ -135,12 +135,14 @@ pub(super) fn of_atoms(
             gap: Some(&gap),
             ..MethodEstimate::at(pressure)
         };
-        let mut state = state_of(card, &problem, (&case.load_steps()[s.index], case.gradient), &estimate);
+        let step = &case.load_steps()[s.index];
+        let state = state_of(card, &problem, (step, case.gradient, &results.criterion), &estimate);
         let file = format!("load-{}-gap.npy", s.index + 1);
         npy::write(&folder.join(&file), grid.nx, grid.ny, gap.iter().copied())?;
-        state.numbers.gap_map = Some(format!("{stage}/{file}"));
-        state.contact_map = Some(s.contact_map.clone());
-        results.states.push(state);
+        let gap_map = Some(Map::File(format!("{stage}/{file}")));
+        let state = State { gap_map, contact_map: Some(Map::File(s.contact_map.clone())), ..state };
+        // At the scale of the scene, which the block represents.
+        results.states.push(state.in_units(case.scales.length_m, case.scales.modulus_pa));
     }
     set_differences(&mut results.states);
     Ok(results)
@@ -149,9 +151,6 @@ pub(super) fn of_atoms(
 /// Results of a method without states: its description, and the quantities that it does not give.
 fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> MethodResults {
     let card = method.card();
-    let missing = Quantity::OUTPUTS.into_iter().filter_map(|q| {
-        card.unsupported_reason(q, adhesive).map(|reason| Missing { quantity: q.id().into(), reason: reason.into() })
-    });
     MethodResults {
         method: card.id.into(),
         paper_name: card.paper_name.into(),
@@ -162,7 +161,7 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
         adhesive,
         range: None,
         unavailable_reason: None,
-        missing: missing.collect(),
+        missing: never_delivered(card, adhesive),
         states: Vec::new(),
         planned_bytes: 0,
         cpu_seconds: 0.0,
@@ -170,11 +169,11 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
 }
 
 /// Sets the contact stiffness from neighbouring loads where the method gives none.
-fn set_differences(states: &mut [MethodState]) {
-    let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.numbers.pressure, s.mean_gap?))).collect();
+fn set_differences(states: &mut [State]) {
+    let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.pressure, s.mean_gap?))).collect();
     let with_gap = states.iter_mut().filter(|s| s.mean_gap.is_some());
-    for (state, k) in with_gap.zip(stiffness(&points)).filter(|(s, _)| s.numbers.stiffness.is_none()) {
-        state.numbers.stiffness = k;
+    for (state, k) in with_gap.zip(stiffness(&points)).filter(|(s, _)| s.stiffness.is_none()) {
+        state.stiffness = k;
     }
 }
 
@@ -204,12 +203,14 @@ pub(super) fn run(
         MethodKind::Solver => {
             results.planned_bytes = method.plan(&problem).bytes;
             laboratory(case, Variant::Comparison(card.id, adhesive), heights, context)
-                .map(|c| (results.states, results.range) = (loading_states(&c), c.range))
+                .map(|c| (results.states, results.range) = (of_loading(c.states), c.range))
         }
         MethodKind::Estimate => EstimatorInput::new(problem.clone(), method).and_then(|input| {
             results.planned_bytes = EstimatorInput::plan(&problem, method).bytes;
-            results.range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.model.grid));
-            estimate(case, &input, (folder, stage), listener, &mut results.states)
+            let range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.model.grid));
+            results.range = range.map(|r| r.in_units(case.scales.length_m, case.scales.modulus_pa));
+            let criterion = results.criterion.clone();
+            estimate(case, &input, (folder, stage, &criterion), listener, &mut results.states)
         }),
     };
     match ended {
@@ -233,13 +234,17 @@ pub(super) fn run(
     Ok(results)
 }
 
+fn of_loading(states: Vec<State>) -> Vec<State> {
+    states.into_iter().filter(|s| s.branch == Branch::Loading).collect()
+}
+
 /// File of a finished load, from which an interrupted estimator continues. It is removed when all loads are finished.
 fn finished(folder: &Path, i: usize) -> PathBuf {
     folder.join(format!("load-{}.json", i + 1))
 }
 
 /// State of a finished load of an earlier attempt, if its files are as they were written.
-fn finished_state(folder: &Path, i: usize, listener: &dyn Listener) -> Option<MethodState> {
+fn finished_state(folder: &Path, i: usize, listener: &dyn Listener) -> Option<State> {
     match hashed::read(&finished(folder, i), true) {
         Stored::Valid(state) => Some(state),
         Stored::Absent => None,
@@ -254,33 +259,33 @@ fn finished_state(folder: &Path, i: usize, listener: &dyn Listener) -> Option<Me
 fn estimate(
     case: &Case,
     input: &EstimatorInput,
-    (folder, stage): (&Path, &str),
+    (folder, stage, criterion): (&Path, &str, &str),
     listener: &dyn Listener,
-    states: &mut Vec<MethodState>,
+    states: &mut Vec<State>,
 ) -> Result<()> {
     let steps = case.loading_steps();
     let loads: Vec<Load> = steps.iter().map(|s| s.target).collect();
     states.extend((0..loads.len()).map_while(|i| finished_state(folder, i, listener)));
     let watch = ProgressReporter::new(listener, None, "", (states.len(), loads.len()));
     input.walk((&loads, states.len()), &watch, |i, problem, estimate| {
-        let mut state = state_of(input.card(), problem, (&steps[i], case.gradient), estimate);
+        let state = state_of(input.card(), problem, (&steps[i], case.gradient, criterion), estimate);
+        let mut state = state.in_units(case.scales.length_m, case.scales.modulus_pa);
         if steps[i].maps {
             let grid = problem.grid;
             let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
-            for (quantity, field, kept) in [
-                ("gap", estimate.gap, &mut state.numbers.gap_map),
-                ("stress", estimate.stress, &mut state.numbers.stress_map),
-            ] {
+            for (quantity, field, kept) in
+                [("gap", estimate.gap, &mut state.gap_map), ("stress", estimate.stress, &mut state.stress_map)]
+            {
                 if let Some(field) = field {
                     let file = name(quantity);
                     npy::write_field(&folder.join(&file), grid.nx, grid.ny, Field::F64(field), 1.0)?;
-                    *kept = Some(format!("{stage}/{file}"));
+                    *kept = Some(Map::File(format!("{stage}/{file}")));
                 }
             }
             if let Some(map) = estimate.contact {
                 let file = name("contact");
                 npy::write(&folder.join(&file), grid.nx, grid.ny, map.iter().copied())?;
-                state.contact_map = Some(format!("{stage}/{file}"));
+                state.contact_map = Some(Map::File(format!("{stage}/{file}")));
             }
         }
         let own = format!("load-{}-", i + 1);
@@ -292,85 +297,4 @@ fn estimate(
     })?;
     set_differences(states);
     Ok(())
-}
-
-/// The numbers of an estimate: those that the method gives, and those evaluated from its fields.
-/// `gradient`: pressure over E* at p* = 1.
-pub fn state_of(
-    card: &MethodCard,
-    problem: &ReducedProblem,
-    (step, gradient): (&LoadStep, f64),
-    e: &MethodEstimate,
-) -> MethodState {
-    let grid = problem.grid;
-    let node = grid.dx() * grid.dy();
-    // Zero at nodes in contact, positive elsewhere.
-    let open: Option<Cow<[f64]>> = match (e.contact, e.gap) {
-        (Some(map), _) => Some(map.iter().map(|&m| if m == 0 { 1.0 } else { 0.0 }).collect()),
-        (None, Some(gap)) => Some(gap.into()),
-        // Nodes under compression are in contact.
-        (None, None) => e.stress.map(|stress| stress.iter().map(|s| if *s > 0.0 { 0.0 } else { 1.0 }).collect()),
-    };
-    let touching = open.as_ref().map(|open| Field::F64(open));
-    let clusters = e.patches.as_ref().map(|areas| ClusterAreas::new(areas.iter().copied())).or_else(|| {
-        let sizes = cluster_sizes(e.contact?, grid.nx, Connectivity::Eight);
-        Some(ClusterAreas::new(sizes.into_iter().map(|nodes| nodes as f64 * node)))
-    });
-    let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
-    let gap = e
-        .gap_distribution
-        .clone()
-        .or_else(|| e.gap.map(|gap| gap_distribution(Field::F64(gap), 0.0, gap_edges(largest(gap)))));
-    let adhesive = problem.adhesion != AttractionLaw::None;
-    let stress = e.stress_distribution.clone().or_else(|| {
-        let stress = e.stress?;
-        let edges = stress_edges(stress.iter().copied().fold(0.0, f64::min), largest(stress));
-        Some(stress_distribution(touching?, Field::F64(stress), (0.0, adhesive), edges))
-    });
-    // Contact defined by a solved gap includes a rim of nodes too many and needs the perimeter correction. Contact
-    // defined by overlap has no such bias.
-    let edges = if card.criterion == Criterion::ZeroGap { ContactEdges::ELASTIC } else { ContactEdges::COUNTED };
-    let counted = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, edges));
-    let area = counted.filter(|_| edges.excess > 0.0).map_or(e.contact_area, |corrected| corrected.contact_area);
-    let mut missing: Vec<Missing> =
-        e.undelivered.iter().map(|(q, reason)| Missing { quantity: q.id().into(), reason: (*reason).into() }).collect();
-    // From the mean gaps of neighbouring loads, unless the method has an own one or never gives any.
-    if e.undelivered.iter().any(|(q, _)| *q == Quantity::MeanGap)
-        && e.stiffness.is_none()
-        && card.unsupported_reason(Quantity::Stiffness, adhesive).is_none()
-    {
-        missing.push(Missing { quantity: Quantity::Stiffness.id().into(), reason: "no mean gap at this load".into() });
-    }
-    MethodState {
-        numbers: StateNumbers {
-            index: step.index,
-            p_star: step.p_star_at(e.pressure, gradient),
-            pressure: e.pressure,
-            contact_area: area,
-            contact_area_error: None,
-            displacement: None,
-            stiffness_error: None,
-            stiffness: e.stiffness,
-            patches: clusters.as_ref().map(ClusterAreas::count),
-            gap_map: None,
-            stress_map: None,
-            load_error: e.load_error,
-            stop: e.stop,
-            iterations: e.iterations,
-            fft_pairs: e.fft_pairs,
-            seconds: e.seconds,
-        },
-        contact_nodes: counted.map(|area| area.contact_nodes),
-        contact_nodes_compressive: None,
-        mean_gap: e.mean_gap,
-        missing,
-        median_cluster_area: clusters.as_ref().and_then(ClusterAreas::median),
-        median_cluster_area_compressive: None,
-        patch_density: clusters.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
-        patch_area: clusters.as_ref().map_or(Vec::new(), ClusterAreas::cumulative),
-        gap,
-        stress: stress.as_ref().map(|s| s.all.clone()),
-        contact_stress: stress.map(|s| s.contact),
-        contact_map: None,
-    }
 }

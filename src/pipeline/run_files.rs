@@ -6,6 +6,7 @@ use crate::record::results::{Results, StageCost};
 use crate::scene::{Case, Scene};
 use asperity_contact::load::Stop;
 use asperity_contact::method::Device;
+use asperity_grid::units::ANGSTROM_M;
 use asperity_surface::files::atomic_file::write_atomic;
 use asperity_surface::files::npy;
 use std::io::Write;
@@ -40,7 +41,7 @@ impl<'a> Manifest<'a> {
             device: Device::of(&case.planned_problem(), case.method()),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
-            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop).collect(),
+            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.stop).collect(),
             warnings: &results.warnings,
         }
     }
@@ -106,7 +107,7 @@ pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
         store(OVITO)?;
     }
     let length = results.atoms.as_ref().map_or(case.scales.length_m * 1e6, |a| a.length_angstrom);
-    let unit = if results.atoms.is_some() { "Å" } else { "µm" };
+    let (unit, metres) = if results.atoms.is_some() { ("Å", ANGSTROM_M) } else { ("µm", 1e-6) };
     let scene = Recorded {
         name: results.name.clone(),
         length_unit: unit.into(),
@@ -118,19 +119,19 @@ pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
     // scale.
     let continuum = results.comparison.as_ref().map(|c| &c.compliant_wall).or(results.continuum.as_ref());
     for state in continuum.iter().flat_map(|c| &c.states) {
-        let gap = state.numbers.gap_map.as_ref().map(|g| npy::read(&out.join(g))).transpose()?;
+        let gap = state.gap_file().map(|g| npy::read(&out.join(g))).transpose()?;
         let scaled: Option<(usize, Vec<f64>)> = gap.map(|g| (g.nx, g.values.iter().map(|v| v * length).collect()));
         recorder.state(&LoadState {
             source: "continuum",
-            index: state.numbers.index as u32,
+            index: state.index as u32,
             scalars: LoadScalars {
-                p_star: state.numbers.p_star,
-                contact_area: state.numbers.contact_area,
+                p_star: state.p_star,
+                contact_area: state.contact_area,
                 criterion: state.criterion.clone(),
-                mean_gap: state.mean_gap * length,
-                patches: state.numbers.patches,
-                energy: Some(state.energy),
-                residual: Some(state.residual),
+                mean_gap: state.mean_gap.unwrap_or(f64::NAN) / metres,
+                patches: state.patches,
+                energy: state.energy,
+                residual: state.residual,
             },
             gap: scaled.as_ref().map(|(nx, gap)| GapMap { nx: *nx, gap }),
             atoms: &[],

@@ -93,7 +93,7 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         outputs.primary =
             output(visitor.visit(&SolveStage { case, variant: Variant::Primary }, &after, Some(&heights))?);
         let states = outputs.primary.iter().flat_map(|solved| &solved.states);
-        let loads = states.map(|s| (trimmed(s.numbers.p_star, 4), s.numbers.contact_area, s.discretisation.as_ref()));
+        let loads = states.map(|s| (trimmed(s.p_star, 4), s.contact_area, s.discretisation.as_ref()));
         unresolved_contact("p* = ", loads).into_iter().for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);

@@ -1,8 +1,9 @@
 //! `curve.csv` and `pull-off.csv`: one row per load, with the same columns for `run` and `solve`.
 
 use crate::Result;
+use asperity_contact::load::Branch;
+use asperity_contact::state::State;
 use asperity_surface::files::csv;
-use serde_json::Value;
 use std::path::Path;
 
 pub const FILE: &str = "curve.csv";
@@ -28,37 +29,39 @@ pub enum Dimension {
     Time,
 }
 
-/// Columns of `curve.csv`, each a key of a row.
-const COLUMNS: [(&str, Dimension); 29] = [
-    ("unloading", Dimension::None),
-    ("pressure", Dimension::Stress),
-    ("p_star", Dimension::None),
-    ("contact_area", Dimension::None),
-    ("contact_area_error", Dimension::None),
-    ("contact_nodes", Dimension::None),
-    ("contact_nodes_compressive", Dimension::None),
-    ("mean_gap", Dimension::Length),
-    ("mean_gap_error", Dimension::Length),
-    ("displacement", Dimension::Length),
-    ("stiffness", Dimension::Stiffness),
-    ("stiffness_error", Dimension::Stiffness),
-    ("hydraulic_gap_x", Dimension::Length),
-    ("hydraulic_gap_x_error", Dimension::Length),
-    ("hydraulic_gap_y", Dimension::Length),
-    ("hydraulic_gap_y_error", Dimension::Length),
-    ("hydraulic_gap_effective_medium", Dimension::Length),
-    ("energy", Dimension::Work),
-    ("elastic_energy", Dimension::Work),
-    ("interaction_energy", Dimension::Work),
-    ("flowing_fraction", Dimension::None),
-    ("displaced_fraction", Dimension::None),
-    ("mean_plastic_displacement", Dimension::Length),
-    ("plastic_work", Dimension::Work),
-    ("load_error", Dimension::None),
-    ("residual", Dimension::None),
-    ("iterations", Dimension::None),
-    ("fft_pairs", Dimension::None),
-    ("seconds", Dimension::Time),
+type Column = (&'static str, Dimension, fn(&State) -> Option<f64>);
+
+/// Columns of `curve.csv`.
+const COLUMNS: [Column; 29] = [
+    ("unloading", Dimension::None, |s| Some(f64::from(u8::from(s.branch == Branch::Unloading)))),
+    ("pressure", Dimension::Stress, |s| Some(s.pressure)),
+    ("p_star", Dimension::None, |s| Some(s.p_star)),
+    ("contact_area", Dimension::None, |s| Some(s.contact_area)),
+    ("contact_area_error", Dimension::None, |s| s.contact_area_error),
+    ("contact_nodes", Dimension::None, |s| s.contact_nodes),
+    ("contact_nodes_compressive", Dimension::None, |s| s.contact_nodes_compressive),
+    ("mean_gap", Dimension::Length, |s| s.mean_gap),
+    ("mean_gap_error", Dimension::Length, |s| s.mean_gap_error),
+    ("displacement", Dimension::Length, |s| s.displacement),
+    ("stiffness", Dimension::Stiffness, |s| s.stiffness),
+    ("stiffness_error", Dimension::Stiffness, |s| s.stiffness_error),
+    ("hydraulic_gap_x", Dimension::Length, |s| s.leakage.map(|l| l.hydraulic_gaps()[0])),
+    ("hydraulic_gap_x_error", Dimension::Length, |s| s.leakage?.gap_errors.map(|e| e[0])),
+    ("hydraulic_gap_y", Dimension::Length, |s| s.leakage.map(|l| l.hydraulic_gaps()[1])),
+    ("hydraulic_gap_y_error", Dimension::Length, |s| s.leakage?.gap_errors.map(|e| e[1])),
+    ("hydraulic_gap_effective_medium", Dimension::Length, |s| s.leakage.map(|l| l.effective_medium.cbrt())),
+    ("energy", Dimension::Work, |s| s.energy),
+    ("elastic_energy", Dimension::Work, |s| s.elastic_energy),
+    ("interaction_energy", Dimension::Work, |s| s.interaction_energy),
+    ("flowing_fraction", Dimension::None, |s| s.plasticity.map(|p| p.flowing)),
+    ("displaced_fraction", Dimension::None, |s| s.plasticity.map(|p| p.displaced)),
+    ("mean_plastic_displacement", Dimension::Length, |s| s.plasticity.map(|p| p.displacement)),
+    ("plastic_work", Dimension::Work, |s| s.plasticity.map(|p| p.work)),
+    ("load_error", Dimension::None, |s| Some(s.load_error)),
+    ("residual", Dimension::None, |s| s.residual),
+    ("iterations", Dimension::None, |s| Some(s.iterations as f64)),
+    ("fft_pairs", Dimension::None, |s| Some(s.fft_pairs)),
+    ("seconds", Dimension::Time, |s| Some(s.seconds)),
 ];
 
 impl ResultUnits {
@@ -86,11 +89,11 @@ impl ResultUnits {
 ///
 /// # Errors
 /// `Io`.
-pub fn write(folder: &Path, rows: &[Value], units: &ResultUnits) -> Result<()> {
-    let numbers: Vec<f64> = (1..=rows.len()).map(|n| n as f64).collect();
+pub fn write(folder: &Path, states: &[State], units: &ResultUnits) -> Result<()> {
+    let numbers: Vec<f64> = (1..=states.len()).map(|n| n as f64).collect();
     let mut columns = vec![("load".to_string(), numbers)];
-    for (key, dimension) in COLUMNS {
-        let values: Vec<Option<f64>> = rows.iter().map(|row| row[key].as_f64()).collect();
+    for (key, dimension, of) in COLUMNS {
+        let values: Vec<Option<f64>> = states.iter().map(of).collect();
         if values.iter().any(Option::is_some) {
             let values = values.into_iter().map(|v| v.unwrap_or(f64::NAN)).collect();
             columns.push((units.header(key, dimension), values));

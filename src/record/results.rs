@@ -1,9 +1,8 @@
 //! `results.json`: all results of a run in one structure.
 //!
 //! Report, comparison tables and figures are generated from this file and the field files that it names, so a report
-//! can be regenerated without solving anything. Paths are relative to the run folder. Lengths are reduced (unit:
-//! extent of the cell in x) unless the name contains a unit; `p_star` is the mean pressure over E* times the rms
-//! gradient of the full spectrum.
+//! can be regenerated without solving anything. Paths are relative to the run folder. States are in SI units; `p_star` is the mean
+//! pressure over E* times the rms gradient of the full spectrum.
 
 pub use super::comparison::{
     ComparisonResults, CriterionArea, CriterionMatch, GapSection, LoadComparison, ModelChainStep, Overlap,
@@ -22,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// Name of the file in a run folder.
 pub const FILE: &str = "results.json";

@@ -1,8 +1,8 @@
 //! `tradeoff.json` and `tradeoff.csv`: cost of method settings and their errors against a reference.
 
-use super::methods::Missing;
 use super::results::ScalesSi;
 use asperity_contact::quantity::Quantity;
+use asperity_contact::state::Missing;
 use asperity_grid::error::Result;
 use asperity_surface::files::atomic_file::write_atomic;
 use asperity_surface::files::json;
@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 pub const FILE: &str = super::results::TRADEOFF_FILE;
 pub const CSV_FILE: &str = "tradeoff.csv";
 
@@ -270,7 +270,7 @@ pub struct Extrapolation {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLoad {
     pub p_star: f64,
-    /// Contact fraction, mean gap in L, stiffness in E*/L.
+    /// Contact fraction, mean gap in m, stiffness in Pa/m.
     pub numbers: BTreeMap<Quantity, Extrapolation>,
 }
 
@@ -288,7 +288,7 @@ pub struct TradeoffPoint {
     /// Reason for missing errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unavailable_reason: Option<String>,
-    pub missing: Vec<Missing>,
+    pub missing: Missing,
     pub cost: MeasuredCost,
     /// Root mean square over the loads.
     pub errors: Errors,

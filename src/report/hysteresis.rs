@@ -1,15 +1,15 @@
-use super::number::trimmed;
-use asperity_contact::results::{ContinuumResults, Hysteresis};
+use super::number::{trimmed, work};
+use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::Hysteresis;
 
-/// One sentence on the hysteresis of a load path; `None` for a body without history and without an unloading branch. `work` formats
-/// energies per area, units of E* L.
-pub fn hysteresis_sentence(c: &ContinuumResults, work: impl Fn(f64) -> String) -> Option<String> {
+/// One sentence on the hysteresis of a load path; `None` for a body without history and without an unloading branch.
+pub fn hysteresis_sentence(c: &ContinuumResults) -> Option<String> {
     c.states.iter().find_map(|s| s.hysteresis)?;
     let dissipated = c.dissipation.map_or(String::new(), |w| format!(" The path dissipates {}.", work(w)));
     let changes: Vec<String> = c
         .states
         .iter()
-        .filter_map(|s| s.hysteresis.filter(Hysteresis::is_significant).map(|h| (s.numbers.p_star, h.area)))
+        .filter_map(|s| s.hysteresis.filter(Hysteresis::is_significant).map(|h| (s.p_star, h.area)))
         .map(|(p, area)| format!("{:+.1} % at p* = {}", 100.0 * area, trimmed(p, 4)))
         .collect();
     Some(match changes.as_slice() {

@@ -58,25 +58,28 @@ pub fn load_label(p_star: f64) -> String {
 }
 
 impl ScalesSi {
-    /// Micrometres per L.
-    pub(super) fn um(self) -> f64 {
-        self.length_m * 1e6
+    /// Pa/m of a stiffness of one E*/L.
+    pub(super) fn stiffness(self) -> f64 {
+        self.modulus_pa / self.length_m
     }
+}
 
-    /// A length in units of L.
-    pub(super) fn length(self, v: f64, n: usize) -> String {
-        si(v * self.length_m, "m", n)
-    }
+/// Micrometres of a metre.
+pub(super) const UM: f64 = 1e6;
 
-    /// A stress in units of E*.
-    pub(super) fn stress(self, v: f64, n: usize) -> String {
-        si(v * self.modulus_pa, "Pa", n)
-    }
+/// A length in m.
+pub fn length(v: f64, n: usize) -> String {
+    si(v, "m", n)
+}
 
-    /// An energy per area in units of E* L.
-    pub(super) fn work(self, v: f64) -> String {
-        si(v * self.modulus_pa * self.length_m, "J/m²", 3)
-    }
+/// A stress in Pa.
+pub fn stress(v: f64, n: usize) -> String {
+    si(v, "Pa", n)
+}
+
+/// An energy per area in J/m².
+pub fn work(v: f64) -> String {
+    si(v, "J/m²", 3)
 }
 
 /// A fraction in per cent with three digits; below one in a million as a power of ten.

@@ -6,11 +6,12 @@ use asperity::Error;
 use asperity::contact::method::{
     MethodCard, MethodKind, Needs, NoObserver, Quantity, ReducedProblem, StartedMethod, Support,
 };
+use asperity::contact::state::{Observed, State};
 use asperity::grid::Grid;
 use asperity::methods;
 use asperity::methods::REGISTRY;
 use asperity::pipeline::{self, Listener};
-use asperity::record::methods::{MethodResults, MethodState};
+use asperity::record::methods::MethodResults;
 use asperity::record::results::{Results, StageCost};
 use asperity::scene::Case;
 use asperity::surface::files::hashed;
@@ -48,9 +49,9 @@ fn run(scene: &str) -> Vec<MethodResults> {
         assert_eq!(titles, 6 * 3 + 3, "{} is in every figure or said not to be", m.method);
         // If a method is refused altogether, that reason stands in every empty cell; a contact map has no cell of its
         // own.
-        let reasons = m.missing.iter().filter(|missing| missing.quantity != Quantity::ContactMap.id());
+        let reasons = m.missing.iter().filter(|(quantity, _)| **quantity != Quantity::ContactMap);
         let reasons: Vec<&String> =
-            m.unavailable_reason.as_ref().map_or(reasons.map(|m| &m.reason).collect(), |why| vec![why]);
+            m.unavailable_reason.as_ref().map_or(reasons.map(|(_, reason)| reason).collect(), |why| vec![why]);
         for reason in reasons {
             let escaped = reason.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
             assert!(page.contains(&escaped), "{}: {reason} is not said in the report", m.method);
@@ -59,26 +60,27 @@ fn run(scene: &str) -> Vec<MethodResults> {
     found
 }
 
-fn maps_exist(out: &Path, state: &MethodState) {
-    for map in [&state.numbers.gap_map, &state.numbers.stress_map, &state.contact_map].into_iter().flatten() {
+fn maps_exist(out: &Path, state: &State) {
+    for map in [state.gap_file(), state.stress_file(), state.contact_file()].into_iter().flatten() {
         assert!(out.join(map).exists(), "{map}");
     }
 }
 
-fn delivers(kind: MethodKind, s: &MethodState, quantity: Quantity) -> bool {
+fn delivers(kind: MethodKind, s: &State, quantity: Quantity) -> bool {
+    let seen = |of: fn(&Observed) -> bool| s.observed.as_ref().is_some_and(of);
     match quantity {
-        Quantity::GapMap => s.numbers.gap_map.is_some(),
-        Quantity::StressMap => s.numbers.stress_map.is_some(),
+        Quantity::GapMap => s.gap_map.is_some(),
+        Quantity::StressMap => s.stress_map.is_some(),
         // For solvers contact is where the gap is closed.
-        Quantity::ContactMap => s.contact_map.is_some() || kind == MethodKind::Solver && s.numbers.gap_map.is_some(),
+        Quantity::ContactMap => s.contact_map.is_some() || kind == MethodKind::Solver && s.gap_map.is_some(),
         Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            !s.patch_area.is_empty() && !s.patch_density.is_empty()
+            seen(|o| !o.patch_area.is_empty() && !o.patch_density.is_empty())
         }
-        Quantity::GapPdf => s.gap.is_some(),
-        Quantity::StressPdf => s.stress.is_some(),
-        Quantity::ContactArea => s.numbers.contact_area > 0.0,
+        Quantity::GapPdf => seen(|o| o.gap_logarithmic.is_some()),
+        Quantity::StressPdf => seen(|o| o.stress.is_some()),
+        Quantity::ContactArea => s.contact_area > 0.0,
         Quantity::MeanGap => s.mean_gap.is_some_and(|g| g > 0.0),
-        Quantity::Stiffness => s.numbers.stiffness.is_some_and(|k| k > 0.0),
+        Quantity::Stiffness => s.stiffness.is_some_and(|k| k > 0.0),
     }
 }
 
@@ -96,7 +98,7 @@ fn faults(card: &MethodCard, run: &MethodResults) -> Vec<String> {
         faults.push(format!("{name}: {} states, {:?}", run.states.len(), run.unavailable_reason));
     }
     for quantity in Quantity::OUTPUTS {
-        let said = run.missing.iter().find(|m| m.quantity == quantity.id()).map(|m| m.reason.as_str());
+        let said = run.missing.get(&quantity).map(String::as_str);
         let all = run.states.iter().all(|s| delivers(card.kind, s, quantity));
         let any = run.states.iter().any(|s| delivers(card.kind, s, quantity));
         let fine = match (card.supports)(quantity) {
@@ -112,10 +114,11 @@ fn faults(card: &MethodCard, run: &MethodResults) -> Vec<String> {
         faults.push(format!("{name}: other measured errors than on the card"));
     }
     for s in &run.states {
-        if s.numbers.load_error > LOAD_BALANCE {
-            faults.push(format!("{name}: load error {}", s.numbers.load_error));
+        if s.load_error > LOAD_BALANCE {
+            faults.push(format!("{name}: load error {}", s.load_error));
         }
-        for d in s.gap.iter().chain(&s.stress).filter(|d| (d.total() - 1.0).abs() > 1e-9) {
+        let observed = s.observed.iter().flat_map(|o| o.gap_logarithmic.iter().chain(&o.stress));
+        for d in observed.filter(|d| (d.total() - 1.0).abs() > 1e-9) {
             faults.push(format!("{name}: shares add up to {}", d.total()));
         }
     }
@@ -220,9 +223,9 @@ fn loads_without_a_mean_gap_say_why() {
     let found: Vec<MethodResults> =
         serde_json::from_value(json_line(&output)["results"]["methods"].clone()).expect("methods");
     let states = &found[0].states;
-    assert!(states[..2].iter().all(|s| s.missing.is_empty() && s.mean_gap.is_some() && s.numbers.stiffness.is_some()));
-    assert!(states[2].mean_gap.is_none() && states[2].numbers.stiffness.is_none());
-    assert_eq!(states[2].missing.iter().map(|m| m.quantity.as_str()).collect::<Vec<_>>(), ["mean_gap", "stiffness"]);
+    assert!(states[..2].iter().all(|s| s.missing.is_empty() && s.mean_gap.is_some() && s.stiffness.is_some()));
+    assert!(states[2].mean_gap.is_none() && states[2].stiffness.is_none());
+    assert_eq!(states[2].missing.keys().collect::<Vec<_>>(), [&Quantity::MeanGap, &Quantity::Stiffness]);
     assert!(std::fs::read_to_string(out.join("report.html")).expect("a report").contains(why));
 }
 
@@ -329,7 +332,9 @@ fn used_ranges_and_compressive_contact_are_reported() {
     assert!(output.status.success(), "{}", stderr(&output));
     let line = json_line(&output);
     let [requested, used] = ["requested", "used"].map(|k| line["range"][k].as_f64().expect("a length"));
-    assert!((used / range.used - 1.0).abs() < 1e-9 && (requested / range.requested - 1.0).abs() < 1e-9, "{line}");
+    let length = results["scales"]["length_m"].as_f64().expect("a length");
+    let [of_used, of_requested] = [used / range.used, requested / range.requested].map(|r| r * length - 1.0);
+    assert!(of_used.abs() < 1e-9 && of_requested.abs() < 1e-9, "{line}");
     assert!(line["contact_nodes_compressive"].as_f64().is_some_and(|c| c > 0.0), "{line}");
 }
 
@@ -364,18 +369,18 @@ fn finished_loads_of_estimates_are_kept() {
     // The final results contain the stored states of finished loads.
     let mark = |name: &str| {
         let path = second.with_file_name(name);
-        let mut state: MethodState = hashed::read(&path, true).valid().expect("kept");
-        state.numbers.seconds = 1234.5;
+        let mut state: State = hashed::read(&path, true).valid().expect("kept");
+        state.seconds = 1234.5;
         hashed::write(&path, &state, &[]).expect("written");
     };
     ["load-1.json", "load-2.json"].into_iter().for_each(mark);
     let (found, _) = pipeline::run(&case, &out, &never).expect("a run");
     let states = |r: &Results| r.methods[0].states.clone();
-    let seconds: Vec<bool> = states(&found).iter().map(|s| s.numbers.seconds == 1234.5).collect();
+    let seconds: Vec<bool> = states(&found).iter().map(|s| s.seconds == 1234.5).collect();
     assert_eq!(seconds, [true, true, false]);
     let timeless = |r: &Results| {
         let mut all = states(r);
-        all.iter_mut().for_each(|s| s.numbers.seconds = 0.0);
+        all.iter_mut().for_each(|s| s.seconds = 0.0);
         all
     };
     assert!(found.methods[0].adhesive && timeless(&found) == timeless(&whole));

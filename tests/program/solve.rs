@@ -352,7 +352,8 @@ fn solve_and_run_give_the_same_numbers_and_warnings() {
     assert!(run.status.success(), "{}", stderr(&run));
     let results = json_line(&run);
     let states = results["results"]["continuum"]["states"].as_array().expect("states");
-    let pressures: Vec<String> = states.iter().map(|s| number(s, "pressure").to_string()).collect();
+    let [length, modulus] = ["length_m", "modulus_pa"].map(|key| number(&results["results"]["scales"], key));
+    let pressures: Vec<String> = states.iter().map(|s| (number(s, "pressure") / modulus).to_string()).collect();
     let flags = ["--touching", "high-points", "--work-of-adhesion", "4e-3", "--range", "1e-3", "--thickness", "0.5"];
     let solved = asperity()
         .args([
@@ -376,8 +377,9 @@ fn solve_and_run_give_the_same_numbers_and_warnings() {
     for (line, state) in lines.iter().zip(states) {
         assert_eq!(line["contact_nodes"], state["contact_nodes"]);
         assert_eq!(line["stop"], state["stop"]);
-        for key in ["pressure", "mean_gap", "energy", "contact_area"] {
-            let (found, expected) = (number(line, key), number(state, key));
+        let keys = [("pressure", modulus), ("mean_gap", length), ("energy", modulus * length), ("contact_area", 1.0)];
+        for (key, unit) in keys {
+            let (found, expected) = (number(line, key), number(state, key) / unit);
             assert!((found / expected - 1.0).abs() < ROUNDING, "{key}: {found} {expected}");
         }
     }

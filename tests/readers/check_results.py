@@ -26,12 +26,12 @@ maps = {
 }
 curves = {
     "p_star": [s["p_star"] for s in states],
-    "pressure": [s["pressure"] * modulus for s in states],
+    "pressure": [s["pressure"] for s in states],
     "contact_area": [s["contact_area"] for s in states],
     "contact_nodes": [s["contact_nodes"] for s in states],
-    "mean_gap": [s["mean_gap"] * length for s in states],
-    "stiffness": [np.nan if s.get("stiffness") is None else s["stiffness"] * modulus / length for s in states],
-    "hydraulic_gap": [s["observed"]["hydraulic_gap"] * length for s in states],
+    "mean_gap": [s["mean_gap"] for s in states],
+    "stiffness": [np.nan if s.get("stiffness") is None else s["stiffness"] for s in states],
+    "hydraulic_gap": [s["observed"]["hydraulic_gap"] for s in states],
 }
 units = {"gap": "m", "stress": "Pa", "pressure": "Pa", "mean_gap": "m", "x": "m", "p_star": "1", "stiffness": "Pa m-1"}
 x = np.arange(n) * length / n
@@ -52,7 +52,7 @@ with h5py.File(folder / "results.nc") as file:
     for prefix, other in (("non_adhesive_", results.get("non_adhesive")), ("range_1_", (results.get("other_ranges") or [None])[0])):
         assert (f"{prefix}mean_gap" in file) == (other is not None)
         if other:
-            gaps = [s["mean_gap"] * length for s in other["states"]]
+            gaps = [s["mean_gap"] for s in other["states"]]
             np.testing.assert_allclose(file[f"{prefix}mean_gap"][...], gaps, rtol=1e-15)
             assert [list(d.keys()) for d in file[f"{prefix}mean_gap"].dims] == [[f"{prefix}load"]]
 

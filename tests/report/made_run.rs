@@ -4,11 +4,12 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use asperity::atoms::results::*;
-use asperity::contact::load::{Branch, Stop};
+use asperity::contact::load::Branch;
+use asperity::contact::method::ErrorEstimates;
 use asperity::contact::observe;
 use asperity::contact::quantity::Quantity;
 use asperity::contact::results::*;
-use asperity::contact::state_numbers::StateNumbers;
+use asperity::contact::state::*;
 use asperity::contact::uncertainty::ValueWithError;
 use asperity::contact::uncertainty::{UncertaintyComponent, UncertaintySource};
 use asperity::grid::Field;
@@ -17,6 +18,9 @@ use asperity::surface::files::npy;
 
 pub(crate) const N: usize = 64;
 pub(crate) const LENGTH_ANGSTROM: f64 = 400.0;
+/// Cell, m, and contact modulus, Pa, of the laboratory and of the block.
+pub(crate) const LABORATORY: [f64; 2] = [1e-4, 25e6];
+pub(crate) const BLOCK: [f64; 2] = [LENGTH_ANGSTROM * 1e-10, 28.57e9];
 
 /// A sum of waves with fixed phases: height over L at the position (x, y) over L.
 pub(crate) fn height(x: f64, y: f64) -> f64 {
@@ -41,44 +45,33 @@ pub(crate) fn store(folder: &Path, name: &str, values: &[f64]) -> Option<String>
     Some(name.into())
 }
 
-pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
+pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> State {
     let share = gap.iter().filter(|g| **g == 0.0).count() as f64 / gap.len() as f64;
     let [gap_file, stress] = files;
-    StateResults {
-        plasticity: None,
-        plastic_map: None,
-        subsurface: None,
-        numbers: StateNumbers {
-            index: usize::from(p_star > 0.01),
-            p_star,
-            pressure: 0.08 * p_star,
-            contact_area: 0.9 * share,
-            contact_area_error: Some(0.9 * share * 0.0312),
-            patches: Some(17),
-            load_error: 2e-4,
-            stop: Stop::Converged,
-            iterations: 143,
-            fft_pairs: 301.0,
-            seconds: 1.7,
-            displacement: None,
-            stiffness_error: None,
-            stiffness: Some(0.345),
-            gap_map: gap_file,
-            stress_map: stress,
-        },
-        criterion: "gap = 0".into(),
-        contact_nodes: share,
-        mean_gap: gap.iter().sum::<f64>() / gap.len() as f64,
-        mean_gap_error: None,
-        interaction_energy: 0.0,
-        elastic_energy: 1e-6,
-        energy: -1e-6,
-        residual: 7e-5,
-        complementarity: 1e-9,
+    State {
+        index: usize::from(p_star > 0.01),
         branch: if p_star > 0.01 { Branch::Unloading } else { Branch::Loading },
-        energy_error_estimate: Some(3e-9),
-        area_error_estimate: Some(1e-4),
-        mean_gap_error_estimate: None,
+        p_star,
+        pressure: 0.08 * p_star,
+        criterion: "gap = 0".into(),
+        contact_area: 0.9 * share,
+        contact_area_error: Some(0.9 * share * 0.0312),
+        contact_nodes: Some(share),
+        patches: Some(17),
+        mean_gap: Some(gap.iter().sum::<f64>() / gap.len() as f64),
+        stiffness: Some(0.345),
+        energy: Some(-1e-6),
+        elastic_energy: Some(1e-6),
+        interaction_energy: Some(0.0),
+        load_error: 2e-4,
+        residual: Some(7e-5),
+        complementarity: Some(1e-9),
+        error_estimates: Some(ErrorEstimates { energy: Some(3e-9), area: Some(1e-4), mean_gap: None }),
+        gap_map: gap_file.map(Map::File),
+        stress_map: stress.map(Map::File),
+        iterations: 143,
+        fft_pairs: 301.0,
+        seconds: 1.7,
         discretisation: Some(Discretisation {
             area: Some(0.0234),
             area_is_bound: false,
@@ -118,9 +111,8 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
                 is_bound: false,
             },
         ],
-        hysteresis: None,
         observed: Some(observed(gap)),
-        leakage: None,
+        ..State::default()
     }
 }
 
@@ -133,25 +125,33 @@ pub(crate) fn observed(gap: &[f64]) -> Observed {
     let node = 1.0 / (N * N) as f64;
     Observed {
         mean_contact_pressure: Some(0.03),
-        gap: observe::gap_distribution(field, 0.0, observe::linear_edges(0.0, 0.04, 40)),
-        gap_logarithmic: observe::gap_distribution(field, 0.0, observe::logarithmic_edges(1e-5, 0.04, 40)),
-        stress: stresses.all,
-        contact_stress: stresses.contact,
+        gap: Some(observe::gap_distribution(field, 0.0, observe::linear_edges(0.0, 0.04, 40))),
+        gap_logarithmic: Some(observe::gap_distribution(field, 0.0, observe::logarithmic_edges(1e-5, 0.04, 40))),
+        stress: Some(stresses.all),
+        contact_stress: Some(stresses.contact),
         patch_density: observe::size_distribution(&sizes, 5)
             .into_iter()
             .map(|(a, density, n)| [a * node, density / node, n as f64])
             .collect(),
         patch_area: observe::cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
         median_cluster_area: observe::median_cluster_size(&sizes).map(|a| a as f64 * node),
-        constriction_conductance: 0.123,
-        hydraulic_gap: 0.0,
+        constriction_conductance: Some(0.123),
+        hydraulic_gap: Some(0.0),
         compressive: None,
-        contact_percolates: [false, true],
-        gap_percolates: [true, true],
+        contact_percolates: Some([false, true]),
+        gap_percolates: Some([true, true]),
     }
 }
 
-pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool; 2]) -> ContinuumResults {
+/// `unit`: m and Pa of the problem's units.
+pub(crate) fn continuum(
+    folder: &Path,
+    (name, method): (&str, &str),
+    level: f64,
+    stored: [bool; 2],
+    unit: [f64; 2],
+) -> ContinuumResults {
+    let [length, modulus] = unit;
     let states = [0.01, 0.02].iter().zip(1..).map(|(&p_star, i)| {
         let gap = grid(|x, y| (height(x, y) - level - 0.25 * p_star).max(0.0));
         let stress = grid(|x, y| (0.3 * (level + 0.25 * p_star - height(x, y))).max(-1e-4));
@@ -159,7 +159,7 @@ pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, sto
             stored[0].then(|| store(folder, &format!("{name}-gap-{i}.npy"), &gap)).flatten(),
             stored[1].then(|| store(folder, &format!("{name}-stress-{i}.npy"), &stress)).flatten(),
         ];
-        state(p_star, &gap, files)
+        state(p_star, &gap, files).in_units(length, modulus)
     });
     ContinuumResults {
         hardness: None,
@@ -170,23 +170,29 @@ pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, sto
         wall: "hard wall".into(),
         nx: N,
         ny: N,
-        range: Some(RangeResults {
-            gamma: 2e-5,
-            requested: 2.07e-5,
-            used: 8.28e-5,
-            resolution_requested: 0.35,
-            resolution_used: 1.4,
-        }),
+        range: Some(
+            RangeResults {
+                gamma: 2e-5,
+                requested: 2.07e-5,
+                used: 8.28e-5,
+                resolution_requested: 0.35,
+                resolution_used: 1.4,
+            }
+            .in_units(length, modulus),
+        ),
         resolved_gradient: Some(0.71),
         states: states.collect(),
-        pull_off: Some(PullOff {
-            pressure: -0.0021,
-            mean_gap: 0.012,
-            pressure_error: Some(3e-4),
-            mean_gap_error: Some(1e-4),
-            coarser: Some([N / 2, N / 2]),
-            curve: vec![[0.010, 0.001], [0.012, -0.0021], [0.016, -0.0007]],
-        }),
+        pull_off: Some(
+            PullOff {
+                pressure: -0.0021,
+                mean_gap: 0.012,
+                pressure_error: Some(3e-4),
+                mean_gap_error: Some(1e-4),
+                coarser: Some([N / 2, N / 2]),
+                curve: vec![[0.010, 0.001], [0.012, -0.0021], [0.016, -0.0007]],
+            }
+            .in_units(length, modulus),
+        ),
         pull_off_failure: None,
         dissipation: None,
         percolation: Some([0.2, 0.3]),
@@ -277,8 +283,8 @@ pub(crate) fn atoms(folder: &Path) -> AtomsResults {
 }
 
 pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
-    let hard = continuum(folder, "hard", "bccg", 0.0085, [true, false]);
-    let soft = continuum(folder, "soft", "gfmd", 0.007, [true, false]);
+    let hard = continuum(folder, ("hard", "bccg"), 0.0085, [true, false], BLOCK);
+    let soft = continuum(folder, ("soft", "gfmd"), 0.007, [true, false], BLOCK);
     let overlap = |kappa: f64| Overlap { jaccard: 0.8 * kappa, precision: 0.9 * kappa, recall: 0.95 * kappa, kappa };
     let maps = ["hard_wall", "offset_wall", "compliant_wall"].map(|id| {
         let name = format!("continuum-{id}.npy");
@@ -301,9 +307,9 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
         registration: [0, 0],
         atoms: CriterionArea { criterion: "distance < 3.62 Å".into(), contact_area: a.contact_area },
         continuum: vec![
-            a_match("hard_wall", 0.0, h.numbers.contact_area, 0.71),
-            a_match("offset_wall", 0.3, 1.3 * h.numbers.contact_area, 0.78),
-            a_match("compliant_wall", 0.0, 1.2 * h.numbers.contact_area, 0.8347),
+            a_match("hard_wall", 0.0, h.contact_area, 0.71),
+            a_match("offset_wall", 0.3, 1.3 * h.contact_area, 0.78),
+            a_match("compliant_wall", 0.0, 1.2 * h.contact_area, 0.8347),
         ],
         atoms_mean_gap_angstrom: 9.713,
         hard_wall_mean_gap_angstrom: 9.402,
@@ -312,7 +318,7 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
         atoms_patches: 14,
         compliant_wall_patches: 17,
         gap_rms_difference_angstrom: 0.214,
-        compliant_wall_gap: s.numbers.gap_map.clone().unwrap(),
+        compliant_wall_gap: s.gap_file().unwrap().into(),
         model_chain: Vec::new(),
         area_vs_distance: Vec::new(),
         area_vs_gap: Vec::new(),
@@ -358,7 +364,7 @@ pub(crate) fn run_folder(folder: &Path) -> Results {
         schema: SCHEMA,
         name: "A made-up <run>".into(),
         description: "Fields of a few waves, for looking at the report; no solver has seen them.".into(),
-        scales: ScalesSi { length_m: 1e-4, modulus_pa: 25e6 },
+        scales: ScalesSi { length_m: LABORATORY[0], modulus_pa: LABORATORY[1] },
         surface: SurfaceResults {
             origin: "Synthesised, seed 1".into(),
             provenance: None,
@@ -383,7 +389,7 @@ pub(crate) fn run_folder(folder: &Path) -> Results {
                 })
                 .collect(),
         },
-        continuum: Some(continuum(folder, "laboratory", "gfmd", 0.009, [true, true])),
+        continuum: Some(continuum(folder, ("laboratory", "gfmd"), 0.009, [true, true], LABORATORY)),
         non_adhesive: None,
         other_ranges: vec![],
         cross_check: None,

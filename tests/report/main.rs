@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 use asperity::atoms::results::*;
 use asperity::contact::load::{Branch, Stop};
 use asperity::contact::observe::{Distribution, linear_edges};
-use asperity::contact::results::*;
-use asperity::contact::state_numbers::StateNumbers;
+use asperity::contact::state::*;
 use asperity::record::results::*;
 use asperity::report::{self, PrintedFigures, ReportOptions};
 use asperity::surface::files::npy;
@@ -380,9 +379,10 @@ fn a_loading_cycle_is_described_by_its_extremes() {
     let mut results = run_folder(folder.path());
     (results.atoms, results.comparison) = (None, None);
     let c = results.continuum.as_mut().unwrap();
-    let of = |p_star: f64, area: f64, branch: Branch| StateResults {
-        mean_gap: 0.01 - 0.1 * p_star,
-        numbers: StateNumbers { p_star, contact_area: area, ..c.states[0].numbers.clone() },
+    let of = |p_star: f64, area: f64, branch: Branch| State {
+        mean_gap: Some((0.01 - 0.1 * p_star) * 1e-4),
+        p_star,
+        contact_area: area,
         branch,
         ..c.states[0].clone()
     };
@@ -416,8 +416,8 @@ fn meaningless_values_are_omitted() {
     // Points of modes 1 to 49, and one in the legend.
     assert_eq!(points(folder.path()), (50, false));
     let c = results.continuum.as_mut().unwrap();
-    c.states[1].numbers.stop = Stop::Detached;
-    c.states[1].numbers.load_error = 123.0;
+    c.states[1].stop = Stop::Detached;
+    c.states[1].load_error = 123.0;
     results.surface.periodic = false;
     results.surface.note = "Heights that do not repeat.".into();
     results.write(folder.path()).unwrap();
@@ -448,7 +448,7 @@ fn parts_that_were_not_run_are_left_out() {
 fn an_unconverged_state_is_marked() {
     let folder = tempfile::tempdir().unwrap();
     let mut results = run_folder(folder.path());
-    results.continuum.as_mut().unwrap().states[1].numbers.stop = Stop::IterationLimit;
+    results.continuum.as_mut().unwrap().states[1].stop = Stop::IterationLimit;
     results.write(folder.path()).unwrap();
     let text = page(folder.path());
     assert!(text.contains("iteration limit") && text.contains("(not converged)") && text.contains(">not converged<"));
@@ -464,10 +464,10 @@ fn what_is_missing_or_damaged_is_named() {
     says(&["not a run folder", "results.json and manifest.json are missing"]);
     let path = folder.path().join("results.json");
     std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
-    says(&["results.json", "schema 99", "accepted: schema 3"]);
+    says(&["results.json", "schema 99", "accepted: schema 4"]);
     std::fs::write(&path, "{\"name\": 1}").unwrap();
     says(&["results.json", "schema"]);
-    std::fs::write(&path, "{\"schema\": 3, \"name\": 1}").unwrap();
+    std::fs::write(&path, "{\"schema\": 4, \"name\": 1}").unwrap();
     says(&["results.json", "line 1"]);
 
     let mut results = run_folder(folder.path());

@@ -3,7 +3,7 @@
 //! round numbers, are left out; their data are in `figures/`.
 
 use asperity::contact::quantity::Quantity;
-use asperity::contact::results::StateResults;
+use asperity::contact::state::State;
 use asperity::record::results::{FILE, LoadComparison, Results};
 use asperity::report::number::{duration, memory};
 use serde_json::Value;
@@ -162,8 +162,8 @@ fn unit_after(rest: &[char]) -> String {
 fn factors(unit: &str, results: &Results) -> Vec<f64> {
     let (length, modulus) = (results.scales.length_m, results.scales.modulus_pa);
     let block = results.atoms.as_ref().map(|a| (a.length_angstrom * 1e-10, a.modulus_gpa * 1e9));
-    let lengths: Vec<f64> = [length, 1e-6, 1e-9, 1e-10].into_iter().chain(block.map(|b| b.0)).collect();
-    let stresses: Vec<f64> = [modulus, 1e9, 1e6, 1e3].into_iter().chain(block.map(|b| b.1)).collect();
+    let lengths: Vec<f64> = [1.0, length, 1e-6, 1e-9, 1e-10].into_iter().chain(block.map(|b| b.0)).collect();
+    let stresses: Vec<f64> = [1.0, modulus, 1e9, 1e6, 1e3].into_iter().chain(block.map(|b| b.1)).collect();
     let metres = |unit: &str| {
         let list = [("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12), ("fm", 1e-15), ("Å", 1e-10)];
         list.iter().find(|u| u.0 == unit).map(|u| u.1)
@@ -181,18 +181,19 @@ fn factors(unit: &str, results: &Results) -> Vec<f64> {
     } else if let Some(p) = pascals(unit) {
         stresses.iter().map(|s| s / p).collect()
     } else if let Some((p, m)) = unit.split_once('/').and_then(|(p, m)| Some((pascals(p)?, metres(m)?))) {
-        vec![modulus / length * m / p]
+        vec![m / p]
     } else if let Some(j) = [("J/m²", 1.0), ("mJ/m²", 1e-3), ("µJ/m²", 1e-6)].iter().find(|u| u.0 == unit) {
-        vec![modulus * length / j.1]
+        vec![1.0 / j.1]
     } else {
-        vec![1.0]
+        // Conductances over the cell's extent, and stiffnesses over E*/L.
+        vec![1.0, 1.0 / length, length / modulus]
     }
 }
 
 /// Values that the page computes from stored numbers, in the units of stored numbers.
 fn computed(results: &Results) -> Vec<f64> {
     let mut list = Vec::new();
-    let total = |s: &StateResults, q: Quantity| -> f64 {
+    let total = |s: &State, q: Quantity| -> f64 {
         s.uncertainty.iter().filter(|u| u.quantity == q).filter_map(|u| u.relative).sum()
     };
     let comparison = results.comparison.as_ref();
@@ -206,7 +207,7 @@ fn computed(results: &Results) -> Vec<f64> {
             // Sums of the known components of the uncertainty, and with them the errors of area, gap and contact stress.
             let (area, gap) = (total(s, Quantity::ContactArea), total(s, Quantity::MeanGap));
             let pressure = s.observed.as_ref().and_then(|o| o.mean_contact_pressure).unwrap_or(0.0);
-            list.extend([area, gap, area * s.numbers.contact_area, gap * s.mean_gap, area * pressure]);
+            list.extend([area, gap, area * s.contact_area, gap * s.mean_gap.unwrap_or(0.0), area * pressure]);
             // Work per unit area stated in mJ/m², and how much a range is enlarged.
             list.extend(s.hysteresis.as_ref().map(|_| 0.0));
         }
@@ -220,7 +221,7 @@ fn computed(results: &Results) -> Vec<f64> {
         }
         // The contact stress of the elastic continuum at the surface sites.
         for (load, s) in c.loads.iter().zip(&c.compliant_wall.states) {
-            list.extend(load.continuum.iter().map(|m| s.numbers.pressure / m.contact_area));
+            list.extend(load.continuum.iter().map(|m| s.pressure / m.contact_area));
         }
     }
     // Deviations of the statistics of the surface from their expected values.
@@ -253,9 +254,8 @@ fn computed(results: &Results) -> Vec<f64> {
 /// Mean gaps along x = L/2 at the reference load and their errors, from the maps: figure 4 of the challenge.
 fn line_means(folder: &Path, results: &Results) -> Vec<f64> {
     let states = results.continuum.iter().chain(&results.non_adhesive).flat_map(|c| &c.states);
-    let stored = states.filter_map(|s| {
-        Some((s, asperity::surface::files::npy::NpyReader::open(&folder.join(s.numbers.gap_map.as_ref()?)).ok()?))
-    });
+    let stored = states
+        .filter_map(|s| Some((s, asperity::surface::files::npy::NpyReader::open(&folder.join(s.gap_file()?)).ok()?)));
     let mut list = Vec::new();
     for (state, map) in stored {
         let (mut sum, middle, rows) = (0.0, map.nx / 2, map.ny as f64);
@@ -269,8 +269,8 @@ fn line_means(folder: &Path, results: &Results) -> Vec<f64> {
 }
 
 /// Deviation of the atoms' contact from each criterion, the ratio, and their errors.
-fn deviations(states: &[StateResults], load: &LoadComparison) -> Vec<f64> {
-    let near = |s: &&StateResults| (s.numbers.p_star / load.p_star - 1.0).abs() < 0.01;
+fn deviations(states: &[State], load: &LoadComparison) -> Vec<f64> {
+    let near = |s: &&State| (s.p_star / load.p_star - 1.0).abs() < 0.01;
     let area: f64 = states.iter().find(near).map_or(0.0, |s| {
         s.uncertainty.iter().filter(|u| u.quantity == Quantity::ContactArea).filter_map(|u| u.relative).sum()
     });

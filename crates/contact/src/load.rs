@@ -32,9 +32,10 @@ pub enum Branch {
 }
 
 /// Why a solver stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stop {
+    #[default]
     Converged,
     #[serde(rename = "iteration limit")]
     IterationLimit,

@@ -14,6 +14,16 @@ fn check(list: &[AcceptanceCheck], id: &str) -> AcceptanceCheck {
     list.iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).clone()
 }
 
+/// Contact of a state, in its distribution of the gap, m².
+fn counted_area(o: &Observed) -> f64 {
+    o.gap.as_ref().expect("made up").delta * LENGTH * LENGTH
+}
+
+/// Mean gap, µm.
+fn um(s: &State) -> f64 {
+    s.mean_gap.expect("made up") * 1e6
+}
+
 /// Value and error of a statement.
 fn found(results: &Results, id: &str) -> [f64; 2] {
     let check = check(&assess(results), id);
@@ -41,7 +51,7 @@ fn errors_are_those_of_the_states() {
                 component(Quantity::ContactArea, UncertaintySource::Solver, 0.02),
                 component(Quantity::MeanGap, UncertaintySource::Grid, 0.005),
             ];
-            (s.numbers.stiffness_error, s.residual) = (Some(0.2), 0.03);
+            (s.stiffness_error, s.residual) = (Some(0.2 * MODULUS / LENGTH), Some(0.03));
         }
     }
     let ratios = [("S05", 0.06), ("S08", 0.06)];
@@ -68,17 +78,17 @@ fn errors_of_clusters_are_counting_errors() {
     let [share, error] = found(&results, "S23a");
     assert_near(error, (share * (100.0 - share) / 3000.0).sqrt(), "S23a");
     let o = results.continuum.as_ref().and_then(|c| c.states[3].observed.as_ref()).expect("made up");
-    let counted = share_counting_error(&o.patch_area, o.gap.delta, 1.0 / (UM * UM)).expect("clusters on both sides");
+    let counted = share_counting_error(&o.patch_area, counted_area(o), 1e-12).expect("clusters on both sides");
     assert_near(found(&results, "S17b")[1], counted, "S17b");
     // A tenth of the contact in clusters of the same areas: shares of one half within the error are reached at more than one area.
     let mut few = agreeing();
     let o = seen(with(&mut few));
-    o.gap.delta *= 0.1;
-    let median = median_counting_error(&o.patch_area, o.gap.delta, 3.0 / (UM * UM)).expect("clusters on both sides");
-    assert_near(found(&few, "S17a")[1], median * UM * UM, "S17a");
+    of(&mut o.gap).delta *= 0.1;
+    let median = median_counting_error(&o.patch_area, counted_area(o), 3e-12).expect("clusters on both sides");
+    assert_near(found(&few, "S17a")[1], median * 1e12, "S17a");
     // Clusters of a quarter of the area are four times as many, with half of the error.
     let mut finer = agreeing();
-    let number = |o: &Observed| effective_clusters(&o.patch_area, o.gap.delta).expect("contact");
+    let number = |o: &Observed| effective_clusters(&o.patch_area, counted_area(o)).expect("contact");
     let previous = number(seen(without(&mut finer)));
     seen(without(&mut finer)).patch_area.iter_mut().for_each(|a| a[0] *= 0.25);
     assert_near(number(seen(without(&mut finer))), 4.0 * previous, "number");
@@ -89,20 +99,20 @@ fn errors_of_clusters_are_counting_errors() {
 #[test]
 fn errors_of_fits_are_standard_errors() {
     let mut scattered = agreeing();
-    at(with(&mut scattered), 0.4).mean_gap *= 1.1;
-    let states = with(&mut scattered).states.iter().filter(|s| s.numbers.p_star > 0.137);
-    let loads: Vec<(f64, f64)> = states.map(|s| (s.numbers.p_star, (s.mean_gap * UM).ln())).collect();
+    widen(at(with(&mut scattered), 0.4), 1.1);
+    let states = with(&mut scattered).states.iter().filter(|s| s.p_star > 0.137);
+    let loads: Vec<(f64, f64)> = states.map(|s| (s.p_star, um(s).ln())).collect();
     let fit = line(&loads).expect("five loads");
     assert_near(found(&scattered, "S11a")[1], fit.slope_error, "S11a");
     assert_near(found(&scattered, "S11b")[1], fit.intercept.exp() * fit.intercept_error, "S11b");
-    at(with(&mut scattered), 0.02).mean_gap *= 1.1;
-    let states = with(&mut scattered).states.iter().filter(|s| s.numbers.p_star < 0.137);
-    let loads: Vec<(f64, f64)> = states.map(|s| (s.numbers.p_star.ln(), s.mean_gap * UM)).collect();
+    widen(at(with(&mut scattered), 0.02), 1.1);
+    let states = with(&mut scattered).states.iter().filter(|s| s.p_star < 0.137);
+    let loads: Vec<(f64, f64)> = states.map(|s| (s.p_star.ln(), um(s))).collect();
     assert_near(found(&scattered, "S12")[1], jackknife(&loads, |l| l.r2).expect("seven loads"), "S12");
     // From 16 nodes to the median cluster of 3 µm².
     let sizes = &mut seen(with(&mut scattered)).patch_density;
     sizes[5][1] *= 1.1;
-    let area = |a: f64| (16.0 / 32768f64.powi(2)..=3e-4).contains(&a);
+    let area = |a: f64| (16.0 * (LENGTH / 32768.0).powi(2)..=3e-12).contains(&a);
     let sizes: Vec<(f64, f64)> =
         sizes.iter().filter(|[a, ..]| area(*a)).map(|[a, density, _]| (a.ln(), density.ln())).collect();
     assert_near(found(&scattered, "S15")[1], line(&sizes).expect("many sizes").slope_error, "S15");
@@ -121,7 +131,7 @@ fn loads_are_relative_to_the_resolved_gradient() {
     let mut part = agreeing();
     let whole = assess(&part);
     without(&mut part).resolved_gradient = Some(0.98);
-    without(&mut part).states.iter_mut().for_each(|s| s.numbers.pressure *= 0.98);
+    without(&mut part).states.iter_mut().for_each(|s| s.pressure *= 0.98);
     for id in ["S07a", "S07b", "S09"] {
         let [part, whole] = [&assess(&part), &whole].map(|list| check(list, id).value.expect("a value"));
         assert_near(part, whole, id);
@@ -139,10 +149,10 @@ fn the_mesh_criterion_is_that_of_the_spacing() {
 #[test]
 fn the_peak_of_tension_is_relative_to_half_of_the_largest() {
     let mut results = agreeing();
-    let edges = seen(with(&mut results)).stress.edges.clone();
+    let edges = of(&mut seen(with(&mut results)).stress).edges.clone();
     let zero = edges.iter().position(|e| *e > 0.0).expect("compression") - 2;
-    let half = edges.iter().position(|e| *e >= -0.5 * PULL).expect("tension") - 1;
-    let ratio = (8.0 * (edges[zero] - edges[half])).exp();
+    let half = edges.iter().position(|e| *e >= -0.5 * PULL * MODULUS).expect("tension") - 1;
+    let ratio = (8.0 * (edges[zero] - edges[half]) / MODULUS).exp();
     assert!((found(&results, "S23b")[0] / ratio - 1.0).abs() < BINS, "{ratio}");
 }
 
@@ -161,13 +171,13 @@ fn the_hurst_exponent_ends_at_the_shortest_wave_along_an_axis() {
 #[test]
 fn stresses_and_gaps_are_relative_to_the_range_used() {
     let mut longer = agreeing();
-    let used = 2.0 * 2.071e-5;
+    let used = 2.0 * 2.071e-5 * LENGTH;
     with(&mut longer).range.as_mut().expect("adhesion").used = used;
     assert_near(found(&longer, "S14")[0], 2.0, "S14");
     // A range of ten bins.
-    let used = 2.5e-3;
+    let used = 2.5e-3 * LENGTH;
     with(&mut longer).range.as_mut().expect("adhesion").used = used;
-    let below = |o: &Observed| o.gap_logarithmic.fractions[..10].iter().sum::<f64>();
+    let below = |o: &Observed| o.gap_logarithmic.as_ref().expect("made up").fractions[..10].iter().sum::<f64>();
     let ratio = below(seen(with(&mut longer))) / below(seen(without(&mut longer)));
     assert!((found(&longer, "S21b")[0] / ratio - 1.0).abs() < BINS, "{ratio}");
 }

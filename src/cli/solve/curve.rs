@@ -2,8 +2,8 @@
 
 use crate::record::load_table::{Dimension, ResultUnits};
 use crate::report::number::significant;
-use asperity_contact::method::Stop;
-use serde_json::Value;
+use asperity_contact::load::Stop;
+use asperity_contact::state::State;
 
 /// A value with its unit, for people.
 pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> String {
@@ -14,11 +14,10 @@ pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> 
     }
 }
 
-/// A share of the cell with its error, in percent.
-pub(super) fn share(line: &Value, key: &str) -> String {
-    let percentage = |v: &Value, digits: usize| v.as_f64().map(|v| significant(100.0 * v, digits));
-    let error = percentage(&line[format!("{key}_error")], 2).map_or(String::new(), |e| format!(" ± {e}"));
-    format!("{}{error}\u{a0}%", percentage(&line[key], 3).unwrap_or_default())
+/// The contact area with its error, in percent of the cell.
+pub(super) fn share(s: &State) -> String {
+    let error = s.contact_area_error.map_or(String::new(), |e| format!(" ± {}", significant(100.0 * e, 2)));
+    format!("{}{error}\u{a0}%", significant(100.0 * s.contact_area, 3))
 }
 
 /// Width of the columns on the terminal.
@@ -42,32 +41,27 @@ pub(super) fn head(units: &ResultUnits) -> String {
 }
 
 /// A load as a row of that table.
-pub(super) fn line(number: usize, state: &Value) -> String {
-    let number_of = |key: &str| state[key].as_f64();
+pub(super) fn line(number: usize, s: &State) -> String {
     let dash = || "–".to_string();
     // Separated surfaces have no equilibrium: the last iterate is no result.
-    let separated = state["stop"] == Stop::Detached.to_string();
-    let result = |key: &str| number_of(key).filter(|_| !separated);
-    let text = |key: &str, show: &dyn Fn(f64) -> String| result(key).map_or_else(dash, show);
-    let error = |key: &str| result(key).map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-    let power = |v: f64| format!("{v:.1e}");
-    let stop = state["stop"].as_str().unwrap_or_default();
-    // Of separated surfaces nothing is shown that could be taken for a result.
-    let mark = if separated || stop == Stop::Converged.to_string() {
-        String::new()
-    } else {
-        format!("  not converged: {stop}")
+    let separated = s.stop == Stop::Detached;
+    let text = |value: Option<f64>, show: &dyn Fn(f64) -> String| {
+        value.filter(|v| v.is_finite() && !separated).map_or_else(dash, show)
     };
+    let error =
+        |e: Option<f64>| e.filter(|_| !separated).map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
     let cells = row(&[
         number.to_string(),
-        number_of("pressure").map_or_else(dash, |v| significant(v, 6)),
-        result("contact_area").map_or_else(dash, |_| share(state, "contact_area")),
-        text("mean_gap", &|v| significant(v, 6)) + &error("mean_gap_error"),
-        text("stiffness", &|v| significant(v, 4)) + &error("stiffness_error"),
-        text("residual", &power),
-        state["iterations"].as_u64().map_or_else(dash, |n| n.to_string()),
+        significant(s.pressure, 6),
+        text(Some(s.contact_area), &|_| share(s)),
+        text(s.mean_gap, &|v| significant(v, 6)) + &error(s.mean_gap_error),
+        text(s.stiffness, &|v| significant(v, 4)) + &error(s.stiffness_error),
+        text(s.residual, &|v| format!("{v:.1e}")),
+        s.iterations.to_string(),
     ]);
-    cells + &mark
+    // Of separated surfaces nothing is shown that could be taken for a result.
+    let converged = separated || s.stop == Stop::Converged;
+    if converged { cells } else { format!("{cells}  not converged: {}", s.stop) }
 }
 
 fn row(cells: &[String; 7]) -> String {

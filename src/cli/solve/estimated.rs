@@ -1,18 +1,21 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
 use super::fields::load_name;
+use super::reporter::with;
 use super::{SolveArgs, cache};
 use crate::Result;
 use crate::cli::output;
 use crate::cli::progress::TerminalProgress;
-use crate::pipeline::{ProgressReporter, state_of};
+use crate::pipeline::ProgressReporter;
+use asperity_contact::estimated::{never_delivered, state_of};
 use crate::record::load_table;
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::Case;
 use asperity_contact::interface::AttractionLaw;
-use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{ContactMethod, Heights, MethodEstimate, Quantity, ReducedProblem};
+use asperity_contact::load::Load;
+use asperity_contact::method::{Heights, Quantity};
 use asperity_contact::path::EstimatorInput;
+use asperity_contact::state::State;
 use asperity_grid::Field;
 use asperity_grid::units::Scales;
 use asperity_surface::files::{json, npy};
@@ -20,7 +23,8 @@ use serde_json::{Value, json};
 
 pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &TerminalProgress) -> Result<()> {
     let method = asperity_methods::find(&solve.method).expect("checked with the scene");
-    let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
+    let steps = case.load_steps();
+    let loads: Vec<Load> = steps.iter().map(|step| step.target).collect();
     let requested = &case.problem(heights);
     let card = method.card();
     let (plan, available) = (EstimatorInput::plan(requested, method), asperity_grid::sys::available_memory_bytes());
@@ -36,42 +40,46 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
         solve.open_folder(out, &key)?;
         cache::clear(out, None)?;
     }
-    let mut lines = Vec::new();
+    let (mut states, mut lines) = (Vec::new(), Vec::new());
     let watch = ProgressReporter::new(progress, None, "", (0, loads.len()));
     let resolved_gradient = requested.resolved_gradient();
+    let criterion = method.criterion(&requested.settings).to_string();
+    let Scales { length_m: length, modulus_pa: modulus } = case.scales;
     let growth = asperity_grid::sys::MemoryGrowth::begin();
     let mut cpu = asperity_grid::sys::cpu_seconds();
     let input = EstimatorInput::new(requested.clone(), method)?;
     input.walk((&loads, 0), &watch, |i, problem, estimate| {
         // Before anything is counted in what was found.
         let (previous, measured) = (std::mem::replace(&mut cpu, asperity_grid::sys::cpu_seconds()), growth.bytes());
-        let mut line = line(case.scales, method, problem, estimate);
-        line["method"] = json!(card.id);
-        line["criterion"] = json!(method.criterion(&problem.settings).to_string());
-        line["calibrated_on"] = json!(method.calibrated_on(&problem.settings));
-        line["measured_errors"] = json!(card.measured_errors);
-        line["resolved_gradient"] = json!(resolved_gradient);
-        line["cpu_seconds"] = json!(cpu - previous);
-        line["planned_bytes"] = json!(plan.bytes);
-        line["measured_bytes"] = json!(measured);
-        line["peak_rss_bytes"] = json!(growth.peak_bytes());
-        let adhesive = problem.adhesion != AttractionLaw::None;
-        line["provenance"] = json!(case.provenance());
-        // What the method never gives, and what it does not give at this load.
-        let never = Quantity::OUTPUTS
-            .into_iter()
-            .filter_map(|q| Some((q.id().to_string(), Value::from(card.unsupported_reason(q, adhesive)?))));
-        let here = line["missing"].as_object().into_iter().flatten().map(|(q, reason)| (q.clone(), reason.clone()));
-        line["missing"] = never.chain(here).collect();
+        let state = state_of(card, problem, (&steps[i], case.gradient, &criterion), estimate);
+        let mut state = state.in_units(length, modulus);
+        // What the method never gives, besides what it does not give at this load.
+        state.missing.extend(never_delivered(card, problem.adhesion != AttractionLaw::None));
+        let used = method.adhesion(problem);
+        let about = json!({
+            "method": card.id,
+            "nx": grid.nx,
+            "ny": grid.ny,
+            "kernel": problem.kernel.to_string(),
+            "adhesion": used.to_string(),
+            "gamma": problem.adhesion.work_of_adhesion() * modulus * length,
+            "range": used.range() * length,
+            "calibrated_on": method.calibrated_on(&problem.settings),
+            "measured_errors": card.measured_errors,
+            "resolved_gradient": resolved_gradient,
+            "cpu_seconds": cpu - previous,
+            "planned_bytes": plan.bytes,
+            "measured_bytes": measured,
+            "peak_rss_bytes": growth.peak_bytes(),
+            "provenance": case.provenance(),
+        });
+        let line = with(&state, about);
         if let Some(out) = &solve.out {
             let name = |name: &str| match loads.len() {
                 1 => name.to_string(),
                 n => format!("{}-{name}", load_name(i, n)),
             };
-            for (file, field, unit) in [
-                ("gap.npy", estimate.gap, case.scales.length_m),
-                ("stress.npy", estimate.stress, case.scales.modulus_pa),
-            ] {
+            for (file, field, unit) in [("gap.npy", estimate.gap, length), ("stress.npy", estimate.stress, modulus)] {
                 if let Some(field) = field {
                     npy::write_field(&out.join(name(file)), grid.nx, grid.ny, Field::F64(field), unit)?;
                 }
@@ -84,74 +92,44 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
         if solve.json {
             output::json_line(&line)?;
         } else {
-            output::print(&table(&line));
+            output::print(&table(&state, &line));
         }
+        states.push(state);
         lines.push(line);
         watch.next();
         Ok(())
     })?;
     let Some(out) = &solve.out else { return Ok(()) };
-    load_table::write(out, &lines, &solve.units(case))?;
+    load_table::write(out, &states, &solve.units(case))?;
     solve.finish(out, key, lines, None)
 }
 
-fn line(scales: Scales, method: &dyn ContactMethod, problem: &ReducedProblem, estimate: &MethodEstimate) -> Value {
-    let (length, modulus, grid) = (scales.length_m, scales.modulus_pa, problem.grid);
-    let state = state_of(method.card(), problem, (&LoadStep::single(estimate.pressure, 1.0), 1.0), estimate);
-    let used = method.adhesion(problem);
-    json!({
-        "nx": grid.nx,
-        "ny": grid.ny,
-        "kernel": problem.kernel.to_string(),
-        "adhesion": used.to_string(),
-        "gamma": problem.adhesion.work_of_adhesion() * modulus * length,
-        "range": used.range() * length,
-        "pressure": estimate.pressure * modulus,
-        "contact_area": state.numbers.contact_area,
-        "contact_nodes": state.contact_nodes,
-        "mean_gap": state.mean_gap.map(|g| g * length),
-        "stiffness": state.numbers.stiffness.map(|k| k * modulus / length),
-        "patches": state.numbers.patches,
-        "missing": state.missing.iter().map(|m| (m.quantity.clone(), Value::from(m.reason.as_str()))).collect::<Value>(),
-        "median_cluster_area": state.median_cluster_area.map(|a| a * length * length),
-        "load_error": state.numbers.load_error,
-        "stop": state.numbers.stop,
-        "iterations": state.numbers.iterations,
-        "fft_pairs": state.numbers.fft_pairs,
-        "seconds": state.numbers.seconds,
-    })
-}
-
-/// A state for people, from its line of JSON.
-fn table(line: &Value) -> String {
-    let missing = |quantity: &str| match line["missing"][quantity].as_str() {
+/// A state for people; `line` also describes the problem.
+fn table(s: &State, line: &Value) -> String {
+    let missing = |quantity: Quantity| match s.missing.get(&quantity) {
         Some(reason) => format!("– ({reason})"),
         None => "–".to_string(),
     };
-    let or_reason = |key: &str, quantity: &str, show: &dyn Fn(f64) -> String| {
-        line[key].as_f64().map_or_else(|| missing(quantity), show)
-    };
     let plain = |v: f64| significant(v, 6);
-    let text = |key: &str| line[key].as_str().unwrap_or_default().to_string();
+    let of_problem = |key: &str| line[key].as_f64().map_or_else(|| "–".to_string(), |v| significant(v, 4));
+    let median = s.observed.as_ref().and_then(|o| o.median_cluster_area);
     let mut rows = vec![
-        ("method", text("method")),
-        ("mean pressure", or_reason("pressure", "", &plain)),
-        ("contact is", text("criterion")),
-        ("contact", or_reason("contact_area", "contact_area", &percent)),
+        ("method", line["method"].as_str().unwrap_or_default().to_string()),
+        ("mean pressure", plain(s.pressure)),
+        ("contact is", s.criterion.clone()),
+        ("contact", percent(s.contact_area)),
     ];
     if line["gamma"].as_f64().is_some_and(|g| g > 0.0) {
-        rows.push(("work of adhesion", or_reason("gamma", "", &|g| significant(g, 4))));
-        rows.push(("range of adhesion", or_reason("range", "", &|r| significant(r, 4))));
+        rows.push(("work of adhesion", of_problem("gamma")));
+        rows.push(("range of adhesion", of_problem("range")));
     }
+    let memory = memory(line["peak_rss_bytes"].as_u64().unwrap_or_default());
     rows.extend([
-        ("mean gap", or_reason("mean_gap", "mean_gap", &plain)),
-        ("median cluster area", or_reason("median_cluster_area", "patch_pdf", &plain)),
-        ("rms gradient on this grid", or_reason("resolved_gradient", "", &|v| significant(v, 4))),
-        ("load error", or_reason("load_error", "", &|v| format!("{v:.1e}"))),
-        ("time, peak memory", {
-            let bytes = line["peak_rss_bytes"].as_u64().unwrap_or_default();
-            format!("{}, {}", duration(line["seconds"].as_f64().unwrap_or_default()), memory(bytes))
-        }),
+        ("mean gap", s.mean_gap.map_or_else(|| missing(Quantity::MeanGap), plain)),
+        ("median cluster area", median.map_or_else(|| missing(Quantity::PatchPdf), plain)),
+        ("rms gradient on this grid", of_problem("resolved_gradient")),
+        ("load error", format!("{:.1e}", s.load_error)),
+        ("time, peak memory", format!("{}, {memory}", duration(s.seconds))),
     ]);
     if let Some(fitted) = line["calibrated_on"].as_str() {
         rows.push(("its constants are fitted to", fitted.to_string()));

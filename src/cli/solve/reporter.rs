@@ -3,16 +3,17 @@
 use super::SolveArgs;
 use super::curve::{self, in_unit, share};
 use super::fields::{FieldWriter, OfFields, file_name};
-use crate::Result;
 use crate::cli::output;
 use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::report::number::{change, duration, memory, percent, significant};
 use crate::scene::{Case, rename_keys_in};
+use crate::{Error, Result};
 use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
-use asperity_contact::method::{Device, Equilibrium, MethodCard, ReducedProblem, Stop};
-use asperity_contact::observe::Leakage;
+use asperity_contact::load::{LoadStep, Stop};
+use asperity_contact::method::{Device, Equilibrium, MethodCard, ReducedProblem};
 use asperity_contact::path::{self, LoadPathSolver, Reached};
-use asperity_contact::results::{Discretisation, HardnessMapResults, Peak, PullOff, SubsurfaceResults};
+use asperity_contact::results::{HardnessMapResults, PullOff};
+use asperity_contact::state::{Peak, State, SubsurfaceResults};
 use asperity_grid::Field;
 use asperity_grid::sys::MemoryGrowth;
 use asperity_grid::units::Scales;
@@ -29,6 +30,7 @@ pub(super) struct SolveReporter<'a> {
     units: ResultUnits,
     /// rms gradient, reduced.
     gradient: f64,
+    steps: Vec<LoadStep>,
     provenance: Option<Provenance>,
     /// As requested, and as used by the method on this grid.
     requested: AttractionLaw,
@@ -44,7 +46,8 @@ pub(super) struct SolveReporter<'a> {
     planned_bytes: u64,
     growth: MemoryGrowth,
     pub loads: usize,
-    /// Line of JSON of each state so far.
+    /// Each state so far, and its line of JSON.
+    states: Vec<State>,
     pub lines: Vec<Value>,
     /// Processor time up to the last state, s.
     cpu: f64,
@@ -79,6 +82,7 @@ impl<'a> SolveReporter<'a> {
             scales: case.scales,
             units: solve.units(case),
             gradient: case.gradient,
+            steps: case.load_steps().to_vec(),
             provenance: case.provenance().cloned(),
             requested: requested.adhesion,
             used: path.adhesion(),
@@ -92,6 +96,7 @@ impl<'a> SolveReporter<'a> {
             planned_bytes,
             growth,
             loads,
+            states: Vec::new(),
             lines: Vec::new(),
             cpu,
         }
@@ -99,26 +104,29 @@ impl<'a> SolveReporter<'a> {
 
     /// Reports a state of an interrupted or finished solve.
     pub(super) fn again(&mut self, line: Value) -> Result<()> {
-        self.report(line)
+        let state =
+            State::deserialize(&line).map_err(|e| Error::format("results", e, "states as this program writes them"))?;
+        self.report(state, line)
     }
 
-    fn report(&mut self, line: Value) -> Result<()> {
+    fn report(&mut self, state: State, line: Value) -> Result<()> {
         if self.solve.json {
             output::json_line(&line)?;
         } else if self.loads == 1 {
-            output::print(&table(&line, self.solve.resolution, &self.units));
+            output::print(&table(&state, &line, self.solve.resolution, &self.units));
         } else {
             if self.lines.is_empty() {
                 output::print(&curve::head(&self.units));
             }
-            output::print(&curve::line(self.lines.len() + 1, &line));
+            output::print(&curve::line(self.lines.len() + 1, &state));
         }
+        self.states.push(state);
         self.lines.push(line);
         match &self.solve.out {
             Some(out) => {
                 // The first that does not converge is the last: it is no point of the curve.
-                let points = self.lines.iter().take_while(|l| l["stop"] == Stop::Converged.to_string()).count();
-                if points == 0 { Ok(()) } else { load_table::write(out, &self.lines[..points], &self.units) }
+                let points = self.states.iter().take_while(|s| s.stop == Stop::Converged).count();
+                if points == 0 { Ok(()) } else { load_table::write(out, &self.states[..points], &self.units) }
             }
             None => Ok(()),
         }
@@ -128,31 +136,44 @@ impl<'a> SolveReporter<'a> {
     pub(super) fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
         let previous = std::mem::replace(&mut self.cpu, asperity_grid::sys::cpu_seconds());
         let fields = self.fields.state(i, &reached.state)?;
-        let mut line = self.line(reached, &fields, self.cpu - previous);
-        self.add_subsurface(i, &reached.state, &fields, &mut line)?;
+        let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
+        let flow = || path::leakage(&self.problem, fields.gap(&reached.state), 0.0, reached.coarser_gaps);
+        let state = State {
+            contact_nodes_compressive: fields.compressive,
+            leakage: self.solve.leakage.then(flow).flatten(),
+            subsurface: self.subsurface(i, &reached.state, &fields)?,
+            ..reached.numbers(&self.steps[i], self.gradient, &self.criterion)
+        };
+        let state = state.in_units(length, modulus);
+        let line = self.line(&state, self.cpu - previous);
         if let Some(out) = &self.solve.out {
-            json::write(&out.join(file_name(i, self.loads, reached.state.stop, "solve.json")), &line)?;
+            json::write(&out.join(file_name(i, self.loads, state.stop, "solve.json")), &line)?;
         }
-        self.report(line.clone())?;
+        self.report(state, line.clone())?;
         Ok(line)
     }
 
-    fn line(&self, reached: &Reached, fields: &OfFields, cpu_seconds: f64) -> Value {
-        let Reached { state, area, discretisation, extrapolated, displacement, .. } = reached;
-        let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
-        let (problem, grid, energy) = (&self.problem, self.problem.grid, modulus * length);
+    /// The line of JSON of a state: the state, and what describes problem and machine.
+    fn line(&self, state: &State, cpu_seconds: f64) -> Value {
+        let Scales { length_m: length, modulus_pa: modulus } = self.scales;
+        let (problem, grid) = (&self.problem, self.problem.grid);
         let spacing = grid.dx().max(grid.dy());
-        let mut line = json!({
+        let ranks = problem.ranks.are_several().then(|| problem.ranks.count());
+        let about = json!({
             "method": self.card.id,
             "nx": grid.nx,
             "ny": grid.ny,
+            "length_x": grid.lx * length,
+            "length_y": grid.ly * length,
+            "modulus": modulus,
+            "units": { "length": self.units.length, "stress": self.units.stress },
             "precision": problem.precision,
             "threads": rayon::current_num_threads(),
             "device": Device::of(problem, self.card),
             "kernel": problem.kernel.to_string(),
             "adhesion": self.used.to_string(),
             "wall": problem.wall.to_string(),
-            "gamma": self.requested.work_of_adhesion() * energy,
+            "gamma": self.requested.work_of_adhesion() * modulus * length,
             "cohesive_resolution": self.requested.resolution_on(spacing),
             "range": self.used.resolution_on(spacing).map(|used| json!({
                 "requested": self.requested.range() * length,
@@ -160,136 +181,71 @@ impl<'a> SolveReporter<'a> {
                 "resolution_used": used,
             })),
             "resolved_gradient": self.resolved_gradient,
-            "pressure": state.pressure * modulus,
-            "p_star": state.pressure / self.gradient,
-            "criterion": self.criterion,
-            "contact_area": area.contact_area,
-            "contact_nodes": area.contact_nodes,
-            "contact_nodes_compressive": fields.compressive,
-            "perimeter": area.perimeter / length,
-            "mean_gap": state.mean_gap * length,
-            "displacement": displacement * length,
-            "discretisation": discretisation,
-            "extrapolated": extrapolated.map(|e| json!({
-                "contact_area": e.area,
-                "mean_gap": e.mean_gap.map(|g| json!({ "value": g.value * length, "error": g.error * length })),
-            })),
-            "load_error": state.load_error,
-            "residual": state.residual,
             "tolerance": problem.tolerance,
-            "complementarity": state.complementarity,
-            "energy": state.energy * energy,
-            "elastic_energy": state.elastic_energy * energy,
-            "interaction_energy": state.interaction_energy * energy,
-            "error_estimates": state.error_estimates,
-            "stop": state.stop.to_string(),
-            "iterations": state.iterations,
-            "fft_pairs": state.fft_pairs,
-            "seconds": state.seconds,
             "cpu_seconds": cpu_seconds,
             "planned_bytes": self.planned_bytes,
             "measured_bytes": self.growth.bytes(),
             "peak_rss_bytes": self.growth.peak_bytes(),
+            "provenance": self.provenance,
+            "version": env!("CARGO_PKG_VERSION"),
         });
-        if problem.ranks.are_several() {
-            line["ranks"] = json!(problem.ranks.count());
+        let mut line = with(state, about);
+        if let Some(ranks) = ranks {
+            line["ranks"] = json!(ranks);
         }
-        self.add_errors(reached, &mut line);
-        line["length_x"] = json!(grid.lx * length);
-        line["length_y"] = json!(grid.ly * length);
-        line["modulus"] = json!(modulus);
-        line["units"] = json!({ "length": self.units.length, "stress": self.units.stress });
-        line["provenance"] = json!(self.provenance);
-        line["version"] = json!(env!("CARGO_PKG_VERSION"));
-        if self.solve.leakage {
-            self.add_leakage(fields.gap(state), reached.coarser_gaps, &mut line);
+        if let Some(flow) = state.leakage {
+            let ([x, y], errors) = (flow.hydraulic_gaps(), flow.gap_errors);
+            line["hydraulic_gap_x"] = json!(x);
+            line["hydraulic_gap_y"] = json!(y);
+            line["hydraulic_gap_x_error"] = json!(errors.map(|e| e[0]));
+            line["hydraulic_gap_y_error"] = json!(errors.map(|e| e[1]));
+            line["hydraulic_gap_effective_medium"] = json!(flow.effective_medium.cbrt());
         }
-        if let Some(plasticity) = state.plasticity {
-            line["hardness"] = json!(problem.hardness.map(|h| h.mean() * modulus));
+        if let Some(hardness) = problem.hardness {
+            line["hardness"] = json!(hardness.mean() * modulus);
             if let Some(map) = &self.hardness_map {
-                let (lowest, highest) = (map.lowest * modulus, map.highest * modulus);
-                line["hardness_map"] = json!(HardnessMapResults { lowest, highest, ..map.clone() });
+                line["hardness_map"] = json!(map.clone().in_units(modulus));
             }
-            line["flowing_fraction"] = json!(plasticity.flowing);
-            line["displaced_fraction"] = json!(plasticity.displaced);
-            line["mean_plastic_displacement"] = json!(plasticity.displacement * length);
-            line["plastic_work"] = json!(plasticity.work * energy);
         }
         line
     }
 
-    /// Adds the contact stiffness and the stated errors to the line of a state.
-    fn add_errors(&self, reached: &Reached, line: &mut Value) {
-        let length = self.scales.length_m;
-        let per_length = self.scales.modulus_pa / length;
-        line["contact_area_error"] = json!(reached.contact_area_error());
-        line["mean_gap_error"] = json!(reached.mean_gap_error().map(|e| e * length));
-        line["stiffness"] = json!(reached.state.stiffness.map(|k| k * per_length));
-        line["stiffness_error"] = json!(reached.stiffness_error().map(|e| e * per_length));
-    }
-
     /// A warning for loads whose contact the grid does not resolve.
     pub(super) fn unresolved(&self) -> Option<String> {
-        let changes: Vec<Option<Discretisation>> =
-            self.lines.iter().map(|line| Discretisation::deserialize(&line["discretisation"]).ok()).collect();
-        let loads = self.lines.iter().zip(&changes).enumerate().map(|(i, (line, change))| {
-            ((i + 1).to_string(), line["contact_area"].as_f64().unwrap_or(0.0), change.as_ref())
-        });
+        let loads = self.states.iter().enumerate();
+        let loads = loads.map(|(i, s)| ((i + 1).to_string(), s.contact_area, s.discretisation.as_ref()));
         path::unresolved_contact("load ", loads).map(|text| rename_keys_in(&text, &|key| self.solve.flag_of(key)))
     }
 
-    /// Adds the stress below the surface to the line of a state, and writes its maps.
-    fn add_subsurface(&self, i: usize, state: &Equilibrium, fields: &OfFields, line: &mut Value) -> Result<()> {
-        let Some(request) = self.subsurface.as_ref().filter(|_| state.stop == Stop::Converged) else { return Ok(()) };
-        let (Scales { length_m: length, modulus_pa: modulus }, grid) = (self.scales, self.problem.grid);
-        let slices =
-            path::subsurface(request, (grid, self.problem.kernel), fields.stress(state), |depth, quantity, values| {
-                let Some(out) = &self.solve.out else { return Ok(None) };
-                let map = format!("{}.npy", path::subsurface_map(quantity, depth));
-                let name = file_name(i, self.loads, state.stop, &map);
-                npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
-                Ok(Some(name))
-            })?;
-        line["subsurface"] = json!(slices.in_units(length, modulus));
-        Ok(())
-    }
-
-    /// Adds the flow through the gap to the line of a state: conductivities as the cube of a length, and the gaps.
-    fn add_leakage(&self, gap: Field, coarser: Option<([f64; 2], f64)>, line: &mut Value) {
-        let cube = self.scales.length_m.powi(3);
-        let flow = path::leakage(&self.problem, gap, 0.0, coarser).map(|flow| Leakage {
-            gap_errors: flow.gap_errors.map(|errors| errors.map(|e| e * self.scales.length_m)),
-            conductivity: flow.conductivity.map(|k| k * cube),
-            effective_medium: flow.effective_medium * cube,
-            ..flow
-        });
-        line["leakage"] = json!(flow);
-        if let Some(flow) = flow {
-            let [x, y] = flow.hydraulic_gaps();
-            line["hydraulic_gap_x"] = json!(x);
-            line["hydraulic_gap_y"] = json!(y);
-            let errors = flow.gap_errors.map_or([None; 2], |errors| errors.map(Some));
-            line["hydraulic_gap_x_error"] = json!(errors[0]);
-            line["hydraulic_gap_y_error"] = json!(errors[1]);
-            line["hydraulic_gap_effective_medium"] = json!(flow.effective_medium.cbrt());
-        }
+    /// The stress below the surface of a state, if it was requested; writes its maps.
+    fn subsurface(&self, i: usize, state: &Equilibrium, fields: &OfFields) -> Result<Option<SubsurfaceResults>> {
+        let Some(request) = self.subsurface.as_ref().filter(|_| state.stop == Stop::Converged) else { return Ok(None) };
+        let (modulus, grid) = (self.scales.modulus_pa, self.problem.grid);
+        let body = (grid, self.problem.kernel);
+        let found = path::subsurface(request, body, fields.stress(state), |depth, quantity, values| {
+            let Some(out) = &self.solve.out else { return Ok(None) };
+            let map = format!("{}.npy", path::subsurface_map(quantity, depth));
+            let name = file_name(i, self.loads, state.stop, &map);
+            npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
+            Ok(Some(name))
+        })?;
+        Ok(Some(found))
     }
 
     /// Reports the pull-off and writes its file. Returns its line of JSON.
     pub(super) fn pull_off(&self, pull_off: &PullOff) -> Result<Value> {
-        let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
-        let curve: Vec<[f64; 2]> = pull_off.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
+        let found = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa);
         let line = json!({
-            "pull_off_pressure": pull_off.pressure * modulus,
-            "pull_off_pressure_error": pull_off.pressure_error.map(|e| e * modulus),
-            "mean_gap": pull_off.mean_gap * length,
-            "mean_gap_error": pull_off.mean_gap_error.map(|e| e * length),
-            "coarser": pull_off.coarser,
-            "curve": curve,
+            "pull_off_pressure": found.pressure,
+            "pull_off_pressure_error": found.pressure_error,
+            "mean_gap": found.mean_gap,
+            "mean_gap_error": found.mean_gap_error,
+            "coarser": found.coarser,
+            "curve": found.curve,
         });
         if let Some(out) = &self.solve.out {
             json::write(&out.join("pull-off.json"), &line)?;
-            load_table::write_pull_off(out, &curve, &self.units)?;
+            load_table::write_pull_off(out, &found.curve, &self.units)?;
         }
         self.pull_off_again(&line)?;
         Ok(line)
@@ -317,9 +273,17 @@ impl<'a> SolveReporter<'a> {
     }
 }
 
+/// A state with further keys.
+pub(super) fn with(state: &State, mut about: Value) -> Value {
+    if let (Ok(Value::Object(state)), Some(about)) = (serde_json::to_value(state), about.as_object_mut()) {
+        about.extend(state);
+    }
+    about
+}
+
 /// Rows of the stress below the surface, if it was requested.
-fn below_the_surface(line: &Value, units: &ResultUnits) -> Vec<(&'static str, String)> {
-    let Ok(s) = SubsurfaceResults::deserialize(&line["subsurface"]) else { return Vec::new() };
+fn below_the_surface(s: &State, units: &ResultUnits) -> Vec<(&'static str, String)> {
+    let Some(s) = &s.subsurface else { return Vec::new() };
     let value_at = |p: &Peak| {
         format!("{}, {} deep", in_unit(units, p.value, Dimension::Stress), in_unit(units, p.depth, Dimension::Length))
     };
@@ -332,9 +296,9 @@ fn below_the_surface(line: &Value, units: &ResultUnits) -> Vec<(&'static str, St
 }
 
 /// A value with its error and unit.
-fn with_error(line: &Value, key: &str, (units, dimension): (&ResultUnits, Dimension)) -> String {
-    let error = line[format!("{key}_error")].as_f64().map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-    let value = in_unit(units, line[key].as_f64().unwrap_or(f64::NAN), dimension);
+fn with_error(value: f64, error: Option<f64>, (units, dimension): (&ResultUnits, Dimension)) -> String {
+    let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
+    let value = in_unit(units, value, dimension);
     match value.split_once(' ') {
         Some((number, unit)) => format!("{number}{error} {unit}"),
         None => value + &error,
@@ -342,89 +306,77 @@ fn with_error(line: &Value, key: &str, (units, dimension): (&ResultUnits, Dimens
 }
 
 /// Rows of the flow through the gap, if it was requested.
-fn leakage(line: &Value, units: &ResultUnits) -> Vec<(&'static str, String)> {
-    if !line["leakage"].is_object() {
-        return Vec::new();
-    }
-    let gap = |key: &str| with_error(line, key, (units, Dimension::Length));
-    let ratio = line["leakage"]["ratio"].as_f64().map_or("–".into(), |r| significant(r, 3));
-    let medium = format!("{} (flow {ratio} times that solved)", gap("hydraulic_gap_effective_medium"));
-    let gaps = format!("{}, {}", gap("hydraulic_gap_x"), gap("hydraulic_gap_y"));
+fn leakage(s: &State, units: &ResultUnits) -> Vec<(&'static str, String)> {
+    let Some(flow) = s.leakage else { return Vec::new() };
+    let [x, y] = flow.hydraulic_gaps();
+    let [error_x, error_y] = flow.gap_errors.map_or([None; 2], |errors| errors.map(Some));
+    let gap = |value: f64, error: Option<f64>| with_error(value, error, (units, Dimension::Length));
+    let ratio = flow.ratio.map_or("–".into(), |r| significant(r, 3));
+    let medium = format!("{} (flow {ratio} times that solved)", gap(flow.effective_medium.cbrt(), None));
+    let gaps = format!("{}, {}", gap(x, error_x), gap(y, error_y));
     vec![("equivalent hydraulic gap along x, y", gaps), ("in effective-medium theory", medium)]
 }
 
-/// A state for people, from its line of JSON.
-fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
+/// Rows of the numbers at the true range of the adhesion.
+fn at_the_true_range(s: &State, line: &Value, range: RangeChoice) -> Vec<(&'static str, String)> {
+    let enlarged = line["range"]["requested"] != line["range"]["used"];
+    let Some(e) = s.extrapolated else {
+        let missing = range == RangeChoice::Extrapolate && enlarged && s.stop != Stop::Detached;
+        let reason = "not extrapolated: three grids as coarse as these differ by too much";
+        return if missing { vec![("at the true range", reason.into())] } else { Vec::new() };
+    };
+    let contact = [(e.area.value, 3), (e.area.error, 2)].map(|(v, digits)| significant(100.0 * v, digits));
+    let gap = e.mean_gap.map(|g| format!("{} ± {}", significant(g.value, 6), significant(g.error, 2)));
+    let contact = ("at the true range: contact", format!("{} ± {} % of the cell", contact[0], contact[1]));
+    std::iter::once(contact).chain(gap.map(|gap| ("at the true range: mean gap", gap))).collect()
+}
+
+/// A state for people; `line` also describes the problem.
+fn table(s: &State, line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
-    let plain = |key: &str, digits: usize| significant(number(&line[key]), digits);
-    let power = |key: &str| format!("{:.1e}", number(&line[key]));
+    let power = |value: f64| format!("{value:.1e}");
     // Separated surfaces have no equilibrium: the last iterate is no result.
-    let separated = line["stop"] == Stop::Detached.to_string();
-    let of_contact = |text: String| if separated { "–".to_string() } else { text };
-    let sized = |key: &str, dimension| of_contact(in_unit(units, number(&line[key]), dimension));
+    let of_contact = |text: String| if s.stop == Stop::Detached { "–".to_string() } else { text };
+    let sized = |value: f64, dimension| of_contact(in_unit(units, value, dimension));
     let mut rows = vec![
-        ("mean pressure", in_unit(units, number(&line["pressure"]), Dimension::Stress)),
-        ("contact is", line["criterion"].as_str().unwrap_or_default().to_string()),
-        ("contact area", of_contact(share(line, "contact_area") + " of the cell")),
-        ("contact nodes", of_contact(percent(number(&line["contact_nodes"])))),
+        ("mean pressure", in_unit(units, s.pressure, Dimension::Stress)),
+        ("contact is", s.criterion.clone()),
+        ("contact area", of_contact(share(s) + " of the cell")),
     ];
-    if let Some(presses) = line["contact_nodes_compressive"].as_f64() {
-        rows.push(("part under compression", of_contact(percent(presses))));
+    rows.extend(s.contact_nodes.map(|n| ("contact nodes", of_contact(percent(n)))));
+    rows.extend(s.contact_nodes_compressive.map(|n| ("part under compression", of_contact(percent(n)))));
+    let with_error = |value: f64, error, dimension| of_contact(with_error(value, error, (units, dimension)));
+    rows.extend(s.mean_gap.map(|gap| ("mean gap", with_error(gap, s.mean_gap_error, Dimension::Length))));
+    rows.extend(s.displacement.map(|d| ("displacement from first contact", sized(d, Dimension::Length))));
+    rows.extend(s.stiffness.map(|k| ("contact stiffness", with_error(k, s.stiffness_error, Dimension::Stiffness))));
+    rows.extend(leakage(s, units));
+    if let Some(p) = s.plasticity {
+        rows.push(("flowing at the hardness", of_contact(percent(p.flowing))));
+        rows.push(("mean plastic displacement", sized(p.displacement, Dimension::Length)));
+        rows.push(("plastic work per area", sized(p.work, Dimension::Work)));
     }
-    rows.push(("mean gap", of_contact(with_error(line, "mean_gap", (units, Dimension::Length)))));
-    rows.push(("displacement from first contact", sized("displacement", Dimension::Length)));
-    if line["stiffness"].is_number() {
-        rows.push(("contact stiffness", of_contact(with_error(line, "stiffness", (units, Dimension::Stiffness)))));
-    }
-    rows.extend(leakage(line, units));
-    if line["flowing_fraction"].is_number() {
-        rows.push(("flowing at the hardness", of_contact(percent(number(&line["flowing_fraction"])))));
-        rows.push(("mean plastic displacement", sized("mean_plastic_displacement", Dimension::Length)));
-        rows.push(("plastic work per area", sized("plastic_work", Dimension::Work)));
-    }
-    rows.extend(below_the_surface(line, units));
-    rows.push(("energy per area", sized("energy", Dimension::Work)));
-    if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {
+    rows.extend(below_the_surface(s, units));
+    rows.extend(s.energy.map(|e| ("energy per area", sized(e, Dimension::Work))));
+    if let Some(d) = s.discretisation {
         let [nx, ny] = d.coarser;
-        let gap = change(d.mean_gap, d.mean_gap_is_bound);
         let area = change(d.area, d.area_is_bound);
         rows.push(("error by the grid: contact area", format!("{area}, from {nx} x {ny} points")));
-        rows.push(("error by the grid: mean gap", gap));
+        rows.push(("error by the grid: mean gap", change(d.mean_gap, d.mean_gap_is_bound)));
     }
-    let enlarged = line["range"]["requested"] != line["range"]["used"];
-    if range == RangeChoice::Extrapolate && enlarged && !separated && line["extrapolated"].is_null() {
-        rows.push(("at the true range", "not extrapolated: three grids as coarse as these differ by too much".into()));
+    rows.extend(at_the_true_range(s, line, range));
+    if line["range"].is_object() {
+        rows.push(("work of adhesion", significant(number(&line["gamma"]), 4)));
+        rows.push(("requested range of adhesion", significant(number(&line["range"]["requested"]), 4)));
+        rows.push(("range used on this grid", significant(number(&line["range"]["used"]), 4)));
     }
-    if let Some(e) = line["extrapolated"].as_object() {
-        let value_of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));
-        if let Some((area, error)) = value_of("contact_area") {
-            let contact = format!("{} ± {} % of the cell", significant(100.0 * area, 3), significant(100.0 * error, 2));
-            rows.push(("at the true range: contact", contact));
-        }
-        if let Some((gap, error)) = value_of("mean_gap").filter(|g| g.0.is_finite()) {
-            rows.push(("at the true range: mean gap", format!("{} ± {}", significant(gap, 6), significant(error, 2))));
-        }
-    }
-    if let Some(range) = line["range"].as_object() {
-        let value_of = |key: &str| range.get(key).map_or(f64::NAN, number);
-        rows.push(("work of adhesion", plain("gamma", 4)));
-        rows.push(("requested range of adhesion", significant(value_of("requested"), 4)));
-        rows.push(("range used on this grid", significant(value_of("used"), 4)));
-    }
+    let memory = memory(line["peak_rss_bytes"].as_u64().unwrap_or_default());
+    rows.push(("rms gradient on this grid", significant(number(&line["resolved_gradient"]), 4)));
+    rows.push(("load error", of_contact(power(s.load_error))));
+    rows.extend(s.residual.map(|r| ("KKT residual over pressure", of_contact(power(r)))));
     rows.extend([
-        ("rms gradient on this grid", plain("resolved_gradient", 4)),
-        ("load error", of_contact(power("load_error"))),
-        ("KKT residual over pressure", of_contact(power("residual"))),
-        ("stop", line["stop"].as_str().unwrap_or_default().to_string()),
-        ("iterations, FFT pairs", format!("{}, {:.1}", line["iterations"], number(&line["fft_pairs"]))),
-        (
-            "time, peak memory",
-            format!(
-                "{}, {}",
-                duration(number(&line["seconds"])),
-                memory(line["peak_rss_bytes"].as_u64().unwrap_or_default())
-            ),
-        ),
+        ("stop", s.stop.to_string()),
+        ("iterations, FFT pairs", format!("{}, {:.1}", s.iterations, s.fft_pairs)),
+        ("time, peak memory", format!("{}, {memory}", duration(s.seconds))),
     ]);
     output::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
 }

@@ -3,9 +3,10 @@
 use crate::record::comparison::ComparisonResults;
 use crate::record::ensemble::{Observable, Observation};
 use crate::record::methods::MethodResults;
-use crate::record::results::{Results, ScalesSi};
+use crate::record::results::Results;
 use asperity_contact::load::Branch;
-use asperity_contact::results::{ContinuumResults, StateResults};
+use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::State;
 
 /// The numbers of all loads of a run, by source. Lengths and stresses of the laboratory in µm and MPa, of the atoms in Å.
 pub(super) fn numbers(results: &Results) -> Vec<Observation> {
@@ -16,9 +17,9 @@ pub(super) fn numbers(results: &Results) -> Vec<Observation> {
         ("cross check", &results.cross_check),
     ];
     for (source, c) in solved.into_iter().filter_map(|(source, c)| Some((source, c.as_ref()?))) {
-        continuum(&mut list, source, c, results.scales);
+        continuum(&mut list, source, c);
     }
-    results.methods.iter().for_each(|m| method(&mut list, m, results.scales));
+    results.methods.iter().for_each(|m| method(&mut list, m));
     results.comparison.iter().for_each(|c| comparison(&mut list, c));
     list.retain(|o| o.value.is_finite());
     list
@@ -37,23 +38,26 @@ fn add(
     }
 }
 
-fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, scales: ScalesSi) {
-    let (um, mpa) = (scales.length_m * 1e6, scales.modulus_pa * 1e-6);
-    let value_at = |s: &StateResults| (s.numbers.index, s.branch, s.numbers.p_star);
+/// Micrometres of a metre, and megapascals of a pascal.
+const UNITS: [f64; 2] = [1e6, 1e-6];
+
+fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults) {
+    let [um, mpa] = UNITS;
+    let value_at = |s: &State| (s.index, s.branch, s.p_star);
     for s in &c.states {
         let (load, branch, p_star) = value_at(s);
         let observed = s.observed.as_ref();
         let values = [
-            ("contact_area", "1", Some(s.numbers.contact_area)),
-            ("mean_gap", "um", Some(s.mean_gap * um)),
-            ("stiffness", "MPa/um", s.numbers.stiffness.map(|k| k * mpa / um)),
-            ("energy", "J/m2", Some(s.energy * um * mpa)),
-            ("clusters", "1", s.numbers.patches.map(|n| n as f64)),
+            ("contact_area", "1", Some(s.contact_area)),
+            ("mean_gap", "um", s.mean_gap.map(|g| g * um)),
+            ("stiffness", "MPa/um", s.stiffness.map(|k| k * mpa / um)),
+            ("energy", "J/m2", s.energy),
+            ("clusters", "1", s.patches.map(|n| n as f64)),
             ("mean_contact_pressure", "MPa", observed.and_then(|o| Some(o.mean_contact_pressure? * mpa))),
             ("median_cluster_area", "um2", observed.and_then(|o| Some(o.median_cluster_area? * um * um))),
-            ("contact_nodes_compressive", "1", observed.and_then(|o| Some(o.compressive?.contact_nodes))),
-            ("hydraulic_gap", "um", observed.map(|o| o.hydraulic_gap * um)),
-            ("displacement", "um", s.numbers.displacement.map(|d| d * um)),
+            ("contact_nodes_compressive", "1", s.contact_nodes_compressive),
+            ("hydraulic_gap", "um", observed.and_then(|o| Some(o.hydraulic_gap? * um))),
+            ("displacement", "um", s.displacement.map(|d| d * um)),
         ];
         add(list, (source, load, branch, p_star), &values);
     }
@@ -63,18 +67,17 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, sc
     }
 }
 
-fn method(list: &mut Vec<Observation>, m: &MethodResults, scales: ScalesSi) {
-    let (um, mpa) = (scales.length_m * 1e6, scales.modulus_pa * 1e-6);
+fn method(list: &mut Vec<Observation>, m: &MethodResults) {
+    let [um, mpa] = UNITS;
     for s in &m.states {
-        let n = &s.numbers;
         let values = [
-            ("contact_area", "1", Some(n.contact_area)),
+            ("contact_area", "1", Some(s.contact_area)),
             ("mean_gap", "um", s.mean_gap.map(|g| g * um)),
-            ("stiffness", "MPa/um", n.stiffness.map(|k| k * mpa / um)),
-            ("clusters", "1", n.patches.map(|n| n as f64)),
-            ("median_cluster_area", "um2", s.median_cluster_area.map(|a| a * um * um)),
+            ("stiffness", "MPa/um", s.stiffness.map(|k| k * mpa / um)),
+            ("clusters", "1", s.patches.map(|n| n as f64)),
+            ("median_cluster_area", "um2", s.observed.as_ref().and_then(|o| Some(o.median_cluster_area? * um * um))),
         ];
-        add(list, (&m.method, n.index, Branch::Loading, n.p_star), &values);
+        add(list, (&m.method, s.index, Branch::Loading, s.p_star), &values);
     }
 }
 

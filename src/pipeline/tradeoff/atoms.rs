@@ -214,7 +214,7 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
         wall_seconds: clock.elapsed().as_secs_f64(),
         cpu_seconds: sys::cpu_seconds() - own + lammps_cpu_seconds,
         cpu_over_reference: 1.0,
-        fft_pairs: solved.iter().flat_map(|s| &s.states).map(|s| s.numbers.fft_pairs).sum(),
+        fft_pairs: solved.iter().flat_map(|s| &s.states).map(|s| s.fft_pairs).sum(),
         iterations: outcome.steps.iter().map(|s| s.force_evaluations).sum(),
         planned_bytes: results.planned_bytes,
         measured_bytes: growth.bytes().max(child),

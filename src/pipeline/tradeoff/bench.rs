@@ -205,8 +205,7 @@ impl<'a> BenchmarkRunner<'a> {
             let maps = against(reference)?;
             let resolved = resolved.as_ref().map_or(Ok(Vec::new()), |(other, _)| against(other))?;
             let states = &measured.results.states;
-            for map in states.iter().flat_map(|s| [&s.numbers.gap_map, &s.numbers.stress_map, &s.contact_map]).flatten()
-            {
+            for map in states.iter().flat_map(|s| [s.gap_file(), s.stress_file(), s.contact_file()]).flatten() {
                 let path = root.join(map);
                 std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
             }

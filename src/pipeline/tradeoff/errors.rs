@@ -4,12 +4,12 @@ use crate::Result;
 use crate::compare::accuracy::{
     Masses, at_nodes_of, decades, finest_error, map_l2, map_mismatch, richardson, rms, wasserstein,
 };
-use crate::record::methods::MethodState;
 use crate::record::tradeoff::{Errors, Extrapolation, LoadErrors, ReferenceLoad};
 use crate::scene::Case;
 use asperity_contact::method::MethodKind;
 use asperity_contact::observe::Distribution;
 use asperity_contact::quantity::Quantity;
+use asperity_contact::state::{Observed, State};
 use asperity_surface::files::npy;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -18,10 +18,12 @@ use std::path::Path;
 /// Scales of the surface that make deviations relative.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Roughness {
-    /// rms gradient.
-    pub gradient: f64,
-    /// rms height, units of L.
+    /// Pressure at p* = 1, Pa.
+    pub stress: f64,
+    /// rms height, m.
     pub height: f64,
+    /// Metres of one unit of stored maps.
+    pub map_unit: f64,
 }
 
 /// Smallest scale of deviations of the mean gap, over the rms height. Near full contact a deviation relative to the
@@ -31,10 +33,12 @@ const NARROW: f64 = 0.01;
 
 impl Roughness {
     pub(super) fn of(case: &Case) -> Self {
-        Roughness { gradient: case.gradient, height: case.surface().rms_height() }
+        let (length, modulus) = (case.scales.length_m, case.scales.modulus_pa);
+        let height = case.surface().rms_height() * length;
+        Roughness { stress: case.gradient * modulus, height, map_unit: length }
     }
 
-    /// Scale of deviations of gaps, units of L.
+    /// Scale of deviations of gaps, m.
     fn gap(self, mean_gap: f64) -> f64 {
         mean_gap.abs().max(NARROW * self.height)
     }
@@ -53,12 +57,12 @@ pub(super) struct MapErrors {
 }
 
 /// Contact map of a state: that of the method, or, for a solver, the nodes at zero gap.
-fn contact(root: &Path, kind: MethodKind, state: &MethodState) -> Result<Option<npy::NpyMap<f64>>> {
-    if let Some(file) = &state.contact_map {
+fn contact(root: &Path, kind: MethodKind, state: &State) -> Result<Option<npy::NpyMap<f64>>> {
+    if let Some(file) = state.contact_file() {
         return npy::read(&root.join(file)).map(Some);
     }
     // Gaps of estimators may be those of undeformed bodies, whose overlap is not the contact.
-    let Some(file) = state.numbers.gap_map.as_ref().filter(|_| kind == MethodKind::Solver) else { return Ok(None) };
+    let Some(file) = state.gap_file().filter(|_| kind == MethodKind::Solver) else { return Ok(None) };
     let mut map = npy::read(&root.join(file))?;
     map.values.iter_mut().for_each(|g| *g = f64::from(u8::from(*g <= 0.0)));
     Ok(Some(map))
@@ -69,18 +73,18 @@ fn contact(root: &Path, kind: MethodKind, state: &MethodState) -> Result<Option<
 pub(super) fn maps(
     root: &Path,
     (kind, is_block): (MethodKind, bool),
-    found: &MethodState,
-    reference: &MethodState,
+    found: &State,
+    reference: &State,
     rough: Roughness,
 ) -> Result<MapErrors> {
     let on_nodes = |map: npy::NpyMap<f64>, of: &npy::NpyMap<f64>, nearest: bool| match is_block {
         true => at_nodes_of(&map, of.nx, of.ny, nearest),
         false => map,
     };
-    let gap = match (&found.numbers.gap_map, &reference.numbers.gap_map, reference.mean_gap) {
+    let gap = match (found.gap_file(), reference.gap_file(), reference.mean_gap) {
         (Some(a), Some(b), Some(mean_gap)) => {
             let a = npy::read(&root.join(a))?;
-            map_l2(&a, &on_nodes(npy::read(&root.join(b))?, &a, false), rough.gap(mean_gap))
+            map_l2(&a, &on_nodes(npy::read(&root.join(b))?, &a, false), rough.gap(mean_gap) / rough.map_unit)
         }
         _ => None,
     };
@@ -91,11 +95,11 @@ pub(super) fn maps(
     Ok(MapErrors { gap, contact })
 }
 
-fn number(state: &MethodState, quantity: Quantity) -> Option<f64> {
+fn number(state: &State, quantity: Quantity) -> Option<f64> {
     match quantity {
-        Quantity::ContactArea => Some(state.numbers.contact_area),
+        Quantity::ContactArea => Some(state.contact_area),
         Quantity::MeanGap => state.mean_gap,
-        Quantity::Stiffness => state.numbers.stiffness,
+        Quantity::Stiffness => state.stiffness,
         _ => None,
     }
 }
@@ -104,9 +108,9 @@ fn number(state: &MethodState, quantity: Quantity) -> Option<f64> {
 const EDGES: f64 = 1.0 / 3.0;
 
 /// Numbers of the reference at each load, extrapolated from its grids (`levels`, coarse to fine).
-pub(super) fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
+pub(super) fn numbers(levels: &[&[State]]) -> Vec<ReferenceLoad> {
     let finest = levels.last().copied().unwrap_or_default();
-    let value_of = |(i, state): (usize, &MethodState)| {
+    let value_of = |(i, state): (usize, &State)| {
         let mut numbers = BTreeMap::new();
         for quantity in Quantity::NUMBERS {
             let values: Option<Vec<f64>> =
@@ -114,22 +118,22 @@ pub(super) fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
             // Without a value on every coarser grid, the finest grid is used alone.
             let values = values.unwrap_or_else(|| number(state, quantity).into_iter().collect());
             if let Some(mut extrapolation) = richardson(&values) {
-                let area = state.numbers.contact_area;
+                let area = state.contact_area;
                 if let Some(u) = extrapolation.uncertainty.as_mut().filter(|_| quantity == Quantity::ContactArea) {
                     *u = u.max(EDGES * (state.contact_nodes.unwrap_or(area) - area).abs());
                 }
                 numbers.insert(quantity, extrapolation);
             }
         }
-        ReferenceLoad { p_star: state.numbers.p_star, numbers }
+        ReferenceLoad { p_star: state.p_star, numbers }
     };
     finest.iter().enumerate().map(value_of).collect()
 }
 
 /// Errors at each load. `maps`: errors of the maps relative to the same reference.
 pub(super) fn errors(
-    (found, maps): (&[MethodState], &[MapErrors]),
-    reference: &[MethodState],
+    (found, maps): (&[State], &[MapErrors]),
+    reference: &[State],
     numbers: &[ReferenceLoad],
     rough: Roughness,
 ) -> Vec<LoadErrors> {
@@ -137,22 +141,23 @@ pub(super) fn errors(
     states
         .enumerate()
         .map(|(i, ((state, reference), load))| LoadErrors {
-            p_star: reference.numbers.p_star,
+            p_star: reference.p_star,
             errors: of_load(state, reference, &load.numbers, maps.get(i).copied().unwrap_or_default(), rough),
         })
         .collect()
 }
 
 fn of_load(
-    state: &MethodState,
-    reference: &MethodState,
+    state: &State,
+    reference: &State,
     numbers: &BTreeMap<Quantity, Extrapolation>,
     maps: MapErrors,
     rough: Roughness,
 ) -> Errors {
-    let distance = |a: &Option<Distribution>, b: &Option<Distribution>, lowest: Option<f64>, scale: f64| {
-        let moved = wasserstein(&Masses::of(a.as_ref()?, lowest), &Masses::of(b.as_ref()?, lowest))?;
-        Some(moved / scale)
+    let seen = || state.observed.as_ref().zip(reference.observed.as_ref());
+    let distance = |of: fn(&Observed) -> Option<&Distribution>, lowest: Option<f64>, scale: f64| {
+        let (a, b) = seen()?;
+        Some(wasserstein(&Masses::of(of(a)?, lowest), &Masses::of(of(b)?, lowest))? / scale)
     };
     let value_of = |quantity: Quantity| match quantity {
         Quantity::ContactArea | Quantity::MeanGap | Quantity::Stiffness => {
@@ -161,12 +166,16 @@ fn of_load(
         }
         Quantity::GapMap => maps.gap,
         Quantity::ContactMap => maps.contact,
-        Quantity::GapPdf => distance(&state.gap, &reference.gap, Some(0.0), rough.gap(reference.mean_gap?)),
-        Quantity::StressPdf => distance(&state.stress, &reference.stress, None, rough.gradient),
+        Quantity::GapPdf => distance(|o| o.gap_logarithmic.as_ref(), Some(0.0), rough.gap(reference.mean_gap?)),
+        Quantity::StressPdf => distance(|o| o.stress.as_ref(), None, rough.stress),
         Quantity::PatchArea => {
-            wasserstein(&Masses::of_patches(&state.patch_area), &Masses::of_patches(&reference.patch_area))
+            let (a, b) = seen()?;
+            wasserstein(&Masses::of_patches(&a.patch_area), &Masses::of_patches(&b.patch_area))
         }
-        Quantity::MedianClusterArea => decades(state.median_cluster_area?, reference.median_cluster_area?),
+        Quantity::MedianClusterArea => {
+            let (a, b) = seen()?;
+            decades(a.median_cluster_area?, b.median_cluster_area?)
+        }
         Quantity::StressMap | Quantity::PatchPdf => None,
     };
     let finite = |m: Quantity| value_of(m).filter(|e| e.is_finite()).map(|e| (m, e));
@@ -204,7 +213,7 @@ mod tests {
     /// gaps are relative to their own values.
     #[test]
     fn deviations_of_closed_gaps_are_relative_to_the_roughness() {
-        let rough = Roughness { gradient: 1.0, height: 0.02 };
+        let rough = Roughness { stress: 1.0, height: 0.02, map_unit: 1.0 };
         assert_eq!(rough.number(Quantity::MeanGap, 0.01), 0.01);
         assert_eq!(rough.number(Quantity::MeanGap, 1e-9), NARROW * 0.02);
         assert_eq!(rough.number(Quantity::ContactArea, 1e-9), 1e-9);

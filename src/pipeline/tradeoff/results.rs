@@ -39,7 +39,7 @@ pub(super) fn table(
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface: case.surface().origin(),
         gradient: case.gradient,
-        rms_height: bench.rough.height,
+        rms_height: case.surface().rms_height(),
         shortest_wavelength: shortest_wavelength(case.surface()),
         hurst: hurst(case.surface()),
         nx: case.model.grid.nx,

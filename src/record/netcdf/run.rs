@@ -5,7 +5,8 @@ use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::{Results, SurfaceResults};
 use asperity_atoms::results::AtomsResults;
 use asperity_contact::observe::Distribution;
-use asperity_contact::results::{ContinuumResults, Observed, StateResults};
+use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::{Observed, State};
 use asperity_grid::error::Result;
 use asperity_grid::units::ANGSTROM_M;
 use asperity_surface::files::netcdf::write;
@@ -37,8 +38,8 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
         let words = words.into_iter().chain([("adhesion", &continuum.adhesion), ("wall", &continuum.wall)]);
         attributes.extend(words.map(|(key, value)| text(key, value)));
         let number = |key: &str, value: f64| (key.to_string(), Attribute::Number(value));
-        attributes.extend(continuum.range.map(|r| number("range_m", r.used * length)));
-        attributes.extend(continuum.dissipation.map(|w| number("dissipation_j_m2", w * modulus * length)));
+        attributes.extend(continuum.range.map(|r| number("range_m", r.used)));
+        attributes.extend(continuum.dissipation.map(|w| number("dissipation_j_m2", w)));
         if let Some([open, sealed]) = continuum.percolation {
             attributes.extend([number("percolates_to_p_star", open), number("sealed_from_p_star", sealed)]);
         }
@@ -49,7 +50,7 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
     for (prefix, c) in others.chain(results.cross_check.iter().map(|c| ("cross_check_".to_string(), c))) {
         attributes
             .extend([text(&format!("{prefix}method"), &c.method), text(&format!("{prefix}adhesion"), &c.adhesion)]);
-        attributes.extend(c.range.map(|r| (format!("{prefix}range_m"), Attribute::Number(r.used * length))));
+        attributes.extend(c.range.map(|r| (format!("{prefix}range_m"), Attribute::Number(r.used))));
         list.extend(solved(folder, c, length, modulus).into_iter().map(|v| v.prefixed(&prefix, &["x", "y"])));
     }
     if !results.acceptance.is_empty() {
@@ -68,9 +69,9 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
 
 /// All variables of one load path.
 fn solved(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
-    let mut list = curves(c, length, modulus);
+    let mut list = curves(c);
     list.extend(maps(folder, c, length, modulus));
-    list.extend(distributions(&c.states, length, modulus));
+    list.extend(distributions(&c.states));
     list
 }
 
@@ -114,19 +115,15 @@ fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
 /// Fields of the continuum: along `load` if stored for every load, otherwise along `map_load`, the loads with stored
 /// fields.
 fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
-    let stored: Vec<(usize, &StateResults)> = c
-        .states
-        .iter()
-        .enumerate()
-        .filter(|(_, s)| s.numbers.gap_map.is_some() && s.numbers.stress_map.is_some())
-        .collect();
+    let stored: Vec<(usize, &State)> =
+        c.states.iter().enumerate().filter(|(_, s)| s.gap_map.is_some() && s.stress_map.is_some()).collect();
     if stored.is_empty() {
         return Vec::new();
     }
-    let files = |value: fn(&StateResults) -> Option<&String>| -> Vec<PathBuf> {
+    let files = |value: fn(&State) -> Option<&str>| -> Vec<PathBuf> {
         stored.iter().filter_map(|(_, s)| value(s)).map(|file| folder.join(file)).collect()
     };
-    let (gaps, stresses) = (files(|s| s.numbers.gap_map.as_ref()), files(|s| s.numbers.stress_map.as_ref()));
+    let (gaps, stresses) = (files(State::gap_file), files(State::stress_file));
     let mut list = Vec::new();
     let dimensions = if stored.len() == c.states.len() { "load" } else { "map_load" };
     if dimensions == "map_load" {
@@ -151,8 +148,8 @@ fn ragged(rows: &[Vec<f64>], width: usize) -> VariableData {
 }
 
 /// Probability densities and cluster areas, one row per load.
-fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Variable> {
-    type Of = fn(&Observed) -> &Distribution;
+fn distributions(states: &[State]) -> Vec<Variable> {
+    type Of = fn(&Observed) -> Option<&Distribution>;
     let available: Vec<Option<&Observed>> = states.iter().map(|s| s.observed.as_ref()).collect();
     if available.iter().all(Option::is_none) {
         return Vec::new();
@@ -171,15 +168,16 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
     let rows = |value: &dyn Fn(&Observed) -> Vec<f64>| -> Vec<Vec<f64>> {
         available.iter().map(|o| o.map_or(Vec::new(), value)).collect()
     };
-    let value: [(&str, f64, &str, &str, Of); 4] = [
-        ("gap", length, "m", "m-1", |o| &o.gap),
-        ("gap_logarithmic", length, "m", "m-1", |o| &o.gap_logarithmic),
-        ("stress", modulus, "Pa", "Pa-1", |o| &o.stress),
-        ("contact_stress", modulus, "Pa", "Pa-1", |o| &o.contact_stress),
+    let value: [(&str, &str, &str, Of); 4] = [
+        ("gap", "m", "m-1", |o| o.gap.as_ref()),
+        ("gap_logarithmic", "m", "m-1", |o| o.gap_logarithmic.as_ref()),
+        ("stress", "Pa", "Pa-1", |o| o.stress.as_ref()),
+        ("contact_stress", "Pa", "Pa-1", |o| o.contact_stress.as_ref()),
     ];
-    for (name, factor, units, inverse, value) in value {
-        let middle = rows(&|o| value(o).density().iter().map(|d| d.0 * factor).collect());
-        let density = rows(&|o| value(o).density().iter().map(|d| d.1 / factor).collect());
+    for (name, units, inverse, value) in value {
+        let density = |o: &Observed| value(o).map_or(Vec::new(), Distribution::density);
+        let middle = rows(&|o| density(o).iter().map(|d| d.0).collect());
+        let density = rows(&|o| density(o).iter().map(|d| d.1).collect());
         table(
             &format!("{name}_bin"),
             &[
@@ -188,34 +186,18 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
             ],
         );
     }
-    let square = length * length;
     table(
         "patch_bin",
         &[
-            (
-                "patch_area",
-                "m2",
-                "area of a cluster",
-                rows(&|o| o.patch_density.iter().map(|p| p[0] * square).collect()),
-            ),
-            (
-                "patch_density",
-                "m-2",
-                "probability density",
-                rows(&|o| o.patch_density.iter().map(|p| p[1] / square).collect()),
-            ),
+            ("patch_area", "m2", "area of a cluster", rows(&|o| o.patch_density.iter().map(|p| p[0]).collect())),
+            ("patch_density", "m-2", "probability density", rows(&|o| o.patch_density.iter().map(|p| p[1]).collect())),
             ("patch_count", "1", "clusters in the bin", rows(&|o| o.patch_density.iter().map(|p| p[2]).collect())),
         ],
     );
     table(
         "patch_rank",
         &[
-            (
-                "patch_area_ranked",
-                "m2",
-                "area of a cluster",
-                rows(&|o| o.patch_area.iter().map(|p| p[0] * square).collect()),
-            ),
+            ("patch_area_ranked", "m2", "area of a cluster", rows(&|o| o.patch_area.iter().map(|p| p[0]).collect())),
             (
                 "patch_cumulative_fraction",
                 "1",

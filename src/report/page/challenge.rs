@@ -3,13 +3,12 @@
 use super::bands;
 use super::compare::key;
 use super::curves::{branches, formula, theory};
-use super::paper::{self, Data, PaperFigure, column};
+use super::paper::{self, Data, PaperFigure, column, density};
 use super::prelude::*;
 use super::surface::psd;
 use super::uncertainty;
 use crate::challenge::{SIZE_EXPONENT, reference, summary};
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
-use crate::record::methods::MethodState;
 use crate::report::picture::{LONGEST_SIDE, Picture};
 
 /// Table of the acceptance checks.
@@ -160,8 +159,7 @@ struct Both<'a> {
 }
 
 fn contacts(writer: &FigureWriter, both: &Both) -> Result<Option<Markup>> {
-    let value_of =
-        |c| reference(c).and_then(|s| s.numbers.gap_map.as_deref()).map(|file| writer.closed(file, LONGEST_SIDE));
+    let value_of = |c| reference(c).and_then(|s| s.gap_file()).map(|file| writer.closed(file, LONGEST_SIDE));
     let (Some(plain), Some(adhesive)) = (value_of(both.without).transpose()?, value_of(both.with).transpose()?) else {
         return Ok(None);
     };
@@ -183,16 +181,15 @@ fn contacts(writer: &FigureWriter, both: &Both) -> Result<Option<Markup>> {
 impl Both<'_> {
     /// A figure of the paper with its theory.
     fn plot(&self, writer: &FigureWriter, results: &Results, kind: &PaperFigure) -> Result<Plot> {
-        let um = writer.scales.um();
         let mut curves = Vec::new();
         for (c, label, style) in [(self.with, "with adhesion", ATOMS), (self.without, "without", WITHOUT)] {
             match kind.data {
                 Data::Path(of) => {
-                    let point = |s: &StateResults| (s.numbers.p_star, of(&MethodState::of(s), um).unwrap_or(f64::NAN));
+                    let point = |s: &State| (s.p_star, of(s).unwrap_or(f64::NAN));
                     curves.extend(branches(c, (label, style), &point));
                 }
                 Data::State(of) => {
-                    let points = reference(c).map(|s| of(writer, &MethodState::of(s), um)).transpose()?;
+                    let points = reference(c).map(|s| of(writer, s)).transpose()?;
                     curves.push(Curve::line(label, style, points.unwrap_or_default()));
                 }
             }
@@ -200,12 +197,13 @@ impl Both<'_> {
         match kind.number {
             6 => curves.extend(middle_slope(&curves[0])),
             9 => {
-                let part = reference(self.with).and_then(|s| s.observed.as_ref()).map(|o| &o.contact_stress);
-                let curve = |d: &asperity_contact::observe::Distribution| d.density_in(1.0);
-                curves.extend(part.map(|d| Curve::line("with adhesion, contact only", HARD, curve(d))));
+                let part =
+                    reference(self.with).and_then(|s| s.observed.as_ref()).and_then(|o| o.contact_stress.as_ref());
+                let curve = density(part, 1.0 / writer.scales.modulus_pa);
+                curves.extend(part.map(|_| Curve::line("with adhesion, contact only", HARD, curve)));
             }
             10 => {
-                let (label, theory) = theory(self.without);
+                let (label, theory) = theory(self.without, writer.scales.modulus_pa);
                 curves.push(formula((&label, EXPECTED), &curves, true, theory));
             }
             12 => {
@@ -225,7 +223,7 @@ impl Both<'_> {
     fn line_means(&self, writer: &FigureWriter) -> Result<Markup> {
         let mean = |c: &ContinuumResults| -> Result<Option<String>> {
             let Some(state) = reference(c) else { return Ok(None) };
-            let points = column(writer, state.numbers.gap_map.as_deref(), writer.scales.um())?;
+            let points = column(writer, state.gap_file(), writer.scales.length_m * UM)?;
             let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len().max(1) as f64;
             let (value, error) = match uncertainty::total(state, Quantity::MeanGap) {
                 Some(r) => with_error(mean, r * mean, ""),

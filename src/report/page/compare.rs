@@ -49,10 +49,7 @@ pub(super) fn more_or_less(relative: f64) -> String {
 }
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
-    let units = |s: &StateResults| {
-        let pressure = si(s.numbers.pressure * atoms.modulus_gpa * 1e9, "Pa", 3);
-        [pressure, with_unit(s.mean_gap * atoms.length_angstrom, 4, "Å")]
-    };
+    let gap = |gap: f64| with_unit(gap / ANGSTROM_M, 4, "Å");
     let one = |(i, load): (usize, &LoadComparison)| -> Result<Markup> {
         let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
         let maps = state.map(|state| Maps { writer, length: atoms.length_angstrom, load, state, number: i + 1 });
@@ -77,12 +74,12 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
         (sections(writer, &c.sections)?)
         details {
             summary { "Continuum solutions: settings, solver and states" }
-            @if let Some(full) = &c.full_heights { h3 { "Full heights" } (setting(full)) (states(full, &units)) }
+            @if let Some(full) = &c.full_heights { h3 { "Full heights" } (setting(full)) (states(full, &gap)) }
             h3 { "Hard wall" }
-            (setting(&c.hard_wall)) (states(&c.hard_wall, &units))
+            (setting(&c.hard_wall)) (states(&c.hard_wall, &gap))
             h3 { "Compliant wall" }
             p.quiet { "Mean gaps are measured from the dilated profile; those above from the heights." }
-            (setting(&c.compliant_wall)) (states(&c.compliant_wall, &units))
+            (setting(&c.compliant_wall)) (states(&c.compliant_wall, &gap))
         }
     })
 }
@@ -117,8 +114,8 @@ fn signed_percent(fraction: f64) -> String {
 }
 
 /// The state of a continuum solution at a load.
-pub(super) fn state_at<'a>(c: &'a ContinuumResults, load: &LoadComparison) -> Option<&'a StateResults> {
-    at_load(&c.states, load.p_star, |s| s.numbers.p_star)
+pub(super) fn state_at<'a>(c: &'a ContinuumResults, load: &LoadComparison) -> Option<&'a State> {
+    at_load(&c.states, load.p_star, |s| s.p_star)
 }
 
 /// Maps of one load, of the continuum and of the atoms.
@@ -178,7 +175,7 @@ impl Maps<'_> {
     /// The three gap maps with a common colour range.
     fn gaps(&self, hard_wall: &ContinuumResults) -> Result<Markup> {
         let Maps { writer, load, state, number, .. } = self;
-        let of_hard_wall = state_at(hard_wall, load).and_then(|s| s.numbers.gap_map.as_deref());
+        let of_hard_wall = state_at(hard_wall, load).and_then(|s| s.gap_file());
         let mut maps = Vec::new();
         for (title, name, file, id) in [
             ("Gap, hard wall", "gap-hard", of_hard_wall, "hard_wall"),

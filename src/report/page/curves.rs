@@ -13,8 +13,8 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
     @if compared { "; at the atoms’ scale fractions of the surface sites, for comparison with the atoms" }
     ". erf: Persson’s theory without adhesion, at the rms gradient that the grid" @if compared { " or the block of atoms" } " resolves." };
     let area = Figure::new("area", caption, area_plot(results));
-    let gap = results.continuum.as_ref().map(|c| mean_gap(writer, c, results.non_adhesive.as_ref()));
-    let stiffness = results.continuum.as_ref().and_then(|c| contact_stiffness(writer, c));
+    let gap = results.continuum.as_ref().map(|c| mean_gap(c, results.non_adhesive.as_ref()));
+    let stiffness = results.continuum.as_ref().and_then(contact_stiffness);
     let figures = writer.figures([Some(area), gap, stiffness].into_iter().flatten())?;
     Ok(Some(figures).filter(|f| !f.0.is_empty()))
 }
@@ -24,12 +24,12 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
 pub(super) fn branches(
     c: &ContinuumResults,
     (label, look): (&str, Style),
-    of: &dyn Fn(&StateResults) -> (f64, f64),
+    of: &dyn Fn(&State) -> (f64, f64),
 ) -> Vec<Curve> {
-    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stop == Stop::Converged).collect();
+    let converged: Vec<&State> = c.states.iter().filter(|s| s.stop == Stop::Converged).collect();
     let both = converged.iter().any(|s| s.branch == Branch::Unloading);
     let mut curves: Vec<Curve> = Vec::new();
-    let mut last: Option<&StateResults> = None;
+    let mut last: Option<&State> = None;
     for state in converged {
         if last.is_none_or(|l| l.branch != state.branch) {
             let (style, name) = match state.branch {
@@ -43,14 +43,14 @@ pub(super) fn branches(
         curves.last_mut().expect("one for the first state").points.push(of(state));
         last = Some(state);
     }
-    let missed = c.states.iter().filter(|s| s.numbers.stop != Stop::Converged && s.numbers.stop != Stop::Detached);
+    let missed = c.states.iter().filter(|s| s.stop != Stop::Converged && s.stop != Stop::Detached);
     curves.push(Curve::new("not converged", UNCONVERGED, missed.map(of)));
     curves
 }
 
 /// Contact fraction (%) against p*, for all solutions, methods and criteria, with the theory of the challenge's paper.
 fn area_plot(results: &Results) -> Plot {
-    let value = |s: &StateResults| (s.numbers.p_star, 100.0 * s.numbers.contact_area);
+    let value = |s: &State| (s.p_star, 100.0 * s.contact_area);
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
         let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
@@ -59,7 +59,7 @@ fn area_plot(results: &Results) -> Plot {
     curves.extend(results.non_adhesive.iter().map(|c| without(c, value)));
     for m in results.methods.iter().filter(|m| !m.states.is_empty()) {
         let label = format!("{}{}", m.method, if m.adhesive { "" } else { ", without adhesion" });
-        let points = m.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.numbers.contact_area));
+        let points = m.states.iter().map(|s| (s.p_star, 100.0 * s.contact_area));
         curves.push(Curve::new(label, method_style(&m.method), points));
     }
     curves.extend(results.comparison.iter().flat_map(criteria));
@@ -75,8 +75,10 @@ fn area_plot(results: &Results) -> Plot {
     let x = axis("reduced load p*");
     let include = if x.log { vec![] } else { vec![(0.0, 0.0)] };
     let matched = results.comparison.as_ref().map(|c| &c.hard_wall);
-    for (c, style) in results.continuum.iter().map(|c| (c, EXPECTED)).chain(matched.map(|c| (c, MATCHED))) {
-        let (label, theory) = theory(c);
+    let laboratory = results.continuum.iter().map(|c| (c, EXPECTED, results.scales.modulus_pa));
+    let block = results.atoms.as_ref().map_or(f64::NAN, |a| a.modulus_gpa * 1e9);
+    for (c, style, pascal) in laboratory.chain(matched.map(|c| (c, MATCHED, block))) {
+        let (label, theory) = theory(c, pascal);
         let theory = formula((&label, style), &curves, x.log, |p| 100.0 * theory(p));
         if !theory.points.is_empty() && !curves.iter().any(|c| c.label == theory.label) {
             curves.push(theory);
@@ -86,29 +88,28 @@ fn area_plot(results: &Results) -> Plot {
     Plot { include, ..Plot::new(x, axis(contact), curves) }
 }
 
-fn without(c: &ContinuumResults, of: impl Fn(&StateResults) -> (f64, f64)) -> Curve {
+fn without(c: &ContinuumResults, of: impl Fn(&State) -> (f64, f64)) -> Curve {
     Curve::new("without adhesion", WITHOUT, c.states.iter().map(of))
 }
 
 /// The axis of the load: logarithmic unless some loads are tensile.
 fn load_axis(c: &ContinuumResults, label: &str) -> AxisScale {
-    if c.states.iter().all(|s| s.numbers.p_star > 0.0) { log(label) } else { linear(label) }
+    if c.states.iter().all(|s| s.p_star > 0.0) { log(label) } else { linear(label) }
 }
 
 /// Contact stiffness of the solved states against p*, with bars of its error.
-fn contact_stiffness(writer: &FigureWriter, c: &ContinuumResults) -> Option<Figure> {
-    let unit = writer.scales.modulus_pa / writer.scales.length_m;
-    let available: Vec<StateResults> = c.states.iter().filter(|s| s.numbers.stiffness.is_some()).cloned().collect();
+fn contact_stiffness(c: &ContinuumResults) -> Option<Figure> {
+    let available: Vec<State> = c.states.iter().filter(|s| s.stiffness.is_some()).cloned().collect();
     if available.len() < 2 {
         return None;
     }
-    let value = |s: &StateResults| s.numbers.stiffness.unwrap_or(f64::NAN);
-    let (scale, prefix) = si_scale(available.iter().map(value).fold(0.0, f64::max) * unit);
-    let value_at = |s: &StateResults, k: f64| (s.numbers.p_star, k * unit / scale);
+    let value = |s: &State| s.stiffness.unwrap_or(f64::NAN);
+    let (scale, prefix) = si_scale(available.iter().map(value).fold(0.0, f64::max));
+    let value_at = |s: &State, k: f64| (s.p_star, k / scale);
     let solved = ContinuumResults { states: available, ..c.clone() };
     let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| value_at(s, value(s)));
     for s in &solved.states {
-        let error = s.numbers.stiffness_error.filter(|e| *e < value(s));
+        let error = s.stiffness_error.filter(|e| *e < value(s));
         curves
             .extend(error.map(|e| Curve::new("", EXPECTED, [-1.0, 1.0].map(|side| value_at(s, value(s) + side * e)))));
     }
@@ -122,11 +123,11 @@ fn contact_stiffness(writer: &FigureWriter, c: &ContinuumResults) -> Option<Figu
 const MATCHED: Style = Style { dash: Dash::Dotted, ..EXPECTED };
 
 /// Label and formula of the contact fraction by Persson's theory without adhesion. As in statement S07 of the challenge,
-/// p* is divided by the fraction of the rms gradient that the grid resolves.
-pub(super) fn theory(c: &ContinuumResults) -> (String, impl Fn(f64) -> f64) {
+/// p* is divided by the fraction of the rms gradient that the grid resolves. `modulus`: E*, Pa.
+pub(super) fn theory(c: &ContinuumResults, modulus: f64) -> (String, impl Fn(f64) -> f64) {
     let root = std::f64::consts::PI.sqrt();
     // The gradient on which p* is based.
-    let whole = c.states.iter().map(|s| s.numbers.pressure / s.numbers.p_star).find(|g| g.is_finite() && *g > 0.0);
+    let whole = c.states.iter().map(|s| s.pressure / modulus / s.p_star).find(|g| g.is_finite() && *g > 0.0);
     let gradient = c.resolved_gradient.unwrap_or(1.0) / whole.unwrap_or(1.0);
     let label = if gradient > 0.99 { "erf(√π p*)".into() } else { format!("erf(√π p*/{gradient:.2})") };
     (label, move |p| libm::erf(root * p / gradient))
@@ -178,10 +179,9 @@ fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
 }
 
 /// Mean gap against the logarithm of the load, on which rough surfaces follow nearly a straight line.
-fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, other: Option<&ContinuumResults>) -> Figure {
-    let length = writer.scales.length_m;
-    let (scale, prefix) = si_scale(c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * length);
-    let of = |s: &StateResults| (s.numbers.p_star, s.mean_gap * length / scale);
+fn mean_gap(c: &ContinuumResults, other: Option<&ContinuumResults>) -> Figure {
+    let (scale, prefix) = si_scale(c.states.iter().filter_map(|s| s.mean_gap).fold(0.0, f64::max));
+    let of = |s: &State| (s.p_star, s.mean_gap.unwrap_or(f64::NAN) / scale);
     let mut curves = branches(c, (&c.method, LABORATORY), &of);
     curves.extend(other.map(|c| without(c, of)));
     let plot = Plot::new(load_axis(c, "p*"), linear(format!("mean gap ({prefix}m)")), curves);

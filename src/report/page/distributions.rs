@@ -1,6 +1,7 @@
 //! Distributions of gap, stress and cluster area, and derived quantities.
 
 use super::loads::load;
+use super::paper::density;
 use super::prelude::*;
 use crate::challenge::SIZE_EXPONENT;
 use crate::report::number::stiffness;
@@ -15,22 +16,22 @@ pub(super) const LOOKS: [Style; 4] = [
 
 pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let loading = c.states.iter().filter(|s| s.branch == Branch::Loading);
-    let all: Vec<(&StateResults, &Observed)> = loading.filter_map(|s| Some((s, s.observed.as_ref()?))).collect();
+    let all: Vec<(&State, &Observed)> = loading.filter_map(|s| Some((s, s.observed.as_ref()?))).collect();
     if all.is_empty() {
         return Ok(html! {});
     }
-    let um = writer.scales.um();
-    let modulus_pa = writer.scales.modulus_pa;
-    let largest = all.iter().filter_map(|(_, o)| o.stress.edges.last()).fold(0.0, |upper: f64, edge| upper.max(*edge));
-    let (unit_pa, prefix) = si_scale(largest * modulus_pa);
+    let um2 = UM * UM;
+    let largest =
+        all.iter().filter_map(|(_, o)| o.stress.as_ref()?.edges.last()).fold(0.0, |upper: f64, edge| upper.max(*edge));
+    let (unit_pa, prefix) = si_scale(largest);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
         let shown = LOOKS.into_iter().zip(spread(all.len(), LOOKS.len()));
-        shown.map(|(look, i)| Curve::new(load_label(all[i].0.numbers.p_star), look, points(all[i].1))).collect()
+        shown.map(|(look, i)| Curve::new(load_label(all[i].0.p_star), look, points(all[i].1))).collect()
     };
-    let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect());
+    let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um2, d / um2)).collect());
     for (curve, i) in sizes.iter_mut().zip(spread(all.len(), LOOKS.len())) {
         // Counting errors: d/√n of n clusters.
-        let error = |[_, d, n]: &[f64; 3]| d / (um * um) / n.max(1.0).sqrt();
+        let error = |[_, d, n]: &[f64; 3]| d / um2 / n.max(1.0).sqrt();
         curve.errors = all[i].1.patch_density.iter().map(error).collect();
     }
     sizes.extend(slope(&sizes));
@@ -42,14 +43,14 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
             Plot::new(
                 log("gap (µm)"),
                 log("probability density (1/µm)"),
-                curves(&|o| o.gap_logarithmic.density_in(um)),
+                curves(&|o| density(o.gap_logarithmic.as_ref(), UM)),
             ),
         ),
         Figure::new(
             "stress-distribution",
             "Distribution of the normal stress. Without adhesion, nodes out of contact have zero stress and are not shown; with \
              adhesion they are under tension.",
-            Plot::new(linear(stress.0), log(stress.1), curves(&|o| o.stress.density_in(modulus_pa / unit_pa))),
+            Plot::new(linear(stress.0), log(stress.1), curves(&|o| density(o.stress.as_ref(), 1.0 / unit_pa))),
         ),
         Figure::new(
             "cluster-sizes",
@@ -62,7 +63,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
             Plot::new(
                 log("area of a cluster (µm²)"),
                 linear("cumulative fraction of the contact"),
-                curves(&|o| o.patch_area.iter().map(|[a, fraction]| (a * um * um, *fraction)).collect()),
+                curves(&|o| o.patch_area.iter().map(|[a, fraction]| (a * um2, *fraction)).collect()),
             ),
         ),
     ];
@@ -86,28 +87,28 @@ fn slope(curves: &[Curve]) -> Option<Curve> {
         .then(|| Curve::new("slope −1.45 (Müser et al. 2017)", EXPECTED, [value_at(first.0), value_at(last.0)]))
 }
 
-fn numbers(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
-    let (scales, length) = (writer.scales, writer.scales.length_m);
+fn numbers(writer: &FigureWriter, all: &[(&State, &Observed)]) -> Markup {
+    let cell = writer.scales.length_m;
     let axes = |[x, y]: [bool; 2]| match (x, y) {
         (true, true) => "along x and y",
         (true, false) => "along x",
         (false, true) => "along y",
         _ => "no",
     };
-    let area = |a: f64| with_unit(a * length * length * 1e12, 3, "µm²");
+    let area = |a: f64| with_unit(a * UM * UM, 3, "µm²");
     html! {
         (columns!("numbers", all, |(s, o)| {
             "p*" => load(s),
-            "mean contact pressure" => or_dash(o.mean_contact_pressure.map(|p| scales.stress(p, 3))),
+            "mean contact pressure" => or_dash(o.mean_contact_pressure.map(|p| stress(p, 3))),
             "median cluster area" => or_dash(o.median_cluster_area.map(area)),
-            "contact stiffness" => or_dash(s.numbers.stiffness.map(|k| stiffness(k * scales.modulus_pa / length, length, 3))),
-            "constriction conductance" => significant(o.constriction_conductance, 3),
-            "conductance from stiffness" => or_dash(s.numbers.stiffness.map(|k| significant(k, 3))),
+            "contact stiffness" => or_dash(s.stiffness.map(|k| stiffness(k, cell, 3))),
+            "constriction conductance" => or_dash(o.constriction_conductance.map(|c| significant(c / cell, 3))),
+            "conductance from stiffness" => or_dash(s.stiffness.map(|k| significant(k / writer.scales.stiffness(), 3))),
             "equivalent hydraulic gap" =>
-                if o.hydraulic_gap > 0.0 { scales.length(o.hydraulic_gap, 3) } else { "sealed".into() },
-            "contact percolates" => axes(o.contact_percolates),
-            "gap percolates" => axes(o.gap_percolates),
-            "contact" => percent(o.gap.delta),
+                or_dash(o.hydraulic_gap.map(|g| if g > 0.0 { length(g, 3) } else { "sealed".into() })),
+            "contact percolates" => or_dash(o.contact_percolates.map(axes)),
+            "gap percolates" => or_dash(o.gap_percolates.map(axes)),
+            "contact" => or_dash(o.gap.as_ref().map(|d| percent(d.delta))),
         }))
         p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area. Contact stiffness: derivative of "
             "the mean pressure by the approach, without change of the contact. Constriction conductance: clusters as independent circular "

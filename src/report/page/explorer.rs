@@ -198,7 +198,7 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
         map
     };
     let of_continuum = |c: &ContinuumResults, load: &LoadComparison, m: &CriterionMatch, gap| -> Result<FieldMaps> {
-        let stress = state_at(c, load).and_then(|s| s.numbers.stress_map.as_deref());
+        let stress = state_at(c, load).and_then(State::stress_file);
         Ok(FieldMaps {
             share: Some(m.contact_area),
             contact: m.map.as_deref().map(|f| writer.flags(f, SIDE)).transpose()?,
@@ -208,7 +208,7 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
     };
     // Gaps are measured from the dilated heights; those of the compliant wall are also stored from the original heights.
     let from_heights = |c_hard: &ContinuumResults, load: &LoadComparison| -> Result<Option<DownsampledMap>> {
-        let [hard, elastic] = [c_hard, &c.compliant_wall].map(|c| state_at(c, load)?.numbers.gap_map.as_deref());
+        let [hard, elastic] = [c_hard, &c.compliant_wall].map(|c| state_at(c, load)?.gap_file());
         let (Some(hard), Some(elastic)) = (hard, elastic) else { return Ok(None) };
         let [hard, elastic, heights] = [hard, elastic, &load.compliant_wall_gap].map(|f| writer.load(f, SIDE, length));
         let (mut gap, elastic, heights) = (hard?, elastic?, heights?);
@@ -252,16 +252,16 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
 
 /// The continuum at the scale of the scene.
 fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
-    let stored = |s: &&StateResults| s.numbers.gap_map.is_some() && s.numbers.stop != Stop::Detached;
-    let states: Vec<&StateResults> = c.states.iter().filter(stored).collect();
-    let highest = states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
-    let pressure = |s: &&StateResults| s.numbers.pressure.abs() / s.numbers.contact_area.max(1e-3);
-    let strongest = states.iter().map(pressure).fold(0.0, f64::max) * writer.scales.modulus_pa;
+    let stored = |s: &&State| s.gap_map.is_some() && s.stop != Stop::Detached;
+    let states: Vec<&State> = c.states.iter().filter(stored).collect();
+    let highest = states.iter().filter_map(|s| s.mean_gap).fold(0.0, f64::max);
+    let pressure = |s: &&State| s.pressure.abs() / s.contact_area.max(1e-3);
+    let strongest = states.iter().map(pressure).fold(0.0, f64::max);
     let ((gap_factor, gap_prefix), (stress_factor, stress_prefix)) = (si_scale(highest), si_scale(strongest));
     let (mut loads, mut fields) = (Vec::new(), Vec::new());
     for state in states {
-        let Some(gap) = &state.numbers.gap_map else { continue };
-        let stress = state.numbers.stress_map.as_deref();
+        let Some(gap) = state.gap_file() else { continue };
+        let stress = state.stress_file();
         let in_unit = |v: f64| v * writer.scales.modulus_pa / stress_factor;
         fields.push(FieldMaps {
             share: None,
@@ -270,7 +270,7 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
             stress: stress.map(|f| writer.load(f, SIDE, in_unit)).transpose()?,
         });
         let branch = if state.branch == Branch::Unloading { ", unloading" } else { "" };
-        loads.push(load_label(state.numbers.p_star) + branch);
+        loads.push(load_label(state.p_star) + branch);
     }
     let units = [format!("{gap_prefix}m"), format!("{stress_prefix}Pa")];
     let source = Source { title: "Contact".into(), colour: BLACK, fields };

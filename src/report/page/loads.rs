@@ -12,14 +12,11 @@ pub(super) const CLIPPED: f64 = 0.002;
 const LOADS_SHOWN: usize = 4;
 
 pub(super) fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Markup> {
-    let scales = writer.scales;
-    // Mean pressure and mean gap in SI units at the scale of the scene.
-    let units = |s: &StateResults| [scales.stress(s.numbers.pressure, 3), scales.length(s.mean_gap, 4)];
     Ok(html! {
         (setting(continuum))
-        (states(continuum, &units))
-        (plasticity(writer, continuum))
-        @if let Some(said) = hysteresis_sentence(continuum, |w| scales.work(w)) { p { (said) } }
+        (states(continuum, &|gap| length(gap, 4)))
+        (plasticity(continuum))
+        @if let Some(said) = hysteresis_sentence(continuum) { p { (said) } }
         (uncertainty::section(writer, continuum)?)
         (gallery(writer, continuum)?)
     })
@@ -34,13 +31,12 @@ pub(super) fn setting(c: &ContinuumResults) -> Markup {
 }
 
 /// Table of the plastic flow; empty for an elastic body.
-fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
+fn plasticity(c: &ContinuumResults) -> Markup {
     let Some(hardness) = c.hardness else { return html! {} };
-    let scales = writer.scales;
     let largest = match &c.hardness_map {
-        None => format!("the hardness of {}", scales.stress(hardness, 3)),
+        None => format!("the hardness of {}", stress(hardness, 3)),
         Some(map) => {
-            let [lowest, mean, highest] = [map.lowest, hardness, map.highest].map(|h| scales.stress(h, 3));
+            let [lowest, mean, highest] = [map.lowest, hardness, map.highest].map(|h| stress(h, 3));
             format!("the hardness of the node, {lowest} to {highest} with a mean of {mean}")
         }
     };
@@ -50,37 +46,37 @@ fn plasticity(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
             "p*" => load(s),
             "flowing" => percent(p.flowing),
             "displaced" => percent(p.displaced),
-            "mean plastic displacement" => scales.length(p.displacement, 3),
-            "plastic work" => scales.work(p.work),
+            "mean plastic displacement" => length(p.displacement, 3),
+            "plastic work" => work(p.work),
         }))
         p.quiet { "The contact stress is at most " (largest) ". Flowing: nodes whose plastic displacement grows in this load; displaced: "
             "nodes that have one. Unloading is elastic." }
     }
 }
 
-/// The table of states; `units` formats mean pressure and mean gap of a state.
-pub(super) fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]) -> Markup {
+/// The table of states; `gap` formats a mean gap, m.
+pub(super) fn states(c: &ContinuumResults, gap: &dyn Fn(f64) -> String) -> Markup {
     // Separated surfaces have no equilibrium, so the last iterate is meaningless.
-    let known = |s: &StateResults, number: String| or_dash((s.numbers.stop != Stop::Detached).then_some(number));
+    let known = |s: &State, number: String| or_dash((s.stop != Stop::Detached).then_some(number));
     let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
     criteria.dedup();
     html! {
-        (columns!("numbers", c.states.iter().map(|s| (s, &s.numbers, units(s))), |(s, n, [pressure, gap])| {
+        (columns!("numbers", &c.states, |s| {
             "p*" => load(s),
-            "mean pressure" => pressure,
+            "mean pressure" => stress(s.pressure, 3),
             "contact area" => known(s, {
-                let error = n.contact_area_error.map_or(String::new(), |e| format!(" ± {}", significant(100.0 * e, 2)));
-                format!("{}{error} %", significant(100.0 * n.contact_area, 3))
+                let error = s.contact_area_error.map_or(String::new(), |e| format!(" ± {}", significant(100.0 * e, 2)));
+                format!("{}{error} %", significant(100.0 * s.contact_area, 3))
             }),
-            "contact nodes" => known(s, percent(s.contact_nodes)),
-            "mean gap" => known(s, gap),
-            "clusters" => or_dash(n.patches.map(|n| known(s, count(n)))),
+            "contact nodes" => or_dash(s.contact_nodes.map(|n| known(s, percent(n)))),
+            "mean gap" => or_dash(s.mean_gap.map(|g| known(s, gap(g)))),
+            "clusters" => or_dash(s.patches.map(|n| known(s, count(n)))),
             "solver" => stop(s),
-            "load error" => known(s, significant(n.load_error, 2)),
-            "residual" => known(s, significant(s.residual, 2)),
-            "steps" => count(n.iterations),
-            "FFT pairs" => count(n.fft_pairs.round() as usize),
-            "time" => duration(n.seconds),
+            "load error" => known(s, significant(s.load_error, 2)),
+            "residual" => or_dash(s.residual.map(|r| known(s, significant(r, 2)))),
+            "steps" => count(s.iterations),
+            "FFT pairs" => count(s.fft_pairs.round() as usize),
+            "time" => duration(s.seconds),
         }))
         p.quiet { "Contact criterion: " (criteria.join("; ")) ". Contact area: nodes without the excess that they count along the edges of "
             "clusters, with the error. Clusters connect by edges or corners. Load error: relative deviation of the integrated stress from "
@@ -90,17 +86,17 @@ pub(super) fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [Str
 }
 
 /// The load of a state and whether it is on the unloading branch.
-pub(super) fn load(s: &StateResults) -> String {
-    trimmed(s.numbers.p_star, 4) + back(s)
+pub(super) fn load(s: &State) -> String {
+    trimmed(s.p_star, 4) + back(s)
 }
 
 /// Label of a load on the unloading branch.
-fn back(s: &StateResults) -> &'static str {
+fn back(s: &State) -> &'static str {
     if s.branch == Branch::Unloading { " (unloading)" } else { "" }
 }
 
-fn stop(s: &StateResults) -> Markup {
-    if s.numbers.stop == Stop::Converged { "converged".render() } else { bad(s.numbers.stop.to_string()) }
+fn stop(s: &State) -> Markup {
+    if s.stop == Stop::Converged { "converged".render() } else { bad(s.stop.to_string()) }
 }
 
 /// Tensile stresses below this fraction of the largest stress are rounding errors; the colour bar then starts at
@@ -108,13 +104,13 @@ fn stop(s: &StateResults) -> Markup {
 const NO_TENSION: f64 = 1e-6;
 
 /// Indices of the loads shown: all, or a few spread over the path including both ends.
-fn shown(states: &[StateResults]) -> Vec<usize> {
+fn shown(states: &[State]) -> Vec<usize> {
     let with_maps: Vec<usize> = (0..states.len()).filter(|&i| has_maps(&states[i])).collect();
     spread(with_maps.len(), LOADS_SHOWN).into_iter().map(|i| with_maps[i]).collect()
 }
 
-fn has_maps(s: &StateResults) -> bool {
-    s.numbers.gap_map.is_some() || s.numbers.stress_map.is_some()
+fn has_maps(s: &State) -> bool {
+    s.gap_map.is_some() || s.stress_map.is_some()
 }
 
 pub(super) fn of_gap<'a>(values: impl IntoIterator<Item = &'a f64>) -> ColourRange {
@@ -132,11 +128,11 @@ fn common_ranges(writer: &FigureWriter, c: &ContinuumResults) -> Result<Option<[
         return Ok(None);
     }
     let (mut gaps, mut stresses) = (Vec::new(), Vec::new());
-    for state in shown(&c.states).into_iter().map(|i| &c.states[i].numbers) {
-        if let Some(file) = &state.gap_map {
+    for state in shown(&c.states).into_iter().map(|i| &c.states[i]) {
+        if let Some(file) = state.gap_file() {
             gaps.extend(writer.load(file, PANEL_SIDE, |v| v * writer.scales.length_m)?.values);
         }
-        if let Some(file) = &state.stress_map {
+        if let Some(file) = state.stress_file() {
             stresses.extend(writer.load(file, PANEL_SIDE, |v| v * writer.scales.modulus_pa)?.values);
         }
     }
@@ -150,13 +146,13 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let ranges = common_ranges(writer, c)?;
     for (i, state) in c.states.iter().enumerate() {
         let title = |description: &str| {
-            let mark = if state.numbers.stop == Stop::Converged { "" } else { " (not converged)" };
-            format!("{description} at {}{}{mark}", load_label(state.numbers.p_star), back(state))
+            let mark = if state.stop == Stop::Converged { "" } else { " (not converged)" };
+            format!("{description} at {}{}{mark}", load_label(state.p_star), back(state))
         };
         let mut add = |row: usize, title: &str, image: Markup, below: Markup| {
             rows[row].extend(shown.contains(&i).then(|| panel(title, image, below)));
         };
-        if let Some(file) = &state.numbers.gap_map {
+        if let Some(file) = state.gap_file() {
             let small = &writer.load(file, PANEL_SIDE, |v| v * length_m)?;
             let contact = writer.closed(file, PANEL_SIDE)?;
             let range = ranges.map_or_else(|| of_gap(&small.values), |[gap, _]| gap);
@@ -165,9 +161,14 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             add(1, &words, writer.values((&name, &words), &gap, length_m)?, html! {});
             let (name, words) = (format!("contact-{}", i + 1), title("Contact"));
             let image = writer.map((&name, &words), &picture::contact(&contact, BLACK), length_m)?;
-            add(0, &words, image, html! { (percent(state.contact_nodes)) " of the nodes in contact (black)" });
+            add(
+                0,
+                &words,
+                image,
+                html! { (or_dash(state.contact_nodes.map(percent))) " of the nodes in contact (black)" },
+            );
         }
-        if let Some(file) = &state.numbers.stress_map {
+        if let Some(file) = state.stress_file() {
             let small = &writer.load(file, PANEL_SIDE, |v| v * writer.scales.modulus_pa)?;
             let range = ranges.map_or_else(|| of_stress(&small.values), |[_, stress]| stress);
             let (name, words) = (format!("stress-{}", i + 1), title("Stress"));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::paper::{FIGURES, PaperFigure};
 use super::prelude::*;
-use crate::record::methods::{MethodResults, MethodState, loading_states};
+use crate::record::methods::MethodResults;
 use crate::scene::REFERENCE_LOAD;
 use asperity_contact::load::at_step;
 
@@ -21,13 +21,13 @@ const BEYOND: f64 = 0.5;
 
 /// States of the scene's own method.
 struct Own {
-    with: Vec<MethodState>,
-    without: Vec<MethodState>,
+    with: Vec<State>,
+    without: Vec<State>,
 }
 
 impl Own {
     fn of(results: &Results) -> Self {
-        let states = |c: &Option<ContinuumResults>| c.as_ref().map(loading_states).unwrap_or_default();
+        let states = |c: &Option<ContinuumResults>| c.iter().flat_map(ContinuumResults::loading).cloned().collect();
         let (first, second) = (states(&results.continuum), states(&results.non_adhesive));
         match results.continuum.as_ref().is_some_and(|c| c.range.is_some()) {
             true => Own { with: first, without: second },
@@ -35,7 +35,7 @@ impl Own {
         }
     }
 
-    fn like(&self, adhesive: bool) -> &[MethodState] {
+    fn like(&self, adhesive: bool) -> &[State] {
         if adhesive { &self.with } else { &self.without }
     }
 }
@@ -46,7 +46,7 @@ const DRAWN: usize = 4;
 /// Index and p* of the loads of all methods, and position of the load nearest to the reference load.
 fn loads(results: &Results) -> (Vec<(usize, f64)>, usize) {
     let states = results.methods.iter().flat_map(|m| &m.states);
-    let loads: BTreeMap<usize, f64> = states.map(|s| (s.numbers.index, s.numbers.p_star)).collect();
+    let loads: BTreeMap<usize, f64> = states.map(|s| (s.index, s.p_star)).collect();
     let mut loads: Vec<(usize, f64)> = loads.into_iter().collect();
     loads.sort_by(|a, b| a.1.total_cmp(&b.1));
     let deviation = |p: f64| (p.max(f64::MIN_POSITIVE) / REFERENCE_LOAD).ln().abs();
@@ -86,7 +86,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below each figure: what it does not show, and why." }
         @if loads.is_empty() { (page.numbers(None)) }
         (each(&of_loads))
-        (notes(writer, results))
+        (notes(results))
         (each(&paths))
     })
 }
@@ -123,42 +123,42 @@ impl Page<'_> {
     /// Table of all methods at one load.
     fn numbers(&self, index: Option<usize>) -> Markup {
         let Page { writer, results, own } = self;
-        let um = writer.scales.um();
-        let micron = |g: f64| format!("{} µm", significant(g * um, 3));
-        let area = |a: f64| format!("{} µm²", significant(a * um * um, 3));
+        let micron = |g: f64| format!("{} µm", significant(g * UM, 3));
+        let reduced = |k: f64| significant(k / writer.scales.stiffness(), 3);
+        let area = |a: f64| format!("{} µm²", significant(a * UM * UM, 3));
         let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
             None => String::new(),
             Some(r) if (found / r - 1.0).abs() < 0.005 => " (0 %)".into(),
             Some(r) => format!(" ({:+.0} %)", 100.0 * (found / r - 1.0)).replace('-', "−"),
         };
+        let median = |s: &State| s.observed.as_ref()?.median_cluster_area;
         let adhesion = |with: bool| if with { "with" } else { "without" };
         let own_row = |adhesive: bool| {
             let s = at_step(own.like(adhesive), index?)?;
             let mut solved = results.continuum.iter().chain(&results.non_adhesive);
             let solved = solved.find(|c| c.range.is_some() == adhesive);
             let error = solved.and_then(|c| at_step(&c.states, index?)?.discretisation?.area);
-            let error = error.map(|e| format!(" ± {} by the grid", percent(e * s.numbers.contact_area)));
+            let error = error.map(|e| format!(" ± {} by the grid", percent(e * s.contact_area)));
             Some(row![
                 html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
                 adhesion(adhesive),
                 results.continuum.iter().flat_map(|c| &c.states).next().map_or("", |s| &s.criterion),
-                html! { (percent(s.numbers.contact_area)) (quiet(error.unwrap_or_default())) },
+                html! { (percent(s.contact_area)) (quiet(error.unwrap_or_default())) },
                 or_dash(s.mean_gap.map(micron)),
-                or_dash(s.numbers.stiffness.map(|k| significant(k, 3))),
-                or_dash(s.median_cluster_area.map(area)),
+                or_dash(s.stiffness.map(reduced)),
+                or_dash(median(s).map(area)),
                 "",
             ])
         };
         let row = |m: &MethodResults| {
             let at = |states| index.and_then(|index| at_step(states, index));
             let (here, reference) = (at(m.states.as_slice()), at(own.like(m.adhesive)));
-            type Of<'a> = &'a dyn Fn(&MethodState) -> Option<f64>;
+            type Of<'a> = &'a dyn Fn(&State) -> Option<f64>;
             let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
                 Some(v) => html! { (show(v)) (quiet(off(v, reference.and_then(of)))) },
                 None => {
-                    let missing =
-                        here.iter().flat_map(|s| &s.missing).chain(&m.missing).find(|m| m.quantity == quantity.id());
-                    html! { "–" @if let Some(m) = missing { " " (quiet(format!("({})", m.reason))) } }
+                    let missing = here.and_then(|s| s.missing.get(&quantity)).or_else(|| m.missing.get(&quantity));
+                    html! { "–" @if let Some(reason) = missing { " " (quiet(format!("({reason})"))) } }
                 }
             };
             let mut cells =
@@ -169,10 +169,10 @@ impl Page<'_> {
                 let presses = here.and_then(|s| s.contact_nodes_compressive);
                 let presses = presses.map(|presses| quiet(format!(" ({} under compression)", percent(presses))));
                 cells.extend(row![
-                html! { (with(Quantity::ContactArea, &|s| Some(s.numbers.contact_area), &percent)) (presses.unwrap_or_default()) },
+                html! { (with(Quantity::ContactArea, &|s| Some(s.contact_area), &percent)) (presses.unwrap_or_default()) },
                 with(Quantity::MeanGap, &|s| s.mean_gap, &micron),
-                with(Quantity::Stiffness, &|s| s.numbers.stiffness, &|k| significant(k, 3)),
-                with(Quantity::PatchPdf, &|s| s.median_cluster_area, &area),
+                with(Quantity::Stiffness, &|s| s.stiffness, &reduced),
+                with(Quantity::PatchPdf, &median, &area),
                 duration(m.cpu_seconds),
             ]);
             }
@@ -198,8 +198,7 @@ impl Page<'_> {
             drawn_curves.push(Curve::new("", style, points(&run.states)?));
         }
         drawn_curves.retain(|curve| !curve.points.is_empty());
-        let missing =
-            |run: &MethodResults| run.missing.iter().find(|m| m.quantity == kind.needs.id()).map(|m| m.reason.clone());
+        let missing = |run: &MethodResults| run.missing.get(&kind.needs).cloned();
         let reasons =
             distinct(runs.iter().filter_map(|run| run.unavailable_reason.clone().or_else(|| missing(run)))).join("; ");
         if drawn_curves.is_empty() {
@@ -236,7 +235,7 @@ fn own_name(results: &Results) -> String {
 }
 
 /// Notes for all loads: unavailable methods, ranges of adhesion, fitted constants.
-fn notes(writer: &FigureWriter, results: &Results) -> Markup {
+fn notes(results: &Results) -> Markup {
     let calibrated =
         results.methods.iter().filter_map(|m| Some(format!("{}: {}", m.method, m.calibrated_on.as_ref()?)));
     let fitted = distinct(calibrated);
@@ -246,8 +245,8 @@ fn notes(writer: &FigureWriter, results: &Results) -> Markup {
             @if let Some(reason) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } ": not available: " (reason) "." } }
         }
         @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.requested) {
-            p.quiet { (m.method) " uses a range of adhesion of " (writer.scales.length(range.used, 3))
-                " on this grid; requested: " (writer.scales.length(range.requested, 3)) "." }
+            p.quiet { (m.method) " uses a range of adhesion of " (length(range.used, 3))
+                " on this grid; requested: " (length(range.requested, 3)) "." }
         }
         @if !fitted.is_empty() { p.quiet { "*: with fitted constants. " (fitted.join("; ")) "." } }
     }

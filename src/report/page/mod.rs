@@ -118,7 +118,7 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         add("atoms", "The atoms", atoms::section(writer, atoms)?);
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
-        let has_depth = |s: &StateResults| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
+        let has_depth = |s: &State| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(writer, atoms, comparison)?)
             @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall)) }

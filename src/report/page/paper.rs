@@ -1,21 +1,23 @@
 //! Figures 4 to 12 of the challenge's paper: their axes and data, for the page of the challenge and for the comparison of methods.
 
 use super::prelude::*;
-use crate::record::methods::MethodState;
 use asperity_contact::load::at_step;
-use asperity_contact::observe::column_at;
+use asperity_contact::observe::{Distribution, column_at};
 use asperity_grid::Grid;
 use asperity_surface::files::npy;
 
-/// Data of a figure; the last argument is the number of micrometres per L.
+/// Data of a figure.
 pub(super) enum Data {
     /// A value of every state, against the load.
-    Path(fn(&MethodState, f64) -> Option<f64>),
+    Path(fn(&State) -> Option<f64>),
     /// A curve of one state.
     State(StateCurve),
 }
 
-type StateCurve = fn(&FigureWriter, &MethodState, f64) -> Result<Vec<(f64, f64)>>;
+type StateCurve = fn(&FigureWriter, &State) -> Result<Vec<(f64, f64)>>;
+
+/// Square micrometres of a square metre.
+const UM2: f64 = UM * UM;
 
 pub(super) struct PaperFigure {
     /// In the paper.
@@ -37,36 +39,46 @@ const NOISE: f64 = 1e-3;
 pub(super) const FIGURES: [PaperFigure; 9] = [
     PaperFigure { number: 4, name: "gap-section", caption: "Gap along y at x = L/2",
         needs: Quantity::GapMap, x: (linear, "y (µm)"), y: (linear, "gap u (µm)"),
-        data: Data::State(|w, s, um| column(w, s.numbers.gap_map.as_deref(), um)) },
+        data: Data::State(|w, s| column(w, s.gap_file(), w.scales.length_m * UM)) },
     PaperFigure { number: 5, name: "stress-section", caption: "Interfacial stress along y at x = L/2; tension is negative",
         needs: Quantity::StressMap, x: (linear, "y (µm)"), y: (linear, "stress σ/E*"),
-        data: Data::State(|w, s, _| {
-            let found = column(w, s.numbers.stress_map.as_deref(), 1.0)?;
+        data: Data::State(|w, s| {
+            let found = column(w, s.stress_file(), 1.0)?;
             let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
-            Ok(if most < NOISE * s.numbers.pressure.abs() { Vec::new() } else { found })
+            Ok(if most < NOISE * s.pressure.abs() / w.scales.modulus_pa { Vec::new() } else { found })
         }) },
     PaperFigure { number: 6, name: "cluster-sizes", caption: "Pr(a), density of clusters of an area",
         needs: Quantity::PatchPdf, x: AREA, y: (log, "Pr(a) (1/µm²)"),
-        data: Data::State(|_, s, um| Ok(s.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect())) },
+        data: Data::State(|_, s| Ok(seen(s, |o| o.patch_density.iter().map(|[a, d, _]| (a * UM2, d / UM2)).collect()))) },
     PaperFigure { number: 7, name: "cluster-area", caption: "CPr(a), fraction of the contact in clusters up to an area",
         needs: Quantity::PatchPdf, x: AREA, y: (linear, "CPr(a)"),
-        data: Data::State(|_, s, um| Ok(s.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect())) },
+        data: Data::State(|_, s| Ok(seen(s, |o| o.patch_area.iter().map(|[a, share]| (a * UM2, *share)).collect()))) },
     PaperFigure { number: 8, name: "gaps", caption: "Pr(u), distribution of the gap out of contact",
         needs: Quantity::GapPdf, x: (log, "gap u (µm)"), y: (log, "Pr(u) (1/µm)"),
-        data: Data::State(|_, s, um| Ok(s.gap.as_ref().map_or(Vec::new(), |d| d.density_in(um)))) },
+        data: Data::State(|_, s| Ok(seen(s, |o| density(o.gap_logarithmic.as_ref(), UM)))) },
     PaperFigure { number: 9, name: "stresses", caption: "Pr(σ), distribution of the interfacial stress",
         needs: Quantity::StressPdf, x: (linear, "stress σ/E*"), y: (log, "Pr(σ) E*"),
-        data: Data::State(|_, s, _| Ok(s.stress.as_ref().map_or(Vec::new(), |d| d.density_in(1.0)))) },
+        data: Data::State(|w, s| Ok(seen(s, |o| density(o.stress.as_ref(), 1.0 / w.scales.modulus_pa)))) },
     PaperFigure { number: 10, name: "area", caption: "Relative contact area against load",
         needs: Quantity::ContactArea, x: LOAD, y: (log, "area a_r"),
-        data: Data::Path(|s, _| Some(s.numbers.contact_area)) },
+        data: Data::Path(|s| Some(s.contact_area)) },
     PaperFigure { number: 11, name: "contact-pressure", caption: "Mean contact pressure against load",
         needs: Quantity::ContactArea, x: LOAD, y: (linear, "p/(a_r E* ḡ)"),
-        data: Data::Path(|s, _| (s.numbers.contact_area > 0.0).then(|| s.numbers.p_star / s.numbers.contact_area)) },
+        data: Data::Path(|s| (s.contact_area > 0.0).then(|| s.p_star / s.contact_area)) },
     PaperFigure { number: 12, name: "mean-gap", caption: "Mean gap against load",
         needs: Quantity::MeanGap, x: LOAD, y: (log, "mean gap ū (µm)"),
-        data: Data::Path(|s, um| s.mean_gap.map(|g| g * um)) },
+        data: Data::Path(|s| s.mean_gap.map(|g| g * UM)) },
 ];
+
+/// A curve of the observables of a state, if it has them.
+fn seen(s: &State, of: impl Fn(&Observed) -> Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    s.observed.as_ref().map_or(Vec::new(), of)
+}
+
+/// The density of a distribution in multiples of `unit`.
+pub(super) fn density(of: Option<&Distribution>, unit: f64) -> Vec<(f64, f64)> {
+    of.map_or(Vec::new(), |d| d.density_in(unit))
+}
 
 impl PaperFigure {
     pub(super) fn plot(&self, curves: Vec<Curve>) -> Plot {
@@ -78,13 +90,12 @@ impl PaperFigure {
         &self,
         writer: &FigureWriter,
         index: Option<usize>,
-        states: &[MethodState],
+        states: &[State],
     ) -> Result<Vec<(f64, f64)>> {
-        let um = writer.scales.um();
         match self.data {
-            Data::Path(of) => Ok(states.iter().filter_map(|s| Some((s.numbers.p_star, of(s, um)?))).collect()),
+            Data::Path(of) => Ok(states.iter().filter_map(|s| Some((s.p_star, of(s)?))).collect()),
             Data::State(of) => match index.and_then(|index| at_step(states, index)) {
-                Some(here) => of(writer, here, um),
+                Some(here) => of(writer, here),
                 None => Ok(Vec::new()),
             },
         }
@@ -107,6 +118,6 @@ pub(super) fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Re
     let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: writer.aspect };
     let (at, step) = (column_at(grid, SECTION), grid.dy());
     let mut points = Vec::with_capacity(grid.ny);
-    map.for_each_row(|y, row| points.push((y as f64 * step * writer.scales.um(), row[at] * unit)))?;
+    map.for_each_row(|y, row| points.push((y as f64 * step * writer.scales.length_m * UM, row[at] * unit)))?;
     Ok(points)
 }

@@ -6,7 +6,8 @@ pub(super) use super::figures::{
 };
 pub(super) use crate::record::results::*;
 pub(super) use crate::report::number::{
-    count, duration, load_label, memory, percent, si, si_given, si_scale, significant, trimmed, with_error, with_unit,
+    UM, count, duration, length, load_label, memory, percent, si, si_given, si_scale, significant, stress, trimmed,
+    with_error, with_unit, work,
 };
 pub(super) use crate::report::picture::{self, BLACK, BLUE, ColourRange, GREEN, ORANGE, PURPLE, Rgb, VERMILION};
 pub(super) use crate::report::plot::*;
@@ -15,6 +16,7 @@ pub(super) use asperity_atoms::results::*;
 pub(super) use asperity_contact::load::{Branch, Stop};
 pub(super) use asperity_contact::quantity::Quantity;
 pub(super) use asperity_contact::results::*;
+pub(super) use asperity_contact::state::{Observed, State};
 pub(super) use asperity_contact::uncertainty::ValueWithError;
 pub(super) use asperity_grid::error::Result;
 pub(super) use maud::{Markup, PreEscaped, Render, html};

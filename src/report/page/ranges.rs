@@ -11,30 +11,28 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         all.filter_map(|c| Some((tabor.of_range(c.range?.used), c))).collect();
     solved.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Loads are matched by index: with prescribed mean gaps the pressures differ between ranges.
-    let label = |k: usize| match distinct(solved.iter().map(|(_, c)| c.states.get(k).map(|s| s.numbers.p_star)))[..] {
+    let label = |k: usize| match distinct(solved.iter().map(|(_, c)| c.states.get(k).map(|s| s.p_star)))[..] {
         [Some(imposed)] => load_label(imposed),
         _ => format!("load {}", k + 1),
     };
     let shown = spread(results.other_ranges[0].states.len(), LOOKS.len());
-    let curves = |matches: &dyn Fn(&StateResults) -> f64| -> Vec<Curve> {
+    let curves = |matches: &dyn Fn(&State) -> f64| -> Vec<Curve> {
         let points = |k: usize| solved.iter().filter_map(move |(mu, c)| Some((*mu, matches(c.states.get(k)?))));
         let look = |look: &Style| Style { marker: Marker::Disc, ..*look };
         LOOKS.iter().zip(&shown).map(|(l, &k)| Curve::new(label(k), look(l), points(k))).collect()
     };
-    let um = writer.scales.um();
-    let plot = |label: &str, matches: &dyn Fn(&StateResults) -> f64| {
-        Plot::new(log("Tabor parameter"), log(label), curves(matches))
-    };
+    let plot =
+        |label: &str, matches: &dyn Fn(&State) -> f64| Plot::new(log("Tabor parameter"), log(label), curves(matches));
     let figures = [
         Figure::new(
             "area-of-range",
             "Contact area against Tabor’s parameter: short ranges to the right.",
-            plot("relative contact area", &|s| s.numbers.contact_area),
+            plot("relative contact area", &|s| s.contact_area),
         ),
         Figure::new(
             "mean-gap-of-range",
             "Mean gap against Tabor’s parameter.",
-            plot("mean gap (µm)", &|s| s.mean_gap * um),
+            plot("mean gap (µm)", &|s| s.mean_gap.unwrap_or(f64::NAN) * UM),
         ),
     ];
     let loading = solved.iter().flat_map(|(mu, c)| {
@@ -43,22 +41,22 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
     });
     Ok(html! {
         p { "The loading branch with the same work of adhesion and other ranges. Tabor’s parameter is "
-            "(R_c γ²/(E*² ρ³))^1/3 with the surface’s curvature radius R_c, " (writer.scales.length(tabor.radius, 4))
+            "(R_c γ²/(E*² ρ³))^1/3 with the surface’s curvature radius R_c, " (length(tabor.radius, 4))
             ", and the range used on the grid." }
         (writer.figures(figures)?)
         (columns!("numbers", loading, |(mu, range, resolved, s)| {
-            "range" => writer.scales.length(range, 4),
+            "range" => length(range, 4),
             "Tabor parameter" => significant(*mu, 3),
             "resolution" => significant(resolved, 3),
-            "p*" => trimmed(s.numbers.p_star, 4),
-            "contact area" => percent(s.numbers.contact_area),
-            "mean gap" => writer.scales.length(s.mean_gap, 4),
+            "p*" => trimmed(s.p_star, 4),
+            "contact area" => percent(s.contact_area),
+            "mean gap" => or_dash(s.mean_gap.map(|g| length(g, 4))),
         }))
     })
 }
 
 struct Tabor {
-    /// R_c and γ, units of L and E* L.
+    /// R_c, m, and γ/E*, m.
     radius: f64,
     gamma: f64,
 }
@@ -67,7 +65,7 @@ impl Tabor {
     fn of(results: &Results) -> Option<Self> {
         let gamma = results.other_ranges.first()?.range?.gamma;
         let radius = results.surface.statistic(CURVATURE_RADIUS)?;
-        Some(Tabor { radius: radius.realised * 1e-9 / results.scales.length_m, gamma })
+        Some(Tabor { radius: radius.realised * 1e-9, gamma: gamma / results.scales.modulus_pa })
     }
 
     fn of_range(&self, range: f64) -> f64 {

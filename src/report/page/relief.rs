@@ -89,9 +89,9 @@ fn contact(writer: &FigureWriter, results: &Results) -> Result<Option<(f64, Vec<
         return maps.into_iter().collect::<Result<Vec<_>>>().map(|maps| Some((load.p_star, maps)));
     }
     let states = results.continuum.iter().flat_map(|c| &c.states);
-    let stored = states.filter_map(|s: &StateResults| Some((s, s.numbers.gap_map.as_deref()?)));
-    let Some((state, file)) = stored.rev().find(|(s, _)| s.numbers.stop != Stop::Detached) else { return Ok(None) };
-    Ok(Some((state.numbers.p_star, vec![writer.closed(file, SIDE)?])))
+    let stored = states.filter_map(|s: &State| Some((s, s.gap_file()?)));
+    let Some((state, file)) = stored.rev().find(|(s, _)| s.stop != Stop::Detached) else { return Ok(None) };
+    Ok(Some((state.p_star, vec![writer.closed(file, SIDE)?])))
 }
 
 /// Colour of a node of the heights; contact maps may have another number of cells.

@@ -85,7 +85,7 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup>
     let (load, elastic, mismatch) = worst(&|l, e, _| deviation(l, e))?;
     let (_, _, left) = worst(&|l, _, h| deviation(l, h))?;
     let state = state_at(&c.compliant_wall, load)?;
-    let stress = state.numbers.pressure / elastic.contact_area * atoms.modulus_gpa * 1e9;
+    let stress = state.pressure / elastic.contact_area;
     let lowest = |value: fn(&CriterionMatch) -> f64, hard: bool| {
         pairs.iter().map(|(_, e, h)| value(if hard { h } else { e })).fold(f64::INFINITY, f64::min)
     };
@@ -134,27 +134,28 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
 
 pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     let first = c.states.first()?;
-    let gap = |gap: f64| results.scales.length(gap, 3);
-    let missed = c.states.iter().filter(|s| s.numbers.stop != Stop::Converged).count();
+    let missed = c.states.iter().filter(|s| s.stop != Stop::Converged).count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
     let scale = if results.atoms.is_some() { "At the laboratory scale " } else { "" };
-    let value_of =
-        |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).map(pick);
+    let value_of = |pick: fn(&State) -> f64| c.states.iter().filter(|s| s.stop != Stop::Detached).map(pick);
     let path = if c.states.len() == 1 {
         // The error is left out if no component is known.
         let error = |q| total(first, q).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)));
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(error);
-        let (contact, at) = (percent(first.numbers.contact_area), load_label(first.numbers.p_star));
-        format!("the contact fraction is {contact}{of_area} at {at}, the mean gap {}{of_gap}", gap(first.mean_gap))
+        let (contact, at) = (percent(first.contact_area), load_label(first.p_star));
+        format!(
+            "the contact fraction is {contact}{of_area} at {at}, the mean gap {}{of_gap}",
+            first.mean_gap.map_or("–".into(), |g| length(g, 3))
+        )
     } else {
-        let loads = span(value_of(|s| s.numbers.p_star), |p| trimmed(p, 4));
-        let contact = span(value_of(|s| s.numbers.contact_area), percent);
+        let loads = span(value_of(|s| s.p_star), |p| trimmed(p, 4));
+        let contact = span(value_of(|s| s.contact_area), percent);
         let both = turned(c).map_or(String::new(), |(loading, unloading)| {
-            let [up, down] = [loading, unloading].map(|s| percent(s.numbers.contact_area));
-            format!("; at {} it is {up} on loading and {down} on unloading", load_label(unloading.numbers.p_star))
+            let [up, down] = [loading, unloading].map(|s| percent(s.contact_area));
+            format!("; at {} it is {up} on loading and {down} on unloading", load_label(unloading.p_star))
         });
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
-        let gaps = span(value_of(|s| -s.mean_gap), |g| gap(-g));
+        let gaps = span(value_of(|s| -s.mean_gap.unwrap_or(f64::NAN)), |g| length(-g, 3));
         format!("at p* = {loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}")
     };
     let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);
@@ -163,22 +164,20 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
 
 /// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads.
 fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
-    let known = c.states.iter().filter(|s| s.numbers.stop != Stop::Detached).filter_map(|s| total(s, quantity));
+    let known = c.states.iter().filter(|s| s.stop != Stop::Detached).filter_map(|s| total(s, quantity));
     known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} of it or less)", percent(r)))
 }
 
 /// The last unloading state with a loading state at the same load: (loading, unloading).
-fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
+fn turned(c: &ContinuumResults) -> Option<(&State, &State)> {
     let pair = |i: usize| {
         let unloading = &c.states[i];
         let mut loading = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
-        let same = |s: &&StateResults| {
-            (s.numbers.p_star - unloading.numbers.p_star).abs() <= SAME_LOAD * unloading.numbers.p_star.abs()
-        };
-        (unloading.branch == Branch::Unloading && unloading.numbers.stop == Stop::Converged).then_some(())?;
+        let same = |s: &&State| (s.p_star - unloading.p_star).abs() <= SAME_LOAD * unloading.p_star.abs();
+        (unloading.branch == Branch::Unloading && unloading.stop == Stop::Converged).then_some(())?;
         let loading = loading.rfind(same)?;
         // Without hysteresis both branches have the same area.
-        let alike = percent(loading.numbers.contact_area) == percent(unloading.numbers.contact_area);
+        let alike = percent(loading.contact_area) == percent(unloading.contact_area);
         (!alike).then_some((loading, unloading))
     };
     (0..c.states.len()).rev().find_map(pair)

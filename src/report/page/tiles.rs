@@ -45,8 +45,8 @@ fn bare(value: String) -> (String, String) {
 fn tiles(results: &Results) -> Vec<Markup> {
     let mut tiles = Vec::new();
     if let Some(c) = &results.continuum {
-        let pressed = c.states.iter().filter(|s| s.numbers.stop != Stop::Detached && s.branch == Branch::Loading);
-        if let Some(s) = pressed.max_by(|a, b| a.numbers.p_star.total_cmp(&b.numbers.p_star)) {
+        let pressed = c.states.iter().filter(|s| s.stop != Stop::Detached && s.branch == Branch::Loading);
+        if let Some(s) = pressed.max_by(|a, b| a.p_star.total_cmp(&b.p_star)) {
             tiles.extend(continuum_tiles(results, c, s));
         }
     }
@@ -68,10 +68,8 @@ fn tiles(results: &Results) -> Vec<Markup> {
     tiles
 }
 
-fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) -> Vec<Markup> {
-    let scales = results.scales;
-    let (metres, pascal) = (scales.length_m, scales.modulus_pa);
-    let load_label = load_label(s.numbers.p_star);
+fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &State) -> Vec<Markup> {
+    let load_label = load_label(s.p_star);
     let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
     let area = total(s, Quantity::ContactArea);
     // Why this contact is not that of the comparison.
@@ -79,41 +77,41 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &StateResults) ->
     let resolved = resolved.map_or(String::new(), |(here, atoms)| {
         format!("; rms gradient {}, in the comparison {}", significant(here, 2), significant(atoms, 2))
     });
-    let gap = shown(s.mean_gap * metres, total(s, Quantity::MeanGap), "m", |v| si(v, "m", 3));
+    let gap = shown(s.mean_gap.unwrap_or(f64::NAN), total(s, Quantity::MeanGap), "m", |v| si(v, "m", 3));
     let mut tiles = vec![
         tile(
             html! { (term(Term::Contact)) " at " (load_label) (scale) },
-            share(s.numbers.contact_area, area, "of the cell"),
-            Some(s.numbers.contact_area),
+            share(s.contact_area, area, "of the cell"),
+            Some(s.contact_area),
             format!("{}{resolved}", c.method),
         ),
         tile(
             html! { "mean " (term(Term::Gap)) " at " (load_label) (scale) },
             gap,
-            Some(s.mean_gap),
-            format!("under {}", scales.stress(s.numbers.pressure, 3)),
+            s.mean_gap,
+            format!("under {}", stress(s.pressure, 3)),
         ),
     ];
     if let (Some(hardness), Some(p)) = (c.hardness, s.plasticity) {
-        let note = format!("of the cell is at the hardness of {}", scales.stress(hardness, 3));
+        let note = format!("of the cell is at the hardness of {}", stress(hardness, 3));
         tiles.push(tile(format!("plastic flow at {load_label}"), bare(percent(p.flowing)), Some(p.flowing), note));
     }
     if let Some(p) = &c.pull_off {
         let value = match p.pressure_error {
-            Some(e) => with_error(-p.pressure * pascal, e * pascal, "Pa"),
-            None => (scales.stress(-p.pressure, 3), UNKNOWN.into()),
+            Some(e) => with_error(-p.pressure, e, "Pa"),
+            None => (stress(-p.pressure, 3), UNKNOWN.into()),
         };
-        let note = format!("at a mean gap of {}", scales.length(p.mean_gap, 3));
+        let note = format!("at a mean gap of {}", length(p.mean_gap, 3));
         tiles.push(tile("pull-off stress", value, Some(p.pressure), note));
     }
     if let Some(p) = s.observed.as_ref().and_then(|o| o.mean_contact_pressure) {
-        let value = shown(p * pascal, area, "Pa", |v| si(v, "Pa", 3));
+        let value = shown(p, area, "Pa", |v| si(v, "Pa", 3));
         let note = "over the contact; its uncertainty is that of the area";
         tiles.push(tile(format!("mean contact pressure at {load_label}"), value, Some(p), note));
     }
-    if let Some(k) = s.numbers.stiffness {
-        let in_unit = |k: f64, n: usize| stiffness(k * (pascal / metres), metres, n);
-        let error = s.numbers.stiffness_error.map_or(UNKNOWN.into(), |e| format!(" ± {}", in_unit(e, 2)));
+    if let Some(k) = s.stiffness {
+        let in_unit = |k: f64, n: usize| stiffness(k, results.scales.length_m, n);
+        let error = s.stiffness_error.map_or(UNKNOWN.into(), |e| format!(" ± {}", in_unit(e, 2)));
         let note = "derivative of the mean pressure by the approach";
         tiles.push(tile(format!("contact stiffness at {load_label}"), (in_unit(k, 3), error), Some(k), note));
     }

@@ -6,19 +6,18 @@ use crate::scene::REFERENCE_LOAD;
 use asperity_contact::uncertainty::UncertaintySource;
 
 pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
-    let scales = writer.scales;
     Ok(html! {
         @if let Some(r) = c.range {
             p { "Adhesion: "
-                "work γ = " (significant(r.gamma * scales.modulus_pa * scales.length_m * 1e3, 4)) " mJ/m², "
-                "range ρ = " (scales.length(r.requested, 4)) " requested, " (scales.length(r.used, 4)) " used." }
+                "work γ = " (significant(r.gamma * 1e3, 4)) " mJ/m², "
+                "range ρ = " (length(r.requested, 4)) " requested, " (length(r.used, 4)) " used." }
         }
         @if let Some(r) = c.range.filter(|r| r.used != r.requested) {
-            p { "The range of adhesion of " (scales.length(r.requested, 3)) " is enlarged "
+            p { "The range of adhesion of " (length(r.requested, 3)) " is enlarged "
                 (significant(r.used / r.requested, 3)) " times because this grid does not resolve it: cohesive resolution "
                 (significant(r.resolution_requested, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
-        @if c.states.iter().any(|s| s.discretisation.is_some()) { (errors(writer, c)) }
+        @if c.states.iter().any(|s| s.discretisation.is_some()) { (errors(c)) }
         (budgets(c))
         @if let Some(reason) = &c.pull_off_failure {
             p { (bad("The pull-off was not found: ")) (reason) ". The loads above are not affected." }
@@ -27,7 +26,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     })
 }
 
-fn errors(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
+fn errors(c: &ContinuumResults) -> Markup {
     let extrapolated = c.states.iter().any(|s| s.extrapolated.is_some());
     let branches = c.states.iter().any(|s| s.branch == Branch::Unloading);
     let mut head = vec!["p*"];
@@ -36,16 +35,15 @@ fn errors(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     if extrapolated {
         head.extend(["contact at the requested range", "mean gap at the requested range"]);
     }
-    let row = |s: &StateResults| {
-        let mut row = row![trimmed(s.numbers.p_star, 4)];
+    let row = |s: &State| {
+        let mut row = row![trimmed(s.p_star, 4)];
         row.extend(branches.then(|| if s.branch == Branch::Unloading { "unloading" } else { "loading" }.render()));
         let d = s.discretisation;
         row.extend(row![
             change(d.and_then(|d| d.area), d.is_some_and(|d| d.area_is_bound)),
             change(d.and_then(|d| d.mean_gap), d.is_some_and(|d| d.mean_gap_is_bound)),
-            or_dash(s.energy_error_estimate.map(|e| significant(e, 2))),
+            or_dash(s.error_estimates.and_then(|e| e.energy).map(|e| significant(e, 2))),
         ]);
-        let length = |v: f64, n: usize| writer.scales.length(v, n);
         let area = s.extrapolated.map(|e| {
             let [area, error] = [(e.area.value, 3), (e.area.error, 2)].map(|(v, n)| significant(100.0 * v, n));
             format!("({area} ± {error})\u{a0}% of the cell")
@@ -71,19 +69,19 @@ const COLOURS: [&str; 5] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#d55e00
 /// Uncertainty budget of area and mean gap: a bar chart for the load nearest to the reference, and a table of all
 /// loads.
 pub(super) fn budgets(c: &ContinuumResults) -> Markup {
-    let near = |s: &&StateResults| (s.numbers.p_star / REFERENCE_LOAD).ln().abs();
-    let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.numbers.p_star > 0.0);
+    let near = |s: &&State| (s.p_star / REFERENCE_LOAD).ln().abs();
+    let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Quantity::ContactArea, Quantity::MeanGap];
     // Continuum solutions at laboratory scale have no depth component.
-    let parts_of = |s: &StateResults| s.uncertainty.clone().into_iter().filter(|p| quantities.contains(&p.quantity));
+    let parts_of = |s: &State| s.uncertainty.clone().into_iter().filter(|p| quantities.contains(&p.quantity));
     let depth = c.states.iter().flat_map(parts_of).any(|p| p.source == UncertaintySource::Depth);
     let sources = || UncertaintySource::ALL.into_iter().filter(|s| depth || *s != UncertaintySource::Depth);
-    let row = |s: &StateResults, quantity: Quantity| {
+    let row = |s: &State, quantity: Quantity| {
         let part = |source| s.uncertainty.iter().find(|p| p.quantity == quantity && p.source == source);
         let known = |r: Option<f64>, bound| r.map_or("not known".into(), |r| change(Some(r), bound));
         let parts = sources().map(|source| or_dash(part(source).map(|p| known(p.relative, p.is_bound))));
-        row![trimmed(s.numbers.p_star, 4), quantity.name()].into_iter().chain(parts).collect()
+        row![trimmed(s.p_star, 4), quantity.name()].into_iter().chain(parts).collect()
     };
     let head: Vec<&str> = ["p*", "of"].into_iter().chain(sources().map(UncertaintySource::name)).collect();
     let longest = quantities.map(|q| parts(shown, q).iter().map(|p| p.1).sum()).into_iter().fold(0.0, f64::max);
@@ -95,7 +93,7 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
             summary { "All loads" }
             (table("numbers", &head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q)))))
         }
-        p.quiet { "At " (load_label(shown.numbers.p_star)) ", relative. Grid: the change from the grid with half the points per side. Solver and "
+        p.quiet { "At " (load_label(shown.p_star)) ", relative. Grid: the change from the grid with half the points per side. Solver and "
             "precision: the effect of a load error as large as the residual, or as the round-off of the fields. " @if depth { "Finite depth: the change from a "
             "half-space. " } "Unknown components are not in the bars." }
     }
@@ -106,17 +104,17 @@ fn colour(source: UncertaintySource) -> &'static str {
 }
 
 /// Known components of the relative uncertainty of a quantity.
-fn parts(s: &StateResults, quantity: Quantity) -> Vec<(UncertaintySource, f64)> {
+fn parts(s: &State, quantity: Quantity) -> Vec<(UncertaintySource, f64)> {
     s.uncertainty.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
 }
 
 /// Relative error of a quantity; `None` if a component is not known.
-pub(super) fn total(s: &StateResults, quantity: Quantity) -> Option<f64> {
+pub(super) fn total(s: &State, quantity: Quantity) -> Option<f64> {
     asperity_contact::uncertainty::total(&s.uncertainty, quantity)
 }
 
 /// Stacked bar of one quantity's components, in fractions of the longest bar.
-fn bar(s: &StateResults, quantity: Quantity, longest: f64) -> Markup {
+fn bar(s: &State, quantity: Quantity, longest: f64) -> Markup {
     let parts = parts(s, quantity);
     let total: f64 = parts.iter().map(|p| p.1).sum();
     html! {
@@ -134,8 +132,7 @@ fn bar(s: &StateResults, quantity: Quantity, longest: f64) -> Markup {
 
 fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let Some(pulled) = &c.pull_off else { return Ok(html! {}) };
-    let scales = writer.scales;
-    let (um, kpa) = (scales.um(), scales.modulus_pa * 1e-3);
+    let (um, kpa) = (UM, 1e-3);
     let lowest = (pulled.mean_gap * um, pulled.pressure * kpa);
     let curves = vec![
         Curve::new("unloading", LABORATORY, pulled.curve.iter().map(|[g, p]| (g * um, p * kpa))),
@@ -146,10 +143,10 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let caption = "Pressure over mean gap on the way apart. Where it is lowest, a pulled weight lets go.";
     let error = |e: Option<String>| e.map_or(String::new(), |e| format!(" ± {e}"));
     Ok(html! {
-        p { "Pull-off: the contact sustains a tensile stress of at most " strong { (scales.stress(-pulled.pressure, 4)) }
-            (error(pulled.pressure_error.map(|e| scales.stress(e, 2))))
-            ", at a mean gap of " (scales.length(pulled.mean_gap, 4))
-            (error(pulled.mean_gap_error.map(|e| scales.length(e, 2)))) ". "
+        p { "Pull-off: the contact sustains a tensile stress of at most " strong { (stress(-pulled.pressure, 4)) }
+            (error(pulled.pressure_error.map(|e| stress(e, 2))))
+            ", at a mean gap of " (length(pulled.mean_gap, 4))
+            (error(pulled.mean_gap_error.map(|e| length(e, 2)))) ". "
             @match pulled.coarser {
                 Some([nx, ny]) => { "The errors are estimates, from the changes to a grid of " (nx) " × " (ny) " nodes." }
                 None => { "The error by the grid is not known." }

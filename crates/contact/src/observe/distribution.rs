@@ -37,6 +37,11 @@ impl Distribution {
         self.density().into_iter().map(|(middle, density)| (middle * unit, density / unit)).collect()
     }
 
+    /// With values in multiples of `unit`.
+    pub(crate) fn in_units(self, unit: f64) -> Self {
+        Distribution { edges: self.edges.into_iter().map(|e| e * unit).collect(), ..self }
+    }
+
     /// Sum of all fractions, which is one for a distribution of all nodes.
     pub fn total(&self) -> f64 {
         self.fractions.iter().sum::<f64>() + self.delta + self.below + self.above

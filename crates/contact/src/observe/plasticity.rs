@@ -4,11 +4,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Plasticity {
     /// Fraction of the nodes whose plastic displacement grows in this load; their contact stress is the hardness.
+    #[serde(rename = "flowing_fraction")]
     pub flowing: f64,
     /// Fraction of the nodes with a plastic displacement.
+    #[serde(rename = "displaced_fraction")]
     pub displaced: f64,
-    /// Mean plastic displacement; a length, in results in L.
+    /// Mean plastic displacement, a length.
+    #[serde(rename = "mean_plastic_displacement")]
     pub displacement: f64,
-    /// Plastic work per area since the first load; in results in E*·L.
+    /// Plastic work per area since the first load, stress times length.
+    #[serde(rename = "plastic_work")]
     pub work: f64,
 }

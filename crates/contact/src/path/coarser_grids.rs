@@ -8,7 +8,8 @@ use crate::method::{
     ReducedProblem, SnapshotRef, SolverRun, Stop,
 };
 use crate::observe::{ContactArea, ELASTIC_EDGE};
-use crate::results::{Discretisation, Extrapolated, PullOff};
+use crate::results::PullOff;
+use crate::state::{Discretisation, Extrapolated};
 use crate::uncertainty::ValueWithError;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::{Error, Result};

@@ -23,7 +23,8 @@ use crate::method::{
 };
 use crate::observe::ContactArea;
 use crate::quantity::Quantity;
-use crate::results::{Discretisation, Extrapolated, PullOff};
+use crate::results::PullOff;
+use crate::state::{Discretisation, Extrapolated};
 use crate::uncertainty::{UncertaintyComponent, total};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Series, Transform, lowest, mean, sharing};

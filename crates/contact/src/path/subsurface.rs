@@ -2,7 +2,7 @@
 
 use crate::interface::{Elastic, StressField, Subsurface, SubsurfaceRequest};
 use crate::method::ReducedProblem;
-use crate::results::{Peak, SubsurfaceResults, SubsurfaceSlice};
+use crate::state::{Peak, SubsurfaceResults, SubsurfaceSlice};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Grid};
 use rayon::prelude::*;

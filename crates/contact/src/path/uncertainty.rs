@@ -3,7 +3,7 @@
 use crate::method::{Equilibrium, ReducedProblem};
 use crate::observe::ContactArea;
 use crate::quantity::Quantity;
-use crate::results::{Discretisation, Extrapolated};
+use crate::state::{Discretisation, Extrapolated};
 use crate::uncertainty::{UncertaintyComponent, UncertaintySource};
 
 /// What the uncertainty of a state follows from.

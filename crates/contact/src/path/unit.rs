@@ -2,7 +2,8 @@
 
 use super::{InitialState, LoadPathSolver, Reached};
 use crate::method::{CoarseState, Iteration, Load, Observer, ProblemScale, SnapshotRef};
-use crate::results::{Extrapolated, PullOff};
+use crate::results::PullOff;
+use crate::state::Extrapolated;
 use crate::uncertainty::ValueWithError;
 use asperity_grid::Field;
 use asperity_grid::{Error, Result};

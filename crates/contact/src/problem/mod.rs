@@ -4,10 +4,12 @@ mod check;
 mod field;
 mod loads;
 mod reduced;
+mod solve;
 
 pub use field::{Arguments, Field, Names};
 pub use loads::{LoadKind, Loads};
 pub use reduced::{ReducedModel, Reduction};
+pub use solve::{LoadPath, Monitor, Progress};
 
 use crate::interface::{AttractionLaw, Base, HardnessMap, RangeChoice, TabulatedLaw};
 use crate::method::{ContactMethod, Fast, Heights, Precision, Settings, Targets};

@@ -82,7 +82,7 @@ pub(super) fn conclusion(tradeoff: &TradeoffResults) -> Option<Markup> {
 
 /// The reference solutions, load by load.
 pub(super) fn references(tradeoff: &TradeoffResults) -> Markup {
-    let um = tradeoff.scales.length_m * 1e6;
+    let unit = tradeoff.scales.stiffness();
     html! {
         @for r in &tradeoff.references {
             h3 { (words(&r.setting))
@@ -98,8 +98,8 @@ pub(super) fn references(tradeoff: &TradeoffResults) -> Markup {
             (columns!("numbers", &r.loads, |l| {
                 "p*" => trimmed(l.p_star, 4),
                 "contact" => or_dash(l.numbers.get(&Quantity::ContactArea).map(|n| number(n, 100.0, "\u{a0}%"))),
-                "mean gap" => or_dash(l.numbers.get(&Quantity::MeanGap).map(|n| number(n, um, "\u{a0}µm"))),
-                "stiffness" => or_dash(l.numbers.get(&Quantity::Stiffness).map(|n| number(n, 1.0, "\u{a0}E*/L"))),
+                "mean gap" => or_dash(l.numbers.get(&Quantity::MeanGap).map(|n| number(n, 1e6, "\u{a0}µm"))),
+                "stiffness" => or_dash(l.numbers.get(&Quantity::Stiffness).map(|n| number(n, 1.0 / unit, "\u{a0}E*/L"))),
             }))
             @let value_of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
             p.quiet { "Uncertainty, root mean square over the loads: " (Quantity::COMPARED.into_iter().filter_map(value_of).collect::<Vec<_>>().join("; ")) "." }
@@ -150,8 +150,7 @@ pub(super) fn settings(tradeoff: &TradeoffResults) -> Markup {
     let solved = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none());
     let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
     for p in &tradeoff.points {
-        let quantity = |id: &str| Quantity::COMPARED.into_iter().find(|q| q.output().id() == id);
-        let missing = p.missing.iter().filter_map(|m| Some(format!("{}: {}", quantity(&m.quantity)?.name(), m.reason)));
+        let missing = p.missing.iter().map(|(q, reason)| format!("{}: {reason}", q.name()));
         let reason = p.unavailable_reason.clone().map_or_else(|| missing.collect(), |reason| vec![reason]);
         for reason in reason {
             match reasons.iter_mut().find(|r| r.0 == reason) {

@@ -1,10 +1,12 @@
-use asperity_contact::method::Equilibrium;
-use asperity_contact::observe::{
+//! Distributions, clusters and conductances of a state.
+
+use crate::method::Equilibrium;
+use crate::observe::{
     Connectivity, cluster_sizes, constriction_conductance, contact_map, cumulative_area, gap_distribution,
     hydraulic_gap, linear_edges, logarithmic_edges, median_cluster_size, median_counting_error, percolates,
     size_distribution, stress_distribution,
 };
-use asperity_contact::results::{Compressive, Observed};
+use crate::state::{Compressive, Observed};
 use asperity_grid::Grid;
 
 /// Number of bins of equal width.
@@ -13,19 +15,19 @@ const BINS: usize = 120;
 const PER_DECADE: usize = 12;
 const DECADES: usize = 6;
 /// Bins of cluster areas per decade.
-pub(super) const SIZES_PER_DECADE: usize = 5;
+pub const SIZES_PER_DECADE: usize = 5;
 /// Factor on the range of bins, so that the last bin includes the largest value.
 const ABOVE: f64 = 1.0 + 1e-9;
 
 /// Edges of logarithmic bins for gaps up to `largest`.
-pub(super) fn gap_edges(largest: f64) -> Vec<f64> {
+pub fn gap_edges(largest: f64) -> Vec<f64> {
     // At full contact all gaps are zero, and the scale is arbitrary.
     let top = if largest > 0.0 { ABOVE * largest } else { 1.0 };
     logarithmic_edges(top * 10f64.powi(-(DECADES as i32)), top, PER_DECADE * DECADES)
 }
 
 /// Edges of linear bins for stresses from `least` to `most`.
-pub(super) fn stress_edges(smallest: f64, largest: f64) -> Vec<f64> {
+pub fn stress_edges(smallest: f64, largest: f64) -> Vec<f64> {
     // Without stress the width is arbitrary.
     let width = if largest > smallest { ABOVE * (largest - smallest) } else { 1.0 };
     linear_edges(smallest, smallest + width, BINS)
@@ -39,8 +41,15 @@ fn median_error(sizes: &[usize]) -> Option<f64> {
 }
 
 /// Distributions, contact clusters, conductances and percolation of a state. A node is in contact if its gap is at most
-/// `threshold` (units of L). `contact_area`: the best value, over the area of the cell.
-pub(super) fn observed(grid: Grid, state: &Equilibrium, threshold: f64, contact_area: f64, adhesive: bool) -> Observed {
+/// `threshold` (units of L). `contact_area`: the best value, over the area of the cell. With adhesion also the contact nodes under
+/// compression over all nodes.
+pub fn observed(
+    grid: Grid,
+    state: &Equilibrium,
+    threshold: f64,
+    contact_area: f64,
+    adhesive: bool,
+) -> (Observed, Option<f64>) {
     let map = contact_map(state.gap, threshold);
     let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight);
     let node = grid.dx() * grid.dy();
@@ -54,19 +63,18 @@ pub(super) fn observed(grid: Grid, state: &Equilibrium, threshold: f64, contact_
         let under: Vec<u8> =
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
         let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight);
-        Compressive {
-            contact_nodes: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
+        let compressive = Compressive {
             patches: sizes.len(),
             median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
             median_cluster_area_error: median_error(&sizes).map(|a| a * node),
-        }
+        };
+        (compressive, sizes.iter().sum::<usize>() as f64 / grid.points() as f64)
     });
-    Observed {
+    let (compressive, nodes) = compressive.unzip();
+    let observed = Observed {
         mean_contact_pressure: (contact_area > 0.0).then_some(state.pressure / contact_area),
-        gap: gap_distribution(state.gap, threshold, linear_edges(0.0, logarithmic[logarithmic.len() - 1], BINS)),
-        gap_logarithmic: gap_distribution(state.gap, threshold, logarithmic),
-        stress: stress.all,
-        contact_stress: stress.contact,
+        gap: Some(gap_distribution(state.gap, threshold, linear_edges(0.0, logarithmic[logarithmic.len() - 1], BINS))),
+        gap_logarithmic: Some(gap_distribution(state.gap, threshold, logarithmic)),
         patch_density: size_distribution(&sizes, SIZES_PER_DECADE)
             .into_iter()
             .map(|(a, density, n)| [a * node, density / node, n as f64])
@@ -74,9 +82,11 @@ pub(super) fn observed(grid: Grid, state: &Equilibrium, threshold: f64, contact_
         patch_area: cumulative_area(&sizes).into_iter().map(|(a, fraction)| [a as f64 * node, fraction]).collect(),
         median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
         compressive,
-        constriction_conductance: constriction_conductance(sizes.iter().map(|&a| a as f64 * node)),
-        hydraulic_gap: hydraulic_gap(state.gap, threshold),
-        contact_percolates: percolates(&map, grid.nx, 1, true),
-        gap_percolates: percolates(&map, grid.nx, 0, false),
-    }
+        constriction_conductance: Some(constriction_conductance(sizes.iter().map(|&a| a as f64 * node))),
+        hydraulic_gap: Some(hydraulic_gap(state.gap, threshold)),
+        contact_percolates: Some(percolates(&map, grid.nx, 1, true)),
+        gap_percolates: Some(percolates(&map, grid.nx, 0, false)),
+        ..Observed::default()
+    };
+    (observed.with_stress(Some(stress)), nodes)
 }

@@ -1,14 +1,41 @@
-//! Solves contact problems.
+//! Solves a problem along its loads.
 
-use super::estimate::Estimate;
-use super::state::{LoadPath, PullOff, State};
-use crate::{Error, Result};
-use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{MethodCard, MethodKind, NoObserver, Observer, ReducedProblem, Stop};
-use asperity_contact::path::{self, InitialState};
-use asperity_contact::problem::{Arguments, Body, LentHeights, LoadKind, Loads, Problem, Reduction};
+use super::{Arguments, Body, LentHeights, LoadKind, Loads, Problem, Reduction};
+use crate::estimated::{never_delivered, state_of};
+use crate::interface::AttractionLaw;
+use crate::load::{Branch, Load, LoadStep};
+use crate::method::{Iteration, MethodCard, MethodKind, NoObserver, Observer, Stop};
+use crate::observe::{WorkPoint, dissipation};
+use crate::path::{EstimatorInput, InitialState, LoadPathSolver, Reached, pressures_of_contact};
+use crate::results::PullOff;
+use crate::state::State;
 use asperity_grid::sys::ranks::ALONE;
+use asperity_grid::{Error, Result};
 use std::ops::ControlFlow;
+
+/// Equilibria of a load path.
+#[derive(Debug, Clone)]
+pub struct LoadPath {
+    /// One for each load, in their order.
+    pub states: Vec<State>,
+    /// The largest tensile pressure, where it was requested.
+    pub pull_off: Option<PullOff>,
+    is_adhesive: bool,
+}
+
+impl LoadPath {
+    /// States of one branch, in the order of the loads.
+    pub fn branch(&self, branch: Branch) -> impl Iterator<Item = &State> {
+        self.states.iter().filter(move |s| s.branch == branch)
+    }
+
+    /// Energy per area that the path dissipates, open or closed: the work of the load less the change of the stored energy. With
+    /// adhesion an estimate by trapezoids from the first load on, otherwise the plastic work since first contact.
+    pub fn dissipation(&self) -> f64 {
+        let path: Vec<WorkPoint> = self.states.iter().filter_map(State::work_point).collect();
+        dissipation(&path, self.is_adhesive)
+    }
+}
 
 /// Progress of a load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +58,7 @@ pub trait Monitor: Sync {
         false
     }
 
-    /// Called once before the first load, with the warnings of [`Solve::warnings`].
+    /// Called once before the first load, with the warnings of [`Problem::warnings`].
     fn warnings(&self, _list: &[String]) {}
 }
 
@@ -44,7 +71,7 @@ impl<F: Fn(Progress) -> ControlFlow<()> + Sync> Monitor for F {
 struct Monitored<'m>(&'m dyn Monitor);
 
 impl Observer for Monitored<'_> {
-    fn iteration(&self, step: asperity_contact::method::Iteration) -> ControlFlow<()> {
+    fn iteration(&self, step: Iteration) -> ControlFlow<()> {
         let fraction = step.progress();
         self.0.progress(Progress { iteration: step.iteration, residual: step.residual, fraction })
     }
@@ -54,17 +81,7 @@ impl Observer for Monitored<'_> {
     }
 }
 
-/// The method with an id of [`methods()`](crate::methods()); `auto` is the fastest that solves for the fields.
-///
-/// # Errors
-/// `Input` for an unknown id.
-pub fn method(id: &str) -> Result<&'static dyn asperity_contact::method::ContactMethod> {
-    let accepted = || asperity_methods::ids().join(", ");
-    asperity_methods::find(id).ok_or_else(|| Error::input(PLACE, "method", format!("{id:?}"), accepted()))
-}
-
-/// Solves a [`Problem`].
-pub trait Solve {
+impl Problem {
     /// The equilibrium under a mean pressure, from first contact.
     ///
     /// # Errors
@@ -72,31 +89,40 @@ pub trait Solve {
     /// problem; `Memory`; `NotConverged`.
     ///
     /// ```
-    /// use asperity::{Problem, Solve, Spectrum, Surface, SynthesisOptions};
+    /// use asperity_contact::problem::Problem;
+    /// use asperity_surface::{Spectrum, Surface, SynthesisOptions};
     ///
     /// let spectrum = Spectrum { lambda_s: 1.0 / 8.0, ..Spectrum::CHALLENGE };
     /// let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 32, length: 1.0, seed: 1 })?;
     /// let state = Problem::new(surface, 1.0).solve(0.05)?;
-    /// assert!((state.pressure.mean().unwrap() - 0.05).abs() < 1e-9);
-    /// assert!(state.gap.iter().all(|g| *g >= 0.0));
-    /// # Ok::<(), asperity::Error>(())
+    /// assert!((state.pressure - 0.05).abs() < 1e-9 && state.mean_gap.is_some_and(|gap| gap > 0.0));
+    /// # Ok::<(), asperity_contact::Error>(())
     /// ```
-    fn solve(&self, mean_pressure: f64) -> Result<State>;
+    pub fn solve(&self, mean_pressure: f64) -> Result<State> {
+        let mut path = self.load_path(&Loads::new(LoadKind::Pressure, [mean_pressure]))?;
+        Ok(path.states.remove(0))
+    }
 
     /// Equilibria under `loads`, one after another: with adhesion, loading and unloading lead to different states.
     ///
     /// # Errors
-    /// As [`Solve::solve`]; `Input` for a pull-off without adhesion.
-    fn load_path(&self, loads: &Loads) -> Result<LoadPath>;
+    /// As [`Problem::solve`]; `Input` for a pull-off without adhesion.
+    pub fn load_path(&self, loads: &Loads) -> Result<LoadPath> {
+        let mut states = Vec::new();
+        let pull_off = walk(self, reduced(self, loads)?, loads, &NoObserver, |state| states.push(state))?;
+        Ok(LoadPath { states, pull_off, is_adhesive: self.adhesion.is_some() })
+    }
 
-    /// As [`Solve::load_path`], with each state passed to `visit` when it is solved: a long path then needs the memory of one
+    /// As [`Problem::load_path`], with each state passed to `visit` when it is solved: a long path then needs the memory of one
     /// state, and those before an error or interrupt are kept. `monitor` receives the progress and stops the solver.
     ///
     /// # Errors
-    /// As [`Solve::load_path`]; `Interrupted` where the monitor stopped the solver.
+    /// As [`Problem::load_path`]; `Interrupted` where the monitor stopped the solver.
     ///
     /// ```
-    /// use asperity::{Error, LoadKind, Loads, Problem, Progress, Solve, Spectrum, Surface, SynthesisOptions};
+    /// use asperity_contact::Error;
+    /// use asperity_contact::problem::{LoadKind, Loads, Problem, Progress};
+    /// use asperity_surface::{Spectrum, Surface, SynthesisOptions};
     /// use std::ops::ControlFlow;
     ///
     /// let spectrum = Spectrum { lambda_s: 1.0 / 8.0, ..Spectrum::CHALLENGE };
@@ -105,48 +131,9 @@ pub trait Solve {
     /// let first = |_: Progress| ControlFlow::Break(());
     /// let stopped = problem.visit_load_path(&Loads::new(LoadKind::PStar, [0.05]), &first, |_| ());
     /// assert!(matches!(stopped, Err(Error::Interrupted)));
-    /// # Ok::<(), asperity::Error>(())
+    /// # Ok::<(), asperity_contact::Error>(())
     /// ```
-    fn visit_load_path(
-        &self,
-        loads: &Loads,
-        monitor: &dyn Monitor,
-        visit: impl FnMut(State),
-    ) -> Result<Option<PullOff>>;
-
-    /// The contact under a mean pressure by any method, those included that do not solve for the fields.
-    ///
-    /// # Errors
-    /// As [`Solve::solve`].
-    fn estimate(&self, mean_pressure: f64) -> Result<Estimate>;
-
-    /// Bytes that solving for a load takes besides the surface.
-    ///
-    /// # Errors
-    /// As [`Solve::solve`].
-    fn memory(&self) -> Result<u64>;
-
-    /// Warnings about this problem: what the grid does not resolve, slopes and heights that suggest a wrong unit, a load beyond full
-    /// contact.
-    ///
-    /// # Errors
-    /// As [`Solve::solve`].
-    fn warnings(&self, loads: &Loads) -> Result<Vec<String>>;
-}
-
-impl Solve for Problem {
-    fn solve(&self, mean_pressure: f64) -> Result<State> {
-        let mut path = self.load_path(&Loads::new(LoadKind::Pressure, [mean_pressure]))?;
-        Ok(path.states.remove(0))
-    }
-
-    fn load_path(&self, loads: &Loads) -> Result<LoadPath> {
-        let mut states = Vec::new();
-        let pull_off = walk(self, reduced(self, loads)?, loads, &NoObserver, |state| states.push(state))?;
-        Ok(LoadPath { states, pull_off, is_adhesive: self.adhesion.is_some() })
-    }
-
-    fn visit_load_path(
+    pub fn visit_load_path(
         &self,
         loads: &Loads,
         monitor: &dyn Monitor,
@@ -157,30 +144,48 @@ impl Solve for Problem {
         walk(self, reduction, loads, &Monitored(monitor), visit)
     }
 
-    fn estimate(&self, mean_pressure: f64) -> Result<Estimate> {
+    /// The contact under a mean pressure by any method, those included that do not solve for the fields.
+    ///
+    /// # Errors
+    /// As [`Problem::solve`].
+    pub fn estimate(&self, mean_pressure: f64) -> Result<State> {
         if self.method.card().kind == MethodKind::Solver {
-            return Ok(Estimate::of_state(self.solve(mean_pressure)?, self.method, &self.settings));
+            return self.solve(mean_pressure);
         }
-        let Reduction { model, steps, .. } = reduced(self, &Loads::new(LoadKind::Pressure, [mean_pressure]))?;
+        let Reduction { model, steps, gradient } = reduced(self, &Loads::new(LoadKind::Pressure, [mean_pressure]))?;
         let heights = LentHeights::of(self.surface.source(), &ALONE);
-        let input = path::EstimatorInput::new(model.problem(heights.get()), self.method)?;
+        let input = EstimatorInput::new(model.problem(heights.get()), self.method)?;
+        let (card, adhesive) = (self.method.card(), model.adhesion != AttractionLaw::None);
+        let criterion = self.method.criterion(&self.settings).to_string();
         let mut completed = None;
-        input.walk((&targets(&steps), 0), &NoObserver, |_, problem, estimate| {
-            completed = Some(Estimate::new((self.surface.length(), self.modulus), self.method, problem, estimate));
+        input.walk((&targets(&steps), 0), &NoObserver, |i, problem, estimate| {
+            let mut state = state_of(card, problem, (&steps[i], gradient, &criterion), estimate);
+            state.missing.extend(never_delivered(card, adhesive));
+            let state = state.with_maps_of(problem.grid, estimate);
+            completed = Some(state.in_units(self.surface.length(), self.modulus));
             Ok(())
         })?;
         Ok(completed.expect("a path that ends without an error has visited its load"))
     }
 
-    fn memory(&self) -> Result<u64> {
+    /// Bytes that solving for a load takes besides the surface.
+    ///
+    /// # Errors
+    /// As [`Problem::solve`].
+    pub fn memory(&self) -> Result<u64> {
         // Any load that is small.
         let Reduction { model, .. } = reduced(self, &Loads::new(LoadKind::Pressure, [1e-6 * self.modulus]))?;
         let heights = LentHeights::of(self.surface.source(), &ALONE);
-        let path = path::LoadPathSolver::new(model.problem(heights.get()), self.method, model.resolution, 0.0, &[]);
+        let path = LoadPathSolver::new(model.problem(heights.get()), self.method, model.resolution, 0.0, &[]);
         Ok(path.plan(false).bytes)
     }
 
-    fn warnings(&self, loads: &Loads) -> Result<Vec<String>> {
+    /// Warnings about this problem: what the grid does not resolve, slopes and heights that suggest a wrong unit, a load beyond full
+    /// contact.
+    ///
+    /// # Errors
+    /// As [`Problem::solve`].
+    pub fn warnings(&self, loads: &Loads) -> Result<Vec<String>> {
         Ok(warnings(self, &reduced(self, loads)?))
     }
 }
@@ -219,13 +224,13 @@ fn walk(
 ) -> Result<Option<PullOff>> {
     let (method, card) = (problem.method, problem.method.card());
     if card.kind != MethodKind::Solver {
-        let accepted = "a method that solves for the fields, or `Solve::estimate`";
+        let accepted = "a method that solves for the fields, or `Problem::estimate`";
         return Err(Error::input(PLACE, "method", card.id, accepted));
     }
     let heights = LentHeights::of(problem.surface.source(), &ALONE);
-    let reduced: ReducedProblem = model.problem(heights.get());
+    let reduced = model.problem(heights.get());
     if loads.kind == LoadKind::Contact {
-        let pressures = path::pressures_of_contact(&loads.values, &reduced, method, gradient, observer)?;
+        let pressures = pressures_of_contact(&loads.values, &reduced, method, gradient, observer)?;
         let found = Loads { kind: LoadKind::Pressure, values: pressures, ..loads.clone() }.path();
         steps.iter_mut().zip(found).for_each(|(step, pressure)| step.target = Load::Pressure(pressure));
     }
@@ -234,27 +239,26 @@ fn walk(
         .initial_gap
         .as_ref()
         .map(|gap| InitialState::Gap(gap.iter().map(|g| g / problem.surface.length()).collect()));
-    let path = path::LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets);
+    let path = LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets);
     let (need, have) = (path.plan(loads.pull_off).bytes, asperity_grid::sys::available_memory_bytes());
     if need > have {
         let advice = "a surface with fewer nodes or Precision::F32 needs less".into();
         return Err(Error::Memory { what: card.id.into(), need, have, advice });
     }
     let path = path.with_stiffness();
+    let criterion = method.criterion(&model.settings).to_string();
     let pulled = path.walk(begin, loads.pull_off, observer, |i, reached| {
         require_converged(&reached, card, path.problem().tolerance, [i + 1, targets.len()])?;
-        let mut state = State::new((&problem.surface, problem.modulus, problem.body), &steps[i], &reached);
-        if problem.adhesion.is_none() {
-            state.clear_open_pressure();
-        }
-        visit(state);
+        let numbers = reached.numbers(&steps[i], gradient, &criterion);
+        let state = numbers.with_maps(model.grid, &reached.state, problem.adhesion.is_some());
+        visit(state.in_units(problem.surface.length(), problem.modulus));
         Ok(())
     })?;
-    Ok(pulled.map(|p| PullOff::new(problem.surface.length(), problem.modulus, &p)))
+    Ok(pulled.map(|p| p.in_units(problem.surface.length(), problem.modulus)))
 }
 
 fn require_converged(
-    reached: &path::Reached,
+    reached: &Reached,
     card: &MethodCard,
     tolerance: f64,
     [load, loads]: [usize; 2],

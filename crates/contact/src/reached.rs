@@ -1,0 +1,77 @@
+//! Borrowed results of solvers and estimators as an owned [`State`].
+
+use crate::load::LoadStep;
+use crate::method::{Equilibrium, MethodEstimate};
+use crate::observe::contact_map;
+use crate::path::Reached;
+use crate::state::{Map, State};
+use asperity_grid::{Field, Grid};
+
+impl Reached<'_> {
+    /// The numbers of this state, in reduced units. `gradient`: pressure over E* at p* = 1.
+    pub fn numbers(&self, step: &LoadStep, gradient: f64, criterion: &str) -> State {
+        let Reached { state, area, .. } = self;
+        State {
+            index: step.index,
+            branch: step.branch,
+            p_star: step.p_star_at(state.pressure, gradient),
+            pressure: state.pressure,
+            criterion: criterion.into(),
+            contact_area: area.contact_area,
+            contact_area_error: self.contact_area_error(),
+            contact_nodes: Some(area.contact_nodes),
+            perimeter: Some(area.perimeter),
+            mean_gap: Some(state.mean_gap),
+            mean_gap_error: self.mean_gap_error(),
+            displacement: Some(self.displacement),
+            stiffness: state.stiffness,
+            stiffness_error: self.stiffness_error(),
+            energy: Some(state.energy),
+            elastic_energy: Some(state.elastic_energy),
+            interaction_energy: Some(state.interaction_energy),
+            plasticity: state.plasticity,
+            load_error: state.load_error,
+            residual: Some(state.residual),
+            complementarity: Some(state.complementarity),
+            error_estimates: Some(state.error_estimates),
+            discretisation: self.discretisation,
+            extrapolated: self.extrapolated,
+            uncertainty: self.uncertainty.clone(),
+            stop: state.stop,
+            iterations: state.iterations,
+            fft_pairs: state.fft_pairs,
+            seconds: state.seconds,
+            ..State::default()
+        }
+    }
+}
+
+impl State {
+    /// With the maps of an equilibrium, in reduced units. Without adhesion the stress is exactly zero where the gap is open: solvers
+    /// leave what their tolerance permits, of either sign.
+    pub fn with_maps(self, grid: Grid, of: &Equilibrium, adhesive: bool) -> State {
+        let map = |field: Field| Map::Values { nx: grid.nx, ny: grid.ny, values: field.to_vec() };
+        let stress_at = |i: usize| if adhesive || of.gap.at(i) <= 0.0 { of.stress.at(i) } else { 0.0 };
+        let stress = (0..of.stress.len()).map(stress_at).collect();
+        let contact = contact_map(of.gap, 0.0).into_iter().map(|c| c != 0).collect();
+        State {
+            gap_map: Some(map(of.gap)),
+            stress_map: Some(Map::Values { nx: grid.nx, ny: grid.ny, values: stress }),
+            contact_map: Some(Map::Values { nx: grid.nx, ny: grid.ny, values: contact }),
+            plastic_map: of.plastic.map(map),
+            ..self
+        }
+    }
+
+    /// With the maps of an estimate, in reduced units, as far as it has them.
+    pub fn with_maps_of(self, grid: Grid, of: &MethodEstimate) -> State {
+        let map = |values: &[f64]| Map::Values { nx: grid.nx, ny: grid.ny, values: values.to_vec() };
+        let flags = |values: &[u8]| values.iter().map(|&c| c != 0).collect();
+        State {
+            gap_map: of.gap.map(map),
+            stress_map: of.stress.map(map),
+            contact_map: of.contact.map(|c| Map::Values { nx: grid.nx, ny: grid.ny, values: flags(c) }),
+            ..self
+        }
+    }
+}

@@ -1,0 +1,448 @@
+//! One state of a load path as owned numbers: in memory, in `results.json`, in the lines of `solve`.
+
+use crate::load::{AtLoad, Branch, Stop};
+use crate::method::ErrorEstimates;
+use crate::observe::{Distribution, Leakage, Plasticity, StressDistribution, WorkPoint};
+use crate::quantity::Quantity;
+use crate::uncertainty::{UncertaintyComponent, ValueWithError, total};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// An equilibrium of a solver, or what a method estimates at a load: parts that it does not deliver are absent. Lengths, stresses,
+/// energies per area (stress times length) and stiffnesses (stress per length) are in the units of the caller.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Index of the load step, from 0.
+    pub index: usize,
+    pub branch: Branch,
+    /// Mean pressure over E* times the rms gradient of the full spectrum.
+    pub p_star: f64,
+    /// Mean pressure, compression positive.
+    pub pressure: f64,
+    /// What counts as contact.
+    pub criterion: String,
+    /// Contact area over the area of the cell, by this criterion: the best value.
+    pub contact_area: f64,
+    /// Its error, of the same unit; absent where a part of it is not known, as all errors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_area_error: Option<f64>,
+    /// Contact nodes over all nodes: the count from which the contact area is found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_nodes: Option<f64>,
+    /// Contact nodes under compression over all nodes; with adhesion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_nodes_compressive: Option<f64>,
+    /// Perimeter of the contact over the area of the cell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub perimeter: Option<f64>,
+    /// Number of contact clusters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patches: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_gap: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_gap_error: Option<f64>,
+    /// Displacement of the far field from first contact: of a periodic body the mean gap at first contact minus the mean gap, else
+    /// the rigid approach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<f64>,
+    /// Contact stiffness, the derivative of the pressure by the displacement without change of the contact; absent without contact, at
+    /// full contact and where the state is unstable under an imposed pressure. Of estimates as the method defines it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness_error: Option<f64>,
+    /// Free energy per area: elastic, of the interaction, and of the load (pressure times mean gap).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elastic_energy: Option<f64>,
+    /// Energy of adhesion and wall; 0 without them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interaction_energy: Option<f64>,
+    /// Plastic flow up to this load; absent for an elastic body.
+    #[serde(flatten)]
+    pub plasticity: Option<Plasticity>,
+    /// Relative deviation from the imposed load.
+    pub load_error: f64,
+    /// rms residual over the pressure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub complementarity: Option<f64>,
+    /// Relative errors as the solver estimates them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error_estimates: Option<ErrorEstimates>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discretisation: Option<Discretisation>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extrapolated: Option<Extrapolated>,
+    /// Uncertainty budget of area, mean gap and stiffness.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uncertainty: Vec<UncertaintyComponent>,
+    /// On the unloading branch: relative changes from the state at the same load on the loading branch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<Hysteresis>,
+    /// Distributions, clusters and derived observables.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observed: Option<Observed>,
+    /// Solved flow through the gap, if requested; conductivities are cubes of a length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leakage: Option<Leakage>,
+    /// Stress below the surface, if requested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub subsurface: Option<SubsurfaceResults>,
+    /// Gap.
+    #[serde(default, skip_serializing_if = "is_in_memory")]
+    pub gap_map: Option<Map<f64>>,
+    /// Interfacial stress, compression positive; adhesive stress is part of it.
+    #[serde(default, skip_serializing_if = "is_in_memory")]
+    pub stress_map: Option<Map<f64>>,
+    /// Whether a node is in contact.
+    #[serde(default, skip_serializing_if = "is_in_memory")]
+    pub contact_map: Option<Map<bool>>,
+    /// Plastic displacement of the surface since the first load; absent before the first flow.
+    #[serde(default, skip_serializing_if = "is_in_memory")]
+    pub plastic_map: Option<Map<f64>>,
+    /// What the method does not deliver at this load, with the reasons.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub missing: Missing,
+    pub stop: Stop,
+    pub iterations: usize,
+    /// Pairs of forward and inverse transforms of the full grid.
+    pub fft_pairs: f64,
+    pub seconds: f64,
+}
+
+/// Quantities that a method does not deliver, with the reasons.
+pub type Missing = BTreeMap<Quantity, String>;
+
+/// A map `[ny, nx]`, x fastest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Map<T> {
+    /// Name of the file.
+    File(String),
+    /// In memory; never serialised.
+    #[serde(skip)]
+    Values { nx: usize, ny: usize, values: Vec<T> },
+}
+
+/// Whether there is no file to name.
+fn is_in_memory<T>(map: &Option<Map<T>>) -> bool {
+    !matches!(map, Some(Map::File(_)))
+}
+
+impl<T> Map<T> {
+    /// Name of the file, of a stored map.
+    pub fn file(&self) -> Option<&str> {
+        match self {
+            Map::File(file) => Some(file),
+            Map::Values { .. } => None,
+        }
+    }
+}
+
+impl Map<f64> {
+    /// A map in memory in multiples of `unit`; a file stays as it is.
+    fn times(self, unit: f64) -> Self {
+        match self {
+            Map::Values { nx, ny, values } => {
+                Map::Values { nx, ny, values: values.into_iter().map(|v| v * unit).collect() }
+            }
+            file => file,
+        }
+    }
+}
+
+impl AtLoad for State {
+    fn index(&self) -> usize {
+        self.index
+    }
+}
+
+impl State {
+    /// With lengths in multiples of `length` and stresses of `stress`: the only place that knows the dimensions. `p_star` has none.
+    pub fn in_units(self, length: f64, stress: f64) -> State {
+        let work = stress * length;
+        let times = |value: Option<f64>, unit: f64| value.map(|v| v * unit);
+        let over = |value: Option<f64>, unit: f64| value.map(|v| v * stress / unit);
+        State {
+            pressure: self.pressure * stress,
+            perimeter: self.perimeter.map(|p| p / length),
+            mean_gap: times(self.mean_gap, length),
+            mean_gap_error: times(self.mean_gap_error, length),
+            displacement: times(self.displacement, length),
+            stiffness: over(self.stiffness, length),
+            stiffness_error: over(self.stiffness_error, length),
+            energy: times(self.energy, work),
+            elastic_energy: times(self.elastic_energy, work),
+            interaction_energy: times(self.interaction_energy, work),
+            plasticity: self.plasticity.map(|p| Plasticity {
+                displacement: p.displacement * length,
+                work: p.work * work,
+                ..p
+            }),
+            extrapolated: self.extrapolated.map(|e| Extrapolated {
+                mean_gap: e.mean_gap.map(|g| ValueWithError { value: g.value * length, error: g.error * length }),
+                ..e
+            }),
+            observed: self.observed.map(|o| o.in_units(length, stress)),
+            leakage: self.leakage.map(|flow| Leakage {
+                conductivity: flow.conductivity.map(|k| k * length.powi(3)),
+                effective_medium: flow.effective_medium * length.powi(3),
+                gap_errors: flow.gap_errors.map(|errors| errors.map(|e| e * length)),
+                ..flow
+            }),
+            subsurface: self.subsurface.map(|s| s.in_units(length, stress)),
+            gap_map: self.gap_map.map(|m| m.times(length)),
+            stress_map: self.stress_map.map(|m| m.times(stress)),
+            plastic_map: self.plastic_map.map(|m| m.times(length)),
+            ..self
+        }
+    }
+
+    /// Name of the file of the gap, if it is stored.
+    pub fn gap_file(&self) -> Option<&str> {
+        self.gap_map.as_ref()?.file()
+    }
+
+    /// Name of the file of the stress, if it is stored.
+    pub fn stress_file(&self) -> Option<&str> {
+        self.stress_map.as_ref()?.file()
+    }
+
+    /// Name of the file of the contact map, if it is stored.
+    pub fn contact_file(&self) -> Option<&str> {
+        self.contact_map.as_ref()?.file()
+    }
+
+    /// Adds components of the uncertainty, which the stated errors then contain.
+    pub fn add_uncertainty(&mut self, more: impl IntoIterator<Item = UncertaintyComponent>) {
+        self.uncertainty.extend(more);
+        let share = |quantity| total(&self.uncertainty, quantity);
+        let (area, gap) = (share(Quantity::ContactArea), share(Quantity::MeanGap));
+        self.contact_area_error = area.map(|share| share * self.contact_area);
+        self.mean_gap_error = gap.zip(self.mean_gap).map(|(share, gap)| share * gap.abs());
+    }
+
+    /// The state as the work of its path needs it; `None` for an estimate without energies.
+    pub fn work_point(&self) -> Option<WorkPoint> {
+        // Of a periodic body the work conjugate of the pressure is the mean gap less the mean plastic displacement.
+        Some(WorkPoint {
+            pressure: self.pressure,
+            separation: self.mean_gap? - self.plasticity.map_or(0.0, |p| p.displacement),
+            stored: self.elastic_energy? + self.interaction_energy?,
+            plastic_work: self.plasticity.map_or(0.0, |p| p.work),
+        })
+    }
+}
+
+/// Relative errors by the grid, from the changes to the grid with half the points along each side.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Discretisation {
+    /// Of the contact area: its change, and a third of the excess of an elastic edge for every edge. Absent if the contact
+    /// is too small for a meaningful relative change.
+    pub area: Option<f64>,
+    /// Whether `area` is only a bound: the error of the coarser solution exceeded the difference of the grids.
+    pub area_is_bound: bool,
+    /// Of the mean gap: twice its change, and a twentieth of that of the contact area. Absent if the mean gap is prescribed or close to zero.
+    pub mean_gap: Option<f64>,
+    pub mean_gap_is_bound: bool,
+    /// Of the contact stiffness: three times its change and the error of the area, if it is known on both grids.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Points of the coarser grid along x and y.
+    pub coarser: [usize; 2],
+}
+
+/// Extrapolation to the requested range of adhesion from several grids, each with the shortest range that it
+/// resolves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Extrapolated {
+    /// Requested range over the range used on this grid.
+    pub range: f64,
+    /// Contact area over the area of the cell.
+    #[serde(rename = "contact_area")]
+    pub area: ValueWithError,
+    /// Absent if the mean gap is prescribed.
+    pub mean_gap: Option<ValueWithError>,
+}
+
+/// Relative change of contact fraction and mean gap from loading to unloading at the same load.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Hysteresis {
+    pub area: f64,
+    pub mean_gap: f64,
+}
+
+impl Hysteresis {
+    /// Changes of the area smaller than this are within the solver's tolerance.
+    const SOLVER_NOISE: f64 = 1e-3;
+
+    /// Whether the difference between the two states exceeds the solver's tolerance.
+    pub fn is_significant(&self) -> bool {
+        self.area.abs() > Self::SOLVER_NOISE
+    }
+}
+
+/// Contact by compressive stress, the criterion of methods with a smooth wall or adhesion; [`State::contact_nodes_compressive`] is its
+/// area.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Compressive {
+    pub patches: usize,
+    /// Area-weighted median of the cluster areas; absent without contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub median_cluster_area: Option<f64>,
+    /// Counting error of the median, of independent clusters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub median_cluster_area_error: Option<f64>,
+}
+
+/// Observables of a state.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Observed {
+    /// Pressure over the contact area; absent without contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_contact_pressure: Option<f64>,
+    /// Pr(u) in bins of equal width, and in bins of equal ratio; contact is the delta.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Distribution>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_logarithmic: Option<Distribution>,
+    /// Pr(σ), compression positive, and its contribution from contact; without adhesion the nodes out of contact are
+    /// the delta.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<Distribution>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_stress: Option<Distribution>,
+    /// Pr(a): cluster area, density, number in the bin.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub patch_density: Vec<[f64; 3]>,
+    /// CPr(a): cluster area, fraction of the contact in clusters up to this area.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub patch_area: Vec<[f64; 2]>,
+    /// Area-weighted median of the cluster areas, at which CPr(a) is one half.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub median_cluster_area: Option<f64>,
+    /// Contact under compression; only with adhesion. Without adhesion all contact is under compression.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compressive: Option<Compressive>,
+    /// Electrical conductance times resistivity, a length: clusters as independent circular spots.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constriction_conductance: Option<f64>,
+    /// Uniform gap with the same leakage, from Bruggeman's effective-medium theory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hydraulic_gap: Option<f64>,
+    /// Whether contact (by edges and corners) and gap (by edges) percolate along x and along y.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_percolates: Option<[bool; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_percolates: Option<[bool; 2]>,
+}
+
+impl Observed {
+    /// Number of contact clusters.
+    pub fn patches(&self) -> usize {
+        self.patch_density.iter().map(|[.., n]| *n as usize).sum()
+    }
+
+    /// With the distributions of the stress.
+    pub fn with_stress(self, found: Option<StressDistribution>) -> Self {
+        let (all, contact) = found.map(|s| (s.all, s.contact)).unzip();
+        Observed { stress: all, contact_stress: contact, ..self }
+    }
+
+    fn in_units(self, length: f64, stress: f64) -> Self {
+        let area = length * length;
+        let of = |d: Option<Distribution>, unit: f64| d.map(|d| d.in_units(unit));
+        Observed {
+            mean_contact_pressure: self.mean_contact_pressure.map(|p| p * stress),
+            gap: of(self.gap, length),
+            gap_logarithmic: of(self.gap_logarithmic, length),
+            stress: of(self.stress, stress),
+            contact_stress: of(self.contact_stress, stress),
+            patch_density: self.patch_density.into_iter().map(|[a, d, n]| [a * area, d / area, n]).collect(),
+            patch_area: self.patch_area.into_iter().map(|[a, fraction]| [a * area, fraction]).collect(),
+            median_cluster_area: self.median_cluster_area.map(|a| a * area),
+            compressive: self.compressive.map(|c| Compressive {
+                median_cluster_area: c.median_cluster_area.map(|a| a * area),
+                median_cluster_area_error: c.median_cluster_area_error.map(|a| a * area),
+                ..c
+            }),
+            constriction_conductance: self.constriction_conductance.map(|c| c * length),
+            hydraulic_gap: self.hydraulic_gap.map(|g| g * length),
+            ..self
+        }
+    }
+}
+
+/// Stresses below the surface under the pressure of a state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubsurfaceResults {
+    pub poisson: f64,
+    /// One for each depth, in the order of the request.
+    pub slices: Vec<SubsurfaceSlice>,
+    /// The largest of all slices.
+    pub von_mises: Peak,
+    pub shear: Peak,
+    /// Largest shear stress over that at which the body yields, if it is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_over_strength: Option<f64>,
+}
+
+/// Largest stresses at a depth: equivalent stress after von Mises and shear stress.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubsurfaceSlice {
+    pub depth: f64,
+    pub von_mises: Peak,
+    pub shear: Peak,
+}
+
+/// A largest value, the node and depth where it is, and the file of the `[ny, nx]` map of that depth, if stored.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Peak {
+    pub value: f64,
+    pub x: f64,
+    pub y: f64,
+    pub depth: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<String>,
+}
+
+impl SubsurfaceResults {
+    /// From at least one slice.
+    pub fn new(poisson: f64, slices: Vec<SubsurfaceSlice>, shear_strength: Option<f64>) -> Self {
+        let highest = |of: fn(&SubsurfaceSlice) -> &Peak| {
+            slices.iter().map(of).max_by(|a, b| a.value.total_cmp(&b.value)).expect("a slice").clone()
+        };
+        let (von_mises, shear) = (highest(|s| &s.von_mises), highest(|s| &s.shear));
+        let shear_over_strength = shear_strength.map(|strength| shear.value / strength);
+        SubsurfaceResults { poisson, von_mises, shear, shear_over_strength, slices }
+    }
+
+    /// With lengths in multiples of `length` and stresses of `stress`.
+    fn in_units(&self, length: f64, stress: f64) -> Self {
+        let peak = |p: &Peak| Peak {
+            value: p.value * stress,
+            x: p.x * length,
+            y: p.y * length,
+            depth: p.depth * length,
+            map: p.map.clone(),
+        };
+        let slice = |s: &SubsurfaceSlice| SubsurfaceSlice {
+            depth: s.depth * length,
+            von_mises: peak(&s.von_mises),
+            shear: peak(&s.shear),
+        };
+        SubsurfaceResults {
+            slices: self.slices.iter().map(slice).collect(),
+            von_mises: peak(&self.von_mises),
+            shear: peak(&self.shear),
+            ..self.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
