@@ -2,7 +2,7 @@
 //
 //     cargo run --release --example adhesive_load_path
 
-use asperity::{Adhesion, Branch, LoadKind, Loads, Problem, Solve, Spectrum, Surface, SynthesisOptions};
+use asperity::{Adhesion, Branch, LoadKind, Loads, Problem, Spectrum, Surface, SynthesisOptions};
 
 fn main() -> asperity::Result<()> {
     // Reduced units: the cell has the extent 1, the contact modulus is 1.

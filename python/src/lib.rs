@@ -4,6 +4,7 @@
 mod errors;
 mod law;
 mod observe;
+mod pool;
 mod runs;
 mod solve;
 mod surface;

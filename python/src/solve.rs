@@ -3,6 +3,7 @@
 
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::law::TabulatedLaw;
+use crate::pool::in_pool;
 use crate::surface::Surface;
 use asperity::contact::observe::WorkPoint;
 use asperity::{
@@ -100,15 +101,6 @@ impl Settings<'_> {
             ..default
         })
     }
-}
-
-/// Runs `f` without the interpreter's lock in a pool of its own: one that outlives the call would hang in a forked process.
-///
-/// # Errors
-/// If the threads cannot be started.
-pub(crate) fn in_pool<R: Send>(py: Python<'_>, threads: usize, f: impl FnOnce() -> R + Send) -> PyResult<R> {
-    py.detach(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().map(|pool| pool.install(f)))
-        .map_err(|error| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {error}")))
 }
 
 fn loads_of((kind, values): (String, Vec<f64>), pull_off: bool) -> Loads {
@@ -319,7 +311,7 @@ pub(crate) fn estimate<'py>(
     let problem = settings.problem(py, body.0.get(), body.1)?;
     let found = in_pool(py, threads, || problem.estimate(pressure))?.raise(py)?;
     let dict = PyDict::new(py);
-    dict.set_item("method", problem.method)?;
+    dict.set_item("method", problem.method.card().id)?;
     dict.set_item("criterion", found.criterion)?;
     dict.set_item("contact_area", found.contact_area)?;
     dict.set_item("mean_gap", found.mean_gap)?;

@@ -1,7 +1,7 @@
 //! Surfaces from arrays, files and spectra.
 
 use crate::errors::{Raise, choice, in_python, optional};
-use crate::solve::in_pool;
+use crate::pool::in_pool;
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;

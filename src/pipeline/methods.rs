@@ -9,23 +9,17 @@ use crate::record::methods::MethodResults;
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
-use asperity_contact::interface::AttractionLaw;
 use asperity_contact::estimated::{never_delivered, state_of};
-use asperity_contact::load::{Branch, Load, LoadStep};
-use asperity_contact::method::{
-    ContactMethod, Criterion, Heights, MethodCard, MethodEstimate, MethodKind, Quantity, ReducedProblem, Settings,
-};
-use asperity_contact::observe::{
-    ClusterAreas, Connectivity, ContactEdges, cluster_sizes, contact_area, gap_distribution, stiffness,
-    stress_distribution,
-};
+use asperity_contact::interface::AttractionLaw;
+use asperity_contact::load::{Branch, Load};
+use asperity_contact::method::{ContactMethod, Heights, MethodEstimate, MethodKind, ReducedProblem, Settings};
+use asperity_contact::observe::stiffness;
 use asperity_contact::path::EstimatorInput;
-use asperity_contact::state::{Map, Missing, Observed, State};
+use asperity_contact::state::{Map, State};
 use asperity_grid::{Field, Grid};
 use asperity_methods::all_atom;
 use asperity_surface::files::hashed::{self, Stored};
 use asperity_surface::files::npy;
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// A method, with or without the scene's adhesion.

@@ -183,7 +183,7 @@ fn errors_name_the_value_and_the_remedy() {
     let text = refused(&Problem { modulus: -1.0, ..problem() });
     assert!(text.contains("modulus") && text.contains("-1") && text.contains("a positive number"), "{text}");
     let text = refused(&Problem { method: method("persson").expect("known"), ..problem() });
-    assert!(text.contains("persson") && text.contains("Solve::estimate"), "{text}");
+    assert!(text.contains("persson") && text.contains("Problem::estimate"), "{text}");
     let text = method("unknown").err().expect("refused").to_string();
     assert!(text.contains("unknown") && text.contains("fast"), "{text}");
     let pulled = problem().load_path(&pulled(&[0.5])).expect_err("refused").to_string();

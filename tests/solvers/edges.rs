@@ -1,7 +1,7 @@
 //! Contact areas of every kind of edge, against four times as many points per side.
 
 use asperity::{
-    Adhesion, Base, Body, Hardness, Problem, RangeChoice, Solve, Spectrum, State, Surface, SynthesisOptions, Touching,
+    Adhesion, Base, Body, Hardness, Problem, RangeChoice, Spectrum, State, Surface, SynthesisOptions, Touching,
 };
 use ndarray::Array2;
 

@@ -257,12 +257,7 @@ fn walk(
     Ok(pulled.map(|p| p.in_units(problem.surface.length(), problem.modulus)))
 }
 
-fn require_converged(
-    reached: &Reached,
-    card: &MethodCard,
-    tolerance: f64,
-    [load, loads]: [usize; 2],
-) -> Result<()> {
+fn require_converged(reached: &Reached, card: &MethodCard, tolerance: f64, [load, loads]: [usize; 2]) -> Result<()> {
     match reached.state.stop {
         Stop::Converged => Ok(()),
         Stop::Interrupted => Err(Error::Interrupted),
