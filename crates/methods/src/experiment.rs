@@ -14,17 +14,11 @@
 //! stiffer rubber; a molecular range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the
 //! problem.
 
-use asperity_contact::interface::{AttractionLaw, Base, Elastic, Layer, RangeChoice};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::settings::{self, ExperimentSettings};
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Fast, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{Grid, Transform};
+use crate::prelude::*;
+use asperity_contact::interface::{Base, Layer, RangeChoice};
+use asperity_contact::method::settings::ExperimentSettings;
+use asperity_grid::Transform;
 use rustfft::num_complex::Complex;
-use std::time::Instant;
 
 pub(super) struct Experiment;
 

@@ -7,19 +7,9 @@
 //! accordingly. Adhesion adds the traction of the law at the mean gap of the band; the state is the one reached from
 //! first contact.
 
+use crate::prelude::*;
 use crate::sinusoid;
-use asperity_contact::interface::{AttractionLaw, Law};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::settings;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
-    Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support,
-};
-use asperity_grid::Result;
 use asperity_surface::PowerSpectrum;
-use std::time::Instant;
 
 pub(super) struct MsArchard;
 

@@ -8,20 +8,12 @@
 //! The version in the paper solves a one-dimensional equivalent of the long waves; here the two-dimensional problem
 //! is solved.
 
+use crate::prelude::*;
 use crate::sinusoid;
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Heights, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Support,
-};
 use asperity_contact::observe::{ContactEdges, contact_area};
-use asperity_grid::Result;
-use asperity_grid::{Grid, Series, Transform};
+use asperity_grid::{Series, Transform};
 use asperity_surface::PowerSpectrum;
 use std::f64::consts::PI;
-use std::time::Instant;
 
 pub(super) struct RlArchard;
 

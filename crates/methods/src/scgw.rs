@@ -2,17 +2,9 @@
 //! Phys. Solids 57 (2009) 1093). Summits are those of a Gaussian surface with three spectral moments (Nayak, J. Lubr.
 //! Technol. 93 (1971) 398), each an independent Hertz contact.
 
+use crate::prelude::*;
 use crate::quadrature::{gauss_legendre, integral};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
-    Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support,
-};
-use asperity_grid::Result;
 use std::f64::consts::{PI, SQRT_2};
-use std::time::Instant;
 
 pub(super) struct Scgw;
 

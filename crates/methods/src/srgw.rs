@@ -6,19 +6,12 @@
 //! 0, since JKR has no force at a distance, and stays in contact down to its pull-off approach: the contacts are a
 //! state of the load path. The gap is that of the undeformed surface.
 
+use crate::prelude::*;
 use crate::spots::{Jkr, Spot, hertz_load, paint};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{Grid, mean, sum_rows};
+use asperity_grid::sum_rows;
 use asperity_surface::{Summit, SummitFit};
 use std::borrow::Cow;
 use std::f64::consts::PI;
-use std::time::Instant;
 
 pub(super) struct Srgw;
 

@@ -18,18 +18,9 @@
 
 mod newton;
 
-use asperity_contact::interface::{AttractionLaw, Elastic, Kernel, Law, Wall};
-use asperity_contact::method::equilibrium_check::Ending;
-use asperity_contact::method::fields::{self, Convolution, Symbol, add, each, inner, means};
-use asperity_contact::method::iteration::{IterationControl, LoadCase};
-use asperity_contact::method::residuals::Residuals;
+use crate::prelude::*;
+use asperity_contact::method::fields::{Convolution, Symbol, add, each, inner, means};
 use asperity_contact::method::settings::BemBsplineSettings;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, Quantity,
-    ReducedProblem, SolvePlan, SolverRun, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::{Error, Result};
-use asperity_grid::{Grid, rms};
 use newton::Newton;
 use std::f64::consts::PI;
 

@@ -14,17 +14,11 @@
 
 mod inner;
 
-use asperity_contact::interface::{AttractionLaw, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
-use asperity_contact::method::equilibrium_check::Ending;
+use crate::prelude::*;
+use asperity_contact::interface::{PowerLaw93, PowerLawWall, WithAdhesion};
 use asperity_contact::method::fields::{Convolution, Symbol, each, inner as product, means};
-use asperity_contact::method::iteration::{ConvergenceMonitor, IterationControl, LoadCase};
-use asperity_contact::method::residuals::Residuals;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, Quantity,
-    ReducedProblem, SolvePlan, SolverRun, StartedMethod, Stop, Support, fields, require,
-};
-use asperity_grid::{Error, Result};
-use asperity_grid::{extent, rms};
+use asperity_contact::method::iteration::ConvergenceMonitor;
+use asperity_grid::extent;
 use inner::BiCgStab;
 
 pub(super) struct Bicgstab;

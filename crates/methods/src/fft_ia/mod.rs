@@ -12,16 +12,9 @@
 
 mod element;
 
-use asperity_contact::interface::{AttractionLaw, Exponential, Kernel, Wall};
-use asperity_contact::method::equilibrium_check::Ending;
+use crate::prelude::*;
+use asperity_contact::interface::Exponential;
 use asperity_contact::method::fields::{Convolution, Symbol, add, each, inner, means};
-use asperity_contact::method::iteration::{IterationControl, LoadCase};
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, ReducedProblem,
-    SolvePlan, SolverRun, StartedMethod, Stop, fields, require,
-};
-use asperity_grid::{Error, Result};
-use asperity_grid::{lowest, rms};
 use rayon::prelude::*;
 
 pub(super) struct FftIa;

@@ -12,19 +12,11 @@ mod ewald;
 mod images;
 mod spots;
 
+use crate::prelude::*;
 use crate::spots::{Spot, paint};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{Grid, mean};
 use asperity_surface::SummitFit;
 use equilibrium::EquilibriumSolver;
 use spots::{Asperity, Spots};
-use std::time::Instant;
 
 pub(super) struct Icha;
 

@@ -11,21 +11,12 @@ mod adhesive;
 mod gaps;
 mod roughening;
 
+use crate::prelude::*;
 use adhesive::{Cascade, CascadeSolution, Resolution};
-use asperity_contact::interface::AttractionLaw;
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::settings::{self, PerssonForm, PerssonSettings};
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
-    Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support,
-};
+use asperity_contact::method::settings::{PerssonForm, PerssonSettings};
 use asperity_contact::observe::{Distribution, StressDistribution, linear_edges};
-use asperity_grid::Result;
 use roughening::{Opening, Rules, SpectralBand, bands, contact_area, gap_sum};
 use std::f64::consts::SQRT_2;
-use std::time::Instant;
 
 pub(super) struct Persson;
 

@@ -9,17 +9,10 @@
 
 mod growth;
 
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
+use crate::prelude::*;
 use asperity_contact::method::settings::WinklerSettings;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{mean, sum_rows};
+use asperity_grid::sum_rows;
 use std::borrow::Cow;
-use std::time::Instant;
 
 pub(super) struct Winkler;
 
