@@ -10,7 +10,7 @@ use super::run_script::{RunScript, results};
 use asperity_contact::interface::{Bond, LatticeConstants};
 use asperity_grid::error::LammpsFailure;
 use asperity_grid::units::GPA_PER_EV_A3;
-use asperity_grid::{Error, Result};
+use asperity_grid::{Error, Result, bisect};
 use asperity_surface::files::atomic_file::read_text;
 
 const SCRIPT: (&str, &str) = ("force_constants.in", include_str!("../lammps-inputs/properties/force_constants.in"));
@@ -104,16 +104,13 @@ impl ForceConstants {
         let of =
             |strain: f64| -> f64 { self.weights(strain).iter().zip(&self.strained).map(|(w, s)| w * s.pressure).sum() };
         // The pressure rises with the strain.
-        let (mut low, mut high) = (STRAINS[0], STRAINS[STRAINS.len() - 1]);
+        let (low, high) = (STRAINS[0], STRAINS[STRAINS.len() - 1]);
         if !(of(low)..=of(high)).contains(&pressure) {
             let [found, smallest, largest] =
                 [pressure, of(low), of(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
             return Err(Error::input("elastic base", "mean pressure", found, format!("{smallest} to {largest}")));
         }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if of(middle) < pressure { low = middle } else { high = middle }
-        }
+        let (low, high) = bisect(low, high, 60, |strain| of(strain) < pressure);
         Ok(0.5 * (low + high))
     }
 

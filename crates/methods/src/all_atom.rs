@@ -41,11 +41,6 @@ impl ContactMethod for AllAtom {
     }
 
     fn prepare<'p>(&self, _problem: &'p ReducedProblem<'p>, _watch: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        Err(Error::input(
-            format!("method {ID}"),
-            "atoms",
-            "a continuum problem",
-            "a scene with [atoms], for `asperity run`",
-        ))
+        Err(require::refused(ID, "atoms", "a continuum problem", "a scene with [atoms], for `asperity run`"))
     }
 }

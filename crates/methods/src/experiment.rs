@@ -60,15 +60,14 @@ fn layer(settings: &ExperimentSettings) -> Elastic {
 fn check(settings: &ExperimentSettings) -> Result<()> {
     require::positive(settings.thickness, CARD.id, "experiment.thickness")?;
     let lengths = [
-        ("print_resolution", settings.print_resolution),
-        ("pixel_size", settings.pixel_size),
-        ("optical_gap", settings.optical_gap),
-        ("correlation_window", settings.correlation_window),
+        ("experiment.print_resolution", settings.print_resolution),
+        ("experiment.pixel_size", settings.pixel_size),
+        ("experiment.optical_gap", settings.optical_gap),
+        ("experiment.correlation_window", settings.correlation_window),
     ];
     for (key, value) in lengths {
         if !(value >= 0.0 && value.is_finite()) {
-            let key = format!("experiment.{key}");
-            return Err(require::refused(CARD.id, &key, value, "a length of at least 0"));
+            return Err(require::refused(CARD.id, key, value, "a length of at least 0"));
         }
     }
     if !(0.0..=0.5).contains(&settings.poisson) {

@@ -9,6 +9,7 @@
 
 use crate::prelude::*;
 use crate::sinusoid;
+use asperity_grid::bisect;
 use asperity_surface::PowerSpectrum;
 
 pub(super) struct MsArchard;
@@ -140,12 +141,7 @@ impl SinusoidBand {
         let balanced = |x: f64| x * self.gradient >= pressure + self.pull(x, adhesion);
         let root = |k: usize| (k as f64 / TRIED as f64).powi(3);
         let Some(k) = (1..=TRIED).find(|&k| balanced(root(k))) else { return (1.0, TRIED) };
-        let (mut low, mut high) = (root(k - 1), root(k));
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if balanced(middle) { high = middle } else { low = middle }
-        }
-        (high, k + HALVINGS)
+        (bisect(root(k - 1), root(k), HALVINGS, |x| !balanced(x)).1, k + HALVINGS)
     }
 }
 

@@ -10,5 +10,5 @@ pub(super) use asperity_contact::method::{
     MethodEstimate, MethodKind, Needs, Observer, Quantity, ReducedProblem, Settings, SolvePlan, SolverRun,
     StartedMethod, Stop, Support, fields, require, settings,
 };
-pub(super) use asperity_grid::{Error, Grid, Result, lowest, mean, rms};
+pub(super) use asperity_grid::{Grid, Result, lowest, mean, rms};
 pub(super) use std::time::Instant;

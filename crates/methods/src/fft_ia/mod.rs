@@ -55,19 +55,18 @@ impl ContactMethod for FftIa {
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        let refused = |key: &str, found: String, accepted: &str| Error::input("method fft-ia", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
-            return Err(refused("wall", problem.wall.to_string(), "the hard wall"));
+            return Err(require::refused(CARD.id, "wall", problem.wall, "the hard wall"));
         }
         let law = match problem.adhesion {
             AttractionLaw::None => None,
             AttractionLaw::Exponential(law) => Some(law),
-            other => return Err(refused("adhesion", other.to_string(), "none or the exponential law")),
+            other => return Err(require::refused(CARD.id, "adhesion", other, "none or the exponential law")),
         };
         let relaxation = problem.settings.fft_ia.relaxation;
         if !(relaxation > 0.0 && relaxation <= 1.0) {
-            return Err(refused("fft-ia.relaxation", relaxation.to_string(), "above 0 and up to 1"));
+            return Err(require::refused(CARD.id, "fft-ia.relaxation", relaxation, "above 0 and up to 1"));
         }
         let convolution = Convolution::new(problem.grid);
         let kernel = problem.kernel;
