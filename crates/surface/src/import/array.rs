@@ -1,5 +1,5 @@
+use super::attributes::Coordinate;
 use super::content::ImportOptions;
-use super::declare::Coordinate;
 use super::source::{list, quoted};
 use crate::height_map::HeightMap;
 use asperity_grid::error::{Error, Result};

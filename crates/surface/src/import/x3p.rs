@@ -166,7 +166,7 @@ fn heights(
         let found = format!("no PointDataLink, and {} heights in {MAIN}", xml.list.len());
         return Err(Error::format(path, found, format!("{count}, for {points}")));
     };
-    let data = archive.exactly(link, count.saturating_mul(stored.bytes()) as u64, &points)?;
+    let data = archive.exactly(link, count.saturating_mul(stored.bytes) as u64, &points)?;
     checksum(path, xml.text("Record3/DataLink/MD5ChecksumPointData"), link, &data)?;
     checksum_file(archive, xml, &[(MAIN, main), (link, &data)])?;
     let mut heights = Bytes::of(path, &data).field([nx, ny], stored)?;
