@@ -6,6 +6,7 @@ use crate::report::number::trimmed;
 use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, Touching, rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use asperity_grid::rms;
+use asperity_grid::sys::expect_memory;
 use asperity_grid::units::{Dimension, Measure};
 use asperity_surface::declared::{Declared, DeclaredExtent};
 use asperity_surface::heights::{self, HeightMap, TouchingPoints};
@@ -95,16 +96,8 @@ impl SurfaceArgs {
     /// Writes the heights and prints the statistics.
     fn report(&self, case: &Case) -> Result<()> {
         // Heights, their half spectrum while it is transformed, and the copy that is written.
-        let (required, available) = (4 * 8 * case.grid.points() as u64, asperity_grid::sys::available_memory_bytes());
-        if required > available {
-            let description = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
-            return Err(Error::Memory {
-                what: description,
-                need: required,
-                have: available,
-                advice: "a smaller --grid needs less".into(),
-            });
-        }
+        let description = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
+        expect_memory(description, 4 * 8 * case.grid.points() as u64, "a smaller --grid needs less")?;
         let heights = case.surface.heights(case.grid, 0.0);
         let length_um = case.laboratory.length().to("um");
         let list = statistics(case, &heights);

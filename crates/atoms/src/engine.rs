@@ -315,16 +315,8 @@ impl LammpsEngine {
             let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
             return Finished::collect(job, all);
         }
-        let (required, available) = (job.memory_bytes(self.start.ranks()), sys::available_memory_bytes());
-        if required > available {
-            let advice = "use fewer cells or a thinner block".into();
-            return Err(Error::Memory {
-                what: format!("LAMMPS with {} atoms", job.atoms()),
-                need: required,
-                have: available,
-                advice,
-            });
-        }
+        let (what, need) = (format!("LAMMPS with {} atoms", job.atoms()), job.memory_bytes(self.start.ranks()));
+        sys::expect_memory(what, need, "use fewer cells or a thinner block")?;
         let finished = load_history::prepare_resume(&job.folder)?;
         minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
         let screen_file = job.folder.join("log.screen");

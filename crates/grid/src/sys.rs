@@ -97,6 +97,15 @@ pub fn available_memory_bytes() -> u64 {
         .unwrap_or(u64::MAX)
 }
 
+/// Refuses what needs more memory than is available.
+///
+/// # Errors
+/// `Memory`.
+pub fn expect_memory(what: String, need: u64, advice: &str) -> crate::Result<()> {
+    let have = available_memory_bytes();
+    if need > have { Err(crate::Error::Memory { what, need, have, advice: advice.into() }) } else { Ok(()) }
+}
+
 /// Whether this process runs as root, which mpirun refuses by default.
 pub fn is_root() -> bool {
     use std::os::unix::fs::MetadataExt;

@@ -13,6 +13,7 @@ use ndarray_npy::npy::header::{Header, Layout};
 use super::atomic_file::{miscount, open_regular, write_atomic, write_atomic_on_ranks};
 use asperity_grid as grid;
 use asperity_grid::error::{Error, Result};
+use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::{ALONE, Ranks};
 
 /// A map in memory: row-major `[ny, nx]`.
@@ -375,9 +376,7 @@ pub fn read(path: &Path) -> Result<NpyMap<f64>> {
 
 /// Returns an error if reading needs more than the available memory.
 pub(crate) fn fits(path: &Path, required: u64) -> Result<()> {
-    let available = asperity_grid::sys::available_memory_bytes();
-    let (what, advice) = (format!("reading {}", path.display()), "a coarser map needs less".into());
-    if required > available { Err(Error::Memory { what, need: required, have: available, advice }) } else { Ok(()) }
+    expect_memory(format!("reading {}", path.display()), required, "a coarser map needs less")
 }
 
 /// Reads a map of flags (uint8 or bool).

@@ -1,4 +1,4 @@
-use super::array::{MASK, Order, choose};
+use super::array::{MASK, Order, check_mask, choose};
 use super::attributes::{Array, Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::Described;
@@ -37,9 +37,7 @@ pub(super) fn starts(start: &[u8]) -> bool {
 /// Reads a two-dimensional data set of an HDF5, NetCDF-4 or MATLAB file: `[ny, nx]` unless its dimensions are named x and y. MATLAB
 /// stores matrices by columns, so a matrix with one row per y is an array `[nx, ny]`. `length`: bytes of the file.
 pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
-    let damaged = |e: hdf5_reader::error::Error| {
-        Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
-    };
+    let damaged = |e| damaged(path, e);
     let file = Hdf5File::open(path).map_err(damaged)?;
     let end = file.superblock().eof_address;
     if length < end {
@@ -75,13 +73,7 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         && mask.ndim() == 2
     {
         let (mask_shape, flags) = numbers(path, length, MASK, &mask, kind)?;
-        if mask_shape != shape {
-            return Err(Error::format(
-                path,
-                format!("data set mask of shape {mask_shape:?}"),
-                format!("{shape:?}, as {name} has"),
-            ));
-        }
+        check_mask(path, "data set mask", mask_shape, (name, shape))?;
         values.iter_mut().zip(flags).filter(|(_, m)| *m != 0.0).for_each(|(v, _)| *v = f64::NAN);
     }
     let is_matlab = matlab_class(&dataset).is_some();
@@ -103,15 +95,17 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
     array.imported(values, layout)
 }
 
+fn damaged(path: &Path, e: hdf5_reader::error::Error) -> Error {
+    Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
+}
+
 fn last(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 
 /// Shape and stored numbers of a data set in two dimensions.
 fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, dtype: DType) -> Result<([usize; 2], Vec<f64>)> {
-    let damaged = |e: hdf5_reader::error::Error| {
-        Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
-    };
+    let damaged = |e| damaged(path, e);
     let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
     refuse_large_chunks(path, name, dataset, dtype)?;
     // Memory of the stored bytes and of the converted numbers.

@@ -1,4 +1,4 @@
-use super::array::{MASK, Order, choose};
+use super::array::{MASK, Order, check_mask, choose};
 use super::attributes::{Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::Described;
@@ -45,17 +45,12 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     let shape = [field.ny, field.nx];
     let mut values = field.values;
     if has_mask {
-        let (mut flags, mask) = (Vec::new(), reader(path, &mut archive, MASK)?);
-        let found = [mask.ny, mask.nx];
-        if found != shape {
-            return Err(Error::format(
-                path,
-                format!("array mask of shape {found:?}"),
-                format!("{shape:?}, as {name} has"),
-            ));
-        }
-        mask.for_each_row(|_, row| flags.extend(row.iter().map(|m| *m != 0.0)))?;
-        values.iter_mut().zip(flags).filter(|(_, m)| *m).for_each(|(v, _)| *v = f64::NAN);
+        let mask = reader(path, &mut archive, MASK)?;
+        check_mask(path, "array mask", [mask.ny, mask.nx], (name, shape))?;
+        mask.for_each_row(|y, flags| {
+            let row = values[y * field.nx..].iter_mut().zip(flags);
+            row.filter(|(_, m)| **m != 0.0).for_each(|(v, _)| *v = f64::NAN);
+        })?;
     }
     let axis = |name: &str| {
         let values = stated.numbers.get(name)?.clone();

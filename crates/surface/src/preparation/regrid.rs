@@ -3,6 +3,7 @@
 use super::rows::{Along, along_both};
 use crate::resample;
 use asperity_grid::error::{Error, Result};
+use asperity_grid::sys::expect_memory;
 use asperity_grid::{Grid, mean};
 
 /// How a map would be resampled, in words.
@@ -28,16 +29,7 @@ pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
     // Heights, their transposed copies and a spectrum.
     const COPIES: u64 = 4;
     let need = COPIES.saturating_mul(size_of::<f64>() as u64).saturating_mul(nx as u64).saturating_mul(ny as u64);
-    let available = asperity_grid::sys::available_memory_bytes();
-    if need > available {
-        let description = format!("a map of {nx} x {ny} points");
-        return Err(Error::Memory {
-            what: description,
-            need,
-            have: available,
-            advice: "--resample accepts fewer points".into(),
-        });
-    }
+    expect_memory(format!("a map of {nx} x {ny} points"), need, "--resample accepts fewer points")?;
     let new = Grid { nx, ny, ..grid };
     if periodic {
         let mean = mean(&heights);
