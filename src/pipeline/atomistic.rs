@@ -20,9 +20,7 @@ use asperity_atoms::lammps_command::{ARGUMENTS, LammpsCommand};
 use asperity_atoms::load_history::StepRecord;
 use asperity_atoms::potential::Potential;
 use asperity_atoms::progress::Progress;
-use asperity_atoms::results::{
-    AtomState, AtomsResults, DefectAtoms, LoadStepResults, PlasticityResults, RepulsionResults,
-};
+use asperity_atoms::results::{AtomState, AtomsResults, DefectAtoms, LoadStepResults, PlasticityResults};
 use asperity_atoms::run_script::LmpCommand;
 use asperity_atoms::{centro_symmetry, damage, load_history, speed as measured};
 use asperity_contact::results::ContinuumResults;
@@ -347,11 +345,7 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
         deformable: atoms.block.deformable() as usize,
         fixed: atoms.block.fixed() as usize,
         indenter: reader.indenter.atoms() as usize,
-        repulsion: RepulsionResults {
-            epsilon_ev: atoms.wall.repulsion.epsilon_ev,
-            sigma_angstrom: atoms.wall.repulsion.sigma_angstrom,
-            contact_distance_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
-        },
+        repulsion: atoms.wall.repulsion,
         audit: atoms.audit.clone(),
         from_continuum: atoms.start == AtomsStart::Continuum,
         load_steps: outcome.steps.clone(),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::potential::SetflHeader;
 use super::run_script::{RunScript, results};
 use asperity_contact::interface::Cubic;
-use asperity_grid::error::{Error, LammpsFailure, Result};
+use asperity_grid::error::{Error, Result};
 
 /// Energy per atom, eV, by which fcc may lie above another crystal and still be the crystal of the potential. Published
 /// potentials of fcc metals have hcp up to 0.6 meV lower (copper of `AlCu.eam.alloy`): their range hardly distinguishes the two.
@@ -193,7 +193,7 @@ impl<'a> MeasurementFolder<'a> {
     }
 
     pub(super) fn failed(&self, description: String) -> Error {
-        Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(description) }
+        Error::lammps(&self.folder, description)
     }
 }
 

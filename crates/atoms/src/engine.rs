@@ -22,6 +22,7 @@ use super::styles::Styles;
 use crate::results::LoadStepResults;
 use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result, sys};
+use asperity_surface::files::atomic_file::list;
 
 /// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
 /// negligible cost.
@@ -341,7 +342,7 @@ impl LammpsEngine {
                 Err(e @ Error::Format { .. }) => {
                     drop(group);
                     load_history::roll_back(&job.folder, verified_steps)?;
-                    return Err(failed(job, LammpsFailure::Output(format!("its load steps cannot be read: {e}"))));
+                    return Err(failed(job, format!("its load steps cannot be read: {e}")));
                 }
                 other => other?,
             };
@@ -352,7 +353,7 @@ impl LammpsEngine {
                     load_history::roll_back(&job.folder, record.step)?;
                     let description =
                         format!("what step {} left is not complete ({e}); is the disk full?", record.step);
-                    return Err(failed(job, LammpsFailure::Output(description)));
+                    return Err(failed(job, description));
                 }
                 verified_steps = record.step + 1;
             }
@@ -394,8 +395,8 @@ impl Drop for ProcessGroup {
     }
 }
 
-fn failed(job: &Job, failure: LammpsFailure) -> Error {
-    Error::Lammps { folder: job.folder.clone(), failure }
+fn failed(job: &Job, failure: impl Into<LammpsFailure>) -> Error {
+    Error::lammps(&job.folder, failure)
 }
 
 /// Whether the job has ended and its last frame exists.
@@ -414,10 +415,7 @@ fn check_load_steps(job: &Job) -> Result<()> {
     }
     if !is_complete(job)? {
         let reached = history.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
-        return Err(failed(
-            job,
-            LammpsFailure::Output(format!("it ended regularly, but its load history stops {reached}")),
-        ));
+        return Err(failed(job, format!("it ended regularly, but its load history stops {reached}")));
     }
     Ok(())
 }
@@ -427,7 +425,7 @@ fn run_status(status: ExitStatus, log: &str, screen: &str) -> std::result::Resul
     // Other errors are consequences of the time limit; the interrupted step is not finished.
     if log.contains("Wall time limit reached") {
         let text = "its script's time limit (timer timeout) was reached; the same command resumes at the last step";
-        return Err(LammpsFailure::Output(text.into()));
+        return Err(text.into());
     }
     if let Some(failure) = error_line(log).or_else(|| error_line(screen)) {
         return Err(failure);
@@ -478,10 +476,8 @@ fn log_name(finished: Option<usize>) -> String {
 /// Force evaluations from all logs of a folder; later runs override earlier ones.
 fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
     let mut logs: Vec<(usize, PathBuf)> = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let path = entry.map_err(Error::io("list", folder))?.path();
-        let name = path.file_name().and_then(|n| n.to_str());
-        if let Some(first) = name.and_then(|n| n.strip_prefix("log.")).and_then(|n| n.parse().ok()) {
+    for (name, path) in list(folder)? {
+        if let Some(first) = name.strip_prefix("log.").and_then(|n| n.parse().ok()) {
             logs.push((first, path));
         }
     }

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 
 use super::run_script::{RunScript, results};
 use asperity_contact::interface::{Bond, LatticeConstants};
-use asperity_grid::error::LammpsFailure;
 use asperity_grid::units::GPA_PER_EV_A3;
 use asperity_grid::{Error, Result, bisect};
 use asperity_surface::files::atomic_file::read_text;
@@ -133,10 +132,6 @@ impl ForceConstants {
     }
 }
 
-fn refused(folder: &Path, description: String) -> Error {
-    Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(description) }
-}
-
 fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInput, strain: f64) -> Result<Strained> {
     let folder = &folder.canonicalize().map_err(Error::io("open", folder))?;
     let script = folder.join(SCRIPT.0);
@@ -157,12 +152,12 @@ fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInpu
     ];
     let printed = lammps.run(folder, &script, &vars)?;
     let bars = results(folder, &printed)?.get("pressure").copied();
-    let bars = bars.ok_or_else(|| refused(folder, "it printed no line 'RES pressure'".into()))?;
+    let bars = bars.ok_or_else(|| Error::lammps(folder, "it printed no line 'RES pressure'"))?;
     let shape =
         CellDimensions { cells, spacing: 0.5 * crystal.a0_angstrom, layer: 0.5 * crystal.a0_angstrom * (1.0 - strain) };
     let bulk = DisplacedLattice::read(&files[0], &files[2], shape)?;
     let cut = DisplacedLattice::read(&files[1], &files[3], shape)?;
-    let constants = constants(&bulk, &cut, reach).map_err(|damage| refused(folder, damage))?;
+    let constants = constants(&bulk, &cut, reach).map_err(|damage| Error::lammps(folder, damage))?;
     remove();
     Ok(Strained { pressure: bars * EV_A3_PER_BAR, constants })
 }

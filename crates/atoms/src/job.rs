@@ -20,9 +20,8 @@ use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use asperity_contact::interface::LatticeBoundary;
-use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::read_text;
+use asperity_surface::files::atomic_file::{list, read_text};
 use asperity_surface::files::hashed::file_hash;
 
 pub const DATA_FILE: &str = "block.data";
@@ -208,7 +207,7 @@ impl Job {
             let file = self.folder.join(name);
             if file.exists() && file_hash(&file)? != *written {
                 let description = format!("{name} changed since the job was written; `atoms build` writes it again");
-                return Err(Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(description) });
+                return Err(Error::lammps(&self.folder, description));
             }
         }
         Ok(())
@@ -421,9 +420,7 @@ fn own_step(history: &LoadHistory, first: usize, prescribed: &[PrescribedLoad], 
 
 /// Removes the files of a run: load steps, frames, restart files, checkpoints and logs.
 fn remove_states(folder: &Path) -> Result<()> {
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let path = entry.map_err(Error::io("list", folder))?.path();
-        let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
+    for (name, path) in list(folder)? {
         if name == LOAD_STEPS_FILE
             || ["frame.", "restart.", "log.", minimizer_checkpoint::PREFIX].iter().any(|start| name.starts_with(start))
         {

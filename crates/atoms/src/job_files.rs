@@ -5,7 +5,6 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 
-use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result};
 use asperity_surface::files::file_lock::try_lock;
 
@@ -70,6 +69,5 @@ pub(super) fn lock(folder: &Path) -> Result<File> {
         }
         std::thread::sleep(RETRY_AFTER);
     }
-    let failure = LammpsFailure::Output("another program is writing or running this job".into());
-    Err(Error::Lammps { folder: folder.to_path_buf(), failure })
+    Err(Error::lammps(folder, "another program is writing or running this job"))
 }

@@ -11,7 +11,7 @@ use super::dump::{DumpFrame, read_frame};
 use super::minimizer_checkpoint;
 use crate::results::LoadStepResults;
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::atomic_file::{list, remove, write_atomic};
 
 pub const LOAD_STEPS_FILE: &str = "load_steps.csv";
 
@@ -329,13 +329,6 @@ fn hash_of(file: &Path) -> Result<Option<String>> {
     }
 }
 
-pub(super) fn remove(file: &Path) -> Result<()> {
-    match std::fs::remove_file(file) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", file)(e)),
-        _ => Ok(()),
-    }
-}
-
 /// Keeps the first `steps` steps of a folder and removes later checkpoints.
 ///
 /// # Errors
@@ -380,9 +373,7 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
             && frame_file(folder, record.step).and_then(read_frame).is_ok()
     };
     let last = history.steps.iter().rev().find(intact).map(|r| r.step);
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let path = entry.map_err(Error::io("list", folder))?.path();
-        let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
+    for (name, path) in list(folder)? {
         let step = name
             .strip_prefix("frame.")
             .or(name.strip_prefix("restart."))

@@ -1,7 +1,7 @@
 //! Time of a force evaluation on this machine.
 
 use super::run_script::RunScript;
-use asperity_grid::error::{Error, LammpsFailure, Result};
+use asperity_grid::error::{Error, Result};
 use std::path::Path;
 
 const SCRIPT: (&str, &str) = ("force_evaluation.in", include_str!("../lammps-inputs/force_evaluation.in"));
@@ -22,10 +22,7 @@ pub fn measure(
     let vars =
         [("potential", potential.to_owned()), ("element", element.to_owned()), ("a0", format!("{a0_angstrom:.10}"))];
     let printed = lammps.run(folder, &script, &vars)?;
-    evaluation(&printed).ok_or_else(|| {
-        let failure = LammpsFailure::Output("it printed no time of its loop".into());
-        Error::Lammps { folder: folder.to_path_buf(), failure }
-    })
+    evaluation(&printed).ok_or_else(|| Error::lammps(folder, "it printed no time of its loop"))
 }
 
 /// Evaluates the lines `Loop time of 0.65 on 1 procs for 20 steps with 48600 atoms` and
