@@ -217,8 +217,11 @@ fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool
         }
         LoadingProtocol::Prescribed(loads) => {
             let spec = &job.spec;
-            let expected =
-                evaluations_from_continuum(spec.cells, job.block().relaxing_cells(), spec.settings.force_tolerance);
+            let expected = evaluations_from_continuum(
+                spec.block.cells,
+                job.block().relaxing_cells(),
+                spec.settings.force_tolerance,
+            );
             let (total, next) = (loads.loads.len(), record.step + 1);
             let part = (p.iterations as f64 / expected).min(NEARLY);
             let within = if next > total || p.is_new { 0.0 } else { part };

@@ -37,14 +37,16 @@ pub enum BaseKind {
 
 /// `cells` × `cells` × `depth_cells` deformable cubic cells on a base of `base_layers` layers, which is rigid or lies in a foundation of
 /// `foundation_cells` cells below the deformable ones.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Block {
     pub cells: usize,
     pub depth_cells: usize,
+    #[serde(default)]
     pub base: BaseKind,
     pub base_layers: usize,
     pub foundation_cells: usize,
     /// Lattice constant, Å.
+    #[serde(rename = "a0_angstrom")]
     pub a0: f64,
 }
 

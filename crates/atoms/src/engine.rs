@@ -249,7 +249,7 @@ impl LammpsEngine {
     }
 
     fn command(&self, job: &Job, finished_steps: &[StepRecord]) -> Result<Command> {
-        let mut command = if job.spec.base == BaseKind::Elastic {
+        let mut command = if job.spec.block.base == BaseKind::Elastic {
             let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
             let arguments = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
             let mut command = self.start.start(&host);

@@ -89,12 +89,7 @@ impl Job {
         };
         let spec = JobSpec {
             element: crystal.element.into(),
-            cells: block.cells,
-            depth_cells: block.depth_cells,
-            base: block.base,
-            base_layers: block.base_layers,
-            foundation_cells: block.foundation_cells,
-            a0_angstrom: block.a0,
+            block: *block,
             deformable: block.deformable(),
             fixed: block.fixed(),
             indenter: indenter.atoms(),
@@ -172,7 +167,7 @@ impl Job {
         }
         put(SPEC_FILE, text.as_bytes())?;
         // `lmp` alone cannot run a block on an elastic base.
-        match job.spec.base {
+        match job.spec.block.base {
             BaseKind::Elastic => remove_run_script(folder),
             _ => write_run_script(folder, job.script().file, &job.variables_by_hand())?,
         }
@@ -236,8 +231,10 @@ impl Job {
 
     /// Resident memory of all LAMMPS ranks together, bytes.
     pub fn memory_bytes(&self, ranks: usize) -> u64 {
-        let boundary = match self.spec.base {
-            BaseKind::Elastic => ranks as u64 * LatticeBoundary::bytes(self.spec.cells, self.spec.base_layers),
+        let boundary = match self.spec.block.base {
+            BaseKind::Elastic => {
+                ranks as u64 * LatticeBoundary::bytes(self.spec.block.cells, self.spec.block.base_layers)
+            }
             _ => 0,
         };
         memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none()) + boundary
@@ -265,8 +262,7 @@ impl Job {
 
     /// The block of atoms.
     pub fn block(&self) -> Block {
-        let JobSpec { cells, depth_cells, base, base_layers, foundation_cells, a0_angstrom: a0, .. } = self.spec;
-        Block { cells, depth_cells, base, base_layers, foundation_cells, a0 }
+        self.spec.block
     }
 
     /// The script that LAMMPS runs.
@@ -301,7 +297,7 @@ impl Job {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
-        if self.spec.base == BaseKind::Elastic {
+        if self.spec.block.base == BaseKind::Elastic {
             list.push(("elastic_base", "1".into()));
         }
         let relaxes = !matches!(self.spec.protocol, LoadingProtocol::Nvt(_));
@@ -321,10 +317,10 @@ impl Job {
                 }
             }
             LoadingProtocol::Prescribed(loads) => {
-                if self.spec.foundation_cells > 0 {
+                if self.spec.block.foundation_cells > 0 {
                     list.push(("moving_base", "1".into()));
                 }
-                if self.spec.base == BaseKind::Elastic {
+                if self.spec.block.base == BaseKind::Elastic {
                     list.push(("base_share", loads.base_share.to_string()));
                 }
                 own = loads.variables();

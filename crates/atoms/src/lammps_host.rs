@@ -150,14 +150,14 @@ fn missing_library(reason: String) -> Error {
 /// # Errors
 /// Those of `proceed` and of [`ForceConstants::measure`].
 pub(super) fn prepare(job: &Job, lammps: &Path, proceed: &mut dyn FnMut() -> Result<()>) -> Result<()> {
-    if job.spec.base != BaseKind::Elastic {
+    if job.spec.block.base != BaseKind::Elastic {
         return Ok(());
     }
     let table = job.folder.join(POTENTIAL_FILE);
     let crystal = ForceConstantInput {
         table: POTENTIAL_FILE,
         element: &job.spec.element,
-        a0_angstrom: job.spec.a0_angstrom,
+        a0_angstrom: job.spec.block.a0,
         cutoff_angstrom: SetflHeader::read(&table)?.cutoff_angstrom,
         highest_pressure: job.highest_pressure(),
     };
