@@ -307,11 +307,8 @@ impl SlurmTaskArgs {
             for &i in points.iter() {
                 let point = &submission.points[i];
                 if submission.end_of(out, point).is_some_and(|end| end.outcome == TurnOutcome::Interrupted) {
-                    record_end(
-                        out,
-                        &point.label,
-                        &ended(point, TurnOutcome::Failed, NO_PROGRESS, Some(reason.clone())),
-                    )?;
+                    let end = ended(point, TurnOutcome::Failed, NO_PROGRESS, Some(reason.clone()));
+                    record_end(out, &point.label, &end)?;
                 }
             }
             output::eprint(&reason);

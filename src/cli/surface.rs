@@ -70,12 +70,8 @@ impl SurfaceArgs {
         };
         if let Some(path) = self.heights.as_ref().filter(|p| !p.exists()) {
             let accepted = "a file of heights or of their Fourier coefficients";
-            return Err(Error::input(
-                "command line",
-                "--heights",
-                format!("{} (no such file)", path.display()),
-                accepted,
-            ));
+            let found = format!("{} (no such file)", path.display());
+            return Err(Error::input("command line", "--heights", found, accepted));
         }
         // Nothing is solved, so atoms and adhesion are not checked.
         (scene.atoms, scene.adhesion) = (None, None);

@@ -84,12 +84,10 @@ impl Block {
         let per_layer = (cells as u64).checked_mul(cells as u64).and_then(|a| a.checked_mul(2));
         match layers.zip(per_layer).and_then(|(l, a)| a.checked_mul(l as u64)) {
             Some(atoms) if atoms <= MAX_ATOMS => Ok(block),
-            _ => Err(Error::input(
-                context,
-                "atoms.cells",
-                format!("{cells} with depth {depth_cells}"),
-                format!("a block of at most {MAX_ATOMS} atoms"),
-            )),
+            _ => {
+                let found = format!("{cells} with depth {depth_cells}");
+                Err(Error::input(context, "atoms.cells", found, format!("a block of at most {MAX_ATOMS} atoms")))
+            }
         }
     }
 

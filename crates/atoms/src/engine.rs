@@ -193,31 +193,16 @@ impl LammpsEngine {
 
     fn missing(&self, adhesion: bool, nvt: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
         let needed = [
-            ("pair", "hybrid/overlay"),
-            ("pair", "eam/alloy"),
-            ("pair", "lj/cut"),
-            ("minimize", "cg"),
-            ("minimize", "fire"),
-            ("compute", "coord/atom"),
-            ("compute", "property/atom"),
-            ("compute", "reduce"),
-            ("fix", "setforce"),
-            ("fix", "aveforce"),
-            ("fix", "store/state"),
+            ("pair", "hybrid/overlay eam/alloy lj/cut"),
+            ("minimize", "cg fire"),
+            ("compute", "coord/atom property/atom reduce"),
+            ("fix", "setforce aveforce store/state"),
         ];
         let adhesive = adhesion.then_some(("pair", "yukawa"));
-        let warm = [
-            ("fix", "nve"),
-            ("fix", "langevin"),
-            ("fix", "viscous"),
-            ("fix", "ave/atom"),
-            ("fix", "ave/time"),
-            ("compute", "temp"),
-        ];
-        needed
-            .into_iter()
-            .chain(adhesive)
-            .chain(warm.into_iter().filter(move |_| nvt))
+        let warm = [("fix", "nve langevin viscous ave/atom ave/time"), ("compute", "temp")];
+        let warm = warm.into_iter().filter(move |_| nvt);
+        let all = needed.into_iter().chain(adhesive).chain(warm);
+        all.flat_map(|(kind, names)| names.split(' ').map(move |name| (kind, name)))
             .filter(|(kind, name)| !self.styles.has(kind, name))
     }
 
@@ -275,18 +260,8 @@ impl LammpsEngine {
             let start: usize = finished_steps.iter().map(|r| r.iterations).sum();
             let newest = minimizer_checkpoint::newest(&job.folder, finished_steps.len(), (start + often) as u64);
             if let Some(file) = newest.as_deref().and_then(Path::file_name) {
-                command
-                    .args([
-                        "-var",
-                        "resume_mid",
-                        "1",
-                        "-var",
-                        "first_iteration",
-                        &start.to_string(),
-                        "-var",
-                        "checkpoint",
-                    ])
-                    .arg(file);
+                command.args(["-var", "resume_mid", "1", "-var", "first_iteration", &start.to_string()]);
+                command.args(["-var", "checkpoint"]).arg(file);
             }
         }
         without_relative_libraries(&mut command);

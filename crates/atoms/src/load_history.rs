@@ -109,11 +109,8 @@ impl LoadHistory {
     pub fn parse(text: &str, file: &Path) -> Result<Self> {
         let mut records = Vec::new();
         let damaged = |k: usize, line: &str| {
-            Error::format(
-                file,
-                format!("line {}: {}", k + 1, line.trim_end()),
-                format!("a table with the columns {HEADER}"),
-            )
+            let found = format!("line {}: {}", k + 1, line.trim_end());
+            Error::format(file, found, format!("a table with the columns {HEADER}"))
         };
         for (k, line) in text.split_inclusive('\n').enumerate().take_while(|(_, line)| line.ends_with('\n')) {
             match StepRecord::parse(line) {

@@ -219,26 +219,19 @@ pub fn prefetch<T>(start: *const T, len: usize) {
 /// Kills a process and everything it started, provided it leads its own process group
 /// (`CommandExt::process_group(0)`). A group that has already ended is no error.
 pub fn kill_process_group(leader: u32) {
-    // 0 and 1 would address this process's own group and every process there is.
-    if let Ok(group) = libc::pid_t::try_from(leader)
-        && group > 1
-    {
-        // SAFETY: kill takes two integers and touches no memory of this process.
-        unsafe {
-            libc::kill(-group, libc::SIGKILL);
-        }
-    }
+    send_signal(leader, |leader| -leader, libc::SIGKILL);
 }
 
 /// Sends SIGTERM to a process.
 pub fn terminate(process: u32) {
-    if let Ok(process) = libc::pid_t::try_from(process)
-        && process > 1
-    {
+    send_signal(process, |process| process, libc::SIGTERM);
+}
+
+fn send_signal(process: u32, target: fn(libc::pid_t) -> libc::pid_t, signal: libc::c_int) {
+    // 0 and 1 would address this process's own group and every process there is.
+    if let Some(process) = libc::pid_t::try_from(process).ok().filter(|p| *p > 1) {
         // SAFETY: kill takes two integers and touches no memory of this process.
-        unsafe {
-            libc::kill(process, libc::SIGTERM);
-        }
+        unsafe { libc::kill(target(process), signal) };
     }
 }
 

@@ -39,17 +39,14 @@ static CARD: MethodCard = MethodCard {
 };
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactMap
-        | Quantity::ContactArea
-        | Quantity::PatchPdf
-        | Quantity::PatchArea
-        | Quantity::MedianClusterArea => Support::Only("camera pixels below the optical gap; no edges"),
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
-            Support::Only("by digital image correlation; no edges")
+        ContactMap | ContactArea | PatchPdf | PatchArea | MedianClusterArea => {
+            Support::Only("camera pixels below the optical gap; no edges")
         }
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::StressMap | Quantity::StressPdf => Support::No("optical images show contact, not stress"),
+        GapMap | GapPdf | MeanGap => Support::Only("by digital image correlation; no edges"),
+        Stiffness => Support::Only("as differences between loads"),
+        StressMap | StressPdf => Support::No("optical images show contact, not stress"),
     }
 }
 

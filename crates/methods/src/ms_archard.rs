@@ -34,16 +34,13 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.98), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea | Quantity::MeanGap => Support::Only("depends on the band ratio ms-archard.band_ratio"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
-            Support::No("statistical method without positions")
-        }
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::No("statistical method without patches")
-        }
-        Quantity::GapPdf | Quantity::StressPdf => Support::No("only mean values are computed"),
-        Quantity::Stiffness => Support::Only("as differences between loads"),
+        ContactArea | MeanGap => Support::Only("depends on the band ratio ms-archard.band_ratio"),
+        GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
+        PatchPdf | PatchArea | MedianClusterArea => Support::No("statistical method without patches"),
+        GapPdf | StressPdf => Support::No("only mean values are computed"),
+        Stiffness => Support::Only("as differences between loads"),
     }
 }
 

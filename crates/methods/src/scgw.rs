@@ -28,17 +28,14 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.42), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea | Quantity::Stiffness => Support::NoAdhesion,
-        Quantity::MeanGap => Support::Only("mean gap of the undeformed surface, without adhesion"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
-            Support::No("statistical method without positions")
+        ContactArea | Stiffness => Support::NoAdhesion,
+        MeanGap => Support::Only("mean gap of the undeformed surface, without adhesion"),
+        GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
+        PatchPdf | PatchArea | MedianClusterArea | GapPdf | StressPdf => {
+            Support::No("only sums over asperities are computed")
         }
-        Quantity::PatchPdf
-        | Quantity::PatchArea
-        | Quantity::MedianClusterArea
-        | Quantity::GapPdf
-        | Quantity::StressPdf => Support::No("only sums over asperities are computed"),
     }
 }
 

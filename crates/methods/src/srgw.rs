@@ -35,15 +35,14 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.11), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea => Support::Only("sum of contact spots, which may overlap; JKR adhesion"),
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::Only("one spot per summit; JKR adhesion")
-        }
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("superposed Hertz and JKR profiles"),
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::ContactMap => Support::No("contact spots are areas without nodes"),
+        ContactArea => Support::Only("sum of contact spots, which may overlap; JKR adhesion"),
+        PatchPdf | PatchArea | MedianClusterArea => Support::Only("one spot per summit; JKR adhesion"),
+        GapMap | GapPdf | MeanGap => Support::Only("undeformed gap"),
+        StressMap | StressPdf => Support::Only("superposed Hertz and JKR profiles"),
+        Stiffness => Support::Only("as differences between loads"),
+        ContactMap => Support::No("contact spots are areas without nodes"),
     }
 }
 

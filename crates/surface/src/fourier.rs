@@ -40,11 +40,8 @@ impl FourierModes {
             keep().fold([0, 0], |[x, y], w| [x.max(w.kx.unsigned_abs()), y.max(w.ky.unsigned_abs())]);
         let (kx_max, ky_max) = (kx_max as usize, ky_max as usize);
         if (kx_max, ky_max) == (0, 0) {
-            return Err(Error::format(
-                path,
-                "no wave but the mean",
-                "waves, of which --low-pass (surface.low_pass) leaves some",
-            ));
+            let accepted = "waves, of which --low-pass (surface.low_pass) leaves some";
+            return Err(Error::format(path, "no wave but the mean", accepted));
         }
         let height = 2 * ky_max + 1;
         let description = format!("waves up to qX = {kx_max}, qY = {ky_max} of {}", path.display());

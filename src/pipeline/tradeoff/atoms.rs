@@ -235,14 +235,7 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
         .unconverged
         .iter()
         .map(|step| format!("{name}: load step {step} stopped above the force tolerance or off its load"));
-    Ok(MeasuredPoint {
-        ny: atoms.points,
-        results,
-        maps: Vec::new(),
-        resolved: Vec::new(),
-        cost,
-        notes: notes.collect(),
-    })
+    Ok(MeasuredPoint::new(atoms.points, results, cost, notes.collect()))
 }
 
 /// Bytes of the frames in a job folder.

@@ -40,17 +40,12 @@ static CARD: MethodCard = MethodCard {
 };
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
-            Support::Only("measured from the zero of force of the repulsive wall")
-        }
-        Quantity::ContactArea
-        | Quantity::ContactMap
-        | Quantity::PatchPdf
-        | Quantity::PatchArea
-        | Quantity::MedianClusterArea => Support::Only("area under compression"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("with the range enlarged to the mesh"),
-        Quantity::Stiffness => asperity_contact::method::card::fields(quantity),
+        GapMap | GapPdf | MeanGap => Support::Only("measured from the zero of force of the repulsive wall"),
+        ContactArea | ContactMap | PatchPdf | PatchArea | MedianClusterArea => Support::Only("area under compression"),
+        StressMap | StressPdf => Support::Only("with the range enlarged to the mesh"),
+        Stiffness => asperity_contact::method::card::fields(quantity),
     }
 }
 

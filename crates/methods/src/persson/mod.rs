@@ -45,18 +45,13 @@ static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true
 const JKR: &str = "in the JKR limit (adhesion of zero range)";
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea | Quantity::MeanGap => Support::Only(JKR),
-        Quantity::StressPdf | Quantity::GapPdf => Support::NoAdhesion,
-        Quantity::Stiffness => {
-            Support::Only("closed form without adhesion; with adhesion as differences between loads")
-        }
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
-            Support::No("statistical method without positions")
-        }
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::No("statistical method without patches")
-        }
+        ContactArea | MeanGap => Support::Only(JKR),
+        StressPdf | GapPdf => Support::NoAdhesion,
+        Stiffness => Support::Only("closed form without adhesion; with adhesion as differences between loads"),
+        GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
+        PatchPdf | PatchArea | MedianClusterArea => Support::No("statistical method without patches"),
     }
 }
 

@@ -36,10 +36,11 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(1.05), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap, without adhesion"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("springs in the overlap, without adhesion"),
+        Stiffness => Support::Only("as differences between loads"),
+        GapMap | GapPdf | MeanGap => Support::Only("undeformed gap, without adhesion"),
+        StressMap | StressPdf => Support::Only("springs in the overlap, without adhesion"),
         _ => Support::NoAdhesion,
     }
 }

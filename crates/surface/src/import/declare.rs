@@ -146,10 +146,9 @@ impl Described<'_> {
         }
         if let Some(spans) = coordinates.filter(|c| (0..2).any(|k| (c[k] / extent[k] - 1.0).abs() > OFF)) {
             let [x, y] = extent;
-            let text = format!("coordinates give {:e} x {:e}", spans[0], spans[1]);
-            warnings.push(format!(
-                "extents of {x:e} x {y:e} are declared, but {text}: give --length where the latter are right"
-            ));
+            let text =
+                format!("coordinates give {:e} x {:e}: give --length where the latter are right", spans[0], spans[1]);
+            warnings.push(format!("extents of {x:e} x {y:e} are declared, but {text}"));
         }
         self.with_unit(extent, warnings)
     }
@@ -166,12 +165,8 @@ impl Described<'_> {
         for (k, place) in units.iter_mut().enumerate() {
             let Some(word) = own(k).or_else(general).filter(|u| !unit::is_none(u)) else { continue };
             let Some(unit) = length_unit(&word) else {
-                let remedy = "give --length";
-                warnings.push(format!(
-                    "extents in {}, not {}: they are not used, {remedy}",
-                    quoted(&word),
-                    unit::ACCEPTED
-                ));
+                let (word, accepted) = (quoted(&word), unit::ACCEPTED);
+                warnings.push(format!("extents in {word}, not {accepted}: they are not used, give --length"));
                 return Ok(None);
             };
             *place = Some(unit);

@@ -99,11 +99,8 @@ impl Notation {
             (_, false) => format!("{} on line {line}, a decimal comma or a separator of thousands", quoted(word)),
             _ => return Ok(()),
         };
-        Err(Error::format(
-            path,
-            separators,
-            "numbers with decimal points (1.5), apart by blanks, tabs, commas or semicolons",
-        ))
+        let accepted = "numbers with decimal points (1.5), apart by blanks, tabs, commas or semicolons";
+        Err(Error::format(path, separators, accepted))
     }
 }
 

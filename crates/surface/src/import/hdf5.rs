@@ -41,11 +41,8 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
     let file = Hdf5File::open(path).map_err(damaged)?;
     let end = file.superblock().eof_address;
     if length < end {
-        return Err(Error::format(
-            path,
-            format!("{length} bytes, damaged: its header states {end}"),
-            "a whole HDF5 file",
-        ));
+        let found = format!("{length} bytes, damaged: its header states {end}");
+        return Err(Error::format(path, found, "a whole HDF5 file"));
     }
     // A requested data set is opened directly, without a search of all groups.
     let direct = options.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));

@@ -57,11 +57,8 @@ impl<'a> X3pArchive<'a> {
         let (size, compressed) = (entry.size(), entry.compressed_size());
         if size > largest || size > compressed.saturating_mul(EXPANSION) {
             let found = format!("{name:?} of {size} bytes, {compressed} in the archive");
-            return Err(Error::format(
-                path,
-                found,
-                format!("{largest} bytes at most, compressed at most {EXPANSION}-fold"),
-            ));
+            let accepted = format!("{largest} bytes at most, compressed at most {EXPANSION}-fold");
+            return Err(Error::format(path, found, accepted));
         }
         fits(path, size)?;
         let mut bytes = Vec::new();
