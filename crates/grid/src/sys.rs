@@ -321,12 +321,10 @@ pub fn probe(
         let _ = send.send(read);
     });
     let answer = receive.recv_timeout(limit);
-    let in_time = || -> std::io::Result<Option<std::process::ExitStatus>> {
-        loop {
-            match child.try_wait()? {
-                None if started.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
-                ended => return Ok(ended),
-            }
+    let mut ended = || loop {
+        match child.try_wait()? {
+            None if started.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
+            ended => return ended.ok_or_else(|| Error::from(ErrorKind::TimedOut)),
         }
     };
     let printed = match answer {
@@ -334,11 +332,7 @@ pub fn probe(
         Ok(Ok(bytes)) if bytes.len() as u64 > most_bytes => {
             Err(Error::new(ErrorKind::FileTooLarge, format!("it printed more than {most_bytes} bytes")))
         }
-        Ok(read) => read.and_then(|stdout| {
-            let mut in_time = in_time;
-            let status = in_time()?.ok_or(ErrorKind::TimedOut)?;
-            Ok(Printed { status, stdout })
-        }),
+        Ok(read) => read.and_then(|stdout| Ok(Printed { status: ended()?, stdout })),
     };
     if printed.is_err() {
         kill_process_group(child.id());

@@ -48,12 +48,8 @@ impl ContactMethod for Scgw {
     }
 
     fn plan(&self, _: &ReducedProblem) -> SolvePlan {
-        SolvePlan {
-            bytes: (16 * (HEIGHTS + CURVATURES)) as u64,
-            iterations: 50,
-            pairs_per_iteration: 0.0,
-            seconds: SECONDS,
-        }
+        let bytes = (16 * (HEIGHTS + CURVATURES)) as u64;
+        SolvePlan { bytes, iterations: 50, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
@@ -189,13 +185,9 @@ impl Estimator for ScgwEstimator<'_> {
                 stop = Stop::Interrupted;
                 break;
             }
-            let middle = 0.5 * (low + high);
-            if summits.above(middle).pressure > pressure {
-                low = middle
-            } else {
-                high = middle
-            }
             iterations += 1;
+            let middle = 0.5 * (low + high);
+            if summits.above(middle).pressure > pressure { low = middle } else { high = middle }
         }
         let d = 0.5 * (low + high);
         let bearing = summits.above(d);

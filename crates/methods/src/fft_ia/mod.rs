@@ -120,6 +120,16 @@ struct FftIaRun<'p> {
     gap_is_set: bool,
 }
 
+/// Scales a pressure to the mean `target`; uniform if it has none.
+fn scale_to(contact: &mut [f64], target: f64) {
+    let [carried] = means(contact.len(), |i| [contact[i]]);
+    if carried > 0.0 {
+        each(contact, |_, p| p * target / carried);
+    } else {
+        contact.fill(target);
+    }
+}
+
 /// Outcome of an inner iteration.
 enum InnerOutcome {
     Done(usize),
@@ -145,12 +155,7 @@ impl FftIaRun<'_> {
         if target <= 0.0 {
             return InnerOutcome::Separated;
         }
-        let carried = means(self.contact.len(), |i| [self.contact[i]])[0];
-        if carried > 0.0 {
-            each(&mut self.contact, |_, p| p * target / carried);
-        } else {
-            self.contact.fill(target);
-        }
+        scale_to(&mut self.contact, target);
         self.direction.fill(0.0);
         let mut approach = self.approach();
         each(&mut self.gap, |_, g| g - approach);
@@ -190,12 +195,7 @@ impl FftIaRun<'_> {
                 }
             });
             conjugate = grown == 0.0;
-            let [carried] = means(contact.len(), |i| [contact[i]]);
-            if carried > 0.0 {
-                each(contact, |_, p| p * target / carried);
-            } else {
-                contact.fill(target);
-            }
+            scale_to(contact, target);
             approach = self.approach();
             each(&mut self.gap, |_, g| g - approach);
         }
@@ -208,10 +208,8 @@ impl FftIaRun<'_> {
         match law {
             None => traction.fill(0.0),
             Some(law) => {
-                traction
-                    .par_iter_mut()
-                    .enumerate()
-                    .for_each(|(i, t)| *t = element::traction(problem.grid, *law, gap, i));
+                let nodes = traction.par_iter_mut().enumerate();
+                nodes.for_each(|(i, t)| *t = element::traction(problem.grid, *law, gap, i));
             }
         }
     }

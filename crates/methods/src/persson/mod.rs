@@ -98,14 +98,8 @@ impl ContactMethod for Persson {
         let c = constant(form);
         let cascade = |gamma: f64| Cascade::new(&bands, c, gamma, energy_factor, Resolution::DEFAULT);
         let cascades = (work > 0.0).then(|| [cascade(work), cascade(0.0)]);
-        Ok(estimating(Theory {
-            gradient: power.rms_gradient(),
-            c,
-            opening: Opening::new(energy_factor),
-            bands,
-            cascades,
-            observer,
-        }))
+        let (gradient, opening) = (power.rms_gradient(), Opening::new(energy_factor));
+        Ok(estimating(Theory { gradient, c, opening, bands, cascades, observer }))
     }
 }
 

@@ -88,15 +88,8 @@ impl ContactMethod for Winkler {
         require::no_adhesion(problem, CARD.id)?;
         let heights = require::heights_above_lowest(problem);
         let length = spring_length(problem, &heights)?;
-        Ok(estimating(Springs {
-            problem,
-            observer,
-            heights,
-            length,
-            contact: Vec::new(),
-            gap: Vec::new(),
-            stress: Vec::new(),
-        }))
+        let (contact, gap, stress) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(estimating(Springs { problem, observer, heights, length, contact, gap, stress }))
     }
 }
 

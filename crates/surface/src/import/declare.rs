@@ -238,18 +238,12 @@ impl Described<'_> {
             }
             Ok(a.numbers_of(&names).map(|list| list.iter().all(|v| *v != 0.0)))
         };
-        let [x, y] = self.axes.each_ref().map(|a| a.as_ref().map_or(Ok(None), |a| read(&a.attributes)));
-        match (x?, y?) {
-            (Some(x), Some(y)) => return Ok(Some(x && y)),
-            (Some(one), None) | (None, Some(one)) => return Ok(Some(one)),
-            (None, None) => {}
+        let along = self.axes.iter().flatten().filter_map(|a| read(&a.attributes).transpose());
+        let along = along.collect::<Result<Vec<bool>>>()?;
+        if !along.is_empty() {
+            return Ok(Some(along.iter().all(|periodic| *periodic)));
         }
-        for attributes in self.all() {
-            if let Some(periodic) = read(attributes)? {
-                return Ok(Some(periodic));
-            }
-        }
-        Ok(None)
+        self.all().find_map(|a| read(a).transpose()).transpose()
     }
 }
 

@@ -104,13 +104,10 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
         FileKind::Foreign(found, accepted) => {
             return Err(Error::format(path, format!("{found}, which is not read"), accepted));
         }
-        FileKind::Text if waves => ImportedFile {
-            content: Content::Waves(fourier::read_text(path)?),
-            declared: Declared::default(),
-            layout: "text, qX qY Re Im".into(),
-            warnings: Vec::new(),
-            not_understood: Vec::new(),
-        },
+        FileKind::Text if waves => {
+            let waves = Content::Waves(fourier::read_text(path)?);
+            ImportedFile::of(waves, Declared::default(), "text, qX qY Re Im")
+        }
         FileKind::Text => {
             let found = text::read(path, options)?;
             if found.layout == text::TextLayout::XyzLines {
@@ -137,12 +134,9 @@ fn settle(path: &Path, imported: ImportedFile, fourier: Option<Fourier>) -> Resu
         }
         None | Some(Fourier::None) => Ok(imported),
         Some(_) if map.nx == 4 => {
-            let waves = fourier::of_columns(path, &map.heights)?;
-            Ok(ImportedFile {
-                content: Content::Waves(waves),
-                layout: format!("{}, columns qX qY Re Im", imported.layout),
-                ..imported
-            })
+            let content = Content::Waves(fourier::of_columns(path, &map.heights)?);
+            let layout = format!("{}, columns qX qY Re Im", imported.layout);
+            Ok(ImportedFile { content, layout, ..imported })
         }
         Some(_) => {
             let description = format!("[{}, {}] numbers", map.ny, map.nx);

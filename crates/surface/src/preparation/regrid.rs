@@ -1,6 +1,6 @@
 //! Resampling to another number of points.
 
-use super::rows::{Along, along_both};
+use super::rows::along_both;
 use crate::resample;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::sys::expect_memory;
@@ -37,18 +37,15 @@ pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
         resampled.iter_mut().for_each(|h| *h += mean);
         return Ok((new, resampled));
     }
-    let (taps_x, taps_y) = (taps(grid.nx, nx), taps(grid.ny, ny));
-    let apply = |taps: &[Vec<(usize, f64)>], from: &[f64], to: &mut [f64]| {
+    let taps = [taps(grid.nx, nx), taps(grid.ny, ny)];
+    let apply = |axis: usize, from: &[f64], to: &mut [f64]| {
         // Relative to the first value, as weights add up to one but for rounding.
         let base = from[0];
-        for (t, taps) in to.iter_mut().zip(taps) {
+        for (t, taps) in to.iter_mut().zip(&taps[axis]) {
             *t = base + taps.iter().map(|(i, weight)| weight * (from[*i] - base)).sum::<f64>();
         }
     };
-    let along_x = |from: &[f64], to: &mut [f64]| apply(&taps_x, from, to);
-    let along_y = |from: &[f64], to: &mut [f64]| apply(&taps_y, from, to);
-    let (along_x, along_y) = (Along { points: nx, apply: &along_x }, Along { points: ny, apply: &along_y });
-    Ok((new, along_both(grid.nx, &heights, along_x, along_y)))
+    Ok((new, along_both(grid.nx, &heights, points, apply)))
 }
 
 /// Old points and their weights, for each of `new` pixels on a line of `old` ones.
