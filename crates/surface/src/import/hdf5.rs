@@ -4,6 +4,7 @@ use super::content::{ImportOptions, ImportedFile};
 use super::declare::Described;
 use super::netcdf;
 use super::source::check_ratio;
+use crate::files::atomic_file::open_regular;
 use crate::files::npy::{DType, NumberKind, fits};
 use asperity_grid::error::{Error, Result};
 use hdf5_reader::{Attribute, ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5File};
@@ -36,7 +37,8 @@ pub(super) fn starts(start: &[u8]) -> bool {
 
 /// Reads a two-dimensional data set of an HDF5, NetCDF-4 or MATLAB file: `[ny, nx]` unless its dimensions are named x and y. MATLAB
 /// stores matrices by columns, so a matrix with one row per y is an array `[nx, ny]`. `length`: bytes of the file.
-pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    let (_, length) = open_regular(path)?;
     let damaged = |e| damaged(path, e);
     let file = Hdf5File::open(path).map_err(damaged)?;
     let end = file.superblock().eof_address;

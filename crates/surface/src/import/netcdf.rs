@@ -3,14 +3,20 @@ use super::attributes::{Array, Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::Described;
 use super::source::check_ratio;
+use crate::files::atomic_file::open_regular;
 use crate::files::npy::{DType, NumberKind, fits};
 use asperity_grid::error::{Error, Result};
 use netcdf_reader::{NcAttribute, NcFile, NcType, NcVariable};
 use std::path::Path;
 
+pub(super) fn starts(start: &[u8]) -> bool {
+    matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..])
+}
+
 /// Reads a variable of a classic NetCDF file (NetCDF-3, as written by scipy and SurfaceTopography): `[ny, nx]`, or
 /// `[nx, ny]` if its dimensions are named x and y in this order. `length`: bytes of the file.
-pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    let (_, length) = open_regular(path)?;
     let damaged = |e: netcdf_reader::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "a NetCDF file")
     };

@@ -1,5 +1,6 @@
 use super::bytes::{self, Bytes, F32, F64, I16, I32};
 use super::content::ImportedFile;
+use super::source::ARCHIVE;
 use super::x3p_header::{self, Elements};
 use crate::declared::{Declared, DeclaredExtent};
 use crate::files::npy::{DType, fits};
@@ -22,7 +23,10 @@ const MOST_XML: u64 = 1 << 26;
 const EXPANSION: u64 = 1032;
 
 /// Whether an archive is a surface file rather than `.npz`. `start`: its first bytes, which decide if it is cut off.
-pub(super) fn is(path: &Path, start: &[u8]) -> bool {
+pub(super) fn starts(path: &Path, start: &[u8]) -> bool {
+    if !start.starts_with(ARCHIVE) {
+        return false;
+    }
     match File::open(path).ok().and_then(|file| ZipArchive::new(BufReader::new(file)).ok()) {
         Some(archive) => archive.index_for_name(MAIN).is_some(),
         None => start.windows(MAIN.len()).any(|w| w == MAIN.as_bytes()),
