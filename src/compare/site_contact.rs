@@ -93,10 +93,7 @@ impl SiteCriterion {
 
     /// Å.
     pub fn offset_angstrom(self) -> f64 {
-        match self {
-            SiteCriterion::OffsetWall(by) => by,
-            SiteCriterion::HardWall | SiteCriterion::CompliantWall | SiteCriterion::YieldingWall => 0.0,
-        }
+        if let SiteCriterion::OffsetWall(by) = self { by } else { 0.0 }
     }
 
     pub fn label(self) -> String {

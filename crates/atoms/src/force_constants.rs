@@ -10,7 +10,7 @@ use super::run_script::{RunScript, results};
 use asperity_contact::interface::{Bond, LatticeConstants};
 use asperity_grid::units::GPA_PER_EV_A3;
 use asperity_grid::{Error, Result, bisect};
-use asperity_surface::files::atomic_file::read_text;
+use asperity_surface::files::atomic_file::{put, read_text};
 
 const SCRIPT: (&str, &str) = ("force_constants.in", include_str!("../lammps-inputs/properties/force_constants.in"));
 
@@ -134,8 +134,7 @@ impl ForceConstants {
 
 fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInput, strain: f64) -> Result<Strained> {
     let folder = &folder.canonicalize().map_err(Error::io("open", folder))?;
-    let script = folder.join(SCRIPT.0);
-    std::fs::write(&script, SCRIPT.1).map_err(Error::io("write", &script))?;
+    let script = put(folder, SCRIPT.0, SCRIPT.1)?;
     let files = ["crystal.dump", "cut.dump", "crystal_forces.dump", "cut_forces.dump"].map(|f| folder.join(f));
     let remove = || files.iter().for_each(|f| std::fs::remove_file(f).unwrap_or(()));
     remove();

@@ -21,7 +21,7 @@ use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use asperity_contact::interface::LatticeBoundary;
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::{list, read_text};
+use asperity_surface::files::atomic_file::{list, put, read_text};
 use asperity_surface::files::hashed::file_hash;
 
 pub const DATA_FILE: &str = "block.data";
@@ -75,8 +75,7 @@ impl Job {
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let _lock = lock(folder)?;
         let table = std::fs::read(crystal.potential).map_err(Error::io("read", crystal.potential))?;
-        let file = folder.join(POTENTIAL_FILE);
-        std::fs::write(&file, &table).map_err(Error::io("write", &file))?;
+        put(folder, POTENTIAL_FILE, &table)?;
         let data = folder.join(DATA_FILE);
         let max_rise = if ramp.is_some_and(|r| r.unload) { MAX_RISE_ANGSTROM } else { 0.0 };
         let data_hash =
@@ -151,12 +150,9 @@ impl Job {
             _ => None,
         };
         let job = Job { folder: folder.to_path_buf(), spec };
-        let put = |name: &str, bytes: &[u8]| {
-            let file = folder.join(name);
-            std::fs::write(&file, bytes).map_err(Error::io("write", &file))
-        };
-        put(job.script().file, job.script().text.as_bytes())?;
-        job.script().included().iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
+        for script in std::iter::once(job.script()).chain(job.script().included()) {
+            put(folder, script.file, script.text)?;
+        }
         let file = folder.join(SPEC_FILE);
         let text = serde_json::to_string_pretty(&job.spec).map_err(|e| Error::io("write", &file)(e.into()))?;
         let same = earlier.is_some_and(|earlier| job.spec.shares_steps_with(earlier, in_common.is_some()));
@@ -165,7 +161,7 @@ impl Job {
             Some(loads) => load_history::keep_first(folder, loads + 1)?,
             None => {}
         }
-        put(SPEC_FILE, text.as_bytes())?;
+        put(folder, SPEC_FILE, text)?;
         // `lmp` alone cannot run a block on an elastic base.
         match job.spec.block.base {
             BaseKind::Elastic => remove_run_script(folder),

@@ -12,6 +12,7 @@ use super::minimizer_checkpoint;
 use crate::results::LoadStepResults;
 use asperity_grid::{Error, Result};
 use asperity_surface::files::atomic_file::{list, remove, write_atomic};
+use asperity_surface::files::hashed::file_hash;
 
 pub const LOAD_STEPS_FILE: &str = "load_steps.csv";
 
@@ -318,11 +319,9 @@ fn hash_file(folder: &Path, step: usize) -> PathBuf {
 
 /// BLAKE3 hash of a file, if it exists.
 fn hash_of(file: &Path) -> Result<Option<String>> {
-    let mut hasher = blake3::Hasher::new();
-    match std::fs::File::open(file).and_then(|mut f| std::io::copy(&mut f, &mut hasher)) {
-        Ok(_) => Ok(Some(hasher.finalize().to_hex().to_string())),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(e) => Err(Error::io("read", file)(e)),
+    match file_hash(file) {
+        Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        hash => hash.map(Some),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::run_script::RunScript;
 use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::put;
 use std::path::Path;
 
 const SCRIPT: (&str, &str) = ("force_evaluation.in", include_str!("../lammps-inputs/force_evaluation.in"));
@@ -17,8 +18,7 @@ pub fn measure(
     folder: &Path,
     (potential, element, a0_angstrom): (&str, &str, f64),
 ) -> Result<f64> {
-    let script = folder.join(SCRIPT.0);
-    std::fs::write(&script, SCRIPT.1).map_err(Error::io("write", &script))?;
+    let script = put(folder, SCRIPT.0, SCRIPT.1)?;
     let vars =
         [("potential", potential.to_owned()), ("element", element.to_owned()), ("a0", format!("{a0_angstrom:.10}"))];
     let printed = lammps.run(folder, &script, &vars)?;

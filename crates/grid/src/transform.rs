@@ -91,7 +91,7 @@ impl<T: Real> Transform<T> {
 
     /// The rows of all ranks of a field, on the first rank; nothing on the others.
     pub fn gather_on_first<V: bytemuck::Pod>(&self, local: &[V]) -> Vec<V> {
-        self.ranks().gather_on_first(local, &self.slab.elements(self.grid.nx))
+        self.ranks().gather_on_first(local, &self.ranks().shares(self.grid.ny, self.grid.nx))
     }
 
     /// Adds the sums of all rows in order, given those of the rows of this rank.
@@ -101,7 +101,7 @@ impl<T: Real> Transform<T> {
 
     /// A zeroed half spectrum.
     pub fn spectrum(&self) -> HalfSpectrum<T> {
-        HalfSpectrum::zeroed(self.grid, self.own_rows().len())
+        HalfSpectrum::of(self.own_rows().len() * self.grid.pitch())
     }
 
     /// Bytes of a half spectrum.

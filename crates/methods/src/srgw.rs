@@ -151,13 +151,9 @@ impl Asperities {
         // Equilibria under tension lie in a short interval before pull-off, which long steps would miss.
         let end = self.summits[0].height + self.reach;
         let place = |k: usize| depth + (end - depth) * k as f64 / PLACES as f64;
-        (1..=PLACES)
-            .find(|&k| self.pressure(place(k)) <= target && self.in_contact(place(k)))
-            .map(|k| (place(k), place(k - 1)))
-    }
-
-    fn in_contact(&self, depth: f64) -> bool {
-        (0..self.candidates(depth)).any(|k| self.radius(k, depth).is_some())
+        let touches = |depth: f64| (0..self.candidates(depth)).any(|k| self.radius(k, depth).is_some());
+        let found = (1..=PLACES).find(|&k| self.pressure(place(k)) <= target && touches(place(k)));
+        found.map(|k| (place(k), place(k - 1)))
     }
 }
 

@@ -142,6 +142,15 @@ pub fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     std::fs::read_dir(folder).map_err(Error::io("list", folder))?.filter_map(named).collect()
 }
 
+/// Writes a file of a folder, and returns its path.
+///
+/// # Errors
+/// `Io`.
+pub fn put(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf> {
+    let file = folder.join(name);
+    std::fs::write(&file, bytes).map_err(Error::io("write", &file)).map(|()| file)
+}
+
 /// Removes a file, if it is there.
 ///
 /// # Errors

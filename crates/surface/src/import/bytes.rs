@@ -83,18 +83,12 @@ impl<'a> Bytes<'a> {
 /// `value` if it is a finite number greater than 0.
 pub(super) fn positive(path: &Path, key: &str, value: f64) -> Result<f64> {
     let accepted = "a finite number greater than 0 (in Gwyddion set the dimensions and save as .gwy)";
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(Error::format(path, format!("{key} = {value}"), accepted))
-    }
+    let good = value.is_finite() && value > 0.0;
+    good.then_some(value).ok_or_else(|| Error::format(path, format!("{key} = {value}"), accepted))
 }
 
-/// `value` if heights can be multiplied by it.
+/// `value` if it is a finite number other than 0.
 pub(super) fn factor(path: &Path, key: &str, value: f64) -> Result<f64> {
-    if value.is_finite() && value != 0.0 {
-        Ok(value)
-    } else {
-        Err(Error::format(path, format!("{key} = {value}"), "a finite number other than 0"))
-    }
+    let good = value.is_finite() && value != 0.0;
+    good.then_some(value).ok_or_else(|| Error::format(path, format!("{key} = {value}"), "a finite number other than 0"))
 }

@@ -63,12 +63,9 @@ impl SdfHeader {
         };
         let count = |key: &str| {
             let n = value(key)?;
-            let is_complete = n.fract() == 0.0 && n >= 1.0 && n <= f64::from(u32::MAX);
-            if is_complete {
-                Ok(n as usize)
-            } else {
-                Err(Error::format(path, format!("{key} = {n}"), "a whole number, 1 or more"))
-            }
+            let is_count = n.fract() == 0.0 && n >= 1.0 && n <= f64::from(u32::MAX);
+            let refused = || Error::format(path, format!("{key} = {n}"), "a whole number, 1 or more");
+            is_count.then_some(n as usize).ok_or_else(refused)
         };
         Ok(SdfHeader {
             nx: count("NumPoints")?,
