@@ -60,7 +60,9 @@ fn number(file: &PathBuf) -> Option<u64> {
 fn address_space(limits: &str, status: &str) -> Option<u64> {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(limit.saturating_sub(super::kib_after(status, "VmSize:")? * 1024))
+    let size = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?;
+    let kib: u64 = size.split_whitespace().next()?.parse().ok()?;
+    Some(limit.saturating_sub(kib * 1024))
 }
 
 #[cfg(test)]
