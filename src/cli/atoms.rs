@@ -67,16 +67,10 @@ fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
     let mut case = Case::resolve(read, scene)?;
     case.warnings.extend(warnings);
     case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {w}")));
-    let atoms = case.atoms.clone();
-    match atoms {
-        Some(atoms) => Ok((case, atoms)),
-        None => Err(Error::input(
-            scene.display(),
-            "atoms",
-            "not given",
-            "an [atoms] table (an empty one takes the defaults)",
-        )),
-    }
+    let accepted = "an [atoms] table (an empty one takes the defaults)";
+    let missing = || Error::input(scene.display(), "atoms", "not given", accepted);
+    let atoms = case.atoms.clone().ok_or_else(missing)?;
+    Ok((case, atoms))
 }
 
 impl AtomsArgs {

@@ -15,6 +15,7 @@ use crate::report::number::{memory, significant};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_grid::sys;
+use asperity_surface::files::atomic_file::put;
 use serde_json::json;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -137,9 +138,7 @@ fn create_folders(out: &Path) -> Result<()> {
 }
 
 fn write_script(out: &Path, name: &str, text: &str) -> Result<PathBuf> {
-    let path = out.join(FOLDER).join(name);
-    std::fs::write(&path, text).map_err(Error::io("write", &path))?;
-    Ok(path)
+    put(&out.join(FOLDER), name, text)
 }
 
 /// A command that is to be submitted as a job of its own.
@@ -307,11 +306,8 @@ impl SlurmTaskArgs {
             for &i in points.iter() {
                 let point = &submission.points[i];
                 if submission.end_of(out, point).is_some_and(|end| end.outcome == TurnOutcome::Interrupted) {
-                    record_end(
-                        out,
-                        &point.label,
-                        &ended(point, TurnOutcome::Failed, NO_PROGRESS, Some(reason.clone())),
-                    )?;
+                    let end = ended(point, TurnOutcome::Failed, NO_PROGRESS, Some(reason.clone()));
+                    record_end(out, &point.label, &end)?;
                 }
             }
             output::eprint(&reason);

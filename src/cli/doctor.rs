@@ -44,12 +44,9 @@ impl DoctorArgs {
         if self.json {
             output::json_line(&serde_json::json!({ "good": good, "findings": findings }))?;
         } else {
-            output::print(&output::table(
-                &["", "what", "found", "advice"],
-                findings.iter().map(|f| {
-                    vec![if f.good { "ok" } else { "MISSING" }.into(), f.what.into(), f.found.clone(), f.advice.into()]
-                }),
-            ));
+            let word = |good: bool| if good { "ok" } else { "MISSING" };
+            let row = |f: &Finding| vec![word(f.good).into(), f.what.into(), f.found.clone(), f.advice.into()];
+            output::print(&output::table(&["", "what", "found", "advice"], findings.iter().map(row)));
         }
         Ok(ExitCode::from(if good { 0 } else { 5 }))
     }
@@ -68,6 +65,10 @@ impl DoctorArgs {
     }
 }
 
+fn finding(what: &'static str, good: bool, found: impl Into<String>, advice: &'static str) -> Finding {
+    Finding { what, good, found: found.into(), advice }
+}
+
 /// What this machine has, with LAMMPS as a machine of machines.toml starts it.
 fn findings(machine: &Machine, elsewhere: bool) -> Vec<Finding> {
     let engine = LammpsEngine::find(machine.lammps.program.as_deref());
@@ -83,68 +84,51 @@ fn findings(machine: &Machine, elsewhere: bool) -> Vec<Finding> {
         Ok(e) => e.clone().with_command(machine.lammps.clone()).map(|_| machine.lammps.line(e.program())),
         Err(_) => Ok("not found".into()),
     };
+    let has_styles = engine.is_ok() && styles.is_empty();
+    let styles =
+        if styles.is_empty() { "all that scenes use".into() } else { format!("missing: {}", styles.join(", ")) };
+    let library = match engine.as_ref().map(|e| find_library(e.program())) {
+        Ok(Ok(library)) => library.display().to_string(),
+        Ok(Err(why)) => format!("not usable: {why}"),
+        Err(_) => "not found".into(),
+    };
+    let accelerators = engine.as_ref().map_or("not found".into(), LammpsEngine::accelerators);
+    let cores = std::thread::available_parallelism().map_or("unknown".into(), |n| n.to_string());
+    let memory = format!("{} available", memory(asperity_grid::sys::available_memory_bytes()));
     vec![
-        Finding {
-            what: "LAMMPS",
-            good: engine.is_ok(),
-            found: lammps,
-            advice: "for scenes with [atoms]; on Debian: apt-get install lammps",
-        },
-        Finding {
-            what: "LAMMPS styles",
-            good: engine.is_ok() && styles.is_empty(),
-            found: if styles.is_empty() {
-                "all that scenes use".into()
-            } else {
-                format!("missing: {}", styles.join(", "))
-            },
-            advice: "eam/alloy needs the MANYBODY package, yukawa EXTRA-PAIR; Debian's build has both",
-        },
-        Finding {
-            what: "LAMMPS packages",
-            good: true,
-            found: engine.as_ref().map_or("not found".into(), LammpsEngine::accelerators),
-            advice: "OPT is used by itself, others by --lammps-args, as \"-sf omp -pk omp 4\"",
-        },
-        Finding {
-            what: "LAMMPS command",
-            good: start.is_ok(),
-            found: start.unwrap_or_else(|e| e.to_string()),
-            advice: "--ranks, --launcher and --lammps-args, or a machine of machines.toml",
-        },
-        Finding {
-            what: "LAMMPS library",
-            good: true,
-            found: match engine.as_ref().map(|e| find_library(e.program())) {
-                Ok(Ok(library)) => library.display().to_string(),
-                Ok(Err(why)) => format!("not usable: {why}"),
-                Err(_) => "not found".into(),
-            },
-            advice: "only for atoms.base = \"elastic\"; on Debian it comes with lammps",
-        },
-        Finding {
-            what: "mpirun",
-            good: true,
-            found: if mpirun { "found" } else { "not found" }.into(),
-            advice: "only for atoms.ranks above 1; on Debian it comes with lammps",
-        },
-        Finding {
-            what: "cores",
-            good: true,
-            found: std::thread::available_parallelism().map_or("unknown".into(), |n| n.to_string()),
-            advice: "--threads limits what is used",
-        },
-        Finding {
-            what: "GPU",
-            good: true,
-            found: asperity_contact::method::gpu(),
-            advice: "only for --device cuda, which solves large grids with `fast`",
-        },
-        Finding {
-            what: "memory",
-            good: true,
-            found: format!("{} available", memory(asperity_grid::sys::available_memory_bytes())),
-            advice: "--dry-run prints what a scene needs",
-        },
+        finding("LAMMPS", engine.is_ok(), lammps, "for scenes with [atoms]; on Debian: apt-get install lammps"),
+        finding(
+            "LAMMPS styles",
+            has_styles,
+            styles,
+            "eam/alloy needs the MANYBODY package, yukawa EXTRA-PAIR; Debian's build has both",
+        ),
+        finding(
+            "LAMMPS packages",
+            true,
+            accelerators,
+            "OPT is used by itself, others by --lammps-args, as \"-sf omp -pk omp 4\"",
+        ),
+        finding(
+            "LAMMPS command",
+            start.is_ok(),
+            start.unwrap_or_else(|e| e.to_string()),
+            "--ranks, --launcher and --lammps-args, or a machine of machines.toml",
+        ),
+        finding("LAMMPS library", true, library, "only for atoms.base = \"elastic\"; on Debian it comes with lammps"),
+        finding(
+            "mpirun",
+            true,
+            if mpirun { "found" } else { "not found" },
+            "only for atoms.ranks above 1; on Debian it comes with lammps",
+        ),
+        finding("cores", true, cores, "--threads limits what is used"),
+        finding(
+            "GPU",
+            true,
+            asperity_contact::method::gpu(),
+            "only for --device cuda, which solves large grids with `fast`",
+        ),
+        finding("memory", true, memory, "--dry-run prints what a scene needs"),
     ]
 }

@@ -6,6 +6,7 @@ use crate::report::number::trimmed;
 use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use asperity_grid::rms;
+use asperity_grid::sys::expect_memory;
 use asperity_grid::units::{Dimension, Measure};
 use asperity_surface::declared::{Declared, DeclaredExtent};
 use asperity_surface::heights::{self, HeightMap, Touching};
@@ -69,12 +70,8 @@ impl SurfaceArgs {
         };
         if let Some(path) = self.heights.as_ref().filter(|p| !p.exists()) {
             let accepted = "a file of heights or of their Fourier coefficients";
-            return Err(Error::input(
-                "command line",
-                "--heights",
-                format!("{} (no such file)", path.display()),
-                accepted,
-            ));
+            let found = format!("{} (no such file)", path.display());
+            return Err(Error::input("command line", "--heights", found, accepted));
         }
         // Nothing is solved, so atoms and adhesion are not checked.
         (scene.atoms, scene.adhesion) = (None, None);
@@ -95,17 +92,8 @@ impl SurfaceArgs {
     /// Writes the heights and prints the statistics.
     fn report(&self, case: &Case) -> Result<()> {
         // Heights, their half spectrum while it is transformed, and the copy that is written.
-        let (required, available) =
-            (4 * 8 * case.model.grid.points() as u64, asperity_grid::sys::available_memory_bytes());
-        if required > available {
-            let description = format!("a surface of {} x {} points", case.model.grid.nx, case.model.grid.ny);
-            return Err(Error::Memory {
-                what: description,
-                need: required,
-                have: available,
-                advice: "a smaller --grid needs less".into(),
-            });
-        }
+        let description = format!("a surface of {} x {} points", case.model.grid.nx, case.model.grid.ny);
+        expect_memory(description, 4 * 8 * case.model.grid.points() as u64, "a smaller --grid needs less")?;
         let heights = case.surface().heights(case.model.grid, 0.0);
         let length_um = case.laboratory.length().to("um");
         let list = statistics(case, &heights);

@@ -14,6 +14,7 @@ use crate::report::number::{duration, memory};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use asperity_contact::method::Device;
+use asperity_surface::files::atomic_file::put;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -143,8 +144,7 @@ impl SweepFlags {
             bytes: sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default(),
             collect: (&command.folder, command.arguments),
         });
-        let path = out.join(workflow.file());
-        std::fs::write(&path, text).map_err(Error::io("write", &path))?;
+        let path = put(out, workflow.file(), text)?;
         if self.json {
             let (points, file) = (sweep.points.len(), output::path(&path));
             return output::json_line(

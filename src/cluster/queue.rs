@@ -37,10 +37,9 @@ impl Slurm {
         }
         command.arg(script);
         let text = call(command).map_err(|e| match e {
-            Error::Cluster { program, said: message } => {
-                let message =
-                    format!("{message} (options of the machine: sbatch, time, cpus, memory_mb in machines.toml)");
-                Error::Cluster { program, said: message }
+            Error::Cluster { program, said } => {
+                let said = format!("{said} (options of the machine: sbatch, time, cpus, memory_mb in machines.toml)");
+                Error::Cluster { program, said }
             }
             other => other,
         })?;

@@ -4,6 +4,7 @@ use super::machine::Machine;
 use crate::pipeline::sweep::PointFolder;
 use crate::record::results;
 use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::remove;
 use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -196,11 +197,7 @@ fn end_file(out: &Path, label: &str) -> PathBuf {
 /// # Errors
 /// `Io`.
 pub fn forget_end(out: &Path, label: &str) -> Result<()> {
-    let path = end_file(out, label);
-    match std::fs::remove_file(&path) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", &path)(e)),
-        _ => Ok(()),
-    }
+    remove(&end_file(out, label))
 }
 
 /// # Errors

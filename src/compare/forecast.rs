@@ -1,5 +1,7 @@
 //! Predicted cost on a finer grid from the measured costs on coarser grids.
 
+use asperity_grid::bisect;
+
 /// Measured cost of a method on one grid, at fixed precision and tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ran {
@@ -63,11 +65,8 @@ fn power_from_start([first, previous, last]: [Ran; 3], points: f64) -> Option<f6
     let rise = |from: f64, to: f64, c: f64| (to / last.points).powf(c) - (from / last.points).powf(c);
     let ratio = |c: f64| rise(previous.points, last.points, c) / rise(first.points, previous.points, c);
     // The ratio of the increases grows with the exponent.
-    let [mut low, mut high] = EXPONENTS;
-    for _ in 0..f64::MANTISSA_DIGITS {
-        let middle = 0.5 * (low + high);
-        if ratio(middle) < rises[1] / rises[0] { low = middle } else { high = middle }
-    }
+    let below = |c: f64| ratio(c) < rises[1] / rises[0];
+    let (_, high) = bisect(EXPONENTS[0], EXPONENTS[1], f64::MANTISSA_DIGITS as usize, below);
     Some(last.seconds + rises[1] / rise(previous.points, last.points, high) * rise(last.points, points, high))
 }
 

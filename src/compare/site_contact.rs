@@ -3,7 +3,7 @@
 use super::{MISALIGNMENT, overlap};
 use crate::record::results::CriterionMatch;
 use asperity_atoms::wall::LatticeWall;
-use asperity_grid::{Field, Grid, bilinear};
+use asperity_grid::{Field, Grid, bilinear, bisect};
 
 /// The surface sites of the block on a continuum grid, and a permutation of them by [`MISALIGNMENT`].
 pub struct SitesOnGrid {
@@ -93,10 +93,7 @@ impl SiteCriterion {
 
     /// Å.
     pub fn offset_angstrom(self) -> f64 {
-        match self {
-            SiteCriterion::OffsetWall(by) => by,
-            SiteCriterion::HardWall | SiteCriterion::CompliantWall | SiteCriterion::YieldingWall => 0.0,
-        }
+        if let SiteCriterion::OffsetWall(by) = self { by } else { 0.0 }
     }
 
     pub fn label(self) -> String {
@@ -117,13 +114,12 @@ impl SiteCriterion {
 pub fn wall_offset(wall: &LatticeWall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
     let largest = wall.minimum_angstrom();
     // A larger shift gives more contact, a lower stress and less compression: there is one solution.
-    let (mut low, mut high) = (0.0, largest);
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        let touching = fraction(middle);
-        let approach = if touching > 0.0 { largest - wall.distance_at_pressure(pressure / touching) } else { high };
-        if approach > middle { low = middle } else { high = middle }
-    }
+    let approaches = |shift: f64| match fraction(shift) {
+        touching if touching > 0.0 => largest - wall.distance_at_pressure(pressure / touching) > shift,
+        // Without contact the bodies are not that close yet: the end of the interval lies above its middle.
+        _ => true,
+    };
+    let (low, high) = bisect(0.0, largest, 40, approaches);
     0.5 * (low + high)
 }
 

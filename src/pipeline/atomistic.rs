@@ -20,9 +20,7 @@ use asperity_atoms::lammps_command::{ARGUMENTS, LammpsCommand};
 use asperity_atoms::load_history::StepRecord;
 use asperity_atoms::potential::Potential;
 use asperity_atoms::progress::Progress;
-use asperity_atoms::results::{
-    AtomState, AtomsResults, DefectAtoms, LoadStepResults, PlasticityResults, RepulsionResults,
-};
+use asperity_atoms::results::{AtomState, AtomsResults, DefectAtoms, LoadStepResults, PlasticityResults};
 use asperity_atoms::run_script::LmpCommand;
 use asperity_atoms::{centro_symmetry, damage, load_history, speed as measured};
 use asperity_contact::results::ContinuumResults;
@@ -219,8 +217,11 @@ fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool
         }
         LoadingProtocol::Prescribed(loads) => {
             let spec = &job.spec;
-            let expected =
-                evaluations_from_continuum(spec.cells, job.block().relaxing_cells(), spec.settings.force_tolerance);
+            let expected = evaluations_from_continuum(
+                spec.block.cells,
+                job.block().relaxing_cells(),
+                spec.settings.force_tolerance,
+            );
             let (total, next) = (loads.loads.len(), record.step + 1);
             let part = (p.iterations as f64 / expected).min(NEARLY);
             let within = if next > total || p.is_new { 0.0 } else { part };
@@ -347,11 +348,7 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
         deformable: atoms.block.deformable() as usize,
         fixed: atoms.block.fixed() as usize,
         indenter: reader.indenter.atoms() as usize,
-        repulsion: RepulsionResults {
-            epsilon_ev: atoms.wall.repulsion.epsilon_ev,
-            sigma_angstrom: atoms.wall.repulsion.sigma_angstrom,
-            contact_distance_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
-        },
+        repulsion: atoms.wall.repulsion,
         audit: atoms.audit.clone(),
         from_continuum: atoms.start == AtomsStart::Continuum,
         load_steps: outcome.steps.clone(),

@@ -109,7 +109,7 @@ fn the_pull_off_force_is_found_within_its_error() {
         // Steps are refined to a quarter.
         assert!((pull.step_angstrom - 0.25 * step).abs() < 1e-6, "{pull:?}");
         // At most the tension of two flat surfaces at the strength of the law.
-        let length = job.spec.cells as f64 * job.spec.a0_angstrom;
+        let length = job.spec.block.length();
         let gamma = 2e-4 * 28.57 * length / GPA_PER_EV_A3;
         let flats = gamma / 0.5 * length * length;
         let force = pull.force_ev_per_angstrom;

@@ -261,7 +261,11 @@ pub(crate) fn atoms(folder: &Path) -> AtomsResults {
         deformable: 186_624,
         fixed: 20_736,
         indenter: 10_368,
-        repulsion: RepulsionResults { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, contact_distance_angstrom: 4.0354 },
+        repulsion: asperity::atoms::repulsion::Repulsion {
+            epsilon_ev: 0.2145,
+            sigma_angstrom: 3.5927,
+            contact_distance_angstrom: 4.0354,
+        },
         audit: vec![
             line("reduced work of adhesion", "γ*", 2e-5, 2e-5, "kept", "set by the depth of the wall's potential"),
             line(

@@ -37,14 +37,16 @@ pub enum BaseKind {
 
 /// `cells` × `cells` × `depth_cells` deformable cubic cells on a base of `base_layers` layers, which is rigid or lies in a foundation of
 /// `foundation_cells` cells below the deformable ones.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Block {
     pub cells: usize,
     pub depth_cells: usize,
+    #[serde(default)]
     pub base: BaseKind,
     pub base_layers: usize,
     pub foundation_cells: usize,
     /// Lattice constant, Å.
+    #[serde(rename = "a0_angstrom")]
     pub a0: f64,
 }
 
@@ -82,12 +84,10 @@ impl Block {
         let per_layer = (cells as u64).checked_mul(cells as u64).and_then(|a| a.checked_mul(2));
         match layers.zip(per_layer).and_then(|(l, a)| a.checked_mul(l as u64)) {
             Some(atoms) if atoms <= MAX_ATOMS => Ok(block),
-            _ => Err(Error::input(
-                context,
-                "atoms.cells",
-                format!("{cells} with depth {depth_cells}"),
-                format!("a block of at most {MAX_ATOMS} atoms"),
-            )),
+            _ => {
+                let found = format!("{cells} with depth {depth_cells}");
+                Err(Error::input(context, "atoms.cells", found, format!("a block of at most {MAX_ATOMS} atoms")))
+            }
         }
     }
 

@@ -113,11 +113,7 @@ fn pressed(wall: &LatticeWall, point: (f64, f64), c: f64, z: f64) -> (f64, f64) 
     for _ in 0..STEPS {
         let (force, slope) = indenter_force(wall, point, index);
         let excess = force - (index - z) / c;
-        if excess > 0.0 {
-            low = index
-        } else {
-            high = index
-        }
+        (low, high) = if excess > 0.0 { (index, high) } else { (low, index) };
         let next = index - excess / (slope.min(0.0) - 1.0 / c);
         let next = if next > low && next < high { next } else { 0.5 * (low + high) };
         let settled = (next - index).abs() <= 1e-14 * high;

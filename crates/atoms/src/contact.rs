@@ -57,17 +57,21 @@ pub(super) fn within(
     lowered: f64,
     reach: f64,
 ) -> impl Iterator<Item = [f64; 3]> + '_ {
+    let base = indenter.start_z() - lowered - z;
+    around([x, y], indenter, reach).filter_map(move |[dx, dy, height]| {
+        let dz = base + height;
+        (dx * dx + dy * dy + dz * dz < reach * reach).then_some([dx, dy, dz])
+    })
+}
+
+/// Indenter atoms within `reach` of a position along both axes: their vectors from it along x and y, and their heights, Å.
+fn around([x, y]: [f64; 2], indenter: &Indenter, reach: f64) -> impl Iterator<Item = [f64; 3]> + '_ {
     let (s, n) = (indenter.spacing(), indenter.points());
     let range = move |c: f64| ((c - reach) / s).ceil() as i64..=((c + reach) / s).floor() as i64;
     let wrap = move |k: i64| k.rem_euclid(n as i64) as usize;
-    let base = indenter.start_z() - lowered - z;
     range(y).flat_map(move |row| {
-        let dy = row as f64 * s - y;
-        range(x).filter_map(move |column| {
-            let dx = column as f64 * s - x;
-            let dz = base + indenter.heights()[wrap(row) * n + wrap(column)];
-            (dx * dx + dy * dy + dz * dz < reach * reach).then_some([dx, dy, dz])
-        })
+        let heights = &indenter.heights()[wrap(row) * n..];
+        range(x).map(move |column| [column as f64 * s - x, row as f64 * s - y, heights[wrap(column)]])
     })
 }
 
@@ -75,21 +79,11 @@ pub(super) fn within(
 /// from it, Å: zero or negative where an indenter atom is already within `distance`, infinite where no indenter atom
 /// is above.
 pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64 {
-    let (s, n) = (indenter.spacing(), indenter.points());
-    let range = |c: f64| ((c - distance) / s).ceil() as i64..=((c + distance) / s).floor() as i64;
-    let wrap = |k: i64| k.rem_euclid(n as i64) as usize;
-    let mut smallest = f64::INFINITY;
-    for row in range(y) {
-        for column in range(x) {
-            let aside = (row as f64 * s - y).powi(2) + (column as f64 * s - x).powi(2);
-            let reach = distance * distance - aside;
-            if reach >= 0.0 {
-                let above = indenter.start_z() + indenter.heights()[wrap(row) * n + wrap(column)] - z;
-                smallest = smallest.min(above - reach.sqrt());
-            }
-        }
-    }
-    smallest
+    let rise = |[dx, dy, height]: [f64; 3]| {
+        let reach = distance * distance - (dy * dy + dx * dx);
+        (reach >= 0.0).then(|| indenter.start_z() + height - z - reach.sqrt())
+    };
+    around([x, y], indenter, distance).filter_map(rise).fold(f64::INFINITY, f64::min)
 }
 
 /// Vertical gap per surface site, Å: height of the indenter's surface above the current position of the atom, less

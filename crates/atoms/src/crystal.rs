@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::potential::SetflHeader;
 use super::run_script::{RunScript, results};
 use asperity_contact::interface::Cubic;
-use asperity_grid::error::{Error, LammpsFailure, Result};
+use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::put;
 
 /// Energy per atom, eV, by which fcc may lie above another crystal and still be the crystal of the potential. Published
 /// potentials of fcc metals have hcp up to 0.6 meV lower (copper of `AlCu.eam.alloy`): their range hardly distinguishes the two.
@@ -170,8 +171,7 @@ impl<'a> MeasurementFolder<'a> {
 
     /// What LAMMPS prints.
     fn print(&self, (name, text): (&str, &str), vars: &[(&str, String)]) -> Result<String> {
-        let script = self.folder.join(name);
-        std::fs::write(&script, text).map_err(Error::io("write", &script))?;
+        let script = put(&self.folder, name, text)?;
         let own = [("potential", TABLE.to_owned()), ("element", self.element.to_owned())];
         self.lammps.run(&self.folder, &script, &[&own, vars].concat())
     }
@@ -193,7 +193,7 @@ impl<'a> MeasurementFolder<'a> {
     }
 
     pub(super) fn failed(&self, description: String) -> Error {
-        Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(description) }
+        Error::lammps(&self.folder, description)
     }
 }
 

@@ -1,8 +1,9 @@
 //! Damage of a job folder between two runs.
 
 use super::job_files::lock;
-use super::load_history::{HEADER, LOAD_STEPS_FILE, StepRecord, frame_file, hashes_of_step, remove, roll_back};
+use super::load_history::{HEADER, LOAD_STEPS_FILE, StepRecord, frame_file, hashes_of_step, roll_back};
 use asperity_grid::{Error, Result};
+use asperity_surface::files::atomic_file::remove;
 use std::path::Path;
 
 /// Removes the steps from the first damaged one on: one whose line cannot be read, or whose line or frame is not as

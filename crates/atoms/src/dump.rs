@@ -202,9 +202,7 @@ impl DumpReader {
     fn columns(&self, tokens: &str) -> Result<DumpColumns> {
         let names: Vec<&str> = tokens.split_whitespace().collect();
         let find = |name: &str| names.iter().position(|n| *n == name);
-        let Some(id) = find("id") else {
-            return Err(self.bad(tokens, "an id column"));
-        };
+        let id = find("id").ok_or_else(|| self.bad(tokens, "an id column"))?;
         let mut axes = [PositionColumn { column: 0, scaled: false }; 3];
         for (axis, letter) in axes.iter_mut().zip(["x", "y", "z"]) {
             let choices = [("", false), ("u", false), ("s", true), ("su", true)];

@@ -22,6 +22,7 @@ use super::styles::Styles;
 use crate::results::LoadStepResults;
 use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result, sys};
+use asperity_surface::files::atomic_file::list;
 
 /// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
 /// negligible cost.
@@ -192,31 +193,16 @@ impl LammpsEngine {
 
     fn missing(&self, adhesion: bool, nvt: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
         let needed = [
-            ("pair", "hybrid/overlay"),
-            ("pair", "eam/alloy"),
-            ("pair", "lj/cut"),
-            ("minimize", "cg"),
-            ("minimize", "fire"),
-            ("compute", "coord/atom"),
-            ("compute", "property/atom"),
-            ("compute", "reduce"),
-            ("fix", "setforce"),
-            ("fix", "aveforce"),
-            ("fix", "store/state"),
+            ("pair", "hybrid/overlay eam/alloy lj/cut"),
+            ("minimize", "cg fire"),
+            ("compute", "coord/atom property/atom reduce"),
+            ("fix", "setforce aveforce store/state"),
         ];
         let adhesive = adhesion.then_some(("pair", "yukawa"));
-        let warm = [
-            ("fix", "nve"),
-            ("fix", "langevin"),
-            ("fix", "viscous"),
-            ("fix", "ave/atom"),
-            ("fix", "ave/time"),
-            ("compute", "temp"),
-        ];
-        needed
-            .into_iter()
-            .chain(adhesive)
-            .chain(warm.into_iter().filter(move |_| nvt))
+        let warm = [("fix", "nve langevin viscous ave/atom ave/time"), ("compute", "temp")];
+        let warm = warm.into_iter().filter(move |_| nvt);
+        let all = needed.into_iter().chain(adhesive).chain(warm);
+        all.flat_map(|(kind, names)| names.split(' ').map(move |name| (kind, name)))
             .filter(|(kind, name)| !self.styles.has(kind, name))
     }
 
@@ -248,7 +234,7 @@ impl LammpsEngine {
     }
 
     fn command(&self, job: &Job, finished_steps: &[StepRecord]) -> Result<Command> {
-        let mut command = if job.spec.base == BaseKind::Elastic {
+        let mut command = if job.spec.block.base == BaseKind::Elastic {
             let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
             let arguments = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
             let mut command = self.start.start(&host);
@@ -274,18 +260,8 @@ impl LammpsEngine {
             let start: usize = finished_steps.iter().map(|r| r.iterations).sum();
             let newest = minimizer_checkpoint::newest(&job.folder, finished_steps.len(), (start + often) as u64);
             if let Some(file) = newest.as_deref().and_then(Path::file_name) {
-                command
-                    .args([
-                        "-var",
-                        "resume_mid",
-                        "1",
-                        "-var",
-                        "first_iteration",
-                        &start.to_string(),
-                        "-var",
-                        "checkpoint",
-                    ])
-                    .arg(file);
+                command.args(["-var", "resume_mid", "1", "-var", "first_iteration", &start.to_string()]);
+                command.args(["-var", "checkpoint"]).arg(file);
             }
         }
         without_relative_libraries(&mut command);
@@ -315,16 +291,8 @@ impl LammpsEngine {
             let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
             return Finished::collect(job, all);
         }
-        let (required, available) = (job.memory_bytes(self.start.ranks()), sys::available_memory_bytes());
-        if required > available {
-            let advice = "use fewer cells or a thinner block".into();
-            return Err(Error::Memory {
-                what: format!("LAMMPS with {} atoms", job.atoms()),
-                need: required,
-                have: available,
-                advice,
-            });
-        }
+        let (what, need) = (format!("LAMMPS with {} atoms", job.atoms()), job.memory_bytes(self.start.ranks()));
+        sys::expect_memory(what, need, "use fewer cells or a thinner block")?;
         let finished = load_history::prepare_resume(&job.folder)?;
         minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
         let screen_file = job.folder.join("log.screen");
@@ -349,7 +317,7 @@ impl LammpsEngine {
                 Err(e @ Error::Format { .. }) => {
                     drop(group);
                     load_history::roll_back(&job.folder, verified_steps)?;
-                    return Err(failed(job, LammpsFailure::Output(format!("its load steps cannot be read: {e}"))));
+                    return Err(failed(job, format!("its load steps cannot be read: {e}")));
                 }
                 other => other?,
             };
@@ -360,7 +328,7 @@ impl LammpsEngine {
                     load_history::roll_back(&job.folder, record.step)?;
                     let description =
                         format!("what step {} left is not complete ({e}); is the disk full?", record.step);
-                    return Err(failed(job, LammpsFailure::Output(description)));
+                    return Err(failed(job, description));
                 }
                 verified_steps = record.step + 1;
             }
@@ -402,8 +370,8 @@ impl Drop for ProcessGroup {
     }
 }
 
-fn failed(job: &Job, failure: LammpsFailure) -> Error {
-    Error::Lammps { folder: job.folder.clone(), failure }
+fn failed(job: &Job, failure: impl Into<LammpsFailure>) -> Error {
+    Error::lammps(&job.folder, failure)
 }
 
 /// Whether the job has ended and its last frame exists.
@@ -422,10 +390,7 @@ fn check_load_steps(job: &Job) -> Result<()> {
     }
     if !is_complete(job)? {
         let reached = history.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
-        return Err(failed(
-            job,
-            LammpsFailure::Output(format!("it ended regularly, but its load history stops {reached}")),
-        ));
+        return Err(failed(job, format!("it ended regularly, but its load history stops {reached}")));
     }
     Ok(())
 }
@@ -435,7 +400,7 @@ fn run_status(status: ExitStatus, log: &str, screen: &str) -> std::result::Resul
     // Other errors are consequences of the time limit; the interrupted step is not finished.
     if log.contains("Wall time limit reached") {
         let text = "its script's time limit (timer timeout) was reached; the same command resumes at the last step";
-        return Err(LammpsFailure::Output(text.into()));
+        return Err(text.into());
     }
     if let Some(failure) = error_line(log).or_else(|| error_line(screen)) {
         return Err(failure);
@@ -486,10 +451,8 @@ fn log_name(finished: Option<usize>) -> String {
 /// Force evaluations from all logs of a folder; later runs override earlier ones.
 fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
     let mut logs: Vec<(usize, PathBuf)> = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let path = entry.map_err(Error::io("list", folder))?.path();
-        let name = path.file_name().and_then(|n| n.to_str());
-        if let Some(first) = name.and_then(|n| n.strip_prefix("log.")).and_then(|n| n.parse().ok()) {
+    for (name, path) in list(folder)? {
+        if let Some(first) = name.strip_prefix("log.").and_then(|n| n.parse().ok()) {
             logs.push((first, path));
         }
     }

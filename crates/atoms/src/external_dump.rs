@@ -12,7 +12,7 @@ use super::forces::indenter_forces;
 use super::indenter::Indenter;
 use super::interaction::Interaction;
 use super::load_history::{Between, Bracket, between, bracket};
-use asperity_grid::{Error, Result};
+use asperity_grid::{Error, Result, extent};
 
 /// Tolerance of the heights of indenter atoms relative to a rigid indenter, Å: dumps have six digits by default, that
 /// is three decimals in a box of 100 nm.
@@ -105,8 +105,7 @@ impl DumpTrajectory {
             .min_by(|a, b| deviation(a.1).total_cmp(&deviation(b.1)))
             .expect("scanned: not empty");
         if deviation(nearest) > NEAR * load.abs() {
-            let (smallest, largest) =
-                loads.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), l| (a.min(*l), b.max(*l)));
+            let (smallest, largest) = extent(&loads);
             let found = format!("frames with loads from {smallest:.4} to {largest:.4} eV/angstrom");
             let accepted = format!("frames around {load:.4} eV/angstrom, or one within {:.0} % of it", 100.0 * NEAR);
             return Err(Error::input("command line", "--frames", found, accepted));
@@ -169,7 +168,7 @@ fn lowered(frame: &DumpFrame, block: &Block, indenter: &Indenter) -> Result<f64>
         let accepted = format!("at least one (ids from {first} on): it gives the displacement of the indenter");
         return Err(Error::format(&frame.source, found, accepted));
     }
-    let (smallest, largest) = down.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(*d), b.max(*d)));
+    let (smallest, largest) = extent(&down);
     if largest - smallest > 2.0 * RIGID_ANGSTROM {
         let found = format!("{name}: indenter atoms that descended by {smallest:.4} to {largest:.4} angstrom");
         return Err(Error::format(&frame.source, found, "the scene's profile, moved as one"));

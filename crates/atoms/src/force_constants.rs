@@ -8,10 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::run_script::{RunScript, results};
 use asperity_contact::interface::{Bond, LatticeConstants};
-use asperity_grid::error::LammpsFailure;
 use asperity_grid::units::GPA_PER_EV_A3;
-use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::read_text;
+use asperity_grid::{Error, Result, bisect};
+use asperity_surface::files::atomic_file::{put, read_text};
 
 const SCRIPT: (&str, &str) = ("force_constants.in", include_str!("../lammps-inputs/properties/force_constants.in"));
 
@@ -104,16 +103,13 @@ impl ForceConstants {
         let of =
             |strain: f64| -> f64 { self.weights(strain).iter().zip(&self.strained).map(|(w, s)| w * s.pressure).sum() };
         // The pressure rises with the strain.
-        let (mut low, mut high) = (STRAINS[0], STRAINS[STRAINS.len() - 1]);
+        let (low, high) = (STRAINS[0], STRAINS[STRAINS.len() - 1]);
         if !(of(low)..=of(high)).contains(&pressure) {
             let [found, smallest, largest] =
                 [pressure, of(low), of(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
             return Err(Error::input("elastic base", "mean pressure", found, format!("{smallest} to {largest}")));
         }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if of(middle) < pressure { low = middle } else { high = middle }
-        }
+        let (low, high) = bisect(low, high, 60, |strain| of(strain) < pressure);
         Ok(0.5 * (low + high))
     }
 
@@ -136,14 +132,9 @@ impl ForceConstants {
     }
 }
 
-fn refused(folder: &Path, description: String) -> Error {
-    Error::Lammps { folder: folder.to_path_buf(), failure: LammpsFailure::Output(description) }
-}
-
 fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInput, strain: f64) -> Result<Strained> {
     let folder = &folder.canonicalize().map_err(Error::io("open", folder))?;
-    let script = folder.join(SCRIPT.0);
-    std::fs::write(&script, SCRIPT.1).map_err(Error::io("write", &script))?;
+    let script = put(folder, SCRIPT.0, SCRIPT.1)?;
     let files = ["crystal.dump", "cut.dump", "crystal_forces.dump", "cut_forces.dump"].map(|f| folder.join(f));
     let remove = || files.iter().for_each(|f| std::fs::remove_file(f).unwrap_or(()));
     remove();
@@ -160,12 +151,12 @@ fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInpu
     ];
     let printed = lammps.run(folder, &script, &vars)?;
     let bars = results(folder, &printed)?.get("pressure").copied();
-    let bars = bars.ok_or_else(|| refused(folder, "it printed no line 'RES pressure'".into()))?;
+    let bars = bars.ok_or_else(|| Error::lammps(folder, "it printed no line 'RES pressure'"))?;
     let shape =
         CellDimensions { cells, spacing: 0.5 * crystal.a0_angstrom, layer: 0.5 * crystal.a0_angstrom * (1.0 - strain) };
     let bulk = DisplacedLattice::read(&files[0], &files[2], shape)?;
     let cut = DisplacedLattice::read(&files[1], &files[3], shape)?;
-    let constants = constants(&bulk, &cut, reach).map_err(|damage| refused(folder, damage))?;
+    let constants = constants(&bulk, &cut, reach).map_err(|damage| Error::lammps(folder, damage))?;
     remove();
     Ok(Strained { pressure: bars * EV_A3_PER_BAR, constants })
 }

@@ -106,13 +106,11 @@ impl LayerDisplacementField {
         let transform = Transform::<f64>::new(grid);
         let mut spectrum = transform.spectrum();
         let lowered = mean(gap) - mean(heights);
-        transform.forward_of(
-            |y, row| {
-                let first = y * grid.nx;
-                row.iter_mut().enumerate().for_each(|(x, u)| *u = gap[first + x] - heights[first + x] - lowered);
-            },
-            &mut spectrum,
-        );
+        let fill = |y: usize, row: &mut [f64]| {
+            let first = y * grid.nx;
+            row.iter_mut().enumerate().for_each(|(x, u)| *u = gap[first + x] - heights[first + x] - lowered);
+        };
+        transform.forward_of(fill, &mut spectrum);
         let largest_mode = block.cells as f64 / SHORTEST_WAVE_CELLS;
         let mut modes = Vec::new();
         for j in 0..grid.ny {

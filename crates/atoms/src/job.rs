@@ -20,9 +20,8 @@ use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use asperity_contact::interface::LatticeBoundary;
-use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::read_text;
+use asperity_surface::files::atomic_file::{list, put, read_text};
 use asperity_surface::files::hashed::file_hash;
 
 pub const DATA_FILE: &str = "block.data";
@@ -76,8 +75,7 @@ impl Job {
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let _lock = lock(folder)?;
         let table = std::fs::read(crystal.potential).map_err(Error::io("read", crystal.potential))?;
-        let file = folder.join(POTENTIAL_FILE);
-        std::fs::write(&file, &table).map_err(Error::io("write", &file))?;
+        put(folder, POTENTIAL_FILE, &table)?;
         let data = folder.join(DATA_FILE);
         let max_rise = if ramp.is_some_and(|r| r.unload) { MAX_RISE_ANGSTROM } else { 0.0 };
         let data_hash =
@@ -90,12 +88,7 @@ impl Job {
         };
         let spec = JobSpec {
             element: crystal.element.into(),
-            cells: block.cells,
-            depth_cells: block.depth_cells,
-            base: block.base,
-            base_layers: block.base_layers,
-            foundation_cells: block.foundation_cells,
-            a0_angstrom: block.a0,
+            block: *block,
             deformable: block.deformable(),
             fixed: block.fixed(),
             indenter: indenter.atoms(),
@@ -157,12 +150,9 @@ impl Job {
             _ => None,
         };
         let job = Job { folder: folder.to_path_buf(), spec };
-        let put = |name: &str, bytes: &[u8]| {
-            let file = folder.join(name);
-            std::fs::write(&file, bytes).map_err(Error::io("write", &file))
-        };
-        put(job.script().file, job.script().text.as_bytes())?;
-        job.script().included().iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
+        for script in std::iter::once(job.script()).chain(job.script().included()) {
+            put(folder, script.file, script.text)?;
+        }
         let file = folder.join(SPEC_FILE);
         let text = serde_json::to_string_pretty(&job.spec).map_err(|e| Error::io("write", &file)(e.into()))?;
         let same = earlier.is_some_and(|earlier| job.spec.shares_steps_with(earlier, in_common.is_some()));
@@ -171,9 +161,9 @@ impl Job {
             Some(loads) => load_history::keep_first(folder, loads + 1)?,
             None => {}
         }
-        put(SPEC_FILE, text.as_bytes())?;
+        put(folder, SPEC_FILE, text)?;
         // `lmp` alone cannot run a block on an elastic base.
-        match job.spec.base {
+        match job.spec.block.base {
             BaseKind::Elastic => remove_run_script(folder),
             _ => write_run_script(folder, job.script().file, &job.variables_by_hand())?,
         }
@@ -208,7 +198,7 @@ impl Job {
             let file = self.folder.join(name);
             if file.exists() && file_hash(&file)? != *written {
                 let description = format!("{name} changed since the job was written; `atoms build` writes it again");
-                return Err(Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(description) });
+                return Err(Error::lammps(&self.folder, description));
             }
         }
         Ok(())
@@ -237,8 +227,10 @@ impl Job {
 
     /// Resident memory of all LAMMPS ranks together, bytes.
     pub fn memory_bytes(&self, ranks: usize) -> u64 {
-        let boundary = match self.spec.base {
-            BaseKind::Elastic => ranks as u64 * LatticeBoundary::bytes(self.spec.cells, self.spec.base_layers),
+        let boundary = match self.spec.block.base {
+            BaseKind::Elastic => {
+                ranks as u64 * LatticeBoundary::bytes(self.spec.block.cells, self.spec.block.base_layers)
+            }
             _ => 0,
         };
         memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none()) + boundary
@@ -266,8 +258,7 @@ impl Job {
 
     /// The block of atoms.
     pub fn block(&self) -> Block {
-        let JobSpec { cells, depth_cells, base, base_layers, foundation_cells, a0_angstrom: a0, .. } = self.spec;
-        Block { cells, depth_cells, base, base_layers, foundation_cells, a0 }
+        self.spec.block
     }
 
     /// The script that LAMMPS runs.
@@ -302,7 +293,7 @@ impl Job {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
-        if self.spec.base == BaseKind::Elastic {
+        if self.spec.block.base == BaseKind::Elastic {
             list.push(("elastic_base", "1".into()));
         }
         let relaxes = !matches!(self.spec.protocol, LoadingProtocol::Nvt(_));
@@ -322,10 +313,10 @@ impl Job {
                 }
             }
             LoadingProtocol::Prescribed(loads) => {
-                if self.spec.foundation_cells > 0 {
+                if self.spec.block.foundation_cells > 0 {
                     list.push(("moving_base", "1".into()));
                 }
-                if self.spec.base == BaseKind::Elastic {
+                if self.spec.block.base == BaseKind::Elastic {
                     list.push(("base_share", loads.base_share.to_string()));
                 }
                 own = loads.variables();
@@ -421,9 +412,7 @@ fn own_step(history: &LoadHistory, first: usize, prescribed: &[PrescribedLoad], 
 
 /// Removes the files of a run: load steps, frames, restart files, checkpoints and logs.
 fn remove_states(folder: &Path) -> Result<()> {
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let path = entry.map_err(Error::io("list", folder))?.path();
-        let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
+    for (name, path) in list(folder)? {
         if name == LOAD_STEPS_FILE
             || ["frame.", "restart.", "log.", minimizer_checkpoint::PREFIX].iter().any(|start| name.starts_with(start))
         {

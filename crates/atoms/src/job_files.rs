@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 
-use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result};
+use asperity_surface::files::atomic_file::put;
 use asperity_surface::files::file_lock::try_lock;
 
 /// Command line by hand, and the `-var` arguments of the script in it.
@@ -18,12 +18,9 @@ pub(super) const VARIABLES_FILE: &str = "in.vars";
 /// # Errors
 /// `Io`.
 pub(super) fn write_run_script(folder: &Path, script: &str, variables: &[(String, String)]) -> Result<()> {
-    let put = |name: &str, text: String| {
-        let file = folder.join(name);
-        std::fs::write(&file, text).map_err(Error::io("write", &file))
-    };
-    put(VARIABLES_FILE, variables.iter().map(|(name, value)| format!("-var {name} {value}\n")).collect())?;
-    put(RUN_SCRIPT, include_str!("run.sh").replace("@SCRIPT@", script))
+    let variables: String = variables.iter().map(|(name, value)| format!("-var {name} {value}\n")).collect();
+    put(folder, VARIABLES_FILE, variables)?;
+    put(folder, RUN_SCRIPT, include_str!("run.sh").replace("@SCRIPT@", script)).map(drop)
 }
 
 /// Removes what [`write_run_script`] wrote for an earlier job.
@@ -70,6 +67,5 @@ pub(super) fn lock(folder: &Path) -> Result<File> {
         }
         std::thread::sleep(RETRY_AFTER);
     }
-    let failure = LammpsFailure::Output("another program is writing or running this job".into());
-    Err(Error::Lammps { folder: folder.to_path_buf(), failure })
+    Err(Error::lammps(folder, "another program is writing or running this job"))
 }

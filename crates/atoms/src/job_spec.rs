@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::block::BaseKind;
+use super::block::Block;
 use super::initial_configuration::PrescribedLoads;
 use super::interaction::Interaction;
 use super::nvt::NvtRun;
@@ -88,14 +88,8 @@ impl LoadingProtocol {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JobSpec {
     pub element: String,
-    pub cells: usize,
-    pub depth_cells: usize,
-    #[serde(default)]
-    pub base: BaseKind,
-    pub base_layers: usize,
-    /// Thickness of the elastic foundation; 0 for a rigid base.
-    pub foundation_cells: usize,
-    pub a0_angstrom: f64,
+    #[serde(flatten)]
+    pub block: Block,
     pub deformable: u64,
     pub fixed: u64,
     pub indenter: u64,

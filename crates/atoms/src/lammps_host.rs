@@ -18,7 +18,6 @@ use super::run_script::LmpCommand;
 use super::scripts::{SETUP, Script};
 use super::search_path::search_path;
 use crate::lammps_library::{self, LammpsInstance};
-use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result};
 use asperity_surface::files::json;
 
@@ -48,10 +47,7 @@ impl HostRun {
         let job = Job::open(folder)?;
         let constants: ForceConstants = json::read(&folder.join(force_constants::FILE))?;
         let mut lammps = LammpsInstance::open(&self.library, &self.args).map_err(missing_library)?;
-        let failed = |description: String| Error::Lammps {
-            folder: folder.to_path_buf(),
-            failure: LammpsFailure::Output(description),
-        };
+        let failed = |description: String| Error::lammps(folder, description);
         let version = lammps.version();
         if version != self.version {
             let description = format!(
@@ -154,14 +150,14 @@ fn missing_library(reason: String) -> Error {
 /// # Errors
 /// Those of `proceed` and of [`ForceConstants::measure`].
 pub(super) fn prepare(job: &Job, lammps: &Path, proceed: &mut dyn FnMut() -> Result<()>) -> Result<()> {
-    if job.spec.base != BaseKind::Elastic {
+    if job.spec.block.base != BaseKind::Elastic {
         return Ok(());
     }
     let table = job.folder.join(POTENTIAL_FILE);
     let crystal = ForceConstantInput {
         table: POTENTIAL_FILE,
         element: &job.spec.element,
-        a0_angstrom: job.spec.a0_angstrom,
+        a0_angstrom: job.spec.block.a0,
         cutoff_angstrom: SetflHeader::read(&table)?.cutoff_angstrom,
         highest_pressure: job.highest_pressure(),
     };

@@ -133,15 +133,10 @@ impl LammpsInstance {
         unsafe { (self.functions.lammps_version)(self.handle) }
     }
 
-    fn setting(&self, name: &str) -> i32 {
-        let name = text(name.to_string()).unwrap_or_default();
-        // SAFETY: the handle is open, the name ends with a zero.
-        unsafe { (self.functions.lammps_extract_setting)(self.handle, name.as_ptr()) }
-    }
-
     /// MPI ranks of this run.
     pub fn ranks(&self) -> i32 {
-        self.setting("world_size")
+        // SAFETY: the handle is open, the name ends with a zero.
+        unsafe { (self.functions.lammps_extract_setting)(self.handle, c"world_size".as_ptr()) }
     }
 
     /// Executes one command of a script.

@@ -11,7 +11,8 @@ use super::dump::{DumpFrame, read_frame};
 use super::minimizer_checkpoint;
 use crate::results::LoadStepResults;
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::atomic_file::{list, remove, write_atomic};
+use asperity_surface::files::hashed::file_hash;
 
 pub const LOAD_STEPS_FILE: &str = "load_steps.csv";
 
@@ -109,11 +110,8 @@ impl LoadHistory {
     pub fn parse(text: &str, file: &Path) -> Result<Self> {
         let mut records = Vec::new();
         let damaged = |k: usize, line: &str| {
-            Error::format(
-                file,
-                format!("line {}: {}", k + 1, line.trim_end()),
-                format!("a table with the columns {HEADER}"),
-            )
+            let found = format!("line {}: {}", k + 1, line.trim_end());
+            Error::format(file, found, format!("a table with the columns {HEADER}"))
         };
         for (k, line) in text.split_inclusive('\n').enumerate().take_while(|(_, line)| line.ends_with('\n')) {
             match StepRecord::parse(line) {
@@ -321,18 +319,9 @@ fn hash_file(folder: &Path, step: usize) -> PathBuf {
 
 /// BLAKE3 hash of a file, if it exists.
 fn hash_of(file: &Path) -> Result<Option<String>> {
-    let mut hasher = blake3::Hasher::new();
-    match std::fs::File::open(file).and_then(|mut f| std::io::copy(&mut f, &mut hasher)) {
-        Ok(_) => Ok(Some(hasher.finalize().to_hex().to_string())),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(e) => Err(Error::io("read", file)(e)),
-    }
-}
-
-pub(super) fn remove(file: &Path) -> Result<()> {
-    match std::fs::remove_file(file) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", file)(e)),
-        _ => Ok(()),
+    match file_hash(file) {
+        Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        hash => hash.map(Some),
     }
 }
 
@@ -380,9 +369,7 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
             && frame_file(folder, record.step).and_then(read_frame).is_ok()
     };
     let last = history.steps.iter().rev().find(intact).map(|r| r.step);
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let path = entry.map_err(Error::io("list", folder))?.path();
-        let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
+    for (name, path) in list(folder)? {
         let step = name
             .strip_prefix("frame.")
             .or(name.strip_prefix("restart."))

@@ -11,6 +11,7 @@ use std::time::{Duration, SystemTime};
 
 use super::cost::SECONDS_PER_ATOM_EVALUATION;
 use asperity_grid::{Error, Result};
+use asperity_surface::files::atomic_file::list;
 
 /// Computing time between two checkpoints, the most that a kill can lose. Writing three million atoms takes a second.
 pub const INTERVAL: Duration = Duration::from_secs(60);
@@ -104,9 +105,7 @@ pub fn keep_first(folder: &Path, steps: usize) -> Result<()> {
 }
 
 fn keep(folder: &Path, keep: impl Fn(usize) -> bool) -> Result<()> {
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let path = entry.map_err(Error::io("list", folder))?.path();
-        let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+    for (name, path) in list(folder)? {
         let Some(remainder) = name.strip_prefix(PREFIX) else { continue };
         let step = remainder.split('.').next().and_then(|number| number.parse().ok());
         if !step.is_some_and(&keep) {

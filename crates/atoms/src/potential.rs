@@ -301,11 +301,9 @@ impl SetflHeader {
     pub fn element(&self, file: &Path, symbol: &str) -> Result<&SetflElement> {
         self.elements.iter().find(|e| e.symbol == symbol).ok_or_else(|| {
             let symbols: Vec<&str> = self.elements.iter().map(|e| e.symbol.as_str()).collect();
-            Error::format(
-                file,
-                format!("an eam/alloy table of {}, without {symbol}", symbols.join(", ")),
-                format!("a table that has {symbol}, or one of its own elements as the block's element"),
-            )
+            let found = format!("an eam/alloy table of {}, without {symbol}", symbols.join(", "));
+            let accepted = format!("a table that has {symbol}, or one of its own elements as the block's element");
+            Error::format(file, found, accepted)
         })
     }
 }
@@ -381,11 +379,8 @@ impl<R: BufRead> BoundedLines<'_, R> {
 
     fn ended(&self, accepted: &str) -> Error {
         let lines = self.number.saturating_sub(1);
-        Error::format(
-            self.name,
-            format!("the file ends after {lines} lines"),
-            format!("{accepted}, in a LAMMPS setfl (eam/alloy) table"),
-        )
+        let accepted = format!("{accepted}, in a LAMMPS setfl (eam/alloy) table");
+        Error::format(self.name, format!("the file ends after {lines} lines"), accepted)
     }
 }
 

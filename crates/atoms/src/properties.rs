@@ -158,7 +158,7 @@ impl PotentialCard {
     pub fn deviations(&self, measured: &Properties) -> Vec<String> {
         let columns = [measured, &self.properties, &self.tolerance].map(named);
         let mut list = Vec::new();
-        for ((measured, stated), tolerance) in columns[0].iter().zip(columns[1]).zip(columns[2]) {
+        for ((measured, stated), tolerance) in columns[0].iter().zip(&columns[1]).zip(&columns[2]) {
             // Also true for NaN, which stands for what was not measured.
             if (measured.1 - stated.1).abs().partial_cmp(&tolerance.1).is_none_or(|o| o.is_gt()) {
                 list.push(format!("{} is {}, stated {} ± {}", measured.0, measured.1, stated.1, tolerance.1));
@@ -168,24 +168,9 @@ impl PotentialCard {
     }
 }
 
-fn named(p: &Properties) -> [(&'static str, f64); 14] {
-    let value_of = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    [
-        ("a0_angstrom", p.a0_angstrom),
-        ("cohesive_energy_ev", p.cohesive_energy_ev),
-        ("c11_gpa", p.c11_gpa),
-        ("c12_gpa", p.c12_gpa),
-        ("c44_gpa", p.c44_gpa),
-        ("contact_modulus_gpa", p.contact_modulus_gpa),
-        ("contact_modulus_100_gpa", p.contact_modulus_100_gpa),
-        ("contact_modulus_110_gpa", p.contact_modulus_110_gpa),
-        ("vacancy_ev", p.vacancy_ev),
-        ("surface_j_m2", p.surface_j_m2),
-        ("stacking_fault_j_m2", value_of(p.stacking_fault_j_m2)),
-        ("unstable_fault_j_m2", value_of(p.unstable_fault_j_m2)),
-        ("bcc_minus_fcc_ev", value_of(p.bcc_minus_fcc_ev)),
-        ("hcp_minus_fcc_ev", value_of(p.hcp_minus_fcc_ev)),
-    ]
+fn named(p: &Properties) -> Vec<(String, f64)> {
+    let all = serde_json::to_value(p).ok().and_then(|p| p.as_object().cloned()).unwrap_or_default();
+    all.into_iter().map(|(key, value)| (key, value.as_f64().unwrap_or(f64::NAN))).collect()
 }
 
 #[cfg(test)]

@@ -13,9 +13,10 @@
 
 use super::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
 use asperity_contact::method::CHALLENGE_DISTANCE_ANGSTROM;
+use serde::{Deserialize, Serialize};
 
 /// Constants of the repulsion by an atom of the indenter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Repulsion {
     /// Lennard-Jones energy ε of an indenter atom and an atom of the block, eV.
     pub epsilon_ev: f64,

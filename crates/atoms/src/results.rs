@@ -1,5 +1,6 @@
 //! Results of the atomistic simulation, in the terms of `results.json`.
 
+use super::repulsion::Repulsion;
 use asperity_contact::load::{AtLoad, Branch};
 use asperity_contact::uncertainty::ValueWithError;
 use serde::{Deserialize, Serialize};
@@ -197,14 +198,6 @@ pub struct NvtState {
     pub site_error: String,
 }
 
-/// Lennard-Jones repulsion between indenter and block, cut off at its minimum, and contact distance d_c.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RepulsionResults {
-    pub epsilon_ev: f64,
-    pub sigma_angstrom: f64,
-    pub contact_distance_angstrom: f64,
-}
-
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AtomsResults {
     pub potential: String,
@@ -226,7 +219,7 @@ pub struct AtomsResults {
     pub deformable: usize,
     pub fixed: usize,
     pub indenter: usize,
-    pub repulsion: RepulsionResults,
+    pub repulsion: Repulsion,
     pub audit: Vec<AuditLine>,
     /// True for prescribed loads started from the continuum's displacement field; false for a displacement ramp.
     #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]

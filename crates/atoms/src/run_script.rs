@@ -44,7 +44,7 @@ impl RunScript for LmpCommand {
         })?;
         let printed = String::from_utf8_lossy(&output.stdout).into_owned();
         let complaint = |text: &str| text.lines().find(|l| l.starts_with("ERROR")).map(str::to_owned);
-        let failed = |failure| Error::Lammps { folder: folder.to_path_buf(), failure };
+        let failed = |failure: LammpsFailure| Error::lammps(folder, failure);
         if let Some(line) = complaint(&printed).or_else(|| complaint(&String::from_utf8_lossy(&output.stderr))) {
             return Err(failed(LammpsFailure::Message(line)));
         }
@@ -68,8 +68,7 @@ pub fn results(folder: &Path, printed: &str) -> Result<BTreeMap<String, f64>> {
         match (tokens.next(), tokens.next().and_then(|v| v.parse::<f64>().ok()).filter(|v| v.is_finite())) {
             (Some(name), Some(value)) => results.insert(name.to_owned(), value),
             _ => {
-                let failure = LammpsFailure::Output(format!("its result line '{line}' has no finite value"));
-                return Err(Error::Lammps { folder: folder.to_path_buf(), failure });
+                return Err(Error::lammps(folder, format!("its result line '{line}' has no finite value")));
             }
         };
     }

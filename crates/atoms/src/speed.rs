@@ -1,7 +1,8 @@
 //! Time of a force evaluation on this machine.
 
 use super::run_script::RunScript;
-use asperity_grid::error::{Error, LammpsFailure, Result};
+use asperity_grid::error::{Error, Result};
+use asperity_surface::files::atomic_file::put;
 use std::path::Path;
 
 const SCRIPT: (&str, &str) = ("force_evaluation.in", include_str!("../lammps-inputs/force_evaluation.in"));
@@ -17,15 +18,11 @@ pub fn measure(
     folder: &Path,
     (potential, element, a0_angstrom): (&str, &str, f64),
 ) -> Result<f64> {
-    let script = folder.join(SCRIPT.0);
-    std::fs::write(&script, SCRIPT.1).map_err(Error::io("write", &script))?;
+    let script = put(folder, SCRIPT.0, SCRIPT.1)?;
     let vars =
         [("potential", potential.to_owned()), ("element", element.to_owned()), ("a0", format!("{a0_angstrom:.10}"))];
     let printed = lammps.run(folder, &script, &vars)?;
-    evaluation(&printed).ok_or_else(|| {
-        let failure = LammpsFailure::Output("it printed no time of its loop".into());
-        Error::Lammps { folder: folder.to_path_buf(), failure }
-    })
+    evaluation(&printed).ok_or_else(|| Error::lammps(folder, "it printed no time of its loop"))
 }
 
 /// Evaluates the lines `Loop time of 0.65 on 1 procs for 20 steps with 48600 atoms` and

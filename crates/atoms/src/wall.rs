@@ -128,8 +128,7 @@ impl LatticeWall {
     /// `Error::Input` if even a range of 10 Å fails.
     pub fn smallest_range(&self, gamma: f64) -> Result<f64> {
         let (mut bad, mut good) = (0.01, 10.0);
-        YukawaAdhesion::calibrate(self, gamma, good)
-            .map_err(|unavailable_reason| unavailable_reason.into_error(None))?;
+        YukawaAdhesion::calibrate(self, gamma, good).map_err(|refusal| refusal.into_error(None))?;
         while good > 1.01 * bad {
             let middle = (bad * good).sqrt();
             match YukawaAdhesion::calibrate(self, gamma, middle) {
@@ -254,11 +253,7 @@ impl YukawaAdhesion {
         let (mut inner, mut middle) = (d, d);
         for _ in 0..50 {
             middle = 0.5 * (inner + outer);
-            if work(middle) < gamma {
-                outer = middle;
-            } else {
-                inner = middle;
-            }
+            if work(middle) < gamma { outer = middle } else { inner = middle }
         }
         let calibration = factor(middle);
         let calibrated = YukawaAdhesion {

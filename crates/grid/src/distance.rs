@@ -37,14 +37,9 @@ pub fn nearest_marked(grid: Grid, map: &[u8]) -> Vec<u32> {
 
 /// Vector from node `from` to the nearest periodic image of node `to`, units of L.
 pub fn minimum_image(grid: Grid, from: usize, to: usize) -> [f64; 2] {
-    let index_along = |a: usize, b: usize, n: usize, d: f64| {
-        let steps = super::signed_mode((b + n - a) % n, n);
-        d * steps as f64
-    };
-    [
-        index_along(from % grid.nx, to % grid.nx, grid.nx, grid.dx()),
-        index_along(from / grid.nx, to / grid.nx, grid.ny, grid.dy()),
-    ]
+    let (nx, ny) = (grid.nx, grid.ny);
+    let steps = |a: usize, b: usize, n: usize| super::signed_mode((b + n - a) % n, n) as f64;
+    [grid.dx() * steps(from % nx, to % nx, nx), grid.dy() * steps(from / nx, to / nx, ny)]
 }
 
 /// Steps between two of `n` places on a ring.

@@ -49,6 +49,12 @@ pub enum LammpsFailure {
     Output(String),
 }
 
+impl<T: Into<String>> From<T> for LammpsFailure {
+    fn from(description: T) -> Self {
+        LammpsFailure::Output(description.into())
+    }
+}
+
 /// Bytes in MB or GB.
 fn size(bytes: u64) -> String {
     match bytes as f64 {
@@ -160,6 +166,11 @@ impl Error {
     pub fn format(file: impl AsRef<Path>, found: impl ToString, accepted: impl ToString) -> Self {
         let found = one_line(&found.to_string());
         Error::Format { file: file.as_ref().to_path_buf(), found, accepted: accepted.to_string() }
+    }
+
+    /// A failure of LAMMPS, or its description.
+    pub fn lammps(folder: impl AsRef<Path>, failure: impl Into<LammpsFailure>) -> Self {
+        Error::Lammps { folder: folder.as_ref().to_path_buf(), failure: failure.into() }
     }
 
     /// For `map_err`: `File::open(p).map_err(Error::io("open", p))`.

@@ -1,4 +1,4 @@
-use super::{Grid, Real};
+use super::Real;
 use rustfft::num_complex::Complex;
 use std::ops::{Deref, DerefMut};
 
@@ -19,11 +19,6 @@ pub struct HalfSpectrum<T> {
 }
 
 impl<T: Real> HalfSpectrum<T> {
-    /// `rows` rows of a grid.
-    pub(super) fn zeroed(grid: Grid, rows: usize) -> Self {
-        Self::of(rows * grid.pitch())
-    }
-
     /// `len` zeros.
     pub(super) fn of(len: usize) -> Self {
         let spare = LINE / size_of::<Complex<T>>();

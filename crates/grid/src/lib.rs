@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod bisect;
 mod cell_list;
 mod columns;
 mod distance;
@@ -21,6 +22,7 @@ mod transform;
 mod union_find;
 pub mod units;
 
+pub use bisect::bisect;
 pub use cell_list::CellList;
 pub use columns::{FillColumn, SharedSpectrum, SpectralFilter, SpectrumColumns};
 pub use distance::{NO_NODE, minimum_image, nearest_marked};

@@ -82,11 +82,6 @@ impl<T: Real> Slab<T> {
         self.ranks.share(self.grid.ny)
     }
 
-    /// Elements of every rank, of which a row has `per_row`.
-    pub(super) fn elements(&self, per_row: usize) -> Vec<usize> {
-        self.ranks.shares(self.grid.ny, per_row)
-    }
-
     /// The rounds, and the blocks of each rank in all of them.
     fn rounds(&self) -> (Vec<ExchangeRound>, Vec<Vec<usize>>) {
         let (count, pitch) = (self.ranks.count(), self.grid.pitch());
@@ -170,7 +165,7 @@ impl<T: Real> Slab<T> {
         let rows = self.rows().len();
         let mut sent: Vec<usize> = round.columns.iter().map(|c| rows * c.len()).collect();
         sent[round.own] = 0;
-        (sent, self.elements(round.own().len()))
+        (sent, self.ranks.shares(self.grid.ny, round.own().len()))
     }
 
     /// The columns of this rank in a round, with the rows of all ranks.

@@ -97,6 +97,15 @@ pub fn available_memory_bytes() -> u64 {
         .unwrap_or(u64::MAX)
 }
 
+/// Refuses what needs more memory than is available.
+///
+/// # Errors
+/// `Memory`.
+pub fn expect_memory(what: String, need: u64, advice: &str) -> crate::Result<()> {
+    let have = available_memory_bytes();
+    if need > have { Err(crate::Error::Memory { what, need, have, advice: advice.into() }) } else { Ok(()) }
+}
+
 /// Whether this process runs as root, which mpirun refuses by default.
 pub fn is_root() -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -210,26 +219,19 @@ pub fn prefetch<T>(start: *const T, len: usize) {
 /// Kills a process and everything it started, provided it leads its own process group
 /// (`CommandExt::process_group(0)`). A group that has already ended is no error.
 pub fn kill_process_group(leader: u32) {
-    // 0 and 1 would address this process's own group and every process there is.
-    if let Ok(group) = libc::pid_t::try_from(leader)
-        && group > 1
-    {
-        // SAFETY: kill takes two integers and touches no memory of this process.
-        unsafe {
-            libc::kill(-group, libc::SIGKILL);
-        }
-    }
+    send_signal(leader, |leader| -leader, libc::SIGKILL);
 }
 
 /// Sends SIGTERM to a process.
 pub fn terminate(process: u32) {
-    if let Ok(process) = libc::pid_t::try_from(process)
-        && process > 1
-    {
+    send_signal(process, |process| process, libc::SIGTERM);
+}
+
+fn send_signal(process: u32, target: fn(libc::pid_t) -> libc::pid_t, signal: libc::c_int) {
+    // 0 and 1 would address this process's own group and every process there is.
+    if let Some(process) = libc::pid_t::try_from(process).ok().filter(|p| *p > 1) {
         // SAFETY: kill takes two integers and touches no memory of this process.
-        unsafe {
-            libc::kill(process, libc::SIGTERM);
-        }
+        unsafe { libc::kill(target(process), signal) };
     }
 }
 
@@ -319,12 +321,10 @@ pub fn probe(
         let _ = send.send(read);
     });
     let answer = receive.recv_timeout(limit);
-    let in_time = || -> std::io::Result<Option<std::process::ExitStatus>> {
-        loop {
-            match child.try_wait()? {
-                None if started.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
-                ended => return Ok(ended),
-            }
+    let mut ended = || loop {
+        match child.try_wait()? {
+            None if started.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
+            ended => return ended.ok_or_else(|| Error::from(ErrorKind::TimedOut)),
         }
     };
     let printed = match answer {
@@ -332,11 +332,7 @@ pub fn probe(
         Ok(Ok(bytes)) if bytes.len() as u64 > most_bytes => {
             Err(Error::new(ErrorKind::FileTooLarge, format!("it printed more than {most_bytes} bytes")))
         }
-        Ok(read) => read.and_then(|stdout| {
-            let mut in_time = in_time;
-            let status = in_time()?.ok_or(ErrorKind::TimedOut)?;
-            Ok(Printed { status, stdout })
-        }),
+        Ok(read) => read.and_then(|stdout| Ok(Printed { status: ended()?, stdout })),
     };
     if printed.is_err() {
         kill_process_group(child.id());

@@ -91,7 +91,7 @@ impl<T: Real> Transform<T> {
 
     /// The rows of all ranks of a field, on the first rank; nothing on the others.
     pub fn gather_on_first<V: bytemuck::Pod>(&self, local: &[V]) -> Vec<V> {
-        self.ranks().gather_on_first(local, &self.slab.elements(self.grid.nx))
+        self.ranks().gather_on_first(local, &self.ranks().shares(self.grid.ny, self.grid.nx))
     }
 
     /// Adds the sums of all rows in order, given those of the rows of this rank.
@@ -101,7 +101,7 @@ impl<T: Real> Transform<T> {
 
     /// A zeroed half spectrum.
     pub fn spectrum(&self) -> HalfSpectrum<T> {
-        HalfSpectrum::zeroed(self.grid, self.own_rows().len())
+        HalfSpectrum::of(self.own_rows().len() * self.grid.pitch())
     }
 
     /// Bytes of a half spectrum.
@@ -163,8 +163,12 @@ impl<T: Real> Transform<T> {
 
     /// As [`Transform::inverse`], with `filter` applied to every column first.
     pub fn inverse_after(&self, spectrum: &mut [Complex<T>], field: &mut [T], filter: &impl SpectralFilter<T>) {
-        let (nx, pitch) = (self.grid.nx, self.grid.pitch());
         self.columns(spectrum, filter, Direction::Inverse);
+        self.inverse_rows(spectrum, field);
+    }
+
+    fn inverse_rows(&self, spectrum: &mut [Complex<T>], field: &mut [T]) {
+        let (nx, pitch) = (self.grid.nx, self.grid.pitch());
         spectrum.par_chunks_mut(pitch).zip(field.par_chunks_mut(nx)).for_each_init(
             || self.worker(),
             |worker, (spec, row)| {
@@ -183,31 +187,20 @@ impl<T: Real> Transform<T> {
         source: Option<SharedSpectrum<'_, T>>,
         fill: &FillColumn<'_, T>,
     ) {
-        match self.ranks().are_several() {
-            true => self.slab.fill_columns(spectrum, source, &|matrix, known| {
-                let filter = |i: usize, column: &mut [Complex<T>]| {
-                    fill(i, known, column);
-                    0.0
-                };
-                self.pass(matrix, &filter, Direction::Inverse);
-            }),
-            false => {
-                let known = source.as_ref().map_or(SpectrumColumns::NONE, SharedSpectrum::columns);
-                let filter = |i: usize, column: &mut [Complex<T>]| {
-                    fill(i, &known, column);
-                    0.0
-                };
-                self.pass((spectrum, self.grid.pitch(), 0), &filter, Direction::Inverse);
-            }
+        let pass = |matrix: ColumnMatrix<'_, T>, known: &SpectrumColumns<'_, T>| {
+            let filter = |i: usize, column: &mut [Complex<T>]| {
+                fill(i, known, column);
+                0.0
+            };
+            self.pass(matrix, &filter, Direction::Inverse);
+        };
+        if self.ranks().are_several() {
+            self.slab.fill_columns(spectrum, source, &pass);
+        } else {
+            let known = source.as_ref().map_or(SpectrumColumns::NONE, SharedSpectrum::columns);
+            pass((&mut *spectrum, self.grid.pitch(), 0), &known);
         }
-        let (nx, pitch) = (self.grid.nx, self.grid.pitch());
-        spectrum.par_chunks_mut(pitch).zip(field.par_chunks_mut(nx)).for_each_init(
-            || self.worker(),
-            |worker, (spec, row)| {
-                worker.inverse(spec);
-                row.copy_from_slice(&worker.row);
-            },
-        );
+        self.inverse_rows(spectrum, field);
     }
 
     fn columns(&self, spectrum: &mut [Complex<T>], filter: &dyn SpectralFilter<T>, direction: Direction) -> f64 {

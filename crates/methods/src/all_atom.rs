@@ -3,11 +3,7 @@
 //! A continuum problem contains neither the block nor its potential nor a folder for LAMMPS, so this method runs from
 //! a scene with `[atoms]`. The card lets tables and reports list it with the other methods.
 
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, MethodCard, MethodKind, Needs, Observer, Quantity, ReducedProblem,
-    SolvePlan, StartedMethod, Support,
-};
-use asperity_grid::{Error, Result};
+use crate::prelude::*;
 
 pub struct AllAtom;
 
@@ -45,11 +41,6 @@ impl ContactMethod for AllAtom {
     }
 
     fn prepare<'p>(&self, _problem: &'p ReducedProblem<'p>, _watch: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        Err(Error::input(
-            format!("method {ID}"),
-            "atoms",
-            "a continuum problem",
-            "a scene with [atoms], for `asperity run`",
-        ))
+        Err(require::refused(ID, "atoms", "a continuum problem", "a scene with [atoms], for `asperity run`"))
     }
 }

@@ -14,17 +14,11 @@
 //! stiffer rubber; a molecular range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the
 //! problem.
 
-use asperity_contact::interface::{AttractionLaw, Base, Elastic, Layer, RangeChoice};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::settings::{self, ExperimentSettings};
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Fast, Heights, Load, MethodCard, MethodEstimate, MethodKind,
-    Needs, Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{Grid, Transform};
+use crate::prelude::*;
+use asperity_contact::interface::{Base, Layer, RangeChoice};
+use asperity_contact::method::settings::ExperimentSettings;
+use asperity_grid::Transform;
 use rustfft::num_complex::Complex;
-use std::time::Instant;
 
 pub(super) struct Experiment;
 
@@ -45,17 +39,14 @@ static CARD: MethodCard = MethodCard {
 };
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactMap
-        | Quantity::ContactArea
-        | Quantity::PatchPdf
-        | Quantity::PatchArea
-        | Quantity::MedianClusterArea => Support::Only("camera pixels below the optical gap; no edges"),
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
-            Support::Only("by digital image correlation; no edges")
+        ContactMap | ContactArea | PatchPdf | PatchArea | MedianClusterArea => {
+            Support::Only("camera pixels below the optical gap; no edges")
         }
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::StressMap | Quantity::StressPdf => Support::No("optical images show contact, not stress"),
+        GapMap | GapPdf | MeanGap => Support::Only("by digital image correlation; no edges"),
+        Stiffness => Support::Only("as differences between loads"),
+        StressMap | StressPdf => Support::No("optical images show contact, not stress"),
     }
 }
 
@@ -66,15 +57,14 @@ fn layer(settings: &ExperimentSettings) -> Elastic {
 fn check(settings: &ExperimentSettings) -> Result<()> {
     require::positive(settings.thickness, CARD.id, "experiment.thickness")?;
     let lengths = [
-        ("print_resolution", settings.print_resolution),
-        ("pixel_size", settings.pixel_size),
-        ("optical_gap", settings.optical_gap),
-        ("correlation_window", settings.correlation_window),
+        ("experiment.print_resolution", settings.print_resolution),
+        ("experiment.pixel_size", settings.pixel_size),
+        ("experiment.optical_gap", settings.optical_gap),
+        ("experiment.correlation_window", settings.correlation_window),
     ];
     for (key, value) in lengths {
         if !(value >= 0.0 && value.is_finite()) {
-            let key = format!("experiment.{key}");
-            return Err(require::refused(CARD.id, &key, value, "a length of at least 0"));
+            return Err(require::refused(CARD.id, key, value, "a length of at least 0"));
         }
     }
     if !(0.0..=0.5).contains(&settings.poisson) {

@@ -9,6 +9,7 @@ mod gfmd_fire;
 mod icha;
 mod ms_archard;
 mod persson;
+mod prelude;
 mod quadrature;
 mod registry;
 mod rl_archard;

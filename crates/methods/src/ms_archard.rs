@@ -7,19 +7,10 @@
 //! accordingly. Adhesion adds the traction of the law at the mean gap of the band; the state is the one reached from
 //! first contact.
 
+use crate::prelude::*;
 use crate::sinusoid;
-use asperity_contact::interface::{AttractionLaw, Law};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::settings;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
-    Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support,
-};
-use asperity_grid::Result;
+use asperity_grid::bisect;
 use asperity_surface::PowerSpectrum;
-use std::time::Instant;
 
 pub(super) struct MsArchard;
 
@@ -43,16 +34,13 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.98), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea | Quantity::MeanGap => Support::Only("depends on the band ratio ms-archard.band_ratio"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
-            Support::No("statistical method without positions")
-        }
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::No("statistical method without patches")
-        }
-        Quantity::GapPdf | Quantity::StressPdf => Support::No("only mean values are computed"),
-        Quantity::Stiffness => Support::Only("as differences between loads"),
+        ContactArea | MeanGap => Support::Only("depends on the band ratio ms-archard.band_ratio"),
+        GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
+        PatchPdf | PatchArea | MedianClusterArea => Support::No("statistical method without patches"),
+        GapPdf | StressPdf => Support::No("only mean values are computed"),
+        Stiffness => Support::Only("as differences between loads"),
     }
 }
 
@@ -150,12 +138,7 @@ impl SinusoidBand {
         let balanced = |x: f64| x * self.gradient >= pressure + self.pull(x, adhesion);
         let root = |k: usize| (k as f64 / TRIED as f64).powi(3);
         let Some(k) = (1..=TRIED).find(|&k| balanced(root(k))) else { return (1.0, TRIED) };
-        let (mut low, mut high) = (root(k - 1), root(k));
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if balanced(middle) { high = middle } else { low = middle }
-        }
-        (high, k + HALVINGS)
+        (bisect(root(k - 1), root(k), HALVINGS, |x| !balanced(x)).1, k + HALVINGS)
     }
 }
 

@@ -8,20 +8,12 @@
 //! The version in the paper solves a one-dimensional equivalent of the long waves; here the two-dimensional problem
 //! is solved.
 
+use crate::prelude::*;
 use crate::sinusoid;
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Heights, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Support,
-};
 use asperity_contact::observe::{ContactEdges, contact_area};
-use asperity_grid::Result;
-use asperity_grid::{Grid, Series, Transform};
+use asperity_grid::{Series, Transform};
 use asperity_surface::PowerSpectrum;
 use std::f64::consts::PI;
-use std::time::Instant;
 
 pub(super) struct RlArchard;
 
@@ -45,15 +37,16 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.22), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea => Support::NoAdhesion,
-        Quantity::MeanGap => Support::Only("mean gap of the long waves, without adhesion"),
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::GapPdf => Support::No("the short waves are not resolved"),
-        Quantity::ContactMap | Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
+        ContactArea => Support::NoAdhesion,
+        MeanGap => Support::Only("mean gap of the long waves, without adhesion"),
+        Stiffness => Support::Only("as differences between loads"),
+        GapMap | StressMap | GapPdf => Support::No("the short waves are not resolved"),
+        ContactMap | PatchPdf | PatchArea | MedianClusterArea => {
             Support::No("the contact of the short waves has no positions")
         }
-        Quantity::StressPdf => Support::No("only mean values are computed"),
+        StressPdf => Support::No("only mean values are computed"),
     }
 }
 

@@ -2,17 +2,9 @@
 //! Phys. Solids 57 (2009) 1093). Summits are those of a Gaussian surface with three spectral moments (Nayak, J. Lubr.
 //! Technol. 93 (1971) 398), each an independent Hertz contact.
 
+use crate::prelude::*;
 use crate::quadrature::{gauss_legendre, integral};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
-    Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support,
-};
-use asperity_grid::Result;
 use std::f64::consts::{PI, SQRT_2};
-use std::time::Instant;
 
 pub(super) struct Scgw;
 
@@ -36,17 +28,14 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.42), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea | Quantity::Stiffness => Support::NoAdhesion,
-        Quantity::MeanGap => Support::Only("mean gap of the undeformed surface, without adhesion"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
-            Support::No("statistical method without positions")
+        ContactArea | Stiffness => Support::NoAdhesion,
+        MeanGap => Support::Only("mean gap of the undeformed surface, without adhesion"),
+        GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
+        PatchPdf | PatchArea | MedianClusterArea | GapPdf | StressPdf => {
+            Support::No("only sums over asperities are computed")
         }
-        Quantity::PatchPdf
-        | Quantity::PatchArea
-        | Quantity::MedianClusterArea
-        | Quantity::GapPdf
-        | Quantity::StressPdf => Support::No("only sums over asperities are computed"),
     }
 }
 
@@ -59,12 +48,8 @@ impl ContactMethod for Scgw {
     }
 
     fn plan(&self, _: &ReducedProblem) -> SolvePlan {
-        SolvePlan {
-            bytes: (16 * (HEIGHTS + CURVATURES)) as u64,
-            iterations: 50,
-            pairs_per_iteration: 0.0,
-            seconds: SECONDS,
-        }
+        let bytes = (16 * (HEIGHTS + CURVATURES)) as u64;
+        SolvePlan { bytes, iterations: 50, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
@@ -200,13 +185,9 @@ impl Estimator for ScgwEstimator<'_> {
                 stop = Stop::Interrupted;
                 break;
             }
-            let middle = 0.5 * (low + high);
-            if summits.above(middle).pressure > pressure {
-                low = middle
-            } else {
-                high = middle
-            }
             iterations += 1;
+            let middle = 0.5 * (low + high);
+            if summits.above(middle).pressure > pressure { low = middle } else { high = middle }
         }
         let d = 0.5 * (low + high);
         let bearing = summits.above(d);

@@ -6,19 +6,12 @@
 //! 0, since JKR has no force at a distance, and stays in contact down to its pull-off approach: the contacts are a
 //! state of the load path. The gap is that of the undeformed surface.
 
+use crate::prelude::*;
 use crate::spots::{Jkr, Spot, hertz_load, paint};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{Grid, mean, sum_rows};
+use asperity_grid::sum_rows;
 use asperity_surface::{Summit, SummitFit};
 use std::borrow::Cow;
 use std::f64::consts::PI;
-use std::time::Instant;
 
 pub(super) struct Srgw;
 
@@ -42,15 +35,14 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.11), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea => Support::Only("sum of contact spots, which may overlap; JKR adhesion"),
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::Only("one spot per summit; JKR adhesion")
-        }
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("superposed Hertz and JKR profiles"),
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::ContactMap => Support::No("contact spots are areas without nodes"),
+        ContactArea => Support::Only("sum of contact spots, which may overlap; JKR adhesion"),
+        PatchPdf | PatchArea | MedianClusterArea => Support::Only("one spot per summit; JKR adhesion"),
+        GapMap | GapPdf | MeanGap => Support::Only("undeformed gap"),
+        StressMap | StressPdf => Support::Only("superposed Hertz and JKR profiles"),
+        Stiffness => Support::Only("as differences between loads"),
+        ContactMap => Support::No("contact spots are areas without nodes"),
     }
 }
 
@@ -159,13 +151,9 @@ impl Asperities {
         // Equilibria under tension lie in a short interval before pull-off, which long steps would miss.
         let end = self.summits[0].height + self.reach;
         let place = |k: usize| depth + (end - depth) * k as f64 / PLACES as f64;
-        (1..=PLACES)
-            .find(|&k| self.pressure(place(k)) <= target && self.in_contact(place(k)))
-            .map(|k| (place(k), place(k - 1)))
-    }
-
-    fn in_contact(&self, depth: f64) -> bool {
-        (0..self.candidates(depth)).any(|k| self.radius(k, depth).is_some())
+        let touches = |depth: f64| (0..self.candidates(depth)).any(|k| self.radius(k, depth).is_some());
+        let found = (1..=PLACES).find(|&k| self.pressure(place(k)) <= target && touches(place(k)));
+        found.map(|k| (place(k), place(k - 1)))
     }
 }
 

@@ -1,3 +1,4 @@
+use asperity_grid::sys::expect_memory;
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Series, Transform};
 use rustfft::num_complex::Complex;
@@ -39,23 +40,13 @@ impl FourierModes {
             keep().fold([0, 0], |[x, y], w| [x.max(w.kx.unsigned_abs()), y.max(w.ky.unsigned_abs())]);
         let (kx_max, ky_max) = (kx_max as usize, ky_max as usize);
         if (kx_max, ky_max) == (0, 0) {
-            return Err(Error::format(
-                path,
-                "no wave but the mean",
-                "waves, of which --low-pass (surface.low_pass) leaves some",
-            ));
+            let accepted = "waves, of which --low-pass (surface.low_pass) leaves some";
+            return Err(Error::format(path, "no wave but the mean", accepted));
         }
         let height = 2 * ky_max + 1;
-        let (required, available) = (33 * ((kx_max + 1) * height) as u64, asperity_grid::sys::available_memory_bytes());
-        if required > available {
-            let description = format!("waves up to qX = {kx_max}, qY = {ky_max} of {}", path.display());
-            return Err(Error::Memory {
-                what: description,
-                need: required,
-                have: available,
-                advice: "--low-pass (surface.low_pass) leaves fewer".into(),
-            });
-        }
+        let description = format!("waves up to qX = {kx_max}, qY = {ky_max} of {}", path.display());
+        let required = 33 * ((kx_max + 1) * height) as u64;
+        expect_memory(description, required, "--low-pass (surface.low_pass) leaves fewer")?;
         let mut table = vec![Complex::<f64>::default(); (kx_max + 1) * height];
         // Whether q, and whether -q, occurred in the file.
         let mut seen = vec![[false; 2]; table.len()];

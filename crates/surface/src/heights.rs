@@ -67,11 +67,8 @@ pub fn write(path: &Path, map: &HeightMap, declared: &Declared) -> Result<()> {
     let extent = declared.extent.as_ref();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if NOT_WRITTEN.contains(&&*extension) {
-        return Err(Error::format(
-            path,
-            format!("a map to be written as .{extension}"),
-            "a name that ends in .npy, .nc or .txt",
-        ));
+        let found = format!("a map to be written as .{extension}");
+        return Err(Error::format(path, found, "a name that ends in .npy, .nc or .txt"));
     }
     if extension == "nc" {
         return write_netcdf(path, map, declared);

@@ -1,6 +1,6 @@
 //! Statistics of non-periodic heights: no difference is taken across an edge.
 
-use super::non_periodic_gradient;
+use crate::statistics::{mean_square, non_periodic_gradient};
 use asperity_grid::{Grid, mean, rms};
 use std::f64::consts::TAU;
 
@@ -18,9 +18,7 @@ pub struct NonPeriodicMoments {
 pub fn non_periodic_moments(grid: Grid, heights: &[f64]) -> NonPeriodicMoments {
     let bends = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
         let second = |i: usize| (heights[i + step] - 2.0 * heights[i] + heights[i - step]) / (d * d);
-        let squares = (0..heights.len()).filter(|&i| inside(i)).map(|i| second(i).powi(2));
-        let (count, sum) = squares.fold((0usize, 0.0), |(n, sum), s| (n + 1, sum + s));
-        sum / count.max(1) as f64
+        mean_square((0..heights.len()).filter(|&i| inside(i)).map(second))
     };
     let along_x = bends(1, grid.dx(), &|i| i % grid.nx != 0 && (i + 1) % grid.nx != 0);
     let along_y = bends(grid.nx, grid.dy(), &|i| i >= grid.nx && i + grid.nx < grid.points());

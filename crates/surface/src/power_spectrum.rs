@@ -14,7 +14,7 @@ pub struct PowerSpectrum {
 }
 
 /// Modes with similar wave numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Shell {
     /// Effective wave number: rms gradient over rms height.
     pub q: f64,
@@ -24,14 +24,6 @@ pub struct Shell {
     pub gradient: f64,
     /// Mean square of h_xx over both axes: the contribution to the profile moment m4.
     pub curvature: f64,
-}
-
-/// Sums over the waves of a shell.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    height: f64,
-    gradient: f64,
-    curvature: f64,
 }
 
 impl PowerSpectrum {
@@ -105,7 +97,7 @@ impl PowerSpectrum {
 
 #[derive(Default)]
 struct Tally {
-    shells: Vec<Sums>,
+    shells: Vec<Shell>,
     /// Real and imaginary parts of the angular harmonics of q²C.
     harmonics: [f64; 4],
 }
@@ -118,7 +110,7 @@ impl Tally {
         }
         let shell = (q2.sqrt() / TAU).round() as usize;
         if shell >= self.shells.len() {
-            self.shells.resize(shell + 1, Sums::default());
+            self.shells.resize(shell + 1, Shell::default());
         }
         let s = &mut self.shells[shell];
         s.height += power;
@@ -135,12 +127,7 @@ impl Tally {
         let gradient: f64 = self.shells.iter().map(|s| s.gradient).sum();
         let [c2, s2, c4, s4] = self.harmonics;
         let anisotropy = if gradient > 0.0 { c2.hypot(s2).max(c4.hypot(s4)) / gradient } else { 0.0 };
-        let shell = |s: &Sums| Shell {
-            q: (s.gradient / s.height).sqrt(),
-            height: s.height,
-            gradient: s.gradient,
-            curvature: s.curvature,
-        };
+        let shell = |s: &Shell| Shell { q: (s.gradient / s.height).sqrt(), ..*s };
         PowerSpectrum { shells: self.shells.iter().filter(|s| s.height > 0.0).map(shell).collect(), anisotropy }
     }
 }

@@ -1,4 +1,4 @@
-use asperity_grid::{Grid, SpectralFilter, Transform, extent, mean, signed_mode};
+use asperity_grid::{Grid, Transform, extent, mean, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 use std::sync::Mutex;
@@ -60,13 +60,17 @@ pub fn moments(grid: Grid, heights: &[f64]) -> Moments {
 /// rms gradient of non-periodic heights `[ny, nx]`, from differences between neighbouring nodes.
 pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
     let slopes = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
-        let squares = (0..heights.len()).filter(|&i| inside(i)).map(|i| ((heights[i + step] - heights[i]) / d).powi(2));
-        let (count, sum) = squares.fold((0usize, 0.0), |(n, sum), s| (n + 1, sum + s));
-        sum / count.max(1) as f64
+        mean_square((0..heights.len()).filter(|&i| inside(i)).map(|i| (heights[i + step] - heights[i]) / d))
     };
     let along_x = slopes(1, grid.dx(), &|i| (i + 1) % grid.nx != 0);
     let along_y = slopes(grid.nx, grid.dy(), &|i| i + grid.nx < grid.points());
     (along_x + along_y).sqrt()
+}
+
+/// 0 of no values.
+pub(crate) fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (count, sum) = values.fold((0usize, 0.0), |(n, sum), v| (n + 1, sum + v.powi(2)));
+    sum / count.max(1) as f64
 }
 
 /// A logarithmic bin of the radial power spectral density.
@@ -91,8 +95,7 @@ pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) ->
     let bins = below as usize + (last.log10() * PER_DECADE).ceil() as usize + 1;
     let bin = |n: f64| (n.log10() * PER_DECADE + 0.5 + below).floor() as usize;
     // One small histogram per column, added in column order.
-    let columns = Mutex::new(vec![Vec::<(usize, [f64; 3])>::new(); grid.half()]);
-    each_mode_column(grid, heights, |i, column| {
+    let columns = of_mode_columns(grid, heights, |i, column| {
         let mut shells: Vec<(usize, [f64; 3])> = Vec::new();
         for (j, a) in column.iter().enumerate() {
             let n = grid.qx(i).hypot(grid.qy(j)) * grid.lx / (2.0 * PI);
@@ -106,10 +109,10 @@ pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) ->
                 None => shells.push((b, add)),
             }
         }
-        columns.lock().expect("no panic while a column is stored")[i] = shells;
+        shells
     });
     let mut sums = vec![[0.0; 3]; bins + 1];
-    for (b, add) in columns.into_inner().expect("no panic while a column is stored").into_iter().flatten() {
+    for (b, add) in columns.into_iter().flatten() {
         sums[b].iter_mut().zip(add).for_each(|(s, v)| *s += v);
     }
     sums.iter()
@@ -129,8 +132,7 @@ fn spectral_sums<const K: usize>(
     heights: &[f64],
     term: impl Fn(f64, f64, f64) -> [f64; K] + Sync,
 ) -> [f64; K] {
-    let columns = Mutex::new(vec![[0.0; K]; grid.half()]);
-    each_mode_column(grid, heights, |i, column| {
+    asperity_grid::block_sums(&of_mode_columns(grid, heights, |i, column| {
         let mut sum = [0.0; K];
         for (j, a) in column.iter().enumerate() {
             if i == 0 && signed_mode(j, grid.ny) == 0 {
@@ -139,24 +141,24 @@ fn spectral_sums<const K: usize>(
             let terms = term(grid.qx(i), grid.qy(j), grid.column_weight(i) * a.norm_sqr());
             sum.iter_mut().zip(terms).for_each(|(s, v)| *s += v);
         }
-        columns.lock().expect("no panic while a column is stored")[i] = sum;
-    });
-    asperity_grid::block_sums(&columns.into_inner().expect("no panic while a column is stored"))
+        sum
+    }))
 }
 
-/// Visits the normalised amplitudes of every column of the half spectrum.
-fn each_mode_column(grid: Grid, heights: &[f64], visit: impl Fn(usize, &[Complex<f64>]) + Sync) {
-    struct Visit<V>(V, f64);
-    impl<V: Fn(usize, &[Complex<f64>]) + Sync> SpectralFilter<f64> for Visit<V> {
-        fn apply(&self, i: usize, column: &mut [Complex<f64>]) -> f64 {
-            column.iter_mut().for_each(|c| *c *= self.1);
-            (self.0)(i, column);
-            0.0
-        }
-    }
+/// A value of every column of the half spectrum, by its normalised amplitudes.
+fn of_mode_columns<V: Send>(grid: Grid, heights: &[f64], value: impl Fn(usize, &[Complex<f64>]) -> V + Sync) -> Vec<V> {
+    let (per_point, columns) = (1.0 / grid.points() as f64, Mutex::new(Vec::with_capacity(grid.half())));
     let transform = Transform::<f64>::new(grid);
-    let mut spectrum = transform.spectrum();
-    transform.forward_filtered(heights, &mut spectrum, &Visit(visit, 1.0 / grid.points() as f64));
+    let visit = |i: usize, column: &mut [Complex<f64>]| {
+        column.iter_mut().for_each(|c| *c *= per_point);
+        let value = value(i, column);
+        columns.lock().expect("no panic while a column is stored").push((i, value));
+        0.0
+    };
+    transform.forward_filtered(heights, &mut transform.spectrum(), &visit);
+    let mut columns = columns.into_inner().expect("no panic while a column is stored");
+    columns.sort_unstable_by_key(|(i, _)| *i);
+    columns.into_iter().map(|(_, value)| value).collect()
 }
 
 #[cfg(test)]

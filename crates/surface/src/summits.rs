@@ -53,16 +53,6 @@ struct NodeDerivatives {
     y: f64,
 }
 
-impl NodeDerivatives {
-    fn mean(&self) -> f64 {
-        0.5 * (self.xx + self.yy)
-    }
-
-    fn gauss(&self) -> f64 {
-        self.xx * self.yy - self.xy * self.xy
-    }
-}
-
 /// Summits of heights `[ny, nx]` on the periodic cell, in the order of their nodes: nodes with no lower one among their
 /// eight neighbours, plateaus of equal heights counted once. A flat surface has none.
 pub fn summits(grid: Grid, heights: &[f64], fit: SummitFit, curvature: SummitCurvature) -> Vec<Summit> {
@@ -75,7 +65,9 @@ pub fn summits(grid: Grid, heights: &[f64], fit: SummitFit, curvature: SummitCur
 }
 
 fn summit(grid: Grid, heights: &[f64], node: usize, shape: NodeDerivatives, curvature: SummitCurvature) -> Summit {
-    let (mut mean, mut gauss) = (shape.mean(), shape.gauss());
+    let NodeDerivatives { xx, yy, xy, x, y } = shape;
+    // Mean curvature and Gauss's.
+    let (mut mean, mut gauss) = (0.5 * (xx + yy), xx * yy - xy * xy);
     if mean <= 0.0 {
         // A summit narrower than the stencil, or a plateau: the mean rise of the neighbours gives the curvature.
         let z = stencil(grid, heights, node);
@@ -91,7 +83,6 @@ fn summit(grid: Grid, heights: &[f64], node: usize, shape: NodeDerivatives, curv
         _ => mean,
     };
     // The vertex, if the quadratic form has one within a pixel.
-    let NodeDerivatives { xx, yy, xy, x, y } = shape;
     let (sx, sy) = (-(yy * x - xy * y) / gauss, -(xx * y - xy * x) / gauss);
     let near = gauss > 0.0 && sx.abs() <= grid.dx() && sy.abs() <= grid.dy();
     let (sx, sy) = if near { (sx, sy) } else { (0.0, 0.0) };

@@ -17,6 +17,7 @@ use asperity_contact::method::Precision;
 use asperity_grid::sys;
 use asperity_methods::all_atom;
 use asperity_surface::HeightSource;
+use asperity_surface::files::atomic_file::list;
 use std::path::Path;
 use std::time::Instant;
 
@@ -235,26 +236,13 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
         .unconverged
         .iter()
         .map(|step| format!("{name}: load step {step} stopped above the force tolerance or off its load"));
-    Ok(MeasuredPoint {
-        ny: atoms.points,
-        results,
-        maps: Vec::new(),
-        resolved: Vec::new(),
-        cost,
-        notes: notes.collect(),
-    })
+    Ok(MeasuredPoint::new(atoms.points, results, cost, notes.collect()))
 }
 
 /// Bytes of the frames in a job folder.
 pub(super) fn frame_bytes(folder: &Path) -> Result<u64> {
-    let mut bytes = 0;
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let entry = entry.map_err(Error::io("list", folder))?;
-        if entry.file_name().to_string_lossy().starts_with("frame.") {
-            bytes += entry.metadata().map_err(Error::io("read", entry.path()))?.len();
-        }
-    }
-    Ok(bytes)
+    let frames = list(folder)?.into_iter().filter(|(name, _)| name.starts_with("frame."));
+    frames.map(|(_, path)| Ok(std::fs::metadata(&path).map_err(Error::io("read", &path))?.len())).sum()
 }
 
 #[cfg(test)]

@@ -249,11 +249,8 @@ impl<'a> BenchmarkRunner<'a> {
             let required = planned.map_or_else(|| point.planned_bytes(&case), |p| p.0);
             let available = sys::available_memory_bytes();
             if required > available {
-                return Ok(Some(format!(
-                    "needs {} of memory, of which {} are available",
-                    memory(required),
-                    memory(available)
-                )));
+                let (required, available) = (memory(required), memory(available));
+                return Ok(Some(format!("needs {required} of memory, of which {available} are available")));
             }
             if let Some(budget) = self.budget {
                 let left = budget - self.spent_seconds();

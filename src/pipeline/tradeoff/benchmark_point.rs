@@ -30,7 +30,7 @@ const LAYER_POISSON: f64 = 0.3;
 pub(super) const COARSEST: usize = 16;
 
 /// Number of default grids below the scene's, each with half the points per side of the previous one.
-const GRIDS_BELOW: usize = 2;
+pub(super) const GRIDS_BELOW: usize = 2;
 
 /// A setting: method, grid, precision and tolerance.
 #[derive(Clone, Copy)]
@@ -76,13 +76,8 @@ impl BenchmarkPoint {
         if let Some(block) = self.block {
             return format!("point-{}{adhesive}-{block}", self.id());
         }
-        format!(
-            "point-{}{adhesive}-{}-{}-{:e}{layer}{filter}",
-            self.id(),
-            self.n,
-            precision_name(self.precision),
-            self.tolerance
-        )
+        let (id, precision) = (self.id(), precision_name(self.precision));
+        format!("point-{id}{adhesive}-{}-{precision}-{:e}{layer}{filter}", self.n, self.tolerance)
     }
 
     /// Description for progress messages and warnings.
@@ -93,13 +88,8 @@ impl BenchmarkPoint {
         if let Some(block) = self.block {
             return format!("{}{with}, a block of {block} cells", self.id());
         }
-        format!(
-            "{}{with}, {} points per side, {} to {:e}{layer}",
-            self.id(),
-            self.n,
-            precision_name(self.precision),
-            self.tolerance
-        )
+        let (id, precision) = (self.id(), precision_name(self.precision));
+        format!("{id}{with}, {} points per side, {precision} to {:e}{layer}", self.n, self.tolerance)
     }
 
     pub(super) fn setting(&self, ny: usize) -> Setting {
@@ -226,11 +216,6 @@ pub(super) fn on_grid(case: &Case, n: usize) -> Result<Case> {
             Case::resolve(scene, &case.file)
         }
     }
-}
-
-/// Default grids: `n` points in x, and successive halves.
-pub(super) fn default_grids(n: usize) -> Vec<usize> {
-    halves(n, GRIDS_BELOW)
 }
 
 /// `n` and up to `count` successive halves, as long as they are integers and at least [`COARSEST`].

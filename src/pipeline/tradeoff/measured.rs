@@ -32,6 +32,13 @@ pub(super) struct MeasuredPoint {
     pub notes: Vec<String>,
 }
 
+impl MeasuredPoint {
+    /// Not compared with the reference yet.
+    pub(super) fn new(ny: usize, results: MethodResults, cost: MeasuredCost, notes: Vec<String>) -> Self {
+        MeasuredPoint { ny, results, maps: Vec::new(), resolved: Vec::new(), cost, notes }
+    }
+}
+
 /// The reference solution, with its extrapolated numbers and their uncertainty from coarser grids.
 pub(super) struct ReferenceSolution {
     pub point: BenchmarkPoint,
@@ -123,14 +130,7 @@ pub(super) fn measure_repeatedly(
         let refused = results.unavailable_reason.is_some();
         match &mut best {
             None => {
-                best = Some(MeasuredPoint {
-                    ny: case.model.grid.ny,
-                    results,
-                    maps: Vec::new(),
-                    resolved: Vec::new(),
-                    cost,
-                    notes: Vec::new(),
-                });
+                best = Some(MeasuredPoint::new(case.model.grid.ny, results, cost, Vec::new()));
             }
             Some(b) => {
                 b.cost.wall_seconds = b.cost.wall_seconds.min(cost.wall_seconds);

@@ -1,6 +1,6 @@
 //! What a benchmark is to measure, and the check of its grids.
 
-use super::benchmark_point::{self, COARSEST};
+use super::benchmark_point::{self, COARSEST, GRIDS_BELOW};
 use crate::record::tradeoff::{BlockSize, TradeoffPoint};
 use crate::scene::Case;
 use crate::{Error, Result};
@@ -91,7 +91,7 @@ impl TradeoffRequest {
                 }
             }
             None => {
-                for n in benchmark_point::default_grids(full_grid) {
+                for n in benchmark_point::halves(full_grid, GRIDS_BELOW) {
                     match benchmark_point::on_grid(case, n) {
                         Ok(_) => list.push(n),
                         Err(e) => warnings.push(format!("no grid of {n} points per side: {e}")),

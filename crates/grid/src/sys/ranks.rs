@@ -115,7 +115,7 @@ impl Ranks {
             RankGroup::Alone => 1,
             #[cfg(feature = "mpi")]
             RankGroup::World(world) => world.count,
-            RankGroup::Threads(rank) => rank.count(),
+            RankGroup::Threads(rank) => rank.count,
         }
     }
 
@@ -130,7 +130,7 @@ impl Ranks {
             RankGroup::Alone => 0,
             #[cfg(feature = "mpi")]
             RankGroup::World(world) => world.own,
-            RankGroup::Threads(rank) => rank.own(),
+            RankGroup::Threads(rank) => rank.own,
         }
     }
 
@@ -205,12 +205,8 @@ impl Ranks {
             #[cfg(feature = "mpi")]
             RankGroup::World(world) => world.gather_on_first(local, counts),
             RankGroup::Threads(rank) => {
-                if self.is_first() {
-                    rank.gather(local)
-                } else {
-                    rank.gather(local);
-                    Vec::new()
-                }
+                let all = rank.gather(local);
+                if self.is_first() { all } else { Vec::new() }
             }
         }
     }

@@ -18,18 +18,10 @@
 
 mod newton;
 
-use asperity_contact::interface::{AttractionLaw, Elastic, Kernel, Law, Wall};
-use asperity_contact::method::equilibrium_check::Ending;
-use asperity_contact::method::fields::{self, Convolution, Symbol, add, each, inner, means};
-use asperity_contact::method::iteration::{IterationControl, LoadCase};
-use asperity_contact::method::residuals::Residuals;
+use crate::prelude::*;
+use asperity_contact::method::fields::{Convolution, Symbol, add, each, inner, means};
 use asperity_contact::method::settings::BemBsplineSettings;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, Quantity,
-    ReducedProblem, SolvePlan, SolverRun, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::{Error, Result};
-use asperity_grid::{Grid, rms};
+use asperity_grid::bisect;
 use newton::Newton;
 use std::f64::consts::PI;
 
@@ -104,23 +96,16 @@ impl ContactMethod for BemBspline {
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        let refused =
-            |key: &str, found: String, accepted: &str| Error::input("method bem-bspline", key, found, accepted);
         let mut heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
-            return Err(refused("wall", problem.wall.to_string(), "the hard wall"));
+            return Err(require::refused(CARD.id, "wall", problem.wall, "the hard wall"));
         }
         let BemBsplineSettings { shortest_wavelength, penalty } = problem.settings.bem_bspline;
         if !(shortest_wavelength >= 2.0 && shortest_wavelength.is_finite()) {
-            return Err(refused(
-                "bem-bspline.shortest_wavelength",
-                shortest_wavelength.to_string(),
-                "2 spacings or more",
-            ));
+            let key = "bem-bspline.shortest_wavelength";
+            return Err(require::refused(CARD.id, key, shortest_wavelength, "2 spacings or more"));
         }
-        if !(penalty > 0.0 && penalty.is_finite()) {
-            return Err(refused("bem-bspline.penalty", penalty.to_string(), "a positive number"));
-        }
+        require::positive(penalty, CARD.id, "bem-bspline.penalty")?;
         let (grid, kernel) = (problem.grid, problem.kernel);
         let mut convolution = Convolution::new(grid);
         // At 2 spacings the filter is off, so that the shorter waves along the diagonal are retained.
@@ -307,13 +292,10 @@ impl BemBsplineRun<'_> {
             LoadStart::FirstContact if pressure > 0.0 => {
                 let BemBsplineRun { heights, gap, penalty, .. } = self;
                 let lowest = asperity_grid::lowest(heights);
-                let (mut lower, mut upper) = (lowest, lowest + pressure * heights.len() as f64 / *penalty);
+                let upper = lowest + pressure * heights.len() as f64 / *penalty;
+                let carried = |at: f64| means(heights.len(), |i| [*penalty * (at - heights[i]).max(0.0)])[0];
                 // Sixty halvings exhaust the precision.
-                for _ in 0..60 {
-                    let middle = 0.5 * (lower + upper);
-                    let [carried] = means(heights.len(), |i| [*penalty * (middle - heights[i]).max(0.0)]);
-                    if carried > pressure { upper = middle } else { lower = middle }
-                }
+                let (_, upper) = bisect(lowest, upper, 60, |approach| carried(approach) <= pressure);
                 each(gap, |i, _| heights[i] - upper);
             }
             _ => {}

@@ -14,17 +14,11 @@
 
 mod inner;
 
-use asperity_contact::interface::{AttractionLaw, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
-use asperity_contact::method::equilibrium_check::Ending;
+use crate::prelude::*;
+use asperity_contact::interface::{PowerLaw93, PowerLawWall, WithAdhesion};
 use asperity_contact::method::fields::{Convolution, Symbol, each, inner as product, means};
-use asperity_contact::method::iteration::{ConvergenceMonitor, IterationControl, LoadCase};
-use asperity_contact::method::residuals::Residuals;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, Quantity,
-    ReducedProblem, SolvePlan, SolverRun, StartedMethod, Stop, Support, fields, require,
-};
-use asperity_grid::{Error, Result};
-use asperity_grid::{extent, rms};
+use asperity_contact::method::iteration::ConvergenceMonitor;
+use asperity_grid::{bisect, extent};
 use inner::BiCgStab;
 
 pub(super) struct Bicgstab;
@@ -46,17 +40,12 @@ static CARD: MethodCard = MethodCard {
 };
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
-            Support::Only("measured from the zero of force of the repulsive wall")
-        }
-        Quantity::ContactArea
-        | Quantity::ContactMap
-        | Quantity::PatchPdf
-        | Quantity::PatchArea
-        | Quantity::MedianClusterArea => Support::Only("area under compression"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("with the range enlarged to the mesh"),
-        Quantity::Stiffness => asperity_contact::method::card::fields(quantity),
+        GapMap | GapPdf | MeanGap => Support::Only("measured from the zero of force of the repulsive wall"),
+        ContactArea | ContactMap | PatchPdf | PatchArea | MedianClusterArea => Support::Only("area under compression"),
+        StressMap | StressPdf => Support::Only("with the range enlarged to the mesh"),
+        Stiffness => asperity_contact::method::card::fields(quantity),
     }
 }
 
@@ -96,24 +85,18 @@ impl ContactMethod for Bicgstab {
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        let refused = |key: &str, found: String, accepted: &str| Error::input("method bicgstab", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
-            return Err(refused(
-                "wall",
-                problem.wall.to_string(),
-                "the hard wall, which this method replaces by the 9-3 law",
-            ));
+            let accepted = "the hard wall, which this method replaces by the 9-3 law";
+            return Err(require::refused(CARD.id, "wall", problem.wall, accepted));
         }
         let settings = problem.settings.bicgstab;
-        for (key, value) in [("wall_range", settings.wall_range), ("wall_strength", settings.wall_strength)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(refused(&format!("bicgstab.{key}"), value.to_string(), "a positive number"));
-            }
-        }
-        if !(settings.min_resolution >= 0.0 && settings.min_resolution.is_finite()) {
-            let found = settings.min_resolution.to_string();
-            return Err(refused("bicgstab.min_resolution", found, "zero or a positive number"));
+        require::positive(settings.wall_range, CARD.id, "bicgstab.wall_range")?;
+        require::positive(settings.wall_strength, CARD.id, "bicgstab.wall_strength")?;
+        let resolution = settings.min_resolution;
+        if !(resolution >= 0.0 && resolution.is_finite()) {
+            let accepted = "zero or a positive number";
+            return Err(require::refused(CARD.id, "bicgstab.min_resolution", resolution, accepted));
         }
         let PowerLaw93 { gamma, rho } = match problem.adhesion {
             AttractionLaw::None => {
@@ -123,10 +106,8 @@ impl ContactMethod for Bicgstab {
                 let wall = move |rho| PowerLawWall { gamma: settings.wall_strength * gradient * rho, rho };
                 return Ok(StartedMethod::Solver(Box::new(BicgstabRun::new(problem, observer, heights, rho, wall))));
             }
-            other => match replacement(problem) {
-                Some(law) => law,
-                None => return Err(refused("adhesion", other.to_string(), "none, the exponential or the 9-3 law")),
-            },
+            other => replacement(problem)
+                .ok_or_else(|| require::refused(CARD.id, "adhesion", other, "none, the exponential or the 9-3 law"))?,
         };
         let law = move |rho| WithAdhesion { wall: PowerLawWall { gamma, rho }, adhesion: PowerLaw93 { gamma, rho } };
         Ok(StartedMethod::Solver(Box::new(BicgstabRun::new(problem, observer, heights, rho, law))))
@@ -223,13 +204,9 @@ impl<'p, L: Law, M: Fn(f64) -> L> BicgstabRun<'p, L, M> {
     fn rigid(&mut self, pressure: f64) {
         let BicgstabRun { heights, gap, law, .. } = self;
         let (low, high) = extent(heights);
-        let (mut lower, mut upper) = (low, high + self.rho);
+        let carried = |approach: f64| means(heights.len(), |i| [-law.traction(heights[i] - approach)])[0];
         // Sixty halvings exhaust the precision.
-        for _ in 0..60 {
-            let middle = 0.5 * (lower + upper);
-            let [carried] = means(heights.len(), |i| [-law.traction(heights[i] - middle)]);
-            if carried > pressure { upper = middle } else { lower = middle }
-        }
+        let (_, upper) = bisect(low, high + self.rho, 60, |approach| carried(approach) <= pressure);
         each(gap, |i, _| heights[i] - upper);
     }
 

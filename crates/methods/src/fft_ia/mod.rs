@@ -12,16 +12,9 @@
 
 mod element;
 
-use asperity_contact::interface::{AttractionLaw, Exponential, Kernel, Wall};
-use asperity_contact::method::equilibrium_check::Ending;
+use crate::prelude::*;
+use asperity_contact::interface::Exponential;
 use asperity_contact::method::fields::{Convolution, Symbol, add, each, inner, means};
-use asperity_contact::method::iteration::{IterationControl, LoadCase};
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, ReducedProblem,
-    SolvePlan, SolverRun, StartedMethod, Stop, fields, require,
-};
-use asperity_grid::{Error, Result};
-use asperity_grid::{lowest, rms};
 use rayon::prelude::*;
 
 pub(super) struct FftIa;
@@ -62,19 +55,18 @@ impl ContactMethod for FftIa {
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        let refused = |key: &str, found: String, accepted: &str| Error::input("method fft-ia", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
-            return Err(refused("wall", problem.wall.to_string(), "the hard wall"));
+            return Err(require::refused(CARD.id, "wall", problem.wall, "the hard wall"));
         }
         let law = match problem.adhesion {
             AttractionLaw::None => None,
             AttractionLaw::Exponential(law) => Some(law),
-            other => return Err(refused("adhesion", other.to_string(), "none or the exponential law")),
+            other => return Err(require::refused(CARD.id, "adhesion", other, "none or the exponential law")),
         };
         let relaxation = problem.settings.fft_ia.relaxation;
         if !(relaxation > 0.0 && relaxation <= 1.0) {
-            return Err(refused("fft-ia.relaxation", relaxation.to_string(), "above 0 and up to 1"));
+            return Err(require::refused(CARD.id, "fft-ia.relaxation", relaxation, "above 0 and up to 1"));
         }
         let convolution = Convolution::new(problem.grid);
         let kernel = problem.kernel;
@@ -128,6 +120,16 @@ struct FftIaRun<'p> {
     gap_is_set: bool,
 }
 
+/// Scales a pressure to the mean `target`; uniform if it has none.
+fn scale_to(contact: &mut [f64], target: f64) {
+    let [carried] = means(contact.len(), |i| [contact[i]]);
+    if carried > 0.0 {
+        each(contact, |_, p| p * target / carried);
+    } else {
+        contact.fill(target);
+    }
+}
+
 /// Outcome of an inner iteration.
 enum InnerOutcome {
     Done(usize),
@@ -153,12 +155,7 @@ impl FftIaRun<'_> {
         if target <= 0.0 {
             return InnerOutcome::Separated;
         }
-        let carried = means(self.contact.len(), |i| [self.contact[i]])[0];
-        if carried > 0.0 {
-            each(&mut self.contact, |_, p| p * target / carried);
-        } else {
-            self.contact.fill(target);
-        }
+        scale_to(&mut self.contact, target);
         self.direction.fill(0.0);
         let mut approach = self.approach();
         each(&mut self.gap, |_, g| g - approach);
@@ -198,12 +195,7 @@ impl FftIaRun<'_> {
                 }
             });
             conjugate = grown == 0.0;
-            let [carried] = means(contact.len(), |i| [contact[i]]);
-            if carried > 0.0 {
-                each(contact, |_, p| p * target / carried);
-            } else {
-                contact.fill(target);
-            }
+            scale_to(contact, target);
             approach = self.approach();
             each(&mut self.gap, |_, g| g - approach);
         }
@@ -216,10 +208,8 @@ impl FftIaRun<'_> {
         match law {
             None => traction.fill(0.0),
             Some(law) => {
-                traction
-                    .par_iter_mut()
-                    .enumerate()
-                    .for_each(|(i, t)| *t = element::traction(problem.grid, *law, gap, i));
+                let nodes = traction.par_iter_mut().enumerate();
+                nodes.for_each(|(i, t)| *t = element::traction(problem.grid, *law, gap, i));
             }
         }
     }

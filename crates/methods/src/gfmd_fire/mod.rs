@@ -13,16 +13,9 @@
 
 mod plane;
 
-use asperity_contact::interface::{Law, WithAdhesion};
-use asperity_contact::method::equilibrium_check::Ending;
-use asperity_contact::method::iteration::{IterationControl, LoadCase};
-use asperity_contact::method::residuals::Residuals;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Equilibrium, Load, MethodCard, MethodKind, Needs, Observer, ReducedProblem,
-    SolvePlan, SolverRun, StartedMethod, Stop, fields, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{lowest, rms, sum_rows};
+use crate::prelude::*;
+use asperity_contact::interface::WithAdhesion;
+use asperity_grid::sum_rows;
 use plane::Plane;
 use rayon::prelude::*;
 

@@ -12,19 +12,11 @@ mod ewald;
 mod images;
 mod spots;
 
+use crate::prelude::*;
 use crate::spots::{Spot, paint};
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, SolvePlan, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{Grid, mean};
 use asperity_surface::SummitFit;
 use equilibrium::EquilibriumSolver;
 use spots::{Asperity, Spots};
-use std::time::Instant;
 
 pub(super) struct Icha;
 
@@ -48,18 +40,17 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(0.56), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea => Support::NoAdhesion,
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::Only("merged discs, without adhesion")
-        }
-        Quantity::MeanGap => Support::Only(
+        ContactArea => Support::NoAdhesion,
+        PatchPdf | PatchArea | MedianClusterArea => Support::Only("merged discs, without adhesion"),
+        MeanGap => Support::Only(
             "from the approach, without adhesion, up to a fifth of the cell in contact; overlap away from summits is not prevented",
         ),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("superposed Hertz profiles, without adhesion"),
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::ContactMap => Support::No("contact spots are areas without nodes"),
-        Quantity::GapMap | Quantity::GapPdf => Support::No("the gap is known only at summits"),
+        StressMap | StressPdf => Support::Only("superposed Hertz profiles, without adhesion"),
+        Stiffness => Support::Only("as differences between loads"),
+        ContactMap => Support::No("contact spots are areas without nodes"),
+        GapMap | GapPdf => Support::No("the gap is known only at summits"),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::roughening::{Opening, Rules, SpectralBand, contact_area, gap_sum};
 use asperity_contact::observe::{Distribution, linear_edges};
+use asperity_grid::bisect;
 use std::f64::consts::{PI, SQRT_2};
 
 /// Bins of equal width.
@@ -81,12 +82,8 @@ impl SeparatedArea {
         if gap <= rough * (2.0 / PI).sqrt() {
             return SeparatedArea { contact_area, gap: 0.0, rough: gap * (0.5 * PI).sqrt() };
         }
-        let (mut low, mut high) = (0.0, gap);
-        for _ in 0..Self::HALVINGS {
-            let centre = 0.5 * (low + high);
-            if (SeparatedArea { contact_area, gap: centre, rough }).mean() < gap { low = centre } else { high = centre }
-        }
-        SeparatedArea { contact_area, gap: high, rough }
+        let narrow = |centre: f64| SeparatedArea { contact_area, gap: centre, rough }.mean() < gap;
+        SeparatedArea { contact_area, gap: bisect(0.0, gap, Self::HALVINGS, narrow).1, rough }
     }
 
     fn mean(&self) -> f64 {

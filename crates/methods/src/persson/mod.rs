@@ -11,21 +11,12 @@ mod adhesive;
 mod gaps;
 mod roughening;
 
+use crate::prelude::*;
 use adhesive::{Cascade, CascadeSolution, Resolution};
-use asperity_contact::interface::AttractionLaw;
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
-use asperity_contact::method::require;
-use asperity_contact::method::settings::{self, PerssonForm, PerssonSettings};
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Load, MethodCard, MethodEstimate, MethodKind, Needs, Observer,
-    Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support,
-};
+use asperity_contact::method::settings::{PerssonForm, PerssonSettings};
 use asperity_contact::observe::{Distribution, StressDistribution, linear_edges};
-use asperity_grid::Result;
 use roughening::{Opening, Rules, SpectralBand, bands, contact_area, gap_sum};
 use std::f64::consts::SQRT_2;
-use std::time::Instant;
 
 pub(super) struct Persson;
 
@@ -54,18 +45,13 @@ static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, true
 const JKR: &str = "in the JKR limit (adhesion of zero range)";
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::ContactArea | Quantity::MeanGap => Support::Only(JKR),
-        Quantity::StressPdf | Quantity::GapPdf => Support::NoAdhesion,
-        Quantity::Stiffness => {
-            Support::Only("closed form without adhesion; with adhesion as differences between loads")
-        }
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
-            Support::No("statistical method without positions")
-        }
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::No("statistical method without patches")
-        }
+        ContactArea | MeanGap => Support::Only(JKR),
+        StressPdf | GapPdf => Support::NoAdhesion,
+        Stiffness => Support::Only("closed form without adhesion; with adhesion as differences between loads"),
+        GapMap | StressMap | ContactMap => Support::No("statistical method without positions"),
+        PatchPdf | PatchArea | MedianClusterArea => Support::No("statistical method without patches"),
     }
 }
 
@@ -112,14 +98,8 @@ impl ContactMethod for Persson {
         let c = constant(form);
         let cascade = |gamma: f64| Cascade::new(&bands, c, gamma, energy_factor, Resolution::DEFAULT);
         let cascades = (work > 0.0).then(|| [cascade(work), cascade(0.0)]);
-        Ok(estimating(Theory {
-            gradient: power.rms_gradient(),
-            c,
-            opening: Opening::new(energy_factor),
-            bands,
-            cascades,
-            observer,
-        }))
+        let (gradient, opening) = (power.rms_gradient(), Opening::new(energy_factor));
+        Ok(estimating(Theory { gradient, c, opening, bands, cascades, observer }))
     }
 }
 

@@ -115,14 +115,7 @@ impl Rules {
     /// Two points suffice where a band hardly changes the rms gradient; the last rule is for bands that start from
     /// zero.
     fn of(&self, ratio: f64) -> &[(f64, f64)] {
-        let rule = if ratio < 0.05 {
-            0
-        } else if ratio < 0.5 {
-            1
-        } else {
-            2
-        };
-        &self.0[rule]
+        &self.0[usize::from(ratio >= 0.05) + usize::from(ratio >= 0.5)]
     }
 }
 

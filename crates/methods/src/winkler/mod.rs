@@ -9,17 +9,10 @@
 
 mod growth;
 
-use asperity_contact::measured_errors::{MeasuredError, MeasuredErrors};
-use asperity_contact::method::equilibrium_check::estimating;
+use crate::prelude::*;
 use asperity_contact::method::settings::WinklerSettings;
-use asperity_contact::method::{
-    Capabilities, ContactMethod, Criterion, Estimator, Iteration, Load, MethodCard, MethodEstimate, MethodKind, Needs,
-    Observer, Quantity, ReducedProblem, Settings, SolvePlan, StartedMethod, Stop, Support, require,
-};
-use asperity_grid::Result;
-use asperity_grid::{mean, sum_rows};
+use asperity_grid::sum_rows;
 use std::borrow::Cow;
-use std::time::Instant;
 
 pub(super) struct Winkler;
 
@@ -43,10 +36,11 @@ static ERRORS: [MeasuredError; 2] = [MeasuredError::of_area(1.05), MeasuredError
 static MEASURED: MeasuredErrors = MeasuredErrors::on_the_challenge(&ERRORS, false);
 
 fn supports(quantity: Quantity) -> Support {
+    use Quantity::*;
     match quantity {
-        Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap, without adhesion"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("springs in the overlap, without adhesion"),
+        Stiffness => Support::Only("as differences between loads"),
+        GapMap | GapPdf | MeanGap => Support::Only("undeformed gap, without adhesion"),
+        StressMap | StressPdf => Support::Only("springs in the overlap, without adhesion"),
         _ => Support::NoAdhesion,
     }
 }
@@ -94,15 +88,8 @@ impl ContactMethod for Winkler {
         require::no_adhesion(problem, CARD.id)?;
         let heights = require::heights_above_lowest(problem);
         let length = spring_length(problem, &heights)?;
-        Ok(estimating(Springs {
-            problem,
-            observer,
-            heights,
-            length,
-            contact: Vec::new(),
-            gap: Vec::new(),
-            stress: Vec::new(),
-        }))
+        let (contact, gap, stress) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(estimating(Springs { problem, observer, heights, length, contact, gap, stress }))
     }
 }
 

@@ -130,6 +130,38 @@ pub fn read_text(path: &Path) -> Result<String> {
     Ok(text)
 }
 
+/// Names and paths of what is in a folder, without names that are no text.
+///
+/// # Errors
+/// `Io`.
+pub fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+    let named = |entry: io::Result<std::fs::DirEntry>| match entry {
+        Ok(entry) => entry.file_name().into_string().ok().map(|name| Ok((name, entry.path()))),
+        Err(e) => Some(Err(Error::io("list", folder)(e))),
+    };
+    std::fs::read_dir(folder).map_err(Error::io("list", folder))?.filter_map(named).collect()
+}
+
+/// Writes a file of a folder, and returns its path.
+///
+/// # Errors
+/// `Io`.
+pub fn put(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf> {
+    let file = folder.join(name);
+    std::fs::write(&file, bytes).map_err(Error::io("write", &file)).map(|()| file)
+}
+
+/// Removes a file, if it is there.
+///
+/// # Errors
+/// `Io`.
+pub fn remove(file: &Path) -> Result<()> {
+    match std::fs::remove_file(file) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::io("remove", file)(e)),
+        _ => Ok(()),
+    }
+}
+
 /// I/O error for an iterator with too few or too many values.
 pub fn miscount(description: &str, given: impl std::fmt::Display, requested: usize) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, format!("{given} {description} were given where {requested} belong"))

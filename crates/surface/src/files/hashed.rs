@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::atomic_file::{open_regular, write_atomic};
+use super::atomic_file::{self, open_regular, write_atomic};
 use super::json;
 use asperity_grid::error::{Error, Result};
 
@@ -63,13 +63,8 @@ pub fn hashes(folder: &Path, keep: &dyn Fn(&str) -> bool) -> Result<Vec<FileHash
 }
 
 fn list(folder: &Path, below: &str, names: &mut Vec<String>) -> Result<()> {
-    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
-        let entry = entry.map_err(Error::io("list", folder))?;
-        let Ok(name) = entry.file_name().into_string() else { continue };
-        if name.starts_with('.') {
-            continue;
-        }
-        let (path, name) = (entry.path(), format!("{below}{name}"));
+    for (name, path) in atomic_file::list(folder)?.into_iter().filter(|(name, _)| !name.starts_with('.')) {
+        let name = format!("{below}{name}");
         if path.is_dir() {
             list(&path, &format!("{name}/"), names)?;
         } else {

@@ -13,6 +13,7 @@ use ndarray_npy::npy::header::{Header, Layout};
 use super::atomic_file::{miscount, open_regular, write_atomic, write_atomic_on_ranks};
 use asperity_grid as grid;
 use asperity_grid::error::{Error, Result};
+use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::{ALONE, Ranks};
 
 /// A map in memory: row-major `[ny, nx]`.
@@ -158,97 +159,80 @@ pub fn write_contact_pressure(
     }
 }
 
-/// Type and byte order of a stored number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum DType {
-    F8 { big: bool },
-    F4 { big: bool },
-    F2 { big: bool },
-    Signed { bytes: usize, big: bool },
-    Unsigned { bytes: usize, big: bool },
+pub(crate) enum NumberKind {
+    Float,
+    Signed,
+    Unsigned,
     Flag,
 }
 
+/// Type and byte order of a stored number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DType {
+    pub kind: NumberKind,
+    pub bytes: usize,
+    pub big: bool,
+}
+
 impl DType {
-    /// Parses a NumPy descriptor: byte order (`|` if not applicable), kind and width.
-    pub(crate) fn named(descriptor: &str) -> Option<DType> {
-        let big = descriptor.starts_with('>');
-        Some(match descriptor.strip_prefix(['<', '>', '|'])? {
-            "f8" => DType::F8 { big },
-            "f4" => DType::F4 { big },
-            "f2" => DType::F2 { big },
-            "b1" => DType::Flag,
-            integer => {
-                let bytes = integer.get(1..)?.parse().ok().filter(|n| [1, 2, 4, 8].contains(n))?;
-                match &integer[..1] {
-                    "i" => DType::Signed { bytes, big },
-                    "u" => DType::Unsigned { bytes, big },
-                    _ => return None,
-                }
-            }
-        })
+    /// `None` for a width that is not read.
+    pub(crate) fn new(kind: NumberKind, bytes: usize, big: bool) -> Option<DType> {
+        let widths = match kind {
+            NumberKind::Float => &[2, 4, 8][..],
+            NumberKind::Signed | NumberKind::Unsigned => &[1, 2, 4, 8],
+            NumberKind::Flag => &[1],
+        };
+        widths.contains(&bytes).then_some(DType { kind, bytes, big })
     }
 
-    pub(crate) fn bytes(self) -> usize {
-        match self {
-            DType::F8 { .. } => 8,
-            DType::F4 { .. } => 4,
-            DType::F2 { .. } => 2,
-            DType::Signed { bytes, .. } | DType::Unsigned { bytes, .. } => bytes,
-            DType::Flag => 1,
-        }
+    /// Parses a NumPy descriptor: byte order (`|` if not applicable), kind and width.
+    pub(crate) fn named(descriptor: &str) -> Option<DType> {
+        let (kind, bytes) = descriptor.strip_prefix(['<', '>', '|'])?.split_at_checked(1)?;
+        let kind = match kind {
+            "f" => NumberKind::Float,
+            "i" => NumberKind::Signed,
+            "u" => NumberKind::Unsigned,
+            "b" => NumberKind::Flag,
+            _ => return None,
+        };
+        DType::new(kind, bytes.parse().ok()?, descriptor.starts_with('>'))
     }
 
     /// Converts `values.len()` numbers.
     fn values(self, bytes: &[u8], values: &mut [f64]) {
-        match self {
+        match (self.kind, self.bytes, self.big) {
             // Fast path for the types that this program writes.
-            DType::F8 { big: false } => {
+            (NumberKind::Float, 8, false) => {
                 values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f64::from_le_bytes(*b));
             }
-            DType::F4 { big: false } => {
+            (NumberKind::Float, 4, false) => {
                 values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f32::from_le_bytes(*b).into());
             }
-            _ => values.iter_mut().zip(bytes.chunks_exact(self.bytes())).for_each(|(v, b)| *v = self.value(b)),
+            _ => values.iter_mut().zip(bytes.chunks_exact(self.bytes)).for_each(|(v, b)| *v = self.value(b)),
         }
     }
 
     pub(crate) fn value(self, b: &[u8]) -> f64 {
-        let eight = |b: &[u8]| std::array::from_fn::<u8, 8, _>(|i| b[i]);
-        let four = |b: &[u8]| std::array::from_fn::<u8, 4, _>(|i| b[i]);
-        match self {
-            DType::F8 { big: false } => f64::from_le_bytes(eight(b)),
-            DType::F8 { big: true } => f64::from_be_bytes(eight(b)),
-            DType::F4 { big: false } => f32::from_le_bytes(four(b)).into(),
-            DType::F4 { big: true } => f32::from_be_bytes(four(b)).into(),
-            DType::F2 { big } => half(bits(b, big) as u16),
+        // The bytes of the number as the low ones of a word.
+        let mut word = [0; 8];
+        word[..self.bytes].copy_from_slice(&b[..self.bytes]);
+        if self.big {
+            word[..self.bytes].reverse();
+        }
+        let bits = u64::from_le_bytes(word);
+        match (self.kind, self.bytes) {
+            (NumberKind::Float, 8) => f64::from_bits(bits),
+            (NumberKind::Float, 4) => f32::from_bits(bits as u32).into(),
+            (NumberKind::Float, _) => half::f16::from_bits(bits as u16).into(),
             // The left shift puts the sign bit at the top; the arithmetic right shift extends it.
-            DType::Signed { bytes, big } => {
+            (NumberKind::Signed, bytes) => {
                 let unused = 64 - 8 * bytes as u32;
-                (((bits(b, big) << unused) as i64) >> unused) as f64
+                (((bits << unused) as i64) >> unused) as f64
             }
-            DType::Unsigned { big, .. } => bits(b, big) as f64,
-            DType::Flag => b[0].into(),
+            (NumberKind::Unsigned | NumberKind::Flag, _) => bits as f64,
         }
     }
-}
-
-/// Bytes of one number as the low bits of a word.
-fn bits(b: &[u8], big: bool) -> u64 {
-    let join = |word: u64, byte: &u8| word << 8 | u64::from(*byte);
-    if big { b.iter().fold(0, join) } else { b.iter().rev().fold(0, join) }
-}
-
-/// IEEE 754 half precision: 1 sign bit, 5 exponent bits, 10 fraction bits.
-fn half(word: u16) -> f64 {
-    let (exponent, fraction) = (i32::from(word >> 10 & 31), f64::from(word & 1023));
-    let size = match exponent {
-        0 => fraction * 2f64.powi(-24),
-        31 if fraction == 0.0 => f64::INFINITY,
-        31 => f64::NAN,
-        e => (1.0 + fraction / 1024.0) * 2f64.powi(e - 15),
-    };
-    if word >> 15 == 1 { -size } else { size }
 }
 
 /// An open `.npy` file or archive member with checked header and length.
@@ -301,7 +285,7 @@ impl NpyReader {
             return Err(Error::format(&self.path, "columns one after another", "rows one after another, C order"));
         }
         fits(&self.path, 8 * (rows.len() * self.nx) as u64)?;
-        let previous = (rows.start * self.nx * self.stored.bytes()) as i64;
+        let previous = (rows.start * self.nx * self.stored.bytes) as i64;
         self.source.seek_relative(previous).map_err(Error::io("read", &self.path))?;
         let mut values = Vec::with_capacity(rows.len() * self.nx);
         NpyReader { ny: rows.len(), ..self }.for_each_row(|_, row| values.extend_from_slice(row))?;
@@ -330,7 +314,7 @@ impl<R: Read> NpyReader<R> {
             _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
         };
         // Checked before allocation: a damaged header must not request more memory than the file has data.
-        let (available, want) = (length.saturating_sub(start), (nx * ny * dtype.bytes()) as u64);
+        let (available, want) = (length.saturating_sub(start), (nx * ny * dtype.bytes) as u64);
         if available != want {
             let found =
                 format!("{available} bytes of data, {} of them", if available < want { "too few" } else { "too many" });
@@ -346,7 +330,7 @@ impl<R: Read> NpyReader<R> {
             field.chunks_exact(self.nx).enumerate().for_each(|(y, values)| row(y, values));
             return Ok(());
         }
-        let mut bytes = vec![0; self.nx * self.stored.bytes()];
+        let mut bytes = vec![0; self.nx * self.stored.bytes];
         let mut values = vec![0.0; self.nx];
         for y in 0..self.ny {
             self.source.read_exact(&mut bytes).map_err(Error::io("read", &self.path))?;
@@ -358,7 +342,7 @@ impl<R: Read> NpyReader<R> {
 
     /// Reads the whole field as [`read`] does.
     pub(crate) fn numbers(mut self) -> Result<NpyMap<f64>> {
-        if self.stored == DType::Flag {
+        if self.stored.kind == NumberKind::Flag {
             return Err(Error::format(&self.path, "entries of type bool", "numbers, floating-point or integer"));
         }
         let (nx, ny) = (self.nx, self.ny);
@@ -374,10 +358,10 @@ impl<R: Read> NpyReader<R> {
 
     fn whole_transposed(&mut self) -> Result<Vec<f64>> {
         let mut field = vec![0.0; self.nx * self.ny];
-        let mut bytes = vec![0; self.ny * self.stored.bytes()];
+        let mut bytes = vec![0; self.ny * self.stored.bytes];
         for x in 0..self.nx {
             self.source.read_exact(&mut bytes).map_err(Error::io("read", &self.path))?;
-            for (y, b) in bytes.chunks_exact(self.stored.bytes()).enumerate() {
+            for (y, b) in bytes.chunks_exact(self.stored.bytes).enumerate() {
                 field[y * self.nx + x] = self.stored.value(b);
             }
         }
@@ -392,15 +376,13 @@ pub fn read(path: &Path) -> Result<NpyMap<f64>> {
 
 /// Returns an error if reading needs more than the available memory.
 pub(crate) fn fits(path: &Path, required: u64) -> Result<()> {
-    let available = asperity_grid::sys::available_memory_bytes();
-    let (what, advice) = (format!("reading {}", path.display()), "a coarser map needs less".into());
-    if required > available { Err(Error::Memory { what, need: required, have: available, advice }) } else { Ok(()) }
+    expect_memory(format!("reading {}", path.display()), required, "a coarser map needs less")
 }
 
 /// Reads a map of flags (uint8 or bool).
 pub fn read_flags(path: &Path) -> Result<NpyMap<u8>> {
     let reader = NpyReader::open(path)?;
-    if !matches!(reader.stored, DType::Flag | DType::Unsigned { bytes: 1, .. }) {
+    if !matches!(reader.stored, DType { kind: NumberKind::Flag | NumberKind::Unsigned, bytes: 1, .. }) {
         return Err(Error::format(path, "entries that are no flags", "uint8 or bool"));
     }
     let (nx, ny) = (reader.nx, reader.ny);
@@ -492,9 +474,9 @@ mod tests {
     #[test]
     fn half_precision_is_read() {
         let words = [0x3C00, 0x7BFF, 0x0001, 0x3555, 0xC000];
+        let half = |word: u16| DType::named("<f2").unwrap().value(&word.to_le_bytes());
         assert_eq!(words.map(half), [1.0, 65504.0, 2f64.powi(-24), 0.333251953125, -2.0]);
         assert!(half(0x7C00) == f64::INFINITY && half(0x7E00).is_nan());
-        assert_eq!(DType::named("<f2"), Some(DType::F2 { big: false }));
     }
 
     #[test]

@@ -1,5 +1,5 @@
+use super::attributes::Coordinate;
 use super::content::ImportOptions;
-use super::declare::Coordinate;
 use super::source::{list, quoted};
 use crate::height_map::HeightMap;
 use asperity_grid::error::{Error, Result};
@@ -53,6 +53,14 @@ impl Order {
 
 /// Name of an array that marks points that were not measured, as SurfaceTopography writes it.
 pub(super) const MASK: &str = "mask";
+
+/// Refuses a mask of another shape than the array `name`.
+pub(super) fn check_mask(path: &Path, mask: &str, found: [usize; 2], (name, shape): (&str, [usize; 2])) -> Result<()> {
+    if found == shape {
+        return Ok(());
+    }
+    Err(Error::format(path, format!("{mask} of shape {found:?}"), format!("{shape:?}, as {name} has")))
+}
 
 /// Reverses a map along axes whose coordinates decrease, as lines of `x y h` are sorted. Returns words for the layout.
 pub(super) fn reverse_descending(map: &mut HeightMap, axes: &[Option<Coordinate>; 2]) -> String {

@@ -1,6 +1,6 @@
 use super::header::quantity;
 use super::source::quoted;
-use crate::files::npy::DType;
+use crate::files::npy::{DType, NumberKind};
 use asperity_grid::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -74,9 +74,10 @@ impl Attributes {
     /// The classic NetCDF format has no unsigned integers; the attribute `_Unsigned` marks them.
     fn sign(&self, dtype: DType) -> IntegerSign {
         let says = |word: &str| self.words.get("_Unsigned").is_some_and(|w| w.eq_ignore_ascii_case(word));
-        match dtype {
-            DType::Signed { bytes, .. } if says("true") => IntegerSign::Unsigned(2f64.powi(8 * bytes as i32)),
-            DType::Unsigned { bytes, .. } if says("false") => IntegerSign::Signed(2f64.powi(8 * bytes as i32)),
+        let count = 2f64.powi(8 * dtype.bytes as i32);
+        match dtype.kind {
+            NumberKind::Signed if says("true") => IntegerSign::Unsigned(count),
+            NumberKind::Unsigned if says("false") => IntegerSign::Signed(count),
             _ => IntegerSign::AsStored,
         }
     }
@@ -84,6 +85,14 @@ impl Attributes {
 
 fn plain_key(key: &str) -> String {
     key.to_lowercase().replace(['_', '-'], " ")
+}
+
+/// Coordinates of the points along one axis.
+#[derive(Debug, Default)]
+pub(super) struct Coordinate {
+    pub(super) name: String,
+    pub(super) attributes: Attributes,
+    pub(super) values: Vec<f64>,
 }
 
 /// The array of the attributes, with its name for error messages.
@@ -113,20 +122,20 @@ impl IntegerSign {
 
 /// Rounds an attribute in double precision to f32 if the array is f32, so that equal values compare equal.
 fn narrowed(value: f64, dtype: DType) -> f64 {
-    if matches!(dtype, DType::F4 { .. }) { f64::from(value as f32) } else { value }
+    if (dtype.kind, dtype.bytes) == (NumberKind::Float, 4) { f64::from(value as f32) } else { value }
 }
 
 /// NetCDF default fill values `NC_FILL_…` of elements never written; single bytes have none.
 fn default_fill(dtype: DType) -> Option<f64> {
-    Some(match dtype {
-        DType::F8 { .. } => 15.0 * 2f64.powi(119),
-        DType::F4 { .. } => f64::from(15.0 * 2f32.powi(119)),
-        DType::Signed { bytes: 2, .. } => -32_767.0,
-        DType::Signed { bytes: 4, .. } => -2_147_483_647.0,
-        DType::Signed { bytes: 8, .. } => -9_223_372_036_854_775_806_f64,
-        DType::Unsigned { bytes: 2, .. } => 65_535.0,
-        DType::Unsigned { bytes: 4, .. } => 4_294_967_295.0,
-        DType::Unsigned { bytes: 8, .. } => 18_446_744_073_709_551_614_f64,
+    Some(match (dtype.kind, dtype.bytes) {
+        (NumberKind::Float, 8) => 15.0 * 2f64.powi(119),
+        (NumberKind::Float, 4) => f64::from(15.0 * 2f32.powi(119)),
+        (NumberKind::Signed, 2) => -32_767.0,
+        (NumberKind::Signed, 4) => -2_147_483_647.0,
+        (NumberKind::Signed, 8) => -9_223_372_036_854_775_806_f64,
+        (NumberKind::Unsigned, 2) => 65_535.0,
+        (NumberKind::Unsigned, 4) => 4_294_967_295.0,
+        (NumberKind::Unsigned, 8) => 18_446_744_073_709_551_614_f64,
         _ => return None,
     })
 }

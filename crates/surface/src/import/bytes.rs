@@ -1,18 +1,22 @@
 //! Bytes of an instrument's file, read in order. Every length is compared with the bytes that are there before anything is
 //! allocated.
 
-use crate::files::npy::{DType, fits};
+use crate::files::npy::{DType, NumberKind, fits};
 use asperity_grid::error::{Error, Result};
 use std::path::Path;
 
-pub(super) const U8: DType = DType::Unsigned { bytes: 1, big: false };
-pub(super) const U16: DType = DType::Unsigned { bytes: 2, big: false };
-pub(super) const U32: DType = DType::Unsigned { bytes: 4, big: false };
-pub(super) const I8: DType = DType::Signed { bytes: 1, big: false };
-pub(super) const I16: DType = DType::Signed { bytes: 2, big: false };
-pub(super) const I32: DType = DType::Signed { bytes: 4, big: false };
-pub(super) const F32: DType = DType::F4 { big: false };
-pub(super) const F64: DType = DType::F8 { big: false };
+pub(super) const U8: DType = little(NumberKind::Unsigned, 1);
+pub(super) const U16: DType = little(NumberKind::Unsigned, 2);
+pub(super) const U32: DType = little(NumberKind::Unsigned, 4);
+pub(super) const I8: DType = little(NumberKind::Signed, 1);
+pub(super) const I16: DType = little(NumberKind::Signed, 2);
+pub(super) const I32: DType = little(NumberKind::Signed, 4);
+pub(super) const F32: DType = little(NumberKind::Float, 4);
+pub(super) const F64: DType = little(NumberKind::Float, 8);
+
+const fn little(kind: NumberKind, bytes: usize) -> DType {
+    DType { kind, bytes, big: false }
+}
 
 /// The whole file.
 pub(super) fn whole(path: &Path) -> Result<Vec<u8>> {
@@ -48,7 +52,7 @@ impl<'a> Bytes<'a> {
     }
 
     pub(super) fn number(&mut self, dtype: DType, description: &str) -> Result<f64> {
-        Ok(dtype.value(self.take(dtype.bytes(), description)?))
+        Ok(dtype.value(self.take(dtype.bytes, description)?))
     }
 
     /// An unsigned number of 32 bits.
@@ -65,32 +69,26 @@ impl<'a> Bytes<'a> {
 
     /// `ny` rows of `nx` stored numbers.
     pub(super) fn field(&mut self, [nx, ny]: [usize; 2], dtype: DType) -> Result<Vec<f64>> {
-        let description = format!("{nx} x {ny} points of {} bytes", dtype.bytes());
-        let count = nx.checked_mul(ny).filter(|n| *n > 0).and_then(|n| n.checked_mul(dtype.bytes()));
+        let description = format!("{nx} x {ny} points of {} bytes", dtype.bytes);
+        let count = nx.checked_mul(ny).filter(|n| *n > 0).and_then(|n| n.checked_mul(dtype.bytes));
         let Some(count) = count else {
             return Err(Error::format(self.path, description, "at least one point along each"));
         };
         let bytes = self.take(count, &description)?;
         fits(self.path, (nx * ny) as u64 * 8)?;
-        Ok(bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect())
+        Ok(bytes.chunks_exact(dtype.bytes).map(|b| dtype.value(b)).collect())
     }
 }
 
 /// `value` if it is a finite number greater than 0.
 pub(super) fn positive(path: &Path, key: &str, value: f64) -> Result<f64> {
     let accepted = "a finite number greater than 0 (in Gwyddion set the dimensions and save as .gwy)";
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(Error::format(path, format!("{key} = {value}"), accepted))
-    }
+    let good = value.is_finite() && value > 0.0;
+    good.then_some(value).ok_or_else(|| Error::format(path, format!("{key} = {value}"), accepted))
 }
 
-/// `value` if heights can be multiplied by it.
+/// `value` if it is a finite number other than 0.
 pub(super) fn factor(path: &Path, key: &str, value: f64) -> Result<f64> {
-    if value.is_finite() && value != 0.0 {
-        Ok(value)
-    } else {
-        Err(Error::format(path, format!("{key} = {value}"), "a finite number other than 0"))
-    }
+    let good = value.is_finite() && value != 0.0;
+    good.then_some(value).ok_or_else(|| Error::format(path, format!("{key} = {value}"), "a finite number other than 0"))
 }

@@ -56,12 +56,11 @@ pub struct ImportedFile {
 
 impl ImportedFile {
     pub(super) fn map(map: HeightMap, declared: Declared, layout: impl Into<String>) -> Self {
-        ImportedFile {
-            content: Content::Map(map),
-            declared,
-            layout: layout.into(),
-            warnings: Vec::new(),
-            not_understood: Vec::new(),
-        }
+        Self::of(Content::Map(map), declared, layout)
+    }
+
+    pub(super) fn of(content: Content, declared: Declared, layout: impl Into<String>) -> Self {
+        let (warnings, not_understood) = (Vec::new(), Vec::new());
+        ImportedFile { content, declared, layout: layout.into(), warnings, not_understood }
     }
 }

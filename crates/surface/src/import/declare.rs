@@ -1,6 +1,8 @@
 //! What attributes of arrays and coordinates of their points state of a surface: HDF5, NetCDF and `.npz`.
 
-use super::attributes::Attributes;
+use super::array::{self, Order};
+use super::attributes::{Attributes, Coordinate};
+use super::content::ImportedFile;
 use super::header::quantity;
 use super::headings::counts;
 use super::source::quoted;
@@ -14,21 +16,14 @@ use std::path::Path;
 /// Tolerance of coordinates over their spacing, and of two statements of one extent: rounding to single precision.
 const OFF: f64 = 1e-3;
 
-/// Coordinates of the points along one axis.
-#[derive(Debug, Default)]
-pub(super) struct Coordinate {
-    pub(super) name: String,
-    pub(super) attributes: Attributes,
-    pub(super) values: Vec<f64>,
-}
-
 /// An array of heights with all that may describe it.
 pub(super) struct Described<'a> {
     pub(super) path: &'a Path,
     pub(super) channel: &'a str,
     pub(super) channels: &'a [String],
     /// Points along x and y.
-    pub(super) points: [usize; 2],
+    pub(super) shape: [usize; 2],
+    pub(super) order: Order,
     pub(super) own: &'a Attributes,
     /// Attributes of the groups above the array; those of nearer groups first.
     pub(super) shared: &'a [Attributes],
@@ -56,7 +51,7 @@ const SPACINGS: [&str; 3] = ["pixel size", "pixel sizes", "spacing"];
 /// # Errors
 /// Extents that are not positive; coordinates off even steps; a sign or periodicity that is not understood; extents along x and y that
 /// differ in whether they are periodic.
-pub(super) fn declare(array: &Described) -> Result<(Declared, Vec<String>)> {
+fn declare(array: &Described) -> Result<(Declared, Vec<String>)> {
     let mut warnings = Vec::new();
     let unit = array.words(&HEIGHT_UNIT).map(|u| length_unit(&u).unwrap_or(u)).filter(|u| !unit::is_none(u));
     if let Some(word) = unit.as_ref().filter(|u| metres_per(u).is_none()) {
@@ -84,6 +79,20 @@ pub(super) fn declare(array: &Described) -> Result<(Declared, Vec<String>)> {
 }
 
 impl Described<'_> {
+    /// The map of `values`, with what the file states about it. `layout`: what is read.
+    pub(super) fn imported(self, values: Vec<f64>, layout: String) -> Result<ImportedFile> {
+        let mut map = array::map(self.path, self.shape, values, self.order)?;
+        let reversed = array::reverse_descending(&mut map, &self.axes);
+        let (declared, warnings) = declare(&self)?;
+        Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout + &reversed) })
+    }
+
+    /// Points along x and y.
+    fn points(&self) -> [usize; 2] {
+        let [first, second] = self.shape;
+        if self.order == Order::RowsOfX { [second, first] } else { [first, second] }
+    }
+
     fn wrong(&self, found: String, accepted: &str) -> Error {
         Error::format(self.path, found, accepted)
     }
@@ -110,7 +119,7 @@ impl Described<'_> {
 
     /// Extents from the attribute `length` of both coordinates, from attributes of the array and of its groups, or from coordinates.
     fn extent(&self, warnings: &mut Vec<String>) -> Result<Option<DeclaredExtent>> {
-        let [nx, ny] = self.points.map(|n| n as f64);
+        let [nx, ny] = self.points().map(|n| n as f64);
         let [x, y] = self.axes.each_ref().map(|a| Some(a.as_ref()?.attributes.numbers_of(&["length"])?[0]));
         let spacing = || {
             self.pair(&SPACING, 1.0).or_else(|| self.numbers(&SPACINGS).map(|list| vec![list[0], list[list.len() - 1]]))
@@ -136,10 +145,9 @@ impl Described<'_> {
         }
         if let Some(spans) = coordinates.filter(|c| (0..2).any(|k| (c[k] / extent[k] - 1.0).abs() > OFF)) {
             let [x, y] = extent;
-            let text = format!("coordinates give {:e} x {:e}", spans[0], spans[1]);
-            warnings.push(format!(
-                "extents of {x:e} x {y:e} are declared, but {text}: give --length where the latter are right"
-            ));
+            let text =
+                format!("coordinates give {:e} x {:e}: give --length where the latter are right", spans[0], spans[1]);
+            warnings.push(format!("extents of {x:e} x {y:e} are declared, but {text}"));
         }
         self.with_unit(extent, warnings)
     }
@@ -156,12 +164,8 @@ impl Described<'_> {
         for (k, place) in units.iter_mut().enumerate() {
             let Some(word) = own(k).or_else(general).filter(|u| !unit::is_none(u)) else { continue };
             let Some(unit) = length_unit(&word) else {
-                let remedy = "give --length";
-                warnings.push(format!(
-                    "extents in {}, not {}: they are not used, {remedy}",
-                    quoted(&word),
-                    unit::ACCEPTED
-                ));
+                let (word, accepted) = (quoted(&word), unit::ACCEPTED);
+                warnings.push(format!("extents in {word}, not {accepted}: they are not used, give --length"));
                 return Ok(None);
             };
             *place = Some(unit);
@@ -199,7 +203,7 @@ impl Described<'_> {
     fn coordinates(&self, warnings: &mut Vec<String>) -> Result<Option<[f64; 2]>> {
         let mut extent = [0.0; 2];
         for (k, axis) in self.axes.iter().enumerate() {
-            let n = self.points[k];
+            let n = self.points()[k];
             let Some(axis) = axis.as_ref().filter(|a| a.values.len() == n && n > 1) else { return Ok(None) };
             let values = &axis.values;
             if counts(values) && axis.attributes.words_of(&UNIT).is_none_or(|u| unit::is_none(&u)) {
@@ -233,18 +237,12 @@ impl Described<'_> {
             }
             Ok(a.numbers_of(&names).map(|list| list.iter().all(|v| *v != 0.0)))
         };
-        let [x, y] = self.axes.each_ref().map(|a| a.as_ref().map_or(Ok(None), |a| read(&a.attributes)));
-        match (x?, y?) {
-            (Some(x), Some(y)) => return Ok(Some(x && y)),
-            (Some(one), None) | (None, Some(one)) => return Ok(Some(one)),
-            (None, None) => {}
+        let along = self.axes.iter().flatten().filter_map(|a| read(&a.attributes).transpose());
+        let along = along.collect::<Result<Vec<bool>>>()?;
+        if !along.is_empty() {
+            return Ok(Some(along.iter().all(|periodic| *periodic)));
         }
-        for attributes in self.all() {
-            if let Some(periodic) = read(attributes)? {
-                return Ok(Some(periodic));
-            }
-        }
-        Ok(None)
+        self.all().find_map(|a| read(a).transpose()).transpose()
     }
 }
 
@@ -259,15 +257,9 @@ mod tests {
         };
         let channels = ["heights".to_string()];
         let (path, axes) = (Path::new("map.h5"), [None, None]);
-        declare(&Described {
-            path,
-            channel: "heights",
-            channels: &channels,
-            points: [4, 2],
-            own: &own,
-            shared: &[],
-            axes,
-        })
+        let (shape, order) = ([2, 4], Order::RowsOfX);
+        let (channel, channels) = ("heights", &channels[..]);
+        declare(&Described { path, channel, channels, shape, order, own: &own, shared: &[], axes })
     }
 
     /// Heights in nm, extents in the unit behind their number.

@@ -99,36 +99,20 @@ impl Notation {
             (_, false) => format!("{} on line {line}, a decimal comma or a separator of thousands", quoted(word)),
             _ => return Ok(()),
         };
-        Err(Error::format(
-            path,
-            separators,
-            "numbers with decimal points (1.5), apart by blanks, tabs, commas or semicolons",
-        ))
+        let accepted = "numbers with decimal points (1.5), apart by blanks, tabs, commas or semicolons";
+        Err(Error::format(path, separators, accepted))
     }
 }
 
 /// Marks that instruments and spreadsheets write for a height that was not measured.
 fn is_missing(field: &str) -> bool {
-    const MARKS: [&str; 16] = [
-        "bad",
-        "-nan",
-        "nan(ind)",
-        "-nan(ind)",
-        "1.#qnan",
-        "-1.#ind",
-        "1.#ind",
-        "na",
-        "n/a",
-        "null",
-        "none",
-        "invalid",
-        "missing",
-        "void",
-        "-",
-        "--",
-    ];
-    let all = |c: char| !field.is_empty() && field.chars().all(|f| f == c);
-    field.is_empty() || all('*') || all('-') || MARKS.contains(&field.to_ascii_lowercase().as_str())
+    let all = |c: char| field.chars().all(|f| f == c);
+    match field.to_ascii_lowercase().as_str() {
+        "bad" | "-nan" | "nan(ind)" | "-nan(ind)" | "1.#qnan" | "-1.#ind" | "1.#ind" | "na" | "n/a" | "null"
+        | "none" | "invalid" | "missing" | "void" => true,
+        // Also of an empty field.
+        _ => all('*') || all('-'),
+    }
 }
 
 #[cfg(test)]

@@ -146,14 +146,6 @@ fn is_length(unit: &str) -> bool {
     unit != "A" && metres_per(unit).is_some()
 }
 
-/// A channel `/N/…` of the file.
-#[derive(Default)]
-struct Channel<'a> {
-    title: String,
-    data: Option<Bytes<'a>>,
-    mask: Option<Bytes<'a>>,
-}
-
 /// A channel whose data were found: number, title, field, mask.
 struct GwyChannel<'a> {
     number: u32,
@@ -214,30 +206,23 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
 
 /// Channels with data, in the order of their numbers.
 fn channels<'a>(path: &'a Path, body: Bytes<'a>) -> Result<Vec<GwyChannel<'a>>> {
-    let mut all: BTreeMap<u32, Channel> = BTreeMap::new();
+    let (mut titles, mut fields, mut masks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     components(path, body, |name, value| {
         let key = name.strip_prefix('/').and_then(|n| n.split_once('/'));
         let Some((Ok(number), part)) = key.map(|(n, part)| (n.parse(), part)) else { return Ok(()) };
         match (part, value) {
-            ("data", GwyValue::Object(body)) => all.entry(number).or_default().data = Some(body),
-            ("mask", GwyValue::Object(body)) => all.entry(number).or_default().mask = Some(body),
-            ("data/title", GwyValue::Text(title)) => all.entry(number).or_default().title = title,
+            ("data", GwyValue::Object(body)) => drop(fields.insert(number, body)),
+            ("mask", GwyValue::Object(body)) => drop(masks.insert(number, body)),
+            ("data/title", GwyValue::Text(title)) => drop(titles.insert(number, title)),
             _ => {}
         }
         Ok(())
     })?;
-    let mut channels = Vec::new();
-    for (number, channel) in all {
-        if let Some(data) = channel.data {
-            channels.push(GwyChannel {
-                number,
-                title: channel.title,
-                field: GwyField::of(path, data)?,
-                mask: channel.mask,
-            });
-        }
-    }
-    Ok(channels)
+    let channel = |(number, body)| {
+        let (title, mask) = (titles.remove(&number).unwrap_or_default(), masks.remove(&number));
+        Ok(GwyChannel { number, title, field: GwyField::of(path, body)?, mask })
+    };
+    fields.into_iter().map(channel).collect()
 }
 
 /// Selects a channel: by title, by number, or the only one of `heights`.

@@ -1,10 +1,11 @@
-use super::array::{self, MASK, Order, choose};
-use super::attributes::{Array, Attributes};
+use super::array::{MASK, Order, check_mask, choose};
+use super::attributes::{Array, Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
-use super::declare::{Coordinate, Described, declare};
+use super::declare::Described;
 use super::netcdf;
 use super::source::check_ratio;
-use crate::files::npy::{DType, fits};
+use crate::files::atomic_file::open_regular;
+use crate::files::npy::{DType, NumberKind, fits};
 use asperity_grid::error::{Error, Result};
 use hdf5_reader::{Attribute, ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5File};
 use std::collections::{HashSet, VecDeque};
@@ -36,18 +37,14 @@ pub(super) fn starts(start: &[u8]) -> bool {
 
 /// Reads a two-dimensional data set of an HDF5, NetCDF-4 or MATLAB file: `[ny, nx]` unless its dimensions are named x and y. MATLAB
 /// stores matrices by columns, so a matrix with one row per y is an array `[nx, ny]`. `length`: bytes of the file.
-pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
-    let damaged = |e: hdf5_reader::error::Error| {
-        Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
-    };
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    let (_, length) = open_regular(path)?;
+    let damaged = |e| damaged(path, e);
     let file = Hdf5File::open(path).map_err(damaged)?;
     let end = file.superblock().eof_address;
     if length < end {
-        return Err(Error::format(
-            path,
-            format!("{length} bytes, damaged: its header states {end}"),
-            "a whole HDF5 file",
-        ));
+        let found = format!("{length} bytes, damaged: its header states {end}");
+        return Err(Error::format(path, found, "a whole HDF5 file"));
     }
     // A requested data set is opened directly, without a search of all groups.
     let direct = options.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
@@ -75,13 +72,7 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         && mask.ndim() == 2
     {
         let (mask_shape, flags) = numbers(path, length, MASK, &mask, kind)?;
-        if mask_shape != shape {
-            return Err(Error::format(
-                path,
-                format!("data set mask of shape {mask_shape:?}"),
-                format!("{shape:?}, as {name} has"),
-            ));
-        }
+        check_mask(path, "data set mask", mask_shape, (name, shape))?;
         values.iter_mut().zip(flags).filter(|(_, m)| *m != 0.0).for_each(|(v, _)| *v = f64::NAN);
     }
     let is_matlab = matlab_class(&dataset).is_some();
@@ -94,23 +85,17 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         let order = if labels == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX };
         (order, ["x", "y"].map(|axis| sibling(&file, folder, axis)))
     };
-    let mut map = array::map(path, shape, values, order)?;
-    let reversed = array::reverse_descending(&mut map, &axes);
     let shared = groups_above(&file, folder).map_err(damaged)?;
-    let (declared, warnings) = declare(&Described {
-        path,
-        channel: name,
-        channels: &names,
-        points: [map.nx, map.ny],
-        own: &own,
-        shared: &shared,
-        axes,
-    })?;
     let layout = match is_matlab {
-        true => format!("MATLAB matrix {name}, one row per y{reversed}"),
-        false => format!("HDF5 data set {name} {}{reversed}", order.words()),
+        true => format!("MATLAB matrix {name}, one row per y"),
+        false => format!("HDF5 data set {name} {}", order.words()),
     };
-    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
+    let array = Described { path, channel: name, channels: &names, shape, order, own: &own, shared: &shared, axes };
+    array.imported(values, layout)
+}
+
+fn damaged(path: &Path, e: hdf5_reader::error::Error) -> Error {
+    Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
 }
 
 fn last(name: &str) -> &str {
@@ -119,17 +104,15 @@ fn last(name: &str) -> &str {
 
 /// Shape and stored numbers of a data set in two dimensions.
 fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, dtype: DType) -> Result<([usize; 2], Vec<f64>)> {
-    let damaged = |e: hdf5_reader::error::Error| {
-        Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
-    };
+    let damaged = |e| damaged(path, e);
     let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
     refuse_large_chunks(path, name, dataset, dtype)?;
     // Memory of the stored bytes and of the converted numbers.
     let count = dataset.num_elements().map_err(damaged)?;
-    check_ratio(path, name, count.saturating_mul(dtype.bytes() as u64), length)?;
-    fits(path, count.saturating_mul(dtype.bytes() as u64 + 8))?;
+    check_ratio(path, name, count.saturating_mul(dtype.bytes as u64), length)?;
+    fits(path, count.saturating_mul(dtype.bytes as u64 + 8))?;
     let bytes = dataset.read_raw_bytes().map_err(damaged)?;
-    Ok((shape, bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect()))
+    Ok((shape, bytes.chunks_exact(dtype.bytes).map(|b| dtype.value(b)).collect()))
 }
 
 /// Index order and coordinates of a data set with dimension scales, which NetCDF-4 and xarray write.
@@ -172,7 +155,7 @@ fn sibling(file: &Hdf5File, folder: &str, axis: &str) -> Option<Coordinate> {
     };
     let dtype = stored(dataset.dtype()).filter(|_| is_vector)?;
     let bytes = dataset.read_raw_bytes().ok()?;
-    let values = bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect();
+    let values = bytes.chunks_exact(dtype.bytes).map(|b| dtype.value(b)).collect();
     Some(Coordinate { name: axis.to_string(), attributes: attributes(dataset.attributes()), values })
 }
 
@@ -231,7 +214,7 @@ fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
 /// The reader limits the chunk size; its own error message suggests no remedy.
 fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, dtype: DType) -> Result<()> {
     let Some(chunks) = dataset.chunks() else { return Ok(()) };
-    let bytes = chunks.iter().fold(dtype.bytes() as u64, |n, c| n.saturating_mul((*c).into()));
+    let bytes = chunks.iter().fold(dtype.bytes as u64, |n, c| n.saturating_mul((*c).into()));
     if bytes <= DEFAULT_MAX_CHUNK_BYTES as u64 {
         return Ok(());
     }
@@ -247,7 +230,7 @@ fn attributes(list: Vec<Attribute>) -> Attributes {
     let mut all = Attributes::default();
     for a in list {
         if let Some(kind) = flags(&a.datatype).or_else(|| stored(&a.datatype)) {
-            let numbers = a.raw_data.chunks_exact(kind.bytes()).map(|b| kind.value(b)).collect();
+            let numbers = a.raw_data.chunks_exact(kind.bytes).map(|b| kind.value(b)).collect();
             all.numbers.insert(a.name, numbers);
         } else if let Ok(tokens) = a.read_string() {
             all.words.insert(a.name, tokens);
@@ -265,16 +248,11 @@ fn flags(kind: &Datatype) -> Option<DType> {
 }
 
 fn stored(kind: &Datatype) -> Option<DType> {
-    let big = |order: &ByteOrder| *order == ByteOrder::BigEndian;
-    match kind {
-        Datatype::FloatingPoint { size: 8, byte_order } => Some(DType::F8 { big: big(byte_order) }),
-        Datatype::FloatingPoint { size: 4, byte_order } => Some(DType::F4 { big: big(byte_order) }),
-        Datatype::FloatingPoint { size: 2, byte_order } => Some(DType::F2 { big: big(byte_order) }),
-        Datatype::FixedPoint { size, signed, byte_order } => {
-            let (bytes, big) = (usize::from(*size), big(byte_order));
-            let is_known = [1, 2, 4, 8].contains(&bytes);
-            is_known.then_some(if *signed { DType::Signed { bytes, big } } else { DType::Unsigned { bytes, big } })
-        }
-        _ => None,
-    }
+    let (kind, bytes, order) = match kind {
+        Datatype::FloatingPoint { size, byte_order } => (NumberKind::Float, size, byte_order),
+        Datatype::FixedPoint { size, signed: true, byte_order } => (NumberKind::Signed, size, byte_order),
+        Datatype::FixedPoint { size, byte_order, .. } => (NumberKind::Unsigned, size, byte_order),
+        _ => return None,
+    };
+    DType::new(kind, usize::from(*bytes), *order == ByteOrder::BigEndian)
 }

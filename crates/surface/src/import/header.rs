@@ -222,11 +222,8 @@ impl ChannelHeader {
     fn any_unit(&mut self, value: &str, line: usize) {
         self.unit = Some(length_unit(value).unwrap_or_else(|| value.to_string())).filter(|v| !v.is_empty());
         if metres_per(value).is_none() && length_unit(value).is_none() {
-            self.warnings.push(format!(
-                "unit {} on line {line} is not {}: it is not used",
-                quoted(value),
-                unit::ACCEPTED
-            ));
+            let (value, accepted) = (quoted(value), unit::ACCEPTED);
+            self.warnings.push(format!("unit {value} on line {line} is not {accepted}: it is not used"));
         }
     }
 
@@ -338,16 +335,12 @@ impl ChannelHeader {
             (None, None) => None,
         };
         let coordinates = coordinates.map(|[x, y]| [x, y * to_x]);
-        if let (Some(stated), Some(found)) = (stated, coordinates) {
+        if let (Some(stated), Some(spans)) = (stated, coordinates) {
             // A program may count the spacing once less.
-            let deviation = |k: usize, n: usize| (stated[k] / found[k] - 1.0).abs() > 1.01 / n as f64;
+            let deviation = |k: usize, n: usize| (stated[k] / spans[k] - 1.0).abs() > 1.01 / n as f64;
             if deviation(0, nx) || deviation(1, ny) {
                 let found = format!("extents of {:e} x {:e} in the header", stated[0], stated[1]);
-                let accepted = format!(
-                    "those of the coordinates, {:e} x {:e}",
-                    coordinates.unwrap_or(stated)[0],
-                    coordinates.unwrap_or(stated)[1]
-                );
+                let accepted = format!("those of the coordinates, {:e} x {:e}", spans[0], spans[1]);
                 return Err(Error::format(path, found, accepted));
             }
         }

@@ -175,24 +175,11 @@ fn noun_of_axis(word: &str) -> Option<Noun> {
 
 /// `height unit`, `Einheit Höhe`, `Höheneinheit`, `lateral units`: a unit or a factor with the word for its axes.
 fn qualified(tokens: &str) -> Option<(Noun, &'static str)> {
-    const HEIGHTS: [&str; 13] = [
-        "height",
-        "heights",
-        "data",
-        "value",
-        "values",
-        "höhe",
-        "höhen",
-        "daten",
-        "wert",
-        "werte",
-        "werten",
-        "vertical",
-        "vertikale",
-    ];
-    const LATERAL: [&str; 7] = ["lateral", "laterale", "length", "längen", "horizontal", "horizontale", "xy"];
-    let value_of = |word: &str| {
-        if HEIGHTS.contains(&word) { Some("z") } else { LATERAL.contains(&word).then_some("xy") }
+    let value_of = |word: &str| match word {
+        "height" | "heights" | "data" | "value" | "values" | "höhe" | "höhen" | "daten" | "wert" | "werte"
+        | "werten" | "vertical" | "vertikale" => Some("z"),
+        "lateral" | "laterale" | "length" | "längen" | "horizontal" | "horizontale" | "xy" => Some("xy"),
+        _ => None,
     };
     let split = || {
         if let Some((first, remainder)) = tokens.split_once(' ') {

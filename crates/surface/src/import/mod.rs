@@ -36,7 +36,7 @@ use super::declared::Declared;
 use super::heights;
 use crate::files::atomic_file::open_regular;
 use asperity_grid::error::{Error, Result};
-use source::plain;
+use source::{ARCHIVE, plain};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -71,46 +71,34 @@ pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
 }
 
 fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
-    let (file, length) = open_regular(path)?;
+    let (file, _) = open_regular(path)?;
     let mut source = BufReader::with_capacity(1 << 18, file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
-    let kind = match kind(path, start) {
-        FileKind::Npz if x3p::is(path, start) => FileKind::X3p,
-        other => other,
-    };
+    let kind = kind(path, start);
     drop(source);
-    let named =
-        !matches!(kind, FileKind::Npy | FileKind::Konfig { .. } | FileKind::X3p | FileKind::Sdf | FileKind::Sur);
     let waves = options.fourier.is_some_and(Fourier::are_waves);
-    if let Some(name) = options.dataset.filter(|_| !named || matches!(kind, FileKind::Text) && waves) {
+    let has_names = match kind {
+        FileKind::Format(format) => format.has_names,
+        FileKind::Konfig { .. } => false,
+        FileKind::Text => !waves,
+        FileKind::Foreign(..) | FileKind::Binary => true,
+    };
+    if let Some(name) = options.dataset.filter(|_| !has_names) {
         let found = format!("--dataset (surface.dataset) = {} for a file without names", source::quoted(name));
         return Err(Error::format(path, found, "the name only with a file that names its channels or arrays"));
     }
     let found = match kind {
-        FileKind::Npy => {
-            let (map, declared) = heights::read_npy(path)?;
-            ImportedFile::map(map, declared, ".npy [ny, nx]")
-        }
-        FileKind::Npz => npz::read(path, options)?,
-        FileKind::X3p => x3p::read(path)?,
-        FileKind::Sdf => sdf::read(path)?,
-        FileKind::Sur => sur::read(path)?,
-        FileKind::Gwy => gwy::read(path, options)?,
-        FileKind::Hdf5 => hdf5::read(path, length, options)?,
-        FileKind::Netcdf => netcdf::read(path, length, options)?,
+        FileKind::Format(format) => (format.read)(path, options)?,
         FileKind::Binary => {
             return Err(Error::format(path, "a binary file of a kind that is not known", foreign::KINDS));
         }
         FileKind::Foreign(found, accepted) => {
             return Err(Error::format(path, format!("{found}, which is not read"), accepted));
         }
-        FileKind::Text if waves => ImportedFile {
-            content: Content::Waves(fourier::read_text(path)?),
-            declared: Declared::default(),
-            layout: "text, qX qY Re Im".into(),
-            warnings: Vec::new(),
-            not_understood: Vec::new(),
-        },
+        FileKind::Text if waves => {
+            let waves = Content::Waves(fourier::read_text(path)?);
+            ImportedFile::of(waves, Declared::default(), "text, qX qY Re Im")
+        }
         FileKind::Text => {
             let found = text::read(path, options)?;
             if found.layout == text::TextLayout::XyzLines {
@@ -137,12 +125,9 @@ fn settle(path: &Path, imported: ImportedFile, fourier: Option<Fourier>) -> Resu
         }
         None | Some(Fourier::None) => Ok(imported),
         Some(_) if map.nx == 4 => {
-            let waves = fourier::of_columns(path, &map.heights)?;
-            Ok(ImportedFile {
-                content: Content::Waves(waves),
-                layout: format!("{}, columns qX qY Re Im", imported.layout),
-                ..imported
-            })
+            let content = Content::Waves(fourier::of_columns(path, &map.heights)?);
+            let layout = format!("{}, columns qX qY Re Im", imported.layout);
+            Ok(ImportedFile { content, layout, ..imported })
         }
         Some(_) => {
             let description = format!("[{}, {}] numbers", map.ny, map.nx);
@@ -183,15 +168,32 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     Ok(assigns.is_some_and(|assigns| !(assigns && is_scene)))
 }
 
+/// A format that is no text: how a file of it begins, whether its arrays have names, and its reader.
+struct Format {
+    starts: fn(&Path, &[u8]) -> bool,
+    has_names: bool,
+    read: fn(&Path, ImportOptions) -> Result<ImportedFile>,
+}
+
+static FORMATS: [Format; 8] = [
+    Format { starts: |_, s| s.starts_with(b"\x93NUMPY"), has_names: false, read: |path, _| npy(path) },
+    Format { starts: x3p::starts, has_names: false, read: |path, _| x3p::read(path) },
+    Format { starts: |_, s| s.starts_with(ARCHIVE), has_names: true, read: npz::read },
+    Format { starts: |_, s| hdf5::starts(s), has_names: true, read: hdf5::read },
+    Format { starts: |_, s| netcdf::starts(s), has_names: true, read: netcdf::read },
+    Format { starts: |_, s| sdf::starts(s), has_names: false, read: |path, _| sdf::read(path) },
+    Format { starts: |_, s| sur::starts(s), has_names: false, read: |path, _| sur::read(path) },
+    Format { starts: |_, s| gwy::starts(s), has_names: true, read: gwy::read },
+];
+
+fn npy(path: &Path) -> Result<ImportedFile> {
+    let (map, declared) = heights::read_npy(path)?;
+    Ok(ImportedFile::map(map, declared, ".npy [ny, nx]"))
+}
+
+#[derive(Clone, Copy)]
 enum FileKind {
-    Npy,
-    Npz,
-    X3p,
-    Sdf,
-    Sur,
-    Gwy,
-    Hdf5,
-    Netcdf,
+    Format(&'static Format),
     Konfig {
         nx: usize,
         ny: usize,
@@ -203,20 +205,8 @@ enum FileKind {
 }
 
 fn kind(path: &Path, start: &[u8]) -> FileKind {
-    if start.starts_with(b"\x93NUMPY") {
-        FileKind::Npy
-    } else if start.starts_with(b"PK\x03\x04") {
-        FileKind::Npz
-    } else if hdf5::starts(start) {
-        FileKind::Hdf5
-    } else if matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..]) {
-        FileKind::Netcdf
-    } else if sdf::starts(start) {
-        FileKind::Sdf
-    } else if sur::starts(start) {
-        FileKind::Sur
-    } else if gwy::starts(start) {
-        FileKind::Gwy
+    if let Some(format) = FORMATS.iter().find(|f| (f.starts)(path, start)) {
+        FileKind::Format(format)
     } else if let Some((found, accepted)) = foreign::known(start) {
         FileKind::Foreign(found, accepted)
     } else if start.contains(&0) && !decode::is_utf16(start) {

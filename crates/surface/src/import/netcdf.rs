@@ -1,16 +1,22 @@
-use super::array::{self, MASK, Order, choose};
-use super::attributes::{Array, Attributes};
+use super::array::{MASK, Order, choose};
+use super::attributes::{Array, Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
-use super::declare::{Coordinate, Described, declare};
+use super::declare::Described;
 use super::source::check_ratio;
-use crate::files::npy::{DType, fits};
+use crate::files::atomic_file::open_regular;
+use crate::files::npy::{DType, NumberKind, fits};
 use asperity_grid::error::{Error, Result};
 use netcdf_reader::{NcAttribute, NcFile, NcType, NcVariable};
 use std::path::Path;
 
+pub(super) fn starts(start: &[u8]) -> bool {
+    matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..])
+}
+
 /// Reads a variable of a classic NetCDF file (NetCDF-3, as written by scipy and SurfaceTopography): `[ny, nx]`, or
 /// `[nx, ny]` if its dimensions are named x and y in this order. `length`: bytes of the file.
-pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    let (_, length) = open_regular(path)?;
     let damaged = |e: netcdf_reader::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "a NetCDF file")
     };
@@ -27,7 +33,7 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
     let shape = [shape[0] as usize, shape[1] as usize];
     // Two copies in f64: as read, and transposed.
     let bytes = 16 * (shape[0] as u64).saturating_mul(shape[1] as u64);
-    check_ratio(path, name, bytes / 16 * dtype.bytes() as u64, length)?;
+    check_ratio(path, name, bytes / 16 * dtype.bytes as u64, length)?;
     fits(path, bytes)?;
     let mut values: Vec<f64> = file.read_variable_as_f64(name).map_err(damaged)?.iter().copied().collect();
     let own = attributes(variable.attributes());
@@ -41,21 +47,10 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         values.iter_mut().zip(&marked).filter(|(_, m)| **m != 0.0).for_each(|(v, _)| *v = f64::NAN);
     }
     let order = order(variable);
-    let mut map = array::map(path, shape, values, order)?;
     let axes = axes(path, &file, variable)?;
-    let reversed = array::reverse_descending(&mut map, &axes);
-    let global = attributes(file.global_attributes().map_err(damaged)?);
-    let (declared, warnings) = declare(&Described {
-        path,
-        channel: name,
-        channels: &names,
-        points: [map.nx, map.ny],
-        own: &own,
-        shared: &[global],
-        axes,
-    })?;
-    let layout = format!("NetCDF variable {name} {}{reversed}", order.words());
-    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
+    let shared = [attributes(file.global_attributes().map_err(damaged)?)];
+    let array = Described { path, channel: name, channels: &names, shape, order, own: &own, shared: &shared, axes };
+    array.imported(values, format!("NetCDF variable {name} {}", order.words()))
 }
 
 /// Coordinates along x and y: the variables with the names of the dimensions.
@@ -100,18 +95,19 @@ fn attributes(list: &[NcAttribute]) -> Attributes {
 
 /// Type of a stored number; the reader handles the byte order.
 fn stored(kind: &NcType) -> Option<DType> {
-    let big = true;
-    Some(match kind {
-        NcType::Double => DType::F8 { big },
-        NcType::Float => DType::F4 { big },
-        NcType::Byte => DType::Signed { bytes: 1, big },
-        NcType::Short => DType::Signed { bytes: 2, big },
-        NcType::Int => DType::Signed { bytes: 4, big },
-        NcType::Int64 => DType::Signed { bytes: 8, big },
-        NcType::UByte => DType::Unsigned { bytes: 1, big },
-        NcType::UShort => DType::Unsigned { bytes: 2, big },
-        NcType::UInt => DType::Unsigned { bytes: 4, big },
-        NcType::UInt64 => DType::Unsigned { bytes: 8, big },
+    use NumberKind::{Float, Signed, Unsigned};
+    let (kind, bytes) = match kind {
+        NcType::Double => (Float, 8),
+        NcType::Float => (Float, 4),
+        NcType::Byte => (Signed, 1),
+        NcType::Short => (Signed, 2),
+        NcType::Int => (Signed, 4),
+        NcType::Int64 => (Signed, 8),
+        NcType::UByte => (Unsigned, 1),
+        NcType::UShort => (Unsigned, 2),
+        NcType::UInt => (Unsigned, 4),
+        NcType::UInt64 => (Unsigned, 8),
         _ => return None,
-    })
+    };
+    DType::new(kind, bytes, true)
 }

@@ -1,7 +1,7 @@
-use super::array::{self, MASK, Order, choose};
-use super::attributes::Attributes;
+use super::array::{MASK, Order, check_mask, choose};
+use super::attributes::{Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
-use super::declare::{Coordinate, Described, declare};
+use super::declare::Described;
 use super::foreign;
 use super::source::check_ratio;
 use crate::files::atomic_file::open_regular;
@@ -45,36 +45,20 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     let shape = [field.ny, field.nx];
     let mut values = field.values;
     if has_mask {
-        let (mut flags, mask) = (Vec::new(), reader(path, &mut archive, MASK)?);
-        let found = [mask.ny, mask.nx];
-        if found != shape {
-            return Err(Error::format(
-                path,
-                format!("array mask of shape {found:?}"),
-                format!("{shape:?}, as {name} has"),
-            ));
-        }
-        mask.for_each_row(|_, row| flags.extend(row.iter().map(|m| *m != 0.0)))?;
-        values.iter_mut().zip(flags).filter(|(_, m)| *m).for_each(|(v, _)| *v = f64::NAN);
+        let mask = reader(path, &mut archive, MASK)?;
+        check_mask(path, "array mask", [mask.ny, mask.nx], (name, shape))?;
+        mask.for_each_row(|y, flags| {
+            let row = values[y * field.nx..].iter_mut().zip(flags);
+            row.filter(|(_, m)| **m != 0.0).for_each(|(v, _)| *v = f64::NAN);
+        })?;
     }
-    let mut map = array::map(path, shape, values, Order::RowsOfX)?;
     let axis = |name: &str| {
         let values = stated.numbers.get(name)?.clone();
         Some(Coordinate { name: name.to_string(), attributes: Attributes::default(), values })
     };
-    let axes = [axis("x"), axis("y")];
-    let reversed = array::reverse_descending(&mut map, &axes);
-    let (declared, warnings) = declare(&Described {
-        path,
-        channel: name,
-        channels: &names,
-        points: [map.nx, map.ny],
-        own: &stated,
-        shared: &[],
-        axes,
-    })?;
-    let layout = format!(".npz array {name} [ny, nx]{reversed}");
-    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
+    let (axes, order) = ([axis("x"), axis("y")], Order::RowsOfX);
+    let array = Described { path, channel: name, channels: &names, shape, order, own: &stated, shared: &[], axes };
+    array.imported(values, format!(".npz array {name} [ny, nx]"))
 }
 
 fn reader<'a>(path: &Path, archive: &'a mut NpzArchive, name: &str) -> Result<npy::NpyReader<impl Read + use<'a>>> {
@@ -95,7 +79,7 @@ fn take_small(stated: &mut Attributes, name: String, mut entry: impl Read) {
     let descriptor = header.type_descriptor.to_string();
     let descriptor = descriptor.trim_matches(['\'', '"']);
     if let Some(dtype) = DType::named(descriptor) {
-        let numbers: Vec<f64> = bytes.chunks_exact(dtype.bytes()).map(|b| dtype.value(b)).collect();
+        let numbers: Vec<f64> = bytes.chunks_exact(dtype.bytes).map(|b| dtype.value(b)).collect();
         stated.numbers.insert(name, numbers);
     } else if let Some(words) = words(descriptor, &bytes) {
         stated.words.insert(name, words);

@@ -1,7 +1,7 @@
 use super::bytes::{self, Bytes, F32, F64, I8, I16, I32, U8, U16, U32};
 use super::content::ImportedFile;
 use crate::declared::{Declared, DeclaredExtent};
-use crate::files::npy::{DType, fits};
+use crate::files::npy::{DType, NumberKind, fits};
 use crate::heights::HeightMap;
 use asperity_grid::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -63,12 +63,9 @@ impl SdfHeader {
         };
         let count = |key: &str| {
             let n = value(key)?;
-            let is_complete = n.fract() == 0.0 && n >= 1.0 && n <= f64::from(u32::MAX);
-            if is_complete {
-                Ok(n as usize)
-            } else {
-                Err(Error::format(path, format!("{key} = {n}"), "a whole number, 1 or more"))
-            }
+            let is_count = n.fract() == 0.0 && n >= 1.0 && n <= f64::from(u32::MAX);
+            let refused = || Error::format(path, format!("{key} = {n}"), "a whole number, 1 or more");
+            is_count.then_some(n as usize).ok_or_else(refused)
         };
         Ok(SdfHeader {
             nx: count("NumPoints")?,
@@ -102,7 +99,7 @@ fn binary(path: &Path, magic: &str, mut remainder: Bytes) -> Result<(SdfHeader, 
         values.insert(key, remainder.number(dtype, "the header")?);
     }
     let header = SdfHeader::of(path, &values)?;
-    let length = (header.nx * header.ny).checked_mul(header.stored.bytes());
+    let length = (header.nx * header.ny).checked_mul(header.stored.bytes);
     let left = remainder.left();
     if left.starts_with(&OLYMPUS) && length.and_then(|n| n.checked_add(OLYMPUS.len())) == Some(left.len()) {
         remainder.take(OLYMPUS.len(), "the header")?;
@@ -117,12 +114,12 @@ fn binary(path: &Path, magic: &str, mut remainder: Bytes) -> Result<(SdfHeader, 
 /// Value of points that were not measured: the least one of a signed type, the largest one of the unsigned types of BCR. NaN
 /// counts, too.
 fn reserved(dtype: DType) -> Option<f64> {
-    Some(match dtype {
-        DType::Signed { bytes, .. } => -(2f64.powi(8 * bytes as i32 - 1)),
-        DType::Unsigned { bytes: 2, .. } => u16::MAX.into(),
-        DType::Unsigned { bytes: 4, .. } => u32::MAX.into(),
-        DType::F4 { .. } => f32::MIN.into(),
-        DType::F8 { .. } => f64::MIN,
+    Some(match (dtype.kind, dtype.bytes) {
+        (NumberKind::Signed, bytes) => -(2f64.powi(8 * bytes as i32 - 1)),
+        (NumberKind::Unsigned, 2) => u16::MAX.into(),
+        (NumberKind::Unsigned, 4) => u32::MAX.into(),
+        (NumberKind::Float, 4) => f32::MIN.into(),
+        (NumberKind::Float, 8) => f64::MIN,
         _ => return None,
     })
 }

@@ -3,6 +3,9 @@
 use asperity_grid::error::{Error, Result};
 use std::path::Path;
 
+/// First bytes of a zip archive, which `.npz` and x3p are.
+pub(super) const ARCHIVE: &[u8] = b"PK\x03\x04";
+
 /// Longest quotation of a file in a message, in characters.
 const QUOTED: usize = 60;
 

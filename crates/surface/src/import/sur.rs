@@ -112,7 +112,7 @@ pub(super) fn read(path: &Path) -> Result<ImportedFile> {
     let layout = format!(
         "Digital Surf surface, {}{} bits [ny, nx]{}",
         if header.compressed { "compressed, " } else { "" },
-        8 * header.stored.bytes(),
+        8 * header.stored.bytes,
         if invert { ", inverted as its header states" } else { "" },
     );
     Ok(ImportedFile::map(map, declared, layout))
@@ -121,7 +121,7 @@ pub(super) fn read(path: &Path) -> Result<ImportedFile> {
 impl SurHeader {
     /// `header`: its 512 bytes. Offsets: the documentation of the format by Digital Surf, version 1.
     fn of(path: &Path, header: &[u8]) -> Result<Self> {
-        let value_at = |offset: usize, dtype: DType| dtype.value(&header[offset..offset + dtype.bytes()]);
+        let value_at = |offset: usize, dtype: DType| dtype.value(&header[offset..offset + dtype.bytes]);
         let text = |offset: usize| text(&header[offset..offset + 16]);
         if value_at(12, U16) != 0.0 {
             let accepted = "0, the byte order of PCs (in MountainsMap or Gwyddion save it again)";
@@ -184,7 +184,7 @@ fn text(field: &[u8]) -> String {
 
 /// Decompresses the heights: number of streams, raw and compressed length of each, the streams (zlib).
 fn decompress(path: &Path, mut remainder: Bytes, header: &SurHeader) -> Result<Vec<u8>> {
-    let requested = header.nx.saturating_mul(header.ny).saturating_mul(header.stored.bytes());
+    let requested = header.nx.saturating_mul(header.ny).saturating_mul(header.stored.bytes);
     let damaged = |found: String| {
         Error::format(path, found, format!("{requested} bytes of compressed heights (the file is cut off or damaged)"))
     };

@@ -70,11 +70,8 @@ fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOptions) -> Re
         None => match (&heights[..], &sections[..]) {
             ([only], _) => *only,
             ([], []) => return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y")),
-            ([], [first, ..]) => {
-                let (unit, line) = first.header.no_length.clone().unwrap_or_default();
-                let found = format!("values in {} on line {line}, which are no heights", quoted(&unit));
-                return Err(Error::format(path, found, super::unit::ACCEPTED));
-            }
+            // Refused below.
+            ([], _) => 0,
             (several, _) => {
                 let names: Vec<String> = several.iter().map(|i| name(&sections[*i])).collect();
                 let found = format!("{} channels ({})", several.len(), list(&names));

@@ -1,5 +1,6 @@
 use super::bytes::{self, Bytes, F32, F64, I16, I32};
 use super::content::ImportedFile;
+use super::source::ARCHIVE;
 use super::x3p_header::{self, Elements};
 use crate::declared::{Declared, DeclaredExtent};
 use crate::files::npy::{DType, fits};
@@ -22,7 +23,10 @@ const MOST_XML: u64 = 1 << 26;
 const EXPANSION: u64 = 1032;
 
 /// Whether an archive is a surface file rather than `.npz`. `start`: its first bytes, which decide if it is cut off.
-pub(super) fn is(path: &Path, start: &[u8]) -> bool {
+pub(super) fn starts(path: &Path, start: &[u8]) -> bool {
+    if !start.starts_with(ARCHIVE) {
+        return false;
+    }
     match File::open(path).ok().and_then(|file| ZipArchive::new(BufReader::new(file)).ok()) {
         Some(archive) => archive.index_for_name(MAIN).is_some(),
         None => start.windows(MAIN.len()).any(|w| w == MAIN.as_bytes()),
@@ -57,11 +61,8 @@ impl<'a> X3pArchive<'a> {
         let (size, compressed) = (entry.size(), entry.compressed_size());
         if size > largest || size > compressed.saturating_mul(EXPANSION) {
             let found = format!("{name:?} of {size} bytes, {compressed} in the archive");
-            return Err(Error::format(
-                path,
-                found,
-                format!("{largest} bytes at most, compressed at most {EXPANSION}-fold"),
-            ));
+            let accepted = format!("{largest} bytes at most, compressed at most {EXPANSION}-fold");
+            return Err(Error::format(path, found, accepted));
         }
         fits(path, size)?;
         let mut bytes = Vec::new();
@@ -166,7 +167,7 @@ fn heights(
         let found = format!("no PointDataLink, and {} heights in {MAIN}", xml.list.len());
         return Err(Error::format(path, found, format!("{count}, for {points}")));
     };
-    let data = archive.exactly(link, count.saturating_mul(stored.bytes()) as u64, &points)?;
+    let data = archive.exactly(link, count.saturating_mul(stored.bytes) as u64, &points)?;
     checksum(path, xml.text("Record3/DataLink/MD5ChecksumPointData"), link, &data)?;
     checksum_file(archive, xml, &[(MAIN, main), (link, &data)])?;
     let mut heights = Bytes::of(path, &data).field([nx, ny], stored)?;

@@ -1,6 +1,6 @@
 //! Filters that remove short or long waves.
 
-use super::rows::{Along, along_both};
+use super::rows::along_both;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::{Grid, Transform, mean, next_fast_len};
 use realfft::RealFftPlanner;
@@ -129,12 +129,10 @@ fn waves(kind: FilterKind, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64
 /// it is one regression along x after another along y.
 fn regression(cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64> {
     let mean = mean(heights);
-    let [x, y] = [(grid.nx, grid.dx()), (grid.ny, grid.dy())].map(|(n, d)| Smoothing::new(n, cut_off / d));
-    let along_x = |from: &[f64], to: &mut [f64]| x.apply(from, to);
-    let along_y = |from: &[f64], to: &mut [f64]| y.apply(from, to);
+    let lines = [(grid.nx, grid.dx()), (grid.ny, grid.dy())].map(|(n, d)| Smoothing::new(n, cut_off / d));
     let centred: Vec<f64> = heights.iter().map(|h| h - mean).collect();
-    let (along_x, along_y) = (Along { points: grid.nx, apply: &along_x }, Along { points: grid.ny, apply: &along_y });
-    let mut smooth = along_both(grid.nx, &centred, along_x, along_y);
+    let apply = |axis: usize, from: &[f64], to: &mut [f64]| lines[axis].apply(from, to);
+    let mut smooth = along_both(grid.nx, &centred, [grid.nx, grid.ny], apply);
     smooth.iter_mut().for_each(|h| *h += mean);
     smooth
 }

@@ -98,13 +98,8 @@ impl Preparation {
         for band in [self.low_pass.map(PassBand::Long), self.high_pass.map(PassBand::Short)].into_iter().flatten() {
             let previous = rms(&heights);
             filter::apply(self.filter, band, grid, &mut heights, repeats);
-            history.push(format!(
-                "{} {}: rms height {} to {}",
-                band.words(),
-                self.filter.word(),
-                digits(previous),
-                digits(rms(&heights))
-            ));
+            let (previous, now) = (digits(previous), digits(rms(&heights)));
+            history.push(format!("{} {}: rms height {previous} to {now}", band.words(), self.filter.word()));
         }
         if let Some(points) = self.resample {
             let (method, from) = (regrid::method(grid, points, repeats), [grid.nx, grid.ny]);

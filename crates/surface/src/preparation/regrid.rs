@@ -1,8 +1,9 @@
 //! Resampling to another number of points.
 
-use super::rows::{Along, along_both};
+use super::rows::along_both;
 use crate::resample;
 use asperity_grid::error::{Error, Result};
+use asperity_grid::sys::expect_memory;
 use asperity_grid::{Grid, mean};
 
 /// How a map would be resampled, in words.
@@ -28,16 +29,7 @@ pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
     // Heights, their transposed copies and a spectrum.
     const COPIES: u64 = 4;
     let need = COPIES.saturating_mul(size_of::<f64>() as u64).saturating_mul(nx as u64).saturating_mul(ny as u64);
-    let available = asperity_grid::sys::available_memory_bytes();
-    if need > available {
-        let description = format!("a map of {nx} x {ny} points");
-        return Err(Error::Memory {
-            what: description,
-            need,
-            have: available,
-            advice: "--resample accepts fewer points".into(),
-        });
-    }
+    expect_memory(format!("a map of {nx} x {ny} points"), need, "--resample accepts fewer points")?;
     let new = Grid { nx, ny, ..grid };
     if periodic {
         let mean = mean(&heights);
@@ -45,18 +37,15 @@ pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
         resampled.iter_mut().for_each(|h| *h += mean);
         return Ok((new, resampled));
     }
-    let (taps_x, taps_y) = (taps(grid.nx, nx), taps(grid.ny, ny));
-    let apply = |taps: &[Vec<(usize, f64)>], from: &[f64], to: &mut [f64]| {
+    let taps = [taps(grid.nx, nx), taps(grid.ny, ny)];
+    let apply = |axis: usize, from: &[f64], to: &mut [f64]| {
         // Relative to the first value, as weights add up to one but for rounding.
         let base = from[0];
-        for (t, taps) in to.iter_mut().zip(taps) {
+        for (t, taps) in to.iter_mut().zip(&taps[axis]) {
             *t = base + taps.iter().map(|(i, weight)| weight * (from[*i] - base)).sum::<f64>();
         }
     };
-    let along_x = |from: &[f64], to: &mut [f64]| apply(&taps_x, from, to);
-    let along_y = |from: &[f64], to: &mut [f64]| apply(&taps_y, from, to);
-    let (along_x, along_y) = (Along { points: nx, apply: &along_x }, Along { points: ny, apply: &along_y });
-    Ok((new, along_both(grid.nx, &heights, along_x, along_y)))
+    Ok((new, along_both(grid.nx, &heights, points, apply)))
 }
 
 /// Old points and their weights, for each of `new` pixels on a line of `old` ones.

@@ -5,27 +5,22 @@ use rayon::prelude::*;
 /// Columns that are transposed at once: a cache line.
 const STRIP: usize = 8;
 
-/// A linear operation on one line: from its values to those of the new line.
-pub(super) struct Along<'a> {
-    /// Points of the new line.
-    pub points: usize,
-    pub apply: &'a (dyn Fn(&[f64], &mut [f64]) + Sync),
-}
-
-/// Applies an operation along x to every row, then another along y to every column. Rows `[ny, nx]` to
-/// `[along_y.points, along_x.points]`.
-pub(super) fn along_both(nx: usize, heights: &[f64], along_x: Along, along_y: Along) -> Vec<f64> {
-    let ny = heights.len() / nx;
-    let rows = each_row(nx, heights, &along_x);
-    let columns = each_row(ny, &transposed(along_x.points, &rows), &along_y);
-    transposed(along_y.points, &columns)
-}
-
-fn each_row(n: usize, values: &[f64], along: &Along) -> Vec<f64> {
-    let mut changed = vec![0.0; values.len() / n * along.points];
-    let pairs = changed.par_chunks_mut(along.points).zip(values.par_chunks(n));
-    pairs.for_each(|(to, from)| (along.apply)(from, to));
-    changed
+/// Applies an operation to every row (axis 0), then to every column (axis 1). `points`: those of a new row and of a new column.
+pub(super) fn along_both(
+    nx: usize,
+    heights: &[f64],
+    points: [usize; 2],
+    apply: impl Fn(usize, &[f64], &mut [f64]) + Sync,
+) -> Vec<f64> {
+    let each_row = |axis: usize, n: usize, values: &[f64]| {
+        let mut changed = vec![0.0; values.len() / n * points[axis]];
+        let pairs = changed.par_chunks_mut(points[axis]).zip(values.par_chunks(n));
+        pairs.for_each(|(to, from)| apply(axis, from, to));
+        changed
+    };
+    let rows = each_row(0, nx, heights);
+    let columns = each_row(1, heights.len() / nx, &transposed(points[0], &rows));
+    transposed(points[1], &columns)
 }
 
 /// `[ny, nx]` to `[nx, ny]`.
@@ -49,11 +44,14 @@ mod tests {
     #[test]
     fn rows_and_columns_are_processed_once_each() {
         let heights: Vec<f64> = (0..9 * 11).map(f64::from).collect();
-        let sum = |from: &[f64], to: &mut [f64]| to[0] = from.iter().sum();
-        let keep = |from: &[f64], to: &mut [f64]| to.copy_from_slice(from);
-        let of_rows = along_both(9, &heights, Along { points: 1, apply: &sum }, Along { points: 11, apply: &keep });
+        let keep = |_: usize, from: &[f64], to: &mut [f64]| to.copy_from_slice(from);
+        let sum = |axis: usize, from: &[f64], to: &mut [f64]| match axis {
+            0 => to[0] = from.iter().sum(),
+            _ => keep(axis, from, to),
+        };
+        let of_rows = along_both(9, &heights, [1, 11], sum);
         assert_eq!(of_rows, heights.chunks(9).map(|r| r.iter().sum()).collect::<Vec<f64>>());
-        let same = along_both(9, &heights, Along { points: 9, apply: &keep }, Along { points: 11, apply: &keep });
+        let same = along_both(9, &heights, [9, 11], keep);
         assert_eq!(same, heights);
     }
 }

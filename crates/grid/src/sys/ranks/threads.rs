@@ -11,8 +11,8 @@ struct Shared {
 
 #[derive(Debug, Clone)]
 pub(super) struct Rank {
-    own: usize,
-    count: usize,
+    pub own: usize,
+    pub count: usize,
     shared: Arc<Shared>,
 }
 
@@ -29,14 +29,6 @@ fn elements<E: Pod>(bytes: &[u8]) -> Vec<E> {
 }
 
 impl Rank {
-    pub(super) fn count(&self) -> usize {
-        self.count
-    }
-
-    pub(super) fn own(&self) -> usize {
-        self.own
-    }
-
     /// What every rank has posted.
     fn all(&self, local: &[u8]) -> Vec<Vec<u8>> {
         self.shared.posted.lock().expect("no rank has failed")[self.own] = local.to_vec();

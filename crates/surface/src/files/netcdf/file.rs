@@ -20,11 +20,8 @@ pub fn write(path: &Path, attributes: &[(String, Attribute)], variables: &[Varia
     let texts = variables.iter().flat_map(|v| &v.attributes).chain(attributes);
     if let Some((name, _)) = texts.into_iter().find(|(_, a)| matches!(a, Attribute::Text(t) if t.len() > LONGEST_TEXT))
     {
-        return Err(Error::format(
-            path,
-            format!("attribute {name} of more than {LONGEST_TEXT} bytes"),
-            "a shorter text",
-        ));
+        let found = format!("attribute {name} of more than {LONGEST_TEXT} bytes");
+        return Err(Error::format(path, found, "a shorter text"));
     }
     let shapes: Vec<Vec<u64>> = variables.iter().map(|v| shape(path, variables, v)).collect::<Result<_>>()?;
     let head = layout::head(attributes, variables, &shapes);
