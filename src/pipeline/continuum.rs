@@ -88,11 +88,6 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     };
     let watch = ProgressReporter::new(listener, Some(&writer), &label, (states.len(), loads.len()));
     let walked = path.walk(begin, request.pull_off, &watch, |i, reached| {
-        watch.next();
-        if reached.state.stop == Stop::Interrupted {
-            writer.write_interrupted(grid, &reached.state);
-            return Err(Error::Interrupted);
-        }
         let state = stored_state(&request, &request.steps[i], &path, &reached, context, &prefix)?;
         writer.load_finished(serde_json::to_value(&state).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(state);

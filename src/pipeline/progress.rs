@@ -1,6 +1,7 @@
 use super::Listener;
 use crate::pipeline::checkpoint::CheckpointWriter;
-use asperity_contact::method::{Iteration, Observer, SnapshotRef};
+use asperity_contact::method::{Equilibrium, Iteration, Observer, SnapshotRef};
+use asperity_grid::Grid;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -57,6 +58,16 @@ impl Observer for ProgressReporter<'_> {
     fn snapshot(&self, snapshot: SnapshotRef) {
         if let Some(writer) = self.writer {
             writer.write(&snapshot);
+        }
+    }
+
+    fn load_ended(&self) {
+        self.next();
+    }
+
+    fn interrupted(&self, grid: Grid, iterate: &Equilibrium) {
+        if let Some(writer) = self.writer {
+            writer.write_interrupted(grid, iterate);
         }
     }
 }

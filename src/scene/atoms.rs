@@ -19,6 +19,7 @@ use asperity_contact::interface::{AttractionLaw, Base, Elastic, Layer, Tabulated
 use asperity_contact::load::LoadStep;
 use asperity_grid::Grid;
 use asperity_grid::error::Complaint;
+use asperity_grid::sys::expect_memory;
 use asperity_grid::units::{GPA_PER_EV_A3, Scales};
 use asperity_surface::{HeightSource, dilate_by_ball, moments, range};
 use std::path::{Path, PathBuf};
@@ -189,16 +190,8 @@ impl IndenterProfile {
         }
         let grid = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
         // The audit needs the moments of the low-passed heights: these and their spectrum.
-        let (required, available) = (3 * 8 * grid.points() as u64, asperity_grid::sys::available_memory_bytes());
-        if required > available {
-            let description = format!("the indenter's profile on {} x {} points", grid.nx, grid.ny);
-            return Err(Error::Memory {
-                what: description,
-                need: required,
-                have: available,
-                advice: "a smaller atoms.cells needs less".into(),
-            });
-        }
+        let description = format!("the indenter's profile on {} x {} points", grid.nx, grid.ny);
+        expect_memory(description, 3 * 8 * grid.points() as u64, "a smaller atoms.cells needs less")?;
         let heights = problem.surface.heights(grid, low_pass);
         let resolved = moments(grid, &heights);
         if resolved.rms_gradient == 0.0 {

@@ -7,8 +7,9 @@ use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_contact::load::Load;
-use asperity_contact::method::{ContactMethod, Iteration, Observer, SnapshotRef, Stop};
+use asperity_contact::method::{ContactMethod, Equilibrium, Iteration, Observer, SnapshotRef, Stop};
 use asperity_contact::path::{LoadPathSolver, Reached};
+use asperity_grid::Grid;
 use asperity_grid::sys::ranks::Ranks;
 use serde_json::Value;
 use std::ops::ControlFlow;
@@ -86,19 +87,16 @@ impl SolveArgs {
             }
         };
         let fields = FieldWriter::new(self, case, path, case.load_steps().len());
-        let mut last = Stop::Converged;
         let ended = path.walk(begin, false, &OwnRows(writer.as_ref()), |i, Reached { state, .. }| {
-            last = state.stop;
-            if last == Stop::Interrupted {
-                writer.iter().for_each(|w| w.write_interrupted(path.problem().grid, &state));
-                return Err(Error::Interrupted);
-            }
             fields.state(i, &state)?;
             writer.iter().for_each(|w| w.load_finished(Value::Null));
-            if last == Stop::Converged { Ok(()) } else { Err(Error::Interrupted) }
+            if state.stop == Stop::Converged { Ok(()) } else { Err(Error::Interrupted) }
         });
         // The first rank says why, and ends all.
-        if last == Stop::Converged { ended.map(|_| ()) } else { Ok(()) }
+        match ended {
+            Err(Error::Interrupted) => Ok(()),
+            ended => ended.map(|_| ()),
+        }
     }
 }
 
@@ -112,6 +110,10 @@ impl Observer for OwnRows<'_> {
 
     fn snapshot(&self, snapshot: SnapshotRef) {
         self.0.iter().for_each(|writer| writer.write(&snapshot));
+    }
+
+    fn interrupted(&self, grid: Grid, iterate: &Equilibrium) {
+        self.0.iter().for_each(|writer| writer.write_interrupted(grid, iterate));
     }
 }
 

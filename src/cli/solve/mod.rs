@@ -268,13 +268,7 @@ impl SolveArgs {
         let loads = reporter.loads;
         let observer = ProgressReporter::new(progress, writer, "", (reporter.lines.len(), loads));
         let pulled = path.walk(begin, self.pull_off, &observer, |i, reached| {
-            observer.next();
             let state = &reached.state;
-            if state.stop == Stop::Interrupted {
-                // An iterate is no result.
-                writer.iter().for_each(|k| k.write_interrupted(grid, state));
-                return Err(Error::Interrupted);
-            }
             let line = reporter.state(i, &reached)?;
             match state.stop {
                 Stop::Converged => {

@@ -3,6 +3,7 @@ use super::snapshot::{SnapshotRef, SolverSnapshot};
 use crate::interface::{AttractionLaw, Elastic, Kernel, NodalHardness, Wall};
 use crate::load::Load;
 use crate::observe::Plasticity;
+use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::{ALONE, Ranks};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Grid, Series, Transform, rms};
@@ -227,16 +228,7 @@ impl<'a> ReducedProblem<'a> {
             Heights::Planned(_) => unreachable!("a solve has heights"),
             Heights::Series(series) => Ok(PowerSpectrum::from_series(series, self.grid)),
             Heights::Nodes(nodes) => {
-                let (required, available) = (self.power_bytes(), asperity_grid::sys::available_memory_bytes());
-                if required > available {
-                    let advice = "a coarser grid needs less".into();
-                    return Err(Error::Memory {
-                        what: "the spectrum of the heights".into(),
-                        need: required,
-                        have: available,
-                        advice,
-                    });
-                }
+                expect_memory("the spectrum of the heights".into(), self.power_bytes(), "a coarser grid needs less")?;
                 Ok(PowerSpectrum::from_nodes(self.grid, nodes))
             }
         }
@@ -533,6 +525,12 @@ pub trait Observer: Sync {
 
     /// Receives a snapshot for [`SolverRun::resume`]. Methods without snapshots restart an interrupted load.
     fn snapshot(&self, _snapshot: SnapshotRef) {}
+
+    /// Called when a load of a path has ended, before its state is passed on.
+    fn load_ended(&self) {}
+
+    /// Receives the iterate of an interrupted load, which is no result.
+    fn interrupted(&self, _grid: Grid, _iterate: &Equilibrium) {}
 }
 
 impl<F: Fn(Iteration) -> ControlFlow<()> + Sync> Observer for F {

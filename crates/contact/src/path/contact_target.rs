@@ -1,6 +1,7 @@
 //! Loads that are given as contact areas: the pressures that produce them.
 
 use crate::method::{ContactMethod, Load, Observer, ReducedProblem, Stop};
+use asperity_grid::sys::expect_memory;
 use asperity_grid::{Error, Result};
 
 /// Relative deviation of the contact area that is accepted, or one node if that is more: contact changes by whole nodes.
@@ -32,11 +33,8 @@ pub fn pressures_of_contact(
     gradient: f64,
     observer: &dyn Observer,
 ) -> Result<Vec<f64>> {
-    let (need, have) = (method.plan(problem).bytes, asperity_grid::sys::available_memory_bytes());
-    if need > have {
-        let what = format!("a solve on {} x {} points", problem.grid.nx, problem.grid.ny);
-        return Err(Error::Memory { what, need, have, advice: "a map with fewer points needs less".into() });
-    }
+    let what = format!("a solve on {} x {} points", problem.grid.nx, problem.grid.ny);
+    expect_memory(what, method.plan(problem).bytes, "a map with fewer points needs less")?;
     let mut run = method.start(problem, observer)?.solver()?;
     let node = 1.0 / problem.grid.points() as f64;
     let mut contact = |pressure: f64| -> Result<f64> {

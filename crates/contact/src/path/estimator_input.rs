@@ -4,6 +4,7 @@ use crate::method::{
     ScaledHeights, SolvePlan, Stop,
 };
 use asperity_grid::Field;
+use asperity_grid::sys::expect_memory;
 use asperity_grid::{Error, Result};
 use asperity_surface::PowerSpectrum;
 
@@ -31,16 +32,8 @@ impl<'a> EstimatorInput<'a> {
     /// # Errors
     /// `Memory` if the estimate needs more than the available memory; nothing has been allocated then.
     pub fn new(problem: ReducedProblem<'a>, method: &'static dyn ContactMethod) -> Result<Self> {
-        let (required, available) = (Self::plan(&problem, method).bytes, asperity_grid::sys::available_memory_bytes());
-        if required > available {
-            let what = method.card().id.into();
-            return Err(Error::Memory {
-                what,
-                need: required,
-                have: available,
-                advice: "a coarser grid needs less".into(),
-            });
-        }
+        let required = Self::plan(&problem, method).bytes;
+        expect_memory(method.card().id.into(), required, "a coarser grid needs less")?;
         let scale = ProblemScale::of(&problem.heights);
         let scaled = (!scale.is_one()).then(|| scale.heights(&problem.heights));
         let power = (method.card().needs == Needs::Spectrum)

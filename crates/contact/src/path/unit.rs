@@ -1,7 +1,7 @@
 //! Load paths in the unit of the surface's heights ([`ProblemScale`]).
 
 use super::{InitialState, LoadPathSolver, Reached};
-use crate::method::{CoarseState, Iteration, Load, Observer, ProblemScale, SnapshotRef};
+use crate::method::{CoarseState, Iteration, Load, Observer, ProblemScale, SnapshotRef, Stop};
 use crate::results::PullOff;
 use crate::state::Extrapolated;
 use crate::uncertainty::ValueWithError;
@@ -26,6 +26,15 @@ impl LoadPathSolver<'_> {
         observer: &dyn Observer,
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
     ) -> Result<Option<PullOff>> {
+        let grid = self.problem.grid;
+        let mut visit = |i: usize, reached: Reached| {
+            observer.load_ended();
+            if reached.state.stop == Stop::Interrupted {
+                observer.interrupted(grid, &reached.state);
+                return Err(Error::Interrupted);
+            }
+            visit(i, reached)
+        };
         let scale = ProblemScale::of(&self.problem.heights);
         let loads = scale.loads(&self.problem, self.loads)?;
         self.check_rounding()?;

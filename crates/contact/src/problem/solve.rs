@@ -9,6 +9,7 @@ use crate::observe::{WorkPoint, dissipation};
 use crate::path::{EstimatorInput, InitialState, LoadPathSolver, Reached, pressures_of_contact};
 use crate::results::PullOff;
 use crate::state::State;
+use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::ALONE;
 use asperity_grid::{Error, Result};
 use std::ops::ControlFlow;
@@ -240,11 +241,8 @@ fn walk(
         .as_ref()
         .map(|gap| InitialState::Gap(gap.iter().map(|g| g / problem.surface.length()).collect()));
     let path = LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets);
-    let (need, have) = (path.plan(loads.pull_off).bytes, asperity_grid::sys::available_memory_bytes());
-    if need > have {
-        let advice = "a surface with fewer nodes or Precision::F32 needs less".into();
-        return Err(Error::Memory { what: card.id.into(), need, have, advice });
-    }
+    let advice = "a surface with fewer nodes or Precision::F32 needs less";
+    expect_memory(card.id.into(), path.plan(loads.pull_off).bytes, advice)?;
     let path = path.with_stiffness();
     let criterion = method.criterion(&model.settings).to_string();
     let pulled = path.walk(begin, loads.pull_off, observer, |i, reached| {
@@ -260,7 +258,6 @@ fn walk(
 fn require_converged(reached: &Reached, card: &MethodCard, tolerance: f64, [load, loads]: [usize; 2]) -> Result<()> {
     match reached.state.stop {
         Stop::Converged => Ok(()),
-        Stop::Interrupted => Err(Error::Interrupted),
         stop => {
             let reason = match stop {
                 Stop::Detached => "the tension separates the surfaces, and no equilibrium exists".to_string(),
