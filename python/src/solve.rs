@@ -300,7 +300,8 @@ pub(crate) fn estimate<'py>(
     let problem = settings.problem(py, body.0.get(), body.1)?;
     let found = in_pool(py, threads, || problem.estimate(pressure))?.raise(py)?;
     let dict = PyDict::new(py);
-    dict.set_item("method", problem.method)?;
+    // The id: `auto` is a choice.
+    dict.set_item("method", asperity::methods::find(&problem.method).map(|m| m.card().id))?;
     dict.set_item("criterion", found.criterion)?;
     dict.set_item("contact_area", found.contact_area)?;
     dict.set_item("mean_gap", found.mean_gap)?;
