@@ -1,6 +1,6 @@
 //! `[laboratory]`: scales of the continuum problem.
 
-use super::quantity::{Force, Length, Stress, Work};
+use super::quantity::{Length, Stress};
 use asperity_grid::units::Scales;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -66,16 +66,5 @@ impl LaboratoryScene {
     /// A stress over the contact modulus.
     pub fn reduced_stress(&self, stress: Stress) -> f64 {
         stress.over(self.modulus())
-    }
-
-    /// A work of adhesion in units of E* L.
-    pub fn reduced_work(&self, work: Work) -> f64 {
-        self.scales().reduced_energy_per_area(work.si())
-    }
-
-    /// A force on the cell, whose extent in y is `aspect` times that in x, as pressure over E*.
-    pub fn reduced_force(&self, force: Force, aspect: f64) -> f64 {
-        let scales = self.scales();
-        force.si() / scales.modulus_pa / scales.length_m / (scales.length_m * aspect)
     }
 }

@@ -8,9 +8,8 @@ use asperity::contact::observe::{
     Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, gap_distribution, linear_edges,
     stress_distribution,
 };
-use asperity::grid::{Grid, Transform};
-use asperity::methods;
 use asperity::surface::{Modes, Spectrum, moments};
+use asperity::{grid::Grid, grid::Transform, methods};
 use std::f64::consts::PI;
 
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];

@@ -98,10 +98,6 @@ impl FourierModes {
         &self.series
     }
 
-    pub fn into_series(self) -> Series<f64> {
-        self.series
-    }
-
     /// Heights `[ny, nx]` with zero mean, of the waves that the grid resolves and that are no shorter than `low_pass`
     /// (0 for all).
     pub fn heights(&self, grid: Grid, low_pass: f64) -> Vec<f64> {

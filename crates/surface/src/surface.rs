@@ -18,13 +18,6 @@ pub struct Cell {
     pub y: f64,
 }
 
-impl Cell {
-    /// A cell of extent `x` along x with square pixels for maps of this shape `(ny, nx)`.
-    pub fn with_square_pixels(x: f64, shape: (usize, usize)) -> Self {
-        Cell { x, y: x * shape.0 as f64 / shape.1 as f64 }
-    }
-}
-
 /// A rough surface on its cell: a height map, or the waves of a spectrum on a grid. The unit of length is the caller's.
 #[derive(Debug, Clone)]
 pub struct Surface {
@@ -248,11 +241,6 @@ impl Surface {
     /// Where the heights come from, over the extent of the cell.
     pub fn source(&self) -> &HeightSource {
         &self.source
-    }
-
-    /// The same, of a surface that is needed no longer.
-    pub fn into_source(self) -> HeightSource {
-        self.source
     }
 
     /// The nodes, on a cell of extent 1 along x.

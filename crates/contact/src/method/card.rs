@@ -120,8 +120,6 @@ pub struct Capabilities {
     pub non_periodic: bool,
     /// A limit of the energy above the minimum.
     pub energy_target: bool,
-    /// Heights as a series of waves instead of nodes.
-    pub waves: bool,
     /// Several ranks of MPI.
     pub ranks: bool,
     /// A GPU.
@@ -137,7 +135,6 @@ impl Capabilities {
         first_contact: false,
         non_periodic: false,
         energy_target: false,
-        waves: false,
         ranks: false,
         gpu: false,
         atoms: false,

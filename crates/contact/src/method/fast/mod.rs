@@ -63,7 +63,6 @@ static CARD: MethodCard = MethodCard {
         first_contact: true,
         non_periodic: true,
         energy_target: true,
-        waves: true,
         ranks: true,
         gpu: true,
         atoms: false,
