@@ -119,7 +119,7 @@ def solve(
     displacement : float or sequence, optional
         Displacements from first contact, in the unit of the surface.
     contact : float or sequence, optional
-        Fractions of nodes in contact, between 0 and 1: the pressure of each is found first, to one node.
+        Contact areas over the area of the cell, between 0 and 1: the pressure of each is found first, to one node.
     body : Layer, Cubic or NonPeriodic, optional
         The elastic body. Default: a half-space under a periodic surface.
     adhesion : Adhesion, optional

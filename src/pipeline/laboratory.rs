@@ -6,7 +6,7 @@ use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::Result;
 use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD};
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
-use asperity_contact::load::LoadStep;
+use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::method::{ContactMethod, Heights, ReducedProblem, Targets};
 use asperity_contact::path::LoadPathSolver;
 use asperity_contact::problem::LentHeights;
@@ -84,7 +84,8 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, dependencie
     let map = scene.continuum.hardness_map.as_ref().map(|p| file_hash(&case.resolve_path(p))).transpose()?;
     let hardness_map = map.map(PathBuf::from);
     let own = ContinuumScene { compare_with: Vec::new(), hardness_map, ..scene.continuum.clone() };
-    let loading = (case.loading_p_star(), &scene.load.mean_gap, &scene.load.maps_at);
+    let targets: Vec<Load> = case.loading_steps().iter().map(|step| step.target).collect();
+    let loading = (targets, &scene.load.maps_at);
     // Definition of p* = 1; with [challenge] the nominal gradient of the challenge's surface, not that of the height
     // file.
     let unit = case.gradient;

@@ -8,8 +8,8 @@ use super::surface_file::{SurfaceFile, preparation_keys};
 use super::{ALL_METHODS, AtomsCase, LaboratoryScene, Length, Scene, problem};
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
-use asperity_contact::interface::{AttractionLaw, SubsurfaceRequest};
-use asperity_contact::load::{Load, LoadStep};
+use asperity_contact::interface::{AttractionLaw, HardnessMap, SubsurfaceRequest};
+use asperity_contact::load::LoadStep;
 use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
 use asperity_contact::problem::{Hardness, Loads, Problem, ReducedModel, Reduction};
 use asperity_contact::results::HardnessMapResults;
@@ -47,15 +47,23 @@ pub struct Case {
 const TABLES: [&str; 8] =
     ["name", "description", "laboratory", "surface", "load", "challenge", "adhesion", "continuum"];
 
-/// Adds complaints, one for each key.
+/// Adds complaints, one for each key and what was found there.
 fn add(list: &mut Vec<Complaint>, more: Vec<Complaint>) {
     for complaint in more {
-        if list.iter().all(|c| c.key != complaint.key) {
+        if list.iter().all(|c| (&c.key, &c.found) != (&complaint.key, &complaint.found)) {
             list.push(complaint);
         }
     }
     let table = |c: &Complaint| TABLES.iter().position(|t| c.key.starts_with(t)).unwrap_or(TABLES.len());
     list.sort_by_key(table);
+}
+
+/// What is wrong with the problem of a scene on whatever surface.
+fn issues_on_any_surface(scene: &Scene) -> Vec<Complaint> {
+    let surface = Surface::flat(scene.laboratory.length().si());
+    let any = || HardnessMap::new(1, 1, vec![1.0]).expect("positive");
+    let map = scene.continuum.hardness_map.as_ref().map(|_| Hardness::from(any()));
+    problem::problem(scene, &scene.laboratory, surface, map).issues(&scene.load.loads(), &Keys(scene))
 }
 
 impl Case {
@@ -71,7 +79,7 @@ impl Case {
         let missing = list.len();
         let mut source = match SurfaceFile::read(&scene.surface, file) {
             // A wrong key may be the reason.
-            Err(_) if missing + complaints(&scene).len() > 0 => None,
+            Err(_) if missing + complaints(&scene).len() + issues_on_any_surface(&scene).len() > 0 => None,
             read => read?,
         };
         // What the file does not declare is reported together with everything else.
@@ -81,10 +89,7 @@ impl Case {
         add(&mut list, undeclared);
         let keys = Keys(&scene);
         if !list.is_empty() {
-            // The rest of the problem is checked on any surface.
-            let flat = Surface::flat(scene.laboratory.length().si());
-            let problem = problem::problem(&scene, &scene.laboratory, flat, None);
-            add(&mut list, problem.issues(&scene.load.loads(), &keys));
+            add(&mut list, issues_on_any_surface(&scene));
             return Err(Error::Input { place, list });
         }
         let ResolvedSurface { surface, laboratory, warnings } = source::resolve(&scene, source, &place)?;
@@ -282,8 +287,7 @@ impl Case {
         self.scene.load.pressure = pressures.iter().map(|p| modulus.with(p * modulus.value())).collect();
         let path = Loads { values: pressures.to_vec(), ..self.scene.load.loads() }.path();
         for (step, pressure) in self.load_steps.iter_mut().zip(path) {
-            step.target = Load::Pressure(pressure);
-            step.p_star = step.p_star.map(|_| pressure / self.gradient);
+            step.impose(pressure, self.gradient);
         }
     }
 

@@ -27,9 +27,10 @@ impl HardnessFile {
         let usual = if lab.is_plain() { Stress::plain(1.0) } else { Stress::new(1.0, "MPa") };
         let unit = c.hardness_map_unit.unwrap_or(usual).si();
         let path = relative_to(file, map);
-        let values = values(&path, grid)?.into_iter().map(|h| h * unit).collect();
         let refused = |complaint: Complaint| Error::format(&path, complaint.found, complaint.accepted);
-        let map = HardnessMap::new(grid.nx, grid.ny, values).map_err(refused)?;
+        // Checked as it is written.
+        let written = HardnessMap::new(grid.nx, grid.ny, values(&path, grid)?).map_err(refused)?;
+        let map = written.converted(|h| h * unit).map_err(refused)?;
         Ok(Some(HardnessFile { map, hash: file_hash(&path)?, path }))
     }
 }

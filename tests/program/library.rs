@@ -1,7 +1,9 @@
 //! The documented interface of the crate: its examples run, and its results are those of `asperity solve`.
 
 use crate::program::{asperity, stderr};
-use asperity::{Adhesion, Body, FileOptions, LoadKind, Loads, Problem, StateMaps, Touching, method, read_surface};
+use asperity::{
+    Adhesion, Body, FileOptions, LoadKind, Loads, Problem, StateMaps, Surface, Touching, method, read_surface,
+};
 use ndarray::Array2;
 use serde_json::Value;
 use std::path::Path;
@@ -163,6 +165,33 @@ fn contact_areas_have_the_bits_of_the_command_line() {
     let path = problem.load_path(&Loads::new(LoadKind::Contact, [0.05])).expect("solved");
     assert_eq!(Some(path.states[0].pressure), lines[0]["pressure"].as_f64());
     assert!(path.states[0].gap().expect("a map") == stored(&out.path().join("gap.npy")));
+}
+
+/// p* of a contact area belongs to the pressure that was found; an area that is given again has the same pressure; heights in another unit
+/// change nothing.
+#[test]
+fn contact_areas_do_not_depend_on_the_size_of_the_heights() {
+    let areas = Loads::new(LoadKind::Contact, [0.05, 0.1, 0.05]);
+    // A power of two, which costs no digits.
+    let path_of = |size: f64| {
+        let height = |x: usize, y: usize| size * ((7 * x * x + 5 * y * x + 3 * y) % 31) as f64 / 31.0;
+        let map = Array2::from_shape_fn((32, 32), |(y, x)| height(x, y));
+        let problem =
+            Problem::new(Surface::from_array(map.view(), 100.0, Touching::HighPoints).expect("a surface"), 25.0);
+        (problem.load_path(&areas).expect("solved").states, 25.0 * problem.gradient())
+    };
+    let (states, unit) = path_of(1.0);
+    for state in &states {
+        assert!((state.p_star * unit / state.pressure - 1.0).abs() < 1e-14, "{} {}", state.p_star, state.pressure);
+    }
+    assert_eq!(states[0].pressure, states[2].pressure);
+    let size = 2f64.powi(-60);
+    let (small, _) = path_of(size);
+    for (small, state) in small.iter().zip(&states) {
+        // The logarithm of the first guess is rounded.
+        assert!((small.p_star / state.p_star - 1.0).abs() < 1e-12, "{} {}", small.p_star, state.p_star);
+        assert!((small.pressure / (size * state.pressure) - 1.0).abs() < 1e-12);
+    }
 }
 
 #[test]

@@ -340,6 +340,36 @@ fn files_next_to_the_scene_are_found_from_the_run_folder() {
     assert_eq!(json_line(&compared)["comparison"], results["comparison"]);
 }
 
+/// Of every kind of load: what depends on the loads is solved again for other loads, and only then.
+#[test]
+fn variants_are_solved_again_for_other_loads() {
+    let bench = Bench::new();
+    let file = bench.path("scene.toml");
+    let head = "name = \"variants\"\n[surface]\ngrid = 32\ncut_off_mode = 8\n\
+                [adhesion]\nwork_of_adhesion = \"1 mJ/m2\"\nrange = \"3 um\"\nalso_nonadhesive = true\n[load]\n";
+    for [before, after] in [
+        ["p_star = [0.02]", "p_star = [0.04]"],
+        ["pressure = [\"0.1 MPa\"]", "pressure = [\"0.2 MPa\"]"],
+        ["mean_gap = [\"2 um\"]", "mean_gap = [\"1.5 um\"]"],
+        ["displacement = [\"1 um\"]", "displacement = [\"2 um\"]"],
+    ] {
+        let results = |loads: &str| {
+            std::fs::write(&file, format!("{head}{loads}\n")).expect("written");
+            let mut command = asperity();
+            command.arg("run").arg(&file).arg("--out").arg(bench.path("out")).args(["--overwrite", "--json"]);
+            let output = command.output().expect("started");
+            assert!(output.status.success(), "{loads}: {}", stderr(&output));
+            json_line(&output)["results"].clone()
+        };
+        let alone = |results: &Value| {
+            let state = &results["non_adhesive"]["states"][0];
+            [&results["continuum"]["states"][0], state].map(|s| (s["pressure"].clone(), s["displacement"].clone()))
+        };
+        let (first, second) = (alone(&results(before)), alone(&results(after)));
+        assert!(first[0] != second[0] && first[1] != second[1], "{before}, {after}: {first:?} {second:?}");
+    }
+}
+
 /// Results of an earlier scene must not remain as results of a scene that failed.
 #[test]
 fn a_failed_run_leaves_no_results_of_another_scene() {

@@ -236,6 +236,8 @@ fn a_scene_has_a_hardness_map_and_stresses_below() {
         ("hardness_map = \"hardness.npy\"", "hardness_map = \"absent.npy\"", "no such file"),
         ("depths = [\"0.5 um\", \"1.0 um\", \"5.0 um\"]", "depths = []", "at least one"),
         ("poisson = 0.3", "", "the Poisson's ratio of the half-space"),
+        // Together with what is wrong elsewhere.
+        ("p_star = [1e-5, 0.01, 0.05]", "mean_gap = [\"1.0 um\"]\nmaps_at = [0.5]", "given with a mean gap"),
     ] {
         fs::write(path("bad.toml"), scene.replace(key, value)).expect("written");
         let mut command = asperity();

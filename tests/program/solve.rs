@@ -2,6 +2,7 @@
 
 use crate::flags::dimensionless;
 use crate::program::{asperity, json_line, stderr};
+use asperity::surface::files::npy;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -247,6 +248,37 @@ fn what_a_path_cannot_do_is_refused() {
     refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
     refused(&["--pressure", "0.01", "--initial-gap", "nowhere.npy"], "nowhere.npy");
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
+}
+
+/// A flat surface has no p*. Its folder is read again all the same.
+#[test]
+fn the_folder_of_a_flat_surface_is_read_again() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let map = scratch.path().join("flat.npy");
+    npy::write(&map, 8, 8, [0.0; 64]).expect("written");
+    let out = scratch.path().join("out");
+    let run = || {
+        let mut command = asperity();
+        command.args([
+            "solve",
+            "--touching",
+            "high-points",
+            "--length",
+            "1",
+            "--modulus",
+            "1",
+            "--pressure",
+            "0.1,0.2",
+        ]);
+        let output = command.arg("--json").arg("--heights").arg(&map).arg("--out").arg(&out).output().expect("started");
+        assert!(output.status.success(), "{}", stderr(&output));
+        let lines: Vec<Value> =
+            output.stdout.split(|b| *b == b'\n').filter_map(|l| serde_json::from_slice(l).ok()).collect();
+        lines.iter().map(|line| (line["p_star"].clone(), number(line, "contact_area"))).collect::<Vec<_>>()
+    };
+    let first = run();
+    assert_eq!(first, [(Value::Null, 1.0), (Value::Null, 1.0)]);
+    assert_eq!(run(), first);
 }
 
 /// First contact is a state: one node touches under no pressure, however the load is given.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// The imposed quantity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Load {
     /// Mean pressure over E*, compression positive.
     Pressure(f64),
@@ -98,6 +98,12 @@ impl LoadStep {
             maps: true,
         };
         targets.iter().enumerate().map(step).collect()
+    }
+
+    /// Imposes another `pressure` (over E*). `gradient`: pressure over E* at p* = 1.
+    pub fn impose(&mut self, pressure: f64, gradient: f64) {
+        self.target = Load::Pressure(pressure);
+        self.p_star = self.p_star.map(|_| pressure / gradient);
     }
 
     /// The imposed p*, or p* of the resulting `pressure` (over E*) if the mean gap is imposed.

@@ -5,8 +5,13 @@ use crate::method::ErrorEstimates;
 use crate::observe::{Distribution, Leakage, Plasticity, StressDistribution, WorkPoint};
 use crate::quantity::Quantity;
 use crate::uncertainty::{UncertaintyComponent, ValueWithError, total};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
+
+/// A number that is not finite is `null` in JSON.
+fn number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
 
 /// An equilibrium of a solver, or what a method estimates at a load: parts that it does not deliver are absent. Lengths, stresses,
 /// energies per area (stress times length) and stiffnesses (stress per length) are in the units of the caller.
@@ -15,7 +20,9 @@ pub struct State {
     /// Index of the load step, from 0.
     pub index: usize,
     pub branch: Branch,
-    /// Mean pressure over E* times the rms gradient of the full spectrum.
+    /// Mean pressure over E* times the rms gradient of the full spectrum; not finite, and `null` in files, on a flat surface and on maps whose
+    /// transform does not fit into memory.
+    #[serde(deserialize_with = "number_or_null")]
     pub p_star: f64,
     /// Mean pressure, compression positive.
     pub pressure: f64,

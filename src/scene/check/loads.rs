@@ -33,7 +33,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         !scene.load.unload || attracts || atoms || flows,
         "load.unload",
         "true",
-        "an adhesion.work_of_adhesion, [atoms] or continuum.hardness: without them, unloading repeats the loading branch",
+        "an adhesion.work_of_adhesion, [atoms], a continuum.hardness or hardness_map: without them, unloading repeats the loading branch",
     );
 }
 

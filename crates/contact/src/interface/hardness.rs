@@ -40,12 +40,12 @@ impl HardnessMap {
         HardnessMap { nx, ny, mean, extent: (low, high), nodes, next: OnceLock::new() }
     }
 
-    /// The map over a modulus.
+    /// The map in another unit.
     ///
     /// # Errors
     /// As [`HardnessMap::new`].
-    pub fn over(&self, modulus: f64) -> Result<Self, Complaint> {
-        Self::new(self.nx, self.ny, self.nodes.iter().map(|h| h / modulus).collect())
+    pub fn converted(&self, convert: impl Fn(f64) -> f64) -> Result<Self, Complaint> {
+        Self::new(self.nx, self.ny, self.nodes.iter().map(|h| convert(*h)).collect())
     }
 
     /// Lowest and highest value.

@@ -1,6 +1,6 @@
 //! Loads that are given as contact areas: the pressures that produce them.
 
-use crate::method::{ContactMethod, Load, Observer, ReducedProblem, Stop};
+use crate::method::{ContactMethod, Load, Observer, ProblemScale, ReducedProblem, Stop};
 use asperity_grid::sys::expect_memory;
 use asperity_grid::{Error, Result};
 
@@ -35,6 +35,10 @@ pub fn pressures_of_contact(
 ) -> Result<Vec<f64>> {
     let what = format!("a solve on {} x {} points", problem.grid.nx, problem.grid.ny);
     expect_memory(what, method.plan(problem).bytes, "a map with fewer points needs less")?;
+    // As load paths do: results depend on pressure over gradient alone.
+    let scale = ProblemScale::of(&problem.heights);
+    let heights = scale.heights(&problem.heights);
+    let problem = &scale.problem(problem, &heights);
     let mut run = method.start(problem, observer)?.solver()?;
     let node = 1.0 / problem.grid.points() as f64;
     let mut contact = |pressure: f64| -> Result<f64> {
@@ -45,14 +49,23 @@ pub fn pressures_of_contact(
             stop => Err(state.not_converged(method.card().id, stop, problem.tolerance, None)),
         }
     };
-    let pressure_of = |&target: &f64| {
-        let guess = gradient * estimated_p_star(target);
+    let mut pressure_of = |target: f64| {
+        let guess = scale.divide(gradient) * estimated_p_star(target);
         root(target, guess, (CONTACT_TOLERANCE * target).max(node), &mut contact)?.ok_or_else(|| {
             let accepted = "an area that some pressure gives: the contact of this surface jumps past it";
             Error::input("problem", "load.contact", target, accepted)
         })
     };
-    areas.iter().map(pressure_of).collect()
+    let mut pressures: Vec<f64> = Vec::new();
+    for (i, area) in areas.iter().enumerate() {
+        // An area that is given again has the same pressure to the last digit, so that a closed path stays closed.
+        let again = areas[..i].iter().position(|before| before == area);
+        pressures.push(match again {
+            Some(before) => pressures[before],
+            None => scale.multiply(pressure_of(*area)?),
+        });
+    }
+    Ok(pressures)
 }
 
 /// The pressure at which `contact`, which rises with it, is `target` within `tolerance`. `None`: it jumps over the target.

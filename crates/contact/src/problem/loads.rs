@@ -68,7 +68,7 @@ impl Loads {
     /// Whether the path rises to its highest load and returns by the same loads, by `unload` or by its list.
     pub fn is_closed(&self) -> bool {
         let (half, n, path) = (self.values.len() / 2, self.values.len(), &self.values);
-        let presses = matches!(self.kind, LoadKind::PStar | LoadKind::Pressure | LoadKind::Force);
+        let presses = !matches!(self.kind, LoadKind::MeanGap | LoadKind::Displacement);
         let mirrored = n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev());
         self.unload || presses && mirrored && path[..=half].is_sorted_by(|a, b| a < b)
     }

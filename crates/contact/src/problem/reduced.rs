@@ -133,7 +133,7 @@ impl Problem {
             let accepted = format!("values {:?}, as the surface has", self.surface.shape());
             return Err(Complaint::new("", "a map of another shape", accepted));
         }
-        map.over(self.modulus)
+        map.converted(|h| h / self.modulus)
     }
 
     /// The elastic body.

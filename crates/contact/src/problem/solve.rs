@@ -233,7 +233,7 @@ fn walk(
     if loads.kind == LoadKind::Contact {
         let pressures = pressures_of_contact(&loads.values, &reduced, method, gradient, observer)?;
         let found = Loads { kind: LoadKind::Pressure, values: pressures, ..loads.clone() }.path();
-        steps.iter_mut().zip(found).for_each(|(step, pressure)| step.target = Load::Pressure(pressure));
+        steps.iter_mut().zip(found).for_each(|(step, pressure)| step.impose(pressure, gradient));
     }
     let targets = targets(&steps);
     let begin = problem
