@@ -55,7 +55,7 @@ demo:
 test:
 	@scripts/setup.sh --tests
 	@rm -f target/tmp/skipped
-	@cargo test --locked --workspace --exclude asperity-benches; status=$$?; \
+	@cargo test --locked --no-fail-fast --workspace --exclude asperity-benches; status=$$?; \
 	scripts/test-python.sh || status=1; \
 	scripts/test-mpi.sh || status=1; \
 	if [ -s target/tmp/skipped ]; then echo "$$(wc -l < target/tmp/skipped) tests were SKIPPED:"; cat target/tmp/skipped; fi; \

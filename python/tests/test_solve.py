@@ -363,7 +363,7 @@ def test_tables_and_datasets(surface: Surface) -> None:
 
 def test_curves_are_plotted(surface: Surface) -> None:
     path = solve(surface, 1.0, pressure=[0.05, 0.1], pressure_unit="MPa")
-    assert path.plot_curve(marker="s").get_xlabel() == "mean pressure / MPa"
+    assert path.plot_curve(marker="s").get_xlabel() == "pressure / MPa"
     with pytest.raises(InputError, match="curve"):
         path.plot_curve("area")
 
