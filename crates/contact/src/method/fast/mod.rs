@@ -10,10 +10,13 @@
 mod column;
 mod descent;
 mod fields;
+mod flow;
 mod gpu;
 mod host;
 mod level;
 mod mean_gap;
+mod method;
+mod nested;
 mod rows;
 mod shared;
 pub(super) mod tangent;
@@ -21,25 +24,21 @@ mod window;
 
 use super::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
 use super::iteration::LoadSolution;
-use super::operator::{Build, dispatch};
 use super::plastic::PlasticFlow;
 use super::require::{self, refused};
 use super::residuals::Residuals;
 use super::sweep;
-use super::{
-    Capabilities, CoarseState, ContactMethod, Criterion, Device, Equilibrium, ErrorEstimates, Heights, Load,
-    MethodCard, MethodKind, Needs, Observer, Precision, ReducedProblem, SolvePlan, SolverRun, SolverSnapshot,
-    StartedMethod, Stop, Targets,
-};
-use crate::interface::{HardWall, Kernel, Law};
-use crate::observe::Plasticity;
+use super::{Equilibrium, ErrorEstimates, Load, Observer, ReducedProblem, SolverRun, SolverSnapshot, Stop};
+use crate::interface::Law;
 use asperity_grid::{Error, Result};
-use asperity_grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
+use asperity_grid::{Grid, Real, Series, mean};
 use descent::{DescentSnapshot, Ended, GapSearch, Task};
 use fields::Spring;
+use flow::series;
 use gpu::GpuLevels;
 use host::LevelProblem;
 use level::Level;
+use method::CARD;
 use shared::{Agreed, agreed, own_nodes};
 use std::cell::OnceCell;
 use std::time::Instant;
@@ -47,43 +46,10 @@ use window::{ComputationCell, Window};
 
 pub struct Fast;
 
-static CARD: MethodCard = MethodCard {
-    id: "fast",
-    paper_name: "-",
-    family: "boundary value",
-    kind: MethodKind::Solver,
-    needs: Needs::Heights,
-    criterion: Criterion::ZeroGap,
-    calibrated_on: None,
-    summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
-    supports: super::card::fields,
-    capabilities: Capabilities {
-        hardness: true,
-        mean_gap: true,
-        first_contact: true,
-        non_periodic: true,
-        energy_target: true,
-        ranks: true,
-        gpu: true,
-        atoms: false,
-    },
-    dois: &["10.1007/s11249-017-0900-2"],
-    papers: &[],
-    measured_errors: None,
-};
-
-/// Grids with fewer than twice this number of points along a side are not halved along it.
-const COARSEST: usize = 64;
-
 /// Imbalance over the tolerance of the load balance above which the pressure of an imposed mean gap is taken from the
 /// final fields: the force of the spring contains the rounding error of the mean gap times a stiffness. Near separation
 /// it reached 1.5 of the tolerance on 512².
 const MULTIPLIER: f64 = 0.1;
-
-/// Tolerance of the residual on coarse grids; a smaller one does not reduce the work on the next grid. 5e-2 takes 3
-/// to 13 % fewer transform pairs in all, but makes the estimate of the discretisation error two to three times as
-/// large.
-const COARSE_TOLERANCE: f64 = 1e-2;
 
 /// Stiffness of the mean-gap control over that of the stiffest mode of the grid: far above the contact stiffness, so
 /// that few corrections of the pressure suffice, and no stiffer than modes that the solver handles anyway.
@@ -96,58 +62,6 @@ const ROUNDED: f64 = 1e-5;
 /// Margin of the rounding error of a padded cell: the residual of a sphere on 128² under 1e-6 E* stalls at the bare
 /// estimate.
 const ROUNDING_MARGIN: f64 = 3.0;
-
-impl ContactMethod for Fast {
-    fn card(&self) -> &'static MethodCard {
-        &CARD
-    }
-
-    fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
-        let grid = ComputationCell::of(problem).grid;
-        let (level, real) = match problem.precision {
-            Precision::F32 => (Level::<f32, HardWall>::bytes(grid), size_of::<f32>()),
-            Precision::F64 => (Level::<f64, HardWall>::bytes(grid), size_of::<f64>()),
-        };
-        // A converted series; a series through nodes is as large as a field and is made from a spectrum in f64.
-        let (field, yields) = ((real * grid.points()) as u64, problem.hardness.is_some());
-        let series = match problem.heights.series_bytes() {
-            Some(bytes) if grid == problem.grid => {
-                let waves = bytes / size_of::<f64>() as u64 * real as u64;
-                // Displaced heights have all waves of the grid.
-                if yields { waves.max(field) } else { waves }
-            }
-            _ => field,
-        };
-        // The continued heights of a padded cell are a field of their own.
-        let continued = if yields && grid != problem.grid { size_of::<f64>() * grid.points() } else { 0 };
-        let yielding = PlasticFlow::<f64>::bytes(problem) + continued as u64;
-        // With a GPU the host has the heights with their half spectrum, for first contact, and then gap and stress.
-        let level = match Device::of(problem, &CARD) {
-            Device::Cpu => level,
-            Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
-        };
-        let level = shared::bytes(problem.ranks, grid, level);
-        SolvePlan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
-    }
-
-    fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        shared::check(problem, CARD.id)?;
-        Ok(StartedMethod::Solver(dispatch(problem, FastStart { problem, observer })?))
-    }
-}
-
-struct FastStart<'p> {
-    problem: &'p ReducedProblem<'p>,
-    observer: &'p dyn Observer,
-}
-
-impl<'p> Build<'p> for FastStart<'p> {
-    type Built = Result<Box<dyn SolverRun + 'p>>;
-
-    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, _: K, law: L) -> Self::Built {
-        Ok(Box::new(FastRun::<T, L>::new(self.problem, self.observer, law)?))
-    }
-}
 
 impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
     fn new(problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer, law: L) -> Result<Self> {
@@ -172,31 +86,6 @@ impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
             resumed: None,
         })
     }
-}
-
-/// Heights of the surface after plastic flow, and their rms. Sets the origin of the approach of a padded cell.
-fn series<T: Real>(problem: &ReducedProblem, cell: &mut ComputationCell, flow: &PlasticFlow<T>) -> (Series<T>, f64) {
-    if cell.is_padded() {
-        let mut nodes = problem.heights.on_nodes(problem.grid);
-        if flow.has_begun() {
-            nodes = (0..nodes.len()).map(|i| flow.height(&nodes, i)).collect();
-        }
-        let field = cell.continued(&nodes);
-        cell.mean_height = mean(&field) - lowest(&problem.heights.on_nodes(problem.grid));
-        return (Series::from_nodes(cell.grid, &field), rms(&nodes));
-    }
-    let series: Series<T> = match problem.heights {
-        Heights::Nodes(nodes) if flow.has_begun() => Series::through(problem.grid, |i| flow.height(nodes, i)),
-        Heights::Series(waves) if flow.has_begun() => {
-            let displacement = flow.displacement();
-            Series::through(problem.grid, |i| displacement[i].wide()).plus(waves)
-        }
-        Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
-        Heights::Series(series) => series.converted(),
-        Heights::Planned(_) => unreachable!("a solve has heights"),
-    };
-    let rms = series.rms();
-    (series, rms)
 }
 
 struct FastRun<'p, T: Real, L> {
@@ -224,14 +113,6 @@ struct FastRun<'p, T: Real, L> {
     resumed: Option<(Grid, Vec<T>, DescentSnapshot)>,
 }
 
-/// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform
-/// length.
-fn coarser(grid: Grid) -> Option<Grid> {
-    let half = |n: usize| if n >= 2 * COARSEST { next_fast_len(n.div_ceil(2)) } else { n };
-    let coarse = Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid };
-    (coarse.points() < grid.points()).then_some(coarse)
-}
-
 impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
     /// The law on a grid of the cell, with what a coarser one resolves.
     fn law_on(&self, grid: Grid) -> L {
@@ -250,91 +131,6 @@ impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
 
     fn at_first_contact(&self, grid: Grid) -> Level<'_, T, L> {
         Level::at_first_contact(grid, self.body(grid), self.cell, self.gpu.as_ref())
-    }
-
-    /// Nested iteration from the coarsest grid, or from a snapshot.
-    fn nested(
-        &self,
-        load: Load,
-        iterations: &mut usize,
-        resumed: Option<(Grid, Vec<T>, DescentSnapshot)>,
-    ) -> (Level<'_, T, L>, Ended) {
-        let problem = self.problem;
-        let mut grids = vec![self.cell.grid];
-        while let Some(next) = coarser(grids[grids.len() - 1]) {
-            grids.push(next);
-        }
-        let (mut level, mut pause) = match resumed {
-            Some((grid, gap, pause)) => {
-                let mut level = Level::with_gap(grid, self.body(grid), self.cell, self.gpu.as_ref(), gap);
-                self.set_load(&mut level, load);
-                level.pressure = pause.pressure;
-                self.earlier_pairs.set(pause.earlier_pairs);
-                (level, Some(pause))
-            }
-            None => {
-                let grid = grids[grids.len() - 1];
-                let mut level = self.at_first_contact(grid);
-                self.set_load(&mut level, load);
-                self.earlier_pairs.set(0.0);
-                (level, None)
-            }
-        };
-        let first = level.grid();
-        let (mut outcome, mut error_estimates): (Option<Ended>, _) = (None, ErrorEstimates::default());
-        // With its enlarged range a coarse grid may separate at a load at which the next one stays in contact.
-        let (mut separated, mut converged) = (false, false);
-        for &grid in grids.iter().rev().skip_while(|g| **g != first) {
-            if grid != first {
-                level.apply_pending();
-                if converged && !level.has_failed() {
-                    // The grid next to the problem's own serves the error of the result.
-                    let next = coarser(self.cell.grid).is_some_and(|g| g == level.grid());
-                    let stiffness = if next { self.stiffness(&mut level, load) } else { None };
-                    let (residuals, window, coarse) = (level.last, level.window(), level.grid());
-                    let (energy, range) = (residuals.energy(level.pressure), level.law().range());
-                    let (ranks, pressure) = (level.ranks(), level.pressure);
-                    let gap = level.gap();
-                    let cut = self.cell.is_padded().then(|| window.cut(gap, coarse.nx));
-                    self.observer.coarse_grid_done(CoarseState {
-                        grid: self.cell.facing(coarse),
-                        ranks,
-                        gap: T::lend(cut.as_deref().unwrap_or(gap)),
-                        pressure,
-                        mean_gap: residuals.mean_gap,
-                        stiffness,
-                        energy,
-                        range,
-                        error_estimates,
-                    });
-                }
-                let fraction = level.grid().points() as f64 / self.cell.grid.points() as f64;
-                self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs * fraction);
-                level = if separated {
-                    let mut level = self.at_first_contact(grid);
-                    self.set_load(&mut level, load);
-                    level
-                } else {
-                    Level::refined(grid, self.law_on(grid), level)
-                };
-            }
-            let (tolerance, targets) = if grid == self.cell.grid {
-                (self.tolerance(load), problem.targets)
-            } else {
-                (COARSE_TOLERANCE.max(self.tolerance(load)), Targets::default())
-            };
-            // After an interruption on a coarse grid its state is only interpolated to the finer ones.
-            if outcome.is_none() {
-                level.prepare();
-                let ended = self.solve_at(&mut level, load, (tolerance, targets), iterations, pause.take());
-                error_estimates = ended.error_estimates;
-                (separated, converged) = (ended.ending == Ending::Stopped(Stop::Detached), ended.ending == Ending::Met);
-                if grid == self.cell.grid || ended.ending == Ending::Stopped(Stop::Interrupted) {
-                    outcome = Some(ended);
-                }
-            }
-        }
-        (level, outcome.expect("the last grid is that of the problem"))
     }
 
     /// Tolerance of the residual. On a padded cell at least the rounding error of its free surface, which under light
@@ -418,26 +214,6 @@ impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
         drop(stress);
         level.pressure -= residuals.imbalance / open;
         level.stress()
-    }
-
-    /// The heights of the surface after plastic flow, in place of those before.
-    fn displace(&mut self) {
-        self.heights = Series::default();
-        (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
-    }
-
-    /// Moves the flow of a load from its gap to the heights of the next.
-    fn yielded(&mut self, residuals: &mut Residuals, converged: bool) -> Option<Plasticity> {
-        let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
-        // The heights of a padded cell keep the origin of the approach.
-        let previous = if self.cell.is_padded() { 0.0 } else { self.flow.mean() };
-        residuals.mean_separation -= previous;
-        let layout = [window.nx, nx, window.points()];
-        let plasticity = self.flow.take(&self.law, &mut self.gap, (layout, converged), residuals)?;
-        if residuals.flow > 0.0 && converged {
-            self.displace();
-        }
-        Some(plasticity)
     }
 }
 
