@@ -140,7 +140,7 @@ impl Stage for LammpsStage<'_> {
         }
     }
 
-    /// `after`: keys of the geometry and of the matched continuum.
+    /// `dependencies`: keys of the geometry and of the matched continuum.
     fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
         let &AtomStages { case, atoms, scene, .. } = &self.0;
         let [geometry, matched] = dependencies else { unreachable!("two keys") };

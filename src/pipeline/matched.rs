@@ -125,7 +125,7 @@ impl Stage for YieldingStage<'_> {
         solve_cost(self.case, self.atoms.matched, self.case.load_steps().len(), machine)
     }
 
-    /// `after`: key of the matched continuum.
+    /// `dependencies`: key of the matched continuum.
     fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
         StageKey::new("yielding", &self.hardness_gpa, dependencies).map(StageKeys::continued)
     }

@@ -18,11 +18,11 @@ impl Scene {
         complaints(self).is_empty() && missing_files(self, file).is_empty()
     }
 
-    /// How LAMMPS is started: as the scene says, unless `here` says otherwise.
-    pub fn lammps_command(&self, file: &Path, default_lammps: &LammpsCommand) -> LammpsCommand {
-        let Some(atoms) = &self.atoms else { return default_lammps.clone() };
+    /// How LAMMPS is started: as the scene says, unless `machine_lammps` says otherwise.
+    pub fn lammps_command(&self, file: &Path, machine_lammps: &LammpsCommand) -> LammpsCommand {
+        let Some(atoms) = &self.atoms else { return machine_lammps.clone() };
         let path = |p: &PathBuf| if p.components().count() > 1 { relative_to(file, p) } else { p.clone() };
         let program = atoms.program.as_ref().map(path);
-        LammpsCommand { program, ranks: Some(atoms.ranks), ..LammpsCommand::default() }.overruled_by(default_lammps)
+        LammpsCommand { program, ranks: Some(atoms.ranks), ..LammpsCommand::default() }.overruled_by(machine_lammps)
     }
 }

@@ -129,7 +129,7 @@ impl LayerDisplacementField {
         LayerDisplacementField { layer, compression, mean: pressure, modes }
     }
 
-    /// The difference from `before`, a field on the same grid and block.
+    /// The difference from `previous`, a field on the same grid and block.
     pub fn since(&self, previous: &LayerDisplacementField) -> LayerDisplacementField {
         let modes = self.modes.iter().zip(&previous.modes);
         LayerDisplacementField {

@@ -266,7 +266,7 @@ impl Job {
         script(&self.spec.protocol)
     }
 
-    /// `-var` pairs of the script for a run that continues after the steps `done`.
+    /// `-var` pairs of the script for a run that continues after `finished_steps`.
     pub fn variables(&self, finished_steps: &[StepRecord], compressed: bool) -> Vec<(String, String)> {
         let JobSpec { interaction, settings, .. } = &self.spec;
         let mut list = vec![

@@ -154,7 +154,7 @@ impl PotentialCard {
         toml::from_str(text).map_err(|e| Error::format("potentials/Ca.toml", e.message(), "a potential's card"))
     }
 
-    /// One sentence for each property of `found` that deviates from the stated value by more than its tolerance.
+    /// One sentence for each property of `measured` that deviates from the stated value by more than its tolerance.
     pub fn deviations(&self, measured: &Properties) -> Vec<String> {
         let columns = [measured, &self.properties, &self.tolerance].map(named);
         let mut list = Vec::new();

@@ -26,7 +26,7 @@ pub fn gap_edges(largest: f64) -> Vec<f64> {
     logarithmic_edges(top * 10f64.powi(-(DECADES as i32)), top, PER_DECADE * DECADES)
 }
 
-/// Edges of linear bins for stresses from `least` to `most`.
+/// Edges of linear bins for stresses from `smallest` to `largest`.
 pub fn stress_edges(smallest: f64, largest: f64) -> Vec<f64> {
     // Without stress the width is arbitrary.
     let width = if largest > smallest { ABOVE * (largest - smallest) } else { 1.0 };

@@ -90,7 +90,7 @@ impl<T: Real> Series<T> {
         self
     }
 
-    /// The series with only the waves (kx, ky) that satisfy `wanted`.
+    /// The series with only the waves (kx, ky) that `keep` accepts.
     pub fn kept(&self, keep: impl Fn(i64, i64) -> bool + Sync) -> Self {
         let mut series = self.clone();
         series.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(kx, column)| {

@@ -278,7 +278,7 @@ impl<T: Real> Worker<'_, T> {
     }
 }
 
-/// The smallest even number from `least` (and 2) on without prime factors above 5, for which transforms are fast.
+/// The smallest even number from `smallest` (and 2) on without prime factors above 5, for which transforms are fast.
 pub fn next_fast_len(smallest: usize) -> usize {
     let is_smooth = |mut n: usize| {
         for factor in [2, 3, 5] {

@@ -44,7 +44,7 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
-    /// Checks the shape and that heights and their range are finite; errors name `place`.
+    /// Checks the shape and that heights and their range are finite; errors name `context`.
     pub fn new(context: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
         let map = Self::with_missing(context, nx, ny, heights)?;
         match map.first_missing() {

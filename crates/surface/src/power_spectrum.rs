@@ -32,7 +32,7 @@ impl PowerSpectrum {
         Self::of_waves(series, grid, |_, _| true)
     }
 
-    /// The same of the waves (kx, ky) that are `wanted`.
+    /// The same of the waves (kx, ky) that `keep` accepts.
     pub fn of_waves(series: &Series<f64>, grid: Grid, keep: impl Fn(i64, i64) -> bool) -> Self {
         let mut tally = Tally::default();
         for i in 0..grid.half() {

@@ -186,7 +186,7 @@ impl<'m> NodalHardness<'m> {
         }
     }
 
-    /// In multiples of `unit`, a power of two.
+    /// In multiples of `by`, a power of two.
     pub fn in_units(self, by: f64) -> Self {
         match self {
             NodalHardness::Uniform(value) => NodalHardness::Uniform(value / by),

@@ -19,7 +19,7 @@ const FIRST_MISSING_WAVE: f64 = 0.8;
 const COHESIVE_EXCESS: f64 = 0.6;
 
 /// Stress of a node over its hardness from which on it flows.
-const FLOWS: f64 = 0.999;
+const FLOW_FRACTION: f64 = 0.999;
 
 /// Nodes that flow, by index.
 type Flows<'a> = &'a (dyn Fn(usize) -> bool + Sync);
@@ -27,7 +27,7 @@ type Flows<'a> = &'a (dyn Fn(usize) -> bool + Sync);
 impl ReducedProblem<'_> {
     /// Contact area of a state; a node of contact has a gap of at most `threshold`.
     pub fn contact_area(&self, state: &Equilibrium, threshold: f64) -> ContactArea {
-        let flows = self.hardness.map(|h| move |i: usize| state.stress.at(i) >= FLOWS * h.at(i));
+        let flows = self.hardness.map(|h| move |i: usize| state.stress.at(i) >= FLOW_FRACTION * h.at(i));
         let flows = flows.as_ref().map(|flows| flows as Flows);
         self.contact_area_of((state.ranks, state.gap), state.pressure, (threshold, flows))
     }

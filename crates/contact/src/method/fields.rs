@@ -65,12 +65,12 @@ impl Symbol {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Sets the stored values to `of` those of another symbol of the same grid, both including `1/N`.
+    /// Sets the stored values to `value` of those of another symbol of the same grid, both including `1/N`.
     pub fn set(&mut self, from: &Symbol, value: impl Fn(f64) -> f64) {
         self.0.iter_mut().zip(&from.0).for_each(|(to, &v)| *to = value(v));
     }
 
-    /// A symbol with the values `of` the stored ones, both including `1/N`.
+    /// A symbol with the `value` of the stored ones, both including `1/N`.
     pub fn map(&self, value: impl Fn(f64) -> f64) -> Symbol {
         Symbol(self.0.iter().map(|&v| value(v)).collect())
     }

@@ -38,7 +38,7 @@ impl ScaledHeights {
     }
 }
 
-/// Whether a number kept its digits when it was converted from `given`: finite, and neither zero nor subnormal.
+/// Whether a number kept its digits when `value` became `converted`: finite, and neither zero nor subnormal.
 pub fn is_representable(value: f64, converted: f64) -> bool {
     value == 0.0 || converted.is_normal()
 }
@@ -149,7 +149,7 @@ impl ProblemScale {
         (0..field.len()).map(|i| self.multiply(field.at(i))).collect()
     }
 
-    /// A state of a solve in this unit, with `fields` made by [`ProblemScale::field`] from its gap, stress and plastic
+    /// A state of a solve in this unit, with fields made by [`ProblemScale::field`] from its gap, stress and plastic
     /// displacement. Energies are
     /// the product of two factors and underflow where the square of the unit does.
     pub fn state<'a>(
@@ -189,7 +189,7 @@ impl ProblemScale {
         }
     }
 
-    /// An estimate of a method that worked in this unit, with `fields` as for [`ProblemScale::state`].
+    /// An estimate of a method that worked in this unit, with fields as for [`ProblemScale::state`].
     pub fn estimate<'a>(
         self,
         estimate: &MethodEstimate<'a>,

@@ -242,7 +242,7 @@ impl Search<'_, '_> {
 /// Changes from the coarser grid that are the error of a pull-off, in addition to its bracket.
 const CHANGES: f64 = 3.0;
 
-/// `found` with the errors of its bracket and of the change from the coarser grid.
+/// `pull_off` with the errors of its bracket and of the change from the coarser grid.
 pub(super) fn compared(pull_off: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
     let change = (pull_off.pressure - coarse.pressure).abs();
     PullOff {

@@ -225,7 +225,7 @@ pub(super) struct NeighbourSearch {
 }
 
 impl NeighbourSearch {
-    /// A search over positions with their cutoffs; cutoffs below `least` are raised to it.
+    /// A search over positions with their cutoffs; cutoffs below `smallest` are raised to it.
     pub(super) fn new(cell: Grid, smallest: f64, all: &[((f64, f64), f64)]) -> Self {
         let mut members: Vec<Vec<usize>> = Vec::new();
         for (k, (_, reach)) in all.iter().enumerate() {

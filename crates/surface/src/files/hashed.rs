@@ -53,7 +53,7 @@ impl FileHash {
     }
 }
 
-/// Hashes of all files below `folder` for which `wanted` holds of the relative path, in the order of their names. Hidden
+/// Hashes of all files below `folder` whose relative path `keep` accepts, in the order of their names. Hidden
 /// files are left out: an interrupted write leaves one.
 pub fn hashes(folder: &Path, keep: &dyn Fn(&str) -> bool) -> Result<Vec<FileHash>> {
     let mut names = Vec::new();

@@ -41,7 +41,7 @@ impl<'a> Bytes<'a> {
         self.rest
     }
 
-    /// The next `count` bytes; errors name `what` they are.
+    /// The next `count` bytes; errors have their `description`.
     pub(super) fn take(&mut self, count: usize, description: &str) -> Result<&'a [u8]> {
         let Some((taken, remainder)) = self.rest.split_at_checked(count) else {
             let found = format!("{} bytes where {description} should be", self.rest.len());

@@ -174,7 +174,7 @@ impl TextReader<'_> {
         Ok(())
     }
 
-    /// A line on which field `at` is no number: part of the header, names of columns, or their labels.
+    /// A line on which field `node` is no number: part of the header, names of columns, or their labels.
     fn words(&mut self, number: usize, text: &str, fields: &[&str], node: usize, separator: Separator) -> Result<()> {
         if ChannelHeader::channel_of(text).is_some() && self.section().ny > 0 {
             self.sections.push(TextChannel::default());
@@ -276,8 +276,8 @@ mod tests {
         let no_unit = Declared { unit: Some("nm".into()), extent: extent(3.0, 2.0, None), ..Declared::default() };
         for declared in [full, no_unit, Declared::default()] {
             heights::write(&path, &map, &declared).unwrap();
-            let unloading = read(&path, ImportOptions::default()).unwrap();
-            assert_eq!((unloading.map, unloading.declared, unloading.warnings), (map.clone(), declared, vec![]));
+            let reread = read(&path, ImportOptions::default()).unwrap();
+            assert_eq!((reread.map, reread.declared, reread.warnings), (map.clone(), declared, vec![]));
         }
         let holes = HeightMap::with_missing("here", 2, 2, vec![1.0, f64::NAN, 2.0, 3.0]).unwrap();
         heights::write(&path, &holes, &Declared::default()).unwrap();

@@ -54,7 +54,7 @@ impl<'a> X3pArchive<'a> {
         })
     }
 
-    /// Bytes of a file in the archive, at most `most`.
+    /// Bytes of a file in the archive, at most `largest`.
     fn bytes(&mut self, name: &str, largest: u64) -> Result<Vec<u8>> {
         let path = self.path;
         let entry = self.entry(name)?;

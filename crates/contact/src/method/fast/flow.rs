@@ -9,40 +9,40 @@ use crate::method::{Heights, ReducedProblem};
 use crate::observe::Plasticity;
 use asperity_grid::{Real, Series, lowest, mean, rms};
 
-/// Heights of the surface after plastic flow, and their rms. Sets the origin of the approach of a padded cell.
-pub(super) fn series<T: Real>(
-    problem: &ReducedProblem,
-    cell: &mut ComputationCell,
-    flow: &PlasticFlow<T>,
-) -> (Series<T>, f64) {
-    if cell.is_padded() {
-        let mut nodes = problem.heights.on_nodes(problem.grid);
-        if flow.has_begun() {
-            nodes = (0..nodes.len()).map(|i| flow.height(&nodes, i)).collect();
-        }
-        let field = cell.continued(&nodes);
-        cell.mean_height = mean(&field) - lowest(&problem.heights.on_nodes(problem.grid));
-        return (Series::from_nodes(cell.grid, &field), rms(&nodes));
-    }
-    let series: Series<T> = match problem.heights {
-        Heights::Nodes(nodes) if flow.has_begun() => Series::through(problem.grid, |i| flow.height(nodes, i)),
-        Heights::Series(waves) if flow.has_begun() => {
-            let displacement = flow.displacement();
-            Series::through(problem.grid, |i| displacement[i].wide()).plus(waves)
-        }
-        Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
-        Heights::Series(series) => series.converted(),
-        Heights::Planned(_) => unreachable!("a solve has heights"),
-    };
-    let rms = series.rms();
-    (series, rms)
-}
-
 impl<T: Real, L: Law> FastRun<'_, T, L> {
+    /// Heights of the surface after plastic flow, and their rms. Sets the origin of the approach of a padded cell.
+    pub(super) fn heights_of(
+        problem: &ReducedProblem,
+        cell: &mut ComputationCell,
+        flow: &PlasticFlow<T>,
+    ) -> (Series<T>, f64) {
+        if cell.is_padded() {
+            let mut nodes = problem.heights.on_nodes(problem.grid);
+            if flow.has_begun() {
+                nodes = (0..nodes.len()).map(|i| flow.height(&nodes, i)).collect();
+            }
+            let field = cell.continued(&nodes);
+            cell.mean_height = mean(&field) - lowest(&problem.heights.on_nodes(problem.grid));
+            return (Series::from_nodes(cell.grid, &field), rms(&nodes));
+        }
+        let series: Series<T> = match problem.heights {
+            Heights::Nodes(nodes) if flow.has_begun() => Series::through(problem.grid, |i| flow.height(nodes, i)),
+            Heights::Series(waves) if flow.has_begun() => {
+                let displacement = flow.displacement();
+                Series::through(problem.grid, |i| displacement[i].wide()).plus(waves)
+            }
+            Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
+            Heights::Series(series) => series.converted(),
+            Heights::Planned(_) => unreachable!("a solve has heights"),
+        };
+        let rms = series.rms();
+        (series, rms)
+    }
+
     /// The heights of the surface after plastic flow, in place of those before.
     pub(super) fn displace(&mut self) {
         self.heights = Series::default();
-        (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
+        (self.heights, _) = Self::heights_of(self.problem, &mut self.cell, &self.flow);
     }
 
     /// Moves the flow of a load from its gap to the heights of the next.

@@ -2,7 +2,7 @@
 
 use super::level::Level;
 use super::window::ComputationCell;
-use super::{Fast, FastRun, shared};
+use super::{Fast, FastRun, ID, shared};
 use crate::interface::{HardWall, Kernel, Law};
 use crate::method::operator::{Build, dispatch};
 use crate::method::plastic::PlasticFlow;
@@ -12,8 +12,8 @@ use crate::method::{
 };
 use asperity_grid::{Real, Result};
 
-pub(super) static CARD: MethodCard = MethodCard {
-    id: "fast",
+static CARD: MethodCard = MethodCard {
+    id: ID,
     paper_name: "-",
     family: "boundary value",
     kind: MethodKind::Solver,
@@ -71,7 +71,7 @@ impl ContactMethod for Fast {
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {
-        shared::check(problem, CARD.id)?;
+        shared::check(problem, ID)?;
         Ok(StartedMethod::Solver(dispatch(problem, FastStart { problem, observer })?))
     }
 }

@@ -34,17 +34,18 @@ use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Real, Series, mean};
 use descent::{DescentSnapshot, Ended, GapSearch, Task};
 use fields::Spring;
-use flow::series;
 use gpu::GpuLevels;
 use host::LevelProblem;
 use level::Level;
-use method::CARD;
 use shared::{Agreed, agreed, own_nodes};
 use std::cell::OnceCell;
 use std::time::Instant;
 use window::{ComputationCell, Window};
 
 pub struct Fast;
+
+/// Of the card, and in errors.
+const ID: &str = "fast";
 
 /// Imbalance over the tolerance of the load balance above which the pressure of an imposed mean gap is taken from the
 /// final fields: the force of the spring contains the rounding error of the mean gap times a stiffness. Near separation
@@ -66,7 +67,7 @@ const ROUNDING_MARGIN: f64 = 3.0;
 impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
     fn new(problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer, law: L) -> Result<Self> {
         let mut cell = ComputationCell::of(problem);
-        let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
+        let (heights, rms_height) = Self::heights_of(problem, &mut cell, &PlasticFlow::default());
         let (gap, stress) = (Vec::new(), Vec::new());
         Ok(FastRun {
             gpu: GpuLevels::open(problem)?,
@@ -225,7 +226,7 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
         // A snapshot may be of a coarser grid of the same cell.
         let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
         let own = own_nodes(self.problem.ranks, grid);
-        let (gap, pause) = snapshot.restore_rows(grid, own.len() / grid.nx, CARD.id)?;
+        let (gap, pause) = snapshot.restore_rows(grid, own.len() / grid.nx, ID)?;
         self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
         Ok(())
     }
@@ -248,15 +249,15 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
             && !(g.is_finite() && (g > 0.0 || g == 0.0 && !L::HARD))
         {
             let accepted = "a positive length; a hard wall allows a zero mean gap only under an imposed pressure";
-            return Err(refused(CARD.id, "mean gap", g, accepted));
+            return Err(refused(ID, "mean gap", g, accepted));
         }
         if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
             return Err(Error::input("method fast", "load", "a mean gap with a non-periodic body", "a pressure"));
         }
         if matches!(load, Load::MeanGap(_)) && problem.ranks.are_several() {
-            return Err(refused(CARD.id, "load", "a mean gap on several ranks", "a pressure, or one rank"));
+            return Err(refused(ID, "load", "a mean gap on several ranks", "a pressure, or one rank"));
         }
-        require::below_hardness(load, self.law.max_pressure(), CARD.id)?;
+        require::below_hardness(load, self.law.max_pressure(), ID)?;
         (self.stress, self.lent) = Default::default();
         let mut iterations = 0;
         // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
