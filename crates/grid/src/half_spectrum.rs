@@ -6,7 +6,7 @@ use std::ops::{Deref, DerefMut};
 const LINE: usize = 64;
 
 /// A half spectrum: `ny` rows of `nx/2+1` coefficients, a row `pitch` elements after the one before (see
-/// [`Grid::pitch`]).
+/// [`Grid::pitch`](crate::Grid::pitch)).
 ///
 /// Rows longer than a block of columns are aligned to cache lines, so that the blocks of the column pass are whole
 /// lines, too. Without alignment, gathering 2048² coefficients takes two to three times as long.

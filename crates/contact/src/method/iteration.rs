@@ -192,7 +192,7 @@ impl<'o, 'p> IterationControl<'o, 'p> {
     }
 
     /// Reports the iteration and, if the observer requests a snapshot or stops the solve, passes on the two fields
-    /// and the `progress` from which [`Run::resume`](super::Run::resume) continues. True if the observer stops the
+    /// and the `progress` from which [`SolverRun::resume`](super::SolverRun::resume) continues. True if the observer stops the
     /// solve.
     pub fn checkpoint_or_interrupt<T: Real, P: Serialize>(
         &self,

@@ -5,12 +5,12 @@ use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Grid};
 use serde::de::DeserializeOwned;
 
-/// A state from which [`Run::resume`](super::Run::resume) can continue, with borrowed fields.
+/// A state from which [`SolverRun::resume`](super::SolverRun::resume) can continue, with borrowed fields.
 #[derive(Debug, Clone)]
 pub struct SnapshotRef<'a> {
     /// Present grid of the solver.
     pub grid: Grid,
-    /// Whose rows the fields are, as in [`State`](super::State).
+    /// Whose rows the fields are, as in [`Equilibrium`](super::Equilibrium).
     pub ranks: &'a Ranks,
     /// Gap `[ny, nx]`, L.
     pub gap: Field<'a>,

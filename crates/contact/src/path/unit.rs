@@ -18,7 +18,7 @@ impl LoadPathSolver<'_> {
     ///
     /// # Errors
     /// Loads that the method does not support, that are not representable over the heights or below
-    /// [`least_pressure`](crate::method::Problem::least_pressure), and the errors of `visit`.
+    /// [`least_pressure`](crate::method::ReducedProblem::least_pressure), and the errors of `visit`.
     pub fn walk(
         &self,
         begin: Option<InitialState>,

@@ -3,7 +3,7 @@ use super::super::host::LevelProblem;
 use super::kernels::Kernels;
 use crate::interface::{Elastic, Kernel, Law};
 use crate::method::residuals::KKT;
-use crate::method::{Heights, Precision, ReducedProblem};
+use crate::method::{Precision, ReducedProblem};
 use asperity_grid::sys::gpu::Argument::{self, F32, F64, Int, Null};
 use asperity_grid::sys::gpu::{Buffer, Failure, GpuTransform};
 use asperity_grid::{Grid, Real, Series};

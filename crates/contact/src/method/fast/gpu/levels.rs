@@ -1,7 +1,7 @@
 use super::fields::OnGpu;
 use super::kernels::Kernels;
 use crate::interface::Law;
-use crate::method::{Device, Precision, ReducedProblem};
+use crate::method::{ContactMethod, Device, Precision, ReducedProblem};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Real};
 
@@ -17,7 +17,7 @@ impl GpuLevels {
     /// # Errors
     /// `MissingProgram` without CUDA, `Gpu` if the card or the compilation fails, `Memory` if its memory is too small.
     pub(crate) fn open(problem: &ReducedProblem) -> Result<Option<Self>> {
-        if Device::of(problem, &super::super::CARD) == Device::Cpu {
+        if Device::of(problem, super::super::Fast.card()) == Device::Cpu {
             return Ok(None);
         }
         let kernels = Kernels::compiled(problem.precision, problem.adhesion.work_of_adhesion())?;
