@@ -134,9 +134,11 @@ fn run(engine: &LammpsEngine, job: &Job, ranks: usize, json: bool) -> Result<()>
             significant(s.p_star, 4),
             s.contacts.to_string(),
             s.force_evaluations.to_string(),
+            s.minimizer.word().into(),
         ]
     });
-    output::print(&output::table(&["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations"], rows));
+    let head = ["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations", "minimiser"];
+    output::print(&output::table(&head, rows));
     Ok(())
 }
 

@@ -115,7 +115,12 @@ fn findings(machine: &Machine, elsewhere: bool) -> Vec<Finding> {
             start.unwrap_or_else(|e| e.to_string()),
             "--ranks, --launcher and --lammps-args, or a machine of machines.toml",
         ),
-        finding("LAMMPS library", true, library, "only for atoms.base = \"elastic\"; on Debian it comes with lammps"),
+        finding(
+            "LAMMPS library",
+            true,
+            library,
+            "for the harmonic relaxation, without which LAMMPS relaxes by FIRE, and for atoms.base = \"elastic\"; on Debian it comes with lammps",
+        ),
         finding(
             "mpirun",
             true,

@@ -9,6 +9,7 @@ use crate::record::tradeoff::{
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
 use crate::{Error, Result};
+use asperity_atoms::job_spec::Minimizer;
 use asperity_contact::method::{ContactMethod, Device};
 use asperity_contact::quantity::Quantity;
 use asperity_grid::units::{Dimension, MAX_SECONDS, Measure};
@@ -48,9 +49,10 @@ pub(super) struct TradeoffArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     layer_thickness: Vec<f64>,
     /// Blocks of atoms that LAMMPS runs, comma-separated, as CELLSxDEPTH, CELLSxDEPTH+FOUNDATION (with a prescribed base) or
-    /// CELLSxDEPTH+FOUNDATION-elastic, in lattice constants. Default for a scene with [atoms]: its own block; a block with half the
+    /// CELLSxDEPTH+FOUNDATION-elastic, in lattice constants, each with -harmonic or -fire for a minimiser other than the scene's. Default for a scene with [atoms]: its own block; a block with half the
     /// cells (a multiple of five); a block with half the depth; if the atoms start from the continuum, also the latter on a foundation
-    /// that replaces the other half; two deformable cells on an elastic base that replaces the rest.
+    /// that replaces the other half; two deformable cells on an elastic base that replaces the rest; its own block relaxed by
+    /// LAMMPS alone.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     atoms: Vec<String>,
     /// Number of runs of each setting; the fastest counts. Default: one, or three to thirty for settings that take less than a second.
@@ -153,19 +155,23 @@ fn methods(ids: &[String]) -> Result<Vec<&'static dyn ContactMethod>> {
 
 /// A block as its name.
 fn block(text: &str) -> Result<BlockSize> {
-    let size = text.trim().split_once('x').and_then(|(cells, depth)| {
+    let ends = BlockSize::MINIMIZERS.into_iter().find_map(|(end, m)| Some((text.trim().strip_suffix(end)?, m)));
+    let (name, minimizer) = ends.unwrap_or((text.trim(), Minimizer::Auto));
+    let size = name.split_once('x').and_then(|(cells, depth)| {
         let (depth, below) = depth.split_once('+').unwrap_or((depth, "0"));
         let elastic_base = below.ends_with(BlockSize::ELASTIC);
         let below = below.strip_suffix(BlockSize::ELASTIC).unwrap_or(below);
         let [cells, depth_cells, foundation_cells] = [cells, depth, below].map(|w| w.parse().ok());
-        Some(BlockSize { cells: cells?, depth_cells: depth_cells?, foundation_cells: foundation_cells?, elastic_base })
+        let [cells, depth_cells, foundation_cells] = [cells?, depth_cells?, foundation_cells?];
+        Some(BlockSize { cells, depth_cells, foundation_cells, elastic_base, minimizer })
     });
     let size = size.filter(|b| {
         (4..=2000).contains(&b.cells)
             && (1..=1000).contains(&b.depth_cells)
             && b.foundation_cells <= MOST_FOUNDATION_CELLS
     });
-    let accepted = "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6, or on a foundation 15x6+10 or 15x2+14-elastic";
+    let accepted = "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6, or on a foundation 15x6+10 or 15x2+14-elastic, \
+                    with -harmonic or -fire for a minimiser";
     size.ok_or_else(|| Error::input(PLACE, "--atoms", text, accepted))
 }
 

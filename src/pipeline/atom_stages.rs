@@ -10,9 +10,10 @@ use crate::Result;
 use crate::record::methods::MethodResults;
 use crate::record::results::ComparisonResults;
 use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case};
-use asperity_atoms::cost::{self, LoadingMode, memory_bytes};
+use asperity_atoms::cost::{self, LoadingMode, Relaxer, library_bytes, memory_bytes};
 use asperity_atoms::engine::LammpsEngine;
 use asperity_atoms::job::Job;
+use asperity_atoms::job_spec::Minimizer;
 use asperity_atoms::nvt::{MD_STEP_COST_RATIO, NvtSettings};
 use asperity_atoms::potential::CALCIUM;
 use asperity_atoms::results::{AtomsResults, NvtResults};
@@ -43,13 +44,22 @@ pub(super) struct AtomStages<'a> {
     pub scene: &'a AtomsScene,
     /// None if a run is only planned.
     engine: Option<&'a LammpsEngine>,
+    /// What relaxes the atoms.
+    relaxer: Relaxer,
 }
 
 impl<'a> AtomStages<'a> {
-    /// None for a case without atoms.
+    /// The stages of a run. None for a case without atoms.
     pub(super) fn of(case: &'a Case, engine: Option<&'a LammpsEngine>) -> Option<Self> {
+        let minimizer = case.scene.atoms.as_ref()?.minimizer;
+        let relaxer = engine.map_or_else(Relaxer::default, |e| atomistic::relaxer(minimizer, e));
+        Some(AtomStages { engine, ..AtomStages::planned(case, relaxer)? })
+    }
+
+    /// The stages of a plan. None for a case without atoms.
+    pub(super) fn planned(case: &'a Case, relaxer: Relaxer) -> Option<Self> {
         let (atoms, scene) = case.atoms.as_ref().zip(case.scene.atoms.as_ref())?;
-        Some(AtomStages { case, atoms, scene, engine })
+        Some(AtomStages { case, atoms, scene, engine: None, relaxer })
     }
 
     pub(super) fn matched(&self) -> MatchedStage<'a> {
@@ -106,7 +116,7 @@ impl<'a> AtomStages<'a> {
     }
 
     fn force_evaluations(&self) -> f64 {
-        cost::evaluations(self.atoms.block.cells, self.atoms.block.relaxing_cells(), self.loading().0)
+        cost::evaluations(self.atoms.block.cells, self.atoms.block.relaxing_cells(), self.loading().0, self.relaxer)
     }
 }
 
@@ -124,8 +134,9 @@ impl Stage for LammpsStage<'_> {
 
     fn what(&self) -> String {
         let method_run = &self.0;
+        let slip = if method_run.relaxer == Relaxer::Harmonic { ", more where the crystal slips" } else { "" };
         format!(
-            "{} atoms, {}, about {:.0} force evaluations",
+            "{} atoms, {}, about {:.0} force evaluations{slip}",
             method_run.atoms.atoms(),
             method_run.loading().1,
             method_run.force_evaluations()
@@ -133,10 +144,14 @@ impl Stage for LammpsStage<'_> {
     }
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
-        let (total, ranks, mode) = (self.0.atoms.atoms(), self.0.case.ranks(), self.0.loading().0);
+        let AtomStages { case, atoms, scene, relaxer, .. } = self.0;
+        let (total, ranks, mode) = (atoms.atoms(), case.ranks(), self.0.loading().0);
+        // Whether there is a library may not be known: the larger of the two.
+        let library = library_bytes(&atoms.block, scene.minimizer != Minimizer::Fire);
+        let (count, each) = (self.0.force_evaluations(), machine.seconds_per_evaluation);
         EstimatedCost {
-            bytes: memory_bytes(total, ranks, self.0.atoms.start == AtomsStart::Touch),
-            seconds: cost::seconds(total, self.0.force_evaluations(), mode, machine.seconds_per_evaluation, ranks),
+            bytes: memory_bytes(total, ranks, atoms.start == AtomsStart::Touch) + library.saturating_mul(ranks as u64),
+            seconds: cost::seconds(total, count, (mode, relaxer), each, ranks),
         }
     }
 
@@ -155,7 +170,7 @@ impl Stage for LammpsStage<'_> {
         };
         // The loads are not part of this key: the job folder determines which finished steps are valid for other loads.
         let program = (block, crystal_key(scene, atoms), potential, self.0.engine().describe(), script.hash());
-        let steps = (step, scene.force_tolerance, scene.plasticity, pair_key(case));
+        let steps = (step, scene.force_tolerance, scene.minimizer, scene.plasticity, pair_key(case));
         let history = StageKey::new("load steps", &(program, steps), &[geometry])?;
         let key = match atoms.start {
             AtomsStart::Continuum => {

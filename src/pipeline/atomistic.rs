@@ -9,14 +9,15 @@ use super::{Listener, StageKey, frame_analysis};
 use crate::scene::{AtomsCase, AtomsStart, Case};
 use crate::{Error, Result};
 use asperity_atoms::block::{BaseKind, SurfaceSites};
-use asperity_atoms::cost::evaluations_from_continuum;
+use asperity_atoms::cost::{Relaxer, evaluations_from_continuum};
 use asperity_atoms::dump::read_frame;
 use asperity_atoms::engine::{Finished, LammpsEngine};
 use asperity_atoms::external_dump::DumpTrajectory;
 use asperity_atoms::indenter::Indenter;
 use asperity_atoms::job::{Job, JobCrystal, Loading, POTENTIAL_FILE};
-use asperity_atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, RelaxationSettings};
+use asperity_atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, Minimizer, RelaxationSettings};
 use asperity_atoms::lammps_command::{ARGUMENTS, LammpsCommand};
+use asperity_atoms::lammps_host::find_library;
 use asperity_atoms::load_history::StepRecord;
 use asperity_atoms::potential::Potential;
 use asperity_atoms::progress::Progress;
@@ -72,6 +73,7 @@ pub(super) fn write_job(
     let approach_steps = (atoms.first_touch_gap_angstrom + compressed) / scene.step_or_default();
     let settings = RelaxationSettings {
         force_tolerance: scene.force_tolerance.to("eV/Å"),
+        minimizer: scene.minimizer,
         load_unit: atoms.load_unit,
         contact_angstrom: atoms.wall.repulsion.contact_distance_angstrom,
         // Slip can start at any depth below the contact.
@@ -127,14 +129,28 @@ pub(super) fn find_engine(command: &LammpsCommand, file: &Path) -> Result<Lammps
     })
 }
 
-/// CPU time of LAMMPS on this machine with the potential of a case with atoms, s per atom and force evaluation. The
-/// measurement takes about a second.
+/// What the LAMMPS of this machine would relax the atoms by.
+pub(super) fn relaxer(minimizer: Minimizer, engine: &LammpsEngine) -> Relaxer {
+    Relaxer::of(minimizer, || find_library(engine.program()).is_ok())
+}
+
+/// The LAMMPS of this machine, as far as it concerns the time of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct LammpsSpeed {
+    /// CPU time, s per atom and force evaluation.
+    pub seconds_per_evaluation: f64,
+    pub relaxer: Relaxer,
+}
+
+/// Measures LAMMPS on this machine with the potential of a case with atoms, and looks for its library. Takes about a second.
 ///
 /// # Errors
 /// `MissingProgram` if LAMMPS is not found; `Io`; `Lammps`.
-pub fn speed(case: &Case) -> Result<f64> {
+pub fn speed(case: &Case) -> Result<LammpsSpeed> {
     let atoms = case.atoms.as_ref().expect("a case with atoms");
-    let lammps = LmpCommand { program: engine(case)?.program().to_path_buf() };
+    let scene = case.scene.atoms.as_ref().expect("a scene with atoms");
+    let engine = engine(case)?;
+    let lammps = LmpCommand { program: engine.program().to_path_buf() };
     let scratch = tempfile::tempdir().map_err(Error::io("make", std::env::temp_dir()))?;
     let potential = potential_file(atoms, scratch.path())?;
     // LAMMPS splits a path at spaces, so the potential is copied into the working folder.
@@ -142,7 +158,9 @@ pub fn speed(case: &Case) -> Result<f64> {
     if potential != copy {
         std::fs::copy(&potential, &copy).map_err(Error::io("copy", &potential))?;
     }
-    measured::measure(&lammps, scratch.path(), (POTENTIAL_FILE, &atoms.element, atoms.block.a0))
+    let seconds_per_evaluation =
+        measured::measure(&lammps, scratch.path(), (POTENTIAL_FILE, &atoms.element, atoms.block.a0))?;
+    Ok(LammpsSpeed { seconds_per_evaluation, relaxer: relaxer(scene.minimizer, &engine) })
 }
 
 /// Output of the LAMMPS stage.
@@ -166,9 +184,10 @@ pub fn run_lammps(engine: &LammpsEngine, job: &Job, listener: &dyn Listener) -> 
         listener.warn(&format!("{damage}; LAMMPS computes the steps from there on again"));
     }
     let mut reversed = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
+    let relaxer = relaxer(job.spec.settings.minimizer, engine);
     let mut watch = |p: Progress| {
         if let Some(record) = &p.record {
-            let (done, words) = progress_of(job, &p, record, &mut reversed);
+            let (done, words) = progress_of((job, relaxer), &p, record, &mut reversed);
             listener.progress(done, &words);
         }
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -180,6 +199,9 @@ pub fn run_lammps(engine: &LammpsEngine, job: &Job, listener: &dyn Listener) -> 
     finished.unconverged.retain(|step| *step < finished.steps.len());
     if let Some(step) = finished.resumed_from {
         listener.warn(&format!("resumed at load step {step} of an earlier run"));
+    }
+    if let Some(reason) = &finished.not_harmonic {
+        listener.warn(&format!("LAMMPS's own minimisers relax the atoms, in many more force evaluations: {reason}"));
     }
     let column = |value: fn(&LoadStepResults) -> f64| finished.steps.iter().map(value).collect::<Vec<f64>>();
     csv::write(
@@ -200,7 +222,12 @@ pub fn run_lammps(engine: &LammpsEngine, job: &Job, listener: &dyn Listener) -> 
 }
 
 /// Completed fraction of a job, and a message about its last step. Sets `reversed` when the job starts to unload.
-fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool) -> (Option<f64>, String) {
+fn progress_of(
+    (job, relaxer): (&Job, Relaxer),
+    p: &Progress,
+    record: &StepRecord,
+    reversed: &mut bool,
+) -> (Option<f64>, String) {
     let atoms = if record.contacts == 1 { "atom" } else { "atoms" };
     let state = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, record.contacts);
     match &job.spec.protocol {
@@ -221,6 +248,7 @@ fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool
                 spec.block.cells,
                 job.block().relaxing_cells(),
                 spec.settings.force_tolerance,
+                relaxer,
             );
             let (total, next) = (loads.loads.len(), record.step + 1);
             let part = (p.iterations as f64 / expected).min(NEARLY);

@@ -33,7 +33,7 @@ mod tradeoff;
 mod unloading;
 mod versions;
 
-pub use atomistic::{LammpsOutcome, build_job, engine, read_atoms, read_frames, run_lammps, speed};
+pub use atomistic::{LammpsOutcome, LammpsSpeed, build_job, engine, read_atoms, read_frames, run_lammps, speed};
 pub use contact_loads::impose_contact;
 pub use continuum::start;
 pub use crystals::{Crystals, Said, keep_crystal};

@@ -1,12 +1,13 @@
 //! The plan of a run: its stages with estimated memory and time.
 
 use super::atom_stages::AtomStages;
+use super::atomistic::LammpsSpeed;
 use super::folder::StageKey;
 use super::stage::{MachineSpeed, PlannedStage, Stage};
 use super::stages::{self, Made, Visitor};
 use crate::scene::Case;
 use crate::{Error, Result};
-use asperity_atoms::cost;
+use asperity_atoms::cost::{self, Relaxer};
 use asperity_atoms::results::AuditLine;
 use serde::Serialize;
 use std::path::Path;
@@ -49,13 +50,18 @@ impl RunPlan {
     }
 }
 
-/// Plans a case on `threads` threads. `evaluation` is the CPU time of LAMMPS on this machine, s per atom and force
-/// evaluation ([`super::speed`]). Without it the plan uses `cost::SECONDS_PER_ATOM_EVALUATION`, measured on another
-/// machine.
-pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunPlan> {
+/// Plans a case on `threads` threads. `lammps` is that of this machine ([`super::speed`]). Without it the plan uses
+/// `cost::SECONDS_PER_ATOM_EVALUATION`, measured on another machine, and the time of LAMMPS's own minimisers.
+pub fn plan(case: &Case, threads: usize, lammps: Option<LammpsSpeed>) -> Result<RunPlan> {
+    let relaxer = lammps.map_or_else(Relaxer::default, |l| l.relaxer);
+    planned_by(case, threads, lammps.map(|l| l.seconds_per_evaluation), relaxer)
+}
+
+/// As [`plan`]; `evaluation` is the CPU time of LAMMPS, s per atom and force evaluation.
+pub(super) fn planned_by(case: &Case, threads: usize, evaluation: Option<f64>, relaxer: Relaxer) -> Result<RunPlan> {
     let seconds_per_evaluation = evaluation.unwrap_or(cost::SECONDS_PER_ATOM_EVALUATION);
     let machine = MachineSpeed { threads, seconds_per_evaluation };
-    let atoms = AtomStages::of(case, None);
+    let atoms = AtomStages::planned(case, relaxer);
     let mut planned = Planner { machine, stages: Vec::new() };
     stages::visit((case, atoms), Path::new(""), None, &mut planned)?;
     let mut stages = planned.stages;

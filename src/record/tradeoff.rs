@@ -1,6 +1,7 @@
 //! `tradeoff.json` and `tradeoff.csv`: cost of method settings and their errors against a reference.
 
 use super::results::ScalesSi;
+use asperity_atoms::job_spec::Minimizer;
 use asperity_contact::quantity::Quantity;
 use asperity_contact::state::Missing;
 use asperity_grid::error::Result;
@@ -152,7 +153,8 @@ impl Setting {
     }
 }
 
-/// A block of atoms and the elastic foundation below it, lattice constants. The foundation moves a prescribed base unless the base is elastic.
+/// A block of atoms and the elastic foundation below it, lattice constants, and its relaxation. The foundation moves a prescribed base unless the
+/// base is elastic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockSize {
     pub cells: usize,
@@ -161,11 +163,16 @@ pub struct BlockSize {
     pub foundation_cells: usize,
     #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
     pub elastic_base: bool,
+    #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
+    pub minimizer: Minimizer,
 }
 
 impl BlockSize {
     /// Ends the name of a block on an elastic base.
     pub const ELASTIC: &str = "-elastic";
+
+    /// Ends of the names of blocks with these minimisers.
+    pub const MINIMIZERS: [(&str, Minimizer); 2] = [("-harmonic", Minimizer::Harmonic), ("-fire", Minimizer::Fire)];
 }
 
 impl std::fmt::Display for BlockSize {
@@ -174,7 +181,9 @@ impl std::fmt::Display for BlockSize {
         match self.foundation_cells {
             0 => Ok(()),
             depth => write!(f, "+{depth}{}", if self.elastic_base { BlockSize::ELASTIC } else { "" }),
-        }
+        }?;
+        let relaxed = BlockSize::MINIMIZERS.iter().find(|(_, minimizer)| *minimizer == self.minimizer);
+        write!(f, "{}", relaxed.map_or("", |(end, _)| end))
     }
 }
 

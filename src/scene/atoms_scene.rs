@@ -3,7 +3,7 @@
 use super::nvt::NvtScene;
 use super::quantity::{Energy, Force, Length, Stress, Time};
 use asperity_atoms::block::BaseKind;
-use asperity_atoms::job_spec::FORCE_TOLERANCE;
+use asperity_atoms::job_spec::{FORCE_TOLERANCE, Minimizer};
 use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -65,6 +65,8 @@ pub struct AtomsScene {
     /// Largest force on any atom in an equilibrium. Above 0.002 eV/Å a load that starts from the continuum ends where no force is larger
     /// than a quarter of it and indenter and base carry the load to a thousandth.
     pub force_tolerance: Force,
+    /// Relaxation of the load steps.
+    pub minimizer: Minimizer,
     /// Range of the pair adhesion. The scaled range is often shorter than the repulsion of the atoms allows: see the scaling audit.
     pub adhesion_range: Length,
     /// Normal force from which an atom counts as loaded. Default: ten times the force tolerance, at most 0.02 eV/Å.
@@ -146,6 +148,7 @@ impl Default for AtomsScene {
             start: None,
             step: None,
             force_tolerance: Force::new(FORCE_TOLERANCE, "eV/Å"),
+            minimizer: Minimizer::Auto,
             adhesion_range: Length::new(0.5, "Å"),
             contact_force: None,
             stress_width: None,

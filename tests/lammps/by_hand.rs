@@ -24,7 +24,7 @@ fn run_sh_gives_the_numbers_of_the_engine() {
     let Some(lammps) = lammps(1) else { return };
     for (load, atoms) in [("p_star = [0.01, 0.03]", ""), ("p_star = [0.01]\nunload = true", "start = \"touch\"")] {
         let scratch = tempfile::tempdir().expect("scratch");
-        let case = case(load, "", atoms);
+        let case = case(load, "", &format!("minimizer = \"fire\"\n{atoms}"));
         let [engine, hand] = ["engine", "hand"].map(|name| built(&case, &scratch.path().join(name)));
         lammps.run(&engine, &mut on).expect("runs");
         let output = run_by_hand(&hand, lammps.program());

@@ -9,6 +9,7 @@ use asperity::atoms::force_constants::{ForceConstantInput, ForceConstants, reach
 use asperity::atoms::job_spec::{DisplacementRamp, RelaxationSettings};
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::potential::CALCIUM_C11_GPA;
+use asperity::atoms::scripts::DISPLACEMENT_RAMP_RELAX;
 use asperity::grid::units::GPA_PER_EV_A3;
 use asperity::scene::Case;
 use std::ops::ControlFlow;
@@ -99,7 +100,7 @@ fn response(engine: &LammpsEngine, block: Block) -> [f64; 3] {
     let settings = RelaxationSettings { force_tolerance: BALANCED, ..RELAXATION };
     let ramp = DisplacementRamp { max_steps: 1, max_load: 1.0, ..RAMP };
     let setting = written(folder.path(), block, |_, _, _| 0.0, None, ramp, settings);
-    let script = setting.job.folder.join("displacement_ramp_step.in");
+    let script = setting.job.folder.join(DISPLACEMENT_RAMP_RELAX.file);
     let text = std::fs::read_to_string(&script).expect("read");
     let push = format!(
         "fix site block store/state 0 x z\n\
@@ -241,7 +242,8 @@ fn force_constants_are_those_of_the_crystal() {
         cutoff_angstrom: CUTOFF,
         highest_pressure,
     };
-    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, &mut || Ok(())).expect("measured");
+    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, engine.describe(), &mut || Ok(()))
+        .expect("measured");
     assert_eq!(reach(CUTOFF, A0), 4);
     for share in [0.3, 1.0] {
         let (pressure, strain) =
@@ -260,8 +262,8 @@ fn force_constants_are_those_of_the_crystal() {
     assert!((carried / tension - 1.0).abs() < 1e-3, "{carried} instead of {tension}");
     assert!(found.strain_at(3.0 * tension).is_err());
     let crushed = ForceConstantInput { highest_pressure: 100.0 * highest_pressure, ..crystal };
-    let refused =
-        ForceConstants::measure(&command(&engine), folder.path(), crushed, &mut || Ok(())).expect_err("refused");
+    let refused = ForceConstants::measure(&command(&engine), folder.path(), crushed, engine.describe(), &mut || Ok(()))
+        .expect_err("refused");
     let message = refused.to_string();
     assert!(message.contains("mean pressure = ") && message.contains("GPa"), "{message}");
 }
@@ -337,7 +339,8 @@ fn a_missing_library_and_another_version_are_named() {
         cutoff_angstrom: CUTOFF,
         highest_pressure: 1e-3,
     };
-    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, &mut || Ok(())).expect("measured");
+    let found = ForceConstants::measure(&command(&engine), folder.path(), crystal, engine.describe(), &mut || Ok(()))
+        .expect("measured");
     let file = job.folder.join("force_constants.json");
     std::fs::write(file, serde_json::to_string(&found).expect("text")).expect("written");
     let (code, text) = host("/no/such/liblammps.so", "20210929");

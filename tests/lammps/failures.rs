@@ -83,9 +83,9 @@ fn run_with_script(
     (line, by): (&str, &str),
     watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> asperity::Error {
-    let script = job.folder.join("displacement_ramp_step.in");
-    let text = std::fs::read_to_string(&script).expect("read");
-    assert!(text.contains(line), "{line}");
+    let parts = ["start", "relax", "end"].map(|part| job.folder.join(format!("displacement_ramp_{part}.in")));
+    let texts = parts.map(|script| (std::fs::read_to_string(&script).expect("read"), script));
+    let (text, script) = texts.into_iter().find(|(text, _)| text.contains(line)).expect("one has the line");
     std::fs::write(&script, text.replacen(line, by, 1)).expect("written");
     let error = engine.run(job, watch).expect_err("a failure");
     std::fs::write(&script, text).expect("written");

@@ -10,7 +10,7 @@ use asperity::atoms::indenter::Indenter;
 use asperity::atoms::job::Job;
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::minimizer_checkpoint;
-use asperity::atoms::scripts::PRESCRIBED_LOAD_STEP;
+use asperity::atoms::scripts::PRESCRIBED_LOAD_RELAX;
 use asperity::grid::Grid;
 use asperity::scene::Case;
 use std::ops::ControlFlow;
@@ -148,7 +148,7 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     let Some(lammps) = lammps(1) else { return };
     let engine = lammps.clone().with_checkpoint_interval(Duration::ZERO);
     let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let case = smooth_case("");
+    let case = smooth_case("minimizer = \"fire\"");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let left = |folder: &Path| -> Vec<String> {
         let names = std::fs::read_dir(folder).expect("listed").map(|e| e.expect("an entry").file_name());
@@ -159,8 +159,8 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     let job = built(&case, stopped.path());
     let relax = "minimize      0.0 ${load_ftol} ${max_iterations} 100000\n";
     let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{load_ftol}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
-    assert!(PRESCRIBED_LOAD_STEP.text.contains(relax));
-    std::fs::write(job.folder.join(PRESCRIBED_LOAD_STEP.file), PRESCRIBED_LOAD_STEP.text.replace(relax, &cut))
+    assert!(PRESCRIBED_LOAD_RELAX.text.contains(relax));
+    std::fs::write(job.folder.join(PRESCRIBED_LOAD_RELAX.file), PRESCRIBED_LOAD_RELAX.text.replace(relax, &cut))
         .expect("written");
     engine.run(&job, &mut on).expect_err("stopped");
     assert_eq!(left(stopped.path()).len(), 2);
@@ -187,13 +187,13 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
 fn a_load_stopped_after_its_relaxation_repeats_it_with_the_same_results() {
     let Some(engine) = lammps(1) else { return };
     let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let case = smooth_case("");
+    let case = smooth_case("minimizer = \"fire\"");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let job = built(&case, stopped.path());
     let relax = "minimize      0.0 ${load_ftol} ${max_iterations} 100000\n";
     let cut = format!("{relax}if \"$k == 1\" then \"quit 9\"\n");
-    let script = PRESCRIBED_LOAD_STEP.text.replace(relax, &cut);
-    std::fs::write(job.folder.join(PRESCRIBED_LOAD_STEP.file), script).expect("written");
+    let script = PRESCRIBED_LOAD_RELAX.text.replace(relax, &cut);
+    std::fs::write(job.folder.join(PRESCRIBED_LOAD_RELAX.file), script).expect("written");
     engine.run(&job, &mut on).expect_err("stopped");
     let written = |file: std::fs::DirEntry| file.file_name().to_string_lossy().starts_with("checkpoint.1.");
     assert!(std::fs::read_dir(stopped.path()).expect("listed").flatten().any(written));

@@ -6,7 +6,7 @@ use asperity::atoms::engine::LammpsEngine;
 use asperity::atoms::indenter::{Indenter, grid_points};
 use asperity::atoms::interaction::{Interaction, Yukawa};
 use asperity::atoms::job::{Job, JobCrystal, Loading};
-use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, RelaxationSettings};
+use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, Minimizer, RelaxationSettings};
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::progress::Progress;
 use asperity::atoms::run_script::LmpCommand;
@@ -67,6 +67,7 @@ pub(crate) const RAMP: DisplacementRamp =
     DisplacementRamp { step_angstrom: 0.3, max_load: 1e9, max_steps: 40, unload: false };
 pub(crate) const RELAXATION: RelaxationSettings = RelaxationSettings {
     force_tolerance: 2e-3,
+    minimizer: Minimizer::Fire,
     load_unit: 100.0,
     contact_angstrom: D_C,
     frame_layers: FRAME_LAYERS,

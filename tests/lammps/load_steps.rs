@@ -194,11 +194,13 @@ fn failures_are_reported_with_their_exit_code() {
     let limited = engine.clone().with_time_limit(Some(Duration::from_millis(1)));
     assert!(said(&limited).contains("time limit of 0.001 s"));
 
-    let script = folder.path().join("displacement_ramp_step.in");
-    let text = std::fs::read_to_string(&script).expect("read");
-    std::fs::write(&script, text.replace("min_style", "max_style")).expect("written");
+    let [relax, script] = ["relax", "step"].map(|part| folder.path().join(format!("displacement_ramp_{part}.in")));
+    let text = std::fs::read_to_string(&relax).expect("read");
+    std::fs::write(&relax, text.replace("min_style", "max_style")).expect("written");
     let message = said(&engine);
     assert!(message.contains("Unknown command: max_style"), "{message}");
+    std::fs::write(&relax, text).expect("written");
+    let text = std::fs::read_to_string(&script).expect("read");
     // A script that ends early exits normally, but its result is refused.
     std::fs::write(&script, format!("{text}\nquit\n")).expect("written");
     let message = said(&engine);

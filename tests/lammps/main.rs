@@ -4,6 +4,7 @@ mod by_hand;
 mod elastic_base;
 mod failures;
 mod foundation;
+mod harmonic;
 mod initial_states;
 mod jobs;
 #[path = "../common/lammps.rs"]

@@ -2,6 +2,7 @@
 //! text, or as one of the values that the page computes from stored numbers, which are listed here. Drawings, whose ticks are
 //! round numbers, are left out; their data are in `figures/`.
 
+use asperity::atoms::results::StepMinimizer;
 use asperity::contact::quantity::Quantity;
 use asperity::contact::state::State;
 use asperity::record::results::{FILE, LoadComparison, Results};
@@ -230,12 +231,14 @@ fn computed(results: &Results) -> Vec<f64> {
         list.extend(expected.filter(|e| *e != 0.0).map(|e| (s.realised - e).abs() / e.abs()));
     }
     if let Some(atoms) = &results.atoms {
-        // The cell in nm, steps of the load path, force evaluations of all steps, the largest force.
+        // The cell in nm, steps of the load path and by minimiser, rejected steps, force evaluations of all steps, the largest force.
         list.push(atoms.length_angstrom / 10.0);
         let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
         list.push(steps.len() as f64);
         list.extend(turn.iter().flat_map(|t| [(t + 1) as f64, (steps.len() - 1 - t) as f64]));
         list.push(steps.iter().map(|s| s.force_evaluations).sum::<usize>() as f64);
+        list.push(steps.iter().map(|s| s.rejected).sum::<usize>() as f64);
+        list.extend(StepMinimizer::ALL.map(|m| steps.iter().filter(|s| s.minimizer == m).count() as f64));
         list.extend(
             atoms
                 .unloading

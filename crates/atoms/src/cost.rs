@@ -1,6 +1,8 @@
 //! Estimated cost of LAMMPS runs: memory, force evaluations and time, from runs of blocks of 8 to 98 nm.
 
-use super::job_spec::FORCE_TOLERANCE;
+use super::block::{BaseKind, Block, MAX_ATOMS};
+use super::job_spec::{FORCE_TOLERANCE, Minimizer};
+use asperity_contact::interface::{HarmonicBlock, LatticeBoundary};
 
 /// Peak resident memory of one process, of which about 50 MB are the program. Prescribed loads: 63, 129, 399 and 2351
 /// MB for 7839, 119 151, 509 004 and 3 394 475 atoms. A displacement ramp also stores the previous positions: 143 MB
@@ -38,8 +40,61 @@ const LOOSE: (f64, f64) = (2.9, 0.75);
 /// contact, up to 430 at the onset of slip (45 × 12, up to p/E* = 0.033).
 const STEP: f64 = 0.72;
 
-/// Force evaluations of one prescribed load, relaxed to a largest force in eV/Å.
-pub fn evaluations_from_continuum(cells: usize, depth_cells: usize, force_tolerance: f64) -> f64 {
+/// Force evaluations of one prescribed load by the harmonic relaxation, and of the free block, whatever its size. Measured: 4, 6 and 6 at the
+/// loads of 15 × 6 lattice constants, and 5, 6, 6, 6 and 7 at those of 45 × 12 under a profile with a resolved rms gradient of 0.2. Where the
+/// crystal slips this is a lower estimate: 10, 26 and 91 on 45 × 12 with a resolved gradient of 0.37.
+const HARMONIC_LOAD: f64 = 8.0;
+
+/// Of one ramp step by the harmonic relaxation, not measured: a step of 0.3 Å changes less than a load does.
+const HARMONIC_STEP: f64 = 4.0;
+
+/// Time of the harmonic relaxation beyond each force evaluation, in force evaluations of one process. Every rank does all of it.
+const HARMONIC_OVERHEAD: f64 = 0.5;
+
+/// Measurement of the force constants before the first step, unless an earlier run has made it.
+const SECONDS_OF_FORCE_CONSTANTS: f64 = 1.5;
+
+/// Pairs of the harmonic relaxation at most and at least, and the bytes of more than the least.
+const MOST_PAIRS: usize = 60;
+const FEWEST_PAIRS: usize = 6;
+const BYTES_OF_PAIRS: u64 = 1_000_000_000;
+
+/// Fields of amplitudes of the harmonic relaxation besides those of the pairs: residual and response of two states, of the wall and of a step.
+const HARMONIC_FIELDS: u64 = 8;
+
+/// Positions, forces and displacements, three numbers each.
+const HARMONIC_BYTES_PER_ATOM: u64 = 3 * 24;
+
+/// Largest range of a potential of which memory is estimated, layers: a damaged job file may have any.
+const MOST_LAYERS_OF_BASE: usize = 1000;
+
+/// What relaxes the steps of a planned job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Relaxer {
+    /// LAMMPS's own minimisers.
+    #[default]
+    Lammps,
+    /// The harmonic relaxation.
+    Harmonic,
+}
+
+impl Relaxer {
+    /// `library`: whether that of LAMMPS can be loaded, on which [`Minimizer::Auto`] depends.
+    pub fn of(minimizer: Minimizer, library: impl FnOnce() -> bool) -> Self {
+        match minimizer {
+            Minimizer::Harmonic => Relaxer::Harmonic,
+            Minimizer::Auto if library() => Relaxer::Harmonic,
+            Minimizer::Auto | Minimizer::Fire => Relaxer::Lammps,
+        }
+    }
+}
+
+/// Force evaluations of one prescribed load. LAMMPS relaxes it to a largest force in eV/Å; the harmonic relaxation takes as many for every
+/// block and tolerance, and more where the crystal slips.
+pub fn evaluations_from_continuum(cells: usize, depth_cells: usize, force_tolerance: f64, relaxer: Relaxer) -> f64 {
+    if relaxer == Relaxer::Harmonic {
+        return HARMONIC_LOAD;
+    }
     let tight = EVALUATIONS * (cells as f64).powf(GROWTH_WITH_EXTENT) * (depth_cells as f64).powf(GROWTH_WITH_DEPTH);
     if force_tolerance > FORCE_TOLERANCE { tight.min(LOOSE.0 * tight.powf(LOOSE.1)) } else { tight }
 }
@@ -51,23 +106,30 @@ pub enum LoadingMode {
     RampSteps(f64),
 }
 
-/// Force evaluations of a whole job.
-pub fn evaluations(cells: usize, depth_cells: usize, mode: LoadingMode) -> f64 {
-    FREE + match mode {
-        LoadingMode::PrescribedLoads { number, force_tolerance } => {
-            evaluations_from_continuum(cells, depth_cells, force_tolerance) * number as f64
-        }
-        LoadingMode::RampSteps(steps) => STEP * evaluations_from_continuum(cells, depth_cells, FORCE_TOLERANCE) * steps,
+/// Force evaluations of a whole job; by the harmonic relaxation a lower estimate where the crystal slips.
+pub fn evaluations(cells: usize, depth_cells: usize, mode: LoadingMode, relaxer: Relaxer) -> f64 {
+    let of_load = |tolerance| evaluations_from_continuum(cells, depth_cells, tolerance, relaxer);
+    let (free, step) = match relaxer {
+        Relaxer::Lammps => (FREE, STEP * of_load(FORCE_TOLERANCE)),
+        Relaxer::Harmonic => (HARMONIC_LOAD, HARMONIC_STEP),
+    };
+    free + match mode {
+        LoadingMode::PrescribedLoads { number, force_tolerance } => of_load(force_tolerance) * number as f64,
+        LoadingMode::RampSteps(steps) => step * steps,
     }
 }
 
 /// Seconds of a job on `ranks` processes, where a force evaluation takes one process `each` seconds per atom.
-pub fn seconds(atoms: u64, evaluations: f64, mode: LoadingMode, each: f64, ranks: usize) -> f64 {
+pub fn seconds(atoms: u64, evaluations: f64, (mode, relaxer): (LoadingMode, Relaxer), each: f64, ranks: usize) -> f64 {
     let steps = match mode {
         LoadingMode::PrescribedLoads { number, .. } => number as f64,
         LoadingMode::RampSteps(steps) => steps,
     };
-    SECONDS_PER_STEP * (1.0 + steps) + atoms as f64 * each * evaluations / ranks as f64
+    let (once, overhead) = match relaxer {
+        Relaxer::Lammps => (0.0, 0.0),
+        Relaxer::Harmonic => (SECONDS_OF_FORCE_CONSTANTS, HARMONIC_OVERHEAD),
+    };
+    once + SECONDS_PER_STEP * (1.0 + steps) + atoms as f64 * each * evaluations * (1.0 / ranks as f64 + overhead)
 }
 
 /// Resident memory of all LAMMPS ranks together, bytes; `steps`: displacement ramp instead of prescribed loads.
@@ -75,6 +137,36 @@ pub fn memory_bytes(atoms: u64, ranks: usize, steps: bool) -> u64 {
     let per_atom = if steps { MEMORY_BYTES_PER_ATOM_OF_LOAD_STEPS } else { MEMORY_BYTES_PER_ATOM };
     // A damaged job file may claim any number of atoms.
     (ranks as u64 * MEMORY_BASE_BYTES).saturating_add(atoms.saturating_mul(per_atom))
+}
+
+/// Pairs that the harmonic relaxation keeps, two fields of `field_bytes` each: as many as a gigabyte holds, from 6 to 60.
+pub fn pairs_kept(field_bytes: u64) -> usize {
+    let fit = BYTES_OF_PAIRS / field_bytes.saturating_mul(2).max(1);
+    usize::try_from(fit).unwrap_or(MOST_PAIRS).clamp(FEWEST_PAIRS, MOST_PAIRS)
+}
+
+/// Memory of each rank beyond that of LAMMPS where LAMMPS is a library, bytes: an elastic base, and the harmonic relaxation of a job that
+/// `relaxes` by it. The base is as thick as the range of the potential, which is not known here: an atom is taken to be coupled to twice as many
+/// layers.
+pub fn library_bytes(block: &Block, relaxes: bool) -> u64 {
+    let elastic = block.base == BaseKind::Elastic;
+    // A damaged job file may claim any block.
+    let per_layer = (block.cells as u64).checked_mul(block.cells as u64).and_then(|a| a.checked_mul(2));
+    let layers = block.depth_cells.checked_mul(2).and_then(|d| d.checked_add(block.base_layers));
+    let atoms =
+        per_layer.zip(layers).and_then(|(a, l)| a.checked_mul(l as u64)).filter(|a| (1..=MAX_ATOMS).contains(a));
+    let is_block = block.depth_cells > 0 && (1..=MOST_LAYERS_OF_BASE).contains(&block.base_layers);
+    let Some(atoms) = atoms.filter(|_| is_block) else {
+        return if elastic || relaxes { u64::MAX } else { 0 };
+    };
+    let boundary = if elastic { LatticeBoundary::bytes(block.cells, block.base_layers) } else { 0 };
+    let (moving, reach) =
+        if elastic { (block.layers(), block.base_layers) } else { (2 * block.depth_cells, 2 * block.base_layers) };
+    if !relaxes {
+        return boundary;
+    }
+    let [matrices, field] = HarmonicBlock::<f32>::bytes(block.cells, moving, reach);
+    boundary + matrices + (HARMONIC_FIELDS + 2 * pairs_kept(field) as u64) * field + HARMONIC_BYTES_PER_ATOM * atoms
 }
 
 #[cfg(test)]
@@ -105,7 +197,7 @@ mod tests {
         let loose = [(45, 12, 152.0), (90, 13, 279.0), (175, 25, 442.0)];
         let measured = tight.iter().map(|m| (FORCE_TOLERANCE, m)).chain(loose.iter().map(|m| (0.4, m)));
         for (tolerance, &(cells, depth, actual)) in measured {
-            let ratio = evaluations_from_continuum(cells, depth, tolerance) / actual;
+            let ratio = evaluations_from_continuum(cells, depth, tolerance, Relaxer::Lammps) / actual;
             assert!((0.8..1.25).contains(&ratio), "{cells} x {depth}, {tolerance}: {ratio}");
         }
     }
@@ -120,8 +212,78 @@ mod tests {
             (3_394_475, (175, 25), loads(0.4), 2, 1883.0),
         ];
         for (atoms, (cells, depth), mode, ranks, took) in measured {
-            let planned = seconds(atoms, evaluations(cells, depth, mode), mode, 0.545e-6, ranks);
+            let count = evaluations(cells, depth, mode, Relaxer::Lammps);
+            let planned = seconds(atoms, count, (mode, Relaxer::Lammps), 0.545e-6, ranks);
             assert!((0.5..2.0).contains(&(planned / took)), "{atoms} atoms: {planned} s, took {took} s");
+        }
+    }
+
+    /// Loads that the harmonic relaxation took on one machine; at the last three the crystal slips.
+    #[test]
+    fn harmonic_evaluations_agree_with_the_measurements_while_the_crystal_is_elastic() {
+        let elastic: [((usize, usize), &[u32]); 2] = [((15, 6), &[4, 6, 6]), ((45, 12), &[5, 6, 6, 6, 7])];
+        let mode = |number| LoadingMode::PrescribedLoads { number, force_tolerance: FORCE_TOLERANCE };
+        for ((cells, depth), measured) in elastic {
+            for actual in measured {
+                let ratio = evaluations_from_continuum(cells, depth, 0.4, Relaxer::Harmonic) / f64::from(*actual);
+                assert!((1.0..=2.0).contains(&ratio), "{cells} x {depth}: {ratio}");
+            }
+        }
+        let slip: u32 = [10, 26, 91].iter().sum();
+        assert!(evaluations(45, 12, mode(3), Relaxer::Harmonic) < f64::from(slip));
+        // Processor time of the five loads.
+        let planned =
+            |relaxer| seconds(119_151, evaluations(45, 12, mode(5), relaxer), (mode(5), relaxer), 0.545e-6, 1);
+        for (relaxer, took) in [(Relaxer::Harmonic, 8.5), (Relaxer::Lammps, 52.4)] {
+            let ratio = planned(relaxer) / took;
+            assert!((0.5..2.0).contains(&ratio), "{relaxer:?}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn the_harmonic_relaxation_is_expected_where_its_library_is_found() {
+        let of = |minimizer, found| Relaxer::of(minimizer, || found);
+        assert_eq!([true, false].map(|f| of(Minimizer::Auto, f)), [Relaxer::Harmonic, Relaxer::Lammps]);
+        assert_eq!([true, false].map(|f| of(Minimizer::Harmonic, f)), [Relaxer::Harmonic; 2]);
+        assert_eq!([true, false].map(|f| of(Minimizer::Fire, f)), [Relaxer::Lammps; 2]);
+    }
+
+    /// Blocks of 8 to 98 nm.
+    #[test]
+    fn pairs_fill_a_gigabyte_at_most() {
+        for (cells, layers, pairs) in [(15, 12, 60), (45, 24, 60), (90, 26, 60), (175, 50, 12), (600, 50, 6)] {
+            let [_, field] = HarmonicBlock::<f32>::bytes(cells, layers, 4);
+            assert_eq!(pairs_kept(field), pairs, "{cells}");
+            assert!(pairs == FEWEST_PAIRS || 2 * field * pairs as u64 <= BYTES_OF_PAIRS, "{cells}");
+        }
+        assert_eq!((pairs_kept(0), pairs_kept(u64::MAX)), (MOST_PAIRS, FEWEST_PAIRS));
+    }
+
+    /// 24 bytes per pair and atom, here sixty pairs, and about 200 for the rest.
+    #[test]
+    fn memory_of_the_harmonic_relaxation_is_that_of_its_pairs() {
+        let block = Block::new(45, 12, 5.5884, 7.0).expect("a block");
+        let per_atom = library_bytes(&block, true) as f64 / block.deformable() as f64;
+        assert!((1500.0..2000.0).contains(&per_atom), "{per_atom}");
+        assert_eq!(library_bytes(&block, false), 0);
+        let elastic = Block::new(45, 2, 5.5884, 7.0).and_then(|b| b.on_elastic_base(10, 7.0)).expect("a block");
+        let [base, both] = [false, true].map(|relaxes| library_bytes(&elastic, relaxes));
+        assert!(base == LatticeBoundary::bytes(45, 4) && both > 2 * base, "{base} {both}");
+    }
+
+    #[test]
+    fn any_block_of_a_damaged_job_has_some_memory() {
+        let block = Block::new(45, 12, 5.5884, 7.0).expect("a block");
+        for base in [BaseKind::Rigid, BaseKind::Elastic] {
+            for n in [0, 1, 2000, usize::MAX] {
+                for damaged in [
+                    Block { cells: n, base, ..block },
+                    Block { depth_cells: n, base, ..block },
+                    Block { base_layers: n, base, ..block },
+                ] {
+                    assert!(library_bytes(&damaged, true) > 0, "{damaged:?}");
+                }
+            }
         }
     }
 }

@@ -68,7 +68,7 @@ mod tests {
         ] {
             let folder = tempfile::tempdir().expect("scratch");
             let path = |name: &str| folder.path().join(name);
-            let line = |k| format!("{k},0.3,{k},-100.5,12,1.5e-03,{k},44.5,45.5,200,1\n");
+            let line = |k| format!("{k},0.3,{k},-100.5,12,1.5e-03,{k},44.5,45.5,200,1,cg,0,\n");
             let whole = format!("{HEADER}\n{}", (0..3).map(line).collect::<String>());
             std::fs::write(path(LOAD_STEPS_FILE), &whole).expect("written");
             for k in 0..3 {

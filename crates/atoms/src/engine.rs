@@ -2,6 +2,7 @@
 //! checks.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::ErrorKind;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -12,6 +13,7 @@ use std::time::{Duration, Instant};
 use super::block::BaseKind;
 use super::job::Job;
 use super::job_files::lock;
+use super::job_spec::Minimizer;
 use super::lammps_command::{LammpsCommand, without_relative_libraries};
 use super::lammps_host;
 use super::load_history::{self, LoadHistory, StepRecord};
@@ -57,6 +59,31 @@ pub struct Finished {
     pub unconverged: Vec<usize>,
     /// Peak resident memory of LAMMPS in this call, bytes; 0 if unknown, as for several ranks.
     pub peak_bytes: u64,
+    /// Why LAMMPS's own minimisers relaxed all steps although the harmonic relaxation may be used, one line.
+    pub not_harmonic: Option<String>,
+}
+
+/// How LAMMPS runs a job.
+enum WayToRun {
+    /// As a library of the host.
+    Host(HostCommand),
+    /// As a program, and why not as a library, where that was wanted.
+    Program { reason: Option<String> },
+}
+
+struct HostCommand {
+    program: PathBuf,
+    /// Before those of LAMMPS.
+    arguments: Vec<OsString>,
+}
+
+impl WayToRun {
+    fn reason(self) -> Option<String> {
+        match self {
+            WayToRun::Host(_) => None,
+            WayToRun::Program { reason } => reason,
+        }
+    }
 }
 
 impl Finished {
@@ -67,7 +94,7 @@ impl Finished {
         let steps = history.steps.iter().map(|r| r.to_results(settings.load_unit, &evaluations)).collect();
         let loose = |r: &&StepRecord| !r.load_converged || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
         let unconverged = history.steps.iter().filter(loose).map(|r| r.step).collect();
-        Ok(Finished { history, steps, resumed_from, unconverged, peak_bytes: 0 })
+        Ok(Finished { history, steps, resumed_from, unconverged, peak_bytes: 0, not_harmonic: None })
     }
 }
 
@@ -215,15 +242,48 @@ impl LammpsEngine {
         }
     }
 
-    /// Measures what an elastic base needs, if the job has one. `watch` and the time limit end it after the present strain.
-    fn measure_base(&self, job: &Job, watcher: &mut Watcher, watch: &mut Watch) -> Result<()> {
+    /// How LAMMPS runs the job; measures what a host needs. `watch` and the time limit end it before.
+    fn way_to_run(&self, job: &Job, watcher: &mut Watcher, watch: &mut Watch) -> Result<WayToRun> {
+        let elastic = job.spec.block.base == BaseKind::Elastic;
+        if !elastic && !lammps_host::relaxes_harmonically(job) {
+            return Ok(WayToRun::Program { reason: None });
+        }
+        let arguments = match self.host_arguments(elastic) {
+            Err(e @ Error::MissingProgram { .. }) if !elastic && job.spec.settings.minimizer == Minimizer::Auto => {
+                return Ok(WayToRun::Program { reason: Some(e.to_string()) });
+            }
+            arguments => arguments?,
+        };
         let history = LoadHistory::read(&job.folder)?;
-        lammps_host::prepare(job, &self.program, &mut || {
+        let measured = lammps_host::prepare(job, &self.program, &self.styles.version, &mut || {
             if watcher.report(&history, watch).is_break() {
                 return Err(Error::Interrupted);
             }
             self.check_time(job, watcher.begun)
-        })
+        });
+        match measured {
+            // A table whose crystal has no force constants at these pressures still has forces.
+            Err(e @ (Error::Input { .. } | Error::Lammps { .. }))
+                if !elastic && job.spec.settings.minimizer == Minimizer::Auto =>
+            {
+                self.check_time(job, watcher.begun)?;
+                Ok(WayToRun::Program { reason: Some(e.to_string()) })
+            }
+            measured => measured.map(|()| WayToRun::Host(arguments)),
+        }
+    }
+
+    /// The host and its arguments before those of LAMMPS.
+    fn host_arguments(&self, elastic: bool) -> Result<HostCommand> {
+        if !elastic && self.start.chooses_styles() {
+            return Err(Error::MissingProgram {
+                program: "the harmonic relaxation with accelerated styles of LAMMPS".into(),
+                how: "it needs positions and forces on the processor".into(),
+            });
+        }
+        let program = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
+        let arguments = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
+        Ok(HostCommand { program, arguments })
     }
 
     fn check_time(&self, job: &Job, started: Instant) -> Result<()> {
@@ -233,17 +293,18 @@ impl LammpsEngine {
         }
     }
 
-    fn command(&self, job: &Job, finished_steps: &[StepRecord]) -> Result<Command> {
-        let mut command = if job.spec.block.base == BaseKind::Elastic {
-            let host = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
-            let arguments = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
-            let mut command = self.start.start(&host);
-            command.args(arguments);
-            command
-        } else {
-            let mut command = self.start.start(&self.program);
-            command.args(["-in", job.script().file]);
-            command
+    fn command(&self, job: &Job, way: &WayToRun, finished_steps: &[StepRecord]) -> Result<Command> {
+        let mut command = match way {
+            WayToRun::Host(host) => {
+                let mut command = self.start.start(&host.program);
+                command.args(&host.arguments);
+                command
+            }
+            WayToRun::Program { .. } => {
+                let mut command = self.start.start(&self.program);
+                command.args(["-in", job.script().file]);
+                command
+            }
         };
         command.args(["-nocite", "-log", &log_name(finished_steps.last().map(|r| r.step))]);
         command.args(&self.start.args);
@@ -299,8 +360,8 @@ impl LammpsEngine {
         let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
         let mut watcher = Watcher::new(job, started, finished);
-        self.measure_base(job, &mut watcher, watch)?;
-        let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps)?;
+        let way = self.way_to_run(job, &mut watcher, watch)?;
+        let mut command = self.command(job, &way, &LoadHistory::read(&job.folder)?.steps)?;
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
         let mut group = ProcessGroup { child, ended: false };
         let mut verified_steps = finished.map_or(0, |k| k + 1);
@@ -350,7 +411,8 @@ impl LammpsEngine {
         run_status(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen))
             .map_err(|f| failed(job, f))?;
         check_load_steps(job)?;
-        Ok(Finished { peak_bytes, ..Finished::collect(job, finished)? })
+        let not_harmonic = way.reason();
+        Ok(Finished { peak_bytes, not_harmonic, ..Finished::collect(job, finished)? })
     }
 }
 

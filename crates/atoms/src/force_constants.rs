@@ -11,8 +11,13 @@ use asperity_contact::interface::{Bond, LatticeConstants};
 use asperity_grid::units::GPA_PER_EV_A3;
 use asperity_grid::{Error, Result, bisect};
 use asperity_surface::files::atomic_file::{put, read_text};
+use asperity_surface::files::hashed::file_hash;
+use asperity_surface::files::user_cache::UserCache;
 
 const SCRIPT: (&str, &str) = ("force_constants.in", include_str!("../lammps-inputs/properties/force_constants.in"));
+
+/// Folder of the user's cache.
+const CACHE: &str = "force-constants";
 
 /// File of the force constants in a job folder.
 pub const FILE: &str = "force_constants.json";
@@ -71,8 +76,20 @@ pub struct ForceConstantInput<'a> {
     pub highest_pressure: f64,
 }
 
+impl ForceConstantInput<'_> {
+    /// Everything that the measurement depends on, as a hash.
+    fn key(&self, folder: &Path, lammps_version: &str) -> Result<String> {
+        let numbers = [self.a0_angstrom, self.cutoff_angstrom, STEP_ANGSTROM].into_iter().chain(STRAINS);
+        let numbers: Vec<String> = numbers.map(|x| format!("{:016x}", x.to_bits())).collect();
+        let table = file_hash(&folder.join(self.table))?;
+        let parts = [&table, self.element, SCRIPT.1, lammps_version, &numbers.join(" ")].join("\n");
+        Ok(blake3::hash(parts.as_bytes()).to_hex().to_string())
+    }
+}
+
 impl ForceConstants {
-    /// Measures in `folder`, which has the table. Takes some seconds; `proceed` is called before each of the strains.
+    /// Measures in `folder`, which has the table, unless the same table has been measured before; `lammps_version` is that of the program. Takes a second or
+    /// two; `proceed` is called before.
     ///
     /// # Errors
     /// Those of `proceed`; `Lammps` if LAMMPS fails or its forces are not those of a crystal of this range; `Input` for a pressure that compresses the crystal
@@ -81,18 +98,28 @@ impl ForceConstants {
         lammps: &dyn RunScript,
         folder: &Path,
         crystal: ForceConstantInput,
+        lammps_version: &str,
         proceed: &mut dyn FnMut() -> Result<()>,
     ) -> Result<Self> {
-        let value_at = |strain: &f64| proceed().and_then(|()| measure_at(lammps, folder, &crystal, *strain));
-        let mut strained = STRAINS.iter().map(value_at).collect::<Result<Vec<_>>>()?;
-        let largest = strained[STRAINS.len() - 1].pressure / PRESSURE_MARGIN;
+        proceed()?;
+        let (cache, key) = (UserCache::of_user(CACHE), crystal.key(folder, lammps_version)?);
+        let constants = match cache.read::<ForceConstants>(&key).filter(|c| c.strained.len() == STRAINS.len()) {
+            Some(constants) => constants,
+            None => {
+                let mut strained = measure_all(lammps, folder, &crystal)?;
+                keep_common_bonds(&mut strained);
+                let constants = ForceConstants { strained };
+                cache.write(&key, &constants);
+                constants
+            }
+        };
+        let largest = constants.strained[STRAINS.len() - 1].pressure / PRESSURE_MARGIN;
         if crystal.highest_pressure > largest {
             let [found, largest] = [crystal.highest_pressure, largest].map(|p| GPA_PER_EV_A3 * p);
-            let accepted = format!("at most {largest:.2} GPa with an elastic base of this crystal");
-            return Err(Error::input("elastic base", "mean pressure", format!("{found:.2} GPa"), accepted));
+            let accepted = format!("at most {largest:.2} GPa with this crystal");
+            return Err(Error::input("force constants", "mean pressure", format!("{found:.2} GPa"), accepted));
         }
-        keep_common_bonds(&mut strained);
-        Ok(ForceConstants { strained })
+        Ok(constants)
     }
 
     /// Uniaxial strain under a normal pressure, eV/Å³; negative under tension.
@@ -132,11 +159,13 @@ impl ForceConstants {
     }
 }
 
-fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInput, strain: f64) -> Result<Strained> {
+fn measure_all(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInput) -> Result<Vec<Strained>> {
     let folder = &folder.canonicalize().map_err(Error::io("open", folder))?;
     let script = put(folder, SCRIPT.0, SCRIPT.1)?;
-    let files = ["crystal.dump", "cut.dump", "crystal_forces.dump", "cut_forces.dump"].map(|f| folder.join(f));
-    let remove = || files.iter().for_each(|f| std::fs::remove_file(f).unwrap_or(()));
+    let files_of = |number: usize| {
+        ["crystal", "cut", "crystal_forces", "cut_forces"].map(|body| folder.join(format!("{body}.{number}.dump")))
+    };
+    let remove = || (0..STRAINS.len()).flat_map(files_of).for_each(|f| std::fs::remove_file(f).unwrap_or(()));
     remove();
     let reach = reach(crystal.cutoff_angstrom, crystal.a0_angstrom);
     let cells = (4.0 * crystal.cutoff_angstrom / crystal.a0_angstrom) as usize + 1;
@@ -144,21 +173,27 @@ fn measure_at(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInpu
         ("potential", crystal.table.to_owned()),
         ("element", crystal.element.to_owned()),
         ("a0", format!("{:.10}", crystal.a0_angstrom)),
-        ("strain", format!("{strain:.12}")),
+        // A negative strain would be an option of LAMMPS.
+        ("stretch", STRAINS.map(|s| format!("{:.12}", 1.0 - s)).join(" ")),
         ("reach", reach.to_string()),
         ("cells", cells.to_string()),
         ("step", STEP_ANGSTROM.to_string()),
     ];
-    let printed = lammps.run(folder, &script, &vars)?;
-    let bars = results(folder, &printed)?.get("pressure").copied();
-    let bars = bars.ok_or_else(|| Error::lammps(folder, "it printed no line 'RES pressure'"))?;
-    let shape =
-        CellDimensions { cells, spacing: 0.5 * crystal.a0_angstrom, layer: 0.5 * crystal.a0_angstrom * (1.0 - strain) };
-    let bulk = DisplacedLattice::read(&files[0], &files[2], shape)?;
-    let cut = DisplacedLattice::read(&files[1], &files[3], shape)?;
-    let constants = constants(&bulk, &cut, reach).map_err(|damage| Error::lammps(folder, damage))?;
+    let printed = results(folder, &lammps.run(folder, &script, &vars)?)?;
+    let measured = STRAINS.iter().enumerate().map(|(number, strain)| {
+        let bars = printed.get(&format!("pressure{number}"));
+        let bars = bars.ok_or_else(|| Error::lammps(folder, format!("it printed no line 'RES pressure{number}'")))?;
+        let spacing = 0.5 * crystal.a0_angstrom;
+        let shape = CellDimensions { cells, spacing, layer: spacing * (1.0 - strain) };
+        let [crystal_sites, cut_sites, crystal_forces, cut_forces] = files_of(number);
+        let bulk = DisplacedLattice::read(&crystal_sites, &crystal_forces, shape)?;
+        let cut = DisplacedLattice::read(&cut_sites, &cut_forces, shape)?;
+        let constants = constants(&bulk, &cut, reach).map_err(|damage| Error::lammps(folder, damage))?;
+        Ok(Strained { pressure: bars * EV_A3_PER_BAR, constants })
+    });
+    let measured = measured.collect::<Result<Vec<_>>>()?;
     remove();
-    Ok(Strained { pressure: bars * EV_A3_PER_BAR, constants })
+    Ok(measured)
 }
 
 /// Measured cell: lattice constants across, spacing of half of one, and of two layers, Å.

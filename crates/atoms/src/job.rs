@@ -1,25 +1,24 @@
 //! Job folder of one LAMMPS run; it can also be run by hand.
 //!
 //! Files: `block.data` (the atoms), the script and the scripts that it includes, `potential.eam.alloy` (a copy),
-//! `job.json` (all variables and counts), `run.sh` and `in.vars` (its command line; not with an elastic base), and `move.K.dump` for prescribed loads. The run adds `load_steps.csv`,
-//! `frame.K.dump`, `restart.K` and its logs.
+//! `job.json` (all variables and counts), `run.sh` and `in.vars` (its command line with LAMMPS's own minimisers; not with an elastic base), and
+//! `move.K.dump` for prescribed loads. The run adds `load_steps.csv`, `frame.K.dump`, `restart.K` and its logs.
 
 use std::path::{Path, PathBuf};
 
 use super::block::{BaseKind, Block};
-use super::cost::memory_bytes;
+use super::cost::{library_bytes, memory_bytes};
 use super::data_file::write_data;
 use super::indenter::Indenter;
 use super::initial_configuration::{InitialConfiguration, PrescribedLoad, PrescribedLoads};
 use super::interaction::Interaction;
 use super::job_files::{lock, remove_run_script, write_run_script};
-use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, RelaxationSettings, check, is_symbol};
+use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, Minimizer, RelaxationSettings, check, is_symbol};
 use super::load_history::{self, Between, Bracket, LOAD_STEPS_FILE, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
-use asperity_contact::interface::LatticeBoundary;
 use asperity_grid::{Error, Result};
 use asperity_surface::files::atomic_file::{list, put, read_text};
 use asperity_surface::files::hashed::file_hash;
@@ -225,15 +224,16 @@ impl Job {
         self.spec.deformable.saturating_add(self.spec.fixed).saturating_add(self.spec.indenter)
     }
 
-    /// Resident memory of all LAMMPS ranks together, bytes.
+    /// Resident memory of all LAMMPS ranks together, bytes; with the harmonic relaxation, unless the job excludes it.
     pub fn memory_bytes(&self, ranks: usize) -> u64 {
-        let boundary = match self.spec.block.base {
-            BaseKind::Elastic => {
-                ranks as u64 * LatticeBoundary::bytes(self.spec.block.cells, self.spec.block.base_layers)
-            }
-            _ => 0,
-        };
-        memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none()) + boundary
+        let library = library_bytes(&self.spec.block, self.relaxes_harmonically());
+        memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none())
+            .saturating_add(library.saturating_mul(ranks as u64))
+    }
+
+    /// Whether its steps are relaxed harmonically, where the library of LAMMPS can be loaded.
+    pub(super) fn relaxes_harmonically(&self) -> bool {
+        self.spec.settings.minimizer != Minimizer::Fire && self.spec.protocol.nvt().is_none()
     }
 
     /// Mean pressure at which the elastic base is linearised in a step, eV/Å³: that of the prescribed load, or of the previous step of a

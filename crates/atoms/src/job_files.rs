@@ -13,7 +13,7 @@ use asperity_surface::files::file_lock::try_lock;
 pub(super) const RUN_SCRIPT: &str = "run.sh";
 pub(super) const VARIABLES_FILE: &str = "in.vars";
 
-/// Writes `run.sh`, which runs a job from its first step as the engine does, and the variables of its script into `in.vars`.
+/// Writes `run.sh`, which runs a job from its first step with LAMMPS's own minimisers, and the variables of its script into `in.vars`.
 ///
 /// # Errors
 /// `Io`.

@@ -15,11 +15,27 @@ pub const FORCE_TOLERANCE: f64 = 2e-3;
 /// Layers of the block in every frame: the first determines contact, two more show plastic flow.
 pub const FRAME_LAYERS: usize = 3;
 
+/// Relaxation of the load steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Minimizer {
+    /// The harmonic relaxation where the library of LAMMPS can be loaded. Without it, and at steps at which the crystal slips: LAMMPS's own
+    /// minimisers, which are FIRE at prescribed loads and conjugate gradients in displacement ramps.
+    #[default]
+    Auto,
+    /// The harmonic relaxation. A missing library is an error, and so is a step that it does not relax.
+    Harmonic,
+    /// LAMMPS's own minimisers.
+    Fire,
+}
+
 /// Relaxation and output of each load step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RelaxationSettings {
     /// Convergence criterion: largest force component on a free atom, eV/Å.
     pub force_tolerance: f64,
+    pub minimizer: Minimizer,
     /// Load at p* = 1: cell area × E* × rms gradient, eV/Å.
     pub load_unit: f64,
     /// Distance to an indenter atom below which an atom is in contact, Å.

@@ -1,4 +1,5 @@
-//! Runs a job on an elastic base: LAMMPS as a library in this process, which gives the base its forces at every evaluation.
+//! Runs a job with LAMMPS as a library in this process, which relaxes the steps ([`super::host_relaxation`]) and gives an elastic base its forces at
+//! every evaluation.
 //!
 //! The process is a child of the program that monitors the run ([`super::engine`]), because builds of LAMMPS without exceptions end the
 //! process at an error. It takes the arguments of the `lmp` program, prints what that prints, and writes the same files. Under `mpirun`
@@ -11,7 +12,9 @@ use std::sync::OnceLock;
 use super::block::BaseKind;
 use super::elastic_base::ElasticBase;
 use super::force_constants::{self, ForceConstantInput, ForceConstants};
+use super::host_relaxation::HostRelaxation;
 use super::job::{Job, POTENTIAL_FILE};
+use super::job_spec::Minimizer;
 use super::load_history::LoadHistory;
 use super::potential::SetflHeader;
 use super::run_script::LmpCommand;
@@ -71,14 +74,12 @@ impl HostRun {
         let mut load = history.last().map_or(0.0, |r| r.load);
         let mut next = history.last().map_or(0, |r| r.step + 1);
         header(&script).try_for_each(|line| lammps.command(line)).map_err(failed)?;
+        let relaxation = HostRelaxation::new(&job, &constants);
+        relaxation.begin(&mut lammps)?;
         loop {
-            // Frees the boundary of the previous step.
-            lammps.clear().map_err(failed)?;
-            let mut base = ElasticBase::new(&job.block(), &constants, job.pressure_at(next, load))?;
-            let atoms = base.atoms();
-            let evaluate = Box::new(move |x: &[[f64; 3]], f: &mut [[f64; 3]]| base.forces(x, f));
-            lammps.file(SETUP.file).map_err(failed)?;
-            lammps.set_boundary(FIX, atoms, evaluate).and_then(|()| lammps.file(step.file)).map_err(failed)?;
+            let pressure = job.pressure_at(next, load);
+            let set_up = |lammps: &mut LammpsInstance| set_up(lammps, &job, &constants, pressure);
+            relaxation.step(&mut lammps, &set_up, &step, (next, pressure))?;
             let (reached, done) = lammps.step_ended().map_err(failed)?;
             if done {
                 break;
@@ -89,6 +90,21 @@ impl HostRun {
         lammps.close();
         Ok(())
     }
+}
+
+/// Brings LAMMPS to the state before a step, with an elastic base under the mean pressure `pressure`, eV/Å³.
+fn set_up(lammps: &mut LammpsInstance, job: &Job, constants: &ForceConstants, pressure: f64) -> Result<()> {
+    let failed = |description: String| Error::lammps(&job.folder, description);
+    // Frees the boundary of the previous step.
+    lammps.clear().map_err(failed)?;
+    lammps.file(SETUP.file).map_err(failed)?;
+    if job.spec.block.base == BaseKind::Elastic {
+        let mut base = ElasticBase::new(&job.block(), constants, pressure)?;
+        let atoms = base.atoms();
+        let evaluate = Box::new(move |x: &[[f64; 3]], f: &mut [[f64; 3]]| base.forces(x, f));
+        lammps.set_boundary(FIX, atoms, evaluate).map_err(failed)?;
+    }
+    Ok(())
 }
 
 /// Name of the program, which has the hidden command `lammps-host`.
@@ -113,7 +129,7 @@ pub(super) fn host_program() -> Result<PathBuf> {
     let own = OWN_PROGRAM.get().cloned();
     let program = own.or_else(|| search_path(Path::new(PROGRAM))).ok_or_else(|| Error::MissingProgram {
         program: PROGRAM.into(),
-        how: "an elastic base runs LAMMPS as a library in this program: put it into the search path".into(),
+        how: "an elastic base and the harmonic relaxation run LAMMPS as a library in this program: put it into the search path".into(),
     })?;
     // The run has another working folder.
     std::path::absolute(&program).map_err(Error::io("find", &program))
@@ -140,19 +156,21 @@ fn words(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
 fn missing_library(reason: String) -> Error {
     Error::MissingProgram {
         program: format!("the shared library of LAMMPS ({reason})"),
-        how: "an elastic base needs it in addition to the program (Debian: apt install lammps has both)".into(),
+        how: "an elastic base and the harmonic relaxation need it in addition to the program (Debian: apt install lammps has both)".into(),
     }
 }
 
-/// Measures the force constants of a job on an elastic base. They are measured anew for every run: that takes seconds, and a damaged file is
-/// not used. `proceed` is called before each of the strains.
+/// Writes the force constants of a job on an elastic base, or one that is relaxed harmonically, to its folder; otherwise removes them. `proceed` is called
+/// before they are measured.
 ///
 /// # Errors
 /// Those of `proceed` and of [`ForceConstants::measure`].
-pub(super) fn prepare(job: &Job, lammps: &Path, proceed: &mut dyn FnMut() -> Result<()>) -> Result<()> {
-    if job.spec.block.base != BaseKind::Elastic {
-        return Ok(());
-    }
+pub(super) fn prepare(
+    job: &Job,
+    lammps: &Path,
+    lammps_version: &str,
+    proceed: &mut dyn FnMut() -> Result<()>,
+) -> Result<()> {
     let table = job.folder.join(POTENTIAL_FILE);
     let crystal = ForceConstantInput {
         table: POTENTIAL_FILE,
@@ -162,8 +180,13 @@ pub(super) fn prepare(job: &Job, lammps: &Path, proceed: &mut dyn FnMut() -> Res
         highest_pressure: job.highest_pressure(),
     };
     let lammps = LmpCommand { program: lammps.to_path_buf() };
-    let constants = ForceConstants::measure(&lammps, &job.folder, crystal, proceed)?;
+    let constants = ForceConstants::measure(&lammps, &job.folder, crystal, lammps_version, proceed)?;
     json::write(&job.folder.join(force_constants::FILE), &constants)
+}
+
+/// Whether the steps of a job are relaxed by [`crate::relaxation`].
+pub(super) fn relaxes_harmonically(job: &Job) -> bool {
+    job.spec.settings.minimizer != Minimizer::Fire && job.spec.protocol.nvt().is_none()
 }
 
 /// Commands before the loop of steps.

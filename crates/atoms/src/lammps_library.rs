@@ -16,6 +16,22 @@ const MESSAGE_BYTES: usize = 2048;
 /// Forces on the atoms with the ids 1 to n at their positions (Å): fills the second argument (eV/Å) and returns the energy (eV).
 pub type BoundaryForces = Box<dyn FnMut(&[[f64; 3]], &mut [[f64; 3]]) -> f64>;
 
+/// A vector that each atom has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AtomProperty {
+    Position,
+    Force,
+}
+
+impl AtomProperty {
+    fn name(self) -> &'static CStr {
+        match self {
+            AtomProperty::Position => c"x",
+            AtomProperty::Force => c"f",
+        }
+    }
+}
+
 macro_rules! functions {
     ($($name:ident: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
         /// Functions of the library.
@@ -49,6 +65,10 @@ functions! {
     lammps_get_last_error_message: fn(Handle, *mut c_char, c_int) -> c_int;
     lammps_extract_variable: fn(Handle, *const c_char, *const c_char) -> *mut c_void;
     lammps_free: fn(*mut c_void);
+    lammps_get_natoms: fn(Handle) -> c_double;
+    lammps_gather_atoms: fn(Handle, *const c_char, c_int, c_int, *mut c_void);
+    lammps_scatter_atoms: fn(Handle, *const c_char, c_int, c_int, *mut c_void);
+    lammps_extract_global: fn(Handle, *const c_char) -> *mut c_void;
     lammps_gather_atoms_subset: fn(Handle, *const c_char, c_int, c_int, c_int, *mut c_int, *mut c_void);
     lammps_set_fix_external_callback: fn(Handle, *const c_char, Callback, *mut c_void);
     lammps_fix_external_set_energy_global: fn(Handle, *const c_char, c_double);
@@ -181,6 +201,73 @@ impl LammpsInstance {
     pub fn step_ended(&self) -> Result<(f64, bool), String> {
         // SAFETY: both have equal style, in `end_of_step.in` and in the scripts of the steps.
         unsafe { Ok((self.variable(c"load")?, self.variable(c"done")? != 0.0)) }
+    }
+
+    /// Value of an expression of an equal-style variable.
+    ///
+    /// # Errors
+    /// As [`LammpsInstance::command`].
+    pub fn value(&mut self, expression: &str) -> Result<f64, String> {
+        self.command("variable host_value delete")?;
+        self.command(&format!("variable host_value equal {expression}"))?;
+        // SAFETY: it has equal style.
+        let value = unsafe { self.variable(c"host_value") };
+        self.check()?;
+        value
+    }
+
+    /// Number of atoms.
+    pub fn atoms(&self) -> usize {
+        // SAFETY: the handle is open.
+        unsafe { (self.functions.lammps_get_natoms)(self.handle) as usize }
+    }
+
+    /// Positions `x` (Å, wrapped or not) or forces `f` (eV/Å) of all atoms in the order of their ids, which are consecutive. All ranks must
+    /// call it.
+    ///
+    /// # Errors
+    /// As [`LammpsInstance::command`].
+    pub fn gather(&mut self, property: AtomProperty, to: &mut Vec<[f64; 3]>) -> Result<(), String> {
+        to.clear();
+        to.resize(self.atoms(), [0.0; 3]);
+        // SAFETY: three numbers for each atom, as stated.
+        unsafe {
+            (self.functions.lammps_gather_atoms)(self.handle, property.name().as_ptr(), 1, 3, to.as_mut_ptr().cast());
+        }
+        self.check()
+    }
+
+    /// Sets the positions of all atoms, in the order of their ids: each within its image of [`LammpsInstance::gather`].
+    ///
+    /// # Errors
+    /// As [`LammpsInstance::command`], and another number of positions than atoms.
+    pub fn scatter_positions(&mut self, from: &mut [[f64; 3]]) -> Result<(), String> {
+        if from.len() != self.atoms() {
+            return Err(format!("{} positions for {} atoms", from.len(), self.atoms()));
+        }
+        // SAFETY: three numbers for each atom; LAMMPS reads them only.
+        unsafe {
+            let x = AtomProperty::Position.name();
+            (self.functions.lammps_scatter_atoms)(self.handle, x.as_ptr(), 1, 3, from.as_mut_ptr().cast());
+        }
+        self.check()
+    }
+
+    /// Lower and upper boundary of the box along z, Å.
+    ///
+    /// # Errors
+    /// This LAMMPS does not know them.
+    pub fn floor_and_ceiling(&self) -> Result<[f64; 2], String> {
+        let read = |name: &CStr| {
+            // SAFETY: the handle is open; these two are doubles.
+            let value = unsafe { (self.functions.lammps_extract_global)(self.handle, name.as_ptr()) }.cast::<f64>();
+            if value.is_null() {
+                return Err(format!("there is no global {}", name.to_string_lossy()));
+            }
+            // SAFETY: it points to a number of the instance.
+            Ok(unsafe { *value })
+        };
+        Ok([read(c"boxzlo")?, read(c"boxzhi")?])
     }
 
     /// Value of a variable.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use super::dump::{DumpFrame, read_frame};
 use super::minimizer_checkpoint;
-use crate::results::LoadStepResults;
+use crate::results::{LoadStepResults, StepMinimizer};
 use asperity_grid::{Error, Result};
 use asperity_surface::files::atomic_file::{list, remove, write_atomic};
 use asperity_surface::files::hashed::file_hash;
@@ -18,7 +18,8 @@ pub const LOAD_STEPS_FILE: &str = "load_steps.csv";
 
 /// First line of the file, as `end_of_step.in` and `nvt.in` write it.
 pub const HEADER: &str = "step,displacement_angstrom,load_ev_per_angstrom,energy_ev,iterations,max_force_ev_per_angstrom,\
-                          contacts,indenter_min_angstrom,indenter_mean_angstrom,atoms,load_converged";
+                          contacts,indenter_min_angstrom,indenter_mean_angstrom,atoms,load_converged,minimizer,rejected,\
+                          energy_bound_ev";
 
 /// One finished step.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +38,12 @@ pub struct StepRecord {
     pub atoms: u64,
     /// False if the forces on indenter and base did not converge to the prescribed load.
     pub load_converged: bool,
+    pub minimizer: StepMinimizer,
+    /// Steps that the harmonic relaxation rejected.
+    pub rejected: usize,
+    /// Decrease of the energy that the harmonic crystal still predicts, eV: half the work of the residual forces in the displacements that
+    /// they cause. `None` where it is not known.
+    pub energy_bound_ev: Option<f64>,
 }
 
 impl StepRecord {
@@ -53,6 +60,9 @@ impl StepRecord {
             // needs at least one force evaluation per iteration.
             force_evaluations: evaluations.get(&self.step).copied().unwrap_or(0).max(self.iterations),
             max_force_ev_per_angstrom: self.max_force,
+            minimizer: self.minimizer,
+            rejected: self.rejected,
+            energy_bound_ev: self.energy_bound_ev,
         }
     }
 
@@ -75,6 +85,9 @@ impl StepRecord {
             indenter_mean_angstrom: real(8)?,
             atoms: tokens[9].parse().ok()?,
             load_converged: tokens[10] != "0",
+            minimizer: StepMinimizer::of_word(tokens[11])?,
+            rejected: tokens[12].parse().ok()?,
+            energy_bound_ev: if tokens[13].is_empty() { None } else { Some(real(13)?) },
         })
     }
 }
@@ -388,7 +401,7 @@ mod tests {
     use super::*;
 
     fn line(step: usize, load: f64) -> String {
-        format!("{step},{:.6},{load},-100.5,12,1.5e-03,{step},44.5,45.5,200,1\n", step as f64 * 0.3)
+        format!("{step},{:.6},{load},-100.5,12,1.5e-03,{step},44.5,45.5,200,1,fire,0,\n", step as f64 * 0.3)
     }
 
     fn table(lines: &str) -> String {
@@ -432,6 +445,21 @@ mod tests {
         assert!(LoadHistory::parse(&table(&line(1, 0.0)), Path::new("l")).is_err());
         assert!(LoadHistory::parse(&table(&line(0, f64::NAN)), Path::new("l")).is_err());
         assert!(LoadHistory::parse("what\n", Path::new("l")).expect_err("bad").to_string().contains("line 1"));
+    }
+
+    #[test]
+    fn a_step_says_how_it_was_relaxed() {
+        let of = |relaxed: &str| StepRecord::parse(&line(0, 1.0).replace("fire,0,", relaxed));
+        let words = |r: StepRecord| (r.minimizer, r.rejected, r.energy_bound_ev);
+        assert_eq!(of("harmonic+fire,3,1.5e-06").map(words), Some((StepMinimizer::HarmonicFire, 3, Some(1.5e-6))));
+        assert_eq!(of("cg,0,").map(words), Some((StepMinimizer::Cg, 0, None)));
+        for damaged in ["sd,0,", "fire,-1,", "fire,0,nan", "fire,0", "fire,0,,"] {
+            assert_eq!(of(damaged), None, "{damaged}");
+        }
+        // The words are those of `results.json`.
+        for minimizer in StepMinimizer::ALL {
+            assert_eq!(serde_json::to_value(minimizer).expect("a word"), minimizer.word());
+        }
     }
 
     #[test]

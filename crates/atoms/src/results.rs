@@ -61,6 +61,51 @@ pub struct PlasticityResults {
     pub hardness_gpa: Option<f64>,
 }
 
+/// Minimiser that relaxed a step; the words are those of `load_steps.csv`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum StepMinimizer {
+    #[serde(rename = "harmonic")]
+    Harmonic,
+    /// The harmonic relaxation, ended by FIRE.
+    #[serde(rename = "harmonic+fire")]
+    HarmonicFire,
+    /// The harmonic relaxation, ended by conjugate gradients.
+    #[serde(rename = "harmonic+cg")]
+    HarmonicCg,
+    #[serde(rename = "fire")]
+    Fire,
+    /// Conjugate gradients.
+    #[serde(rename = "cg")]
+    Cg,
+    /// No minimiser: a state sampled at constant temperature.
+    #[serde(rename = "none")]
+    Sampled,
+}
+
+impl StepMinimizer {
+    pub const ALL: [StepMinimizer; 6] = {
+        use StepMinimizer::*;
+        [Harmonic, HarmonicFire, HarmonicCg, Fire, Cg, Sampled]
+    };
+
+    /// The word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            StepMinimizer::Harmonic => "harmonic",
+            StepMinimizer::HarmonicFire => "harmonic+fire",
+            StepMinimizer::HarmonicCg => "harmonic+cg",
+            StepMinimizer::Fire => "fire",
+            StepMinimizer::Cg => "cg",
+            StepMinimizer::Sampled => "none",
+        }
+    }
+
+    /// The minimiser of a word.
+    pub fn of_word(word: &str) -> Option<Self> {
+        StepMinimizer::ALL.into_iter().find(|m| m.word() == word)
+    }
+}
+
 /// One load step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LoadStepResults {
@@ -74,6 +119,12 @@ pub struct LoadStepResults {
     pub energy_ev: f64,
     pub force_evaluations: usize,
     pub max_force_ev_per_angstrom: f64,
+    pub minimizer: StepMinimizer,
+    /// Steps that the harmonic relaxation rejected.
+    pub rejected: usize,
+    /// Decrease of the energy that the harmonic crystal still predicts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_bound_ev: Option<f64>,
 }
 
 /// The atoms at one load; for a displacement ramp interpolated between two load steps.

@@ -1,5 +1,7 @@
 #!/bin/sh
-# Runs this job from its first step, with the command line of `asperity atoms run`: bash run.sh
+# Runs this job from its first step with LAMMPS alone: bash run.sh
+# It relaxes by FIRE, in ramps by conjugate gradients. `asperity atoms run` relaxes in fewer force evaluations where it finds the library of
+# LAMMPS; the states agree within the tolerance unless the crystal slips.
 # Another program: LMP="mpirun -np 4 lmp" bash run.sh
 set -eu
 cd "$(dirname "$0")"

@@ -7,32 +7,44 @@ pub struct Script {
     pub text: &'static str,
 }
 
+macro_rules! script {
+    ($file:literal) => {
+        Script { file: $file, text: include_str!(concat!("../lammps-inputs/", $file)) }
+    };
+}
+
 /// Displacement-controlled loading, and unloading where requested.
-pub const DISPLACEMENT_RAMP: Script =
-    Script { file: "displacement_ramp.in", text: include_str!("../lammps-inputs/displacement_ramp.in") };
+pub const DISPLACEMENT_RAMP: Script = script!("displacement_ramp.in");
 
 /// Load-controlled steps, each started from the continuum's displacement field.
-pub const PRESCRIBED_LOAD: Script =
-    Script { file: "prescribed_load.in", text: include_str!("../lammps-inputs/prescribed_load.in") };
+pub const PRESCRIBED_LOAD: Script = script!("prescribed_load.in");
 
 /// Relaxed states at constant temperature.
-pub const NVT: Script = Script { file: "nvt.in", text: include_str!("../lammps-inputs/nvt.in") };
+pub const NVT: Script = script!("nvt.in");
 
 /// Start of every step of the three above.
-pub(super) const SETUP: Script = Script { file: "setup.in", text: include_str!("../lammps-inputs/setup.in") };
+pub(super) const SETUP: Script = script!("setup.in");
 
 /// One step of each of the first two.
-pub const DISPLACEMENT_RAMP_STEP: Script =
-    Script { file: "displacement_ramp_step.in", text: include_str!("../lammps-inputs/displacement_ramp_step.in") };
-pub const PRESCRIBED_LOAD_STEP: Script =
-    Script { file: "prescribed_load_step.in", text: include_str!("../lammps-inputs/prescribed_load_step.in") };
+pub const DISPLACEMENT_RAMP_STEP: Script = script!("displacement_ramp_step.in");
+pub const PRESCRIBED_LOAD_STEP: Script = script!("prescribed_load_step.in");
+
+/// Relaxation of a step by LAMMPS's own minimisers.
+pub const DISPLACEMENT_RAMP_RELAX: Script = script!("displacement_ramp_relax.in");
+pub const PRESCRIBED_LOAD_RELAX: Script = script!("prescribed_load_relax.in");
 
 /// Scripts that the three above include.
-pub(super) const INCLUDED: [Script; 4] = [
+pub(super) const INCLUDED: [Script; 10] = [
     SETUP,
-    Script { file: "end_of_step.in", text: include_str!("../lammps-inputs/end_of_step.in") },
+    script!("end_of_step.in"),
     DISPLACEMENT_RAMP_STEP,
+    script!("displacement_ramp_start.in"),
+    DISPLACEMENT_RAMP_RELAX,
+    script!("displacement_ramp_end.in"),
     PRESCRIBED_LOAD_STEP,
+    script!("prescribed_load_start.in"),
+    PRESCRIBED_LOAD_RELAX,
+    script!("prescribed_load_end.in"),
 ];
 
 impl Script {
@@ -55,6 +67,12 @@ impl Script {
             }
         }
         list
+    }
+
+    /// Start, relaxation and end of a step that this script is.
+    pub(super) fn parts(&self) -> Option<[Script; 3]> {
+        let part = |end: &str| self.included().into_iter().find(|s| s.file.ends_with(end));
+        Some([part("_start.in")?, part("_relax.in")?, part("_end.in")?])
     }
 
     /// The script of one step, for scripts that are a loop of steps.

@@ -4,13 +4,15 @@
 use super::benchmark_point::{BenchmarkPoint, LowPass, bare, halves};
 use super::measured::MeasuredPoint;
 use crate::pipeline::methods::{self, MethodRun};
+use crate::pipeline::plan::planned_by;
 use crate::pipeline::stage::StageContext;
-use crate::pipeline::{StageKey, atomistic, matched, plan};
+use crate::pipeline::{StageKey, atomistic, matched};
 use crate::record::tradeoff::{AtomsCost, BlockSize, MeasuredCost};
 use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case, Foundation, highest_p_star};
 use crate::{Error, Result};
 use asperity_atoms::block::{BaseKind, Block};
 use asperity_atoms::engine::LammpsEngine;
+use asperity_atoms::job_spec::Minimizer;
 use asperity_atoms::lammps_host::find_library;
 use asperity_contact::interface::AttractionLaw;
 use asperity_contact::method::Precision;
@@ -29,8 +31,8 @@ const NODES_PER_WAVE: f64 = 16.0;
 /// its last load gives no result at any load: the challenge's ramp to p* = 1 ended at 0.85 with 10 cells.
 const HIGHEST: f64 = 0.3;
 
-/// Smallest extent and depth of the additional blocks when no sizes are requested.
-const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3, foundation_cells: 0, elastic_base: false };
+/// Smallest cells across and deep of the additional blocks when no sizes are requested.
+const LEAST: (usize, usize) = (10, 3);
 
 /// Deformable cells of an additional block on an elastic base: with its layers of free atoms below, the contacts at 8 and 25 nm are nearly
 /// those of the full depth (docs/validation.md#elastic-base).
@@ -48,8 +50,8 @@ pub(super) struct Blocks {
 
 impl Blocks {
     /// Blocks of the requested sizes. Default for a scene with atoms: its own block, one with half the cells, one with
-    /// half the depth, the latter on a foundation that replaces the missing depth, and the shallowest on an elastic base. None without
-    /// requested sizes if the scene has no atoms or its first load exceeds `HIGHEST`.
+    /// half the depth, the latter on a foundation that replaces the missing depth, the shallowest on an elastic base, and its own block
+    /// relaxed by LAMMPS alone. None without requested sizes if the scene has no atoms or its first load exceeds `HIGHEST`.
     ///
     /// # Errors
     /// `Input` for invalid sizes, scenes or loads; `MissingProgram` if sizes are requested and LAMMPS is not found.
@@ -63,11 +65,15 @@ impl Blocks {
             depth_cells: base.depth_cells,
             foundation_cells: base.foundation_depth(),
             elastic_base: base.base == Some(BaseKind::Elastic),
+            minimizer: base.minimizer,
         };
         let from_continuum = case.atoms.as_ref().is_some_and(|a| a.start == AtomsStart::Continuum);
         let sizes = requested.map_or_else(|| related_blocks(own, from_continuum), <[_]>::to_vec);
         let mut list: Vec<(BenchmarkPoint, Case)> = Vec::new();
-        for size in sizes {
+        for mut size in sizes {
+            if size.minimizer == Minimizer::Auto {
+                size.minimizer = base.minimizer;
+            }
             if list.iter().any(|(point, _)| point.block == Some(size)) {
                 continue;
             }
@@ -86,10 +92,11 @@ impl Blocks {
             }
             scene.load.p_star.truncate(loads);
             // The cost of a setting is that of the relaxed states, without constant-temperature runs.
-            let BlockSize { cells, depth_cells, foundation_cells, elastic_base } = size;
+            let BlockSize { cells, depth_cells, foundation_cells, elastic_base, minimizer } = size;
             let foundation_cells = Foundation::Cells(foundation_cells);
             let kind = elastic_base.then_some(BaseKind::Elastic);
-            let atoms = AtomsScene { cells, depth_cells, foundation_cells, base: kind, nvt: None, ..base.clone() };
+            let sized = AtomsScene { cells, depth_cells, foundation_cells, base: kind, ..base.clone() };
+            let atoms = AtomsScene { minimizer, nvt: None, ..sized };
             let tolerance = atoms.force_tolerance.to("eV/Å");
             scene.atoms = Some(atoms);
             let resolved = match Case::resolve(scene, &case.file) {
@@ -117,10 +124,11 @@ impl Blocks {
 
     /// Why a block cannot run on this machine.
     pub(super) fn refusal(&self, point: &BenchmarkPoint) -> Option<String> {
-        let elastic = point.block.is_some_and(|b| b.elastic_base);
+        let needs_library = |b: BlockSize| b.elastic_base || b.minimizer == Minimizer::Harmonic;
+        let in_library = point.block.is_some_and(needs_library);
         match &self.engine {
             Err(reason) => Some(reason.clone()),
-            Ok(engine) if elastic => {
+            Ok(engine) if in_library => {
                 find_library(engine.program()).err().map(|reason| format!("no shared library of LAMMPS: {reason}"))
             }
             Ok(_) => None,
@@ -145,26 +153,29 @@ impl Blocks {
     }
 }
 
-/// A block, and further blocks that show the effect of extent and depth. A block on a foundation requires a start from
-/// the continuum.
+/// A block, and further blocks that show the effect of extent, depth and minimiser. A block on a foundation requires a start
+/// from the continuum.
 fn related_blocks(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
     // Blocks with a multiple of five cells have the same indenter spacing.
     let narrower = BlockSize { cells: own.cells / 10 * 5, ..own };
     let shallower = BlockSize { depth_cells: own.depth_cells / 2, ..own };
-    let fit = |s: &BlockSize| s.cells >= LEAST.cells && s.depth_cells >= LEAST.depth_cells;
+    let fit = |s: &BlockSize| s.cells >= LEAST.0 && s.depth_cells >= LEAST.1;
     let missing = own.depth_cells - shallower.depth_cells;
     let founded = BlockSize { foundation_cells: own.foundation_cells + missing, ..shallower };
     let founded = Some(founded).filter(|_| from_continuum);
     let below = (own.depth_cells + own.foundation_cells).saturating_sub(ELASTIC_DEPTH);
-    let elastic =
-        BlockSize { depth_cells: ELASTIC_DEPTH, foundation_cells: below, elastic_base: true, cells: own.cells };
+    let elastic = BlockSize { depth_cells: ELASTIC_DEPTH, foundation_cells: below, elastic_base: true, ..own };
     let elastic = Some(elastic).filter(|_| own.depth_cells > 2 * ELASTIC_DEPTH && !own.elastic_base);
-    std::iter::once(own).chain([narrower, shallower].into_iter().chain(founded).filter(fit)).chain(elastic).collect()
+    let by_lammps = BlockSize { minimizer: Minimizer::Fire, ..own };
+    let by_lammps = Some(by_lammps).filter(|b| *b != own);
+    let smaller = [narrower, shallower].into_iter().chain(founded).filter(fit);
+    std::iter::once(own).chain(smaller).chain(elastic).chain(by_lammps).collect()
 }
 
 /// Estimated memory (bytes) and time (s) of a block.
-pub(super) fn planned(case: &Case) -> Result<(u64, f64)> {
-    let plan = plan(case, rayon::current_num_threads(), None)?;
+pub(super) fn planned(case: &Case, engine: &LammpsEngine) -> Result<(u64, f64)> {
+    let minimizer = case.scene.atoms.as_ref().map_or(Minimizer::Fire, |a| a.minimizer);
+    let plan = planned_by(case, rayon::current_num_threads(), None, atomistic::relaxer(minimizer, engine))?;
     let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name.as_str()));
     Ok(of.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
 }
@@ -206,7 +217,7 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
     let in_stage = format!("{stage}/{ANALYSIS}");
     let atoms_results = atomistic::read(case, atoms, &job, &outcome, &read_folder, &in_stage)?;
     let mut results = methods::of_atoms(case, &atoms_results, lammps_cpu_seconds, (root, dir, stage))?;
-    results.planned_bytes = planned(case)?.0;
+    results.planned_bytes = planned(case, engine)?.0;
     // The kernel reports the peak of the largest child process so far. Blocks run in the order of size, so an increase
     // comes from this block.
     let largest_rank = Some(sys::children_peak_rss_bytes()).filter(|c| *c > largest_child).unwrap_or(0);
@@ -231,7 +242,9 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
     std::fs::remove_dir_all(&job.folder).map_err(Error::io("remove", &job.folder))?;
     let Block { cells, depth_cells, foundation_cells, base, .. } = atoms.block;
     let elastic_base = base == BaseKind::Elastic;
-    let name = format!("all-atom, {}", BlockSize { cells, depth_cells, foundation_cells, elastic_base });
+    let minimizer = job.spec.settings.minimizer;
+    let size = BlockSize { cells, depth_cells, foundation_cells, elastic_base, minimizer };
+    let name = format!("all-atom, {size}");
     let notes = outcome
         .unconverged
         .iter()
@@ -251,12 +264,19 @@ mod tests {
 
     #[test]
     fn blocks_vary_in_extent_and_depth() {
-        let size = |cells, depth_cells| BlockSize { cells, depth_cells, foundation_cells: 0, elastic_base: false };
+        let size = |cells, depth_cells| BlockSize {
+            cells,
+            depth_cells,
+            foundation_cells: 0,
+            elastic_base: false,
+            minimizer: Minimizer::Auto,
+        };
         let elastic = |cells, below| BlockSize { foundation_cells: below, elastic_base: true, ..size(cells, 2) };
+        let fire = |own: BlockSize| BlockSize { minimizer: Minimizer::Fire, ..own };
         let founded = BlockSize { foundation_cells: 6, ..size(45, 6) };
-        let on_rigid = [size(45, 12), size(20, 12), size(45, 6), elastic(45, 10)];
+        let on_rigid = [size(45, 12), size(20, 12), size(45, 6), elastic(45, 10), fire(size(45, 12))];
         assert_eq!(related_blocks(size(45, 12), false), on_rigid);
-        let from_continuum = [size(45, 12), size(20, 12), size(45, 6), founded, elastic(45, 10)];
+        let from_continuum = [size(45, 12), size(20, 12), size(45, 6), founded, elastic(45, 10), fire(size(45, 12))];
         assert_eq!(related_blocks(size(45, 12), true), from_continuum);
         assert_eq!(
             related_blocks(founded, true),
@@ -265,11 +285,12 @@ mod tests {
                 BlockSize { cells: 20, ..founded },
                 BlockSize { foundation_cells: 6, ..size(45, 3) },
                 BlockSize { foundation_cells: 9, ..size(45, 3) },
-                elastic(45, 10)
+                elastic(45, 10),
+                fire(founded)
             ]
         );
-        assert_eq!(related_blocks(size(15, 6), false), [size(15, 6), size(15, 3), elastic(15, 4)]);
-        assert_eq!(related_blocks(size(10, 4), true), [size(10, 4)]);
-        assert_eq!(related_blocks(elastic(10, 8), true)[..], [elastic(10, 8)]);
+        assert_eq!(related_blocks(size(15, 6), false), [size(15, 6), size(15, 3), elastic(15, 4), fire(size(15, 6))]);
+        assert_eq!(related_blocks(fire(size(10, 4)), true), [fire(size(10, 4))]);
+        assert_eq!(related_blocks(elastic(10, 8), true)[..], [elastic(10, 8), fire(elastic(10, 8))]);
     }
 }

@@ -234,11 +234,12 @@ impl<'a> BenchmarkRunner<'a> {
         let mut dependencies = vec![key.clone()];
         let mut planned = None;
         if point.block.is_some() {
-            if let Some(reason) = self.block(&point).0.refusal(&point) {
+            let blocks = self.block(&point).0;
+            if let Some(reason) = blocks.refusal(&point) {
                 return Ok(Some(reason));
             }
+            planned = blocks.engine.as_ref().ok().map(|e| atoms::planned(&case, e)).transpose()?;
             dependencies.push(self.reference_key(&self.on_resolved_heights(&point, &reference.point))?);
-            planned = Some(atoms::planned(&case)?);
         }
         let is_known = self.known(&point).is_some()
             || self

@@ -80,8 +80,28 @@ fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Mark
             "The indenter comes down in " (turn.map_or(steps.len(), |t| t + 1)) " steps"
             @if let Some(t) = turn { " and rises in " (steps.len() - 1 - t) } "; the block is relaxed at each"
         }
-        " (" (count(evaluations)) " force evaluations in all, largest residual force " (significant(worst, 2)) " eV/Å)."
+        " (" (count(evaluations)) " force evaluations in all, largest residual force " (significant(worst, 2)) " eV/Å). "
+        (relaxation(steps))
         @if steps.iter().any(|s| s.p_star < 0.0) { " Negative p* is tension, by adhesion." }
         @if !atoms.from_continuum { " States at requested loads are interpolated between steps." } },
     )))
+}
+
+/// Minimisers of the load steps, rejected steps of the harmonic relaxation, and its bound of the energy.
+fn relaxation(steps: &[LoadStepResults]) -> String {
+    let number = |m: StepMinimizer| steps.iter().filter(|s| s.minimizer == m).count();
+    let used = StepMinimizer::ALL.into_iter().filter(|m| number(*m) > 0);
+    let of_steps = |n: usize| format!("{} step{}", count(n), if n == 1 { "" } else { "s" });
+    let list: Vec<String> = used.map(|m| format!("{} ({})", m.word(), of_steps(number(m)))).collect();
+    let rejected: usize = steps.iter().map(|s| s.rejected).sum();
+    let bound = steps.iter().filter_map(|s| s.energy_bound_ev).reduce(f64::max);
+    let mut text = format!("Minimiser: {}", list.join(", "));
+    if rejected > 0 {
+        text += &format!("; the harmonic relaxation rejected {}", of_steps(rejected));
+    }
+    if let Some(bound) = bound {
+        text +=
+            &format!("; by the harmonic model the energy is at most {} eV above its minimum", significant(bound, 2));
+    }
+    text + "."
 }

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::interaction::Yukawa;
-use crate::job_spec::FRAME_LAYERS;
+use crate::job_spec::{FRAME_LAYERS, Minimizer};
 use crate::load_history::HEADER;
+use crate::results::StepMinimizer;
 use crate::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
 use crate::unloading::pull_off;
 
@@ -19,6 +20,7 @@ fn ramp_job(folder: &Path, step: f64, adhesion: Option<Yukawa>, unload: bool) ->
     let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion };
     let settings = RelaxationSettings {
         force_tolerance: 2e-3,
+        minimizer: Minimizer::Auto,
         load_unit: 100.0,
         contact_angstrom: 4.0354,
         frame_layers: FRAME_LAYERS,
@@ -98,7 +100,7 @@ fn steps_of_common_prescribed_loads_are_kept_and_others_removed() {
         for k in from..=to {
             let previous = std::fs::read_to_string(path(LOAD_STEPS_FILE)).unwrap_or_default();
             let previous = if previous.is_empty() { format!("{HEADER}\n") } else { previous };
-            let line = format!("{k},0.3,1,-100.5,12,1.5e-03,{k},44.5,45.5,200,1\n");
+            let line = format!("{k},0.3,1,-100.5,12,1.5e-03,{k},44.5,45.5,200,1,fire,0,\n");
             std::fs::write(path(LOAD_STEPS_FILE), previous + &line).expect("written");
             let frame = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
                          ITEM: ATOMS id type x y z\n1 1 5 5 20\n";
@@ -127,6 +129,17 @@ fn steps_of_common_prescribed_loads_are_kept_and_others_removed() {
     assert!(steps() == 3 && !path("checkpoint.3.a").exists());
     place(&[0.5]);
     assert_eq!(steps(), 1);
+}
+
+#[test]
+fn steps_of_another_minimizer_are_removed() {
+    let folder = tempfile::tempdir().expect("scratch");
+    let job = written(folder.path(), 0.3).expect("written");
+    for (minimizer, shares) in [(Minimizer::Auto, true), (Minimizer::Harmonic, false), (Minimizer::Fire, false)] {
+        let settings = RelaxationSettings { minimizer, ..job.spec.settings };
+        let other = JobSpec { settings, ..job.spec.clone() };
+        assert_eq!(other.shares_steps_with(job.spec.clone(), false), shares, "{minimizer:?}");
+    }
 }
 
 /// Lists of neighbours reach d_c: by the skin of the scripts, or by a larger one in the variables.
@@ -171,6 +184,16 @@ fn memory_of_the_challenge_block_agrees_with_the_measurement() {
 }
 
 #[test]
+fn each_rank_has_the_memory_of_the_harmonic_relaxation() {
+    let folder = tempfile::tempdir().expect("scratch");
+    let mut job = written(folder.path(), 0.3).expect("written");
+    let harmonic = job.memory_bytes(2);
+    job.spec.settings.minimizer = Minimizer::Fire;
+    assert_eq!(harmonic - job.memory_bytes(2), 2 * library_bytes(&job.block(), true));
+    assert!(harmonic > job.memory_bytes(2));
+}
+
+#[test]
 fn values_without_meaning_are_refused() {
     let folder = tempfile::tempdir().expect("scratch");
     assert!(written(folder.path(), 0.0).is_err());
@@ -198,6 +221,9 @@ fn records(list: &[(f64, f64, usize)]) -> Vec<StepRecord> {
         indenter_mean_angstrom: 41.0,
         atoms: 9,
         load_converged: true,
+        minimizer: StepMinimizer::Cg,
+        rejected: 0,
+        energy_bound_ev: None,
     };
     list.iter().enumerate().map(record).collect()
 }

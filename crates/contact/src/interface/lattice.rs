@@ -11,62 +11,13 @@
 //! bonds have the symmetry of a square: a half turn makes `W D W†` with W = diag(i, i, 1) a real symmetric matrix, and mirrors reduce
 //! wave vectors to one eighth of the zone. Only that is stored.
 
-use std::f64::consts::TAU;
-
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
+use super::lattice_constants::LatticeConstants;
+use super::lattice_waves::{LayerGroups, Symmetry};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, HalfSpectrum, Transform, signed_mode};
-
-/// Relative change of S per group below which further groups change nothing. The longest
-/// wave decays by exp(-2 q 2 a0) per group of four layers, on 175 cells 0.87: the remainder is below 1e-12.
-const CONDENSED: f64 = 1e-13;
-
-/// Force constants between an atom and one other, eV/Å²: second derivatives of the energy.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Bond {
-    /// Layer of the other atom: relative to the atom's in the crystal, counted from the lowest in a cut block.
-    pub layer: i32,
-    /// In-plane offset, half lattice constants.
-    pub dx: i32,
-    pub dy: i32,
-    pub phi: [[f64; 3]; 3],
-}
-
-/// Force constants of a crystal and of a block that is cut at a (001) plane.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct LatticeConstants {
-    /// Layers above and below an atom to which it is coupled.
-    pub reach: usize,
-    /// Bonds of an atom of the crystal, its own included.
-    pub bulk: Vec<Bond>,
-    /// Bonds of an atom in each of the lowest `reach` layers of the cut block to atoms of these layers.
-    pub cut: Vec<Vec<Bond>>,
-    /// Normal force on an atom of each of these layers in the cut block with all atoms at crystal sites, eV/Å.
-    pub cut_force: Vec<f64>,
-}
-
-impl LatticeConstants {
-    /// `Σ weights[k] sets[k]`: interpolation between states of strain. The sets must come from one crystal.
-    #[must_use]
-    pub fn combination(sets: &[&LatticeConstants], weights: &[f64]) -> LatticeConstants {
-        let mut sum = sets[0].clone();
-        let blend = |get: &dyn Fn(&LatticeConstants) -> f64| sets.iter().zip(weights).map(|(s, w)| w * get(s)).sum();
-        let bond = |b: &mut Bond, get: &dyn Fn(&LatticeConstants) -> Bond| {
-            for (i, row) in b.phi.iter_mut().enumerate() {
-                row.iter_mut().enumerate().for_each(|(j, p)| *p = blend(&|s| get(s).phi[i][j]));
-            }
-        };
-        sum.bulk.iter_mut().enumerate().for_each(|(k, b)| bond(b, &|s| s.bulk[k]));
-        for (l, list) in sum.cut.iter_mut().enumerate() {
-            list.iter_mut().enumerate().for_each(|(k, b)| bond(b, &|s| s.cut[l][k]));
-        }
-        sum.cut_force.iter_mut().enumerate().for_each(|(l, f)| *f = blend(&|s| s.cut_force[l]));
-        sum
-    }
-}
 
 /// Boundary of a periodic block of `cells` × `cells` lattice constants.
 pub struct LatticeBoundary {
@@ -89,7 +40,7 @@ impl LatticeBoundary {
         let waves: Vec<(usize, usize)> = (0..=cells).flat_map(|a| (0..=a).map(move |b| (a, b))).collect();
         let mut stiffness = vec![0.0; waves.len() * size * size];
         stiffness.par_chunks_mut(size * size).zip(&waves).try_for_each(|(to, &wave)| {
-            let k = condensed(constants, cells, wave, missing)?;
+            let k = LayerGroups::new(constants, cells, wave).condensed(missing)?;
             to.copy_from_slice(k.as_slice());
             Ok::<(), Error>(())
         })?;
@@ -158,173 +109,18 @@ impl LatticeBoundary {
     }
 }
 
-/// The mirrors that take a wave vector into the stored part of the zone, 0 ≤ b ≤ a.
-struct Symmetry {
-    a: usize,
-    b: usize,
-    mirrored: bool,
-    swapped: bool,
-}
-
-impl Symmetry {
-    fn of(kx: usize, ky: i64) -> Self {
-        let (x, y) = (kx, ky.unsigned_abs() as usize);
-        Symmetry { a: x.max(y), b: x.min(y), mirrored: ky < 0, swapped: y > x }
-    }
-
-    /// Amplitude of the wave (x, y, z) to that of the stored one, multiplied by W.
-    fn reduce(&self, v: &mut [Complex<f64>]) {
-        if self.mirrored {
-            v[1] = -v[1];
-        }
-        if self.swapped {
-            v.swap(0, 1);
-        }
-        v[0] *= Complex::i();
-        v[1] *= Complex::i();
-    }
-
-    fn restore(&self, v: &mut [Complex<f64>]) {
-        v[0] *= -Complex::i();
-        v[1] *= -Complex::i();
-        if self.swapped {
-            v.swap(0, 1);
-        }
-        if self.mirrored {
-            v[1] = -v[1];
-        }
-    }
-}
-
-/// Sums bonds into the 3×3 blocks of `matrix` (`W D W†`): the block of a bond is chosen by `place`.
-fn sum_bonds(
-    bonds: &[Bond],
-    (cells, (a, b)): (usize, (usize, usize)),
-    matrix: &mut DMatrix<f64>,
-    place: impl Fn(i32) -> Option<(usize, usize)>,
-) {
-    let period = 2 * cells as i64;
-    for bond in bonds {
-        let Some((row, column)) = place(bond.layer) else { continue };
-        let turns = (a as i64 * i64::from(bond.dx) + b as i64 * i64::from(bond.dy)).rem_euclid(period);
-        let (sin, cos) = (TAU * turns as f64 / period as f64).sin_cos();
-        for (c, phi) in bond.phi.iter().enumerate() {
-            for (d, phi) in phi.iter().enumerate() {
-                let part = match (c == 2, d == 2) {
-                    (false, true) => -sin,
-                    (true, false) => sin,
-                    _ => cos,
-                };
-                matrix[(3 * row + c, 3 * column + d)] += phi * part;
-            }
-        }
-    }
-}
-
-/// `W K W†` at the wave vector (a, b)/cells, in units of 2π over the lattice constant.
-fn condensed(constants: &LatticeConstants, cells: usize, wave: (usize, usize), missing: usize) -> Result<DMatrix<f64>> {
-    let m = constants.reach;
-    let size = 3 * m;
-    let (mut h, mut v) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
-    let mut c = DMatrix::zeros(size, size);
-    let layer = |k: i64| usize::try_from(k).ok().filter(|k| *k < m);
-    for l in 0..m {
-        let of = (cells, wave);
-        sum_bonds(&constants.bulk, of, &mut h, |d| layer(l as i64 + i64::from(d)).map(|k| (l, k)));
-        sum_bonds(&constants.bulk, of, &mut v, |d| layer(l as i64 + i64::from(d) + m as i64).map(|k| (l, k)));
-        sum_bonds(&constants.cut[l], of, &mut c, |k| layer(i64::from(k)).map(|k| (l, k)));
-    }
-    // Central differences leave an asymmetry of rounding.
-    let symmetric = |x: &DMatrix<f64>| 0.5 * (x + x.transpose());
-    let (h, c) = (symmetric(&h), symmetric(&c));
-    let mut s = DMatrix::zeros(size, size);
-    let over = |h: DMatrix<f64>, v: &DMatrix<f64>| -> Result<DMatrix<f64>> {
-        let inverse = h.cholesky().ok_or_else(|| {
-            let found = format!("not positive definite at the wave ({}, {})", wave.0, wave.1);
-            Error::input("elastic boundary", "force constants", found, "those of a stable crystal")
-        })?;
-        Ok(symmetric(&(-(v * inverse.solve(&v.transpose())))))
-    };
-    let rest = 3 * (missing % m);
-    if rest > 0 {
-        // The lowest layers of this group belong to the rigid plane and below.
-        let from = size - rest;
-        s = over(h.view((from, from), (rest, rest)).into_owned(), &v.columns(from, rest).into_owned())?;
-    }
-    for _ in 0..missing / m {
-        let next = over(&h + &s, &v)?;
-        let change = (&next - &s).amax();
-        s = next;
-        if change <= CONDENSED * s.amax() {
-            break;
-        }
-    }
-    Ok(h + s - c)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::lattice_constants::Bond;
+    use super::super::lattice_springs::{A0, SPRINGS, bonds, crystal, neighbours, sites, spring};
+    use super::super::lattice_waves::sum_bonds;
     use super::*;
     use crate::interface::Cubic;
-    use nalgebra::DVector;
+    use nalgebra::{DMatrix, DVector};
+    use std::f64::consts::TAU;
 
-    /// Stiffness of the springs between first and second neighbours, eV/Å², and the lattice constant, Å.
-    const SPRINGS: [f64; 2] = [1.3, 0.4];
-    const A0: f64 = 4.0;
     /// Rounding of a dense solution with a few hundred unknowns.
     const ROUNDING: f64 = 1e-11;
-
-    /// Offsets (x, y, layer) of the neighbours with springs, half lattice constants.
-    fn neighbours() -> Vec<([i32; 3], f64)> {
-        let mut list = Vec::new();
-        for axis in 0..3 {
-            for s in [-1, 1] {
-                let mut second = [0; 3];
-                second[axis] = 2 * s;
-                list.push((second, SPRINGS[1]));
-                for t in [-1, 1] {
-                    let mut first = [s; 3];
-                    (first[axis], first[(axis + 1) % 3]) = (0, t);
-                    list.push((first, SPRINGS[0]));
-                }
-            }
-        }
-        list
-    }
-
-    fn spring([x, y, z]: [i32; 3], k: f64) -> [[f64; 3]; 3] {
-        let r = [x, y, z].map(f64::from);
-        let r2: f64 = r.iter().map(|c| c * c).sum();
-        std::array::from_fn(|i| std::array::from_fn(|j| -k * r[i] * r[j] / r2))
-    }
-
-    /// Bonds of an atom whose neighbours exist in layers for which `exists` holds (relative to the atom).
-    fn bonds(exists: impl Fn(i32) -> bool) -> Vec<Bond> {
-        let mut own = [[0.0; 3]; 3];
-        let mut list = Vec::new();
-        for (r, k) in neighbours().into_iter().filter(|(r, _)| exists(r[2])) {
-            let phi = spring(r, k);
-            own.iter_mut().flatten().zip(phi.iter().flatten()).for_each(|(o, p)| *o -= p);
-            list.push(Bond { layer: r[2], dx: r[0], dy: r[1], phi });
-        }
-        list.push(Bond { layer: 0, dx: 0, dy: 0, phi: own });
-        list
-    }
-
-    fn crystal() -> LatticeConstants {
-        let cut = |l: i32| {
-            let moved = bonds(|d| l + d >= 0).into_iter().map(|b| Bond { layer: l + b.layer, ..b });
-            moved.filter(|b| b.layer < 2).collect()
-        };
-        LatticeConstants { reach: 2, bulk: bonds(|_| true), cut: vec![cut(0), cut(1)], cut_force: vec![0.0; 2] }
-    }
-
-    /// Sites of a layer on the grid of half lattice constants: (x, y).
-    fn sites(cells: usize, layer: usize) -> Vec<[i32; 2]> {
-        let across = 2 * cells as i32;
-        let all = (0..across).flat_map(|y| (0..across).map(move |x| [x, y]));
-        all.filter(|[x, y]| (x + y + layer as i32) % 2 == 0).collect()
-    }
 
     /// Deterministic displacements between -1 and 1 at the sites of the lowest two layers.
     fn displaced(cells: usize) -> Vec<Vec<f64>> {
@@ -422,7 +218,7 @@ mod tests {
     fn compliance(cells: usize) -> f64 {
         let (m, size) = (2, 6);
         let constants = crystal();
-        let k = condensed(&constants, cells, (1, 0), 40 * cells).expect("stable");
+        let k = LayerGroups::new(&constants, cells, (1, 0)).condensed(40 * cells).expect("stable");
         let layers = 8;
         let mut block = DMatrix::zeros(3 * layers, 3 * layers);
         for l in 0..layers as i32 {

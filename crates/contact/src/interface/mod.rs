@@ -3,8 +3,13 @@
 mod cubic;
 mod elastic;
 mod hardness;
+mod harmonic_block;
 mod kernel;
 mod lattice;
+mod lattice_constants;
+#[cfg(test)]
+mod lattice_springs;
+mod lattice_waves;
 mod law;
 mod layer_interior;
 mod non_periodic;
@@ -14,8 +19,10 @@ mod subsurface;
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use elastic::Elastic;
 pub use hardness::{HardnessMap, NodalHardness};
+pub use harmonic_block::{Amplitudes, HarmonicBlock, LayerBase, SurfaceResponse};
 pub use kernel::{Base, HalfSpace, Kernel, Layer};
-pub use lattice::{Bond, LatticeBoundary, LatticeConstants};
+pub use lattice::LatticeBoundary;
+pub use lattice_constants::{Bond, LatticeConstants};
 pub use law::{
     AttractionLaw, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
     PowerLawWall, RangeChoice, SoftWall, TabulatedLaw, TabulatedWall, Wall, WithAdhesion, Yielding, YieldingWall,

@@ -1,0 +1,221 @@
+//! The relaxation of [`crate::relaxation`] in a LAMMPS that runs as a library: the steps of a job.
+
+use asperity_contact::interface::{HarmonicBlock, LayerBase};
+use asperity_grid::{Error, Result};
+
+use super::block::BaseKind;
+use super::cost::pairs_kept;
+use super::force_constants::ForceConstants;
+use super::job::Job;
+use super::job_spec::{FORCE_TOLERANCE, Minimizer};
+use super::lammps_library::{AtomProperty, LammpsInstance};
+use super::relaxation::{Control, Criteria, Evaluation, ForceField, Relaxation, Relaxed, RigidWall};
+use super::scripts::Script;
+
+/// Evaluations after which a state is left to LAMMPS's minimisers. The third literal load of 25 nm, where the crystal slips, has converged after 41,
+/// 78 and 91 on three of four surfaces.
+const MOST_EVALUATIONS: usize = 120;
+/// Largest decrease of energy that is left, over the energy of the wall.
+const ENERGY_TOLERANCE: f64 = 1e-5;
+/// As in `prescribed_load.in`: of the forces on indenter and base.
+const LOAD_TOLERANCE: f64 = 1e-3;
+/// A load is relaxed to this part of the tolerance, as in `prescribed_load.in`.
+const LOAD_PART: f64 = 0.25;
+/// Displacement of a single atom from its site over the lattice constant at whose harmonic force no state is one of the crystal. 2.5 eV/Å in
+/// calcium, where loads that converge have states with up to 1.3 eV/Å on the way.
+const LIMIT_OF_DISPLACEMENT: f64 = 0.25;
+/// Relative error of the load beyond which a state that has not converged is dropped.
+const USABLE: f64 = 0.1;
+/// Distance that atoms keep from the ends of the box, Å: LAMMPS loses those beyond.
+const MARGIN_ANGSTROM: f64 = 0.5;
+
+/// The parts of a job that do not change from step to step.
+pub(super) struct HostRelaxation<'a> {
+    job: &'a Job,
+    constants: &'a ForceConstants,
+}
+
+impl<'a> HostRelaxation<'a> {
+    pub(super) fn new(job: &'a Job, constants: &'a ForceConstants) -> Self {
+        HostRelaxation { job, constants }
+    }
+
+    /// Runs a step of the job from the state to which `set_up` brings LAMMPS, at about the mean pressure `pressure` (eV/Å³).
+    ///
+    /// # Errors
+    /// `Lammps`, and those of `set_up`.
+    pub(super) fn step(
+        &self,
+        lammps: &mut LammpsInstance,
+        set_up: &dyn Fn(&mut LammpsInstance) -> Result<()>,
+        script: &Script,
+        (step, pressure): (usize, f64),
+    ) -> Result<()> {
+        set_up(lammps)?;
+        let failed = |description: String| Error::lammps(&self.job.folder, description);
+        let minimizer = self.job.spec.settings.minimizer;
+        // The states of a checkpoint are those of LAMMPS's own minimiser.
+        let continued = lammps.value("v_resume_mid").map_err(failed)? != 0.0;
+        let parts = script.parts().filter(|_| minimizer != Minimizer::Fire && !continued);
+        let Some([start, relax, end]) = parts else {
+            return lammps.file(script.file).map_err(failed);
+        };
+        lammps.file(start.file).map_err(failed)?;
+        let relaxed = self.relax(lammps, step, pressure)?;
+        let Relaxed { evaluations, rejected, energy_bound, .. } = relaxed;
+        let mut words = vec![
+            // LAMMPS cuts letters beyond ASCII.
+            format!("print \"harmonic relaxation: {relaxed}\"").replace('Å', "A"),
+            // The form in which LAMMPS's minimisers report theirs.
+            format!("print \"Iterations, force evaluations = {evaluations} {evaluations}\""),
+            "variable minimizer delete".into(),
+            "variable rejected delete".into(),
+            format!("variable rejected index {rejected}"),
+            "variable energy_bound delete".into(),
+        ];
+        if relaxed.converged {
+            words.push("variable minimizer index harmonic".into());
+            words.push(format!("variable energy_bound index {energy_bound:.3e}"));
+        } else if minimizer == Minimizer::Harmonic {
+            return Err(failed(format!(
+                "the harmonic relaxation of step {step} ended at {relaxed}; use minimizer = \"auto\""
+            )));
+        } else {
+            let own = if self.job.spec.protocol.ramp().is_some() { "cg" } else { "fire" };
+            words.push(format!("variable minimizer index harmonic+{own}"));
+            words.push("variable energy_bound index \"\"".into());
+            if relaxed.load_error.abs() > USABLE {
+                // The load is not even near: from the start, as LAMMPS's own minimiser would without this relaxation.
+                set_up(lammps)?;
+                keep_state(lammps, false).and_then(|()| lammps.file(start.file)).map_err(failed)?;
+                keep_state(lammps, self.starts_from_previous()).map_err(failed)?;
+            }
+            lammps.file(relax.file).map_err(failed)?;
+        }
+        words.iter().try_for_each(|line| lammps.command(line)).and_then(|()| lammps.file(end.file)).map_err(failed)
+    }
+
+    /// Whether a load starts from the state of the previous one, not from the continuum's displacements: these do not change an elastic state. A
+    /// base that the continuum displaces needs them.
+    fn starts_from_previous(&self) -> bool {
+        self.job.spec.settings.minimizer != Minimizer::Fire && self.job.spec.block.base != BaseKind::Prescribed
+    }
+
+    /// Sets what all steps use.
+    ///
+    /// # Errors
+    /// `Lammps`.
+    pub(super) fn begin(&self, lammps: &mut LammpsInstance) -> Result<()> {
+        keep_state(lammps, self.starts_from_previous()).map_err(|text| Error::lammps(&self.job.folder, text))
+    }
+
+    /// Relaxes the state in which LAMMPS is, at step `step` under about the mean pressure `pressure` (eV/Å³).
+    ///
+    /// # Errors
+    /// `Lammps`; `Input` for a pressure beyond the measured strains.
+    fn relax(&self, lammps: &mut LammpsInstance, step: usize, pressure: f64) -> Result<Relaxed> {
+        let spec = &self.job.spec;
+        let block = self.job.block();
+        let failed = |description: String| Error::lammps(&self.job.folder, description);
+        let first = if block.base == BaseKind::Elastic { 0 } else { block.base_layers };
+        let base = match block.base {
+            BaseKind::Elastic => LayerBase::Crystal { missing: block.missing_layers() },
+            BaseKind::Rigid | BaseKind::Prescribed => LayerBase::Rigid,
+        };
+        // Under a tension beyond the measured strains, as at a pull-off, there is no model.
+        let Ok(strain) = self.constants.strain_at(pressure) else { return Ok(Relaxed::default()) };
+        let constants = self.constants.at(strain);
+        let layers = block.layers() - first;
+        let crystal = HarmonicBlock::<f32>::new(block.cells, layers, &constants, base)?;
+        let [_, field_bytes] = HarmonicBlock::<f32>::bytes(block.cells, layers, constants.reach);
+        let pairs = pairs_kept(field_bytes);
+        let force_limit = LIMIT_OF_DISPLACEMENT * block.a0 * constants.stiffness_of_a_site();
+        let mut positions = Vec::new();
+        lammps.gather(AtomProperty::Position, &mut positions).map_err(failed)?;
+        let heights = positions[block.atoms() as usize..].iter().map(|x| x[2]).collect();
+        let wall = RigidWall::new(spec.indenter_points, spec.indenter_spacing_angstrom, spec.interaction, heights);
+        let indices = (first..block.layers()).map(|l| block.half_cell_indices(l).collect()).collect();
+        let relaxation = Relaxation::new(crystal, indices, block.cells, wall, (pairs, force_limit));
+        let load = spec.protocol.prescribed().and_then(|l| Some(l.loads.get(step.checked_sub(1)?)?.load));
+        let tolerance = spec.settings.force_tolerance;
+        let criteria = Criteria {
+            force: match load {
+                Some(_) => LOAD_PART * tolerance,
+                // A residual force left in the free block would have to be relaxed again at each load.
+                None => tolerance.min(FORCE_TOLERANCE),
+            },
+            balance: LOAD_TOLERANCE,
+            energy: ENERGY_TOLERANCE,
+            evaluations: MOST_EVALUATIONS,
+        };
+        let mut forces = LammpsForces {
+            lammps,
+            first: first * block.atoms_per_layer() as usize,
+            free: layers * block.atoms_per_layer() as usize,
+            all: block.atoms() as usize,
+            started: false,
+            positions,
+        };
+        let control = load.map_or(Control::Height, Control::Load);
+        let relaxed = relaxation.relax(&mut forces, control, criteria);
+        relaxed.map_err(failed)
+    }
+}
+
+/// Whether the next load starts from the state of the previous one.
+fn keep_state(lammps: &mut LammpsInstance, keep: bool) -> std::result::Result<(), String> {
+    lammps.command("variable keep_state delete")?;
+    lammps.command(&format!("variable keep_state index {}", u8::from(keep)))
+}
+
+/// A LAMMPS in which `setup.in` and the start of a step have run.
+struct LammpsForces<'l> {
+    lammps: &'l mut LammpsInstance,
+    /// Free atoms: the first, and their number. Atoms of the block.
+    first: usize,
+    free: usize,
+    all: usize,
+    /// Whether lists of neighbours exist.
+    started: bool,
+    positions: Vec<[f64; 3]>,
+}
+
+impl ForceField for LammpsForces<'_> {
+    fn evaluate(&mut self, displacements: &[[f64; 3]], lift: f64) -> std::result::Result<Option<Evaluation>, String> {
+        if self.started {
+            let free = &mut self.positions[self.first..self.first + self.free];
+            free.iter_mut().zip(displacements).for_each(|(x, d)| (0..3).for_each(|c| x[c] += d[c]));
+            self.positions[self.all..].iter_mut().for_each(|x| x[2] += lift);
+            if !self.within_box()? {
+                // Back to where LAMMPS has them.
+                self.lammps.gather(AtomProperty::Position, &mut self.positions)?;
+                return Ok(None);
+            }
+            self.lammps.scatter_positions(&mut self.positions)?;
+            self.lammps.command("run 1 pre no post no")?;
+        } else {
+            self.lammps.command("run 0 post no")?;
+            self.started = true;
+        }
+        // LAMMPS may have wrapped positions.
+        self.lammps.gather(AtomProperty::Position, &mut self.positions)?;
+        let mut forces = Vec::new();
+        self.lammps.gather(AtomProperty::Force, &mut forces)?;
+        Ok(Some(Evaluation {
+            energy: self.lammps.value("pe")?,
+            positions: self.positions[self.first..self.first + self.free].to_vec(),
+            forces: forces[self.first..self.first + self.free].to_vec(),
+            on_indenter: self.lammps.value("f_indenter[3]")?,
+            on_base: self.lammps.value("f_base[3]")?,
+        }))
+    }
+}
+
+impl LammpsForces<'_> {
+    /// Whether no atom is near the ends of the box, where LAMMPS would lose it.
+    fn within_box(&self) -> std::result::Result<bool, String> {
+        let [floor, ceiling] = self.lammps.floor_and_ceiling()?;
+        let inside = |x: &[f64; 3]| x[2] >= floor + MARGIN_ANGSTROM && x[2] <= ceiling - MARGIN_ANGSTROM;
+        Ok(self.positions.iter().all(inside))
+    }
+}

@@ -1,0 +1,394 @@
+//! Relaxation of a block under the rigid indenter with one force evaluation per iteration: a proximal quasi-Newton method in the metric of the
+//! harmonic crystal.
+//!
+//! Between two evaluations nearly everything is known: the harmonic crystal ([`HarmonicBlock`]) and the potential of the rigid wall. An iteration
+//! minimises their sum ([`contact_problem`]), moves all atoms there, and asks for the true forces once. What the crystal does beyond its force
+//! constants is learnt from pairs of displacements and changes of its own forces ([`pairs`]): contacts that open and close do not spoil
+//! them. Where the crystal slips the energy that the model predicts and the true one part; the relaxation then ends without convergence and
+//! leaves the lowest state that it found.
+//!
+//! Units: Å, eV, eV/Å.
+
+mod contact_problem;
+mod pairs;
+mod rigid_wall;
+
+use rayon::prelude::*;
+
+use asperity_contact::interface::{Amplitudes, HarmonicBlock, SurfaceResponse};
+use asperity_grid::Real;
+
+pub(crate) use contact_problem::Control;
+use contact_problem::{SurfaceProblem, SurfaceStep};
+use pairs::{Pair, Pairs};
+pub(crate) use rigid_wall::RigidWall;
+
+/// Layers whose forces from the wall are unknowns of the contact problem. With one, a contact in which the second layer touches (25 nm, p* = 0.03) did not
+/// converge.
+const SURFACE_LAYERS: usize = 2;
+/// Rise of the energy that is rounding: relative to the load times 1 Å and to the wall's energy, eV, and to the total energy.
+const ROUNDING: [f64; 2] = [2e-8, 1e-13];
+/// Tolerance of the contact problem: at least, in the first iteration, and relative to the largest force and to its cap, eV/Å.
+const CONTACT_TOLERANCE: [f64; 4] = [2e-5, 1e-3, 0.2, 0.02];
+/// Trials of one iteration, the first included.
+const TRIALS: usize = 6;
+/// Iterations in a row that needed more than this many trials end a relaxation: the model says nothing about the crystal any more. (50 nm,
+/// p* = 0.03: 39 trials of 10 iterations, with energies of 1e14 eV between.)
+const HARD: (usize, usize) = (4, 2);
+/// Evaluations in which the predicted decrease must have halved: where the crystal slips it rises tenfold for some forty, and falls again.
+const PATIENCE: usize = 45;
+/// Longest displacement of a step, Å. The first load of 25 nm moves smoothly by 2.4 Å.
+const LONGEST_STEP: f64 = 4.0;
+/// Factor on a step whose direction has been tried.
+const SHORTER: f64 = 0.3;
+
+/// True forces at a state of the block.
+pub(crate) trait ForceField {
+    /// Moves the free atoms by `displacements` (in the order of their ids) and the indenter by `lift`, and evaluates. `None`: they would leave the
+    /// box, and nothing has moved.
+    ///
+    /// # Errors
+    /// One line: why there are no forces.
+    fn evaluate(&mut self, displacements: &[[f64; 3]], lift: f64) -> Result<Option<Evaluation>, String>;
+}
+
+/// What an evaluation gives; vectors are in the order of the ids of the free atoms.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Evaluation {
+    /// Potential energy, eV.
+    pub energy: f64,
+    /// Å, wrapped or not.
+    pub positions: Vec<[f64; 3]>,
+    /// Total forces, eV/Å.
+    pub forces: Vec<[f64; 3]>,
+    /// Force on the indenter along z, and on the base, eV/Å.
+    pub on_indenter: f64,
+    pub on_base: f64,
+}
+
+/// When a state is relaxed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Criteria {
+    /// Largest force on a free atom, eV/Å.
+    pub force: f64,
+    /// Relative error of the forces on indenter and base, for a load.
+    pub balance: f64,
+    /// Decrease of energy that the harmonic crystal predicts, over the energy of the wall.
+    pub energy: f64,
+    pub evaluations: usize,
+}
+
+/// The state at which a relaxation ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Relaxed {
+    pub converged: bool,
+    pub evaluations: usize,
+    pub rejected: usize,
+    /// Decrease of energy that the harmonic crystal predicts from there, eV.
+    pub energy_bound: f64,
+    pub largest_force: f64,
+    pub load_error: f64,
+    pub base_error: f64,
+}
+
+impl std::fmt::Display for Relaxed {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Relaxed { evaluations, largest_force, load_error, base_error, energy_bound, .. } = self;
+        write!(
+            f,
+            "{evaluations} evaluations, largest force {largest_force:.1e} eV/Å, errors of the forces on indenter and base {load_error:.1e} and \
+             {base_error:.1e}, predicted decrease {energy_bound:.1e} eV"
+        )
+    }
+}
+
+/// The model of a block at one state of strain.
+pub(crate) struct Relaxation<T: Real> {
+    crystal: HarmonicBlock<T>,
+    wall: RigidWall,
+    /// By layer from the lowest: indices of its atoms on the grid of half lattice constants.
+    indices: Vec<Vec<usize>>,
+    per_layer: usize,
+    points: usize,
+    /// Pairs that are kept.
+    memory: usize,
+    /// Largest force on an atom of a crystal, eV/Å: states with larger ones are not those of one. (A load on 98 nm at which the crystal yields: an
+    /// elastic step presses the indenter through it, and the energy may fall.)
+    force_limit: f64,
+}
+
+/// An evaluated state.
+struct State<T> {
+    /// Energy with the work of the load.
+    energy: f64,
+    wall_energy: f64,
+    lift: f64,
+    positions: Vec<[f64; 3]>,
+    /// Of the wall on the surface layers.
+    wall_forces: Vec<[f64; 3]>,
+    /// Force of atoms below these layers on the indenter.
+    deep_load: f64,
+    residual: Amplitudes<T>,
+    response: Amplitudes<T>,
+    status: Relaxed,
+}
+
+impl<T: Real> Relaxation<T> {
+    /// `indices` of the free layers from the lowest, on `cells` × `cells` lattice constants.
+    pub(crate) fn new(
+        crystal: HarmonicBlock<T>,
+        indices: Vec<Vec<usize>>,
+        cells: usize,
+        wall: RigidWall,
+        (memory, force_limit): (usize, f64),
+    ) -> Self {
+        let per_layer = indices.first().map_or(0, Vec::len);
+        Relaxation { crystal, wall, indices, per_layer, points: 4 * cells * cells, memory, force_limit }
+    }
+
+    fn surface_layers(&self) -> usize {
+        SURFACE_LAYERS.min(self.crystal.layers())
+    }
+
+    /// Layers of the surface problem.
+    fn surface(&self) -> std::ops::Range<usize> {
+        self.crystal.layers() - self.surface_layers()..self.crystal.layers()
+    }
+
+    /// Atoms below these.
+    fn deep_atoms(&self) -> usize {
+        self.surface().start * self.per_layer
+    }
+
+    /// Relaxes from the state in which `forces` is, and leaves it in the state that is returned.
+    ///
+    /// # Errors
+    /// Those of `forces`.
+    pub(crate) fn relax(
+        &self,
+        forces: &mut dyn ForceField,
+        control: Control,
+        criteria: Criteria,
+    ) -> Result<Relaxed, String> {
+        let free = self.indices.len() * self.per_layer;
+        let Some(first) = forces.evaluate(&vec![[0.0; 3]; free], 0.0)? else { return Ok(Relaxed::default()) };
+        let mut state = self.state(first, 0.0, control, criteria);
+        state.status.evaluations = 1;
+        let mut pairs = Pairs::new(self.memory);
+        let (mut hard, mut lowest) = (0, (state.status.energy_bound, 1));
+        while !state.status.converged {
+            let status = state.status;
+            // A new load alone leaves no residual force in the crystal.
+            if status.energy_bound < 0.5 * lowest.0 || status.evaluations <= 2 {
+                lowest = (status.energy_bound, status.evaluations);
+            }
+            let stalled = status.evaluations > lowest.1 + PATIENCE || hard >= HARD.1;
+            if stalled || status.evaluations >= criteria.evaluations {
+                break;
+            }
+            let trials = self.iterate(forces, &mut state, &mut pairs, (control, criteria))?;
+            hard = if trials > HARD.0 { hard + 1 } else { 0 };
+        }
+        Ok(state.status)
+    }
+
+    /// One iteration: moves `state` to a state of lower energy. Returns the number of trials; the state is unchanged where none succeeds.
+    fn iterate(
+        &self,
+        forces: &mut dyn ForceField,
+        state: &mut State<T>,
+        pairs: &mut Pairs<T>,
+        (control, criteria): (Control, Criteria),
+    ) -> Result<usize, String> {
+        let status = state.status;
+        let tolerance = match status.evaluations {
+            1 => CONTACT_TOLERANCE[1],
+            _ => CONTACT_TOLERANCE[0].max(CONTACT_TOLERANCE[2] * status.largest_force.min(CONTACT_TOLERANCE[3])),
+        };
+        let mut step = self.step(state, pairs, control, tolerance);
+        let mut factor = step.within(LONGEST_STEP);
+        let (mut applied, mut raised) = (vec![[0.0; 3]; step.displacements.len()], 0.0);
+        for trial in 1..=TRIALS {
+            let increments = step.displacements.iter().zip(&applied);
+            let increments: Vec<[f64; 3]> =
+                increments.map(|(d, a)| std::array::from_fn(|c| factor * d[c] - a[c])).collect();
+            let lift = factor * step.lift;
+            let Some(evaluation) = forces.evaluate(&increments, lift - raised)? else {
+                factor *= SHORTER;
+                continue;
+            };
+            applied.iter_mut().zip(&increments).for_each(|(a, i)| (0..3).for_each(|c| a[c] += i[c]));
+            raised = lift;
+            let mut reached = self.state(evaluation, state.lift + lift, control, criteria);
+            let rounding = ROUNDING[0] * (state.wall_energy.abs() + control.load().abs()).max(1.0)
+                + ROUNDING[1] * state.energy.abs();
+            let crystalline = reached.status.largest_force <= self.force_limit.max(status.largest_force);
+            let fell = crystalline && reached.energy <= state.energy + rounding;
+            state.status.evaluations += 1;
+            state.status.rejected += usize::from(!fell);
+            reached.status.evaluations = state.status.evaluations;
+            reached.status.rejected = state.status.rejected;
+            if fell && reached.status.converged {
+                *state = reached;
+                return Ok(trial);
+            }
+            let learnt = crystalline && self.learn(pairs, state, &reached, &step, factor);
+            if fell {
+                *state = reached;
+                return Ok(trial);
+            }
+            if learnt && trial == 1 {
+                // The trial has taught the curvature: a new step from the old state.
+                step = self.step(state, pairs, control, tolerance);
+                factor = step.within(LONGEST_STEP);
+            } else {
+                factor *= SHORTER;
+            }
+        }
+        let back: Vec<[f64; 3]> = applied.iter().map(|a| a.map(|a| -a)).collect();
+        forces.evaluate(&back, -raised)?;
+        state.status.evaluations += 1;
+        Ok(TRIALS + 1)
+    }
+
+    /// The model's parts of an evaluated state.
+    fn state(&self, evaluation: Evaluation, lift: f64, control: Control, criteria: Criteria) -> State<T> {
+        let touched = evaluation.positions.par_iter().enumerate();
+        let touched: Vec<_> = touched.filter_map(|(k, x)| Some((k, self.wall.action(*x, lift)?))).collect();
+        let wall_energy: f64 = touched.iter().map(|(_, a)| a.energy).sum();
+        let (mut deep_load, mut wall_forces) = (0.0, vec![[0.0; 3]; evaluation.positions.len() - self.deep_atoms()]);
+        for (k, action) in &touched {
+            match k.checked_sub(self.deep_atoms()) {
+                Some(k) => wall_forces[k] = action.force,
+                None => deep_load -= action.force[2],
+            }
+        }
+        let square = |f: &[f64; 3]| f.iter().map(|c| c * c).sum::<f64>();
+        let largest_force = evaluation.forces.par_iter().map(square).reduce(|| 0.0, f64::max).sqrt();
+        let load = control.load();
+        let over = |error: f64| if load > 0.0 { error / load } else { 0.0 };
+        let (load_error, base_error) = (over(evaluation.on_indenter - load), over(evaluation.on_base + load));
+        let mut residual = self.crystal.zero();
+        self.analyse(0..self.indices.len(), &evaluation.forces, &mut residual);
+        let mut response = residual.clone();
+        let energy_bound = self.crystal.eliminate(&mut response);
+        self.crystal.substitute(&mut response);
+        let converged = largest_force <= criteria.force
+            && load_error.abs().max(base_error.abs()) <= criteria.balance
+            && energy_bound <= criteria.energy * wall_energy.abs().max(1e-3);
+        State {
+            energy: evaluation.energy + load * lift,
+            wall_energy,
+            lift,
+            positions: evaluation.positions[self.deep_atoms()..].to_vec(),
+            wall_forces,
+            deep_load,
+            residual,
+            response,
+            status: Relaxed { converged, energy_bound, largest_force, load_error, base_error, ..Relaxed::default() },
+        }
+    }
+
+    /// Amplitudes of the vectors of the atoms of some layers.
+    fn analyse(&self, layers: std::ops::Range<usize>, vectors: &[[f64; 3]], to: &mut Amplitudes<T>) {
+        let first = layers.start;
+        let fill = |layer: usize, c: usize, grid: &mut [T]| {
+            let own = &vectors[(layer - first) * self.per_layer..][..self.per_layer];
+            self.indices[layer].iter().zip(own).for_each(|(i, v)| grid[*i] = T::of(v[c]));
+        };
+        self.crystal.analyse(layers, fill, to);
+    }
+
+    /// Vectors of the atoms of some layers.
+    fn synthesise(&self, layers: std::ops::Range<usize>, from: &Amplitudes<T>) -> Vec<[f64; 3]> {
+        let read =
+            |layer: usize, _: usize, grid: &[T]| -> Vec<T> { self.indices[layer].iter().map(|i| grid[*i]).collect() };
+        let parts = self.crystal.synthesise(from, layers, read);
+        let vectors =
+            parts.chunks(3).flat_map(|xyz| (0..self.per_layer).map(move |k| std::array::from_fn(|c| xyz[c][k].wide())));
+        vectors.collect()
+    }
+
+    /// The response to forces on the surface layers alone.
+    fn surface_forces_response(&self, forces: &[[f64; 3]]) -> [Amplitudes<T>; 2] {
+        let mut amplitudes = self.crystal.zero();
+        self.analyse(self.surface(), forces, &mut amplitudes);
+        // They are within the highest group: there is nothing to eliminate below.
+        let mut response = amplitudes.clone();
+        self.crystal.substitute(&mut response);
+        [amplitudes, response]
+    }
+
+    /// The step to the minimum of the model.
+    fn step(&self, state: &State<T>, pairs: &Pairs<T>, control: Control, tolerance: f64) -> Step<T> {
+        let projections = pairs.project(&self.crystal, &state.residual);
+        let mut start = self.synthesise(self.surface(), &state.response);
+        start.iter_mut().zip(&state.positions).for_each(|(a, x)| (0..3).for_each(|c| a[c] += x[c]));
+        pairs.add_surface(&pairs.coefficients(projections.clone()), &mut start);
+        let response = SurfaceResponse::new(&self.crystal, self.surface_layers());
+        let mut problem = SurfaceProblem::new(response, pairs, &self.wall, &self.indices[self.surface()], self.points);
+        let control = control.less(state.deep_load);
+        let SurfaceStep { excess, lift } = problem.solve(&start, &state.wall_forces, state.lift, control, tolerance);
+        let [_, mut amplitudes] = self.surface_forces_response(&excess);
+        amplitudes.add(1.0, &state.response);
+        let coefficients = pairs.coefficients(projections + pairs.project_surface(&excess));
+        pairs.add(&coefficients, &mut amplitudes);
+        let displacements = self.synthesise(0..self.indices.len(), &amplitudes);
+        Step { amplitudes, displacements, lift: lift - state.lift }
+    }
+
+    /// Learns the change of the crystal's forces between two states; whether the pair is used.
+    fn learn(&self, pairs: &mut Pairs<T>, from: &State<T>, to: &State<T>, step: &Step<T>, factor: f64) -> bool {
+        let change = from.wall_forces.iter().zip(&to.wall_forces);
+        let change: Vec<[f64; 3]> = change.map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
+        let [wall, wall_response] = self.surface_forces_response(&change);
+        let difference = |from: &Amplitudes<T>, to: &Amplitudes<T>, wall: &Amplitudes<T>| {
+            let mut sum = from.clone();
+            sum.add(-1.0, to);
+            sum.add(-1.0, wall);
+            sum
+        };
+        let force = difference(&from.residual, &to.residual, &wall);
+        let response = difference(&from.response, &to.response, &wall_response);
+        let mut displacement = step.amplitudes.clone();
+        displacement.add(factor - 1.0, &step.amplitudes);
+        let scaled = |v: &[f64; 3]| v.map(|v| factor * v);
+        let pair = Pair {
+            displacement,
+            displacement_surface: step.displacements[self.deep_atoms()..].iter().map(scaled).collect(),
+            response_surface: self.synthesise(self.surface(), &response),
+            response,
+        };
+        pairs.push(&self.crystal, pair, &force)
+    }
+}
+
+/// A step of all free atoms and of the indenter.
+struct Step<T> {
+    amplitudes: Amplitudes<T>,
+    displacements: Vec<[f64; 3]>,
+    lift: f64,
+}
+
+impl<T> Step<T> {
+    /// The factor, at most 1, with which no atom moves farther than `longest`, and neither does the indenter.
+    fn within(&self, longest: f64) -> f64 {
+        let largest = self.displacements.as_flattened().iter().fold(self.lift.abs(), |m, d| m.max(d.abs()));
+        if largest > longest { longest / largest } else { 1.0 }
+    }
+}
+
+impl Control {
+    /// 0 at a given height.
+    fn load(self) -> f64 {
+        if let Control::Load(load) = self { load } else { 0.0 }
+    }
+
+    /// Without a part of the load that other atoms carry.
+    fn less(self, part: f64) -> Control {
+        match self {
+            Control::Load(load) => Control::Load(load - part),
+            Control::Height => Control::Height,
+        }
+    }
+}

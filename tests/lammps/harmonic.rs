@@ -1,0 +1,88 @@
+//! The harmonic relaxation: the states of LAMMPS's own minimisers in far fewer force evaluations.
+
+use crate::jobs::{built, case, on};
+use crate::lammps::lammps;
+use asperity::atoms::engine::Finished;
+use asperity::atoms::job::Job;
+use asperity::atoms::lammps_command::LammpsCommand;
+use asperity::atoms::results::StepMinimizer;
+use std::path::Path;
+
+/// Force evaluations of a load in an elastic block.
+const FEW: usize = 8;
+/// Of the indenter's height, Å, and of the energy with the work of the load, eV: both minimisers stop at a residual force.
+const HEIGHT: f64 = 2e-3;
+const ENERGY: f64 = 1e-3;
+/// Atoms at the edge of contact that may differ.
+const AT_THE_EDGE: usize = 1;
+
+/// A job of the smooth block with a minimiser, run.
+fn ran(load: &str, tables: &str, atoms: &str, minimizer: &str, folder: &Path) -> Option<(Job, Finished)> {
+    let engine = lammps(1)?;
+    let case = case(load, tables, &format!("minimizer = \"{minimizer}\"\n{atoms}"));
+    let job = built(&case, folder);
+    let finished = engine.run(&job, &mut on).expect("a clean run");
+    Some((job, finished))
+}
+
+#[test]
+fn loads_have_the_states_of_fire() {
+    for base in ["", "base = \"elastic\"\nfoundation_cells = 4\n", "foundation_cells = 4\n"] {
+        let (a, b) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+        let load = "p_star = [0.01, 0.03, 0.06]";
+        let Some((_, fire)) = ran(load, "", base, "fire", a.path()) else { return };
+        let Some((_, harmonic)) = ran(load, "", base, "harmonic", b.path()) else { return };
+        assert!(harmonic.unconverged.is_empty() && harmonic.not_harmonic.is_none());
+        let steps = fire.history.steps.iter().zip(&harmonic.history.steps).zip(&harmonic.steps);
+        for ((f, h), results) in steps.skip(1) {
+            let what = format!("{base}step {}: {h:?} {f:?}", h.step);
+            assert_eq!((h.minimizer, f.minimizer), (StepMinimizer::Harmonic, StepMinimizer::Fire), "{what}");
+            assert!(results.force_evaluations <= FEW, "{} evaluations: {what}", results.force_evaluations);
+            assert!((h.load / f.load - 1.0).abs() < 2e-3 && h.contacts.abs_diff(f.contacts) <= AT_THE_EDGE, "{what}");
+            let lift = h.indenter_mean_angstrom - f.indenter_mean_angstrom;
+            assert!(lift.abs() < HEIGHT, "{lift} Å: {what}");
+            let energy = h.energy_ev - f.energy_ev + h.load * lift;
+            assert!(energy < ENERGY, "{energy} eV: {what}");
+            assert!(h.energy_bound_ev.is_some_and(|bound| bound < ENERGY), "{what}");
+        }
+    }
+}
+
+/// Of the loads of a ramp, relative to its highest: at 2e-3 eV/Å both minimisers leave some residual force.
+const LOAD: f64 = 5e-3;
+
+#[test]
+fn a_ramp_with_adhesion_and_unloading_has_the_loads_of_conjugate_gradients() {
+    let (a, b) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let load = "p_star = [0.02]\nunload = true";
+    let tables = "[adhesion]\nwork_of_adhesion = \"0.2 J/m2\"\nrange = \"0.05 nm\"";
+    let Some((_, cg)) = ran(load, tables, "", "fire", a.path()) else { return };
+    let Some((_, harmonic)) = ran(load, tables, "", "harmonic", b.path()) else { return };
+    assert_eq!(cg.history.steps.len(), harmonic.history.steps.len());
+    let highest = cg.history.steps.iter().map(|s| s.load).fold(0.0, f64::max);
+    for (c, h) in cg.history.steps.iter().zip(&harmonic.history.steps) {
+        assert_eq!((c.minimizer, h.minimizer), (StepMinimizer::Cg, StepMinimizer::Harmonic), "{h:?}");
+        assert!((h.load - c.load).abs() < LOAD * highest, "{h:?} {c:?}");
+    }
+    let all = |f: &Finished| f.steps.iter().map(|s| s.force_evaluations).sum::<usize>();
+    assert!(2 * all(&harmonic) < all(&cg), "{} and {}", all(&harmonic), all(&cg));
+}
+
+#[test]
+fn without_a_host_auto_uses_fire_and_says_why_and_harmonic_is_refused() {
+    let Some(lammps) = lammps(1) else { return };
+    // Accelerated styles may keep positions on a device.
+    let args = vec!["-sf".to_string(), "opt".to_string()];
+    let command = LammpsCommand { args, ..LammpsCommand::default() };
+    let engine = lammps.clone().with_command(command).expect("accepted");
+    let run = |minimizer: &str| {
+        let folder = tempfile::tempdir().expect("scratch");
+        let case = case("p_star = [0.02]", "", &format!("minimizer = \"{minimizer}\""));
+        engine.run(&built(&case, folder.path()), &mut on)
+    };
+    let auto = run("auto").expect("runs");
+    assert!(auto.not_harmonic.is_some_and(|reason| reason.contains("accelerated styles")));
+    assert!(auto.steps.iter().all(|s| s.minimizer == StepMinimizer::Fire));
+    assert_eq!(run("harmonic").expect_err("refused").exit_code(), 5);
+    assert_eq!(run("fire").expect("runs").not_harmonic, None);
+}
