@@ -229,10 +229,10 @@ fn condensed(constants: &LatticeConstants, cells: usize, wave: (usize, usize), m
     let mut c = DMatrix::zeros(size, size);
     let layer = |k: i64| usize::try_from(k).ok().filter(|k| *k < m);
     for l in 0..m {
-        let of = (cells, wave);
-        sum_bonds(&constants.bulk, of, &mut h, |d| layer(l as i64 + i64::from(d)).map(|k| (l, k)));
-        sum_bonds(&constants.bulk, of, &mut v, |d| layer(l as i64 + i64::from(d) + m as i64).map(|k| (l, k)));
-        sum_bonds(&constants.cut[l], of, &mut c, |k| layer(i64::from(k)).map(|k| (l, k)));
+        let on_wave = (cells, wave);
+        sum_bonds(&constants.bulk, on_wave, &mut h, |d| layer(l as i64 + i64::from(d)).map(|k| (l, k)));
+        sum_bonds(&constants.bulk, on_wave, &mut v, |d| layer(l as i64 + i64::from(d) + m as i64).map(|k| (l, k)));
+        sum_bonds(&constants.cut[l], on_wave, &mut c, |k| layer(i64::from(k)).map(|k| (l, k)));
     }
     // Central differences leave an asymmetry of rounding.
     let symmetric = |x: &DMatrix<f64>| 0.5 * (x + x.transpose());

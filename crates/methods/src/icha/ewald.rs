@@ -193,12 +193,12 @@ struct Cells {
 }
 
 impl Cells {
-    fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+    fn new(cell: Grid, reach: f64, points: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let extents = [cell.lx, cell.ly];
         let columns = extents.map(|l| ((l / reach).floor() as usize).clamp(1, 2048));
         let index_along = |axis: usize, x: f64| column(x, extents[axis], columns[axis]);
         let list =
-            CellList::new([columns[0], columns[1], 1], at.map(|(x, y)| [index_along(0, x), index_along(1, y), 0]));
+            CellList::new([columns[0], columns[1], 1], points.map(|(x, y)| [index_along(0, x), index_along(1, y), 0]));
         Cells { columns, extents, list }
     }
 

@@ -72,13 +72,13 @@ fn compared<T: Real, L: Law>(grid: Grid, kernel: Elastic, law: L, heights: &Seri
     }
     let sums = [&mut host, &mut gpu].map(|f| {
         let first = f.begin(scale);
-        let z = f.multiply(Metric::Compliance { mean: 2.0 });
-        let softening = f.conjugate(0.0);
-        let curvature = f.multiply(Metric::Stiffness { mean: spring.stiffness });
-        let left = f.descend(z / curvature);
-        let next = f.multiply(Metric::Compliance { mean: 2.0 });
+        let z = f.multiply(Metric::Compliance { mean_stiffness: 2.0 });
+        let law_curvature = f.conjugate(0.0);
+        let elastic_curvature = f.multiply(Metric::Stiffness { mean_stiffness: spring.stiffness });
+        let residual = f.descend(z / elastic_curvature);
+        let next = f.multiply(Metric::Compliance { mean_stiffness: 2.0 });
         let again = f.conjugate(next / z);
-        [first, z, softening, curvature, left, next, again]
+        [first, z, law_curvature, elastic_curvature, residual, next, again]
     });
     for (one, other) in sums[0].iter().zip(&sums[1]) {
         equal("linear problem", &[*one], &[*other], 100.0 * linear);
