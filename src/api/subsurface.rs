@@ -85,12 +85,12 @@ pub fn subsurface(
     let request = SubsurfaceRequest { depths: reduced, poisson, shear_strength: None };
     let pressure = row_major(pressure);
     let mut maps = Vec::new();
-    let found = path::subsurface(&request, (grid, kernel), Field::F64(&pressure), |_, _, values| {
+    let results = path::subsurface(&request, (grid, kernel), Field::F64(&pressure), |_, _, values| {
         maps.push(map(grid, values.to_vec()));
         Ok(None)
     })?;
     let mut maps = maps.into_iter();
-    let slices = found.slices.into_iter().zip(depths).map(|(slice, &depth)| {
+    let slices = results.slices.into_iter().zip(depths).map(|(slice, &depth)| {
         let [von_mises, shear] = [slice.von_mises, slice.shear].map(|peak| StressMap {
             values: maps.next().expect("a map of each quantity and depth"),
             max: peak.value,

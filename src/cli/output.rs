@@ -296,8 +296,8 @@ fn yielding(a: &AtomsResults) -> Option<String> {
             format!("first yield between p* = {} and {}", significant(before, 3), significant(load, 3))
         }
     };
-    let value_at = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
-    let counts: Vec<_> = a.states.iter().filter_map(value_at).collect();
+    let defects_of = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
+    let counts: Vec<_> = a.states.iter().filter_map(defects_of).collect();
     Some(format!("{begins}; defect atoms of {} analysed, by p*: {}", p.atoms, counts.join(", ")))
 }
 

@@ -234,8 +234,8 @@ impl InitialConfiguration {
         (gap, heights): (&[f64], &[f64]),
         (standoff_angstrom, offset_angstrom): (f64, f64),
     ) -> Self {
-        let difference = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
-        let stands = block.top_z() + standoff_angstrom + difference + offset_angstrom;
+        let mean_rise = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
+        let stands = block.top_z() + standoff_angstrom + mean_rise + offset_angstrom;
         InitialConfiguration { load, pressed, displacement_angstrom: indenter.start_z() - stands }
     }
 }

@@ -79,10 +79,10 @@ pub fn measure(
     let bench = MeasurementFolder::new(lammps, folder, setfl, element)?;
     let crystal = crystal::measure_on(&bench, setfl, near)?;
     let Some((c, face)) = crystal.elastic_constants.zip(crystal.face()?) else { return Ok((crystal, None)) };
-    let at = (crystal.structure, crystal.a0_angstrom);
-    let value_of = |script, name| bench.get(&bench.of_crystal(script, at)?, name);
+    let lattice = (crystal.structure, crystal.a0_angstrom);
+    let value_of = |script, name| bench.get(&bench.of_crystal(script, lattice)?, name);
     let faults = match crystal.structure {
-        Structure::Fcc => Some(stacking_faults(&bench, at)?),
+        Structure::Fcc => Some(stacking_faults(&bench, lattice)?),
         Structure::Bcc | Structure::Hcp => None,
     };
     let above_fcc = |s| Some(crystal.excess_ev(s)? - crystal.excess_ev(Structure::Fcc)?);
@@ -106,8 +106,8 @@ pub fn measure(
 }
 
 /// Stable and unstable stacking-fault energy, eV/Å².
-fn stacking_faults(bench: &MeasurementFolder, at: (Structure, f64)) -> Result<[f64; 2]> {
-    let printed = bench.of_crystal(FAULT, at)?;
+fn stacking_faults(bench: &MeasurementFolder, lattice: (Structure, f64)) -> Result<[f64; 2]> {
+    let printed = bench.of_crystal(FAULT, lattice)?;
     let slide = (1..=10).map(|k| bench.get(&printed, &format!("fault_{k}"))).collect::<Result<Vec<f64>>>()?;
     // The fault is a minimum at the end of the path. Along -[11-2] the energy rises all the way, to 0.0125 instead of
     // 0.0003 eV/Å², as planes end above each other.

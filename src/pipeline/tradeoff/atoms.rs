@@ -165,8 +165,8 @@ fn related_blocks(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
 /// Estimated memory (bytes) and time (s) of a block.
 pub(super) fn planned(case: &Case) -> Result<(u64, f64)> {
     let plan = plan(case, rayon::current_num_threads(), None)?;
-    let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name.as_str()));
-    Ok(of.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
+    let atom_stages = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name.as_str()));
+    Ok(atom_stages.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
 }
 
 /// The second reference of a block: the same problem on heights with only the wavelengths that its indenter resolves.
