@@ -200,9 +200,9 @@ fn methods(list: &[MethodResults]) {
 /// States of a load path, with the change from half the points per side.
 fn states(c: &ContinuumResults) {
     let dash = || "-".to_string();
-    let is_known = c.states.iter().any(|s| s.discretisation.is_some());
+    let has_discretisation = c.states.iter().any(|s| s.discretisation.is_some());
     let mut head = vec!["p*", "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
-    if is_known {
+    if has_discretisation {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
     print(&table(
@@ -223,7 +223,7 @@ fn states(c: &ContinuumResults) {
             row
         }),
     ));
-    if is_known {
+    if has_discretisation {
         print("grid: relative errors of contact area and mean gap, from the changes to half the points per side");
     }
 }

@@ -21,9 +21,9 @@ fn share(neighbours: &PlanarCells, points: &[[f64; 2]], index: usize, site: [f64
     loop {
         let half = 0.5 * neighbours.length;
         let mut cell = vec![[-half, -half], [half, -half], [half, half], [-half, half]];
-        let mut neighbour_search = neighbours.within(points, index, site, reach);
-        neighbour_search.sort_by(|a, b| (a.1[0].hypot(a.1[1])).total_cmp(&b.1[0].hypot(b.1[1])));
-        for (other, d) in neighbour_search {
+        let mut close_points = neighbours.within(points, index, site, reach);
+        close_points.sort_by(|a, b| (a.1[0].hypot(a.1[1])).total_cmp(&b.1[0].hypot(b.1[1])));
+        for (other, d) in close_points {
             if d == [0.0, 0.0] {
                 if other < index {
                     return 0.0;

@@ -185,8 +185,8 @@ fn of_load(
 /// Root mean square over the loads with a value.
 pub(super) fn over_loads(loads: &[LoadErrors]) -> Errors {
     let at_loads = |m: Quantity| loads.iter().filter_map(|l| l.errors.get(&m).copied()).collect::<Vec<_>>();
-    let total = |m: Quantity| rms(&at_loads(m)).map(|e| (m, e));
-    Quantity::COMPARED.into_iter().filter_map(total).collect()
+    let rms_of = |m: Quantity| rms(&at_loads(m)).map(|e| (m, e));
+    Quantity::COMPARED.into_iter().filter_map(rms_of).collect()
 }
 
 /// Relative uncertainty of the reference at each load. For numbers it is that of the extrapolation. For maps and

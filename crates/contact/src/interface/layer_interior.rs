@@ -164,12 +164,12 @@ mod tests {
             let lambda = two_g * nu / (1.0 - 2.0 * nu);
             let step = 1e-4 / q;
             let up = |z: f64| -at(&layer, q, z).normal;
-            let index_along = |z: f64| at(&layer, q, z).tangential;
+            let tangential = |z: f64| at(&layer, q, z).tangential;
             let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
             // With e^{iqx}: ∂x(i tangential) = -q tangential, ∂x(up) = iq up.
-            let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * index_along(z);
-            let shear = |z: f64| 0.5 * two_g * (slope(&index_along, z) + q * up(z));
-            let side = |z: f64| -(lambda + two_g) * q * index_along(z) + lambda * slope(&up, z);
+            let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * tangential(z);
+            let shear = |z: f64| 0.5 * two_g * (slope(&tangential, z) + q * up(z));
+            let side = |z: f64| -(lambda + two_g) * q * tangential(z) + lambda * slope(&up, z);
             // The formulas are also valid just above the surface, where the differences evaluate them.
             assert!((normal(t) + 1.0).abs() < DIFFERENCES, "{nu} {q}: {}", normal(t));
             assert!(shear(t).abs() < DIFFERENCES, "{nu} {q}: {}", shear(t));
@@ -192,14 +192,14 @@ mod tests {
             let lambda = two_g * nu / (1.0 - 2.0 * nu);
             let step = 1e-4 / q;
             let up = |z: f64| -at(&layer, q, z).normal;
-            let index_along = |z: f64| at(&layer, q, z).tangential;
+            let tangential = |z: f64| at(&layer, q, z).tangential;
             let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
             for depth in [0.0, 0.2 * t, 0.5 * t, 0.9 * t] {
                 let (z, actual) = (t - depth, layer.stress_at(q, depth));
-                let normal = (lambda + two_g) * slope(&up, z) - lambda * q * index_along(z);
-                let side = -(lambda + two_g) * q * index_along(z) + lambda * slope(&up, z);
+                let normal = (lambda + two_g) * slope(&up, z) - lambda * q * tangential(z);
+                let side = -(lambda + two_g) * q * tangential(z) + lambda * slope(&up, z);
                 // Upwards along z the shear stress has the other sign.
-                let shear = -0.5 * two_g * (slope(&index_along, z) + q * up(z));
+                let shear = -0.5 * two_g * (slope(&tangential, z) + q * up(z));
                 for (what, a, b) in
                     [("normal", actual.normal, normal), ("along", actual.along, side), ("shear", actual.shear, shear)]
                 {

@@ -72,7 +72,7 @@ const COARSE: f64 = 0.5;
 /// `None` if an iteration does not converge.
 pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Option<Leakage> {
     let closed: Vec<u8> = (0..gap.len()).map(|i| u8::from(gap.at(i) <= threshold)).collect();
-    let index_along = |axis: usize| {
+    let flow_along = |axis: usize| {
         let leads = match edges {
             FlowEdges::Periodic => percolates(&closed, grid.nx, 0, false)[axis],
             FlowEdges::TwoSides => crosses(&closed, grid.nx, axis),
@@ -86,7 +86,7 @@ pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Opti
             (conductance * shape, iterations)
         })
     };
-    let (x, y) = rayon::join(|| index_along(0), || index_along(1));
+    let (x, y) = rayon::join(|| flow_along(0), || flow_along(1));
     let ((kx, x), (ky, y)) = (x?, y?);
     let (effective_medium, mean) = (hydraulic_gap(gap, threshold).powi(3), 0.5 * (kx + ky));
     let ratio = (mean > 0.0).then(|| effective_medium / mean);

@@ -28,8 +28,8 @@ fn has_gpu() -> bool {
 fn difference(one: &[f64], other: &[f64]) -> f64 {
     let largest = one.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     assert_eq!(one.len(), other.len());
-    let upper = one.iter().zip(other).map(|(a, b)| if b.is_finite() { (a - b).abs() } else { f64::INFINITY });
-    upper.fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
+    let deviations = one.iter().zip(other).map(|(a, b)| if b.is_finite() { (a - b).abs() } else { f64::INFINITY });
+    deviations.fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
 }
 
 fn wide<T: Real>(values: &[T]) -> Vec<f64> {
