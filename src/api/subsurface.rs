@@ -85,12 +85,12 @@ pub fn subsurface(
     let request = SubsurfaceRequest { depths: reduced, poisson, shear_strength: None };
     let pressure = row_major(pressure);
     let mut maps = Vec::new();
-    let found = path::subsurface(&request, (grid, kernel), Field::F64(&pressure), |_, _, values| {
+    let results = path::subsurface(&request, (grid, kernel), Field::F64(&pressure), |_, _, values| {
         maps.push(map(grid, values.to_vec()));
         Ok(None)
     })?;
     let mut maps = maps.into_iter();
-    let slices = found.slices.into_iter().zip(depths).map(|(slice, &depth)| {
+    let slices = results.slices.into_iter().zip(depths).map(|(slice, &depth)| {
         let [von_mises, shear] = [slice.von_mises, slice.shear].map(|peak| StressMap {
             values: maps.next().expect("a map of each quantity and depth"),
             max: peak.value,
@@ -158,7 +158,7 @@ mod tests {
         let mut pressure = Array2::zeros((16, 32));
         pressure[(5, 9)] = 1.0;
         let layer = Body::Layer { thickness: 0.3, poisson: 0.2, base: Base::Bonded };
-        let value_of = |scale: f64| {
+        let slices_at = |scale: f64| {
             let body = match layer {
                 Body::Layer { thickness, poisson, base } => Body::Layer { thickness: thickness * scale, poisson, base },
                 other => other,
@@ -166,7 +166,7 @@ mod tests {
             let cell = Cell { x: scale, y: scale / 2.0 };
             subsurface(pressure.view(), cell, body, &[0.1 * scale, 0.3 * scale], None).expect("within the layer")
         };
-        let (one, seven) = (value_of(1.0), value_of(7.0));
+        let (one, seven) = (slices_at(1.0), slices_at(7.0));
         for (a, b) in one.iter().zip(&seven) {
             for (a, b) in [(&a.von_mises, &b.von_mises), (&a.shear, &b.shear)] {
                 let difference = (&a.values - &b.values).mapv(f64::abs);

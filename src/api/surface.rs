@@ -48,7 +48,7 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
     scene.laboratory = LaboratoryScene { length, modulus, ..LaboratoryScene::default() };
     options.length.iter().try_for_each(|l| positive("length", *l))?;
     let Some(mut file) = SurfaceFile::read(&scene.surface, Path::new(""))? else { unreachable!("it has a file") };
-    if !matches!(file.found.content, Content::Map(_)) {
+    if !matches!(file.imported.content, Content::Map(_)) {
         let accepted = "a height map (`asperity surface` makes one of them)";
         return Err(Error::format(path, "Fourier coefficients", accepted));
     }

@@ -49,36 +49,40 @@ impl Areas {
             let deviation = |v: &(f64, Option<f64>)| (v.0 / aim - 1.0).abs();
             list.iter().copied().max_by(|a, b| deviation(a).total_cmp(&deviation(b)))
         };
-        let of = |s: &State| uncertainty(s, Quantity::ContactArea);
-        let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a + b);
+        let relative_error = |s: &State| uncertainty(s, Quantity::ContactArea);
+        let sum_of_errors = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a + b);
         let ratios: Vec<_> =
-            plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| (area(s) / load(s), of(s))).collect();
+            plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| (area(s) / load(s), relative_error(s))).collect();
         let law: Vec<_> = plain
             .iter()
             .filter(|s| s.p_star < ALL)
-            .map(|s| (area(s) / libm::erf(PI.sqrt() * load(s)), of(s)))
+            .map(|s| (area(s) / libm::erf(PI.sqrt() * load(s)), relative_error(s)))
             .collect();
         let increases: Vec<_> = adhesive
             .iter()
             .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
             .filter_map(|s| {
                 let without = plain.iter().find(|p| p.index == s.index)?;
-                Some((area(s) / area(without), both(of(s), of(without))))
+                Some((area(s) / area(without), sum_of_errors(relative_error(s), relative_error(without))))
             })
             .collect();
-        let at_reference = reference(data.adhesive).map(|s| (100.0 * area(s), of(s)));
+        let at_reference = reference(data.adhesive).map(|s| (100.0 * area(s), relative_error(s)));
         let pressures: Vec<_> = adhesive
             .iter()
             .filter(|s| (9.9e-4..0.1001).contains(&s.p_star))
-            .map(|s| (s.pressure / area(s), of(s)))
+            .map(|s| (s.pressure / area(s), relative_error(s)))
             .collect();
         let spread = cover(adhesive.iter().map(|s| s.p_star), SPAN).then(|| {
             let by_value = |a: &&(f64, Option<f64>), b: &&(f64, Option<f64>)| a.0.total_cmp(&b.0);
             let (smallest, largest) = (pressures.iter().min_by(by_value)?, pressures.iter().max_by(by_value)?);
-            Some((largest.0 / smallest.0, both(largest.1, smallest.1)))
+            Some((largest.0 / smallest.0, sum_of_errors(largest.1, smallest.1)))
         });
-        let lowest: Vec<_> = plain.iter().filter(|s| s.p_star < 0.0101).map(|s| (load(s) / area(s), of(s))).collect();
-        let first = adhesive.iter().find(|s| (s.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| (100.0 * area(s), of(s)));
+        let lowest: Vec<_> =
+            plain.iter().filter(|s| s.p_star < 0.0101).map(|s| (load(s) / area(s), relative_error(s))).collect();
+        let first = adhesive
+            .iter()
+            .find(|s| (s.p_star / 1e-3 - 1.0).abs() < 0.05)
+            .map(|s| (100.0 * area(s), relative_error(s)));
         Areas {
             increase: worst(&increases, 1.5),
             at_reference,

@@ -87,14 +87,14 @@ fn size_exponent(o: &Observed, smallest_area: f64) -> Option<LineFit> {
 /// The most probable cluster area and its error: half the range of the bins whose density is that of the most probable
 /// one within the counting errors of both, and half a bin.
 fn most_probable(density: &[[f64; 3]]) -> Option<[f64; 2]> {
-    let upper = density.iter().max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    let densest = density.iter().max_by(|a, b| a[1].total_cmp(&b[1]))?;
     let error = |bin: &[f64; 3]| bin[1] / bin[2].sqrt();
-    let alike = |bin: &&[f64; 3]| upper[1] - bin[1] <= error(upper).hypot(error(bin));
+    let alike = |bin: &&[f64; 3]| densest[1] - bin[1] <= error(densest).hypot(error(bin));
     let areas = || density.iter().filter(alike).map(|[a, ..]| *a);
-    let (smallest, largest) = (areas().fold(upper[0], f64::min), areas().fold(upper[0], f64::max));
-    let next = density.iter().map(|[a, ..]| *a).filter(|a| *a > upper[0]).fold(f64::INFINITY, f64::min);
-    let bin = if next.is_finite() { next - upper[0] } else { 0.0 };
-    Some([upper[0], 0.5 * (largest - smallest + bin)])
+    let (smallest, largest) = (areas().fold(densest[0], f64::min), areas().fold(densest[0], f64::max));
+    let next = density.iter().map(|[a, ..]| *a).filter(|a| *a > densest[0]).fold(f64::INFINITY, f64::min);
+    let bin = if next.is_finite() { next - densest[0] } else { 0.0 };
+    Some([densest[0], 0.5 * (largest - smallest + bin)])
 }
 
 #[cfg(test)]

@@ -126,8 +126,8 @@ impl<'a> ChallengeData<'a> {
 
     /// Observables at the reference load, with and without adhesion.
     fn observed(&self) -> Option<[&Observed; 2]> {
-        let value_of = |c| reference(c)?.observed.as_ref();
-        Some([value_of(self.adhesive)?, value_of(self.plain)?])
+        let observed_of = |c| reference(c)?.observed.as_ref();
+        Some([observed_of(self.adhesive)?, observed_of(self.plain)?])
     }
 
     /// Contact nodes of a state on the challenge's square cell, m².

@@ -100,7 +100,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         1e-4,
         format!("at the range used on this grid: {:.4}", GAMMA / used),
     ));
-    list.extend(HEIGHTS.iter().map(|of| heights(data, of)));
+    list.extend(HEIGHTS.iter().map(|statistic| heights(data, statistic)));
     list.push(hurst(data));
     list
 }
@@ -147,9 +147,9 @@ fn mesh(data: &ChallengeData) -> AcceptanceCheck {
     }
 }
 
-fn heights(data: &ChallengeData, of: &HeightStatistic) -> AcceptanceCheck {
-    let statistic = data.results.surface.statistic(of.symbol);
-    let item = Statement::new(of.id, of.text, of.unit);
+fn heights(data: &ChallengeData, compared: &HeightStatistic) -> AcceptanceCheck {
+    let statistic = data.results.surface.statistic(compared.symbol);
+    let item = Statement::new(compared.id, compared.text, compared.unit);
     let Some(statistic) = statistic else { return item.not_assessed("the surface has no such statistic") };
     if statistic
         .expected_on_grid
@@ -158,9 +158,9 @@ fn heights(data: &ChallengeData, of: &HeightStatistic) -> AcceptanceCheck {
     {
         return item.not_assessed("the grid does not resolve the whole spectrum: 2002 points per side do");
     }
-    let ([printed, digit], [alike, width]) = (of.printed, of.alike);
+    let ([printed, digit], [alike, width]) = (compared.printed, compared.alike);
     // Sums over the nodes of a resolved spectrum are exact; extrema lie between nodes.
-    let extreme = if of.symbol.contains('-') { sampling(data) } else { 0.0 };
+    let extreme = if compared.symbol.contains('-') { sampling(data) } else { 0.0 };
     let error = Some(extreme);
     if extreme > width {
         let points = (data.length_um / (4.0 * SUMMIT_RADIUS_UM * width).sqrt()).ceil();
@@ -174,7 +174,9 @@ fn heights(data: &ChallengeData, of: &HeightStatistic) -> AcceptanceCheck {
             item.near(Some(statistic.realised), printed, digit + extreme, reason).with_error(error)
         });
     }
-    let reason =
-        format!("three standard deviations of surfaces with this spectrum; the paper's own has {printed} {}", of.unit);
+    let reason = format!(
+        "three standard deviations of surfaces with this spectrum; the paper's own has {printed} {}",
+        compared.unit
+    );
     item.near(Some(statistic.realised), alike, width, reason).with_error(error)
 }

@@ -415,12 +415,16 @@ fn statements_use_the_loads_and_sizes_that_they_name() {
         ("S21a", |r| move_gaps(r, 3, 1, 0.06), |r| move_gaps(r, 7, 5, 0.06)),
     ];
     for (k, (id, outside, inside)) in changes.iter().enumerate() {
-        let value_of = |change: &Change| {
+        let status_after = |change: &Change| {
             let mut results = agreeing();
             change(&mut results);
             status(&results, id)
         };
-        assert_eq!((value_of(outside), value_of(inside)), (CheckStatus::Pass, CheckStatus::Fail), "{id}, change {k}");
+        assert_eq!(
+            (status_after(outside), status_after(inside)),
+            (CheckStatus::Pass, CheckStatus::Fail),
+            "{id}, change {k}"
+        );
     }
 }
 
@@ -431,7 +435,7 @@ fn area_of(c: &mut ContinuumResults, p: f64, factor: f64) {
 /// Between nodes 49 nm apart an extremum of radius 40 nm is up to 14.9 nm higher than the highest node.
 #[test]
 fn extrema_may_lie_between_the_nodes() {
-    let value_of = |id: &str, change: f64| {
+    let status_after = |id: &str, change: f64| {
         let mut results = agreeing();
         with(&mut results).nx = 2048;
         let index = if id == "S04c" { 2 } else { 1 };
@@ -440,8 +444,8 @@ fn extrema_may_lie_between_the_nodes() {
     };
     for id in ["S04b", "S04c", "S13"] {
         for sign in [-1.0, 1.0] {
-            assert_eq!(value_of(id, sign * 0.0152), CheckStatus::Pass, "{id}");
-            assert_eq!(value_of(id, sign * 0.0156), CheckStatus::Fail, "{id}");
+            assert_eq!(status_after(id, sign * 0.0152), CheckStatus::Pass, "{id}");
+            assert_eq!(status_after(id, sign * 0.0156), CheckStatus::Fail, "{id}");
         }
     }
 }

@@ -159,10 +159,10 @@ impl MapFlags {
     ///
     /// # Errors
     /// Those of reading the file.
-    pub(super) fn heights_m(&self, file: Option<&Path>, of: &FileFlags) -> Result<Option<f64>> {
+    pub(super) fn heights_m(&self, file: Option<&Path>, file_flags: &FileFlags) -> Result<Option<f64>> {
         let given = self.unit.as_deref().and_then(metres_of);
         let Some(file) = file.filter(|_| given.is_none()) else { return Ok(given) };
-        let options = ImportOptions { dataset: of.dataset.as_deref(), fourier: of.fourier };
+        let options = ImportOptions { dataset: file_flags.dataset.as_deref(), fourier: file_flags.fourier };
         Ok(import::read(file, options)?.declared.unit_m())
     }
 }

@@ -83,7 +83,7 @@ pub(super) struct InitArgs {
     #[arg(long, conflicts_with = "file")]
     challenge: bool,
     #[command(flatten)]
-    of: FileFlags,
+    file_flags: FileFlags,
     /// Points that touch first; required unless the file declares it.
     #[arg(long, value_enum, requires = "file")]
     touching: Option<Touching>,
@@ -128,7 +128,7 @@ impl InitArgs {
     }
 
     fn of_file(&self, file: &Path) -> Result<Draft> {
-        let options = ImportOptions { dataset: self.of.dataset.as_deref(), fourier: self.of.fourier };
+        let options = ImportOptions { dataset: self.file_flags.dataset.as_deref(), fourier: self.file_flags.fourier };
         let imported = import::read(file, options)?;
         let stem = file.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
         let name: String =
@@ -184,7 +184,7 @@ impl InitArgs {
     fn surface(&self, draft: &mut Draft, imported: &ImportedFile, file: &Path) -> Result<()> {
         let declared = &imported.declared;
         draft.line(format!("\n[surface]\nheights = {}", quoted(self.relative(file)?.display())));
-        if let Some(dataset) = &self.of.dataset {
+        if let Some(dataset) = &self.file_flags.dataset {
             draft.line(format!("dataset = {}", quoted(dataset)));
         }
         match &declared.unit {
@@ -211,7 +211,7 @@ impl InitArgs {
         match &imported.content {
             Content::Waves(_) => self.waves(draft),
             Content::Map(map) => {
-                if let Some(kind) = self.of.fourier {
+                if let Some(kind) = self.file_flags.fourier {
                     draft.line(format!("fourier = {}", quoted(word(kind))));
                 }
                 let seam = declared.periodic.is_none() && has_seam(map);
@@ -225,10 +225,10 @@ impl InitArgs {
     /// Keys of Fourier coefficients.
     fn waves(&self, draft: &mut Draft) {
         draft.line(format!("# Points per side on which the coefficients are evaluated.\ngrid = {GRID}"));
-        if let Some(kind) = self.of.fourier {
+        if let Some(kind) = self.file_flags.fourier {
             draft.line(format!("fourier = {}", quoted(word(kind))));
         }
-        if let Some(points) = self.of.fourier_points {
+        if let Some(points) = self.file_flags.fourier_points {
             draft.line(format!("fourier_points = {points}"));
         }
         draft.line("# Shortest wavelength that is kept.\n# low_pass = \"0.5 um\"");
@@ -236,8 +236,8 @@ impl InitArgs {
 
     /// The surface file as the scene names it: relative to the scene's folder where it is inside.
     fn relative(&self, file: &Path) -> Result<PathBuf> {
-        let is_whole = |path: &Path| std::path::absolute(path).map_err(Error::io("find", path));
-        let (file, scene) = (is_whole(file)?, is_whole(&self.out)?);
+        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::io("find", path));
+        let (file, scene) = (absolute(file)?, absolute(&self.out)?);
         let folder = scene.parent().unwrap_or(Path::new("/"));
         Ok(file.strip_prefix(folder).map_or(file.clone(), Path::to_path_buf))
     }

@@ -72,13 +72,14 @@ fn kind(schema: &Value, node: &Value) -> Vec<String> {
     if let Some(name) = quantity(node) {
         return vec![format!("{name}, as `{}`", node["examples"][0])];
     }
-    let is_whole = |name: &str| match name {
+    let phrase_of = |name: &str| match name {
         "integer" => Some("whole number".to_string()),
         "string" => Some("text".to_string()),
         "null" => None,
         "array" => {
-            let of = quantity(&node["items"]).map_or_else(|| kind(schema, &node["items"]).join(" or "), String::from);
-            Some(format!("list of {of}{}", if of.ends_with('s') { "es" } else { "s" }))
+            let entry =
+                quantity(&node["items"]).map_or_else(|| kind(schema, &node["items"]).join(" or "), String::from);
+            Some(format!("list of {entry}{}", if entry.ends_with('s') { "es" } else { "s" }))
         }
         "object" => {
             let keys = node["properties"].as_object().into_iter().flatten().map(|(key, _)| key.as_str());
@@ -98,8 +99,8 @@ fn kind(schema: &Value, node: &Value) -> Vec<String> {
         return values.iter().map(|v| format!("`{v}`")).collect();
     }
     match &node["type"] {
-        Value::String(name) => is_whole(name).into_iter().collect(),
-        Value::Array(names) => names.iter().filter_map(|n| is_whole(n.as_str()?)).collect(),
+        Value::String(name) => phrase_of(name).into_iter().collect(),
+        Value::Array(names) => names.iter().filter_map(|n| phrase_of(n.as_str()?)).collect(),
         _ => Vec::new(),
     }
 }

@@ -124,12 +124,12 @@ mod tests {
     /// Tasks have another working folder than the command that submits them.
     #[test]
     fn programs_become_absolute() {
-        let value_of = |program: &str| {
+        let program_of = |program: &str| {
             let flags = LammpsFlags { lammps: Some(program.into()), ..LammpsFlags::default() };
             MachineFlags::default().find(&flags).expect("this machine").1.lammps.program.expect("given")
         };
-        assert!(value_of("bin/lmp").is_absolute() && value_of("bin/lmp").ends_with("bin/lmp"));
-        assert_eq!(value_of("lmp"), Path::new("lmp"));
+        assert!(program_of("bin/lmp").is_absolute() && program_of("bin/lmp").ends_with("bin/lmp"));
+        assert_eq!(program_of("lmp"), Path::new("lmp"));
     }
 
     #[test]

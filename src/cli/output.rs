@@ -200,9 +200,9 @@ fn methods(list: &[MethodResults]) {
 /// States of a load path, with the change from half the points per side.
 fn states(c: &ContinuumResults) {
     let dash = || "-".to_string();
-    let is_known = c.states.iter().any(|s| s.discretisation.is_some());
+    let has_discretisation = c.states.iter().any(|s| s.discretisation.is_some());
     let mut head = vec!["p*", "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
-    if is_known {
+    if has_discretisation {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
     print(&table(
@@ -223,7 +223,7 @@ fn states(c: &ContinuumResults) {
             row
         }),
     ));
-    if is_known {
+    if has_discretisation {
         print("grid: relative errors of contact area and mean gap, from the changes to half the points per side");
     }
 }
@@ -296,8 +296,8 @@ fn yielding(a: &AtomsResults) -> Option<String> {
             format!("first yield between p* = {} and {}", significant(before, 3), significant(load, 3))
         }
     };
-    let value_at = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
-    let counts: Vec<_> = a.states.iter().filter_map(value_at).collect();
+    let defects_of = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
+    let counts: Vec<_> = a.states.iter().filter_map(defects_of).collect();
     Some(format!("{begins}; defect atoms of {} analysed, by p*: {}", p.atoms, counts.join(", ")))
 }
 

@@ -147,9 +147,9 @@ impl Submission {
 
     /// Points that are not done.
     pub fn missing<'a>(&'a self, out: &Path, points: &[usize]) -> Vec<&'a SubmittedPoint> {
-        let value_of = |&i: &usize| &self.points[i];
-        let record = |p: &&SubmittedPoint| self.end_of(out, p).is_some_and(|end| end.outcome == TurnOutcome::Done);
-        points.iter().map(value_of).filter(|p| !record(p)).collect()
+        let point_at = |&i: &usize| &self.points[i];
+        let is_done = |p: &&SubmittedPoint| self.end_of(out, p).is_some_and(|end| end.outcome == TurnOutcome::Done);
+        points.iter().map(point_at).filter(|p| !is_done(p)).collect()
     }
 
     /// Task of each point; `None` for points that were done before.
@@ -232,14 +232,14 @@ impl Turn {
     pub fn total_seconds(out: &Path) -> f64 {
         let Ok(folder) = std::fs::read_dir(out.join(FOLDER).join(TURNS)) else { return 0.0 };
         let tables = folder.flatten().filter_map(|f| std::fs::read_to_string(f.path()).ok());
-        let value_of = |table: String| {
+        let seconds_in = |table: String| {
             table
                 .lines()
                 .filter_map(|l| l.split(',').nth(1)?.parse::<f64>().ok())
                 .filter(|s| s.is_finite())
                 .sum::<f64>()
         };
-        tables.map(value_of).sum()
+        tables.map(seconds_in).sum()
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 /// steps of LAMMPS, finished loads of estimators, checkpoints.
 pub fn progress_of(run: &Path, continues_stages: bool) -> u64 {
     let Ok(entries) = std::fs::read_dir(run) else { return 0 };
-    let value_of = |entry: std::fs::DirEntry| -> u64 {
+    let progress_in = |entry: std::fs::DirEntry| -> u64 {
         let Ok(meta) = entry.metadata() else { return 0 };
         if meta.is_dir() {
             return progress_of(&entry.path(), continues_stages);
@@ -29,7 +29,7 @@ pub fn progress_of(run: &Path, continues_stages: bool) -> u64 {
         u64::from_le_bytes(hash.as_bytes()[..8].try_into().expect("eight bytes"))
     };
     // A sum, so that the order of the entries does not count.
-    entries.flatten().map(value_of).fold(0, u64::wrapping_add)
+    entries.flatten().map(progress_in).fold(0, u64::wrapping_add)
 }
 
 /// Whether a file holds a finished load of an estimator: load-3.json.

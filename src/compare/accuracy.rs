@@ -174,8 +174,8 @@ mod tests {
     }
 
     fn map(n: usize, value: impl Fn(f64, f64) -> f64) -> npy::NpyMap<f64> {
-        let value_at = |k: usize| k as f64 / n as f64;
-        npy::NpyMap { nx: n, ny: n, values: (0..n * n).map(|i| value(value_at(i % n), value_at(i / n))).collect() }
+        let coordinate = |k: usize| k as f64 / n as f64;
+        npy::NpyMap { nx: n, ny: n, values: (0..n * n).map(|i| value(coordinate(i % n), coordinate(i / n))).collect() }
     }
 
     /// x + 10 y on a unit cell.

@@ -78,10 +78,10 @@ fn groups<'a>(keys: &[String], points: &'a [EnsemblePoint]) -> Vec<RealisationGr
     let mut groups: Vec<RealisationGroup> = Vec::new();
     for point in points.iter().filter(|p| p.status == PointStatus::Done) {
         let others = keys.iter().zip(&point.values).filter(|(k, _)| *k != SEED);
-        let of: Vec<(String, Value)> = others.map(|(k, v)| (k.clone(), v.clone())).collect();
-        match groups.iter_mut().find(|(g, _)| *g == of) {
+        let values: Vec<(String, Value)> = others.map(|(k, v)| (k.clone(), v.clone())).collect();
+        match groups.iter_mut().find(|(g, _)| *g == values) {
             Some((_, members)) => members.push(point),
-            None => groups.push((of, vec![point])),
+            None => groups.push((values, vec![point])),
         }
     }
     groups

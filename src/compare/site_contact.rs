@@ -145,8 +145,8 @@ mod tests {
         let gap: Vec<f64> = (0..900).map(f64::from).collect();
         let list = [[0.0, 0.0], [0.99, 0.5], [0.51 / 30.0, 0.0], [1.0 / 3.0, 0.2]];
         // The first site is shifted to the last, and the second across the periodic boundary to the third.
-        let value_at = |x: f64, y: f64, [a, b]: [f64; 2]| (x - a).abs() < 1e-9 && (y - b).abs() < 1e-9;
-        let nearest = |x: f64, y: f64| match (value_at(x, y, list[3]), value_at(x, y, [0.99 - 2.0 / 3.0, 0.7])) {
+        let is_at = |x: f64, y: f64, [a, b]: [f64; 2]| (x - a).abs() < 1e-9 && (y - b).abs() < 1e-9;
+        let nearest = |x: f64, y: f64| match (is_at(x, y, list[3]), is_at(x, y, [0.99 - 2.0 / 3.0, 0.7])) {
             (true, _) => 3,
             (_, true) => 2,
             _ => 1,

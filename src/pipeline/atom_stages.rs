@@ -74,7 +74,7 @@ impl<'a> AtomStages<'a> {
 
     /// None if the scene requests no constant-temperature runs.
     pub(super) fn nvt(&self) -> Option<NvtStage<'a>> {
-        Some(NvtStage { of: *self, settings: self.atoms.nvt.as_ref()? })
+        Some(NvtStage { stages: *self, settings: self.atoms.nvt.as_ref()? })
     }
 
     /// None if the atoms are not among the comparison methods.
@@ -133,13 +133,13 @@ impl Stage for LammpsStage<'_> {
     }
 
     fn what(&self) -> String {
-        let method_run = &self.0;
-        let slip = if method_run.relaxer == Relaxer::Harmonic { ", more where the crystal slips" } else { "" };
+        let stages = &self.0;
+        let slip = if stages.relaxer == Relaxer::Harmonic { ", more where the crystal slips" } else { "" };
         format!(
             "{} atoms, {}, about {:.0} force evaluations{slip}",
-            method_run.atoms.atoms(),
-            method_run.loading().1,
-            method_run.force_evaluations()
+            stages.atoms.atoms(),
+            stages.loading().1,
+            stages.force_evaluations()
         )
     }
 
@@ -225,7 +225,7 @@ impl Stage for FramesStage<'_> {
 
 /// Runs the relaxed states at constant temperature.
 pub(super) struct NvtStage<'a> {
-    of: AtomStages<'a>,
+    stages: AtomStages<'a>,
     settings: &'a NvtSettings,
 }
 
@@ -239,7 +239,7 @@ impl Stage for NvtStage<'_> {
     }
 
     fn what(&self) -> String {
-        let loads = self.of.case.rising_steps().len();
+        let loads = self.stages.case.rising_steps().len();
         format!(
             "{loads} load{} at {} K, {} ps each, {} time steps",
             if loads == 1 { "" } else { "s" },
@@ -250,8 +250,8 @@ impl Stage for NvtStage<'_> {
     }
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
-        let (total, ranks) = (self.of.atoms.atoms(), self.of.case.ranks());
-        let steps = self.settings.steps() * self.of.case.rising_steps().len();
+        let (total, ranks) = (self.stages.atoms.atoms(), self.stages.case.ranks());
+        let steps = self.settings.steps() * self.stages.case.rising_steps().len();
         let each = machine.seconds_per_evaluation;
         EstimatedCost {
             bytes: memory_bytes(total, ranks, true),
@@ -261,7 +261,7 @@ impl Stage for NvtStage<'_> {
 
     fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
         let samples =
-            StageKey::new(nvt::STAGE, &(self.settings, NVT.hash(), self.of.engine().describe()), dependencies)?;
+            StageKey::new(nvt::STAGE, &(self.settings, NVT.hash(), self.stages.engine().describe()), dependencies)?;
         let key = StageKey::new("averages", &StageKey::of_program()?, &[&samples])?;
         Ok(StageKeys { key, resumes: Some(samples) })
     }
@@ -269,9 +269,9 @@ impl Stage for NvtStage<'_> {
     fn run(&self, root: &Path, context: &StageContext) -> Result<NvtResults> {
         let job = Job::open(root.join(LAMMPS))?;
         nvt::run_nvt(
-            self.of.case,
-            self.of.atoms,
-            (self.of.engine(), &job),
+            self.stages.case,
+            self.stages.atoms,
+            (self.stages.engine(), &job),
             self.settings,
             context.folder,
             context.listener,

@@ -62,7 +62,7 @@ impl StoredField {
 pub(super) fn compare(
     case: &Case,
     atoms: &AtomsCase,
-    found: &AtomsResults,
+    atoms_results: &AtomsResults,
     matched: &Matched,
     root: &Path,
     stage: &str,
@@ -88,12 +88,12 @@ pub(super) fn compare(
         dilation: dilation(case, atoms),
     };
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
-    for (i, state) in found.states.iter().enumerate() {
+    for (i, state) in atoms_results.states.iter().enumerate() {
         let gaps = comparison.gaps(i)?;
         loads.push(comparison.load(i, state, &gaps)?);
         sections.push(comparison.section(i, state, &gaps)?);
     }
-    let findings = findings(case, atoms, found, matched, &loads);
+    let findings = findings(case, atoms, atoms_results, matched, &loads);
     Ok(ComparisonResults {
         full_heights: matched.full.clone(),
         hard_wall: matched.hard.clone(),
@@ -191,8 +191,8 @@ impl Comparison<'_> {
         let model_chain = versions(self.sides(i, state, &contacts)?, (grid, &self.owners), hard.pressure / 1e9, length);
         let (hard_shares, compliant_shares) = (Shares::of(&gaps.hard), Shares::of(&gaps.compliant_dilated));
         let area_vs_distance = state.sensitivity.iter().map(|&[d, fraction]| {
-            let at = self.contacts(i, gaps, d);
-            [d, fraction, share(&at.offset), share(&at.compliant)]
+            let at_distance = self.contacts(i, gaps, d);
+            [d, fraction, share(&at_distance.offset), share(&at_distance.compliant)]
         });
         let area_vs_gap = state.sensitivity.iter().map(|&[d, _]| {
             let gap = (d - self.atoms.wall.minimum_angstrom()) / length;
@@ -261,9 +261,9 @@ impl Comparison<'_> {
         let full_heights_gap_angstrom = match &self.matched.full {
             Some(full) => {
                 let gap = StoredField::read(self.root, full.states[i].gap_file())?;
-                let value_at =
+                let gap_at =
                     |j: usize| bilinear(self.case.model.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
-                (0..grid.ny).map(|j| value_at(j) * length).collect()
+                (0..grid.ny).map(|j| gap_at(j) * length).collect()
             }
             None => Vec::new(),
         };

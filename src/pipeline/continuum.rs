@@ -164,7 +164,7 @@ fn stored_state(
     step: &LoadStep,
     path: &LoadPathSolver,
     reached: &Reached,
-    at: &StageContext,
+    context: &StageContext,
     prefix: &str,
 ) -> Result<State> {
     let (problem, state) = (path.problem(), &reached.state);
@@ -173,12 +173,12 @@ fn stored_state(
     let name = format!("{prefix}{}-{}", if partial { "partial" } else { "load" }, step.number());
     let write = |quantity: &str, field: Field| -> Result<String> {
         let file = format!("{name}-{quantity}.npy");
-        npy::write_field(&at.folder.join(&file), grid.nx, grid.ny, field, 1.0)?;
-        Ok(in_stage(at.stage, &file))
+        npy::write_field(&context.folder.join(&file), grid.nx, grid.ny, field, 1.0)?;
+        Ok(in_stage(context.stage, &file))
     };
     let extrapolates = request.range == RangeChoice::Extrapolate && request.problem.adhesion != problem.adhesion;
     if extrapolates && !partial && reached.extrapolated.is_none() {
-        at.listener.warn(&format!(
+        context.listener.warn(&format!(
             "load {}: no extrapolation to the true range: three grids as coarse as these differ by too much",
             step.number()
         ));
@@ -190,7 +190,7 @@ fn stored_state(
     };
     let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
     if partial {
-        let file = Some(at.folder.join(format!("{name}-gap.npy")));
+        let file = Some(context.folder.join(format!("{name}-gap.npy")));
         return Err(state.not_converged(path.method().card().id, state.stop, problem.tolerance, file));
     }
     let stress = match keep.stress {
@@ -198,13 +198,13 @@ fn stored_state(
             let file = format!("{name}-stress.npy");
             npy::write_contact_pressure(
                 state.ranks,
-                &at.folder.join(&file),
+                &context.folder.join(&file),
                 [grid.nx, grid.ny],
                 state.gap,
                 state.stress,
                 1.0,
             )?;
-            Some(in_stage(at.stage, &file))
+            Some(in_stage(context.stage, &file))
         }
         true => Some(write("stress", state.stress)?),
         false => None,
@@ -226,7 +226,7 @@ fn stored_state(
         contact_nodes_compressive: compressive,
         patches: Some(observed.patches()),
         observed: Some(observed),
-        leakage: flow(request, problem, reached, at, step),
+        leakage: flow(request, problem, reached, context, step),
         subsurface,
         gap_map: gap.map(Map::File),
         stress_map: stress.map(Map::File),
@@ -241,7 +241,7 @@ fn flow(
     request: &PathRequest,
     problem: &ReducedProblem,
     reached: &Reached,
-    at: &StageContext,
+    context: &StageContext,
     step: &LoadStep,
 ) -> Option<Leakage> {
     if !request.leakage {
@@ -249,7 +249,7 @@ fn flow(
     }
     let leakage = path::leakage(problem, reached.state.gap, request.threshold, reached.coarser_gaps);
     if leakage.is_none() {
-        at.listener.warn(&format!("load {}: the flow through the gap did not converge", step.number()));
+        context.listener.warn(&format!("load {}: the flow through the gap did not converge", step.number()));
     }
     leakage
 }

@@ -257,11 +257,11 @@ fn compare(
     (potential, element): (&Path, &str),
     file: &Path,
 ) -> Result<Option<String>> {
-    let of = format!("{element} of {}", potential.display());
+    let crystal_name = format!("{element} of {}", potential.display());
     let separation = |value: f64, measured: f64| (value / measured - 1.0).abs();
     let complaint = |(key, unit): (&str, &str), value: f64, measured: f64, hint: String| {
         let accepted = format!(
-            "{measured} {unit}, which LAMMPS measures for {of} ({} apart; up to 1 % is accepted): give that value or leave the key out{hint}",
+            "{measured} {unit}, which LAMMPS measures for {crystal_name} ({} apart; up to 1 % is accepted): give that value or leave the key out{hint}",
             difference(value, measured)
         );
         Complaint::new(key, format!("{value} {unit}"), accepted)
@@ -286,7 +286,7 @@ fn compare(
     }
     Ok(value.0.filter(|a0| separation(*a0, constants.a0) > STRAINED).map(|a0| {
         format!(
-            "{} = {a0} Å is {} from the {} Å that LAMMPS measures for {of}: the block is under that strain along x and y",
+            "{} = {a0} Å is {} from the {} Å that LAMMPS measures for {crystal_name}: the block is under that strain along x and y",
             LATTICE.0,
             difference(a0, constants.a0),
             constants.a0

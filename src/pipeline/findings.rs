@@ -70,7 +70,7 @@ fn of_hardness(load: &LoadComparison, hardness: f64, walls: [(&CriterionMatch, S
 pub(super) fn findings(
     case: &Case,
     atoms: &AtomsCase,
-    found: &AtomsResults,
+    atoms_results: &AtomsResults,
     matched: &Matched,
     loads: &[LoadComparison],
 ) -> Vec<String> {
@@ -114,9 +114,9 @@ pub(super) fn findings(
             ));
         }
     }
-    list.extend(few_contact_atoms(&found.states));
-    list.push(yield_finding(&found.states, found.plasticity.as_ref()));
-    list.extend(slip_at_the_base(&atoms.block, found.plasticity.as_ref()));
+    list.extend(few_contact_atoms(&atoms_results.states));
+    list.push(yield_finding(&atoms_results.states, atoms_results.plasticity.as_ref()));
+    list.extend(slip_at_the_base(&atoms.block, atoms_results.plasticity.as_ref()));
     let below = atoms.block.thickness() - atoms.block.deformable_thickness();
     let base = match atoms.block.base {
         BaseKind::Rigid => "a rigid base".to_string(),

@@ -218,7 +218,7 @@ pub(super) fn laboratory(
     case: &Case,
     variant: Variant,
     heights: Heights,
-    at: &StageContext,
+    context: &StageContext,
 ) -> Result<ContinuumResults> {
     let scene = &case.scene;
     let primary = variant == Variant::Primary;
@@ -277,5 +277,5 @@ pub(super) fn laboratory(
             Keep { gap: keep, stress: keep }
         },
     };
-    load_path(request, at, "")
+    load_path(request, context, "")
 }

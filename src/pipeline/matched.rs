@@ -184,14 +184,14 @@ fn on_dilated_heights(
     case: &Case,
     atoms: &AtomsCase,
     (tag, hardness): (&'static str, Option<f64>),
-    at: &StageContext,
+    context: &StageContext,
 ) -> Result<ContinuumResults> {
     let (kernel, wall, criterion) = (atoms.kernel(), Wall::Tabulated(atoms.compliant_law()), "the wall repels");
     let matching = Matching { kernel, wall, hardness, is_compliant: true, tag, criterion };
     // The wall law acts vertically. The dilated heights account for contact on slopes, where the nearest indenter atom
     // is not directly above.
     let heights = reduced(atoms, atoms.dilated_heights_angstrom(case.surface()));
-    solve(case, atoms, (atoms.matched, &heights), matching, at)
+    solve(case, atoms, (atoms.matched, &heights), matching, context)
 }
 
 /// Converts heights from Å to units of L.
@@ -217,7 +217,7 @@ fn solve(
     atoms: &AtomsCase,
     (grid, heights): (Grid, &[f64]),
     matching: Matching,
-    at: &StageContext,
+    context: &StageContext,
 ) -> Result<ContinuumResults> {
     let problem = ReducedProblem {
         kernel: matching.kernel,
@@ -247,5 +247,5 @@ fn solve(
         criterion: matching.criterion.into(),
         keep: &|_| Keep { gap: true, stress: true },
     };
-    load_path(request, at, matching.tag)
+    load_path(request, context, matching.tag)
 }

@@ -41,19 +41,19 @@ impl MethodRun {
 pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     let attracts = case.model.adhesion != AttractionLaw::None;
     let without = !attracts || case.solves_all_nonadhesive();
-    let value_of = |method: &'static dyn ContactMethod| {
+    let runs_of = |method: &'static dyn ContactMethod| {
         let with_adhesion = attracts && method.card().supports_adhesion() && !method.card().capabilities.atoms;
         let with = with_adhesion.then_some(MethodRun { method, adhesive: true });
         with.into_iter().chain((without || !with_adhesion).then_some(MethodRun { method, adhesive: false }))
     };
     let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().capabilities.atoms;
-    case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(value_of).collect()
+    case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(runs_of).collect()
 }
 
 /// Runs one of the comparison methods.
 pub(super) struct MethodStage<'a> {
     pub case: &'a Case,
-    pub of: MethodRun,
+    pub method_run: MethodRun,
 }
 
 impl Stage for MethodStage<'_> {
@@ -61,20 +61,24 @@ impl Stage for MethodStage<'_> {
     type Output = MethodResults;
 
     fn name(&self) -> String {
-        format!("method-{}{}", self.of.method.card().id, if self.of.adhesive { "" } else { "-non-adhesive" })
+        format!(
+            "method-{}{}",
+            self.method_run.method.card().id,
+            if self.method_run.adhesive { "" } else { "-non-adhesive" }
+        )
     }
 
     fn what(&self) -> String {
         let (n, grid) = (self.case.loading_steps().len(), self.case.model.grid);
         let loads = if n == 1 { "load" } else { "loads" };
-        format!("{} at {n} {loads} on {} x {} points", self.of.label(), grid.nx, grid.ny)
+        format!("{} at {n} {loads} on {} x {} points", self.method_run.label(), grid.nx, grid.ny)
     }
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let (case, loads) = (self.case, self.case.loading_steps().len() as f64);
-        let adhesion = if self.of.adhesive { case.model.adhesion } else { AttractionLaw::None };
+        let adhesion = if self.method_run.adhesive { case.model.adhesion } else { AttractionLaw::None };
         let problem = ReducedProblem { adhesion, ..case.planned_problem() };
-        let plan = EstimatorInput::plan(&problem, self.of.method);
+        let plan = EstimatorInput::plan(&problem, self.method_run.method);
         let points = case.model.grid.points();
         let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads;
         // Estimators run nearly serially, so their time is not divided by the number of threads.
@@ -83,12 +87,12 @@ impl Stage for MethodStage<'_> {
     }
 
     fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
-        let variant = Variant::Comparison(self.of.method.card().id, self.of.adhesive);
+        let variant = Variant::Comparison(self.method_run.method.card().id, self.method_run.adhesive);
         variant_key(self.case, &self.name(), variant, dependencies).map(StageKeys::continued)
     }
 
     fn run(&self, heights: &SolvedHeights, context: &StageContext) -> Result<MethodResults> {
-        run(self.case, self.of, heights.get(), context)
+        run(self.case, self.method_run, heights.get(), context)
     }
 }
 

@@ -77,10 +77,10 @@ pub(super) fn planned_by(case: &Case, threads: usize, evaluation: Option<f64>, r
         bytes: stages.iter().map(|s| s.bytes).max().unwrap_or(0),
         seconds: stages.iter().map(|s| s.seconds).sum(),
         stages,
-        atoms: atoms.map(|method_run| PlannedAtoms {
-            deformable: method_run.atoms.block.deformable(),
-            fixed: method_run.atoms.block.fixed(),
-            indenter: method_run.atoms.atoms() - method_run.atoms.block.atoms(),
+        atoms: atoms.map(|atom_stages| PlannedAtoms {
+            deformable: atom_stages.atoms.block.deformable(),
+            fixed: atom_stages.atoms.block.fixed(),
+            indenter: atom_stages.atoms.atoms() - atom_stages.atoms.block.atoms(),
             seconds_per_evaluation,
             measured: evaluation.is_some(),
         }),

@@ -12,18 +12,19 @@ pub struct ProgressReporter<'a> {
     /// Prefix of each message.
     prefix: &'a str,
     done: AtomicUsize,
-    of: usize,
+    /// Loads of the path.
+    total: usize,
 }
 
 impl<'a> ProgressReporter<'a> {
-    /// `(done, of)`: number of finished loads, and number of loads of the path.
+    /// `(done, total)`: number of finished loads, and number of loads of the path.
     pub fn new(
         listener: &'a dyn Listener,
         writer: Option<&'a CheckpointWriter>,
         prefix: &'a str,
-        (done, of): (usize, usize),
+        (done, total): (usize, usize),
     ) -> Self {
-        ProgressReporter { listener, writer, prefix, done: AtomicUsize::new(done), of }
+        ProgressReporter { listener, writer, prefix, done: AtomicUsize::new(done), total }
     }
 
     /// Counts a load as finished.
@@ -34,7 +35,7 @@ impl<'a> ProgressReporter<'a> {
 
 impl Observer for ProgressReporter<'_> {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
-        let (load, total) = (self.done.load(Ordering::Relaxed), self.of);
+        let (load, total) = (self.done.load(Ordering::Relaxed), self.total);
         let on = if step.grid_fraction < 1.0 { " on a coarser grid" } else { "" };
         let part = if load < total { format!("load {} of {total}", load + 1) } else { "pulling off".to_string() };
         let message =

@@ -79,7 +79,7 @@ pub(super) trait Stage {
     /// `after`: keys of the stages that it depends on.
     fn keys(&self, after: &[&StageKey]) -> Result<StageKeys>;
 
-    fn run(&self, input: Self::Input<'_>, at: &StageContext) -> Result<Self::Output>;
+    fn run(&self, input: Self::Input<'_>, context: &StageContext) -> Result<Self::Output>;
 
     fn plan(&self, machine: MachineSpeed) -> PlannedStage {
         let EstimatedCost { bytes, seconds } = self.cost(machine);

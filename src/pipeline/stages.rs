@@ -115,7 +115,7 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         }
     }
     for method_run in methods::all(case) {
-        let made = visitor.visit(&MethodStage { case, of: method_run }, &after, Some(&heights))?;
+        let made = visitor.visit(&MethodStage { case, method_run }, &after, Some(&heights))?;
         outputs.methods.extend(output(made));
     }
     Ok(outputs)

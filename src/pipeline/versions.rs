@@ -94,7 +94,7 @@ pub(super) fn versions(
     };
     let (gap_edges, stress_edges) = (edges(all(|s| &s.gap), GAP_BINS), edges(all(|s| &s.stress), STRESS_BINS));
     let node_nm2 = grid.dx() * grid.dy() * (length_angstrom * ANGSTROM_M * 1e9).powi(2);
-    let version = |side: Side| {
+    let step = |side: Side| {
         let flags: Vec<u8> = side.touching.iter().map(|t| u8::from(*t)).collect();
         let sizes = cluster_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight);
         let fraction = side.touching.iter().filter(|t| **t).count() as f64 / side.touching.len() as f64;
@@ -111,7 +111,7 @@ pub(super) fn versions(
             stress: gap_distribution(Field::F64(&side.stress), f64::NEG_INFINITY, stress_edges.clone()),
         }
     };
-    sides.into_iter().map(version).collect()
+    sides.into_iter().map(step).collect()
 }
 
 /// Distribution of the gaps outside contact. Sites in contact are counted in the delta, whatever their gap.

@@ -67,13 +67,13 @@ const COLUMNS: [Column; 29] = [
 impl ResultUnits {
     /// The unit of a dimension; `None` for numbers and for units that are not known.
     pub fn of(&self, dimension: Dimension) -> Option<String> {
-        let both = |between: &str| Some(format!("{}{between}{}", self.stress.as_ref()?, self.length.as_ref()?));
+        let joined = |between: &str| Some(format!("{}{between}{}", self.stress.as_ref()?, self.length.as_ref()?));
         match dimension {
             Dimension::None => None,
             Dimension::Length => self.length.clone(),
             Dimension::Stress => self.stress.clone(),
-            Dimension::Work => both("_"),
-            Dimension::Stiffness => both("_per_"),
+            Dimension::Work => joined("_"),
+            Dimension::Stiffness => joined("_per_"),
             Dimension::Time => Some("s".into()),
         }
     }

@@ -265,13 +265,13 @@ mod tests {
             .map(|c| (c.topic.as_str(), c.schema.as_ref().map_or("", |s| s.name.as_str())))
             .collect();
         topics.sort();
-        let requested = [
+        let expected = [
             ("/atoms/cloud", "foxglove.PointCloud"),
             ("/atoms/load", "asperity.Load"),
             ("/continuum/gap", "foxglove.Grid"),
             ("/continuum/load", "asperity.Load"),
         ];
-        assert_eq!(topics, requested);
+        assert_eq!(topics, expected);
         assert_eq!(summary.schemas.len(), 3);
         assert!(summary.chunk_indexes.iter().all(|c| c.compression == "zstd"));
         let metadata = mcap::read::metadata(&bytes, &summary.metadata_indexes[0]).unwrap();

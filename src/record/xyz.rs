@@ -128,10 +128,10 @@ mod tests {
             Atom { id: 9, species: DUMMY, position_angstrom: [9.0, 1e-7, 3.0], contact: false, indenter: true },
         ];
         write(&path, frame, atoms).unwrap();
-        let requested = "2\nLattice=\"10 0 0 0 20.5 0 0 0 30\" \
+        let expected = "2\nLattice=\"10 0 0 0 20.5 0 0 0 30\" \
                       Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1:color:R:3 p_star=0.01 pbc=\"T T F\"\n\
                       Ca 0.000000 1.250000 -2.000000 1 7 0 0.9 0.62 0\nX 9.000000 0.000000 3.000000 0 9 1 0 0.45 0.7\n";
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), requested);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
         let flags: Vec<[bool; 2]> = read(&path).unwrap().iter().map(|a| [a.contact, a.indenter]).collect();
         assert_eq!(flags, [[true, false], [false, true]]);
         assert!(write(&path, frame, atoms.into_iter().take(1)).unwrap_err().to_string().contains("1 atoms were given"));

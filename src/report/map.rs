@@ -83,8 +83,8 @@ impl MapFigure<'_> {
             places: list.iter().map(|v| (at(*v), trimmed(*v, 4))).collect(),
             label: format!("{axis} ({prefix}m)"),
         };
-        let both = [&ticks(&x_ticks, &at_x, "x"), &ticks(&y_ticks, &at_y, "y")];
-        svg::axes(&mut svg, t, &outline, [left, left + across, top, below], both);
+        let axis_ticks = [&ticks(&x_ticks, &at_x, "x"), &ticks(&y_ticks, &at_y, "y")];
+        svg::axes(&mut svg, t, &outline, [left, left + across, top, below], axis_ticks);
         if let Some(bar) = &self.bar {
             self.draw_bar(&mut svg, bar, t, (left, below + 3.3 * t, across));
         }

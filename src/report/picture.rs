@@ -252,7 +252,7 @@ mod tests {
     fn a_png_is_one() {
         let png = contact(&small(3, &[0.0, 1.0, 0.0]), BLACK).png().unwrap();
         assert!(png.starts_with(b"\x89PNG"));
-        let unloading = image::load_from_memory(&png).unwrap();
-        assert_eq!((unloading.width(), unloading.height()), (321, 107));
+        let decoded = image::load_from_memory(&png).unwrap();
+        assert_eq!((decoded.width(), decoded.height()), (321, 107));
     }
 }

@@ -264,9 +264,9 @@ impl Plot {
             places: scale.ticks.iter().map(at).zip(scale.labels()).collect(),
             label: format!("{label}{}", scale.factor_note()),
         };
-        let both = [&ticks(x, &at_x, &self.x.label), &ticks(y, &at_y, &self.y.label)];
+        let axis_ticks = [&ticks(x, &at_x, &self.x.label), &ticks(y, &at_y, &self.y.label)];
         let outline = format!("M{left:.2} {top:.2}V{bottom:.2}H{right:.2}");
-        svg::axes(svg, t, &outline, layout.frame, both);
+        svg::axes(svg, t, &outline, layout.frame, axis_ticks);
     }
 
     /// Line, error bars and markers of a curve in axis coordinates.
@@ -300,7 +300,7 @@ impl Plot {
         if !bars.is_empty() {
             line(svg, &bars, Style { dash: Dash::Solid, ..curve.style }, 0.6 * t);
         }
-        curve.points.iter().filter_map(seen).for_each(|node| mark(svg, node, curve.style, t));
+        curve.points.iter().filter_map(seen).for_each(|point| mark(svg, point, curve.style, t));
     }
 
     /// The curve in axis coordinates (logarithms on logarithmic axes).

@@ -135,11 +135,11 @@ impl Relief<'_> {
     pub(super) fn edges(&self, width: f64) -> [(f64, f64); 2] {
         let (low, high) = ends(self.heights.iter().copied());
         let middle = 0.5 * (low + high);
-        let value_at = |x: f64, y: f64| {
+        let projected_point = |x: f64, y: f64| {
             let [right, down, _] = self.projected([x, y, low - FLOOR - middle], [width, PROPORTION * width]);
             (right, down)
         };
-        [value_at(0.0, -0.5 * self.aspect), value_at(-0.5, 0.0)]
+        [projected_point(0.0, -0.5 * self.aspect), projected_point(-0.5, 0.0)]
     }
 
     /// A point, from the middle of the block, in a picture of a width and height.
@@ -213,8 +213,8 @@ mod tests {
     #[test]
     fn what_is_behind_is_hidden() {
         let n = 32;
-        let map = |ridge: f64, node: usize| -> Vec<f64> {
-            (0..n * n).map(|k| if k / n == node { ridge } else { 0.0 }).collect()
+        let map = |ridge: f64, row: usize| -> Vec<f64> {
+            (0..n * n).map(|k| if k / n == row { ridge } else { 0.0 }).collect()
         };
         let colours: Vec<Rgb> = (0..n * n).map(|k| if k / n > 20 { BLUE } else { ORANGE }).collect();
         let blue = |heights: &[f64]| {

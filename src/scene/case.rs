@@ -304,16 +304,16 @@ impl Case {
 
     /// The scene with its paths made absolute, so that it means the same wherever it is read from.
     pub fn portable_scene(&self) -> Scene {
-        let is_whole = |p: &PathBuf| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
+        let absolute = |p: &PathBuf| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
         let mut scene = self.scene.clone();
-        scene.surface.heights = scene.surface.heights.as_ref().map(is_whole);
-        scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(is_whole);
-        scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(is_whole);
+        scene.surface.heights = scene.surface.heights.as_ref().map(absolute);
+        scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(absolute);
+        scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(absolute);
         if let Some(atoms) = &mut scene.atoms {
-            atoms.potential = atoms.potential.as_ref().map(is_whole);
+            atoms.potential = atoms.potential.as_ref().map(absolute);
             // A bare name is looked for on the search path.
             atoms.program =
-                atoms.program.as_ref().map(|p| if p.components().count() > 1 { is_whole(p) } else { p.clone() });
+                atoms.program.as_ref().map(|p| if p.components().count() > 1 { absolute(p) } else { p.clone() });
         }
         scene
     }

@@ -39,14 +39,14 @@ impl HardnessFile {
 fn values(path: &Path, grid: Grid) -> Result<Vec<f64>> {
     // Three or four columns are values, too.
     let options = ImportOptions { fourier: Some(Fourier::None), ..ImportOptions::default() };
-    let found = match import::read(path, options) {
+    let imported = match import::read(path, options) {
         Err(Error::Height { row, column, value, .. }) => {
             let found = format!("{value} in row {}, column {} (counted from 1)", row + 1, column + 1);
             Err(Error::format(path, found, "positive, finite values"))
         }
-        found => found,
+        imported => imported,
     }?;
-    match found.content {
+    match imported.content {
         Content::Map(map) if (map.nx, map.ny) == (grid.nx, grid.ny) => Ok(map.heights),
         Content::Map(map) => {
             let accepted = format!("{} x {}, the grid of the surface", grid.nx, grid.ny);

@@ -233,11 +233,11 @@ impl<'de, D: Dimensional> Visitor<'de> for List<D> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
-        let mut found = Vec::new();
+        let mut entries = Vec::new();
         while let Some(entry) = list.next_element_seed(Entry(PhantomData))? {
-            found.extend(entry);
+            entries.extend(entry);
         }
-        Ok(found)
+        Ok(entries)
     }
 }
 

@@ -38,8 +38,8 @@ pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, context: &str) -> Resul
         return Ok(ResolvedSurface { surface, laboratory, warnings: Vec::new() });
     };
     let touching = s.touching.unwrap_or(Touching::LowPoints);
-    let warnings = file.found.warnings.clone();
-    let (source, grid, provenance) = if let Content::Waves(_) = file.found.content {
+    let warnings = file.imported.warnings.clone();
+    let (source, grid, provenance) = if let Content::Waves(_) = file.imported.content {
         let (modes, provenance) = series(scene, file, touching, context)?;
         if !modes.resolved_on(Grid::unit(s.grid.max(1), s.grid.max(1))) {
             let least = modes.smallest_grid();
@@ -70,7 +70,7 @@ fn series(scene: &Scene, file: SurfaceFile, sign: Touching, context: &str) -> Re
         let accepted = format!("none: {} has Fourier coefficients", file.path().display());
         return Err(Error::input(context, *key, "given", accepted));
     }
-    let Content::Waves(waves) = &file.found.content else { unreachable!("a map is no series") };
+    let Content::Waves(waves) = &file.imported.content else { unreachable!("a map is no series") };
     let points = s.fourier_points.filter(|_| s.fourier == Some(Fourier::Fftw));
     let beyond = |w: &&Wave| points.is_some_and(|n| 2 * w.kx.unsigned_abs().max(w.ky.unsigned_abs()) as usize >= n);
     if let (Some(n), Some(w)) = (points, waves.iter().find(beyond)) {
@@ -86,9 +86,9 @@ fn series(scene: &Scene, file: SurfaceFile, sign: Touching, context: &str) -> Re
     let low_pass = s.low_pass.map_or(0.0, |length| lab.reduced(length));
     let unit = file.height_unit(scene);
     let modes = FourierModes::new(file.path(), waves, sign * scale * (unit / lab.number(lab.length())), low_pass)?;
-    let sum = match points {
+    let series = match points {
         None => "coefficients a of h(r) = Σ a exp(iq·r)".to_string(),
         Some(n) => format!("n² a of h(r) = Σ a exp(iq·r), n = {n}"),
     };
-    Ok((modes, file.provenance_of_waves(scene, &sum)?))
+    Ok((modes, file.provenance_of_waves(scene, &series)?))
 }

@@ -25,7 +25,7 @@ pub struct SurfaceFile {
     path: PathBuf,
     /// Whether the scene itself states whether the map is periodic.
     periodicity_is_given: bool,
-    pub found: ImportedFile,
+    pub imported: ImportedFile,
 }
 
 /// A map after its preparation, in the unit of the scene's lengths.
@@ -44,7 +44,7 @@ impl SurfaceFile {
         let Some(path) = &s.heights else { return Ok(None) };
         let path = relative_to(file, path);
         let imported = import::read(&path, ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier })?;
-        Ok(Some(SurfaceFile { path, periodicity_is_given: false, found: imported }))
+        Ok(Some(SurfaceFile { path, periodicity_is_given: false, imported }))
     }
 
     /// Completes the scene with what the file declares: unit, extents, sign, periodicity. Returns what is missing in both, and what
@@ -60,7 +60,7 @@ impl SurfaceFile {
     }
 
     fn declared(&self) -> &Declared {
-        &self.found.declared
+        &self.imported.declared
     }
 
     fn declares(&self, description: impl std::fmt::Display) -> String {
@@ -69,7 +69,7 @@ impl SurfaceFile {
 
     /// Statements of the file that may be what is missing.
     fn not_understood(&self) -> String {
-        match &self.found.not_understood[..] {
+        match &self.imported.not_understood[..] {
             [] => String::new(),
             list => format!(" (not understood: {})", list.join(", ")),
         }
@@ -210,7 +210,7 @@ impl SurfaceFile {
     pub fn prepare(mut self, scene: &Scene) -> Result<PreparedFile> {
         let (s, lab, scale) = (&scene.surface, &scene.laboratory, self.height_unit(scene));
         let empty = Content::Waves(Vec::new());
-        let Content::Map(mut map) = std::mem::replace(&mut self.found.content, empty) else {
+        let Content::Map(mut map) = std::mem::replace(&mut self.imported.content, empty) else {
             unreachable!("waves have no preparation")
         };
         if scale != 1.0 {
@@ -229,11 +229,11 @@ impl SurfaceFile {
         Ok(PreparedFile { map: prepared.map, extent: prepared.extent, provenance })
     }
 
-    /// The provenance of Fourier coefficients, which are those of `sum`.
-    pub fn provenance_of_waves(&self, scene: &Scene, sum: &str) -> Result<Provenance> {
+    /// The provenance of Fourier coefficients, which are those of `series`.
+    pub fn provenance_of_waves(&self, scene: &Scene, series: &str) -> Result<Provenance> {
         let (n, length) = (scene.surface.grid, scene.laboratory.number(scene.laboratory.length()));
         let mut provenance = self.provenance(scene, [n, n], [length, length])?;
-        provenance.format += &format!(", {sum}");
+        provenance.format += &format!(", {series}");
         Ok(provenance)
     }
 
@@ -250,7 +250,7 @@ impl SurfaceFile {
         Ok(Provenance {
             hash: file_hash(&self.path)?,
             file: self.path.display().to_string(),
-            format: self.found.layout.clone(),
+            format: self.imported.layout.clone(),
             channel: declared.channel.clone(),
             channels: declared.channels.clone(),
             nx,

@@ -113,8 +113,8 @@ impl<'p> NeighbourCells<'p> {
 
     /// Relative positions of all points in the 27 cells around a point.
     fn around(&self, index: usize) -> Vec<[f64; 3]> {
-        let at = self.points[index];
-        let [i, j, k] = cell_of(&at, self.length, (self.width, self.across, self.floor));
+        let centre = self.points[index];
+        let [i, j, k] = cell_of(&centre, self.length, (self.width, self.across, self.floor));
         let image = |d: f64| d - (d / self.length).round() * self.length;
         let mut neighbours = Vec::with_capacity(128);
         for level in (k - 1).max(0)..(k + 2).min(self.levels) {
@@ -122,7 +122,7 @@ impl<'p> NeighbourCells<'p> {
                 for column in i - 1..=i + 1 {
                     for other in self.cells.points([column, row], level as usize).filter(|o| *o != index) {
                         let p = self.points[other];
-                        neighbours.push([image(p[0] - at[0]), image(p[1] - at[1]), p[2] - at[2]]);
+                        neighbours.push([image(p[0] - centre[0]), image(p[1] - centre[1]), p[2] - centre[2]]);
                     }
                 }
             }
@@ -219,19 +219,19 @@ mod tests {
     fn a_stacking_fault_has_two_planes_of_half_a_squared_lattice_constant() {
         let (n, rise) = (6i64, A0 / 3f64.sqrt());
         let near = A0 / 2f64.sqrt();
-        let value_at = |layer: usize, i: i64, j: i64, stack: &[u8]| {
+        let position_of = |layer: usize, i: i64, j: i64, stack: &[u8]| {
             let shift = f64::from(stack[layer] - b'A') / 3.0;
             let (u, v) = (i as f64 + shift, j as f64 + shift);
             [near * (u + 0.5 * v), near * v * 0.75f64.sqrt(), rise * layer as f64]
         };
         let stack = b"ABCABCBCABCA";
         let value = |layer: usize| {
-            let own = value_at(layer, 0, 0, stack);
+            let own = position_of(layer, 0, 0, stack);
             let mut around = Vec::new();
             for l in layer - 1..=layer + 1 {
                 for i in -n..=n {
                     for j in -n..=n {
-                        let p = value_at(l, i, j, stack);
+                        let p = position_of(l, i, j, stack);
                         let d = [p[0] - own[0], p[1] - own[1], p[2] - own[2]];
                         if d != [0.0; 3] {
                             around.push(d);

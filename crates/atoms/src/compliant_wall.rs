@@ -109,20 +109,20 @@ fn pressed(wall: &LatticeWall, point: (f64, f64), c: f64, z: f64) -> (f64, f64) 
     if low >= high {
         return (0.0, 0.0);
     }
-    let mut index = 0.5 * (low + high);
+    let mut distance = 0.5 * (low + high);
     for _ in 0..STEPS {
-        let (force, slope) = indenter_force(wall, point, index);
-        let excess = force - (index - z) / c;
-        (low, high) = if excess > 0.0 { (index, high) } else { (low, index) };
-        let next = index - excess / (slope.min(0.0) - 1.0 / c);
+        let (force, slope) = indenter_force(wall, point, distance);
+        let excess = force - (distance - z) / c;
+        (low, high) = if excess > 0.0 { (distance, high) } else { (low, distance) };
+        let next = distance - excess / (slope.min(0.0) - 1.0 / c);
         let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-        let settled = (next - index).abs() <= 1e-14 * high;
-        index = next;
+        let settled = (next - distance).abs() <= 1e-14 * high;
+        distance = next;
         if settled {
             break;
         }
     }
-    let (force, slope) = indenter_force(wall, point, index);
+    let (force, slope) = indenter_force(wall, point, distance);
     (force, slope / (1.0 - c * slope))
 }
 

@@ -158,8 +158,8 @@ mod tests {
         for position in shaken(&block).positions {
             let [x, y, z] = position;
             let rise = clearance(position, &indenter, D_C);
-            let neighbours = |by: f64| within([x, y, z + by], &indenter, 0.0, D_C).next().is_some();
-            assert!(neighbours(rise + 1e-9) && !neighbours(rise - 1e-9), "{position:?}: {rise}");
+            let touches = |by: f64| within([x, y, z + by], &indenter, 0.0, D_C).next().is_some();
+            assert!(touches(rise + 1e-9) && !touches(rise - 1e-9), "{position:?}: {rise}");
         }
     }
 

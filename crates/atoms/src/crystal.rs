@@ -222,8 +222,8 @@ pub(super) fn measure_on(bench: &MeasurementFolder, setfl: &Path, guess: Option<
     let mut relaxed = BTreeMap::new();
     for structure in Structure::ALL {
         let Some(start) = start(&scanned, structure, guess) else { continue };
-        let found = bench.of_crystal(LATTICE, (structure, start))?;
-        let [a0, c0, energy] = ["a0", "c0", "energy"].map(|name| bench.get(&found, name));
+        let relaxation = bench.of_crystal(LATTICE, (structure, start))?;
+        let [a0, c0, energy] = ["a0", "c0", "energy"].map(|name| bench.get(&relaxation, name));
         let energy = energy?;
         // Isolated atoms have the energy zero.
         if energy < 0.0 {
@@ -243,9 +243,9 @@ pub(super) fn measure_on(bench: &MeasurementFolder, setfl: &Path, guess: Option<
         Structure::Hcp => (Some(c0 / a0_angstrom), None),
         Structure::Fcc | Structure::Bcc => (None, Some(elastic(bench, (structure, a0_angstrom))?)),
     };
-    let found = MeasuredCrystal { structure, a0_angstrom, c_over_a, energies_ev, elastic_constants };
-    found.face().map_err(|e| e.with_context(format!("{}: {structure} {}", setfl.display(), bench.element), None))?;
-    Ok(found)
+    let crystal = MeasuredCrystal { structure, a0_angstrom, c_over_a, energies_ev, elastic_constants };
+    crystal.face().map_err(|e| e.with_context(format!("{}: {structure} {}", setfl.display(), bench.element), None))?;
+    Ok(crystal)
 }
 
 /// The structure of the lowest energy; fcc if it is hardly higher.
@@ -267,8 +267,8 @@ fn start(scanned: &BTreeMap<&str, f64>, structure: Structure, guess: Option<f64>
     let (smallest, largest, volumes) = VOLUMES;
     let energy = |k: usize| scanned.get(format!("{structure}_{k}").as_str()).copied();
     let minimum = |k: &usize| {
-        let index = [k - 1, *k, k + 1].map(energy);
-        matches!(index, [Some(before), Some(here), Some(after)] if here < before && here <= after)
+        let energies = [k - 1, *k, k + 1].map(energy);
+        matches!(energies, [Some(before), Some(here), Some(after)] if here < before && here <= after)
     };
     let constant = |k: usize| {
         structure.lattice_constant(smallest * (largest / smallest).powf((k - 1) as f64 / (volumes - 1) as f64))

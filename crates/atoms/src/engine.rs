@@ -245,7 +245,7 @@ impl LammpsEngine {
     /// How LAMMPS runs the job; measures what a host needs. `watch` and the time limit end it before.
     fn way_to_run(&self, job: &Job, watcher: &mut Watcher, watch: &mut Watch) -> Result<WayToRun> {
         let elastic = job.spec.block.base == BaseKind::Elastic;
-        if !elastic && !lammps_host::relaxes_harmonically(job) {
+        if !elastic && !job.relaxes_harmonically() {
             return Ok(WayToRun::Program { reason: None });
         }
         let arguments = match self.host_arguments(elastic) {

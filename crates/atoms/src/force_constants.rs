@@ -127,16 +127,16 @@ impl ForceConstants {
     /// # Errors
     /// `Input` for a tension or pressure beyond the measured strains.
     pub fn strain_at(&self, pressure: f64) -> Result<f64> {
-        let of =
+        let pressure_at =
             |strain: f64| -> f64 { self.weights(strain).iter().zip(&self.strained).map(|(w, s)| w * s.pressure).sum() };
         // The pressure rises with the strain.
         let (low, high) = (STRAINS[0], STRAINS[STRAINS.len() - 1]);
-        if !(of(low)..=of(high)).contains(&pressure) {
+        if !(pressure_at(low)..=pressure_at(high)).contains(&pressure) {
             let [found, smallest, largest] =
-                [pressure, of(low), of(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
+                [pressure, pressure_at(low), pressure_at(high)].map(|p| format!("{:.3} GPa", GPA_PER_EV_A3 * p));
             return Err(Error::input("elastic base", "mean pressure", found, format!("{smallest} to {largest}")));
         }
-        let (low, high) = bisect(low, high, 60, |strain| of(strain) < pressure);
+        let (low, high) = bisect(low, high, 60, |strain| pressure_at(strain) < pressure);
         Ok(0.5 * (low + high))
     }
 
@@ -312,9 +312,9 @@ fn constants(
         lists.push(row.iter().filter(|(r, _)| r[0] < far).map(bond).collect());
     }
     let mean_force = |l: usize| {
-        let of: Vec<f64> =
+        let forces: Vec<f64> =
             cut.sites.iter().zip(&cut.forces).filter(|(s, _)| s[2] == l as i32).map(|(_, f)| f[2]).collect();
-        of.iter().sum::<f64>() / of.len().max(1) as f64
+        forces.iter().sum::<f64>() / forces.len().max(1) as f64
     };
     Ok(LatticeConstants {
         reach,

@@ -73,19 +73,19 @@ pub fn lowered_to(
     load: f64,
 ) -> Result<f64> {
     let excess = |down: f64| indenter_forces(frame, indenter, down, interaction, 0.0).load() - load;
-    let at = excess(lowered);
+    let first_excess = excess(lowered);
     // Search in growing steps on both sides: with adhesion the load may decrease with displacement.
     let (mut near, mut step) = ([lowered; 2], 0.005);
     let (mut low, mut high) = 'found: loop {
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
             let far = lowered + sign * step;
-            if (excess(far) < 0.0) != (at < 0.0) {
-                break 'found if at < 0.0 { (near[side], far) } else { (far, near[side]) };
+            if (excess(far) < 0.0) != (first_excess < 0.0) {
+                break 'found if first_excess < 0.0 { (near[side], far) } else { (far, near[side]) };
             }
             near[side] = far;
         }
         if step > MOST_MOVED {
-            let found = format!("atoms that carry {:.4} eV/angstrom under the indenter", at + load);
+            let found = format!("atoms that carry {:.4} eV/angstrom under the indenter", first_excess + load);
             return Err(Error::format(&frame.source, found, format!("a frame that carries about {load:.4}")));
         }
         step *= 2.0;
@@ -167,12 +167,13 @@ mod tests {
     fn the_load_is_the_derivative_of_the_pair_energy() {
         let (frame, indenter) = setting();
         for adhesion in [None, Some(YUKAWA)] {
-            let of = interaction(adhesion);
+            let pair_interaction = interaction(adhesion);
             for lowered in [0.2, 0.7, 1.1] {
                 let h = 1e-4;
-                let slope = (energy(&frame, &indenter, lowered + h, &of) - energy(&frame, &indenter, lowered - h, &of))
+                let slope = (energy(&frame, &indenter, lowered + h, &pair_interaction)
+                    - energy(&frame, &indenter, lowered - h, &pair_interaction))
                     / (2.0 * h);
-                let load = indenter_forces(&frame, &indenter, lowered, &of, 0.0).load();
+                let load = indenter_forces(&frame, &indenter, lowered, &pair_interaction, 0.0).load();
                 // Pairs that enter at the cut-off between the two energies contribute 1e-6.
                 assert!((slope - load).abs() < 1e-5 * load.abs().max(1.0), "{slope} {load}");
             }
@@ -182,15 +183,15 @@ mod tests {
     #[test]
     fn the_indenter_is_moved_until_it_carries_the_load() {
         let (frame, indenter) = setting();
-        let of = interaction(None);
+        let pair_interaction = interaction(None);
         for (lowered, load) in [(0.7, 1.05), (0.7, 0.9), (0.9, 1.0)] {
-            let load_down = load * indenter_forces(&frame, &indenter, lowered, &of, 0.0).load();
-            let down = lowered_to(&frame, &indenter, lowered, &of, load_down).expect("found");
+            let load_down = load * indenter_forces(&frame, &indenter, lowered, &pair_interaction, 0.0).load();
+            let down = lowered_to(&frame, &indenter, lowered, &pair_interaction, load_down).expect("found");
             assert_eq!(down > lowered, load > 1.0);
-            let carried = indenter_forces(&frame, &indenter, down, &of, 0.0).load();
+            let carried = indenter_forces(&frame, &indenter, down, &pair_interaction, 0.0).load();
             assert!((carried / load_down - 1.0).abs() <= LOAD_BALANCE, "{carried} {load_down}");
         }
-        let refused = lowered_to(&frame, &indenter, 0.1, &of, 1e6).expect_err("too much");
+        let refused = lowered_to(&frame, &indenter, 0.1, &pair_interaction, 1e6).expect_err("too much");
         assert!(refused.to_string().contains("carries about 1000000"), "{refused}");
     }
 

@@ -234,8 +234,8 @@ impl InitialConfiguration {
         (gap, heights): (&[f64], &[f64]),
         (standoff_angstrom, offset_angstrom): (f64, f64),
     ) -> Self {
-        let difference = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
-        let stands = block.top_z() + standoff_angstrom + difference + offset_angstrom;
+        let mean_rise = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
+        let stands = block.top_z() + standoff_angstrom + mean_rise + offset_angstrom;
         InitialConfiguration { load, pressed, displacement_angstrom: indenter.start_z() - stands }
     }
 }
@@ -386,13 +386,13 @@ mod tests {
         let whole = Block::new(6, 6, A0, 7.0).expect("valid");
         let founded = block().on_foundation(3).expect("valid");
         let transform = Transform::new(Grid::unit(6, 6));
-        let value_of = |block: &Block, layer: usize| {
+        let displacements_of = |block: &Block, layer: usize| {
             wave(block, (2.0, -1.0), 0.7).0.of_layer(block, layer, &transform).expect("bonded")
         };
         // Six half cells: the rows of the layers are shifted alike.
         let deeper = whole.layers() - founded.layers();
         for layer in 0..founded.layers() {
-            for (a, b) in value_of(&founded, layer).iter().zip(value_of(&whole, layer + deeper)) {
+            for (a, b) in displacements_of(&founded, layer).iter().zip(displacements_of(&whole, layer + deeper)) {
                 assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-10), "{layer}: {a:?} {b:?}");
             }
         }

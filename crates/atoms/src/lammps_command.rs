@@ -97,12 +97,12 @@ impl LammpsCommand {
     /// `Input` for more ranks than cores without a launcher; `MissingProgram` without the launcher's first word.
     pub(super) fn check(&self) -> Result<()> {
         let (ranks, cores) = (self.ranks(), std::thread::available_parallelism().map_or(1, |c| c.get()));
-        let (largest, of) = match &self.launcher {
+        let (largest, explanation) = match &self.launcher {
             Some(launcher) => (MOST_RANKS, format!("started by {launcher:?}")),
             None => (cores, "the cores of this machine; a launcher may start more".to_string()),
         };
         if ranks == 0 || ranks > largest {
-            return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {largest}, {of}")));
+            return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {largest}, {explanation}")));
         }
         let first = match &self.launcher {
             Some(launcher) => launcher.split_whitespace().next(),
@@ -174,14 +174,14 @@ mod tests {
     /// Cores of this machine bound the ranks without a launcher only.
     #[test]
     fn a_launcher_may_start_more_ranks_than_cores() {
-        let value_of = |launcher: Option<&str>| LammpsCommand {
+        let command_of = |launcher: Option<&str>| LammpsCommand {
             ranks: Some(4096),
             launcher: launcher.map(str::to_string),
             ..LammpsCommand::default()
         };
-        assert!(value_of(Some("env")).check().is_ok());
-        assert!(value_of(None).check().expect_err("too many").to_string().contains("the cores of this machine"));
-        let missing = value_of(Some("no-such-launcher -n {ranks}")).check().expect_err("missing").to_string();
+        assert!(command_of(Some("env")).check().is_ok());
+        assert!(command_of(None).check().expect_err("too many").to_string().contains("the cores of this machine"));
+        let missing = command_of(Some("no-such-launcher -n {ranks}")).check().expect_err("missing").to_string();
         assert!(missing.contains("no-such-launcher"), "{missing}");
     }
 
@@ -218,7 +218,7 @@ mod tests {
         let scene = LammpsCommand { ranks: Some(2), program: Some("lmp".into()), ..LammpsCommand::default() };
         let machine =
             LammpsCommand { ranks: Some(8), args: vec!["-sf".into(), "omp".into()], ..LammpsCommand::default() };
-        let both = scene.overruled_by(&machine);
-        assert_eq!((both.ranks, both.program, both.args.len()), (Some(8), Some("lmp".into()), 2));
+        let combined = scene.overruled_by(&machine);
+        assert_eq!((combined.ranks, combined.program, combined.args.len()), (Some(8), Some("lmp".into()), 2));
     }
 }

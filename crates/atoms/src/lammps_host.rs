@@ -14,7 +14,6 @@ use super::elastic_base::ElasticBase;
 use super::force_constants::{self, ForceConstantInput, ForceConstants};
 use super::host_relaxation::HostRelaxation;
 use super::job::{Job, POTENTIAL_FILE};
-use super::job_spec::Minimizer;
 use super::load_history::LoadHistory;
 use super::potential::SetflHeader;
 use super::run_script::LmpCommand;
@@ -184,10 +183,6 @@ pub(super) fn prepare(
     json::write(&job.folder.join(force_constants::FILE), &constants)
 }
 
-/// Whether the steps of a job are relaxed by [`crate::relaxation`].
-pub(super) fn relaxes_harmonically(job: &Job) -> bool {
-    job.spec.settings.minimizer != Minimizer::Fire && job.spec.protocol.nvt().is_none()
-}
 
 /// Commands before the loop of steps.
 fn header(script: &Script) -> impl Iterator<Item = &'static str> {

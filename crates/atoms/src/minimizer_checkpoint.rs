@@ -71,18 +71,18 @@ fn iteration_in(head: &[u8]) -> Option<u64> {
     const TEXTS: [i32; 2] = [0, 4];
     const SIZE: i32 = 3;
     const ITERATION: i32 = 5;
-    let int = |node: usize| Some(i32::from_ne_bytes(head.get(node..node + 4)?.try_into().ok()?));
-    let (mut node, mut size) = (MARK.len() + 1 + 8, 8);
+    let int = |offset: usize| Some(i32::from_ne_bytes(head.get(offset..offset + 4)?.try_into().ok()?));
+    let (mut offset, mut size) = (MARK.len() + 1 + 8, 8);
     loop {
-        let (key, value) = (int(node)?, node + 4);
+        let (key, value_offset) = (int(offset)?, offset + 4);
         match key {
-            ITERATION if size == 4 => return u64::try_from(int(value)?).ok(),
-            ITERATION => return Some(u64::from_ne_bytes(head.get(value..value + 8)?.try_into().ok()?)),
-            _ if TEXTS.contains(&key) => node = value + 4 + usize::try_from(int(value)?).ok()?,
+            ITERATION if size == 4 => return u64::try_from(int(value_offset)?).ok(),
+            ITERATION => return Some(u64::from_ne_bytes(head.get(value_offset..value_offset + 8)?.try_into().ok()?)),
+            _ if TEXTS.contains(&key) => offset = value_offset + 4 + usize::try_from(int(value_offset)?).ok()?,
             _ => {
                 // Bytes of an iteration: four in builds with small integers.
-                size = if key == SIZE { int(value)? } else { size };
-                node = value + 4;
+                size = if key == SIZE { int(value_offset)? } else { size };
+                offset = value_offset + 4;
             }
         }
     }
@@ -93,7 +93,7 @@ fn iteration_in(head: &[u8]) -> Option<u64> {
 /// # Errors
 /// `Io`.
 pub fn keep_only(folder: &Path, step: usize) -> Result<()> {
-    keep(folder, |method_run| method_run == step)
+    keep(folder, |written_step| written_step == step)
 }
 
 /// Keeps the checkpoints of the first `steps` steps.
@@ -101,7 +101,7 @@ pub fn keep_only(folder: &Path, step: usize) -> Result<()> {
 /// # Errors
 /// `Io`.
 pub fn keep_first(folder: &Path, steps: usize) -> Result<()> {
-    keep(folder, |method_run| method_run < steps)
+    keep(folder, |written_step| written_step < steps)
 }
 
 fn keep(folder: &Path, keep: impl Fn(usize) -> bool) -> Result<()> {

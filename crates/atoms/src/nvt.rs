@@ -314,11 +314,11 @@ mod tests {
             // Averaged over many series, since the scatter of a single one is uncertain.
             let all = noise(100 * BLOCKS * length);
             let series = all.chunks(BLOCKS * length);
-            let value_of = |s: &[f64]| {
+            let standard_error = |s: &[f64]| {
                 let blocks: Vec<f64> = s.chunks(length).map(|c| c.iter().sum::<f64>() / length as f64).collect();
                 mean(&blocks).error
             };
-            series.map(value_of).sum::<f64>() / 100.0
+            series.map(standard_error).sum::<f64>() / 100.0
         };
         let (short, long) = (error(10), error(160));
         assert!((short / long - 4.0).abs() < 0.2, "{short} {long}");

@@ -487,9 +487,9 @@ mod tests {
         assert!((slope / (3.0 * volume) * GPA).abs() < FIT_STRESS_GPA, "{} GPa", slope / (3.0 * volume) * GPA);
 
         let c11 = curvature(&ca, |e| stretch(e, [1.0, 0.0, 0.0]));
-        let both = curvature(&ca, |e| stretch(e, [1.0, 1.0, 0.0]));
+        let biaxial = curvature(&ca, |e| stretch(e, [1.0, 1.0, 0.0]));
         let c44 = curvature(&ca, |e| [[1.0, e / 2.0, 0.0], [e / 2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        let c12 = both / 2.0 - c11;
+        let c12 = biaxial / 2.0 - c11;
         let scale = 1.0985;
         for (name, actual, target) in [("C11", c11, 27.8), ("C12", c12, 18.2), ("C44", c44, 16.3)] {
             assert!(

@@ -79,10 +79,10 @@ pub fn measure(
     let bench = MeasurementFolder::new(lammps, folder, setfl, element)?;
     let crystal = crystal::measure_on(&bench, setfl, near)?;
     let Some((c, face)) = crystal.elastic_constants.zip(crystal.face()?) else { return Ok((crystal, None)) };
-    let at = (crystal.structure, crystal.a0_angstrom);
-    let value_of = |script, name| bench.get(&bench.of_crystal(script, at)?, name);
+    let lattice = (crystal.structure, crystal.a0_angstrom);
+    let value_of = |script, name| bench.get(&bench.of_crystal(script, lattice)?, name);
     let faults = match crystal.structure {
-        Structure::Fcc => Some(stacking_faults(&bench, at)?),
+        Structure::Fcc => Some(stacking_faults(&bench, lattice)?),
         Structure::Bcc | Structure::Hcp => None,
     };
     let above_fcc = |s| Some(crystal.excess_ev(s)? - crystal.excess_ev(Structure::Fcc)?);
@@ -106,8 +106,8 @@ pub fn measure(
 }
 
 /// Stable and unstable stacking-fault energy, eV/Å².
-fn stacking_faults(bench: &MeasurementFolder, at: (Structure, f64)) -> Result<[f64; 2]> {
-    let printed = bench.of_crystal(FAULT, at)?;
+fn stacking_faults(bench: &MeasurementFolder, lattice: (Structure, f64)) -> Result<[f64; 2]> {
+    let printed = bench.of_crystal(FAULT, lattice)?;
     let slide = (1..=10).map(|k| bench.get(&printed, &format!("fault_{k}"))).collect::<Result<Vec<f64>>>()?;
     // The fault is a minimum at the end of the path. Along -[11-2] the energy rises all the way, to 0.0125 instead of
     // 0.0003 eV/Å², as planes end above each other.
@@ -269,15 +269,15 @@ mod tests {
     #[test]
     fn the_structure_of_the_lowest_energy_is_measured() {
         let folder = tempfile::tempdir().unwrap();
-        let value_of = |replay: &Replay| measure(replay, folder.path(), &table(), "Ca", None);
+        let measured_with = |replay: &Replay| measure(replay, folder.path(), &table(), "Ca", None);
         let (crystal, actual) =
-            value_of(&Replay("energy -1.8255822198", "energy -1.8425", Structure::Bcc, "4.5788502799")).unwrap();
+            measured_with(&Replay("energy -1.8255822198", "energy -1.8425", Structure::Bcc, "4.5788502799")).unwrap();
         let actual = actual.expect("cubic");
         assert_eq!((crystal.structure, actual.a0_angstrom), (Structure::Bcc, 4.5788502799));
         assert_eq!((actual.stacking_fault_j_m2, actual.cohesive_energy_ev), (None, 1.8425));
         assert!(actual.bcc_minus_fcc_ev.is_some_and(|ev| (ev + 0.0025).abs() < 1e-6), "{actual:?}");
         let (crystal, actual) =
-            value_of(&Replay("energy -1.8382084265", "energy -1.8425", Structure::Hcp, "")).unwrap();
+            measured_with(&Replay("energy -1.8382084265", "energy -1.8425", Structure::Hcp, "")).unwrap();
         assert!(actual.is_none() && crystal.structure == Structure::Hcp);
         assert!(crystal.c_over_a.is_some_and(|c| (c - 1.6476).abs() < 1e-4), "{crystal:?}");
         assert_eq!(
@@ -285,7 +285,7 @@ mod tests {
             "hcp, a0 = 3.94601 Å, c/a = 1.6476; fcc +2.50 meV per atom, bcc +16.92 meV per atom"
         );
         // 1.9 meV is within what potentials of fcc metals leave.
-        let (crystal, _) = value_of(&fcc("energy -1.8382084265", "energy -1.8419")).unwrap();
+        let (crystal, _) = measured_with(&fcc("energy -1.8382084265", "energy -1.8419")).unwrap();
         assert!(crystal.structure == Structure::Fcc && crystal.excess_ev(Structure::Hcp).unwrap() < 0.0);
     }
 

@@ -16,14 +16,14 @@ pub fn shares(points: &[[f64; 2]], length: f64) -> Vec<f64> {
     points.iter().enumerate().map(|(k, p)| share(&neighbours, points, k, *p, spacing)).collect()
 }
 
-fn share(neighbours: &PlanarCells, points: &[[f64; 2]], index: usize, at: [f64; 2], spacing: f64) -> f64 {
+fn share(neighbours: &PlanarCells, points: &[[f64; 2]], index: usize, site: [f64; 2], spacing: f64) -> f64 {
     let mut reach = FIRST_LOOK * spacing;
     loop {
         let half = 0.5 * neighbours.length;
         let mut cell = vec![[-half, -half], [half, -half], [half, half], [-half, half]];
-        let mut neighbour_search = neighbours.within(points, index, at, reach);
-        neighbour_search.sort_by(|a, b| (a.1[0].hypot(a.1[1])).total_cmp(&b.1[0].hypot(b.1[1])));
-        for (other, d) in neighbour_search {
+        let mut close_points = neighbours.within(points, index, site, reach);
+        close_points.sort_by(|a, b| (a.1[0].hypot(a.1[1])).total_cmp(&b.1[0].hypot(b.1[1])));
+        for (other, d) in close_points {
             if d == [0.0, 0.0] {
                 if other < index {
                     return 0.0;
@@ -144,9 +144,9 @@ mod tests {
         let n = 400;
         let mut counted = vec![0.0; points.len()];
         for k in 0..n * n {
-            let index = [(k % n) as f64 + 0.5, (k / n) as f64 + 0.5].map(|c| c / n as f64 * 10.0);
+            let point = [(k % n) as f64 + 0.5, (k / n) as f64 + 0.5].map(|c| c / n as f64 * 10.0);
             let square = |p: &[f64; 2]| {
-                (0..2).map(|a| p[a] - index[a]).map(|d| d - (d / 10.0).round() * 10.0).map(|d| d * d).sum::<f64>()
+                (0..2).map(|a| p[a] - point[a]).map(|d| d - (d / 10.0).round() * 10.0).map(|d| d * d).sum::<f64>()
             };
             let best = (0..points.len()).min_by(|a, b| square(&points[*a]).total_cmp(&square(&points[*b])));
             counted[best.expect("points")] += 100.0 / (n * n) as f64;

@@ -350,8 +350,8 @@ mod tests {
     fn distance_at_pressure_is_the_inverse() {
         let w = wall();
         for d in [4.032, 4.0, 3.66, 3.0, 1.5, 1.0] {
-            let unloading = w.distance_at_pressure(w.repulsion_pressure(d));
-            assert!((unloading - d).abs() < 1e-10, "{d} -> {unloading}");
+            let inverted = w.distance_at_pressure(w.repulsion_pressure(d));
+            assert!((inverted - d).abs() < 1e-10, "{d} -> {inverted}");
         }
         for none in [0.0, -1.0, f64::NAN] {
             assert_eq!(w.distance_at_pressure(none), w.minimum_angstrom());

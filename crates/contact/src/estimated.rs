@@ -27,7 +27,7 @@ pub fn state_of(
     e: &MethodEstimate,
 ) -> State {
     let grid = problem.grid;
-    let node = grid.dx() * grid.dy();
+    let node_area = grid.dx() * grid.dy();
     // Zero at nodes in contact, positive elsewhere.
     let open: Option<Cow<[f64]>> = match (e.contact, e.gap) {
         (Some(map), _) => Some(map.iter().map(|&m| if m == 0 { 1.0 } else { 0.0 }).collect()),
@@ -38,7 +38,7 @@ pub fn state_of(
     let touching = open.as_ref().map(|open| Field::F64(open));
     let clusters = e.patches.as_ref().map(|areas| ClusterAreas::new(areas.iter().copied())).or_else(|| {
         let sizes = cluster_sizes(e.contact?, grid.nx, Connectivity::Eight);
-        Some(ClusterAreas::new(sizes.into_iter().map(|nodes| nodes as f64 * node)))
+        Some(ClusterAreas::new(sizes.into_iter().map(|nodes| nodes as f64 * node_area)))
     });
     let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
     let gap = e

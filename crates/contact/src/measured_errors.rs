@@ -101,7 +101,7 @@ impl std::fmt::Display for MeasuredSurface {
 
 impl std::fmt::Display for MeasuredErrors {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let value_of = |e: &MeasuredError| {
+        let error_text = |e: &MeasuredError| {
             let range = match (e.p_star.first(), e.p_star.last()) {
                 (Some(first), Some(last)) => format!("p* = {first} to {last}, {} loads", e.p_star.len()),
                 _ => "no load".into(),
@@ -111,7 +111,7 @@ impl std::fmt::Display for MeasuredErrors {
             let percent = if percent < 10.0 { format!("{percent:.1}") } else { format!("{percent:.0}") };
             format!("{} {percent} % ({range})", e.quantity.name())
         };
-        let list: Vec<String> = self.errors.iter().map(value_of).collect();
+        let list: Vec<String> = self.errors.iter().map(error_text).collect();
         write!(f, "{}: root mean squares on {}, against {}", list.join(", "), self.surface, self.reference)
     }
 }

@@ -52,7 +52,7 @@ pub fn observed(
 ) -> (Observed, Option<f64>) {
     let map = contact_map(state.gap, threshold);
     let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight);
-    let node = grid.dx() * grid.dy();
+    let node_area = grid.dx() * grid.dy();
     let nodes = 0..state.gap.len();
     let largest = nodes.clone().map(|i| state.gap.at(i)).fold(0.0, f64::max);
     let stresses = nodes.map(|i| state.stress.at(i));
@@ -65,8 +65,8 @@ pub fn observed(
         let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight);
         let compressive = Compressive {
             patches: sizes.len(),
-            median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
-            median_cluster_area_error: median_error(&sizes).map(|a| a * node),
+            median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node_area),
+            median_cluster_area_error: median_error(&sizes).map(|a| a * node_area),
         };
         (compressive, sizes.iter().sum::<usize>() as f64 / grid.points() as f64)
     });
@@ -77,12 +77,12 @@ pub fn observed(
         gap_logarithmic: Some(gap_distribution(state.gap, threshold, logarithmic)),
         patch_density: size_distribution(&sizes, SIZES_PER_DECADE)
             .into_iter()
-            .map(|(a, density, n)| [a * node, density / node, n as f64])
+            .map(|(a, density, n)| [a * node_area, density / node_area, n as f64])
             .collect(),
-        patch_area: cumulative_area(&sizes).into_iter().map(|(a, fraction)| [a as f64 * node, fraction]).collect(),
-        median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
+        patch_area: cumulative_area(&sizes).into_iter().map(|(a, fraction)| [a as f64 * node_area, fraction]).collect(),
+        median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node_area),
         compressive,
-        constriction_conductance: Some(constriction_conductance(sizes.iter().map(|&a| a as f64 * node))),
+        constriction_conductance: Some(constriction_conductance(sizes.iter().map(|&a| a as f64 * node_area))),
         hydraulic_gap: Some(hydraulic_gap(state.gap, threshold)),
         contact_percolates: Some(percolates(&map, grid.nx, 1, true)),
         gap_percolates: Some(percolates(&map, grid.nx, 0, false)),

@@ -49,28 +49,29 @@ impl Reached<'_> {
 impl State {
     /// With the maps of an equilibrium, in reduced units. Without adhesion the stress is exactly zero where the gap is open: solvers
     /// leave what their tolerance permits, of either sign.
-    pub fn with_maps(self, grid: Grid, of: &Equilibrium, adhesive: bool) -> State {
+    pub fn with_maps(self, grid: Grid, equilibrium: &Equilibrium, adhesive: bool) -> State {
         let map = |field: Field| Map::Values { nx: grid.nx, ny: grid.ny, values: field.to_vec() };
-        let stress_at = |i: usize| if adhesive || of.gap.at(i) <= 0.0 { of.stress.at(i) } else { 0.0 };
-        let stress = (0..of.stress.len()).map(stress_at).collect();
-        let contact = contact_map(of.gap, 0.0).into_iter().map(|c| c != 0).collect();
+        let stress_at =
+            |i: usize| if adhesive || equilibrium.gap.at(i) <= 0.0 { equilibrium.stress.at(i) } else { 0.0 };
+        let stress = (0..equilibrium.stress.len()).map(stress_at).collect();
+        let contact = contact_map(equilibrium.gap, 0.0).into_iter().map(|c| c != 0).collect();
         State {
-            gap_map: Some(map(of.gap)),
+            gap_map: Some(map(equilibrium.gap)),
             stress_map: Some(Map::Values { nx: grid.nx, ny: grid.ny, values: stress }),
             contact_map: Some(Map::Values { nx: grid.nx, ny: grid.ny, values: contact }),
-            plastic_map: of.plastic.map(map),
+            plastic_map: equilibrium.plastic.map(map),
             ..self
         }
     }
 
     /// With the maps of an estimate, in reduced units, as far as it has them.
-    pub fn with_maps_of(self, grid: Grid, of: &MethodEstimate) -> State {
+    pub fn with_maps_of(self, grid: Grid, estimate: &MethodEstimate) -> State {
         let map = |values: &[f64]| Map::Values { nx: grid.nx, ny: grid.ny, values: values.to_vec() };
         let flags = |values: &[u8]| values.iter().map(|&c| c != 0).collect();
         State {
-            gap_map: of.gap.map(map),
-            stress_map: of.stress.map(map),
-            contact_map: of.contact.map(|c| Map::Values { nx: grid.nx, ny: grid.ny, values: flags(c) }),
+            gap_map: estimate.gap.map(map),
+            stress_map: estimate.stress.map(map),
+            contact_map: estimate.contact.map(|c| Map::Values { nx: grid.nx, ny: grid.ny, values: flags(c) }),
             ..self
         }
     }

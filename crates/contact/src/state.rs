@@ -355,20 +355,20 @@ impl Observed {
     }
 
     /// With the distributions of the stress.
-    pub fn with_stress(self, found: Option<StressDistribution>) -> Self {
-        let (all, contact) = found.map(|s| (s.all, s.contact)).unzip();
+    pub fn with_stress(self, distributions: Option<StressDistribution>) -> Self {
+        let (all, contact) = distributions.map(|s| (s.all, s.contact)).unzip();
         Observed { stress: all, contact_stress: contact, ..self }
     }
 
     fn in_units(self, length: f64, stress: f64) -> Self {
         let area = length * length;
-        let of = |d: Option<Distribution>, unit: f64| d.map(|d| d.in_units(unit));
+        let in_unit = |d: Option<Distribution>, unit: f64| d.map(|d| d.in_units(unit));
         Observed {
             mean_contact_pressure: self.mean_contact_pressure.map(|p| p * stress),
-            gap: of(self.gap, length),
-            gap_logarithmic: of(self.gap_logarithmic, length),
-            stress: of(self.stress, stress),
-            contact_stress: of(self.contact_stress, stress),
+            gap: in_unit(self.gap, length),
+            gap_logarithmic: in_unit(self.gap_logarithmic, length),
+            stress: in_unit(self.stress, stress),
+            contact_stress: in_unit(self.contact_stress, stress),
             patch_density: self.patch_density.into_iter().map(|[a, d, n]| [a * area, d / area, n]).collect(),
             patch_area: self.patch_area.into_iter().map(|[a, fraction]| [a * area, fraction]).collect(),
             median_cluster_area: self.median_cluster_area.map(|a| a * area),

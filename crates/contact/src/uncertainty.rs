@@ -60,7 +60,7 @@ pub struct ValueWithError {
 
 /// Relative error of a quantity: the sum of its components, of which none may be unknown. `None` without the component of the grid, too.
 pub fn total(components: &[UncertaintyComponent], quantity: Quantity) -> Option<f64> {
-    let of = || components.iter().filter(|c| c.quantity == quantity);
-    of().find(|c| c.source == UncertaintySource::Grid)?;
-    of().map(|c| c.relative).sum()
+    let of_quantity = || components.iter().filter(|c| c.quantity == quantity);
+    of_quantity().find(|c| c.source == UncertaintySource::Grid)?;
+    of_quantity().map(|c| c.relative).sum()
 }

@@ -42,8 +42,8 @@ mod tests {
     fn cells_have_their_points_in_ascending_order() {
         let cells = [[2, 0, 1], [0, 1, 0], [2, 0, 1], [1, 1, 1]];
         let list = CellList::new([3, 2, 2], cells.into_iter());
-        let value_at = |ij, k| list.points(ij, k).collect::<Vec<_>>();
-        assert_eq!((value_at([2, 0], 1), value_at([-1, 2], 1)), (vec![0, 2], vec![0, 2]));
-        assert_eq!((value_at([3, -1], 0), value_at([1, 3], 1), value_at([0, 0], 0)), (vec![1], vec![3], vec![]));
+        let points_in = |ij, k| list.points(ij, k).collect::<Vec<_>>();
+        assert_eq!((points_in([2, 0], 1), points_in([-1, 2], 1)), (vec![0, 2], vec![0, 2]));
+        assert_eq!((points_in([3, -1], 0), points_in([1, 3], 1), points_in([0, 0], 0)), (vec![1], vec![3], vec![]));
     }
 }

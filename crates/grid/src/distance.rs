@@ -81,13 +81,14 @@ fn nearest_rows(nx: usize, ny: usize, map: &[u8]) -> Vec<u32> {
 struct Envelope {
     /// Column, its f, and start (in columns) of the interval in which its parabola is the lowest.
     parts: Vec<(i64, f64, f64)>,
-    at: usize,
+    /// Index of the part at the last column.
+    current: usize,
 }
 
 impl Envelope {
     fn raise(&mut self, nx: usize, dx: f64, f: impl Fn(usize) -> Option<f64>) {
         self.parts.clear();
-        self.at = 0;
+        self.current = 0;
         let (n, half) = (nx as i64, nx as i64 / 2 + 1);
         for k in -half..n + half {
             let Some(height) = f(k.rem_euclid(n) as usize) else { continue };
@@ -108,12 +109,12 @@ impl Envelope {
 
     /// Column whose parabola is the lowest at column x; x increases from call to call.
     fn lowest_at(&mut self, x: i64, dx: f64) -> Option<i64> {
-        while self.at + 1 < self.parts.len() && self.parts[self.at + 1].2 <= x as f64 {
-            self.at += 1;
+        while self.current + 1 < self.parts.len() && self.parts[self.current + 1].2 <= x as f64 {
+            self.current += 1;
         }
         // At intersections of parabolas, rounding may have selected a neighbour of the lowest.
         let value = |part: &(i64, f64, f64)| (dx * (x - part.0) as f64).powi(2) + part.1;
-        let near = self.parts.get(self.at.saturating_sub(1)..self.parts.len().min(self.at + 2))?;
+        let near = self.parts.get(self.current.saturating_sub(1)..self.parts.len().min(self.current + 2))?;
         near.iter().min_by(|a, b| value(a).total_cmp(&value(b))).map(|part| part.0)
     }
 }

@@ -32,13 +32,13 @@ pub fn interpolate<T: Real>(
     to.inverse(scratch, field);
 }
 
-/// Bilinear interpolation on the periodic grid at (x, y); `node` returns the value of a node.
-pub fn bilinear(grid: Grid, node: impl Fn(usize) -> f64, x: f64, y: f64) -> f64 {
+/// Bilinear interpolation on the periodic grid at (x, y); `value_of_node` returns the value of a node.
+pub fn bilinear(grid: Grid, value_of_node: impl Fn(usize) -> f64, x: f64, y: f64) -> f64 {
     let (u, v) = (x / grid.dx(), y / grid.dy());
     let (i, j) = (u.floor(), v.floor());
     let (fx, fy) = (u - i, v - j);
     let wrap = |k: f64, n: usize| (k as i64).rem_euclid(n as i64) as usize;
-    let value_at = |di: f64, dj: f64| node(wrap(j + dj, grid.ny) * grid.nx + wrap(i + di, grid.nx));
+    let value_at = |di: f64, dj: f64| value_of_node(wrap(j + dj, grid.ny) * grid.nx + wrap(i + di, grid.nx));
     (1.0 - fy) * ((1.0 - fx) * value_at(0.0, 0.0) + fx * value_at(1.0, 0.0))
         + fy * ((1.0 - fx) * value_at(0.0, 1.0) + fx * value_at(1.0, 1.0))
 }

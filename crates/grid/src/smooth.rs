@@ -8,13 +8,13 @@ const REACH: f64 = 6.0;
 /// node is the sum of the values for any width.
 pub fn spread(grid: Grid, points: impl Iterator<Item = ([f64; 2], f64)>, width: f64) -> Vec<f64> {
     let mut field = vec![0.0; grid.points()];
-    let node = grid.dx() * grid.dy();
+    let node_area = grid.dx() * grid.dy();
     for ([x, y], value) in points {
         let along_x = weights(x / grid.dx(), width / grid.dx(), grid.nx);
         for (j, wy) in weights(y / grid.dy(), width / grid.dy(), grid.ny) {
             let row = &mut field[j * grid.nx..(j + 1) * grid.nx];
             for &(i, wx) in &along_x {
-                row[i] += value * wy * wx / node;
+                row[i] += value * wy * wx / node_area;
             }
         }
     }
@@ -32,14 +32,14 @@ pub fn smoothed(grid: Grid, field: &[f64], width: f64) -> Vec<f64> {
             *value = along_x.iter().map(|(k, w)| w * from[(i + k) % grid.nx]).sum();
         }
     }
-    let mut both = vec![0.0; field.len()];
-    for (j, to) in both.chunks_mut(grid.nx).enumerate() {
+    let mut smoothed_along_both = vec![0.0; field.len()];
+    for (j, to) in smoothed_along_both.chunks_mut(grid.nx).enumerate() {
         for (k, w) in &along_y {
             let from = (j + k) % grid.ny * grid.nx;
             to.iter_mut().zip(&rows[from..from + grid.nx]).for_each(|(t, r)| *t += w * r);
         }
     }
-    both
+    smoothed_along_both
 }
 
 /// Node and weight of a Gaussian around `centre`, both in node spacings, on a periodic line of `n` nodes. The weights
@@ -90,8 +90,9 @@ mod tests {
         let grid = Grid { nx: 30, ny: 20, lx: 1.0, ly: 0.7 };
         let field: Vec<f64> = (0..600).map(|k| f64::from((k * 37) % 101)).collect();
         let smooth = smoothed(grid, &field, 0.06);
-        let node = grid.dx() * grid.dy();
-        let points = (0..600).map(|k| ([(k % 30) as f64 * grid.dx(), (k / 30) as f64 * grid.dy()], field[k] * node));
+        let node_area = grid.dx() * grid.dy();
+        let points =
+            (0..600).map(|k| ([(k % 30) as f64 * grid.dx(), (k / 30) as f64 * grid.dy()], field[k] * node_area));
         for (a, b) in smooth.iter().zip(spread(grid, points, 0.06)) {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }

@@ -52,13 +52,13 @@ pub const CHUNK: usize = 64;
 pub fn total(a: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
     let a = a.chunks_exact(LANES);
-    let residual: f64 = a.remainder().iter().sum();
+    let remainder_sum: f64 = a.remainder().iter().sum();
     for a in a {
         for l in 0..LANES {
             lanes[l] += a[l];
         }
     }
-    lanes.iter().sum::<f64>() + residual
+    lanes.iter().sum::<f64>() + remainder_sum
 }
 
 /// `Σ a b` in a vectorisable order of additions.
@@ -66,13 +66,13 @@ pub fn total(a: &[f64]) -> f64 {
 pub fn dot<A: Real, B: Real>(a: &[A], b: &[B]) -> f64 {
     let mut lanes = [0.0; LANES];
     let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let residual: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a.wide() * b.wide()).sum();
+    let remainder_sum: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a.wide() * b.wide()).sum();
     for (a, b) in a.zip(b) {
         for l in 0..LANES {
             lanes[l] += a[l].wide() * b[l].wide();
         }
     }
-    lanes.iter().sum::<f64>() + residual
+    lanes.iter().sum::<f64>() + remainder_sum
 }
 
 /// Length of the blocks in which a flat field is summed.

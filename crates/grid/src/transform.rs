@@ -333,9 +333,9 @@ mod tests {
                     assert!((actual - direct).norm() < TOLERANCE, "{nx}x{ny} mode {i},{j}: {actual} {direct}");
                 }
             }
-            let mut unloading = vec![0.0; grid.points()];
-            transform.inverse(&mut spectrum, &mut unloading);
-            for (b, f) in unloading.iter().zip(&field) {
+            let mut restored = vec![0.0; grid.points()];
+            transform.inverse(&mut spectrum, &mut restored);
+            for (b, f) in restored.iter().zip(&field) {
                 assert!((b / grid.points() as f64 - f).abs() < TOLERANCE);
             }
         }

@@ -111,8 +111,8 @@ mod tests {
         sets.join(3, 2, [1, 0]).unwrap();
         sets.join(1, 0, [0, 1]).unwrap();
         sets.join(2, 1, [2, 2]).unwrap();
-        let value_at = |sets: &mut UnionFind<[i32; 2]>, i| sets.find(i).1;
-        let [from, to] = [3, 0].map(|i| value_at(&mut sets, i));
+        let offset_of = |sets: &mut UnionFind<[i32; 2]>, i| sets.find(i).1;
+        let [from, to] = [3, 0].map(|i| offset_of(&mut sets, i));
         assert_eq!(to.minus(from), [3, 3]);
         assert_eq!(sets.join(0, 3, [-3, -3]), Err([0, 0]));
         assert_eq!(sets.join(0, 3, [1, -3]), Err([4, 0]));

@@ -422,12 +422,12 @@ mod tests {
 
     #[test]
     fn ratios_in_one_unit_are_those_of_the_numbers() {
-        let of = |a: &str, b: &str| parsed(a).expect(a).over(parsed(b).expect(b));
+        let ratio = |a: &str, b: &str| parsed(a).expect(a).over(parsed(b).expect(b));
         assert_eq!(
-            [of("20 um", "100 um"), of("3", "7"), of("0.1 MPa", "25 MPa")],
+            [ratio("20 um", "100 um"), ratio("3", "7"), ratio("0.1 MPa", "25 MPa")],
             [20.0 / 100.0, 3.0 / 7.0, 0.1 / 25.0]
         );
-        assert_eq!(of("2.071 nm", "100 um"), 2.071 * 1e-9 / (100.0 * 1e-6));
+        assert_eq!(ratio("2.071 nm", "100 um"), 2.071 * 1e-9 / (100.0 * 1e-6));
     }
 
     #[test]

@@ -180,14 +180,14 @@ fn photograph(grid: Grid, gap: &[f64], optical_gap: f64, pixel: f64) -> Vec<u8> 
         return close;
     }
     // Pixel of a node.
-    let value_at = |i: usize| ((i / grid.nx) * py / grid.ny) * px + (i % grid.nx) * px / grid.nx;
+    let pixel_of = |i: usize| ((i / grid.nx) * py / grid.ny) * px + (i % grid.nx) * px / grid.nx;
     let mut counts = vec![[0u32; 2]; px * py];
     for (i, c) in close.iter().enumerate() {
-        let count = &mut counts[value_at(i)];
+        let count = &mut counts[pixel_of(i)];
         count[0] += 1;
         count[1] += u32::from(*c);
     }
-    (0..gap.len()).map(|i| u8::from(2 * counts[value_at(i)][1] > counts[value_at(i)][0])).collect()
+    (0..gap.len()).map(|i| u8::from(2 * counts[pixel_of(i)][1] > counts[pixel_of(i)][0])).collect()
 }
 
 /// Gap between the printed heights and the displacement averaged over the window, at least zero.

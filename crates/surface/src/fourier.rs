@@ -55,18 +55,18 @@ impl FourierModes {
             let (kx, ky) = (i64::from(wave.kx), i64::from(wave.ky));
             let given = Complex::new(wave.re, wave.im) * factor;
             let mirrored = kx < 0 || kx == 0 && ky < 0;
-            let (at, a) = if mirrored { (place(-kx, -ky), given.conj()) } else { (place(kx, ky), given) };
+            let (index, a) = if mirrored { (place(-kx, -ky), given.conj()) } else { (place(kx, ky), given) };
             let own_partner = (kx, ky) == (0, 0) && a.im.abs() > PARTNERS * a.norm();
-            if seen[at][usize::from(mirrored)] {
+            if seen[index][usize::from(mirrored)] {
                 return Err(Error::format(path, format!("q = ({kx}, {ky}) twice"), "every wave once"));
             }
-            if own_partner || seen[at][usize::from(!mirrored)] && (table[at] - a).norm() > PARTNERS * a.norm() {
+            if own_partner || seen[index][usize::from(!mirrored)] && (table[index] - a).norm() > PARTNERS * a.norm() {
                 let found =
                     format!("coefficients of q = ({kx}, {ky}) and ({}, {}) that contradict each other", -kx, -ky);
                 return Err(Error::format(path, found, "a(-q) = a(q)*, as heights are real numbers"));
             }
-            seen[at][usize::from(mirrored)] = true;
-            table[at] = a;
+            seen[index][usize::from(mirrored)] = true;
+            table[index] = a;
         }
         let waves = table.iter().filter(|a| a.norm_sqr() > 0.0).count();
         let series = Series::from_modes(kx_max, ky_max, |kx, ky| {

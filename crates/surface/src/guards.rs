@@ -121,12 +121,12 @@ fn seams(grid: Grid, heights: &[f64]) -> [Seam; 2] {
         let last = y + 1 == ny;
         [along_x, (row[0] - row[nx - 1]).powi(2), if last { 0.0 } else { along_y }, if last { along_y } else { 0.0 }]
     });
-    let value_of = |inside: f64, across: f64, d: f64, n: usize| Seam {
+    let seam = |inside: f64, across: f64, d: f64, n: usize| Seam {
         inside: inside / (d * d),
         across: across / (d * d),
         pairs: n as f64 - 1.0,
     };
-    [value_of(sums[0], sums[1], grid.dx(), nx), value_of(sums[2], sums[3], grid.dy(), ny)]
+    [seam(sums[0], sums[1], grid.dx(), nx), seam(sums[2], sums[3], grid.dy(), ny)]
 }
 
 /// Points whose extents fit the number of points only after an exchange of the axes.

@@ -66,8 +66,8 @@ mod tests {
     #[test]
     fn moments_of_a_tilted_paraboloid_are_exact() {
         let grid = Grid { nx: 9, ny: 7, lx: 1.0, ly: 0.7 };
-        let value_at = |i: usize| ((i % 9) as f64 * grid.dx(), (i / 9) as f64 * grid.dy());
-        let bowl: Vec<f64> = (0..63).map(value_at).map(|(x, y)| 0.2 * x + 1.5 * x * x + 0.5 * y * y).collect();
+        let position_of = |i: usize| ((i % 9) as f64 * grid.dx(), (i / 9) as f64 * grid.dy());
+        let bowl: Vec<f64> = (0..63).map(position_of).map(|(x, y)| 0.2 * x + 1.5 * x * x + 0.5 * y * y).collect();
         let m = non_periodic_moments(grid, &bowl);
         assert!((m.m4 - (9.0 + 1.0) / 2.0).abs() < 1e-9, "{m:?}");
         assert_eq!(m.m2, m.rms_gradient.powi(2) / 2.0);

@@ -16,7 +16,7 @@ pub(crate) struct Points {
 
 /// Places of one coordinate on an even grid.
 struct GridPositions {
-    of: Vec<u32>,
+    positions: Vec<u32>,
     count: usize,
     spacing: f64,
 }
@@ -77,7 +77,7 @@ impl Points {
         let mut taken = vec![false; nx * ny];
         let mut map = vec![f64::NAN; nx * ny];
         for (k, h) in self.heights.iter().enumerate() {
-            let index = y.of[k] as usize * nx + x.of[k] as usize;
+            let index = y.positions[k] as usize * nx + x.positions[k] as usize;
             if std::mem::replace(&mut taken[index], true) {
                 let found = format!("two heights at x = {:e}, y = {:e}", self.x[k], self.y[k]);
                 return Err(Error::format(path, found, "one for each point"));
@@ -96,9 +96,9 @@ fn levels(column: &[f64]) -> (Vec<u32>, Vec<f64>) {
     order.sort_unstable_by(|&a, &b| column[a as usize].total_cmp(&column[b as usize]));
     let value = |i: usize| column[order[i] as usize];
     let widest = (1..order.len()).map(|i| value(i) - value(i - 1)).fold(0.0, f64::max);
-    let (mut of, mut means, mut start) = (vec![0; column.len()], Vec::new(), 0);
+    let (mut ranks, mut means, mut start) = (vec![0; column.len()], Vec::new(), 0);
     for i in 0..order.len() {
-        of[order[i] as usize] = means.len() as u32;
+        ranks[order[i] as usize] = means.len() as u32;
         if i + 1 == order.len() || value(i + 1) - value(i) > 0.25 * widest {
             // Differences from the first keep the digits of large coordinates.
             let sum: f64 = (start..=i).map(|k| value(k) - value(start)).sum();
@@ -106,7 +106,7 @@ fn levels(column: &[f64]) -> (Vec<u32>, Vec<f64>) {
             start = i + 1;
         }
     }
-    (of, means)
+    (ranks, means)
 }
 
 fn places(path: &Path, name: &str, column: &[f64]) -> Result<GridPositions> {
@@ -114,7 +114,7 @@ fn places(path: &Path, name: &str, column: &[f64]) -> Result<GridPositions> {
         let found = format!("{name} = {} at point {} (counted from 1)", column[k], k + 1);
         return Err(Error::format(path, found, "coordinates that are finite numbers"));
     }
-    let (of, means) = levels(column);
+    let (ranks, means) = levels(column);
     let mut steps: Vec<f64> = means.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let Some(step) = steps.get(steps.len().saturating_sub(1) / 2).filter(|s| s.is_finite() && **s > 0.0) else {
@@ -127,7 +127,7 @@ fn places(path: &Path, name: &str, column: &[f64]) -> Result<GridPositions> {
     let spacing = (means[means.len() - 1] - first) / last;
     let place = |v: f64| ((v - first) / spacing).round();
     for (k, v) in column.iter().enumerate() {
-        let even = first + place(means[of[k] as usize]) * spacing;
+        let even = first + place(means[ranks[k] as usize]) * spacing;
         if (v - even).abs() > OFF * spacing {
             let found = format!("{name} = {v:e} at point {} (counted from 1)", k + 1);
             return Err(Error::format(path, found, format!("{even:e}, as even steps of {spacing:e} would have it")));
@@ -136,8 +136,8 @@ fn places(path: &Path, name: &str, column: &[f64]) -> Result<GridPositions> {
     if last >= f64::from(u32::MAX) {
         return Err(Error::format(path, format!("{last:e} steps of {name}"), "x and y on an even grid"));
     }
-    let of = of.iter().map(|level| place(means[*level as usize]) as u32).collect();
-    Ok(GridPositions { of, count: last as usize + 1, spacing })
+    let positions = ranks.iter().map(|level| place(means[*level as usize]) as u32).collect();
+    Ok(GridPositions { positions, count: last as usize + 1, spacing })
 }
 
 /// Whether one column is constant in runs while the other, `other`, is monotonic in each run, which is unlikely for heights.

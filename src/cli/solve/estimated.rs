@@ -25,10 +25,10 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
     let method = asperity_methods::find(&solve.method).expect("checked with the scene");
     let steps = case.load_steps();
     let loads: Vec<Load> = steps.iter().map(|step| step.target).collect();
-    let requested = &case.problem(heights);
+    let problem = &case.problem(heights);
     let card = method.card();
-    let (plan, available) = (EstimatorInput::plan(requested, method), asperity_grid::sys::available_memory_bytes());
-    let grid = requested.grid;
+    let (plan, available) = (EstimatorInput::plan(problem, method), asperity_grid::sys::available_memory_bytes());
+    let grid = problem.grid;
     solve.print_plan(method, grid, plan.bytes, available)?;
     if solve.dry_run {
         return Ok(());
@@ -42,12 +42,12 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
     }
     let (mut states, mut lines) = (Vec::new(), Vec::new());
     let watch = ProgressReporter::new(progress, None, "", (0, loads.len()));
-    let resolved_gradient = requested.resolved_gradient();
-    let criterion = method.criterion(&requested.settings).to_string();
+    let resolved_gradient = problem.resolved_gradient();
+    let criterion = method.criterion(&problem.settings).to_string();
     let Scales { length_m: length, modulus_pa: modulus } = case.scales;
     let growth = asperity_grid::sys::MemoryGrowth::begin();
     let mut cpu = asperity_grid::sys::cpu_seconds();
-    let input = EstimatorInput::new(requested.clone(), method)?;
+    let input = EstimatorInput::new(problem.clone(), method)?;
     input.walk((&loads, 0), &watch, |i, problem, estimate| {
         // Before anything is counted in what was found.
         let (previous, measured) = (std::mem::replace(&mut cpu, asperity_grid::sys::cpu_seconds()), growth.bytes());

@@ -78,14 +78,14 @@ impl<'a> FieldWriter<'a> {
             let [nodes] = sums_of_ranks(ranks, ranks.count(), &[own]);
             nodes / grid.points() as f64
         });
-        let is_whole = |is_needed: bool, field: Field| {
+        let gathered = |is_needed: bool, field: Field| {
             let gather = || ranks.gather_on_first(&field.to_vec(), &ranks.shares(grid.ny, grid.nx));
             (is_needed && ranks.are_several()).then(gather)
         };
         Ok(OfFields {
             compressive,
-            gap: is_whole(self.solve.leakage, state.gap),
-            stress: is_whole(self.subsurface && state.stop == Stop::Converged, state.stress),
+            gap: gathered(self.solve.leakage, state.gap),
+            stress: gathered(self.subsurface && state.stop == Stop::Converged, state.stress),
         })
     }
 

@@ -289,7 +289,7 @@ impl SolveArgs {
 /// The largest grids of the problem's shape that fit into `have` bytes; `bytes` plans a problem with all that is also stored.
 fn fitting<'p>(bytes: impl Fn(ReducedProblem<'p>) -> u64, problem: &ReducedProblem<'p>, available: u64) -> String {
     let Grid { nx, ny, .. } = problem.grid;
-    let value_of = |precision| {
+    let largest_grid = |precision| {
         let grid = |n: usize| Grid { nx: n, ny: (n * ny / nx).max(1), ..problem.grid };
         let fits = |n| bytes(ReducedProblem { grid: grid(n), precision, ..problem.clone() }) <= available;
         // Bisection: one more point never needs less.
@@ -301,9 +301,9 @@ fn fitting<'p>(bytes: impl Fn(ReducedProblem<'p>) -> u64, problem: &ReducedProbl
         format!("{} x {} points", low, if low == 0 { 0 } else { grid(low).ny })
     };
     match problem.precision {
-        Precision::F32 => format!("{} fit", value_of(Precision::F32)),
+        Precision::F32 => format!("{} fit", largest_grid(Precision::F32)),
         Precision::F64 => {
-            format!("{} fit, with --precision f32 {}", value_of(Precision::F64), value_of(Precision::F32))
+            format!("{} fit, with --precision f32 {}", largest_grid(Precision::F64), largest_grid(Precision::F32))
         }
     }
 }

@@ -222,30 +222,30 @@ impl<'a> SolveReporter<'a> {
         let Some(request) = self.subsurface.as_ref().filter(|_| state.stop == Stop::Converged) else { return Ok(None) };
         let (modulus, grid) = (self.scales.modulus_pa, self.problem.grid);
         let body = (grid, self.problem.kernel);
-        let found = path::subsurface(request, body, fields.stress(state), |depth, quantity, values| {
+        let results = path::subsurface(request, body, fields.stress(state), |depth, quantity, values| {
             let Some(out) = &self.solve.out else { return Ok(None) };
             let map = format!("{}.npy", path::subsurface_map(quantity, depth));
             let name = file_name(i, self.loads, state.stop, &map);
             npy::write_field(&out.join(&name), grid.nx, grid.ny, Field::F64(values), modulus)?;
             Ok(Some(name))
         })?;
-        Ok(Some(found))
+        Ok(Some(results))
     }
 
     /// Reports the pull-off and writes its file. Returns its line of JSON.
     pub(super) fn pull_off(&self, pull_off: &PullOff) -> Result<Value> {
-        let found = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa);
+        let in_si = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa);
         let line = json!({
-            "pull_off_pressure": found.pressure,
-            "pull_off_pressure_error": found.pressure_error,
-            "mean_gap": found.mean_gap,
-            "mean_gap_error": found.mean_gap_error,
-            "coarser": found.coarser,
-            "curve": found.curve,
+            "pull_off_pressure": in_si.pressure,
+            "pull_off_pressure_error": in_si.pressure_error,
+            "mean_gap": in_si.mean_gap,
+            "mean_gap_error": in_si.mean_gap_error,
+            "coarser": in_si.coarser,
+            "curve": in_si.curve,
         });
         if let Some(out) = &self.solve.out {
             json::write(&out.join("pull-off.json"), &line)?;
-            load_table::write_pull_off(out, &found.curve, &self.units)?;
+            load_table::write_pull_off(out, &in_si.curve, &self.units)?;
         }
         self.pull_off_again(&line)?;
         Ok(line)
@@ -284,13 +284,13 @@ pub(super) fn with(state: &State, mut about: Value) -> Value {
 /// Rows of the stress below the surface, if it was requested.
 fn below_the_surface(s: &State, units: &ResultUnits) -> Vec<(&'static str, String)> {
     let Some(s) = &s.subsurface else { return Vec::new() };
-    let value_at = |p: &Peak| {
+    let peak_text = |p: &Peak| {
         format!("{}, {} deep", in_unit(units, p.value, Dimension::Stress), in_unit(units, p.depth, Dimension::Length))
     };
     let fraction = s.shear_over_strength.map(|fraction| ("over the shear strength", significant(fraction, 3)));
     let largest = [
-        ("largest von Mises stress below", value_at(&s.von_mises)),
-        ("largest shear stress below", value_at(&s.shear)),
+        ("largest von Mises stress below", peak_text(&s.von_mises)),
+        ("largest shear stress below", peak_text(&s.shear)),
     ];
     largest.into_iter().chain(fraction).collect()
 }

@@ -32,9 +32,9 @@ fn add(
     values: &[(&str, &str, Option<f64>)],
 ) {
     for (quantity, unit, value) in values {
-        let of =
+        let observable =
             Observable { source: source.into(), load, branch, quantity: quantity.to_string(), unit: unit.to_string() };
-        list.extend(value.map(|value| Observation { of, p_star, value }));
+        list.extend(value.map(|value| Observation { of: observable, p_star, value }));
     }
 }
 
@@ -43,9 +43,9 @@ const UNITS: [f64; 2] = [1e6, 1e-6];
 
 fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults) {
     let [um, mpa] = UNITS;
-    let value_at = |s: &State| (s.index, s.branch, s.p_star);
+    let load_of = |s: &State| (s.index, s.branch, s.p_star);
     for s in &c.states {
-        let (load, branch, p_star) = value_at(s);
+        let (load, branch, p_star) = load_of(s);
         let observed = s.observed.as_ref();
         let values = [
             ("contact_area", "1", Some(s.contact_area)),
@@ -62,7 +62,7 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults) {
         add(list, (source, load, branch, p_star), &values);
     }
     if let (Some(p), Some(last)) = (&c.pull_off, c.states.last()) {
-        let (load, _, p_star) = value_at(last);
+        let (load, _, p_star) = load_of(last);
         add(list, (source, load, Branch::Unloading, p_star), &[("pull_off_pressure", "MPa", Some(p.pressure * mpa))]);
     }
 }

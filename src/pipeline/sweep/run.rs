@@ -179,15 +179,15 @@ pub fn point(
 }
 
 /// `None` if it was interrupted.
-fn run_point(of: &SweepPoint, out: &Path, runner: &PointRunner) -> Result<Option<EnsemblePoint>> {
-    let folder = PointFolder::of(out, &of.label);
-    folder.write_scene(&of.scene)?;
+fn run_point(swept: &SweepPoint, out: &Path, runner: &PointRunner) -> Result<Option<EnsemblePoint>> {
+    let folder = PointFolder::of(out, &swept.label);
+    folder.write_scene(&swept.scene)?;
     let (status, reason) = match runner(&folder) {
         PointOutcome::Interrupted => return Ok(None),
         PointOutcome::Failed(reason) => (PointStatus::Failed, Some(reason)),
         PointOutcome::Done => (PointStatus::Done, None),
     };
-    point((&of.label, json_values(of)), status, reason, out).map(Some)
+    point((&swept.label, json_values(swept)), status, reason, out).map(Some)
 }
 
 /// The varied values of a point, as in its results.

@@ -73,22 +73,22 @@ fn contact(root: &Path, kind: MethodKind, state: &State) -> Result<Option<npy::N
 pub(super) fn maps(
     root: &Path,
     (kind, is_block): (MethodKind, bool),
-    found: &State,
+    state: &State,
     reference: &State,
     rough: Roughness,
 ) -> Result<MapErrors> {
-    let on_nodes = |map: npy::NpyMap<f64>, of: &npy::NpyMap<f64>, nearest: bool| match is_block {
-        true => at_nodes_of(&map, of.nx, of.ny, nearest),
+    let on_nodes = |map: npy::NpyMap<f64>, grid_of: &npy::NpyMap<f64>, nearest: bool| match is_block {
+        true => at_nodes_of(&map, grid_of.nx, grid_of.ny, nearest),
         false => map,
     };
-    let gap = match (found.gap_file(), reference.gap_file(), reference.mean_gap) {
+    let gap = match (state.gap_file(), reference.gap_file(), reference.mean_gap) {
         (Some(a), Some(b), Some(mean_gap)) => {
             let a = npy::read(&root.join(a))?;
             map_l2(&a, &on_nodes(npy::read(&root.join(b))?, &a, false), rough.gap(mean_gap) / rough.map_unit)
         }
         _ => None,
     };
-    let contact = match (contact(root, kind, found)?, contact(root, MethodKind::Solver, reference)?) {
+    let contact = match (contact(root, kind, state)?, contact(root, MethodKind::Solver, reference)?) {
         (Some(a), Some(b)) => map_mismatch(&a, &on_nodes(b, &a, true)),
         _ => None,
     };
@@ -110,7 +110,7 @@ const EDGES: f64 = 1.0 / 3.0;
 /// Numbers of the reference at each load, extrapolated from its grids (`levels`, coarse to fine).
 pub(super) fn numbers(levels: &[&[State]]) -> Vec<ReferenceLoad> {
     let finest = levels.last().copied().unwrap_or_default();
-    let value_of = |(i, state): (usize, &State)| {
+    let numbers_at = |(i, state): (usize, &State)| {
         let mut numbers = BTreeMap::new();
         for quantity in Quantity::NUMBERS {
             let values: Option<Vec<f64>> =
@@ -127,7 +127,7 @@ pub(super) fn numbers(levels: &[&[State]]) -> Vec<ReferenceLoad> {
         }
         ReferenceLoad { p_star: state.p_star, numbers }
     };
-    finest.iter().enumerate().map(value_of).collect()
+    finest.iter().enumerate().map(numbers_at).collect()
 }
 
 /// Errors at each load. `maps`: errors of the maps relative to the same reference.
@@ -159,7 +159,7 @@ fn of_load(
         let (a, b) = seen()?;
         Some(wasserstein(&Masses::of(of(a)?, lowest), &Masses::of(of(b)?, lowest))? / scale)
     };
-    let value_of = |quantity: Quantity| match quantity {
+    let error_of = |quantity: Quantity| match quantity {
         Quantity::ContactArea | Quantity::MeanGap | Quantity::Stiffness => {
             let (value, reference) = (number(state, quantity)?, numbers.get(&quantity)?.value);
             Some((value - reference).abs() / rough.number(quantity, reference))
@@ -178,22 +178,22 @@ fn of_load(
         }
         Quantity::StressMap | Quantity::PatchPdf => None,
     };
-    let finite = |m: Quantity| value_of(m).filter(|e| e.is_finite()).map(|e| (m, e));
+    let finite = |m: Quantity| error_of(m).filter(|e| e.is_finite()).map(|e| (m, e));
     Quantity::COMPARED.into_iter().filter_map(finite).collect()
 }
 
 /// Root mean square over the loads with a value.
 pub(super) fn over_loads(loads: &[LoadErrors]) -> Errors {
     let at_loads = |m: Quantity| loads.iter().filter_map(|l| l.errors.get(&m).copied()).collect::<Vec<_>>();
-    let total = |m: Quantity| rms(&at_loads(m)).map(|e| (m, e));
-    Quantity::COMPARED.into_iter().filter_map(total).collect()
+    let rms_of = |m: Quantity| rms(&at_loads(m)).map(|e| (m, e));
+    Quantity::COMPARED.into_iter().filter_map(rms_of).collect()
 }
 
 /// Relative uncertainty of the reference at each load. For numbers it is that of the extrapolation. For maps and
 /// distributions it is estimated from the errors of the grids with 1/2 and 1/4 of the points per side (`coarser`, in
 /// this order).
 pub(super) fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>], rough: Roughness) -> Vec<LoadErrors> {
-    let value_of = |(i, load): (usize, &ReferenceLoad)| {
+    let errors_at = |(i, load): (usize, &ReferenceLoad)| {
         let error = |grid: usize, m: Quantity| coarser.get(grid)?.get(i)?.errors.get(&m).copied();
         let relative = |m: Quantity| match load.numbers.get(&m) {
             Some(n) => Some(n.uncertainty?.abs() / rough.number(m, n.value)),
@@ -202,7 +202,7 @@ pub(super) fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>]
         let known = |m: Quantity| relative(m).filter(|e| e.is_finite()).map(|e| (m, e));
         LoadErrors { p_star: load.p_star, errors: Quantity::COMPARED.into_iter().filter_map(known).collect() }
     };
-    numbers.iter().enumerate().map(value_of).collect()
+    numbers.iter().enumerate().map(errors_at).collect()
 }
 
 #[cfg(test)]

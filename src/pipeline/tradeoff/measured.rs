@@ -91,7 +91,7 @@ pub(super) fn measure_repeatedly(
     case: &Case,
     series: &OnceCell<Series<f64>>,
     repeats: Option<usize>,
-    at: &StageContext,
+    context: &StageContext,
 ) -> Result<MeasuredPoint> {
     let made: Vec<f64>;
     let heights = match case.surface() {
@@ -112,7 +112,7 @@ pub(super) fn measure_repeatedly(
     while !enough(repeats, runs, seconds) {
         let growth = sys::MemoryGrowth::begin();
         let (clock, cpu) = (Instant::now(), sys::cpu_seconds());
-        let results = methods::run(case, point.method_run, heights, at)?;
+        let results = methods::run(case, point.method_run, heights, context)?;
         let cost = MeasuredCost {
             wall_seconds: clock.elapsed().as_secs_f64(),
             cpu_seconds: sys::cpu_seconds() - cpu,

@@ -24,9 +24,9 @@ pub(super) fn solve_reference(
 ) -> Result<ReferenceSolution> {
     let fast = find("fast").expect("it is registered");
     let tolerance = benchmark_point::base_tolerance(case).min(REFERENCE_TOLERANCE);
-    let value_at =
+    let point_on =
         |n: usize| BenchmarkPoint::on_grid(MethodRun { method: fast, adhesive }, n, Precision::F64, tolerance);
-    let point = value_at(n);
+    let point = point_on(n);
     let measured = bench.measure(&point, None, None)?;
     if let Some(reason) = &measured.results.unavailable_reason {
         let reason = format!("the reference ({}) is not available: {reason}", point.label());
@@ -39,7 +39,7 @@ pub(super) fn solve_reference(
         if benchmark_point::on_grid(case, n).is_err() {
             break;
         }
-        let solution = bench.measure(&value_at(n), Some((&point, (&measured, &key))), None)?;
+        let solution = bench.measure(&point_on(n), Some((&point, (&measured, &key))), None)?;
         if solution.results.unavailable_reason.is_some() {
             break;
         }

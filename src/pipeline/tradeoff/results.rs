@@ -67,28 +67,28 @@ fn row(
     bench: &BenchmarkRunner,
     references: &[ReferenceSolution],
     point: &BenchmarkPoint,
-    found: &MeasuredPoint,
+    measured: &MeasuredPoint,
 ) -> Option<TradeoffPoint> {
     let reference = ReferenceSolution::of(references, point)?;
     let is_reference = point.stage() == reference.point.stage();
-    let loads = match &found.results.unavailable_reason {
+    let load_errors = match &measured.results.unavailable_reason {
         Some(_) => Vec::new(),
         None if is_reference => reference.uncertainty.clone(),
-        None => reference.errors(found, bench.rough),
+        None => reference.errors(measured, bench.rough),
     };
     let card = point.method_run.method.card();
     Some(TradeoffPoint {
-        setting: point.setting(found.ny),
+        setting: point.setting(measured.ny),
         paper_name: card.paper_name.into(),
-        criterion: found.results.criterion.clone(),
-        calibrated_on: found.results.calibrated_on.clone(),
+        criterion: measured.results.criterion.clone(),
+        calibrated_on: measured.results.calibrated_on.clone(),
         is_reference,
-        unavailable_reason: found.results.unavailable_reason.clone(),
-        missing: found.results.missing.clone(),
-        cost: cost(&found.cost, reference),
-        errors: errors::over_loads(&loads),
-        loads,
-        resolved: point.block.and_then(|_| resolved_errors(bench, reference, point, found)),
+        unavailable_reason: measured.results.unavailable_reason.clone(),
+        missing: measured.results.missing.clone(),
+        cost: cost(&measured.cost, reference),
+        errors: errors::over_loads(&load_errors),
+        loads: load_errors,
+        resolved: point.block.and_then(|_| resolved_errors(bench, reference, point, measured)),
     })
 }
 
@@ -97,23 +97,29 @@ fn resolved_errors(
     bench: &BenchmarkRunner,
     reference: &ReferenceSolution,
     point: &BenchmarkPoint,
-    found: &MeasuredPoint,
+    measured: &MeasuredPoint,
 ) -> Option<ResolvedErrors> {
     let on = bench.on_resolved_heights(point, &reference.point);
     let other = &bench.known(&on)?.results.states;
     let numbers = errors::numbers(&[other]);
-    let loads = errors::errors((&found.results.states, &found.resolved), other, &numbers, bench.rough);
+    let load_errors = errors::errors((&measured.results.states, &measured.resolved), other, &numbers, bench.rough);
     let (shortest_wavelength, gradient) = bench.resolved(point);
-    Some(ResolvedErrors { shortest_wavelength, gradient, nx: on.n, errors: errors::over_loads(&loads), loads })
+    Some(ResolvedErrors {
+        shortest_wavelength,
+        gradient,
+        nx: on.n,
+        errors: errors::over_loads(&load_errors),
+        loads: load_errors,
+    })
 }
 
-fn reference(of: &ReferenceSolution) -> Reference {
+fn reference(solution: &ReferenceSolution) -> Reference {
     Reference {
-        setting: of.point.setting(of.measured.ny),
-        cost: cost(&of.measured.cost, of),
-        coarser: of.coarser.clone(),
-        loads: of.numbers.clone(),
-        uncertainty: errors::over_loads(&of.uncertainty),
+        setting: solution.point.setting(solution.measured.ny),
+        cost: cost(&solution.measured.cost, solution),
+        coarser: solution.coarser.clone(),
+        loads: solution.numbers.clone(),
+        uncertainty: errors::over_loads(&solution.uncertainty),
     }
 }
 

@@ -77,11 +77,11 @@ fn solved(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec
 
 /// Coordinate with the positions of `n` nodes of a periodic cell.
 fn axis(name: &str, n: usize, extent: f64) -> Variable {
-    let index = (0..n).map(|i| i as f64 * extent / n as f64).collect();
+    let positions = (0..n).map(|i| i as f64 * extent / n as f64).collect();
     Variable::new(
         name,
         &[name],
-        VariableData::Numbers(index),
+        VariableData::Numbers(positions),
         "m",
         &format!("position along {}", &name[name.len() - 1..]),
     )

@@ -74,14 +74,14 @@ pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup
     add(3, contacts(writer, &both)?, caption);
     for kind in &paper::FIGURES {
         let plot = both.plot(writer, results, kind)?;
-        let of = match kind.number {
+        let load_note = match kind.number {
             11 => ", loading and unloading",
             12 => "; the triangle marks first contact, without deformation",
             _ if kind.is_path() => "",
             _ => ", at the reference load",
         };
         let drawing = writer.curves(&format!("figure-{:02}", kind.number), &plot)?;
-        add(kind.number, drawing, &format!("{}{of}.", kind.caption));
+        add(kind.number, drawing, &format!("{}{load_note}.", kind.caption));
     }
     Ok(html! {
         p { "The figures of the challenge’s paper, from this run: with and without adhesion, loading and unloading. "
@@ -159,8 +159,8 @@ struct Both<'a> {
 }
 
 fn contacts(writer: &FigureWriter, both: &Both) -> Result<Option<Markup>> {
-    let value_of = |c| reference(c).and_then(|s| s.gap_file()).map(|file| writer.closed(file, LONGEST_SIDE));
-    let (Some(plain), Some(adhesive)) = (value_of(both.without).transpose()?, value_of(both.with).transpose()?) else {
+    let gap_of = |c| reference(c).and_then(|s| s.gap_file()).map(|file| writer.closed(file, LONGEST_SIDE));
+    let (Some(plain), Some(adhesive)) = (gap_of(both.without).transpose()?, gap_of(both.with).transpose()?) else {
         return Ok(None);
     };
     let draw = |part: &str, title: &str, picture: &Picture| -> Result<Markup> {
@@ -243,6 +243,6 @@ impl Both<'_> {
 /// The exponent of the paper, through the middle point of a curve.
 fn middle_slope(curve: &Curve) -> Option<Curve> {
     let middle = curve.points.get(curve.points.len() / 2)?;
-    let at = |p: &(f64, f64)| (p.0, middle.1 * (p.0 / middle.0).powf(SIZE_EXPONENT));
-    Some(Curve::new("a^−1.45", EXPECTED, curve.points.iter().map(at)))
+    let point_at = |p: &(f64, f64)| (p.0, middle.1 * (p.0 / middle.0).powf(SIZE_EXPONENT));
+    Some(Curve::new("a^−1.45", EXPECTED, curve.points.iter().map(point_at)))
 }

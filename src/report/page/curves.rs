@@ -27,13 +27,13 @@ pub(super) fn branches(
     of: &dyn Fn(&State) -> (f64, f64),
 ) -> Vec<Curve> {
     let converged: Vec<&State> = c.states.iter().filter(|s| s.stop == Stop::Converged).collect();
-    let both = converged.iter().any(|s| s.branch == Branch::Unloading);
+    let has_unloading = converged.iter().any(|s| s.branch == Branch::Unloading);
     let mut curves: Vec<Curve> = Vec::new();
     let mut last: Option<&State> = None;
     for state in converged {
         if last.is_none_or(|l| l.branch != state.branch) {
             let (style, name) = match state.branch {
-                Branch::Loading => (look, if both { format!("{label}, loading") } else { label.to_string() }),
+                Branch::Loading => (look, if has_unloading { format!("{label}, loading") } else { label.to_string() }),
                 Branch::Unloading => (BACK, format!("{label}, unloading")),
             };
             // One legend entry per branch.
@@ -105,13 +105,13 @@ fn contact_stiffness(c: &ContinuumResults) -> Option<Figure> {
     }
     let value = |s: &State| s.stiffness.unwrap_or(f64::NAN);
     let (scale, prefix) = si_scale(available.iter().map(value).fold(0.0, f64::max));
-    let value_at = |s: &State, k: f64| (s.p_star, k / scale);
+    let point_at = |s: &State, k: f64| (s.p_star, k / scale);
     let solved = ContinuumResults { states: available, ..c.clone() };
-    let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| value_at(s, value(s)));
+    let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| point_at(s, value(s)));
     for s in &solved.states {
         let error = s.stiffness_error.filter(|e| *e < value(s));
         curves
-            .extend(error.map(|e| Curve::new("", EXPECTED, [-1.0, 1.0].map(|side| value_at(s, value(s) + side * e)))));
+            .extend(error.map(|e| Curve::new("", EXPECTED, [-1.0, 1.0].map(|side| point_at(s, value(s) + side * e)))));
     }
     let caption = "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error.";
     let label = format!("contact stiffness ({prefix}Pa/m)");
@@ -140,23 +140,23 @@ const FINE: usize = 200;
 pub(super) fn formula((label, style): (&str, Style), over: &[Curve], log: bool, value: impl Fn(f64) -> f64) -> Curve {
     let (low, high) = ends(over.iter().flat_map(|c| &c.points).map(|p| p.0));
     let low = if log { low } else { low.max(0.0) };
-    let value_at = |i: usize| {
+    let point_at = |i: usize| {
         let fraction = i as f64 / FINE as f64;
         let p = if log { low * (high / low).powf(fraction) } else { low + fraction * (high - low) };
         (p, value(p))
     };
-    Curve::new(label, style, (0..=FINE).filter(|_| low < high).map(value_at))
+    Curve::new(label, style, (0..=FINE).filter(|_| low < high).map(point_at))
 }
 
 /// Contact fraction (%) of the matched continuum under each criterion.
 fn criteria(c: &ComparisonResults) -> Vec<Curve> {
     let all = || c.loads.iter().flat_map(|l| l.continuum.iter().map(|m| (l.p_star, m)));
     let curve = |id: &String| {
-        let of = || all().filter(|(_, m)| m.id == *id);
+        let of_criterion = || all().filter(|(_, m)| m.id == *id);
         // The other criteria of contact are in the labels.
         let zero = if id == "hard_wall" { ", gap = 0" } else { "" };
-        let label = of().next().map_or(String::new(), |(_, m)| format!("{}{zero}", m.label()));
-        Curve::new(label, model_style(id), of().map(|(p, m)| (p, 100.0 * m.contact_area)))
+        let label = of_criterion().next().map_or(String::new(), |(_, m)| format!("{}{zero}", m.label()));
+        Curve::new(label, model_style(id), of_criterion().map(|(p, m)| (p, 100.0 * m.contact_area)))
     };
     distinct(all().map(|(_, m)| &m.id)).into_iter().map(curve).collect()
 }
@@ -172,18 +172,19 @@ const FIRST: f64 = 430.0;
 /// p* of first yield and the atoms' contact there (%), between the loads around it.
 fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
     let p_star = a.plasticity.as_ref()?.first_yield?;
-    let of = |s: &AtomState| (s.p_star, 100.0 * s.contact_area);
+    let point = |s: &AtomState| (s.p_star, 100.0 * s.contact_area);
     let above = a.states.iter().position(|s| s.p_star >= p_star)?;
-    let ((p1, a1), (p0, a0)) = (of(&a.states[above]), above.checked_sub(1).map_or((0.0, 0.0), |k| of(&a.states[k])));
+    let ((p1, a1), (p0, a0)) =
+        (point(&a.states[above]), above.checked_sub(1).map_or((0.0, 0.0), |k| point(&a.states[k])));
     Some((p_star, a0 + (a1 - a0) * (p_star - p0) / (p1 - p0)))
 }
 
 /// Mean gap against the logarithm of the load, on which rough surfaces follow nearly a straight line.
 fn mean_gap(c: &ContinuumResults, other: Option<&ContinuumResults>) -> Figure {
     let (scale, prefix) = si_scale(c.states.iter().filter_map(|s| s.mean_gap).fold(0.0, f64::max));
-    let of = |s: &State| (s.p_star, s.mean_gap.unwrap_or(f64::NAN) / scale);
-    let mut curves = branches(c, (&c.method, LABORATORY), &of);
-    curves.extend(other.map(|c| without(c, of)));
+    let point = |s: &State| (s.p_star, s.mean_gap.unwrap_or(f64::NAN) / scale);
+    let mut curves = branches(c, (&c.method, LABORATORY), &point);
+    curves.extend(other.map(|c| without(c, point)));
     let plot = Plot::new(load_axis(c, "p*"), linear(format!("mean gap ({prefix}m)")), curves);
     let caption = html! { "Mean gap against reduced load at the laboratory scale."
     @if plot.x.log { " At light loads the mean gap is about linear in the logarithm of the load." } };

@@ -82,9 +82,9 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
 fn slope(curves: &[Curve]) -> Option<Curve> {
     let points = &curves.last()?.points;
     let (first, last) = (points.first()?, points.last()?);
-    let value_at = |a: f64| (a, 3.0 * first.1 * (a / first.0).powf(SIZE_EXPONENT));
+    let point_at = |a: f64| (a, 3.0 * first.1 * (a / first.0).powf(SIZE_EXPONENT));
     (last.0 > first.0)
-        .then(|| Curve::new("slope −1.45 (Müser et al. 2017)", EXPECTED, [value_at(first.0), value_at(last.0)]))
+        .then(|| Curve::new("slope −1.45 (Müser et al. 2017)", EXPECTED, [point_at(first.0), point_at(last.0)]))
 }
 
 fn numbers(writer: &FigureWriter, all: &[(&State, &Observed)]) -> Markup {

@@ -241,7 +241,7 @@ fn difference_table(e: &Ensemble) -> Markup {
 }
 
 fn points(e: &Ensemble) -> Markup {
-    let record =
+    let fraction_done =
         e.points.iter().filter(|p| p.status == PointStatus::Done).count() as f64 / e.points.len().max(1) as f64;
     let status = |p: &EnsemblePoint| match p.status {
         PointStatus::Done => "done".render(),
@@ -249,7 +249,7 @@ fn points(e: &Ensemble) -> Markup {
         PointStatus::Failed => bad("failed"),
     };
     html! {
-        p { (percent(record)) " of the points are done." }
+        p { (percent(fraction_done)) " of the points are done." }
         (columns!("words", &e.points, |p| {
             "point" => html! { a href={ "points/" (p.label) "/report.html" } { (p.label) } },
             "status" => status(p),

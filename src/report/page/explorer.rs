@@ -124,21 +124,21 @@ fn smoothing(results: &Results) -> Option<f64> {
 }
 
 /// The drawings of the highest load, with their titles.
-fn drawings(writer: &FigureWriter, sources: &[Source], node: usize, length_m: f64) -> Result<Vec<(String, Markup)>> {
+fn drawings(writer: &FigureWriter, sources: &[Source], load: usize, length_m: f64) -> Result<Vec<(String, Markup)>> {
     let mut figures = Vec::new();
     for (k, view) in views(sources).iter().enumerate() {
-        let Some((name, title, picture)) = drawing(sources, (k, view), node) else { continue };
+        let Some((name, title, picture)) = drawing(sources, (k, view), load) else { continue };
         figures.push((title.clone(), writer.map((&name, &title), &picture, length_m)?));
     }
     Ok(figures)
 }
 
 /// Name, title and picture of a view; `None` without its field.
-fn drawing(sources: &[Source], (k, view): (usize, &View), at: usize) -> Option<(String, String, Picture)> {
+fn drawing(sources: &[Source], (k, view): (usize, &View), load: usize) -> Option<(String, String, Picture)> {
     let source = &sources[view.layer];
-    let (here, name) = (&source.fields[at], format!("first-{}", k + 1));
+    let (here, name) = (&source.fields[load], format!("first-{}", k + 1));
     let contact = here.contact.as_ref()?;
-    Some(match (view.quantity, view.over.and_then(|o| sources[o].fields[at].contact.as_ref())) {
+    Some(match (view.quantity, view.over.and_then(|o| sources[o].fields[load].contact.as_ref())) {
         (Some("gap"), _) => {
             let gap = here.gap.as_ref()?;
             ("first-gap".into(), "Gap".into(), picture::gap(gap, of_gap(&gap.values), contact))
@@ -149,10 +149,10 @@ fn drawing(sources: &[Source], (k, view): (usize, &View), at: usize) -> Option<(
         }
         (_, Some(over)) if (contact.nx, contact.ny) != (over.nx, over.ny) => return None,
         (quantity, Some(over)) => {
-            let title = if quantity.is_some() { "Superposed".into() } else { source.title_at(at) };
+            let title = if quantity.is_some() { "Superposed".into() } else { source.title_at(load) };
             (name, title, picture::superposed(contact, over))
         }
-        (_, None) => (name, source.title_at(at), picture::contact(contact, source.colour)),
+        (_, None) => (name, source.title_at(load), picture::contact(contact, source.colour)),
     })
 }
 

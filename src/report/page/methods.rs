@@ -126,10 +126,10 @@ impl Page<'_> {
         let micron = |g: f64| format!("{} µm", significant(g * UM, 3));
         let reduced = |k: f64| significant(k / writer.scales.stiffness(), 3);
         let area = |a: f64| format!("{} µm²", significant(a * UM * UM, 3));
-        let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
+        let off = |value: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
             None => String::new(),
-            Some(r) if (found / r - 1.0).abs() < 0.005 => " (0 %)".into(),
-            Some(r) => format!(" ({:+.0} %)", 100.0 * (found / r - 1.0)).replace('-', "−"),
+            Some(r) if (value / r - 1.0).abs() < 0.005 => " (0 %)".into(),
+            Some(r) => format!(" ({:+.0} %)", 100.0 * (value / r - 1.0)).replace('-', "−"),
         };
         let median = |s: &State| s.observed.as_ref()?.median_cluster_area;
         let adhesion = |with: bool| if with { "with" } else { "without" };
@@ -151,8 +151,8 @@ impl Page<'_> {
             ])
         };
         let row = |m: &MethodResults| {
-            let at = |states| index.and_then(|index| at_step(states, index));
-            let (here, reference) = (at(m.states.as_slice()), at(own.like(m.adhesive)));
+            let state_of = |states| index.and_then(|index| at_step(states, index));
+            let (here, reference) = (state_of(m.states.as_slice()), state_of(own.like(m.adhesive)));
             type Of<'a> = &'a dyn Fn(&State) -> Option<f64>;
             let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
                 Some(v) => html! { (show(v)) (quiet(off(v, reference.and_then(of)))) },

@@ -21,14 +21,14 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
         return Ok(html! {});
     }
     let steps = || loads.iter().flat_map(|l| l.model_chain.iter().map(|v| (l.p_star, v)));
-    let index_along = |value: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
+    let load_curves = |value: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
         let points = |id: &String| steps().filter(|(_, v)| v.id == *id).map(|(p, v)| (p, value(v))).collect::<Vec<_>>();
         let ids = distinct(steps().map(|(_, v)| &v.id)).into_iter();
         ids.map(|id| Curve::new(name(id), model_style(id), points(id))).collect()
     };
-    let area = Plot::new(linear("p*"), linear("contact (%)"), index_along(&|v| 100.0 * v.contact_area));
+    let area = Plot::new(linear("p*"), linear("contact (%)"), load_curves(&|v| 100.0 * v.contact_area));
     let area = Plot { include: vec![(0.0, 0.0)], ..area };
-    let gap = Plot::new(log("p*"), linear("mean gap (Å)"), index_along(&|v| v.mean_gap_angstrom));
+    let gap = Plot::new(log("p*"), linear("mean gap (Å)"), load_curves(&|v| v.mean_gap_angstrom));
     let figures = [
         Figure::new("model-chain-area", "Contact fraction of each step at the block’s surface sites.", area),
         Figure::new("model-chain-gap", "Mean gap of each step; the contact criterion does not change it.", gap),

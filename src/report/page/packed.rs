@@ -77,10 +77,10 @@ mod tests {
 
     #[test]
     fn values_survive_to_a_level() {
-        let total = |values: Vec<f64>| DownsampledMap { nx: 7, ny: values.len() / 7, factor: 1, values };
-        let map = total((0..35).map(|i| (f64::from(i) * 1.7).sin() - 0.3).collect());
+        let map_of = |values: Vec<f64>| DownsampledMap { nx: 7, ny: values.len() / 7, factor: 1, values };
+        let map = map_of((0..35).map(|i| (f64::from(i) * 1.7).sin() - 0.3).collect());
         let actual = decoded(&values(&map));
         assert!(map.values.iter().zip(&actual).all(|(a, b)| (a - b).abs() <= 2.0 / LEVELS), "{actual:?}");
-        assert_eq!(decoded(&values(&total(vec![2.5; 14]))), [2.5; 14]);
+        assert_eq!(decoded(&values(&map_of(vec![2.5; 14]))), [2.5; 14]);
     }
 }

@@ -43,9 +43,9 @@ pub(super) const FIGURES: [PaperFigure; 9] = [
     PaperFigure { number: 5, name: "stress-section", caption: "Interfacial stress along y at x = L/2; tension is negative",
         needs: Quantity::StressMap, x: (linear, "y (µm)"), y: (linear, "stress σ/E*"),
         data: Data::State(|w, s| {
-            let found = column(w, s.stress_file(), 1.0)?;
-            let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
-            Ok(if most < NOISE * s.pressure.abs() / w.scales.modulus_pa { Vec::new() } else { found })
+            let points = column(w, s.stress_file(), 1.0)?;
+            let most = points.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
+            Ok(if most < NOISE * s.pressure.abs() / w.scales.modulus_pa { Vec::new() } else { points })
         }) },
     PaperFigure { number: 6, name: "cluster-sizes", caption: "Pr(a), density of clusters of an area",
         needs: Quantity::PatchPdf, x: AREA, y: (log, "Pr(a) (1/µm²)"),
@@ -116,8 +116,8 @@ pub(super) fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Re
     // Read row by row, because the whole map may not fit into memory.
     let map = npy::NpyReader::open(&writer.field(file)?)?;
     let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: writer.aspect };
-    let (at, step) = (column_at(grid, SECTION), grid.dy());
+    let (column, step) = (column_at(grid, SECTION), grid.dy());
     let mut points = Vec::with_capacity(grid.ny);
-    map.for_each_row(|y, row| points.push((y as f64 * step * writer.scales.length_m * UM, row[at] * unit)))?;
+    map.for_each_row(|y, row| points.push((y as f64 * step * writer.scales.length_m * UM, row[column] * unit)))?;
     Ok(points)
 }

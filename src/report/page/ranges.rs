@@ -16,13 +16,13 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         _ => format!("load {}", k + 1),
     };
     let shown = spread(results.other_ranges[0].states.len(), LOOKS.len());
-    let curves = |matches: &dyn Fn(&State) -> f64| -> Vec<Curve> {
-        let points = |k: usize| solved.iter().filter_map(move |(mu, c)| Some((*mu, matches(c.states.get(k)?))));
+    let curves = |quantity: &dyn Fn(&State) -> f64| -> Vec<Curve> {
+        let points = |k: usize| solved.iter().filter_map(move |(mu, c)| Some((*mu, quantity(c.states.get(k)?))));
         let look = |look: &Style| Style { marker: Marker::Disc, ..*look };
         LOOKS.iter().zip(&shown).map(|(l, &k)| Curve::new(label(k), look(l), points(k))).collect()
     };
     let plot =
-        |label: &str, matches: &dyn Fn(&State) -> f64| Plot::new(log("Tabor parameter"), log(label), curves(matches));
+        |label: &str, quantity: &dyn Fn(&State) -> f64| Plot::new(log("Tabor parameter"), log(label), curves(quantity));
     let figures = [
         Figure::new(
             "area-of-range",

@@ -137,7 +137,7 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
     let missed = c.states.iter().filter(|s| s.stop != Stop::Converged).count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
     let scale = if results.atoms.is_some() { "At the laboratory scale " } else { "" };
-    let value_of = |pick: fn(&State) -> f64| c.states.iter().filter(|s| s.stop != Stop::Detached).map(pick);
+    let values_of = |pick: fn(&State) -> f64| c.states.iter().filter(|s| s.stop != Stop::Detached).map(pick);
     let path = if c.states.len() == 1 {
         // The error is left out if no component is known.
         let error = |q| total(first, q).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)));
@@ -148,14 +148,14 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
             first.mean_gap.map_or("–".into(), |g| length(g, 3))
         )
     } else {
-        let loads = span(value_of(|s| s.p_star), |p| trimmed(p, 4));
-        let contact = span(value_of(|s| s.contact_area), percent);
+        let loads = span(values_of(|s| s.p_star), |p| trimmed(p, 4));
+        let contact = span(values_of(|s| s.contact_area), percent);
         let both = turned(c).map_or(String::new(), |(loading, unloading)| {
             let [up, down] = [loading, unloading].map(|s| percent(s.contact_area));
             format!("; at {} it is {up} on loading and {down} on unloading", load_label(unloading.p_star))
         });
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
-        let gaps = span(value_of(|s| -s.mean_gap.unwrap_or(f64::NAN)), |g| length(-g, 3));
+        let gaps = span(values_of(|s| -s.mean_gap.unwrap_or(f64::NAN)), |g| length(-g, 3));
         format!("at p* = {loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}")
     };
     let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);

@@ -112,8 +112,8 @@ fn shares(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
 pub enum NodalHardness<'m> {
     /// The same at all nodes; infinite for an elastic body.
     Uniform(f64),
-    /// A value for each node of a grid, from the node `first` on, over `unit`, and `plus`.
-    Map { map: &'m HardnessMap, first: usize, unit: f64, plus: f64 },
+    /// A value for each node of a grid, from the node `first` on, over `unit`, and `added_stress`.
+    Map { map: &'m HardnessMap, first: usize, unit: f64, added_stress: f64 },
 }
 
 impl From<f64> for NodalHardness<'_> {
@@ -127,7 +127,7 @@ impl<'m> From<&'m HardnessMap> for NodalHardness<'m> {
     fn from(map: &'m HardnessMap) -> Self {
         match map.extent {
             (low, high) if low == high => NodalHardness::Uniform(low),
-            _ => NodalHardness::Map { map, first: 0, unit: 1.0, plus: 0.0 },
+            _ => NodalHardness::Map { map, first: 0, unit: 1.0, added_stress: 0.0 },
         }
     }
 }
@@ -140,7 +140,7 @@ impl<'m> NodalHardness<'m> {
     pub fn mean(&self) -> f64 {
         match self {
             NodalHardness::Uniform(value) => *value,
-            NodalHardness::Map { map, unit, plus, .. } => map.mean / unit + plus,
+            NodalHardness::Map { map, unit, added_stress, .. } => map.mean / unit + added_stress,
         }
     }
 
@@ -149,7 +149,7 @@ impl<'m> NodalHardness<'m> {
     pub fn at(&self, i: usize) -> f64 {
         match self {
             NodalHardness::Uniform(value) => *value,
-            NodalHardness::Map { map, first, unit, plus } => map.nodes[first + i] / unit + plus,
+            NodalHardness::Map { map, first, unit, added_stress } => map.nodes[first + i] / unit + added_stress,
         }
     }
 
@@ -158,10 +158,10 @@ impl<'m> NodalHardness<'m> {
     pub fn chunk(&self, i: usize) -> [f64; CHUNK] {
         match self {
             NodalHardness::Uniform(value) => [*value; CHUNK],
-            NodalHardness::Map { map, first, unit, plus } => {
+            NodalHardness::Map { map, first, unit, added_stress } => {
                 let mut values = [f64::INFINITY; CHUNK];
                 let from = map.nodes.get(first + i..).unwrap_or(&[]);
-                values.iter_mut().zip(from).for_each(|(to, h)| *to = h / unit + plus);
+                values.iter_mut().zip(from).for_each(|(to, h)| *to = h / unit + added_stress);
                 values
             }
         }
@@ -171,7 +171,9 @@ impl<'m> NodalHardness<'m> {
     #[inline(always)]
     pub fn from_node(self, i: usize) -> Self {
         match self {
-            NodalHardness::Map { map, first, unit, plus } => NodalHardness::Map { map, first: first + i, unit, plus },
+            NodalHardness::Map { map, first, unit, added_stress } => {
+                NodalHardness::Map { map, first: first + i, unit, added_stress }
+            }
             uniform => uniform,
         }
     }
@@ -179,8 +181,8 @@ impl<'m> NodalHardness<'m> {
     /// On another grid of the same area.
     pub fn on_nodes(self, nx: usize, ny: usize) -> Self {
         match self {
-            NodalHardness::Map { map, unit, plus, .. } => {
-                NodalHardness::Map { map: map.on(nx, ny), first: 0, unit, plus }
+            NodalHardness::Map { map, unit, added_stress, .. } => {
+                NodalHardness::Map { map: map.on(nx, ny), first: 0, unit, added_stress }
             }
             uniform => uniform,
         }
@@ -190,8 +192,8 @@ impl<'m> NodalHardness<'m> {
     pub fn in_units(self, by: f64) -> Self {
         match self {
             NodalHardness::Uniform(value) => NodalHardness::Uniform(value / by),
-            NodalHardness::Map { map, first, unit, plus } => {
-                NodalHardness::Map { map, first, unit: unit * by, plus: plus / by }
+            NodalHardness::Map { map, first, unit, added_stress } => {
+                NodalHardness::Map { map, first, unit: unit * by, added_stress: added_stress / by }
             }
         }
     }
@@ -201,7 +203,9 @@ impl<'m> NodalHardness<'m> {
     pub fn raised(self, by: f64) -> Self {
         match self {
             NodalHardness::Uniform(value) => NodalHardness::Uniform(value + by),
-            NodalHardness::Map { map, first, unit, plus } => NodalHardness::Map { map, first, unit, plus: plus + by },
+            NodalHardness::Map { map, first, unit, added_stress } => {
+                NodalHardness::Map { map, first, unit, added_stress: added_stress + by }
+            }
         }
     }
 
@@ -247,9 +251,9 @@ mod tests {
     #[test]
     fn chunks_and_units() {
         let fine = map(9, 10, |i| (i + 1) as f64);
-        let of = NodalHardness::from(&fine).from_node(9).in_units(2.0);
-        assert_eq!((of.at(3), of.chunk(3)[2], of.mean()), (6.5, 7.5, 22.75));
-        assert_eq!(of.chunk(27)[53..56], [45.0, f64::INFINITY, f64::INFINITY]);
+        let hardness = NodalHardness::from(&fine).from_node(9).in_units(2.0);
+        assert_eq!((hardness.at(3), hardness.chunk(3)[2], hardness.mean()), (6.5, 7.5, 22.75));
+        assert_eq!(hardness.chunk(27)[53..56], [45.0, f64::INFINITY, f64::INFINITY]);
         assert!(matches!(NodalHardness::from(&map(2, 2, |_| 0.3)), NodalHardness::Uniform(h) if h == 0.3));
     }
 

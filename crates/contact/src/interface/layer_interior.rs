@@ -81,32 +81,40 @@ impl Layer {
 
     /// Stresses at a depth (0 to the thickness) under a pressure wave of wave number `q` > 0.
     pub fn stress_at(&self, q: f64, depth: f64) -> WaveStress {
-        let (nu, w, difference) = (self.poisson, q * self.thickness, q * depth);
-        let x = (w - difference).max(0.0);
-        // Hyperbolic functions over e^(w+x)/2, so that nothing overflows.
-        let (e_w, e_x, e_both) = ((-2.0 * w).exp(), (-2.0 * x).exp(), (-2.0 * (w + x)).exp());
-        let (cosh, sinh, cosh_apart, sinh_apart) = (1.0 + e_both, 1.0 - e_both, e_x + e_w, e_x - e_w);
-        let both = w + x;
+        let (nu, q_thickness, q_depth) = (self.poisson, q * self.thickness, q * depth);
+        let q_height = (q_thickness - q_depth).max(0.0);
+        // Of the point's mirror image in the base.
+        let q_image_depth = q_thickness + q_height;
+        // Hyperbolic functions of both depths over e^q_image_depth/2, so that nothing overflows.
+        let [e_thickness, e_height, e_image] = [q_thickness, q_height, q_image_depth].map(|x| (-2.0 * x).exp());
+        let (cosh_image, sinh_image) = (1.0 + e_image, 1.0 - e_image);
+        let (cosh_depth, sinh_depth) = (e_height + e_thickness, e_height - e_thickness);
         let (divisor, [f, slope, bend]) = match self.base {
             Base::Bonded => {
                 let (k, product) = (3.0 - 4.0 * nu, 2.0 * (1.0 - nu) * (1.0 - 2.0 * nu));
                 let last = 5.0 - 12.0 * nu + 8.0 * nu * nu;
-                let f = (w * x + 0.5 * last) * cosh_apart + 0.5 * (k * (difference * sinh + cosh) + both * sinh_apart);
-                let slope = 0.5 * difference * (k * cosh + cosh_apart) - (w * x + product) * sinh_apart;
-                let bend = 0.5 * (difference * (k * sinh - sinh_apart) - k * cosh - cosh_apart) - w * sinh_apart
-                    + (w * x + product) * cosh_apart;
-                let delta = k * (1.0 - e_w).powi(2) + 4.0 * e_w * (4.0 * (1.0 - nu).powi(2) + w * w);
+                let f = (q_thickness * q_height + 0.5 * last) * cosh_depth
+                    + 0.5 * (k * (q_depth * sinh_image + cosh_image) + q_image_depth * sinh_depth);
+                let slope =
+                    0.5 * q_depth * (k * cosh_image + cosh_depth) - (q_thickness * q_height + product) * sinh_depth;
+                let bend = 0.5 * (q_depth * (k * sinh_image - sinh_depth) - k * cosh_image - cosh_depth)
+                    - q_thickness * sinh_depth
+                    + (q_thickness * q_height + product) * cosh_depth;
+                let delta = k * (1.0 - e_thickness).powi(2)
+                    + 4.0 * e_thickness * (4.0 * (1.0 - nu).powi(2) + q_thickness * q_thickness);
                 (delta, [f, slope, bend])
             }
             Base::ConstantStress => {
-                let f = 0.5 * (difference * sinh - both * sinh_apart + cosh) - (0.5 + w * x) * cosh_apart;
-                let slope = 0.5 * difference * (cosh - cosh_apart) + w * x * sinh_apart;
-                let bend =
-                    0.5 * (difference * (sinh + sinh_apart) - cosh + cosh_apart) + w * sinh_apart - w * x * cosh_apart;
-                ((1.0 - e_w).powi(2) - 4.0 * e_w * w * w, [f, slope, bend])
+                let f = 0.5 * (q_depth * sinh_image - q_image_depth * sinh_depth + cosh_image)
+                    - (0.5 + q_thickness * q_height) * cosh_depth;
+                let slope = 0.5 * q_depth * (cosh_image - cosh_depth) + q_thickness * q_height * sinh_depth;
+                let bend = 0.5 * (q_depth * (sinh_image + sinh_depth) - cosh_image + cosh_depth)
+                    + q_thickness * sinh_depth
+                    - q_thickness * q_height * cosh_depth;
+                ((1.0 - e_thickness).powi(2) - 4.0 * e_thickness * q_thickness * q_thickness, [f, slope, bend])
             }
         };
-        let unit = 2.0 * (-difference).exp() / divisor;
+        let unit = 2.0 * (-q_depth).exp() / divisor;
         WaveStress { normal: -unit * f, along: unit * bend, shear: unit * slope }
     }
 }
@@ -156,12 +164,12 @@ mod tests {
             let lambda = two_g * nu / (1.0 - 2.0 * nu);
             let step = 1e-4 / q;
             let up = |z: f64| -at(&layer, q, z).normal;
-            let index_along = |z: f64| at(&layer, q, z).tangential;
+            let tangential = |z: f64| at(&layer, q, z).tangential;
             let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
             // With e^{iqx}: ∂x(i tangential) = -q tangential, ∂x(up) = iq up.
-            let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * index_along(z);
-            let shear = |z: f64| 0.5 * two_g * (slope(&index_along, z) + q * up(z));
-            let side = |z: f64| -(lambda + two_g) * q * index_along(z) + lambda * slope(&up, z);
+            let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * tangential(z);
+            let shear = |z: f64| 0.5 * two_g * (slope(&tangential, z) + q * up(z));
+            let side = |z: f64| -(lambda + two_g) * q * tangential(z) + lambda * slope(&up, z);
             // The formulas are also valid just above the surface, where the differences evaluate them.
             assert!((normal(t) + 1.0).abs() < DIFFERENCES, "{nu} {q}: {}", normal(t));
             assert!(shear(t).abs() < DIFFERENCES, "{nu} {q}: {}", shear(t));
@@ -184,14 +192,14 @@ mod tests {
             let lambda = two_g * nu / (1.0 - 2.0 * nu);
             let step = 1e-4 / q;
             let up = |z: f64| -at(&layer, q, z).normal;
-            let index_along = |z: f64| at(&layer, q, z).tangential;
+            let tangential = |z: f64| at(&layer, q, z).tangential;
             let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
             for depth in [0.0, 0.2 * t, 0.5 * t, 0.9 * t] {
                 let (z, actual) = (t - depth, layer.stress_at(q, depth));
-                let normal = (lambda + two_g) * slope(&up, z) - lambda * q * index_along(z);
-                let side = -(lambda + two_g) * q * index_along(z) + lambda * slope(&up, z);
+                let normal = (lambda + two_g) * slope(&up, z) - lambda * q * tangential(z);
+                let side = -(lambda + two_g) * q * tangential(z) + lambda * slope(&up, z);
                 // Upwards along z the shear stress has the other sign.
-                let shear = -0.5 * two_g * (slope(&index_along, z) + q * up(z));
+                let shear = -0.5 * two_g * (slope(&tangential, z) + q * up(z));
                 for (what, a, b) in
                     [("normal", actual.normal, normal), ("along", actual.along, side), ("shear", actual.shear, shear)]
                 {

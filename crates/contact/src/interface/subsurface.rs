@@ -161,14 +161,14 @@ impl Subsurface {
 
     fn below_rectangles(&self, component: usize, depth: f64) -> Vec<f64> {
         let (cell, facing) = (self.transform.grid(), self.facing);
-        let node = [facing.dx(), facing.dy()];
+        let spacing = [facing.dx(), facing.dy()];
         // Distance of two nodes, of either sign.
         let lag = |k: usize, n: usize, cell: usize| if k < n { k as f64 } else { k as f64 - cell as f64 };
         let mut kernel = self.transform.spectrum();
         let fill = |y: usize, row: &mut [f64]| {
             for (x, to) in row.iter_mut().enumerate() {
-                let index = [lag(x, facing.nx, cell.nx) * node[0], lag(y, facing.ny, cell.ny) * node[1], depth];
-                *to = rectangle::stresses(self.poisson, index, node)[component];
+                let point = [lag(x, facing.nx, cell.nx) * spacing[0], lag(y, facing.ny, cell.ny) * spacing[1], depth];
+                *to = rectangle::stresses(self.poisson, point, spacing)[component];
             }
         };
         self.transform.forward_of(fill, &mut kernel);

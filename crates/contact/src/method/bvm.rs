@@ -249,7 +249,7 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for BvmRun<'_, T, K, L> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
-        let pairs_before = self.operator.pairs;
+        let fft_pairs_before = self.operator.fft_pairs;
         // A load that is refused must not lose the flow.
         self.operator.control(load, self.observer, CARD.id)?;
         let mut flow = std::mem::take(&mut self.flow);
@@ -299,8 +299,8 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for BvmRun<'_, T, K, L> {
             }
         };
         let mut residuals = self.operator.stress(&mut self.gap, &mut self.residual);
-        let pairs = self.operator.pairs - pairs_before;
-        let outcome = control.finish(ending, residuals, pairs);
+        let fft_pairs = self.operator.fft_pairs - fft_pairs_before;
+        let outcome = control.finish(ending, residuals, fft_pairs);
         let plasticity = self.operator.yielded(&mut flow, (&mut self.gap, ending == Ending::Met), &mut residuals);
         self.flow = flow;
         let outcome = LoadSolution { residuals, ..outcome };

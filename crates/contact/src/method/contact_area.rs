@@ -93,8 +93,10 @@ impl ReducedProblem<'_> {
             },
         };
         let spacing = (self.grid.dx() * self.grid.dy()).sqrt();
-        let value_of = |q: f64| (self.kernel.stiffness(q, 0.0).recip() + compliance).ln();
-        let slope = |q: f64| (value_of(q * (1.0 - DIFFERENCE)) - value_of(q * (1.0 + DIFFERENCE))) / (2.0 * DIFFERENCE);
+        let log_compliance = |q: f64| (self.kernel.stiffness(q, 0.0).recip() + compliance).ln();
+        let slope = |q: f64| {
+            (log_compliance(q * (1.0 - DIFFERENCE)) - log_compliance(q * (1.0 + DIFFERENCE))) / (2.0 * DIFFERENCE)
+        };
         let first = FIRST_MISSING_WAVE * PI / spacing;
         (0..SAMPLES).map(|k| slope(first * f64::from(SAMPLES) / (f64::from(k) + 0.5))).sum::<f64>() / f64::from(SAMPLES)
     }

@@ -161,11 +161,11 @@ impl EquilibriumCheck<'_> {
         let of_fields = if self.law { 0.0 } else { work / points / self.work_scale() };
         let complementarity = state.complementarity.max(of_fields);
         // Cauchy and Schwarz: an imbalance on open nodes times their gap.
-        let difference = (gap_square / points).sqrt() / self.rms_height.max(f64::MIN_POSITIVE);
+        let relative_gap = (gap_square / points).sqrt() / self.rms_height.max(f64::MIN_POSITIVE);
         if self.hard && lowest_gap < 0.0 {
             return Stop::Rejected;
         }
-        if residual <= residual_limit && complementarity <= residual_limit * difference.max(1.0) {
+        if residual <= residual_limit && complementarity <= residual_limit * relative_gap.max(1.0) {
             Stop::Converged
         } else if residual <= 10.0 * self.floor {
             Stop::RoundingFloor

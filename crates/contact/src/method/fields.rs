@@ -17,7 +17,7 @@ pub struct Convolution {
     transform: Transform<f64>,
     spectrum: HalfSpectrum<f64>,
     /// Transform pairs so far.
-    pub pairs: f64,
+    pub fft_pairs: f64,
 }
 
 /// A real symbol on the half spectrum `[nx/2+1, ny]`, including the `1/N` of the transform.
@@ -27,7 +27,7 @@ impl Convolution {
     pub fn new(grid: Grid) -> Self {
         let transform = Transform::new(grid);
         let spectrum = transform.spectrum();
-        Convolution { transform, spectrum, pairs: 0.0 }
+        Convolution { transform, spectrum, fft_pairs: 0.0 }
     }
 
     /// Bytes of a convolution with `symbols` symbols.
@@ -55,7 +55,7 @@ impl Convolution {
         };
         self.transform.forward_filtered(field, &mut self.spectrum, &filter);
         self.transform.inverse(&mut self.spectrum, into);
-        self.pairs += 1.0;
+        self.fft_pairs += 1.0;
     }
 }
 

@@ -176,7 +176,7 @@ impl<T: Real, K: Kernel, L: Law> GfmdRun<'_, T, K, L> {
             worker.forward(spectrum);
             sums
         });
-        self.operator.pairs += 1.0;
+        self.operator.fft_pairs += 1.0;
         Residuals::new(self.gap.len(), elastic, &sums)
     }
 }
@@ -203,7 +203,7 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for GfmdRun<'_, T, K, L> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
-        let pairs_before = self.operator.pairs;
+        let fft_pairs_before = self.operator.fft_pairs;
         // A load that is refused must not lose the flow.
         self.operator.control(load, self.observer, CARD.id)?;
         let mut flow = std::mem::take(&mut self.flow);
@@ -251,8 +251,8 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for GfmdRun<'_, T, K, L> {
             // Those of the present state, not of the one before the last step.
             _ => self.operator.stress(&mut self.gap, &mut self.velocity),
         };
-        let pairs = self.operator.pairs - pairs_before;
-        let outcome = control.finish(ending, residuals, pairs);
+        let fft_pairs = self.operator.fft_pairs - fft_pairs_before;
+        let outcome = control.finish(ending, residuals, fft_pairs);
         let plasticity = self.operator.yielded(&mut flow, (&mut self.gap, ending == Ending::Met), &mut residuals);
         self.flow = flow;
         let outcome = LoadSolution { residuals, ..outcome };

@@ -18,7 +18,7 @@ pub struct LoadSolution<'p> {
     pub ending: Ending,
     pub iterations: usize,
     /// Transform pairs of this load.
-    pub pairs: f64,
+    pub fft_pairs: f64,
     pub clock: Instant,
     pub residuals: Residuals,
     pub error_estimates: ErrorEstimates,
@@ -61,7 +61,7 @@ impl<'p> LoadSolution<'p> {
             complementarity: residuals.complementarity / (scale * rms_height.max(f64::MIN_POSITIVE)),
             stop: Stop::Interrupted,
             iterations: self.iterations,
-            fft_pairs: self.pairs,
+            fft_pairs: self.fft_pairs,
             seconds: 0.0,
         };
         state.stop = check.decide(self.ending, &state, gap, stress);
@@ -214,8 +214,8 @@ impl<'o, 'p> IterationControl<'o, 'p> {
         stop
     }
 
-    /// Result after `pairs` transform pairs.
-    pub fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> LoadSolution<'p> {
+    /// Result after `fft_pairs` transform pairs.
+    pub fn finish(self, ending: Ending, residuals: Residuals, fft_pairs: f64) -> LoadSolution<'p> {
         let LoadCase { pressure, rms_height, hard, .. } = self.case;
         LoadSolution {
             load: Load::Pressure(pressure),
@@ -223,7 +223,7 @@ impl<'o, 'p> IterationControl<'o, 'p> {
             check: equilibrium_check(self.problem, hard, rms_height, self.scale),
             ending,
             iterations: self.iterations,
-            pairs,
+            fft_pairs,
             clock: self.clock,
             residuals,
             error_estimates: self.error_estimates,

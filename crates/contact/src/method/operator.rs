@@ -58,7 +58,7 @@ pub(super) struct Operator<'p, T: Real, K, L> {
     pub lowest: T,
     pub pressure: f64,
     /// Transform pairs so far.
-    pub pairs: f64,
+    pub fft_pairs: f64,
 }
 
 impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
@@ -84,7 +84,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             rms_height,
             lowest,
             pressure: 0.0,
-            pairs: 0.0,
+            fft_pairs: 0.0,
         }
     }
 
@@ -175,7 +175,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             let law = RowLaw::of(law, y, nx);
             (kkt_row(law, gap, &mut worker.row), visit(law, gap, &worker.row, store))
         });
-        self.pairs += 1.0;
+        self.fft_pairs += 1.0;
         let (sums, more): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
         (Residuals::new(grid.points(), elastic, &block_sums(&sums)), block_sums(&more))
     }
@@ -194,7 +194,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             sums
         });
         let curvature = self.transform.sum_columns(&mut self.spectrum, &self.stiffness);
-        self.pairs += 0.5;
+        self.fft_pairs += 0.5;
         (curvature, sums)
     }
 

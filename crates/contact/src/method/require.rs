@@ -48,8 +48,8 @@ pub fn hardness(problem: &ReducedProblem, card: &MethodCard) -> Result<()> {
         Some(map) if !map.is_on(nx, ny) => "a map on the grid of the surface",
         _ => return Ok(()),
     };
-    let of = if hardness.map().is_some() { "a map, mean " } else { "" };
-    refuse(card.id, "hardness", format!("{of}{value:e} E*"), accepted)
+    let prefix = if hardness.map().is_some() { "a map, mean " } else { "" };
+    refuse(card.id, "hardness", format!("{prefix}{value:e} E*"), accepted)
 }
 
 /// A pressure that the contact can carry: below `largest`, at which every node flows.

@@ -227,12 +227,12 @@ mod tests {
     /// Ordinary heights are left alone. Others are divided by a power of two that leaves an rms from 1 to 2.
     #[test]
     fn heights_far_from_one_are_divided_by_a_power_of_two() {
-        let value_of = |size: f64| ProblemScale::of(&Heights::Nodes(&[1.5 * size, -1.5 * size]));
+        let scale_of = |size: f64| ProblemScale::of(&Heights::Nodes(&[1.5 * size, -1.5 * size]));
         for size in [0.0, 1e-8, 1.0, 1e5, 1e-320, f64::NAN, f64::INFINITY] {
-            assert_eq!(value_of(size), ProblemScale::ONE, "{size:e}");
+            assert_eq!(scale_of(size), ProblemScale::ONE, "{size:e}");
         }
         for size in [1e-306, 1e-100, 1e-10, 1e7, 1e100, 1e307] {
-            let scale = value_of(size);
+            let scale = scale_of(size);
             let heights = [1.5 * size, -1.5 * size];
             let ScaledHeights::Nodes(divided) = scale.heights(&Heights::Nodes(&heights)) else { panic!("nodes") };
             assert!((1.0..2.0).contains(&divided[0]), "{size:e}: {divided:?}");

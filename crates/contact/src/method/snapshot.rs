@@ -45,9 +45,9 @@ impl SolverSnapshot {
     pub(super) fn restore_rows<P: DeserializeOwned>(self, grid: Grid, rows: usize, id: &str) -> Result<(Vec<f64>, P)> {
         let progress =
             serde_json::from_value(self.progress).map_err(|e| foreign(grid, id, "progress", e.to_string()))?;
-        let requested = Grid { ny: rows, ..grid }.points();
+        let points = Grid { ny: rows, ..grid }.points();
         match self.gap.len() {
-            len if len == requested => Ok((self.gap, progress)),
+            len if len == points => Ok((self.gap, progress)),
             len => Err(foreign(grid, id, "gap", format!("{len} values"))),
         }
     }

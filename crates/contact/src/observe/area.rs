@@ -84,27 +84,27 @@ fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: ContactEdges) -
     let touches = |g: T| g.wide() <= edges.threshold;
     // Of four nodes in a line, by gap and index: the edge between the inner two.
     let edge = |inner: [T; 2], [before, i, j, after]: [usize; 4]| -> [usize; 3] {
-        let value_at = |contact, behind, open: T| {
+        let edge_counts = |contact, behind, open: T| {
             let open = open.wide();
             [1, edges.halves(contact, behind, open), usize::from(open < edges.step)]
         };
         match inner.map(touches) {
-            [true, false] => value_at(i, before, inner[1]),
-            [false, true] => value_at(j, after, inner[0]),
+            [true, false] => edge_counts(i, before, inner[1]),
+            [false, true] => edge_counts(j, after, inner[0]),
             _ => [0; 3],
         }
     };
     let add = |sum: [usize; 3], more: [usize; 3]| std::array::from_fn(|k| sum[k] + more[k]);
     let own = sum_rows(rows, |y| {
-        let value_at = |y: usize, x: usize| y % rows * nx + x % nx;
+        let node_index = |y: usize, x: usize| y % rows * nx + x % nx;
         let row = &gap[y * nx..][..nx];
         let below = if y + 1 < rows { &gap[(y + 1) * nx..][..nx] } else { next };
         let nodes = row.iter().filter(|g| touches(**g)).count();
         let along = (0..nx)
-            .map(|x| edge([row[x], row[(x + 1) % nx]], [nx - 1, 0, 1, 2].map(|step| value_at(y, x + step))))
+            .map(|x| edge([row[x], row[(x + 1) % nx]], [nx - 1, 0, 1, 2].map(|step| node_index(y, x + step))))
             .fold([0; 3], add);
         let across = (0..nx)
-            .map(|x| edge([row[x], below[x]], [rows - 1, 0, 1, 2].map(|step| value_at(y + step, x))))
+            .map(|x| edge([row[x], below[x]], [rows - 1, 0, 1, 2].map(|step| node_index(y + step, x))))
             .fold([0; 3], add);
         [nodes, along[0], across[0], along[1] + across[1], along[2] + across[2]].map(|n| n as f64)
     });

@@ -112,8 +112,8 @@ pub fn share_counting_error(curve: &[[f64; 2]], contact: f64, area: f64) -> Opti
 /// error of one half.
 pub fn median_counting_error(curve: &[[f64; 2]], contact: f64, median: f64) -> Option<f64> {
     let error = share_counting_error(curve, contact, median)?;
-    let value_at = |fraction: f64| curve.iter().find(|[_, s]| *s >= fraction).map(|[a, _]| *a);
-    Some(0.5 * (value_at((0.5 + error).min(1.0))? - value_at(0.5 - error)?))
+    let area_at = |fraction: f64| curve.iter().find(|[_, s]| *s >= fraction).map(|[a, _]| *a);
+    Some(0.5 * (area_at((0.5 + error).min(1.0))? - area_at(0.5 - error)?))
 }
 
 /// Pr(a): number density of clusters over their area in nodes, in bins of equal ratio from one node on. Entries:

@@ -72,7 +72,7 @@ const COARSE: f64 = 0.5;
 /// `None` if an iteration does not converge.
 pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Option<Leakage> {
     let closed: Vec<u8> = (0..gap.len()).map(|i| u8::from(gap.at(i) <= threshold)).collect();
-    let index_along = |axis: usize| {
+    let flow_along = |axis: usize| {
         let leads = match edges {
             FlowEdges::Periodic => percolates(&closed, grid.nx, 0, false)[axis],
             FlowEdges::TwoSides => crosses(&closed, grid.nx, axis),
@@ -86,7 +86,7 @@ pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Opti
             (conductance * shape, iterations)
         })
     };
-    let (x, y) = rayon::join(|| index_along(0), || index_along(1));
+    let (x, y) = rayon::join(|| flow_along(0), || flow_along(1));
     let ((kx, x), (ky, y)) = (x?, y?);
     let (effective_medium, mean) = (hydraulic_gap(gap, threshold).powi(3), 0.5 * (kx + ky));
     let ratio = (mean > 0.0).then(|| effective_medium / mean);
@@ -252,12 +252,13 @@ impl Flow {
             FlowEdges::TwoSides => {
                 let shape = if axis == 0 { aspect } else { 1.0 / aspect };
                 for i in 0..n {
-                    let (at, count) = if axis == 0 { (i % nx, nx) } else { (i / nx, ny) };
+                    let (position, count) = if axis == 0 { (i % nx, nx) } else { (i / nx, ny) };
                     let side = 2.0 * shape * conductivity(i);
-                    if at == 0 {
+                    if position == 0 {
                         (b[i], base) = (side, base + side);
                     }
-                    outside[i] += f64::from(u8::from(at == 0)) * side + f64::from(u8::from(at + 1 == count)) * side;
+                    outside[i] +=
+                        f64::from(u8::from(position == 0)) * side + f64::from(u8::from(position + 1 == count)) * side;
                 }
             }
         }
@@ -405,12 +406,12 @@ mod tests {
     /// Second order for a smooth gap; the conductivity at 128² extrapolates those of 32² and 64².
     #[test]
     fn second_order_in_the_spacing() {
-        let value_at = |n: usize| {
+        let conductivity_on = |n: usize| {
             let wave = |i: usize| (std::f64::consts::TAU * (i as f64 + 0.5) / n as f64).sin();
             let gap: Vec<f64> = (0..n * n).map(|i| 1.0 + 0.4 * wave(i % n) * wave(i / n) + 0.3 * wave(i / n)).collect();
             conductivity(Grid::unit(n, n), &gap, FlowEdges::Periodic)
         };
-        let [a, b, c] = [32, 64, 128].map(value_at);
+        let [a, b, c] = [32, 64, 128].map(conductivity_on);
         for axis in 0..2 {
             let ratio = (a[axis] - b[axis]) / (b[axis] - c[axis]);
             assert!((ratio - 4.0).abs() < 0.2, "{ratio}");

@@ -9,7 +9,7 @@ pub fn stiffness(branch: &[(f64, f64)]) -> Vec<Option<f64>> {
         let (run, rise) = ((branch.get(b)?.0 / branch.get(a)?.0).ln(), branch[b].1 - branch[a].1);
         (branch[a].0 > 0.0 && branch[b].0 > 0.0 && run != 0.0).then(|| (rise / run, run))
     };
-    let value_at = |i: usize| {
+    let stiffness_at = |i: usize| {
         let previous = i.checked_sub(1).and_then(|a| slope(a, i));
         let per_log = match (previous, slope(i, i + 1)) {
             (Some((s, h)), Some((t, k))) => (s * k + t * h) / (h + k),
@@ -18,7 +18,7 @@ pub fn stiffness(branch: &[(f64, f64)]) -> Vec<Option<f64>> {
         };
         (per_log != 0.0).then(|| -branch[i].0 / per_log)
     };
-    (0..branch.len()).map(value_at).collect()
+    (0..branch.len()).map(stiffness_at).collect()
 }
 
 #[cfg(test)]

@@ -63,12 +63,12 @@ impl GridResult {
 
 /// Hydraulic gaps of a coarse grid; of several ranks on the first.
 fn flow_gaps(problem: &ReducedProblem, (ranks, gap): (&Ranks, Field), threshold: f64) -> Option<[f64; 2]> {
-    let value_of = |gap: Field| leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps());
+    let hydraulic_gaps_of = |gap: Field| leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps());
     if !ranks.are_several() {
-        return value_of(gap);
+        return hydraulic_gaps_of(gap);
     }
     let whole = ranks.gather_on_first(&gap.to_vec(), &ranks.shares(problem.grid.ny, problem.grid.nx));
-    if ranks.is_first() { value_of(Field::F64(&whole)) } else { None }
+    if ranks.is_first() { hydraulic_gaps_of(Field::F64(&whole)) } else { None }
 }
 
 /// Uncertainty of the area per boundary edge, in areas of a node: a third of the excess of an elastic edge, of any kind of edge but steps.
@@ -439,9 +439,9 @@ mod tests {
     #[test]
     fn values_stay_within_their_bounds() {
         for areas in [[0.5, 0.7, 0.9], [0.9, 0.95, 0.999], [1e-4, 0.1, 0.9999], [0.9, 0.2, 1e-3]] {
-            let value_of = |(&(n, r), a): (&(usize, f64), f64)| GridResult { mean_gap: 1.0 - a, ..level(n, r, a) };
+            let level_with = |(&(n, r), a): (&(usize, f64), f64)| GridResult { mean_gap: 1.0 - a, ..level(n, r, a) };
             let levels: Vec<GridResult> =
-                [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(value_of).collect();
+                [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(level_with).collect();
             for actual in [0.03, 0.01, 1e-4].iter().filter_map(|range| extrapolated(*range, &levels, true)) {
                 assert!((0.0..=1.0).contains(&actual.area.value) && actual.mean_gap.is_none_or(|g| g.value > 0.0));
             }
@@ -455,11 +455,11 @@ mod tests {
     /// monotonic, and for two grids only. There is no estimate if the error is as large as the value.
     #[test]
     fn inconsistent_grids_have_larger_errors() {
-        let value_of = |logits: [f64; 3]| -> Vec<GridResult> {
+        let levels_with = |logits: [f64; 3]| -> Vec<GridResult> {
             let levels = [(64, 0.08), (128, 0.06), (256, 0.04)];
             levels.iter().zip(logits).map(|(&(n, r), y)| level(n, r, (AREA.value)(y))).collect()
         };
-        let steady = value_of([-1.4, -1.3, -1.2]);
+        let steady = levels_with([-1.4, -1.3, -1.2]);
         let error = |levels: &[GridResult], resolved: bool| extrapolated(0.02, levels, resolved).map(|e| e.area.error);
         // From the value of the logit and its error.
         let close = |actual: Option<f64>, value: f64, by: f64| {
@@ -470,8 +470,8 @@ mod tests {
         close(error(&steady, false), -1.1, 0.2);
         close(error(&steady[1..], true), -1.1, 0.2);
         // Line and parabola end at -1.1 and -0.9.
-        close(error(&value_of([-1.2, -1.3, -1.2]), true), -1.0, 0.2 + 0.2);
-        assert_eq!(error(&value_of([-4.0, -1.2, -1.3]), true), None);
+        close(error(&levels_with([-1.2, -1.3, -1.2]), true), -1.0, 0.2 + 0.2);
+        assert_eq!(error(&levels_with([-4.0, -1.2, -1.3]), true), None);
     }
 
     #[test]

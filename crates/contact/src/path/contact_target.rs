@@ -40,7 +40,7 @@ pub fn pressures_of_contact(
     let heights = scale.heights(&problem.heights);
     let problem = &scale.problem(problem, &heights);
     let mut run = method.start(problem, observer)?.solver()?;
-    let node = 1.0 / problem.grid.points() as f64;
+    let node_fraction = 1.0 / problem.grid.points() as f64;
     let mut contact = |pressure: f64| -> Result<f64> {
         let state = run.equilibrate(Load::Pressure(pressure))?;
         match state.stop {
@@ -51,7 +51,7 @@ pub fn pressures_of_contact(
     };
     let mut pressure_of = |target: f64| {
         let guess = scale.divide(gradient) * estimated_p_star(target);
-        root(target, guess, (CONTACT_TOLERANCE * target).max(node), &mut contact)?.ok_or_else(|| {
+        root(target, guess, (CONTACT_TOLERANCE * target).max(node_fraction), &mut contact)?.ok_or_else(|| {
             let accepted = "an area that some pressure gives: the contact of this surface jumps past it";
             Error::input("problem", "load.contact", target, accepted)
         })

@@ -107,7 +107,7 @@ pub(super) fn search(
 /// A maximum of the tension with its errors.
 #[derive(Clone, Copy)]
 struct Maximum {
-    at: SeparationPoint,
+    point: SeparationPoint,
     pressure_error: f64,
     mean_gap_error: f64,
 }
@@ -172,10 +172,10 @@ impl Search<'_, '_> {
         if passed && -now.pressure >= (1.0 - LOST) * -self.lowest {
             let end = next.mean_gap;
             let bracketed = self.bracketed([earlier, now], end)?;
-            if self.best.is_none_or(|best| bracketed.at.pressure < best.at.pressure) {
+            if self.best.is_none_or(|best| bracketed.point.pressure < best.point.pressure) {
                 self.best = Some(bracketed);
             }
-            self.lowest = self.lowest.min(bracketed.at.pressure);
+            self.lowest = self.lowest.min(bracketed.point.pressure);
             self.run.set_gap(&gap);
         }
         // A rough surface separates asperity by asperity, and the last one may have the maximum tension. The scan
@@ -213,13 +213,14 @@ impl Search<'_, '_> {
         let mean_gap_error = (high - best.mean_gap).max(best.mean_gap - low);
         // At a jump the tension grows up to it at the slope before it, and the ends of the bracket are on two branches.
         let (growth, spread) = (slope * mean_gap_error, left.pressure.max(right.pressure) - best.pressure);
-        Ok(Maximum { at: best, pressure_error: growth + spread.min(growth), mean_gap_error })
+        Ok(Maximum { point: best, pressure_error: growth + spread.min(growth), mean_gap_error })
     }
 
     /// # Errors
     /// `Input` if the tension falls from the initial pressure on.
     fn result(mut self, initial: f64) -> Result<PullOff> {
-        let Some(Maximum { at: best, pressure_error, mean_gap_error }) = self.best.filter(|b| b.at.pressure < initial)
+        let Some(Maximum { point: best, pressure_error, mean_gap_error }) =
+            self.best.filter(|b| b.point.pressure < initial)
         else {
             let found = format!("a pull of {:.3e} E*, from which on it falls", -self.scale.multiply(initial));
             return Err(Error::input("pull-off", "last load", found, "a load before the largest tension"));

@@ -232,8 +232,8 @@ fn walk(
     let reduced = model.problem(heights.get());
     if loads.kind == LoadKind::Contact {
         let pressures = pressures_of_contact(&loads.values, &reduced, method, gradient, observer)?;
-        let found = Loads { kind: LoadKind::Pressure, values: pressures, ..loads.clone() }.path();
-        steps.iter_mut().zip(found).for_each(|(step, pressure)| step.impose(pressure, gradient));
+        let pressure_loads = Loads { kind: LoadKind::Pressure, values: pressures, ..loads.clone() }.path();
+        steps.iter_mut().zip(pressure_loads).for_each(|(step, pressure)| step.impose(pressure, gradient));
     }
     let targets = targets(&steps);
     let begin = problem

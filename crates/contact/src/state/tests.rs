@@ -206,9 +206,9 @@ fn every_number_has_the_unit_of_its_dimension() {
     numbers(&serde_json::to_value(&state).expect("JSON"), "", &mut found);
     for (path, value) in &found {
         let key = key(path);
-        let of = DIMENSIONS.iter().find(|(known, _)| *known == key);
-        assert!(of.is_some() || PLAIN.contains(&key.as_str()), "{path}: its dimension is not in the tables");
-        let [length, stress] = of.map_or([0, 0], |(_, powers)| *powers);
+        let dimension = DIMENSIONS.iter().find(|(known, _)| *known == key);
+        assert!(dimension.is_some() || PLAIN.contains(&key.as_str()), "{path}: its dimension is not in the tables");
+        let [length, stress] = dimension.map_or([0, 0], |(_, powers)| *powers);
         assert_eq!(*value, UNITS[0].powi(length) * UNITS[1].powi(stress), "{path}");
     }
     for (known, _) in &DIMENSIONS {

@@ -98,8 +98,8 @@ const SHARED_BY_THREADS: usize = 80 * 80;
 pub fn on_threads<R: Send>(count: usize, work: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
     let work = &work;
     std::thread::scope(|scope| {
-        let value_of = |rank| scope.spawn(move || work(Ranks(RankGroup::Threads(rank))));
-        let started: Vec<_> = threads::ranks(count).into_iter().map(value_of).collect();
+        let spawn = |rank| scope.spawn(move || work(Ranks(RankGroup::Threads(rank))));
+        let started: Vec<_> = threads::ranks(count).into_iter().map(spawn).collect();
         started.into_iter().map(|thread| thread.join().expect("a rank that ended")).collect()
     })
 }

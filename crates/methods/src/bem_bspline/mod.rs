@@ -293,7 +293,8 @@ impl BemBsplineRun<'_> {
                 let BemBsplineRun { heights, gap, penalty, .. } = self;
                 let lowest = asperity_grid::lowest(heights);
                 let upper = lowest + pressure * heights.len() as f64 / *penalty;
-                let carried = |at: f64| means(heights.len(), |i| [*penalty * (at - heights[i]).max(0.0)])[0];
+                let carried =
+                    |approach: f64| means(heights.len(), |i| [*penalty * (approach - heights[i]).max(0.0)])[0];
                 // Sixty halvings exhaust the precision.
                 let (_, upper) = bisect(lowest, upper, 60, |approach| carried(approach) <= pressure);
                 each(gap, |i, _| heights[i] - upper);
@@ -326,7 +327,7 @@ impl SolverRun for BemBsplineRun<'_> {
         let rms_height = self.rms_height;
         let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: true };
         let mut control = IterationControl::new(problem, self.observer, case);
-        let pairs_before = self.convolution.pairs;
+        let fft_pairs_before = self.convolution.fft_pairs;
         self.begin(pressure);
         let mut goal = ROUND;
         let (ending, residuals) = loop {
@@ -360,8 +361,8 @@ impl SolverRun for BemBsplineRun<'_> {
             // No more accurate than the multipliers.
             goal = (ROUND * residual).min(goal).max(0.1 * problem.tolerance);
         };
-        let pairs = self.convolution.pairs - pairs_before;
-        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.stress))
+        let fft_pairs = self.convolution.fft_pairs - fft_pairs_before;
+        Ok(control.finish(ending, residuals, fft_pairs).state(&self.gap, &self.stress))
     }
 }
 

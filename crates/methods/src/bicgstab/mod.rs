@@ -220,20 +220,20 @@ impl<'p, L: Law, M: Fn(f64) -> L> BicgstabRun<'p, L, M> {
         let points = problem.grid.points() as f64;
         // The symbols contain 1/N: k/N here, 1/(N(k + c)) in the preconditioner.
         condition.set(stiffness, |k| 1.0 / (points * (points * k + shift)));
-        let both = std::cell::RefCell::new(convolution);
+        let shared = std::cell::RefCell::new(convolution);
         newton.solve(
             force,
             step,
             (forcing, INNER_MOST),
-            |y, to| both.borrow_mut().apply(condition, y, to),
+            |y, to| shared.borrow_mut().apply(condition, y, to),
             |y, to| {
-                both.borrow_mut().apply(stiffness, y, to);
+                shared.borrow_mut().apply(stiffness, y, to);
                 each(to, |i, t| t + slope[i] * y[i]);
             },
         );
         let mut predicted = product(force, step);
         if !(predicted > 0.0 && predicted.is_finite()) {
-            both.borrow_mut().apply(condition, force, step);
+            shared.borrow_mut().apply(condition, force, step);
             predicted = product(force, step);
         }
         let (energy, previous) = (residuals.energy(pressure), self.gap.clone());
@@ -264,7 +264,7 @@ impl<L: Law, M: Fn(f64) -> L> SolverRun for BicgstabRun<'_, L, M> {
     fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let pairs_before = self.convolution.pairs;
+        let fft_pairs_before = self.convolution.fft_pairs;
         // Continuation in the range, halved from about the rms height down to the final one.
         let mut rho = self.rho;
         if !self.begun && pressure > 0.0 {
@@ -311,7 +311,7 @@ impl<L: Law, M: Fn(f64) -> L> SolverRun for BicgstabRun<'_, L, M> {
                 break Ending::Stopped(if rounded { Stop::RoundingFloor } else { Stop::NoDescent });
             }
         };
-        let pairs = self.convolution.pairs - pairs_before;
-        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.stress))
+        let fft_pairs = self.convolution.fft_pairs - fft_pairs_before;
+        Ok(control.finish(ending, residuals, fft_pairs).state(&self.gap, &self.stress))
     }
 }

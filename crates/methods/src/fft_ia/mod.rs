@@ -229,7 +229,7 @@ impl SolverRun for FftIaRun<'_> {
         let case = LoadCase { pressure, range: 0.0, rms_height, hard: true };
         let mut control = IterationControl::new(problem, self.observer, case);
         let scale = control.scale;
-        let pairs_before = self.convolution.pairs;
+        let fft_pairs_before = self.convolution.fft_pairs;
         if std::mem::take(&mut self.gap_is_set) {
             // Pressures in equilibrium with it.
             let FftIaRun { heights, gap, stress, adhesive, convolution, stiffness, .. } = self;
@@ -246,8 +246,8 @@ impl SolverRun for FftIaRun<'_> {
             let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
             // As accurate as the adhesive pressure and, at the end, as the tolerance: an error of the gap times a
             // stiffness is an error of the stress.
-            let requested = (INNER * change).clamp(0.1 * problem.tolerance, 1e-2) * scale / stiffest;
-            let inner_stop = self.contact(pressure + pulled, requested);
+            let inner_tolerance = (INNER * change).clamp(0.1 * problem.tolerance, 1e-2) * scale / stiffest;
+            let inner_stop = self.contact(pressure + pulled, inner_tolerance);
             // The gap of the state: closed where the contact pressure is positive, open elsewhere.
             let FftIaRun { gap, contact, .. } = self;
             each(gap, |i, g| if contact[i] > 0.0 { 0.0 } else { g.max(0.0) });
@@ -281,14 +281,15 @@ impl SolverRun for FftIaRun<'_> {
             }
             // Without adhesion only the inner iteration continues, with a smaller tolerance.
             if self.law.is_none() {
-                change = (INNER * control.relative(&residuals)).min(0.1 * change.max(requested * stiffest / scale));
+                change =
+                    (INNER * control.relative(&residuals)).min(0.1 * change.max(inner_tolerance * stiffest / scale));
             }
             let relaxation = self.relaxation;
             each(adhesive, |i, a| a + relaxation * (traction[i] - a));
         };
         let FftIaRun { stress, contact, adhesive, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
-        let pairs = self.convolution.pairs - pairs_before;
-        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.stress))
+        let fft_pairs = self.convolution.fft_pairs - fft_pairs_before;
+        Ok(control.finish(ending, residuals, fft_pairs).state(&self.gap, &self.stress))
     }
 }

@@ -262,11 +262,11 @@ mod tests {
             [0.12, 0.2, 0.44, 0.04].map(|reach| spots.displacements(&mut EwaldMesh::with_reach(grid, reach), &all));
         let largest = actual[0].iter().map(|f| f.abs()).fold(0.0, f64::max);
         for &k in &all {
-            let at = spots.all[k];
+            let asperity = spots.all[k];
             let by = |s: &Asperity| {
-                let r = spots.distance(at.place(), s.place());
+                let r = spots.distance(asperity.place(), s.place());
                 let own = if r == 0.0 { 0.0 } else { displacement(r, s.spot(), s.radius) };
-                own + s.load() * images(1.5, 1.0, spots.shortest((at.x - s.x, at.y - s.y)))
+                own + s.load() * images(1.5, 1.0, spots.shortest((asperity.x - s.x, asperity.y - s.y)))
             };
             let direct: f64 = spots.all.iter().filter(|s| s.approach > 0.0).map(by).sum();
             assert!((actual[0][k] - direct).abs() < POINTS * largest, "{k}: {} {direct}", actual[0][k]);

@@ -84,15 +84,15 @@ impl EwaldMesh {
     }
 
     pub(super) fn weights(&self, (x, y): (f64, f64)) -> Weights {
-        let index_along = |x: f64, dx: f64, n: usize| {
+        let weights_along = |x: f64, dx: f64, n: usize| {
             let u = x / dx;
             let base = u.floor();
             // Centre the spline on the position.
             let first = base as i64 - (ORDER as i64 / 2 - 1);
             (first.rem_euclid(n as i64) as usize, spline(u - base))
         };
-        let (i, wx) = index_along(x, self.grid.dx(), self.grid.nx);
-        let (j, wy) = index_along(y, self.grid.dy(), self.grid.ny);
+        let (i, wx) = weights_along(x, self.grid.dx(), self.grid.nx);
+        let (j, wy) = weights_along(y, self.grid.dy(), self.grid.ny);
         Weights { first: [i, j], along: [wx, wy] }
     }
 
@@ -193,12 +193,12 @@ struct Cells {
 }
 
 impl Cells {
-    fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+    fn new(cell: Grid, reach: f64, points: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let extents = [cell.lx, cell.ly];
         let columns = extents.map(|l| ((l / reach).floor() as usize).clamp(1, 2048));
         let index_along = |axis: usize, x: f64| column(x, extents[axis], columns[axis]);
         let list =
-            CellList::new([columns[0], columns[1], 1], at.map(|(x, y)| [index_along(0, x), index_along(1, y), 0]));
+            CellList::new([columns[0], columns[1], 1], points.map(|(x, y)| [index_along(0, x), index_along(1, y), 0]));
         Cells { columns, extents, list }
     }
 

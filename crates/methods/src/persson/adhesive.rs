@@ -283,8 +283,8 @@ mod tests {
         };
         for v in [-1.0, 0.0, 0.8] {
             // Density at t0: a Gaussian minus its weighted mirror image.
-            let gauss = |s: f64, at: f64| {
-                (-(s - at - v * t0).powi(2) / (4.0 * t0)).exp() / (4.0 * std::f64::consts::PI * t0).sqrt()
+            let gauss = |s: f64, centre: f64| {
+                (-(s - centre - v * t0).powi(2) / (4.0 * t0)).exp() / (4.0 * std::f64::consts::PI * t0).sqrt()
             };
             let mut density: Vec<f64> = (0..400)
                 .map(|k| k as f64 * ds)
@@ -307,16 +307,16 @@ mod tests {
     fn area_is_proportional_to_small_pressures() {
         for (gamma, mesh) in [(0.0, Resolution::DEFAULT), (0.0, FINE), (2e-5, Resolution::DEFAULT), (2e-5, FINE)] {
             let cascade = cascade(gamma, mesh);
-            let value_at = |p: f64| cascade.solve(p, None, &never);
-            let [tiny, small] = [1e-6, 1e-3].map(|p| value_at(p).contact_area / p);
+            let estimate_at = |p: f64| cascade.solve(p, None, &never);
+            let [tiny, small] = [1e-6, 1e-3].map(|p| estimate_at(p).contact_area / p);
             assert!((tiny / small - 1.0).abs() < 1e-3, "{gamma}, {mesh:?}: {tiny} {small}");
             if gamma == 0.0 {
                 for p in [1e-5, 1e-3, 0.01, 0.1, 0.5, 2.0] {
                     let exact = libm::erf(2f64.sqrt() * p);
                     assert!(
-                        (value_at(p).contact_area / exact - 1.0).abs() < 1e-3,
+                        (estimate_at(p).contact_area / exact - 1.0).abs() < 1e-3,
                         "{mesh:?}, {p}: {} {exact}",
-                        value_at(p).contact_area
+                        estimate_at(p).contact_area
                     );
                 }
             }

@@ -59,9 +59,9 @@ pub(super) fn gap_distribution(
         let (left, more) = volume(k + 1, after);
         evaluations += more;
         // Half of the height variance of the bands themselves, during which gaps open.
-        let local: f64 = bands[longer..=k].iter().map(|b| b.height).sum();
+        let own_variance: f64 = bands[longer..=k].iter().map(|b| b.height).sum();
         let gap = ((open - left) / lost).max(0.0);
-        separated.push(SeparatedArea::of(lost, gap, (shorter + 0.5 * local).max(0.0).sqrt()));
+        separated.push(SeparatedArea::of(lost, gap, (shorter + 0.5 * own_variance).max(0.0).sqrt()));
         (touching, open, longer) = (after, left, k + 1);
     }
     let top = separated.iter().map(|p| p.gap + REACH * p.rough).fold(0.0, f64::max);

@@ -180,8 +180,8 @@ mod tests {
             let actual = opening.at(f64::sqrt(x2));
             assert!((actual - 0.5 * e1).abs() < 1e-11, "{x2}: {actual} {}", 0.5 * e1);
         }
-        let (at, x) = (|x: f64| Opening::new(0.45).at(x), 0.731);
-        let slope = (at(x + 1e-4) - at(x - 1e-4)) / 2e-4;
+        let (opening_at, x) = (|x: f64| Opening::new(0.45).at(x), 0.731);
+        let slope = (opening_at(x + 1e-4) - opening_at(x - 1e-4)) / 2e-4;
         let opening = Opening::new(0.45);
         assert!((slope + opening.fall(x) / x).abs() < 1e-7, "{slope}");
     }

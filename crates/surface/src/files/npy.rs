@@ -408,13 +408,13 @@ mod tests {
     fn both_orders_and_both_widths_read_alike() {
         let (_folder, path) = scratch();
         let c = Array2::from_shape_fn((2, 3), |(y, x)| (10 * y + x) as f64);
-        let requested = vec![0.0, 1.0, 2.0, 10.0, 11.0, 12.0];
+        let expected = vec![0.0, 1.0, 2.0, 10.0, 11.0, 12.0];
         ndarray_npy::write_npy(&path, &c).unwrap();
-        assert_eq!(read(&path).unwrap(), NpyMap { nx: 3, ny: 2, values: requested.clone() });
+        assert_eq!(read(&path).unwrap(), NpyMap { nx: 3, ny: 2, values: expected.clone() });
         let mut fortran = Array2::<f32>::zeros((2, 3).f());
         fortran.zip_mut_with(&c, |a, &b| *a = b as f32);
         ndarray_npy::write_npy(&path, &fortran).unwrap();
-        assert_eq!(read(&path).unwrap().values, requested);
+        assert_eq!(read(&path).unwrap().values, expected);
         write(&path, 3, 2, c.iter().copied()).unwrap();
         assert_eq!(ndarray_npy::read_npy::<_, Array2<f64>>(&path).unwrap(), c);
         write(&path, 3, 2, c.iter().map(|&v| v as u8)).unwrap();

@@ -28,9 +28,9 @@ pub(super) fn split(line: &str) -> (Vec<&str>, Separator) {
     if line.contains(',') {
         let tokens: Vec<&str> = line.split_whitespace().collect();
         let inside = tokens.iter().any(|w| w.trim_matches(',').contains(','));
-        let difference = tokens.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(','));
+        let blank_between = tokens.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(','));
         let begins = |w: &&str| w.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) || is_missing(w);
-        if !(inside && difference && tokens.iter().all(begins)) {
+        if !(inside && blank_between && tokens.iter().all(begins)) {
             let fields = closed(line.split(','));
             if fields.iter().any(|f| has_numbers_apart(f)) {
                 return (line.split([',', ' ', '\t']).filter(|w| !w.is_empty()).collect(), Separator::Comma);

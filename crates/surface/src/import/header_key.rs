@@ -117,11 +117,12 @@ fn composed(words: &[&str]) -> Option<HeaderKey> {
     }
     let rest = rest.join(" ");
     let known = noun(&rest).or_else(|| noun_of_axis(&rest).filter(|_| !axes.is_empty()));
-    let (noun, of) = known.map(|n| (n, None)).or_else(|| qualified(&rest).map(|(n, of)| (n, Some(of))))?;
-    let axis = match (&axes[..], of) {
-        ([], of) => of.unwrap_or(""),
+    let (noun, qualifier) =
+        known.map(|n| (n, None)).or_else(|| qualified(&rest).map(|(n, qualifier)| (n, Some(qualifier))))?;
+    let axis = match (&axes[..], qualifier) {
+        ([], qualifier) => qualifier.unwrap_or(""),
         ([one], None) => one,
-        ([one], Some(of)) if *one == of || of == "xy" && *one != "z" => one,
+        ([one], Some(qualifier)) if *one == qualifier || qualifier == "xy" && *one != "z" => one,
         _ => return None,
     };
     let lateral = match axis {
@@ -175,7 +176,7 @@ fn noun_of_axis(word: &str) -> Option<Noun> {
 
 /// `height unit`, `Einheit Höhe`, `Höheneinheit`, `lateral units`: a unit or a factor with the word for its axes.
 fn qualified(tokens: &str) -> Option<(Noun, &'static str)> {
-    let value_of = |word: &str| match word {
+    let axes_of = |word: &str| match word {
         "height" | "heights" | "data" | "value" | "values" | "höhe" | "höhen" | "daten" | "wert" | "werte"
         | "werten" | "vertical" | "vertikale" => Some("z"),
         "lateral" | "laterale" | "length" | "längen" | "horizontal" | "horizontale" | "xy" => Some("xy"),
@@ -183,15 +184,15 @@ fn qualified(tokens: &str) -> Option<(Noun, &'static str)> {
     };
     let split = || {
         if let Some((first, remainder)) = tokens.split_once(' ') {
-            let last = || tokens.rsplit_once(' ').and_then(|(remainder, last)| Some((value_of(last)?, remainder)));
-            return value_of(first).map(|value_of| (value_of, remainder)).or_else(last);
+            let last = || tokens.rsplit_once(' ').and_then(|(remainder, last)| Some((axes_of(last)?, remainder)));
+            return axes_of(first).map(|axes| (axes, remainder)).or_else(last);
         }
         // German compounds: `Höheneinheit`, `Höhenfaktor`.
         let index = ["einheit", "faktor", "skalierung"].iter().find_map(|noun| tokens.find(noun))?;
-        Some((value_of(&tokens[..index])?, &tokens[index..]))
+        Some((axes_of(&tokens[..index])?, &tokens[index..]))
     };
-    let (value_of, remainder) = split()?;
-    noun(remainder).filter(|n| matches!(n, Noun::Unit | Noun::Scale)).map(|n| (n, value_of))
+    let (axes, remainder) = split()?;
+    noun(remainder).filter(|n| matches!(n, Noun::Unit | Noun::Scale)).map(|n| (n, axes))
 }
 
 #[cfg(test)]

@@ -69,10 +69,10 @@ impl Headings {
 /// `X[µm]`, `x (um)`, `Z / nm`, `z_nm`: the name in lower case, and the unit if it is one of length.
 fn name_and_unit(field: &str) -> (String, Option<String>) {
     let field = field.trim().trim_matches('"').trim_end_matches(':');
-    let at = field
+    let end_of_name = field
         .find(['[', '(', '/'])
         .or_else(|| field.rfind(['_', ' ']).filter(|i| length_unit(&field[i + 1..]).is_some()));
-    let (name, unit) = match at {
+    let (name, unit) = match end_of_name {
         Some(i) => (&field[..i], length_unit(field[i + 1..].trim().trim_end_matches([']', ')']))),
         None => (field, None),
     };
@@ -104,8 +104,8 @@ impl Corner {
             Some((names, unit)) => (names, length_unit(unit)),
             None => (word, None),
         };
-        let difference = if word.contains('\\') { '\\' } else { '/' };
-        let parts: Vec<(String, Option<String>)> = names.split(difference).map(name_and_unit).collect();
+        let separator = if word.contains('\\') { '\\' } else { '/' };
+        let parts: Vec<(String, Option<String>)> = names.split(separator).map(name_and_unit).collect();
         if let [(below, unit), (across, _)] = &parts[..]
             && let Some([down, along]) = axis(below).zip(axis(across)).map(|(a, b)| [a, b]).filter(|[a, b]| a != b)
         {

@@ -21,11 +21,11 @@ pub(super) fn header(start: &str) -> Option<(usize, usize)> {
 /// Reads a `konfig` file of contMech: `#nx ny`, then blocks of `x y h` lines. The last line of a block and the last
 /// block repeat the first, because the cell is periodic.
 pub(super) fn read(path: &Path, nx: usize, ny: usize) -> Result<ImportedFile> {
-    let found = text::read(path, ImportOptions::default())?;
-    let (map, layout) = (&found.map, found.layout);
+    let text_map = text::read(path, ImportOptions::default())?;
+    let (map, layout) = (&text_map.map, text_map.layout);
     // Other programs write the shape before a plain matrix, in either order.
     if layout == TextLayout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
-        return Ok(found.into());
+        return Ok(text_map.into());
     }
     if layout != TextLayout::XyzLines || (map.nx, map.ny) != (nx + 1, ny + 1) {
         let found = match layout {
@@ -52,7 +52,7 @@ pub(super) fn read(path: &Path, nx: usize, ny: usize) -> Result<ImportedFile> {
     }
     let heights = (0..nx * ny).map(|i| value_at(i % nx, i / nx)).collect();
     let map = HeightMap::new(&path.display().to_string(), nx, ny, heights)?;
-    let mut declared = found.declared;
+    let mut declared = text_map.declared;
     if let Some(extent) = &mut declared.extent {
         // Without the repeated edges.
         extent.x *= nx as f64 / (nx + 1) as f64;
@@ -60,7 +60,7 @@ pub(super) fn read(path: &Path, nx: usize, ny: usize) -> Result<ImportedFile> {
     }
     declared.periodic = Some(true);
     Ok(ImportedFile {
-        warnings: found.warnings,
+        warnings: text_map.warnings,
         ..ImportedFile::map(map, declared, "konfig of contMech, lines of x y h")
     })
 }

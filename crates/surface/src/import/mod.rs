@@ -87,7 +87,7 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
         let found = format!("--dataset (surface.dataset) = {} for a file without names", source::quoted(name));
         return Err(Error::format(path, found, "the name only with a file that names its channels or arrays"));
     }
-    let found = match kind {
+    let imported = match kind {
         FileKind::Format(format) => (format.read)(path, options)?,
         FileKind::Binary => {
             return Err(Error::format(path, "a binary file of a kind that is not known", foreign::KINDS));
@@ -100,16 +100,16 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
             ImportedFile::of(waves, Declared::default(), "text, qX qY Re Im")
         }
         FileKind::Text => {
-            let found = text::read(path, options)?;
-            if found.layout == text::TextLayout::XyzLines {
+            let text_map = text::read(path, options)?;
+            if text_map.layout == text::TextLayout::XyzLines {
                 // The coordinates determine the format, also of a map four points wide.
-                return Ok(found.into());
+                return Ok(text_map.into());
             }
-            found.into()
+            text_map.into()
         }
         FileKind::Konfig { nx, ny } => konfig::read(path, nx, ny)?,
     };
-    settle(path, found, options.fourier)
+    settle(path, imported, options.fourier)
 }
 
 /// Converts four columns to Fourier coefficients if requested; returns an error if they are ambiguous.

@@ -55,7 +55,7 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
 
 /// Coordinates along x and y: the variables with the names of the dimensions.
 pub(super) fn axes(path: &Path, file: &NcFile, variable: &NcVariable) -> Result<[Option<Coordinate>; 2]> {
-    let mut found = [None, None];
+    let mut coordinates = [None, None];
     for (k, dimension) in variable.dimensions().iter().enumerate() {
         let Ok(coordinate) = file.coordinate_variable(&dimension.name) else { continue };
         if coordinate.shape().len() != 1 || stored(coordinate.dtype()).is_none() {
@@ -66,13 +66,13 @@ pub(super) fn axes(path: &Path, file: &NcFile, variable: &NcVariable) -> Result<
             Error::format(path, found, "a NetCDF file")
         })?;
         let x_first = order(variable) == Order::RowsOfY;
-        found[if x_first { k } else { 1 - k }] = Some(Coordinate {
+        coordinates[if x_first { k } else { 1 - k }] = Some(Coordinate {
             name: dimension.name.clone(),
             attributes: attributes(coordinate.attributes()),
             values: values.iter().copied().collect(),
         });
     }
-    Ok(found)
+    Ok(coordinates)
 }
 
 /// Index order of a variable.

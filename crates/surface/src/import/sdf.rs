@@ -141,20 +141,20 @@ fn text(path: &Path, remainder: Bytes) -> Result<(SdfHeader, Vec<f64>)> {
     let header = SdfHeader::of(path, &values)?;
     let accepted = "a line of * between header and heights (the file is cut off or damaged)";
     let words = records.next().ok_or_else(|| Error::format(path, "a header without heights", accepted))?;
-    let requested = header.nx.saturating_mul(header.ny);
-    let expected = || format!("{requested}, NumPoints x NumProfiles of the header (or the file is cut off)");
+    let points = header.nx.saturating_mul(header.ny);
+    let expected = || format!("{points}, NumPoints x NumProfiles of the header (or the file is cut off)");
     // A number and a blank.
-    if requested > words.len() / 2 + 1 {
+    if points > words.len() / 2 + 1 {
         return Err(Error::format(path, format!("{} characters of heights", words.len()), expected()));
     }
-    fits(path, requested as u64 * 8)?;
-    let mut heights = Vec::with_capacity(requested);
+    fits(path, points as u64 * 8)?;
+    let mut heights = Vec::with_capacity(points);
     for word in words.split_whitespace() {
         let height = if word.eq_ignore_ascii_case("bad") { Ok(f64::NAN) } else { word.parse() };
-        let place = || format!("height {} of {requested} = {word:?}", heights.len() + 1);
+        let place = || format!("height {} of {points} = {word:?}", heights.len() + 1);
         heights.push(height.map_err(|_| Error::format(path, place(), "a number, or BAD"))?);
     }
-    if heights.len() != requested {
+    if heights.len() != points {
         return Err(Error::format(path, format!("{} heights", heights.len()), expected()));
     }
     Ok((header, heights))

@@ -130,7 +130,7 @@ impl TextChannel {
             )),
             None => {}
         }
-        let both = [(x, &columns), (y, &rows)].map(|(step, labels)| (!counts(labels)).then_some(step.abs()));
+        let spacings = [(x, &columns), (y, &rows)].map(|(step, labels)| (!counts(labels)).then_some(step.abs()));
         let mut inside: Vec<Vec<f64>> = self.values.chunks_exact(nx).skip(1).map(|row| row[1..].to_vec()).collect();
         if x < 0.0 {
             inside.iter_mut().for_each(|row| row.reverse());
@@ -139,7 +139,7 @@ impl TextChannel {
             inside.reverse();
         }
         (self.values, self.nx, self.ny) = (inside.concat(), nx - 1, self.ny - 1);
-        Ok(Some(both))
+        Ok(Some(spacings))
     }
 
     /// Whether the first line and column without a word in the corner are labels and not part of an even slope: the corner is empty, or

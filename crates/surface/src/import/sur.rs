@@ -184,32 +184,32 @@ fn text(field: &[u8]) -> String {
 
 /// Decompresses the heights: number of streams, raw and compressed length of each, the streams (zlib).
 fn decompress(path: &Path, mut remainder: Bytes, header: &SurHeader) -> Result<Vec<u8>> {
-    let requested = header.nx.saturating_mul(header.ny).saturating_mul(header.stored.bytes);
+    let bytes = header.nx.saturating_mul(header.ny).saturating_mul(header.stored.bytes);
     let damaged = |found: String| {
-        Error::format(path, found, format!("{requested} bytes of compressed heights (the file is cut off or damaged)"))
+        Error::format(path, found, format!("{bytes} bytes of compressed heights (the file is cut off or damaged)"))
     };
     let streams = remainder.count("the number of compressed streams")?;
     if streams > MOST_STREAMS {
         return Err(damaged(format!("{streams} compressed streams")));
     }
     let mut directory = Bytes::of(path, remainder.take(streams.saturating_mul(8), "the list of compressed streams")?);
-    if requested > remainder.left().len().saturating_mul(EXPANSION) {
+    if bytes > remainder.left().len().saturating_mul(EXPANSION) {
         return Err(damaged(format!("{} bytes for {} x {} points", remainder.left().len(), header.nx, header.ny)));
     }
-    fits(path, requested as u64)?;
-    let mut raw = Vec::with_capacity(requested);
+    fits(path, bytes as u64)?;
+    let mut raw = Vec::with_capacity(bytes);
     for _ in 0..streams {
         let (length, zipped) = (directory.count("a length")?, directory.count("a length")?);
         let stream = remainder.take(zipped, "a compressed stream")?;
         let previous = raw.len();
-        let largest = requested.saturating_sub(previous) as u64 + 1;
+        let largest = bytes.saturating_sub(previous) as u64 + 1;
         ZlibDecoder::new(stream)
             .take(largest)
             .read_to_end(&mut raw)
             .map_err(|e| damaged(format!("a damaged compressed stream ({e})")))?;
-        if raw.len() - previous != length || raw.len() > requested {
+        if raw.len() - previous != length || raw.len() > bytes {
             return Err(damaged(format!("a compressed stream of {} bytes instead of {length}", raw.len() - previous)));
         }
     }
-    if raw.len() == requested { Ok(raw) } else { Err(damaged(format!("{} bytes", raw.len()))) }
+    if raw.len() == bytes { Ok(raw) } else { Err(damaged(format!("{} bytes", raw.len()))) }
 }

@@ -57,7 +57,7 @@ fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOptions) -> Re
     let name = |s: &TextChannel| s.header.channel.clone().unwrap_or_default();
     let names: Vec<String> = sections.iter().map(name).filter(|n| !n.is_empty()).collect();
     let heights: Vec<usize> = (0..sections.len()).filter(|i| sections[*i].header.no_length.is_none()).collect();
-    let found = match options.dataset {
+    let index = match options.dataset {
         Some(requested) => {
             sections.iter().position(|s| s.header.channel.as_deref() == Some(requested)).ok_or_else(|| {
                 if names.is_empty() {
@@ -80,7 +80,7 @@ fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOptions) -> Re
         },
     };
     let candidates = heights.iter().map(|i| name(&sections[*i])).filter(|n| !n.is_empty()).collect();
-    let mut chosen = sections.swap_remove(found);
+    let mut chosen = sections.swap_remove(index);
     if let Some((unit, line)) = &chosen.header.no_length {
         let found = format!("values in {} on line {line}, which are no heights", quoted(unit));
         return Err(Error::format(path, found, super::unit::ACCEPTED));
@@ -151,10 +151,10 @@ impl TextReader<'_> {
     fn row(&mut self, number: usize, text: &str, fields: &[&str], separator: Separator) -> Result<()> {
         let path = self.path;
         let section = self.section();
-        let mut found = fields.len();
-        if found + 1 == section.nx && text.trim_end().ends_with([',', ';']) && separator != Separator::Blank {
+        let mut count = fields.len();
+        if count + 1 == section.nx && text.trim_end().ends_with([',', ';']) && separator != Separator::Blank {
             section.values.push(f64::NAN);
-            found += 1;
+            count += 1;
         }
         if section.ny == 0 {
             section.first_line = number;
@@ -165,25 +165,25 @@ impl TextReader<'_> {
             section.in_block = true;
         }
         *section.blocks.last_mut().expect("the one of this line") += 1;
-        if section.nx != 0 && found != section.nx {
-            let found = format!("{found} heights on line {number}");
+        if section.nx != 0 && count != section.nx {
+            let found = format!("{count} heights on line {number}");
             let accepted = format!("{}, as on the lines before (or the file is cut off)", section.nx);
             return Err(Error::format(path, found, accepted));
         }
-        (section.nx, section.ny) = (found, section.ny + 1);
+        (section.nx, section.ny) = (count, section.ny + 1);
         Ok(())
     }
 
-    /// A line on which field `node` is no number: part of the header, names of columns, or their labels.
-    fn words(&mut self, number: usize, text: &str, fields: &[&str], node: usize, separator: Separator) -> Result<()> {
+    /// A line on which field `column` is no number: part of the header, names of columns, or their labels.
+    fn words(&mut self, number: usize, text: &str, fields: &[&str], column: usize, separator: Separator) -> Result<()> {
         if ChannelHeader::channel_of(text).is_some() && self.section().ny > 0 {
             self.sections.push(TextChannel::default());
         }
-        let (path, word) = (self.path, fields[node]);
+        let (path, word) = (self.path, fields[column]);
         let notation = &mut self.notation;
         let section = self.sections.last_mut().expect("never empty");
         let wrong = || {
-            let found = format!("{} on line {number}, column {} (counted from 1)", quoted(word), node + 1);
+            let found = format!("{} on line {number}, column {} (counted from 1)", quoted(word), column + 1);
             Error::format(path, found, "a number (lines of text may be comments: # in front)")
         };
         if section.ny > 0 {
@@ -213,7 +213,7 @@ impl TextReader<'_> {
         if text.split_once(['=', ':']).is_some_and(|(key, _)| key.trim_start().starts_with(char::is_alphabetic)) {
             return Ok(());
         }
-        if node == 0 && fields.len() > 2 && numbers[1..].iter().all(Option::is_some) {
+        if column == 0 && fields.len() > 2 && numbers[1..].iter().all(Option::is_some) {
             section.corner = Some(word.to_string());
             section.values.push(f64::NAN);
             section.values.extend(numbers[1..].iter().flatten());
@@ -475,17 +475,17 @@ mod tests {
         let rows = "# x y h\n0 0 1\n.5 0 2\n1 0 3\n\n0 .5 4\n.5 .5 5\n1 .5 6\n";
         let columns = "2 7 1\n2 8 4\n \n3 7 2\n3 8 5\n\n4 7 3\n4 8 6\n\n";
         let bare = |text: &str| text.replace("\n \n", "\n").replace("\n\n", "\n");
-        let sum = |actual: TextMap| {
+        let summary = |actual: TextMap| {
             let e = actual.declared.extent.unwrap();
             (super::tests::rows(&actual.map), e.x / e.y, actual.layout)
         };
         let map = ("1 2 3; 4 5 6".to_string(), 1.5, TextLayout::XyzLines);
         for text in [rows, columns, &bare(rows), &bare(columns)] {
-            assert_eq!(sum(reads(text).unwrap()), map, "{text}");
+            assert_eq!(summary(reads(text).unwrap()), map, "{text}");
         }
         // Descending x, y or both, and different spacings.
         for text in ["0 1 4\n1 1 5\n2 1 6\n0 0 1\n1 0 2\n2 0 3\n", "2 1 6\n1 1 5\n0 1 4\n\n2 0 3\n1 0 2\n0 0 1\n"] {
-            assert_eq!(sum(reads(text).unwrap()), map, "{text}");
+            assert_eq!(summary(reads(text).unwrap()), map, "{text}");
         }
         assert_eq!(reads("0 0 1\n1 0 2\n\n0 3 3\n1 3 4\n").unwrap().declared.extent, extent(2.0, 6.0, None));
         // Absent points are missing: inside, at the end, and a whole column.

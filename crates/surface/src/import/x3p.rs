@@ -201,10 +201,10 @@ fn checksum_file(archive: &mut X3pArchive, xml: &Elements, files: &[(&str, &[u8]
     }
     let text = archive.bytes(name, LONGEST)?;
     for line in String::from_utf8_lossy(&text).lines() {
-        let Some((sum, of)) = line.trim().split_once(' ').or(Some((line.trim(), MAIN))) else { continue };
-        let of = of.trim().trim_start_matches('*');
-        if let Some((name, bytes)) = files.iter().find(|(name, _)| *name == of) {
-            checksum(archive.path, Some(sum), name, bytes)?;
+        let Some((md5, listed)) = line.trim().split_once(' ').or(Some((line.trim(), MAIN))) else { continue };
+        let listed = listed.trim().trim_start_matches('*');
+        if let Some((name, bytes)) = files.iter().find(|(name, _)| *name == listed) {
+            checksum(archive.path, Some(md5), name, bytes)?;
         }
     }
     Ok(())

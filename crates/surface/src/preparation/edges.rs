@@ -31,8 +31,8 @@ impl Edges {
     pub(super) fn line(self, grid: Grid) -> String {
         match self {
             Edges::Taper => {
-                let is_whole = |n: usize| window(n).iter().filter(|w| **w == 1.0).count();
-                let kept = 100.0 * (is_whole(grid.nx) * is_whole(grid.ny)) as f64 / grid.points() as f64;
+                let untapered = |n: usize| window(n).iter().filter(|w| **w == 1.0).count();
+                let kept = 100.0 * (untapered(grid.nx) * untapered(grid.ny)) as f64 / grid.points() as f64;
                 format!(
                     "edges taper: to the mean over {} % of each side, {kept:.0} % of the points unchanged",
                     100.0 * TAPERED

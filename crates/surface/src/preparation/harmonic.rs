@@ -218,9 +218,9 @@ mod tests {
         /// Rounding of heights up to 60, after an offset of 1000.
         const TOLERANCE: f64 = 1e-11;
         let grid = Grid { nx: 40, ny: 30, lx: 4.0, ly: 6.0 };
-        let value_at = |i: usize| ((i % 40) as f64 * grid.dx(), (i / 40) as f64 * grid.dy());
+        let position_of = |i: usize| ((i % 40) as f64 * grid.dx(), (i / 40) as f64 * grid.dy());
         let value_of = |i: usize| {
-            let (x, y) = value_at(i);
+            let (x, y) = position_of(i);
             1000.0 + x * x - y * y + 0.7 * x * y - 2.0 * x + y
         };
         let hole = |i: usize| {

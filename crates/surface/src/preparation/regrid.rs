@@ -164,7 +164,7 @@ mod tests {
     /// Waves of a periodic map, and its mean, are kept.
     #[test]
     fn periodic_waves_are_kept() {
-        let node = |grid: Grid| -> Vec<f64> {
+        let wave = |grid: Grid| -> Vec<f64> {
             (0..grid.points())
                 .map(|i| {
                     4.0 + (TAU * (2.0 * (i % grid.nx) as f64 / grid.nx as f64 - (i / grid.nx) as f64 / grid.ny as f64))
@@ -172,7 +172,7 @@ mod tests {
                 })
                 .collect()
         };
-        let (fine, heights) = regrid(Grid::unit(10, 8), node(Grid::unit(10, 8)), [25, 5], true).unwrap();
-        assert!(heights.iter().zip(node(fine)).all(|(h, e)| (h - e).abs() < 1e-14));
+        let (fine, heights) = regrid(Grid::unit(10, 8), wave(Grid::unit(10, 8)), [25, 5], true).unwrap();
+        assert!(heights.iter().zip(wave(fine)).all(|(h, e)| (h - e).abs() < 1e-14));
     }
 }

@@ -21,8 +21,8 @@ const FIRST: [Quantity; 2] = [Quantity::ContactArea, Quantity::MeanGap];
 
 /// Charts of the first screen, and the section with the others.
 pub(super) fn section(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Result<(Markup, Markup)> {
-    let charts = |of: &dyn Fn(&Quantity) -> bool| {
-        writer.figures(Quantity::COMPARED.into_iter().filter(of).filter_map(|q| chart(tradeoff, q)))
+    let charts = |shown: &dyn Fn(&Quantity) -> bool| {
+        writer.figures(Quantity::COMPARED.into_iter().filter(shown).filter_map(|q| chart(tradeoff, q)))
     };
     let (first, others) = (charts(&|q| FIRST.contains(q))?, charts(&|q| !FIRST.contains(q))?);
     let section = html! {

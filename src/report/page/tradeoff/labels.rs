@@ -32,6 +32,6 @@ pub(super) fn methods(tradeoff: &TradeoffResults) -> Vec<(&str, bool)> {
 
 /// Power-law growth of a method's processor time with the number of grid points.
 pub(super) fn grows(tradeoff: &TradeoffResults, method: &str) -> Option<CostExponent> {
-    let matches = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
-    growth(&tradeoff.grids(method).iter().map(matches).collect::<Vec<_>>())
+    let point = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
+    growth(&tradeoff.grids(method).iter().map(point).collect::<Vec<_>>())
 }

@@ -101,8 +101,8 @@ pub(super) fn references(tradeoff: &TradeoffResults) -> Markup {
                 "mean gap" => or_dash(l.numbers.get(&Quantity::MeanGap).map(|n| number(n, 1e6, "\u{a0}µm"))),
                 "stiffness" => or_dash(l.numbers.get(&Quantity::Stiffness).map(|n| number(n, 1.0 / unit, "\u{a0}E*/L"))),
             }))
-            @let value_of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
-            p.quiet { "Uncertainty, root mean square over the loads: " (Quantity::COMPARED.into_iter().filter_map(value_of).collect::<Vec<_>>().join("; ")) "." }
+            @let uncertainty_of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
+            p.quiet { "Uncertainty, root mean square over the loads: " (Quantity::COMPARED.into_iter().filter_map(uncertainty_of).collect::<Vec<_>>().join("; ")) "." }
         }
     }
 }
@@ -145,7 +145,7 @@ pub(super) fn atoms(tradeoff: &TradeoffResults) -> Markup {
 
 /// Every setting with its cost and its errors.
 pub(super) fn settings(tradeoff: &TradeoffResults) -> Markup {
-    let both = tradeoff.references.len() > 1;
+    let several_references = tradeoff.references.len() > 1;
     let error = |p: &TradeoffPoint, m: Quantity| or_dash(p.errors.get(&m).map(|e| shown(m, *e)));
     let solved = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none());
     let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
@@ -164,7 +164,7 @@ pub(super) fn settings(tradeoff: &TradeoffResults) -> Markup {
             "Measured memory is the growth of the resident set." }
         (columns!("numbers", solved.map(|p| (p, &p.setting, &p.cost)), |(p, s, c)| {
             "method" => html! { (s.method) @if p.calibrated_on.is_some() { "*" } @if p.is_reference { " (reference)" }
-                @if both { (if s.adhesive { ", adhesion" } else { ", without" }) } },
+                @if several_references { (if s.adhesive { ", adhesion" } else { ", without" }) } },
             "N (N × N grid)" => s.block.map_or_else(|| s.nx.to_string(), |b| format!("{b} cells")),
             "tolerance" => format!("{} {}", s.precision, trimmed(s.tolerance, 2)),
             "CPU" => duration(c.cpu_seconds),

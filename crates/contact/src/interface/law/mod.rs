@@ -465,9 +465,9 @@ mod tests {
     fn the_wall_has_no_hole_at_its_floor() {
         for k in 0..2000 {
             let wall = LennardJonesWall { strength: 30.0, sigma: 0.01 + 1e-5 * f64::from(k) };
-            let at = wall.floor() - wall.minimum();
-            let (above, below) = (wall.traction(at * (1.0 - 1e-9)), wall.traction(at * (1.0 + 1e-9)));
-            assert!((above / below - 1.0).abs() < 1e-6 && wall.energy(at).is_finite());
+            let floor_gap = wall.floor() - wall.minimum();
+            let (above, below) = (wall.traction(floor_gap * (1.0 - 1e-9)), wall.traction(floor_gap * (1.0 + 1e-9)));
+            assert!((above / below - 1.0).abs() < 1e-6 && wall.energy(floor_gap).is_finite());
         }
     }
 

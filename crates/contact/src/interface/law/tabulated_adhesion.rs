@@ -61,7 +61,7 @@ impl TabulatedLaw {
         }
         let mut largest = 0.0_f64;
         let mut wrong = None;
-        let mut offset = |g: f64| {
+        let mut traction_at = |g: f64| {
             let t = traction(g);
             if !t.is_finite() {
                 wrong.get_or_insert((g, t));
@@ -69,8 +69,11 @@ impl TabulatedLaw {
             largest = largest.max(t.abs());
             t
         };
-        let mut shape =
-            LawTable { end: cutoff, nodes: std::array::from_fn(|k| node(cutoff, k, &mut offset)), slopes: [0.0; 2] };
+        let mut shape = LawTable {
+            end: cutoff,
+            nodes: std::array::from_fn(|k| node(cutoff, k, &mut traction_at)),
+            slopes: [0.0; 2],
+        };
         let left = shape.nodes[INTERVALS][0];
         shape.nodes[INTERVALS][0] = 0.0;
         shape.integrate();
@@ -78,9 +81,9 @@ impl TabulatedLaw {
         for k in 0..INTERVALS {
             for u in [0.25, 0.5, 0.75] {
                 let g = position(cutoff, k) + u * step(cutoff, k);
-                let difference = (offset(g) - shape.at(g)[0]).abs();
-                if difference > error {
-                    (error, place) = (difference, g);
+                let deviation = (traction_at(g) - shape.at(g)[0]).abs();
+                if deviation > error {
+                    (error, place) = (deviation, g);
                 }
             }
         }

@@ -188,7 +188,8 @@ pub(super) struct DescentSnapshot {
     pub pressure: f64,
     iterations: usize,
     /// Transform pairs of this level; and of the coarser ones, in pairs of the problem's grid.
-    pairs: f64,
+    #[serde(rename = "pairs")]
+    fft_pairs: f64,
     pub earlier_pairs: f64,
     smoothing: usize,
     careful: bool,
@@ -283,7 +284,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let fresh = DescentSnapshot {
             pressure,
             iterations: *iterations,
-            pairs: 0.0,
+            fft_pairs: 0.0,
             earlier_pairs: 0.0,
             search: GapSearch::default(),
             smoothing: SMOOTHING,
@@ -294,10 +295,10 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
             cycle: None,
             progress: ConvergenceMonitor::default(),
         };
-        let DescentSnapshot { smoothing, careful, last, phase, cycle, progress, iterations: done, pairs, .. } =
+        let DescentSnapshot { smoothing, careful, last, phase, cycle, progress, iterations: done, fft_pairs, .. } =
             resumed.unwrap_or(fresh);
         *iterations = done;
-        level.pairs += pairs;
+        level.fft_pairs += fft_pairs;
         Descent {
             task,
             level,
@@ -422,7 +423,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
             let pause = DescentSnapshot {
                 pressure: self.pressure,
                 iterations: *self.iterations,
-                pairs: self.level.pairs,
+                fft_pairs: self.level.fft_pairs,
                 earlier_pairs: self.task.earlier_pairs,
                 search: self.task.search,
                 smoothing: self.smoothing,
@@ -481,7 +482,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let enough = (0.25 * self.tolerance / residual).min(ROUGHEST);
         let forcing = (residual / self.last).powi(2).clamp(finest, ROUGHEST).max(enough);
         let accuracy = (self.mean_stiffness(), forcing, INNER_LIMIT);
-        let (pairs, observer) = (self.level.pairs, self.task.observer);
+        let (fft_pairs, observer) = (self.level.fft_pairs, self.task.observer);
         let Some(excess) = self.level.newton(accuracy, &|| observer.stop_requested()) else {
             self.level.clear_step();
             self.now = self.level.trial(0.0, self.precision);
@@ -489,7 +490,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
             *self.iterations -= 1;
             return None;
         };
-        self.phase = Some(SmoothingPhase { newton: self.level.pairs - pairs, first: None, plain: 0 });
+        self.phase = Some(SmoothingPhase { newton: self.level.fft_pairs - fft_pairs, first: None, plain: 0 });
         self.cycle = Some(Cycle { before: self.now.residuals, excess });
         self.smoothing = SMOOTHING_AFTER_NEWTON;
         self.last = residual;

@@ -8,9 +8,9 @@ use asperity_grid::{Grid, Real};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Metric {
     /// `K`, with this stiffness of the mean mode.
-    Stiffness { mean: f64 },
+    Stiffness { mean_stiffness: f64 },
     /// `K⁻¹`, with this stiffness of the mean mode.
-    Compliance { mean: f64 },
+    Compliance { mean_stiffness: f64 },
 }
 
 /// Spring that controls the mean gap; zero stiffness under load control.

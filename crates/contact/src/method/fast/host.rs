@@ -30,11 +30,11 @@ struct Multiplied<'k> {
 
 impl SpectralFilter<f32> for Multiplied<'_> {
     fn apply(&self, i: usize, column: &mut [Complex<f32>]) -> f64 {
-        let (factor, mean) = match self.metric {
-            Metric::Stiffness { mean } => (Factor::Stiffness, mean),
-            Metric::Compliance { mean } => (Factor::Compliance, 1.0 / mean),
+        let (factor, mean_stiffness) = match self.metric {
+            Metric::Stiffness { mean_stiffness } => (Factor::Stiffness, mean_stiffness),
+            Metric::Compliance { mean_stiffness } => (Factor::Compliance, 1.0 / mean_stiffness),
         };
-        multiply((self.kernel, factor, mean), self.grid, i, column)
+        multiply((self.kernel, factor, mean_stiffness), self.grid, i, column)
     }
 }
 
@@ -135,9 +135,9 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
             column.fill(Complex::default());
             body.heights.add_to(i, grid, column, T::one());
             if resolves(i, old.nx) && resolves(i, grid.nx) {
-                let value_at = |row: usize| known.at(row, i).scale(per_point);
-                (0..=top).for_each(|k| column[k] = value_at(k));
-                (1..=top).for_each(|k| column[grid.ny - k] = value_at(old.ny - k));
+                let coefficient = |row: usize| known.at(row, i).scale(per_point);
+                (0..=top).for_each(|k| column[k] = coefficient(k));
+                (1..=top).for_each(|k| column[grid.ny - k] = coefficient(old.ny - k));
             }
         };
         let source = SharedSpectrum { grid: old, ranks: body.sharing(old), values: &known };
@@ -225,7 +225,7 @@ impl<T: Real, L: Law> LevelFields<T> for Host<'_, T, L> {
             worker.forward(spectrum);
             sums
         });
-        let (grid, metric) = (self.grid(), Metric::Stiffness { mean: spring });
+        let (grid, metric) = (self.grid(), Metric::Stiffness { mean_stiffness: spring });
         let filter = Multiplied { grid, kernel: &self.body.kernel, metric };
         let elastic = self.narrow.sum_columns(first_bytes(&mut self.spectrum), &filter);
         (sums, elastic)
@@ -238,15 +238,15 @@ impl<T: Real, L: Law> LevelFields<T> for Host<'_, T, L> {
         let pending = T::of(pending);
         let fields = (residual.par_chunks_mut(nx).zip(step.par_chunks_mut(nx)))
             .zip(direction.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
-        let [sum] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
+        let [squared_residual] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
             let ((residual, step), (direction, gap)) = fields;
             let law = RowLaw::of(law, y, window.nx);
-            let sum = rows::begin(law, window.inside(y, nx), (gap, pending, step), residual, direction);
+            let squared_residual = rows::begin(law, window.inside(y, nx), (gap, pending, step), residual, direction);
             worker.row.copy_from_slice(residual);
             worker.forward(spectrum);
-            [sum]
+            [squared_residual]
         });
-        sum
+        squared_residual
     }
 
     fn set_gradient(&mut self, value: f32) {
@@ -262,13 +262,14 @@ impl<T: Real, L: Law> LevelFields<T> for Host<'_, T, L> {
         let (nx, beta) = (self.grid().nx, beta as f32);
         let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, direction, .. } = self;
         let fields = direction.par_chunks_mut(nx).zip(gap.par_chunks(nx));
-        let [sum] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, (direction, gap)| {
-            worker.inverse(spectrum);
-            let sum = rows::conjugate(law, window.inside(y, nx), gap, (direction, beta), &mut worker.row);
-            worker.forward(spectrum);
-            [sum]
-        });
-        sum
+        let [law_curvature] =
+            sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, (direction, gap)| {
+                worker.inverse(spectrum);
+                let law_curvature = rows::conjugate(law, window.inside(y, nx), gap, (direction, beta), &mut worker.row);
+                worker.forward(spectrum);
+                [law_curvature]
+            });
+        law_curvature
     }
 
     fn descend(&mut self, alpha: f64) -> f64 {
@@ -277,16 +278,16 @@ impl<T: Real, L: Law> LevelFields<T> for Host<'_, T, L> {
             self;
         let fields = (step.par_chunks_mut(nx).zip(residual.par_chunks_mut(nx)))
             .zip(direction.par_chunks(nx).zip(gap.par_chunks(nx)));
-        let [sum] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
+        let [squared_residual] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
             let ((step, residual), (direction, gap)) = fields;
             worker.inverse(spectrum);
             let to = (step, &mut *residual);
-            let sum = rows::descend(law, window.inside(y, nx), gap, (direction, alpha), to, &worker.row);
+            let squared_residual = rows::descend(law, window.inside(y, nx), gap, (direction, alpha), to, &worker.row);
             worker.row.copy_from_slice(residual);
             worker.forward(spectrum);
-            [sum]
+            [squared_residual]
         });
-        sum
+        squared_residual
     }
 
     fn step_along_direction(&mut self) {

@@ -29,7 +29,7 @@ pub(super) struct Level<'h, T: Real, L> {
     /// Accepted multiple of the step that the next sweep adds to the gap.
     pub pending: f64,
     /// Transform pairs on this grid so far.
-    pub pairs: f64,
+    pub fft_pairs: f64,
     /// Residuals of the final state of the last solve.
     pub last: Residuals,
 }
@@ -56,7 +56,7 @@ impl<'h, T: Real, L: Law + 'h> Level<'h, T, L> {
             pressure: 0.0,
             spring: Spring::default(),
             pending: 0.0,
-            pairs: 0.0,
+            fft_pairs: 0.0,
             last: Residuals::default(),
         }
     }
@@ -224,25 +224,25 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
     pub(super) fn plain(&mut self, beta: f64) -> (f64, f64) {
         let pending = std::mem::take(&mut self.pending);
         let ([td, law_curvature], elastic) = self.fields.plain(pending, beta, self.spring.stiffness);
-        self.pairs += 0.5;
+        self.fft_pairs += 0.5;
         let n = self.grid().points() as f64;
         (td / n, curvature_of(elastic, law_curvature / n))
     }
 
     /// Solves `H x = -t` on the free nodes for the step with conjugate gradients, preconditioned with the inverse
     /// stiffness restricted to these nodes, until the residual is `forcing` times its first value or at most `limit`
-    /// iterations of two transform pairs. `mean` is the stiffness of the mean mode in the preconditioner. Ends at
+    /// iterations of two transform pairs. `mean_stiffness` is that of the mean mode in the preconditioner. Ends at
     /// negative curvature with the present iterate. Returns `⟨t M⁻¹ t⟩` on the free nodes per facing node; without
     /// adhesion half of it estimates the energy above the minimum, as the inverse of the restricted stiffness is bounded
     /// by the restriction of the inverse, except for the mean mode. `None` if stopped, with an unusable step.
     pub(super) fn newton(
         &mut self,
-        (mean, forcing, limit): (f64, f64, usize),
+        (mean_stiffness, forcing, limit): (f64, f64, usize),
         stopping: &dyn Fn() -> bool,
     ) -> Option<f64> {
         let (n, facing) = (self.grid().points() as f64, self.window().points() as f64);
-        let stiffness = Metric::Stiffness { mean: self.spring.stiffness };
-        let inverse = Metric::Compliance { mean };
+        let stiffness = Metric::Stiffness { mean_stiffness: self.spring.stiffness };
+        let inverse = Metric::Compliance { mean_stiffness };
         let first = self.fields.begin(std::mem::take(&mut self.pending));
         let mut rz = self.fields.multiply(inverse);
         let excess = rz;
@@ -254,7 +254,7 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
             let law_curvature = self.fields.conjugate(beta);
             let elastic = self.fields.multiply(stiffness);
             let curvature = curvature_of(elastic, law_curvature / n);
-            self.pairs += 2.0;
+            self.fft_pairs += 2.0;
             // Neither is a number after an overflow.
             if curvature <= 0.0 || rz <= 0.0 || curvature.is_nan() || rz.is_nan() {
                 if iteration == 1 {
@@ -277,9 +277,9 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
 
     /// Contact stiffness of the present gap, E*/L: the closed nodes stay closed, the others are free. The change `x` of the gap under a
     /// change of the mean stress by one solves `H x = 1` on the free nodes; its mean, a product of right side and solution, is a sum
-    /// over the steps of conjugate gradients that converges twice as fast as `x`. `mean` is the stiffness of the mean mode in the
+    /// over the steps of conjugate gradients that converges twice as fast as `x`. `mean_stiffness` is the stiffness of the mean mode in the
     /// preconditioner. `None` without free nodes or without contact, at negative curvature, and if stopped. Needs the working arrays.
-    pub(super) fn stiffness(&mut self, mean: f64, stopping: &dyn Fn() -> bool) -> Option<f64> {
+    pub(super) fn stiffness(&mut self, mean_stiffness: f64, stopping: &dyn Fn() -> bool) -> Option<f64> {
         self.apply_pending();
         // Below every hardness, so that no closed node counts as flowing.
         let gradient = self.law().max_pressure().min(1.0) * TANGENT_GRADIENT;
@@ -289,7 +289,7 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
         if self.fields.begin(0.0) == 0.0 {
             return None;
         }
-        let inverse = Metric::Compliance { mean };
+        let inverse = Metric::Compliance { mean_stiffness };
         let mut rz = self.fields.multiply(inverse);
         let (mut beta, mut compliance, mut small) = (0.0, 0.0, 0);
         for _ in 0..TANGENT_LIMIT {
@@ -297,7 +297,7 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
                 return None;
             }
             let law_curvature = self.fields.conjugate(beta);
-            let elastic = self.fields.multiply(Metric::Stiffness { mean: 0.0 });
+            let elastic = self.fields.multiply(Metric::Stiffness { mean_stiffness: 0.0 });
             let curvature = curvature_of(elastic, law_curvature / n);
             if curvature <= 0.0 || rz <= 0.0 || curvature.is_nan() || rz.is_nan() {
                 return None;
@@ -327,7 +327,7 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
     /// in f32 where that suffices.
     pub(super) fn trial(&mut self, scale: f64, precision: Precision) -> Trial {
         let sums = self.fields.trial(scale, self.spread(), self.spring, precision);
-        self.pairs += 1.0;
+        self.fft_pairs += 1.0;
         let n = self.grid().points() as f64;
         Trial { residuals: self.residuals(&sums), rr: sums.1[0] / n, rr_old: sums.1[KKT - 1] / n }
     }
@@ -362,7 +362,7 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
     pub(super) fn stress(&mut self) -> (Residuals, Vec<T>) {
         self.apply_pending();
         let (sums, stress) = self.fields.stress(self.spread(), self.spring);
-        self.pairs += 1.0;
+        self.fft_pairs += 1.0;
         (self.residuals(&sums), stress)
     }
 }

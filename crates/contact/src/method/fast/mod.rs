@@ -287,8 +287,8 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
             Ending::Stopped(_) => None,
         };
         let (mut residuals, stress) = self.balanced(&mut level, load);
-        let (gap, pairs, pressure) =
-            (std::mem::take(level.gap_mut()), level.pairs + self.earlier_pairs.get(), level.pressure);
+        let (gap, fft_pairs, pressure) =
+            (std::mem::take(level.gap_mut()), level.fft_pairs + self.earlier_pairs.get(), level.pressure);
         drop(level);
         if let Some(failure) = self.gpu.as_ref().and_then(GpuLevels::failure) {
             return Err(failure);
@@ -307,7 +307,7 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
         let judged = ReducedProblem { tolerance: self.tolerance(load), ..problem.clone() };
         let check = equilibrium_check(&judged, L::HARD, self.rms_height, scale);
         let outcome =
-            LoadSolution { load, pressure, check, ending, iterations, pairs, clock, residuals, error_estimates };
+            LoadSolution { load, pressure, check, ending, iterations, fft_pairs, clock, residuals, error_estimates };
         let state = outcome.state(gap, stress);
         let stop = agreed(problem.ranks, state.stop);
         Ok(Equilibrium { plastic: self.flow.lend(), plasticity, stop, stiffness, ..state })

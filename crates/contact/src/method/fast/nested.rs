@@ -98,7 +98,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
             self.report(&mut level, load, ended.error_estimates);
         }
         let fraction = level.grid().points() as f64 / self.cell.grid.points() as f64;
-        self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs * fraction);
+        self.earlier_pairs.set(self.earlier_pairs.get() + level.fft_pairs * fraction);
         match ended.ending {
             // With its enlarged range a coarse grid may separate at a load at which the next one stays in contact.
             Ending::Stopped(Stop::Detached) => self.begun(grid, load),

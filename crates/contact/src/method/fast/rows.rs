@@ -83,7 +83,7 @@ fn forces<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32; CHUNK]) -> [f64
 
 /// `Σ v'' d²`: contribution of the law to the curvature along a direction.
 #[inline(always)]
-fn softening<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
+fn law_curvature<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
     if !L::ACTIVE {
         return 0.0;
     }
@@ -130,25 +130,25 @@ pub(super) fn shifted<L: Law, T: Real, W: Real>(inside: usize, gap: &[T], scale:
 }
 
 /// Sums of a trial state: [`KKT`] sums over the facing nodes, of which the first two and the last include the
-/// padding, and the gap of the padding. `row` is the elastic stress; `residual` is that of the last state and is
+/// padding, and the gap of the padding. `elastic_stress` is `K(g - h)`; `residual` is that of the last state and is
 /// replaced.
 pub(super) fn trial<L: Law, T: Real, W: Real>(
     law: RowLaw<L>,
     inside: usize,
     (gap, scale, step): (&[T], T, &[f32]),
-    (row, pressure): (&[W], T),
+    (elastic_stress, pressure): (&[W], T),
     residual: &mut [f32],
 ) -> [f64; KKT + 1] {
     #[inline(always)]
     fn part<L: Law, T: Real, W: Real>(
         law: RowLaw<L>,
         (gap, scale, step): (&[T], T, &[f32]),
-        (row, pressure): (&[W], T),
+        (elastic_stress, pressure): (&[W], T),
         residual: &mut [f32],
     ) -> [f64; KKT] {
         let mut sums = [0.0; KKT];
-        let chunks = gap.chunks(CHUNK).zip(step.chunks(CHUNK)).zip(row.chunks(CHUNK));
-        for (k, (((gap, step), row), residual)) in chunks.zip(residual.chunks_mut(CHUNK)).enumerate() {
+        let chunks = gap.chunks(CHUNK).zip(step.chunks(CHUNK)).zip(elastic_stress.chunks(CHUNK));
+        for (k, (((gap, step), elastic_stress), residual)) in chunks.zip(residual.chunks_mut(CHUNK)).enumerate() {
             let mut nodes = Nodes::new(law.hardness(k * CHUNK));
             for ((to, &g), &s) in nodes.gap.iter_mut().zip(gap).zip(step) {
                 *to = moved::<L, T>(g, scale, T::of(f64::from(s)));
@@ -156,7 +156,7 @@ pub(super) fn trial<L: Law, T: Real, W: Real>(
             for (((old, g), r), h) in nodes.old.iter_mut().zip(gap).zip(&*residual).zip(&nodes.hardness) {
                 *old = f64::from(kkt::<L, _>(g.wide() as f32, *r, *h));
             }
-            nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = T::of(r.wide()) + pressure);
+            nodes.imbalance.iter_mut().zip(elastic_stress).for_each(|(t, &r)| *t = T::of(r.wide()) + pressure);
             nodes.add_to(gap.len(), law.law, &mut sums);
             residual.iter_mut().zip(&nodes.imbalance).for_each(|(r, t)| *r = t.wide() as f32);
         }
@@ -167,12 +167,15 @@ pub(super) fn trial<L: Law, T: Real, W: Real>(
         #[inline(always)]
         || {
             let facing_nodes = (&gap[..inside], scale, &step[..inside]);
-            let sums = part(law, facing_nodes, (&row[..inside], pressure), facing);
+            let sums = part(law, facing_nodes, (&elastic_stress[..inside], pressure), facing);
             if padding.is_empty() {
                 return with_free(sums, None);
             }
             let in_padding = (&gap[inside..], scale, &step[inside..]);
-            with_free(sums, Some(part(RowLaw::of(&FreeSurface, 0, 0), in_padding, (&row[inside..], pressure), padding)))
+            with_free(
+                sums,
+                Some(part(RowLaw::of(&FreeSurface, 0, 0), in_padding, (&elastic_stress[inside..], pressure), padding)),
+            )
         },
     )
 }
@@ -228,7 +231,7 @@ pub(super) fn plain<L: Law, T: Real>(
             let (facing, padding) = row.split_at_mut(inside);
             part::<L, T>((&gap[..inside], s), (d, beta, &t[..inside]), facing);
             part::<FreeSurface, T>((&gap[inside..], s_free), (d_free, beta, &t[inside..]), padding);
-            [dot(t, row), softening(law.law, &gap[..inside], &row[..inside])]
+            [dot(t, row), law_curvature(law.law, &gap[..inside], &row[..inside])]
         },
     )
 }
@@ -280,19 +283,19 @@ pub(super) fn conjugate<L: Law, T: Real>(
                 let to = rounded_direction(*r + beta * wide(*d));
                 (*d, *r) = if closed { (CLOSED, 0.0) } else { (to, wide(to)) };
             }
-            softening(law, &gap[..inside], &row[..inside])
+            law_curvature(law, &gap[..inside], &row[..inside])
         },
     )
 }
 
-/// `x += α d` and `r -= α H d` on the free nodes, with `K d` in `row`. Returns `Σ r²`.
+/// `x += α d` and `r -= α H d` on the free nodes, with `K d` in `direction_stress`. Returns `Σ r²`.
 pub(super) fn descend<L: Law, T: Real>(
     law: &L,
     inside: usize,
     gap: &[T],
     (direction, alpha): (&[bf16], f32),
     (step, residual): (&mut [f32], &mut [f32]),
-    row: &[f32],
+    direction_stress: &[f32],
 ) -> f64 {
     #[inline(always)]
     fn part<L: Law, T: Real>(
@@ -300,15 +303,19 @@ pub(super) fn descend<L: Law, T: Real>(
         gap: &[T],
         (direction, alpha): (&[bf16], f32),
         (step, residual): (&mut [f32], &mut [f32]),
-        row: &[f32],
+        direction_stress: &[f32],
     ) {
         let chunks = step.chunks_mut(CHUNK).zip(residual.chunks_mut(CHUNK)).zip(direction.chunks(CHUNK));
-        for ((((step, residual), direction), gap), row) in chunks.zip(gap.chunks(CHUNK)).zip(row.chunks(CHUNK)) {
+        for ((((step, residual), direction), gap), direction_stress) in
+            chunks.zip(gap.chunks(CHUNK)).zip(direction_stress.chunks(CHUNK))
+        {
             let mut d = [0.0; CHUNK];
             d.iter_mut().zip(direction).for_each(|(d, stored)| *d = wide(*stored));
             step.iter_mut().zip(&d).for_each(|(s, d)| *s += alpha * d);
             let softened = forces(law, gap, &d);
-            for (((r, &stored), &stress), &soft) in residual.iter_mut().zip(direction).zip(row).zip(&softened) {
+            for (((r, &stored), &stress), &soft) in
+                residual.iter_mut().zip(direction).zip(direction_stress).zip(&softened)
+            {
                 let left = *r - alpha * (stress + soft as f32);
                 *r = if is_closed(stored) { 0.0 } else { left };
             }
@@ -318,8 +325,14 @@ pub(super) fn descend<L: Law, T: Real>(
         #[inline(always)]
         || {
             let ((s, s_free), (r, r_free)) = (step.split_at_mut(inside), residual.split_at_mut(inside));
-            part(law, &gap[..inside], (&direction[..inside], alpha), (s, r), &row[..inside]);
-            part(&FreeSurface, &gap[inside..], (&direction[inside..], alpha), (s_free, r_free), &row[inside..]);
+            part(law, &gap[..inside], (&direction[..inside], alpha), (s, r), &direction_stress[..inside]);
+            part(
+                &FreeSurface,
+                &gap[inside..],
+                (&direction[inside..], alpha),
+                (s_free, r_free),
+                &direction_stress[inside..],
+            );
             dot(residual, residual)
         },
     )

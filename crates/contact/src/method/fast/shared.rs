@@ -158,8 +158,8 @@ mod tests {
         let (mut numbers, mut fields) = (Vec::new(), Vec::new());
         for &p in loads {
             let s = run.equilibrate(Load::Pressure(p)).expect("a load");
-            let of = [s.mean_gap, s.energy, s.residual, s.load_error, s.complementarity].map(f64::to_bits);
-            numbers.push(format!("{of:x?} {:?} {:?} {} {}", s.stop, s.error_estimates, s.iterations, s.fft_pairs));
+            let bits = [s.mean_gap, s.energy, s.residual, s.load_error, s.complementarity].map(f64::to_bits);
+            numbers.push(format!("{bits:x?} {:?} {:?} {} {}", s.stop, s.error_estimates, s.iterations, s.fft_pairs));
             fields =
                 [s.gap, s.stress].iter().flat_map(|f| whole(s.ranks, problem.grid, *f)).map(f64::to_bits).collect();
         }

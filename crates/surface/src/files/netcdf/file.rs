@@ -36,26 +36,26 @@ pub fn write(path: &Path, attributes: &[(String, Attribute)], variables: &[Varia
     })
 }
 
-fn shape(path: &Path, variables: &[Variable], of: &Variable) -> Result<Vec<u64>> {
+fn shape(path: &Path, variables: &[Variable], variable: &Variable) -> Result<Vec<u64>> {
     let size = |dimension: &String| {
         let coordinate = variables.iter().find(|v| v.name == *dimension && v.dimensions == [dimension.as_str()]);
         match coordinate.map(|c| &c.data) {
             Some(VariableData::Numbers(values)) if !values.is_empty() => Ok(values.len() as u64),
             _ => {
-                let found = format!("variable {} along {dimension}", of.name);
+                let found = format!("variable {} along {dimension}", variable.name);
                 Err(Error::format(path, found, "dimensions that have a coordinate"))
             }
         }
     };
-    let shape: Vec<u64> = of.dimensions.iter().map(size).collect::<Result<_>>()?;
+    let shape: Vec<u64> = variable.dimensions.iter().map(size).collect::<Result<_>>()?;
     let count: u64 = shape.iter().product();
-    let holds = match &of.data {
+    let holds = match &variable.data {
         VariableData::Numbers(values) => values.len() as u64 == count,
         VariableData::Scaled(files, _) | VariableData::AtMostZero(files) | VariableData::Flags(files) => {
             shape.len() >= 2 && shape[..shape.len() - 2].iter().product::<u64>() == files.len() as u64
         }
     };
-    let found = || format!("values of {} that do not fill its dimensions {shape:?}", of.name);
+    let found = || format!("values of {} that do not fill its dimensions {shape:?}", variable.name);
     if holds { Ok(shape) } else { Err(Error::format(path, found(), "as many as they have points")) }
 }
 

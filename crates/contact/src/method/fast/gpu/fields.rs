@@ -226,15 +226,15 @@ impl<'h, T: Real> OnGpu<'h, T> {
 
     /// Multiplies the transformed array by a metric, or only sums. Returns the product.
     fn product(&self, arrays: &Arrays, metric: Metric, write: bool) -> Tried<f64> {
-        let (inverse, mean) = match metric {
-            Metric::Stiffness { mean } => (0, mean),
-            Metric::Compliance { mean } => (1, 1.0 / mean),
+        let (inverse, mean_stiffness) = match metric {
+            Metric::Stiffness { mean_stiffness } => (0, mean_stiffness),
+            Metric::Compliance { mean_stiffness } => (1, 1.0 / mean_stiffness),
         };
         let n = self.grid.points() as f64;
-        let rest = [Int(inverse), Int(i32::from(write)), F64(mean), F64(n), Argument::Buffer(&arrays.work)];
+        let rest = [Int(inverse), Int(i32::from(write)), F64(mean_stiffness), F64(n), Argument::Buffer(&arrays.work)];
         let arguments = [&self.stiffness(arrays)[..], &rest].concat();
-        let [sum] = self.kernels.gpu.sums("multiplied", self.modes(), &arguments)?;
-        Ok(sum / n / n)
+        let [product] = self.kernels.gpu.sums("multiplied", self.modes(), &arguments)?;
+        Ok(product / n / n)
     }
 
     /// Elastic stress of the gap in the transformed array. Returns the elastic energy.
@@ -252,9 +252,9 @@ impl<'h, T: Real> OnGpu<'h, T> {
             Argument::Buffer(&arrays.work),
         ];
         let arguments = [&self.stiffness(arrays)[..], &rest].concat();
-        let [sum] = self.kernels.gpu.sums("displaced", self.modes(), &arguments)?;
+        let [product] = self.kernels.gpu.sums("displaced", self.modes(), &arguments)?;
         arrays.state.inverse(&arrays.work)?;
-        Ok(0.5 * sum / n / n)
+        Ok(0.5 * product / n / n)
     }
 
     /// See [`GpuLevels::refined`](super::GpuLevels::refined).
@@ -413,7 +413,7 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
             let arguments = [&own.size()[..], &fields, &own.attraction()].concat();
             let sums = own.kernels.gpu.sums("plain", own.nodes(), &arguments)?;
             own.linear(arrays).forward(&arrays.work)?;
-            Ok((sums, own.product(arrays, Metric::Stiffness { mean: spring }, false)?))
+            Ok((sums, own.product(arrays, Metric::Stiffness { mean_stiffness: spring }, false)?))
         });
         self.newer = Newer::Gpu;
         sums
@@ -428,7 +428,7 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
     }
 
     fn begin(&mut self, pending: f64) -> f64 {
-        let sum = self.attempt(f64::NAN, |own, arrays, working| {
+        let squared_residual = self.attempt(f64::NAN, |own, arrays, working| {
             let fields = [
                 Argument::Buffer(&arrays.gap),
                 real::<T>(pending),
@@ -437,11 +437,12 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
                 Argument::Buffer(&working.residual),
                 Argument::Buffer(&arrays.work),
             ];
-            let [sum] = own.kernels.gpu.sums("begin", own.nodes(), &[&own.size()[..], &fields].concat())?;
-            Ok(sum)
+            let [squared_residual] =
+                own.kernels.gpu.sums("begin", own.nodes(), &[&own.size()[..], &fields].concat())?;
+            Ok(squared_residual)
         });
         self.newer = Newer::Gpu;
-        sum
+        squared_residual
     }
 
     fn multiply(&mut self, metric: Metric) -> f64 {
@@ -462,8 +463,8 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
                 Argument::Buffer(&arrays.work),
             ];
             let arguments = [&own.size()[..], &fields, &own.attraction()].concat();
-            let [sum] = own.kernels.gpu.sums("conjugate", own.nodes(), &arguments)?;
-            Ok(sum)
+            let [law_curvature] = own.kernels.gpu.sums("conjugate", own.nodes(), &arguments)?;
+            Ok(law_curvature)
         })
     }
 
@@ -478,8 +479,8 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
                 Argument::Buffer(&arrays.work),
             ];
             let arguments = [&own.size()[..], &fields, &own.attraction()].concat();
-            let [sum] = own.kernels.gpu.sums("descend", own.nodes(), &arguments)?;
-            Ok(sum)
+            let [squared_residual] = own.kernels.gpu.sums("descend", own.nodes(), &arguments)?;
+            Ok(squared_residual)
         })
     }
 

@@ -28,8 +28,8 @@ fn has_gpu() -> bool {
 fn difference(one: &[f64], other: &[f64]) -> f64 {
     let largest = one.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     assert_eq!(one.len(), other.len());
-    let upper = one.iter().zip(other).map(|(a, b)| if b.is_finite() { (a - b).abs() } else { f64::INFINITY });
-    upper.fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
+    let deviations = one.iter().zip(other).map(|(a, b)| if b.is_finite() { (a - b).abs() } else { f64::INFINITY });
+    deviations.fold(0.0, f64::max) / largest.max(f64::MIN_POSITIVE)
 }
 
 fn wide<T: Real>(values: &[T]) -> Vec<f64> {
@@ -72,13 +72,13 @@ fn compared<T: Real, L: Law>(grid: Grid, kernel: Elastic, law: L, heights: &Seri
     }
     let sums = [&mut host, &mut gpu].map(|f| {
         let first = f.begin(scale);
-        let z = f.multiply(Metric::Compliance { mean: 2.0 });
-        let softening = f.conjugate(0.0);
-        let curvature = f.multiply(Metric::Stiffness { mean: spring.stiffness });
-        let left = f.descend(z / curvature);
-        let next = f.multiply(Metric::Compliance { mean: 2.0 });
+        let z = f.multiply(Metric::Compliance { mean_stiffness: 2.0 });
+        let law_curvature = f.conjugate(0.0);
+        let elastic_curvature = f.multiply(Metric::Stiffness { mean_stiffness: spring.stiffness });
+        let residual = f.descend(z / elastic_curvature);
+        let next = f.multiply(Metric::Compliance { mean_stiffness: 2.0 });
         let again = f.conjugate(next / z);
-        [first, z, softening, curvature, left, next, again]
+        [first, z, law_curvature, elastic_curvature, residual, next, again]
     });
     for (one, other) in sums[0].iter().zip(&sums[1]) {
         equal("linear problem", &[*one], &[*other], 100.0 * linear);
