@@ -183,7 +183,6 @@ pub(super) fn prepare(
     json::write(&job.folder.join(force_constants::FILE), &constants)
 }
 
-
 /// Commands before the loop of steps.
 fn header(script: &Script) -> impl Iterator<Item = &'static str> {
     let lines = script.text.lines().take_while(|l| *l != "label step");
