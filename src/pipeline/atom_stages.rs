@@ -52,7 +52,7 @@ impl<'a> AtomStages<'a> {
     /// The stages of a run. None for a case without atoms.
     pub(super) fn of(case: &'a Case, engine: Option<&'a LammpsEngine>) -> Option<Self> {
         let minimizer = case.scene.atoms.as_ref()?.minimizer;
-        let relaxer = engine.map_or_else(Relaxer::default, |e| atomistic::relaxer(minimizer, e));
+        let relaxer = engine.map_or_else(Relaxer::default, |e| e.relaxer(minimizer));
         Some(AtomStages { engine, ..AtomStages::planned(case, relaxer)? })
     }
 

@@ -15,9 +15,8 @@ use asperity_atoms::engine::{Finished, LammpsEngine};
 use asperity_atoms::external_dump::DumpTrajectory;
 use asperity_atoms::indenter::Indenter;
 use asperity_atoms::job::{Job, JobCrystal, Loading, POTENTIAL_FILE};
-use asperity_atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, Minimizer, RelaxationSettings};
+use asperity_atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, RelaxationSettings};
 use asperity_atoms::lammps_command::{ARGUMENTS, LammpsCommand};
-use asperity_atoms::lammps_host::find_library;
 use asperity_atoms::load_history::StepRecord;
 use asperity_atoms::potential::Potential;
 use asperity_atoms::progress::Progress;
@@ -129,11 +128,6 @@ pub(super) fn find_engine(command: &LammpsCommand, file: &Path) -> Result<Lammps
     })
 }
 
-/// What the LAMMPS of this machine would relax the atoms by.
-pub(super) fn relaxer(minimizer: Minimizer, engine: &LammpsEngine) -> Relaxer {
-    Relaxer::of(minimizer, || find_library(engine.program()).is_ok())
-}
-
 /// The LAMMPS of this machine, as far as it concerns the time of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct LammpsSpeed {
@@ -160,7 +154,7 @@ pub fn speed(case: &Case) -> Result<LammpsSpeed> {
     }
     let seconds_per_evaluation =
         measured::measure(&lammps, scratch.path(), (POTENTIAL_FILE, &atoms.element, atoms.block.a0))?;
-    Ok(LammpsSpeed { seconds_per_evaluation, relaxer: relaxer(scene.minimizer, &engine) })
+    Ok(LammpsSpeed { seconds_per_evaluation, relaxer: engine.relaxer(scene.minimizer) })
 }
 
 /// Output of the LAMMPS stage.
@@ -184,7 +178,7 @@ pub fn run_lammps(engine: &LammpsEngine, job: &Job, listener: &dyn Listener) -> 
         listener.warn(&format!("{damage}; LAMMPS computes the steps from there on again"));
     }
     let mut reversed = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
-    let relaxer = relaxer(job.spec.settings.minimizer, engine);
+    let relaxer = engine.relaxer(job.spec.settings.minimizer);
     let mut watch = |p: Progress| {
         if let Some(record) = &p.record {
             let (done, words) = progress_of((job, relaxer), &p, record, &mut reversed);

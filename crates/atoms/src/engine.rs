@@ -11,6 +11,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use super::block::BaseKind;
+use super::cost::Relaxer;
 use super::job::Job;
 use super::job_files::lock;
 use super::job_spec::Minimizer;
@@ -201,6 +202,11 @@ impl LammpsEngine {
         self
     }
 
+    /// What would relax the steps of a job with this minimiser.
+    pub fn relaxer(&self, minimizer: Minimizer) -> Relaxer {
+        Relaxer::of(minimizer, || !self.start.chooses_styles() && lammps_host::find_own_library(&self.program).is_ok())
+    }
+
     /// Path of the program.
     pub fn program(&self) -> &Path {
         &self.program
@@ -248,7 +254,7 @@ impl LammpsEngine {
         if !elastic && !job.relaxes_harmonically() {
             return Ok(WayToRun::Program { reason: None });
         }
-        let arguments = match self.host_arguments(elastic) {
+        let arguments = match self.host_arguments(elastic, job.spec.settings.minimizer) {
             Err(e @ Error::MissingProgram { .. }) if !elastic && job.spec.settings.minimizer == Minimizer::Auto => {
                 return Ok(WayToRun::Program { reason: Some(e.to_string()) });
             }
@@ -263,7 +269,7 @@ impl LammpsEngine {
         });
         match measured {
             // A table whose crystal has no force constants at these pressures still has forces.
-            Err(e @ (Error::Input { .. } | Error::Lammps { .. }))
+            Err(e @ (Error::Input { .. } | Error::Lammps { .. } | Error::Format { .. }))
                 if !elastic && job.spec.settings.minimizer == Minimizer::Auto =>
             {
                 self.check_time(job, watcher.begun)?;
@@ -274,7 +280,7 @@ impl LammpsEngine {
     }
 
     /// The host and its arguments before those of LAMMPS.
-    fn host_arguments(&self, elastic: bool) -> Result<HostCommand> {
+    fn host_arguments(&self, elastic: bool, minimizer: Minimizer) -> Result<HostCommand> {
         if !elastic && self.start.chooses_styles() {
             return Err(Error::MissingProgram {
                 program: "the harmonic relaxation with accelerated styles of LAMMPS".into(),
@@ -282,7 +288,13 @@ impl LammpsEngine {
             });
         }
         let program = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
-        let arguments = lammps_host::arguments(&self.program, &self.styles.version, self.start.ranks())?;
+        // What was not asked for uses no library of another installation.
+        let library = match minimizer {
+            Minimizer::Auto if !elastic => lammps_host::find_own_library(&self.program),
+            _ => lammps_host::find_library(&self.program),
+        };
+        let library = library.map_err(lammps_host::missing_library)?;
+        let arguments = lammps_host::arguments(&library, &self.styles.version, self.start.ranks())?;
         Ok(HostCommand { program, arguments })
     }
 

@@ -134,15 +134,11 @@ pub(super) fn host_program() -> Result<PathBuf> {
     std::path::absolute(&program).map_err(Error::io("find", &program))
 }
 
-/// The program's arguments before those of LAMMPS, whose program and version these are.
+/// The program's arguments before those of LAMMPS with this library and version.
 ///
 /// # Errors
-/// `MissingProgram` without the library of that program, or for a version that is no date.
-pub(super) fn arguments(program: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
-    words(&find_library(program).map_err(missing_library)?, version, ranks)
-}
-
-fn words(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
+/// `MissingProgram` for a version that is no date.
+pub(super) fn arguments(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
     let no_date = || missing_library(format!("its program has the version {version:?}, which is no date"));
     let date = version_number(version).ok_or_else(no_date)?.to_string();
     // Each of several ranks has a core of its own.
@@ -152,15 +148,14 @@ fn words(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
     Ok(words.map(OsString::from).into_iter().chain([library.into(), "--".into()]).collect())
 }
 
-fn missing_library(reason: String) -> Error {
+pub(super) fn missing_library(reason: String) -> Error {
     Error::MissingProgram {
         program: format!("the shared library of LAMMPS ({reason})"),
         how: "an elastic base and the harmonic relaxation need it in addition to the program (Debian: apt install lammps has both)".into(),
     }
 }
 
-/// Writes the force constants of a job on an elastic base, or one that is relaxed harmonically, to its folder; otherwise removes them. `proceed` is called
-/// before they are measured.
+/// Writes the force constants of the crystal of a job to its folder. `proceed` is called before they are measured.
 ///
 /// # Errors
 /// Those of `proceed` and of [`ForceConstants::measure`].
@@ -198,13 +193,30 @@ fn libraries(program: &Path) -> Vec<PathBuf> {
     installed.chain(names.map(PathBuf::from)).collect()
 }
 
-/// Name of the shared library of a LAMMPS program that an elastic base uses.
+/// Name of the shared library of a LAMMPS program, which an elastic base and the harmonic relaxation use.
 ///
 /// # Errors
 /// One line: why none can be used.
 pub fn find_library(program: &Path) -> std::result::Result<PathBuf, String> {
+    first_usable(libraries(program))
+}
+
+/// The same, where it is certain that the library is that of the program: next to it, or the loader's and the program loads it too.
+///
+/// # Errors
+/// As [`find_library`].
+pub fn find_own_library(program: &Path) -> std::result::Result<PathBuf, String> {
+    let loads_it = std::fs::read(program).is_ok_and(|bytes| contains(&bytes, b"liblammps.so"));
+    first_usable(libraries(program).into_iter().filter(|l| loads_it || l.components().count() > 1).collect())
+}
+
+fn contains(text: &[u8], word: &[u8]) -> bool {
+    text.windows(word.len()).any(|w| w == word)
+}
+
+fn first_usable(libraries: Vec<PathBuf>) -> std::result::Result<PathBuf, String> {
     let mut reason = String::from("none");
-    for library in libraries(program) {
+    for library in libraries {
         match lammps_library::check(&library) {
             Ok(()) => return Ok(library),
             Err(e) => reason = e,
@@ -230,9 +242,9 @@ mod tests {
     #[test]
     fn a_version_that_is_no_date_is_refused() {
         let library = Path::new("/usr/lib/liblammps.so.0");
-        let actual = words(library, "2 Aug 2023", 2).expect("a date");
+        let actual = arguments(library, "2 Aug 2023", 2).expect("a date");
         assert!(actual.contains(&library.into()) && actual.contains(&"20230802".into()), "{actual:?}");
-        let error = words(library, "unknown", 1).expect_err("refused");
+        let error = arguments(library, "unknown", 1).expect_err("refused");
         assert!(error.exit_code() == 5 && error.to_string().contains("no date"), "{error}");
     }
 

@@ -175,7 +175,7 @@ fn related_blocks(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
 /// Estimated memory (bytes) and time (s) of a block.
 pub(super) fn planned(case: &Case, engine: &LammpsEngine) -> Result<(u64, f64)> {
     let minimizer = case.scene.atoms.as_ref().map_or(Minimizer::Fire, |a| a.minimizer);
-    let plan = planned_by(case, rayon::current_num_threads(), None, atomistic::relaxer(minimizer, engine))?;
+    let plan = planned_by(case, rayon::current_num_threads(), None, engine.relaxer(minimizer))?;
     let atom_stages = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name.as_str()));
     Ok(atom_stages.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
 }

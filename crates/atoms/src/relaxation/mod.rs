@@ -246,7 +246,9 @@ impl<T: Real> Relaxation<T> {
             }
         }
         let back: Vec<[f64; 3]> = applied.iter().map(|a| a.map(|a| -a)).collect();
-        forces.evaluate(&back, -raised)?;
+        if forces.evaluate(&back, -raised)?.is_none() {
+            return Err("atoms outside of the box after a step back".into());
+        }
         state.status.evaluations += 1;
         Ok(TRIALS + 1)
     }

@@ -242,12 +242,10 @@ impl<T: Real> HarmonicBlock<T> {
             vectorised(|| {
                 let mut solved = vec![[T::default(); LANES]; size];
                 for g in 0..self.groups {
-                    let (below, group) = lanes.split_at_mut(g * size);
-                    let group = &mut group[..size];
+                    let group = &mut lanes[g * size..][..size];
                     if g > 0 {
                         multiply_add(to_below, &solved, -T::one(), group);
                     }
-                    let _ = below;
                     solved.fill([T::default(); LANES]);
                     multiply_add(&inverses[g * square..][..square], group, T::one(), &mut solved);
                     for (a, b) in group.iter().zip(&solved) {
@@ -345,7 +343,7 @@ impl<'b, T: Real> SurfaceResponse<'b, T> {
     }
 }
 
-/// Inverse Schur complements of all groups, of which the lowest has `at_rest` layers that do not move.
+/// Inverse Schur complements of all groups, of which the lowest has `at_rest` layers below the block.
 fn eliminate_groups<T: Real>(
     crystal: &LayerGroups,
     groups: usize,
@@ -354,9 +352,11 @@ fn eliminate_groups<T: Real>(
     inverses: &mut [T],
 ) -> Result<()> {
     let size = crystal.within.nrows();
-    let mut below: Option<DMatrix<f64>> = match base {
-        LayerBase::Rigid => None,
-        LayerBase::Crystal { missing } => Some(crystal.below(missing)?),
+    // Layers of the lowest group below the block are missing layers that move, as far as there are any.
+    let (mut below, at_rest): (Option<DMatrix<f64>>, usize) = match base {
+        LayerBase::Rigid => (None, at_rest),
+        LayerBase::Crystal { missing } if missing < at_rest => (None, at_rest - missing),
+        LayerBase::Crystal { missing } => (Some(crystal.below(missing - at_rest)?), 0),
     };
     let mut repeated: Option<DMatrix<f64>> = None;
     for g in 0..groups {
@@ -520,15 +520,15 @@ mod tests {
     /// A shallow block on missing layers is the upper part of a deep one under forces on its layers.
     #[test]
     fn missing_layers_stand_for_a_deep_block() {
-        for missing in [1, 2, 3, 6] {
-            let (shallow, deep) = (4, 4 + missing);
+        for (shallow, missing) in (3..=5).flat_map(|shallow| [0, 1, 2, 3, 6].map(|missing| (shallow, missing))) {
+            let deep = shallow + missing;
             let exact = direct(deep, &forces(missing..deep, deep));
             let base = LayerBase::Crystal { missing };
             let block = HarmonicBlock::<f64>::new(CELLS, shallow, &crystal(), base).expect("stable");
             let first = block_sites(deep).iter().position(|s| s[2] as usize == missing).expect("there");
             let u = solved(&block, &forces(missing..deep, deep)[first..]).0;
             for (a, b) in u.as_flattened().iter().zip(exact[first..].as_flattened()) {
-                assert!((a - b).abs() < ROUNDING, "{missing} missing layers: {a} instead of {b}");
+                assert!((a - b).abs() < ROUNDING, "{shallow} layers, {missing} missing: {a} instead of {b}");
             }
         }
     }
