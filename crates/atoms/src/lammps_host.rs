@@ -1,4 +1,4 @@
-//! Runs a job with LAMMPS as a library in this process, which relaxes the steps ([`super::host_relaxation`]) and gives an elastic base its forces at
+//! Runs a job with LAMMPS as a library in this process, which relaxes the steps (`host_relaxation`) and gives an elastic base its forces at
 //! every evaluation.
 //!
 //! The process is a child of the program that monitors the run ([`super::engine`]), because builds of LAMMPS without exceptions end the
