@@ -13,7 +13,6 @@ use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case};
 use asperity_atoms::cost::{self, LoadingMode, Relaxer, library_bytes, memory_bytes};
 use asperity_atoms::engine::LammpsEngine;
 use asperity_atoms::job::Job;
-use asperity_atoms::job_spec::Minimizer;
 use asperity_atoms::nvt::{MD_STEP_COST_RATIO, NvtSettings};
 use asperity_atoms::potential::CALCIUM;
 use asperity_atoms::results::{AtomsResults, NvtResults};
@@ -147,7 +146,7 @@ impl Stage for LammpsStage<'_> {
         let AtomStages { case, atoms, scene, relaxer, .. } = self.0;
         let (total, ranks, mode) = (atoms.atoms(), case.ranks(), self.0.loading().0);
         // Whether there is a library may not be known: the larger of the two.
-        let library = library_bytes(&atoms.block, scene.minimizer != Minimizer::Fire);
+        let library = library_bytes(&atoms.block, scene.minimizer.may_be_harmonic());
         let (count, each) = (self.0.force_evaluations(), machine.seconds_per_evaluation);
         EstimatedCost {
             bytes: memory_bytes(total, ranks, atoms.start == AtomsStart::Touch) + library.saturating_mul(ranks as u64),

@@ -6,6 +6,7 @@ use asperity::atoms::engine::Finished;
 use asperity::atoms::job::Job;
 use asperity::atoms::lammps_command::LammpsCommand;
 use asperity::atoms::results::StepMinimizer;
+use asperity::scene::{Case, Scene};
 use std::path::Path;
 
 /// Force evaluations of a load in an elastic block.
@@ -43,7 +44,7 @@ fn loads_have_the_states_of_fire() {
             assert!(lift.abs() < HEIGHT, "{lift} Å: {what}");
             let energy = h.energy_ev - f.energy_ev + h.load * lift;
             assert!(energy < ENERGY, "{energy} eV: {what}");
-            assert!(h.energy_bound_ev.is_some_and(|bound| bound < ENERGY), "{what}");
+            assert!(h.predicted_decrease_ev.is_some_and(|bound| bound < ENERGY), "{what}");
         }
     }
 }
@@ -85,4 +86,36 @@ fn without_a_host_auto_uses_fire_and_says_why_and_harmonic_is_refused() {
     assert!(auto.steps.iter().all(|s| s.minimizer == StepMinimizer::Fire));
     assert_eq!(run("harmonic").expect_err("refused").exit_code(), 5);
     assert_eq!(run("fire").expect("runs").not_harmonic, None);
+}
+
+/// A profile under which the crystal slips at the first load.
+fn steep(p_star: f64, minimizer: &str) -> Case {
+    let text = format!(
+        "name = \"steep\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 1.0\n\
+         [load]\np_star = [{p_star}]\n[atoms]\ncells = 10\ndepth_cells = 6\nminimizer = \"{minimizer}\""
+    );
+    let file = Path::new("steep.toml");
+    Case::resolve(Scene::parse(&text, file).expect("a scene"), file).expect("a case")
+}
+
+/// At the lower load the state is handed over, at the higher one, of which the relaxation reaches a tenth, the load starts again.
+#[test]
+fn a_load_at_which_the_crystal_slips_is_handed_over_to_fire() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    for (p_star, restarts) in [(0.05, false), (0.1, true)] {
+        let job = built(&steep(p_star, "auto"), &folder.path().join(p_star.to_string()));
+        let finished = engine.run(&job, &mut on).expect("a clean run");
+        assert!(finished.unconverged.is_empty(), "{finished:?}");
+        let (free, load) = (&finished.history.steps[0], &finished.history.steps[1]);
+        assert_eq!(free.minimizer, StepMinimizer::Harmonic);
+        assert_eq!((load.minimizer, load.predicted_decrease_ev), (StepMinimizer::HarmonicFire, None), "{load:?}");
+        assert!((load.load / (p_star * job.spec.settings.load_unit) - 1.0).abs() < 1e-3, "{load:?}");
+        let log = std::fs::read_to_string(job.folder.join("log.0")).expect("a log");
+        assert_eq!(log.matches("print \"load step $k\"").count(), if restarts { 3 } else { 2 }, "p* = {p_star}");
+    }
+    let strict = built(&steep(0.05, "harmonic"), &folder.path().join("strict"));
+    let error = engine.run(&strict, &mut on).expect_err("refused");
+    assert_eq!(error.exit_code(), 4, "{error}");
+    assert!(error.to_string().contains("the harmonic relaxation of step 1 ended at"), "{error}");
 }

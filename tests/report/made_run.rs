@@ -240,7 +240,7 @@ pub(crate) fn atoms(folder: &Path) -> AtomsResults {
             max_force_ev_per_angstrom: 8e-5,
             minimizer: if step == 7 { StepMinimizer::HarmonicCg } else { StepMinimizer::Harmonic },
             rejected: (step / 5) as usize,
-            energy_bound_ev: (step != 7).then_some(3.1e-6),
+            predicted_decrease_ev: (step != 7).then_some(3.1e-6),
         }
     });
     let line = |group: &str, symbol: &str, target, used, status: &str, reason: &str| AuditLine {

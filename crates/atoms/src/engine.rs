@@ -2,7 +2,6 @@
 //! checks.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::fs::File;
 use std::io::ErrorKind;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -16,7 +15,7 @@ use super::job::Job;
 use super::job_files::lock;
 use super::job_spec::Minimizer;
 use super::lammps_command::{LammpsCommand, without_relative_libraries};
-use super::lammps_host;
+use super::lammps_host::{self, HostCommand};
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::progress::{Watch, Watcher};
@@ -70,12 +69,6 @@ enum WayToRun {
     Host(HostCommand),
     /// As a program, and why not as a library, where that was wanted.
     Program { reason: Option<String> },
-}
-
-struct HostCommand {
-    program: PathBuf,
-    /// Before those of LAMMPS.
-    arguments: Vec<OsString>,
 }
 
 impl WayToRun {
@@ -254,11 +247,20 @@ impl LammpsEngine {
         if !elastic && !job.relaxes_harmonically() {
             return Ok(WayToRun::Program { reason: None });
         }
-        let arguments = match self.host_arguments(elastic, job.spec.settings.minimizer) {
-            Err(e @ Error::MissingProgram { .. }) if !elastic && job.spec.settings.minimizer == Minimizer::Auto => {
-                return Ok(WayToRun::Program { reason: Some(e.to_string()) });
-            }
-            arguments => arguments?,
+        // What a scene leaves open has a second way.
+        let is_open = !elastic && job.spec.settings.minimizer == Minimizer::Auto;
+        let program = |e: Error| Ok(WayToRun::Program { reason: Some(e.to_string()) });
+        let found = HostCommand::find(
+            self.host.as_deref(),
+            &self.program,
+            &self.styles.version,
+            &self.start,
+            (elastic, is_open),
+        )
+        .and_then(|host| expect_memory(job, job.memory_bytes(self.start.ranks())).map(|()| host));
+        let host = match found {
+            Err(e @ (Error::MissingProgram { .. } | Error::Memory { .. })) if is_open => return program(e),
+            found => found?,
         };
         let history = LoadHistory::read(&job.folder)?;
         let measured = lammps_host::prepare(job, &self.program, &self.styles.version, &mut || {
@@ -269,33 +271,12 @@ impl LammpsEngine {
         });
         match measured {
             // A table whose crystal has no force constants at these pressures still has forces.
-            Err(e @ (Error::Input { .. } | Error::Lammps { .. } | Error::Format { .. }))
-                if !elastic && job.spec.settings.minimizer == Minimizer::Auto =>
-            {
+            Err(e @ (Error::Input { .. } | Error::Lammps { .. } | Error::Format { .. })) if is_open => {
                 self.check_time(job, watcher.begun)?;
-                Ok(WayToRun::Program { reason: Some(e.to_string()) })
+                program(e)
             }
-            measured => measured.map(|()| WayToRun::Host(arguments)),
+            measured => measured.map(|()| WayToRun::Host(host)),
         }
-    }
-
-    /// The host and its arguments before those of LAMMPS.
-    fn host_arguments(&self, elastic: bool, minimizer: Minimizer) -> Result<HostCommand> {
-        if !elastic && self.start.chooses_styles() {
-            return Err(Error::MissingProgram {
-                program: "the harmonic relaxation with accelerated styles of LAMMPS".into(),
-                how: "it needs positions and forces on the processor".into(),
-            });
-        }
-        let program = self.host.clone().map_or_else(lammps_host::host_program, Ok)?;
-        // What was not asked for uses no library of another installation.
-        let library = match minimizer {
-            Minimizer::Auto if !elastic => lammps_host::find_own_library(&self.program),
-            _ => lammps_host::find_library(&self.program),
-        };
-        let library = library.map_err(lammps_host::missing_library)?;
-        let arguments = lammps_host::arguments(&library, &self.styles.version, self.start.ranks())?;
-        Ok(HostCommand { program, arguments })
     }
 
     fn check_time(&self, job: &Job, started: Instant) -> Result<()> {
@@ -364,8 +345,7 @@ impl LammpsEngine {
             let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
             return Finished::collect(job, all);
         }
-        let (what, need) = (format!("LAMMPS with {} atoms", job.atoms()), job.memory_bytes(self.start.ranks()));
-        sys::expect_memory(what, need, "use fewer cells or a thinner block")?;
+        expect_memory(job, job.lammps_bytes(self.start.ranks()))?;
         let finished = load_history::prepare_resume(&job.folder)?;
         minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
         let screen_file = job.folder.join("log.screen");
@@ -442,6 +422,11 @@ impl Drop for ProcessGroup {
             let _ = self.child.wait();
         }
     }
+}
+
+/// Whether a job fits into the memory.
+fn expect_memory(job: &Job, need: u64) -> Result<()> {
+    sys::expect_memory(format!("LAMMPS with {} atoms", job.atoms()), need, "use fewer cells or a thinner block")
 }
 
 fn failed(job: &Job, failure: impl Into<LammpsFailure>) -> Error {

@@ -33,11 +33,13 @@ const MARGIN_ANGSTROM: f64 = 0.5;
 pub(super) struct HostRelaxation<'a> {
     job: &'a Job,
     constants: &'a ForceConstants,
+    /// Whether steps are relaxed harmonically: not where positions and forces may be on a device.
+    relaxes: bool,
 }
 
 impl<'a> HostRelaxation<'a> {
-    pub(super) fn new(job: &'a Job, constants: &'a ForceConstants) -> Self {
-        HostRelaxation { job, constants }
+    pub(super) fn new(job: &'a Job, constants: &'a ForceConstants, accelerated: bool) -> Self {
+        HostRelaxation { job, constants, relaxes: job.relaxes_harmonically() && !accelerated }
     }
 
     /// Runs a step of the job from the state to which `set_up` brings LAMMPS, at about the mean pressure `pressure` (eV/Å³).
@@ -53,37 +55,33 @@ impl<'a> HostRelaxation<'a> {
     ) -> Result<()> {
         set_up(lammps)?;
         let failed = |description: String| Error::lammps(&self.job.folder, description);
-        let minimizer = self.job.spec.settings.minimizer;
-        // The states of a checkpoint are those of LAMMPS's own minimiser.
-        let continued = lammps.value("v_resume_mid").map_err(failed)? != 0.0;
-        let parts = script.parts().filter(|_| minimizer != Minimizer::Fire && !continued);
-        let Some([start, relax, end]) = parts else {
+        let Some([start, relax, end]) = script.parts().filter(|_| self.relaxes) else {
             return lammps.file(script.file).map_err(failed);
         };
+        let own = if self.job.spec.protocol.ramp().is_some() { "cg" } else { "fire" };
+        // A checkpoint is of LAMMPS's own minimiser, to which the step was handed over.
+        if lammps.value("v_resume_mid").map_err(failed)? != 0.0 {
+            let handed_over = record(lammps, &format!("harmonic+{own}"), 0, None);
+            return handed_over.and_then(|()| lammps.file(script.file)).map_err(failed);
+        }
         lammps.file(start.file).map_err(failed)?;
-        let relaxed = self.relax(lammps, step, pressure)?;
-        let Relaxed { evaluations, rejected, energy_bound, .. } = relaxed;
-        let mut words = vec![
-            // LAMMPS cuts letters beyond ASCII.
-            format!("print \"harmonic relaxation: {relaxed}\"").replace('Å', "A"),
-            // The form in which LAMMPS's minimisers report theirs.
-            format!("print \"Iterations, force evaluations = {evaluations} {evaluations}\""),
-            "variable minimizer delete".into(),
-            "variable rejected delete".into(),
-            format!("variable rejected index {rejected}"),
-            "variable energy_bound delete".into(),
-        ];
-        if relaxed.converged {
-            words.push("variable minimizer index harmonic".into());
-            words.push(format!("variable energy_bound index {energy_bound:.3e}"));
-        } else if minimizer == Minimizer::Harmonic {
-            return Err(failed(format!(
-                "the harmonic relaxation of step {step} ended at {relaxed}; use minimizer = \"auto\""
-            )));
-        } else {
-            let own = if self.job.spec.protocol.ramp().is_some() { "cg" } else { "fire" };
-            words.push(format!("variable minimizer index harmonic+{own}"));
-            words.push("variable energy_bound index \"\"".into());
+        let strict = self.job.spec.settings.minimizer == Minimizer::Harmonic;
+        let Some(relaxed) = self.relax(lammps, step, pressure)? else {
+            if strict {
+                let text = format!("the crystal of step {step} has no force constants; use minimizer = \"auto\"");
+                return Err(failed(text));
+            }
+            let files = [relax.file, end.file];
+            return record(lammps, own, 0, None)
+                .and_then(|()| files.iter().try_for_each(|f| lammps.file(f)))
+                .map_err(failed);
+        };
+        if !relaxed.converged {
+            if strict {
+                let text =
+                    format!("the harmonic relaxation of step {step} ended at {relaxed}; use minimizer = \"auto\"");
+                return Err(failed(text));
+            }
             if relaxed.load_error.abs() > USABLE {
                 // The load is not even near: from the start, as LAMMPS's own minimiser would without this relaxation.
                 set_up(lammps)?;
@@ -92,13 +90,22 @@ impl<'a> HostRelaxation<'a> {
             }
             lammps.file(relax.file).map_err(failed)?;
         }
-        words.iter().try_for_each(|line| lammps.command(line)).and_then(|()| lammps.file(end.file)).map_err(failed)
+        let Relaxed { converged, evaluations, rejected, predicted_decrease, .. } = relaxed;
+        let minimizer = if converged { "harmonic".to_string() } else { format!("harmonic+{own}") };
+        record(lammps, &minimizer, rejected, converged.then_some(predicted_decrease)).map_err(failed)?;
+        let lines = [
+            // LAMMPS cuts letters beyond ASCII.
+            format!("print \"harmonic relaxation: {relaxed}\"").replace('Å', "A"),
+            // The form in which LAMMPS's minimisers report theirs.
+            format!("print \"Iterations, force evaluations = {evaluations} {evaluations}\""),
+        ];
+        lines.iter().try_for_each(|line| lammps.command(line)).and_then(|()| lammps.file(end.file)).map_err(failed)
     }
 
     /// Whether a load starts from the state of the previous one, not from the continuum's displacements: these do not change an elastic state. A
     /// base that the continuum displaces needs them.
     fn starts_from_previous(&self) -> bool {
-        self.job.spec.settings.minimizer != Minimizer::Fire && self.job.spec.block.base != BaseKind::Prescribed
+        self.relaxes && self.job.spec.block.base != BaseKind::Prescribed
     }
 
     /// Sets what all steps use.
@@ -109,11 +116,12 @@ impl<'a> HostRelaxation<'a> {
         keep_state(lammps, self.starts_from_previous()).map_err(|text| Error::lammps(&self.job.folder, text))
     }
 
-    /// Relaxes the state in which LAMMPS is, at step `step` under about the mean pressure `pressure` (eV/Å³).
+    /// Relaxes the state in which LAMMPS is, at step `step` under about the mean pressure `pressure` (eV/Å³). `None`: there is no model of the
+    /// crystal.
     ///
     /// # Errors
     /// `Lammps`.
-    fn relax(&self, lammps: &mut LammpsInstance, step: usize, pressure: f64) -> Result<Relaxed> {
+    fn relax(&self, lammps: &mut LammpsInstance, step: usize, pressure: f64) -> Result<Option<Relaxed>> {
         let spec = &self.job.spec;
         let block = self.job.block();
         let failed = |description: String| Error::lammps(&self.job.folder, description);
@@ -123,12 +131,12 @@ impl<'a> HostRelaxation<'a> {
             BaseKind::Rigid | BaseKind::Prescribed => LayerBase::Rigid,
         };
         // Under a tension beyond the measured strains, as at a pull-off, there is no model.
-        let Ok(strain) = self.constants.strain_at(pressure) else { return Ok(Relaxed::default()) };
+        let Ok(strain) = self.constants.strain_at(pressure) else { return Ok(None) };
         let constants = self.constants.at(strain);
         let layers = block.layers() - first;
         // Neither has a crystal that is not stable at this strain.
         let Ok(crystal) = HarmonicBlock::<f32>::new(block.cells, layers, &constants, base) else {
-            return Ok(Relaxed::default());
+            return Ok(None);
         };
         let [_, field_bytes] = HarmonicBlock::<f32>::bytes(block.cells, layers, constants.reach);
         let pairs = pairs_kept(field_bytes);
@@ -161,8 +169,24 @@ impl<'a> HostRelaxation<'a> {
         };
         let control = load.map_or(Control::Height, Control::Load);
         let relaxed = relaxation.relax(&mut forces, control, criteria);
-        relaxed.map_err(failed)
+        relaxed.map(Some).map_err(failed)
     }
+}
+
+/// Sets what `end_of_step.in` writes of a relaxation.
+fn record(
+    lammps: &mut LammpsInstance,
+    minimizer: &str,
+    rejected: usize,
+    predicted_decrease: Option<f64>,
+) -> std::result::Result<(), String> {
+    let decrease = predicted_decrease.map_or("\"\"".to_string(), |d| format!("{d:.3e}"));
+    let values =
+        [("minimizer", minimizer.to_string()), ("rejected", rejected.to_string()), ("predicted_decrease", decrease)];
+    values.iter().try_for_each(|(name, value)| {
+        lammps.command(&format!("variable {name} delete"))?;
+        lammps.command(&format!("variable {name} index {value}"))
+    })
 }
 
 /// Whether the next load starts from the state of the previous one.

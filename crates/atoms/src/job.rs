@@ -13,7 +13,7 @@ use super::indenter::Indenter;
 use super::initial_configuration::{InitialConfiguration, PrescribedLoad, PrescribedLoads};
 use super::interaction::Interaction;
 use super::job_files::{lock, remove_run_script, write_run_script};
-use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, Minimizer, RelaxationSettings, check, is_symbol};
+use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, RelaxationSettings, check, is_symbol};
 use super::load_history::{self, Between, Bracket, LOAD_STEPS_FILE, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::nvt::{NvtRun, NvtSettings, RELAXED};
@@ -227,13 +227,17 @@ impl Job {
     /// Resident memory of all LAMMPS ranks together, bytes; with the harmonic relaxation, unless the job excludes it.
     pub fn memory_bytes(&self, ranks: usize) -> u64 {
         let library = library_bytes(&self.spec.block, self.relaxes_harmonically());
+        self.lammps_bytes(ranks).saturating_add(library.saturating_mul(ranks as u64))
+    }
+
+    /// The same without what a host adds to LAMMPS.
+    pub(super) fn lammps_bytes(&self, ranks: usize) -> u64 {
         memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none())
-            .saturating_add(library.saturating_mul(ranks as u64))
     }
 
     /// Whether its steps are relaxed harmonically, where the library of LAMMPS can be loaded.
     pub(super) fn relaxes_harmonically(&self) -> bool {
-        self.spec.settings.minimizer != Minimizer::Fire && self.spec.protocol.nvt().is_none()
+        self.spec.settings.minimizer.may_be_harmonic() && self.spec.protocol.nvt().is_none()
     }
 
     /// Mean pressure at which the elastic base is linearised in a step, eV/Å³: that of the prescribed load, or of the previous step of a

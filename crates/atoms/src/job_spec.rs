@@ -30,6 +30,13 @@ pub enum Minimizer {
     Fire,
 }
 
+impl Minimizer {
+    /// Whether the harmonic relaxation may relax a step.
+    pub fn may_be_harmonic(self) -> bool {
+        self != Minimizer::Fire
+    }
+}
+
 /// Relaxation and output of each load step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RelaxationSettings {

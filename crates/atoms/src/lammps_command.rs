@@ -38,6 +38,11 @@ pub struct LammpsCommand {
     pub args: Vec<String>,
 }
 
+/// Whether arguments choose styles that may keep positions and forces on a device; those with the suffix `opt` do not.
+pub(super) fn is_accelerated(args: &[String]) -> bool {
+    args.windows(2).any(|pair| SUFFIX.contains(&pair[0].as_str()) && pair[1] != "opt")
+}
+
 impl LammpsCommand {
     /// What another command sets is replaced by it.
     #[must_use]

@@ -14,6 +14,7 @@ use super::elastic_base::ElasticBase;
 use super::force_constants::{self, ForceConstantInput, ForceConstants};
 use super::host_relaxation::HostRelaxation;
 use super::job::{Job, POTENTIAL_FILE};
+use super::lammps_command::{LammpsCommand, is_accelerated};
 use super::load_history::LoadHistory;
 use super::potential::SetflHeader;
 use super::run_script::LmpCommand;
@@ -73,7 +74,7 @@ impl HostRun {
         let mut load = history.last().map_or(0.0, |r| r.load);
         let mut next = history.last().map_or(0, |r| r.step + 1);
         header(&script).try_for_each(|line| lammps.command(line)).map_err(failed)?;
-        let relaxation = HostRelaxation::new(&job, &constants);
+        let relaxation = HostRelaxation::new(&job, &constants, is_accelerated(&self.args));
         relaxation.begin(&mut lammps)?;
         loop {
             let pressure = job.pressure_at(next, load);
@@ -124,7 +125,7 @@ pub fn use_this_program() {
 ///
 /// # Errors
 /// `MissingProgram`.
-pub(super) fn host_program() -> Result<PathBuf> {
+fn host_program() -> Result<PathBuf> {
     let own = OWN_PROGRAM.get().cloned();
     let program = own.or_else(|| search_path(Path::new(PROGRAM))).ok_or_else(|| Error::MissingProgram {
         program: PROGRAM.into(),
@@ -134,11 +135,43 @@ pub(super) fn host_program() -> Result<PathBuf> {
     std::path::absolute(&program).map_err(Error::io("find", &program))
 }
 
+/// A program that runs LAMMPS as a library, and its arguments before those of LAMMPS.
+pub(super) struct HostCommand {
+    pub program: PathBuf,
+    pub arguments: Vec<OsString>,
+}
+
+impl HostCommand {
+    /// The host for the LAMMPS `program` of this version: `host`, or the running program. `elastic`: for an elastic base; `is_open`: the job can
+    /// do without.
+    ///
+    /// # Errors
+    /// `MissingProgram` without host or library, for a version that is no date, and for accelerated styles without an elastic base.
+    pub(super) fn find(
+        host: Option<&Path>,
+        program: &Path,
+        version: &str,
+        start: &LammpsCommand,
+        (elastic, is_open): (bool, bool),
+    ) -> Result<HostCommand> {
+        if !elastic && start.chooses_styles() {
+            return Err(Error::MissingProgram {
+                program: "the harmonic relaxation with accelerated styles of LAMMPS".into(),
+                how: "it needs positions and forces on the processor".into(),
+            });
+        }
+        // A job that can do without uses no library of another installation.
+        let library = if is_open { find_own_library(program) } else { find_library(program) };
+        let arguments = arguments(&library.map_err(missing_library)?, version, start.ranks())?;
+        Ok(HostCommand { program: host.map_or_else(host_program, |host| Ok(host.to_path_buf()))?, arguments })
+    }
+}
+
 /// The program's arguments before those of LAMMPS with this library and version.
 ///
 /// # Errors
 /// `MissingProgram` for a version that is no date.
-pub(super) fn arguments(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
+fn arguments(library: &Path, version: &str, ranks: usize) -> Result<Vec<OsString>> {
     let no_date = || missing_library(format!("its program has the version {version:?}, which is no date"));
     let date = version_number(version).ok_or_else(no_date)?.to_string();
     // Each of several ranks has a core of its own.
@@ -148,7 +181,7 @@ pub(super) fn arguments(library: &Path, version: &str, ranks: usize) -> Result<V
     Ok(words.map(OsString::from).into_iter().chain([library.into(), "--".into()]).collect())
 }
 
-pub(super) fn missing_library(reason: String) -> Error {
+fn missing_library(reason: String) -> Error {
     Error::MissingProgram {
         program: format!("the shared library of LAMMPS ({reason})"),
         how: "an elastic base and the harmonic relaxation need it in addition to the program (Debian: apt install lammps has both)".into(),

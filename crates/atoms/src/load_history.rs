@@ -19,7 +19,7 @@ pub const LOAD_STEPS_FILE: &str = "load_steps.csv";
 /// First line of the file, as `end_of_step.in` and `nvt.in` write it.
 pub const HEADER: &str = "step,displacement_angstrom,load_ev_per_angstrom,energy_ev,iterations,max_force_ev_per_angstrom,\
                           contacts,indenter_min_angstrom,indenter_mean_angstrom,atoms,load_converged,minimizer,rejected,\
-                          energy_bound_ev";
+                          predicted_decrease_ev";
 
 /// One finished step.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +43,7 @@ pub struct StepRecord {
     pub rejected: usize,
     /// Decrease of the energy that the harmonic crystal still predicts, eV: half the work of the residual forces in the displacements that
     /// they cause. `None` where it is not known.
-    pub energy_bound_ev: Option<f64>,
+    pub predicted_decrease_ev: Option<f64>,
 }
 
 impl StepRecord {
@@ -62,7 +62,7 @@ impl StepRecord {
             max_force_ev_per_angstrom: self.max_force,
             minimizer: self.minimizer,
             rejected: self.rejected,
-            energy_bound_ev: self.energy_bound_ev,
+            predicted_decrease_ev: self.predicted_decrease_ev,
         }
     }
 
@@ -87,7 +87,7 @@ impl StepRecord {
             load_converged: tokens[10] != "0",
             minimizer: StepMinimizer::of_word(tokens[11])?,
             rejected: tokens[12].parse().ok()?,
-            energy_bound_ev: if tokens[13].is_empty() { None } else { Some(real(13)?) },
+            predicted_decrease_ev: if tokens[13].is_empty() { None } else { Some(real(13)?) },
         })
     }
 }
@@ -450,7 +450,7 @@ mod tests {
     #[test]
     fn a_step_says_how_it_was_relaxed() {
         let of = |relaxed: &str| StepRecord::parse(&line(0, 1.0).replace("fire,0,", relaxed));
-        let words = |r: StepRecord| (r.minimizer, r.rejected, r.energy_bound_ev);
+        let words = |r: StepRecord| (r.minimizer, r.rejected, r.predicted_decrease_ev);
         assert_eq!(of("harmonic+fire,3,1.5e-06").map(words), Some((StepMinimizer::HarmonicFire, 3, Some(1.5e-6))));
         assert_eq!(of("cg,0,").map(words), Some((StepMinimizer::Cg, 0, None)));
         for damaged in ["sd,0,", "fire,-1,", "fire,0,nan", "fire,0", "fire,0,,"] {

@@ -124,7 +124,7 @@ pub struct LoadStepResults {
     pub rejected: usize,
     /// Decrease of the energy that the harmonic crystal still predicts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub energy_bound_ev: Option<f64>,
+    pub predicted_decrease_ev: Option<f64>,
 }
 
 /// The atoms at one load; for a displacement ramp interpolated between two load steps.

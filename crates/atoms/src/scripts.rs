@@ -16,7 +16,7 @@ macro_rules! script {
 /// Displacement-controlled loading, and unloading where requested.
 pub const DISPLACEMENT_RAMP: Script = script!("displacement_ramp.in");
 
-/// Load-controlled steps, each started from the continuum's displacement field.
+/// Load-controlled steps, each started from the continuum's displacement field or from the previous step.
 pub const PRESCRIBED_LOAD: Script = script!("prescribed_load.in");
 
 /// Relaxed states at constant temperature.

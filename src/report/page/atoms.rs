@@ -87,21 +87,20 @@ fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Mark
     )))
 }
 
-/// Minimisers of the load steps, rejected steps of the harmonic relaxation, and its bound of the energy.
+/// Minimisers of the load steps, rejected steps of the harmonic relaxation, and the decrease of energy that it still predicts.
 fn relaxation(steps: &[LoadStepResults]) -> String {
     let number = |m: StepMinimizer| steps.iter().filter(|s| s.minimizer == m).count();
     let used = StepMinimizer::ALL.into_iter().filter(|m| number(*m) > 0);
     let of_steps = |n: usize| format!("{} step{}", count(n), if n == 1 { "" } else { "s" });
     let list: Vec<String> = used.map(|m| format!("{} ({})", m.word(), of_steps(number(m)))).collect();
     let rejected: usize = steps.iter().map(|s| s.rejected).sum();
-    let bound = steps.iter().filter_map(|s| s.energy_bound_ev).reduce(f64::max);
+    let decrease = steps.iter().filter_map(|s| s.predicted_decrease_ev).reduce(f64::max);
     let mut text = format!("Minimiser: {}", list.join(", "));
     if rejected > 0 {
         text += &format!("; the harmonic relaxation rejected {}", of_steps(rejected));
     }
-    if let Some(bound) = bound {
-        text +=
-            &format!("; by the harmonic model the energy is at most {} eV above its minimum", significant(bound, 2));
+    if let Some(decrease) = decrease {
+        text += &format!("; it predicts further decreases of the energy by up to {} eV", significant(decrease, 2));
     }
     text + "."
 }

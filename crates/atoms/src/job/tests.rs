@@ -223,7 +223,7 @@ fn records(list: &[(f64, f64, usize)]) -> Vec<StepRecord> {
         load_converged: true,
         minimizer: StepMinimizer::Cg,
         rejected: 0,
-        energy_bound_ev: None,
+        predicted_decrease_ev: None,
     };
     list.iter().enumerate().map(record).collect()
 }

@@ -39,6 +39,8 @@ const HARD: (usize, usize) = (4, 2);
 const PATIENCE: usize = 45;
 /// Longest displacement of a step, Å. The first load of 25 nm moves smoothly by 2.4 Å.
 const LONGEST_STEP: f64 = 4.0;
+/// The wall's energy to which a predicted decrease is compared, at least, eV: of a block without contact.
+const SMALLEST_WALL_ENERGY: f64 = 1e-3;
 /// Factor on a step whose direction has been tried.
 const SHORTER: f64 = 0.3;
 
@@ -84,8 +86,8 @@ pub(crate) struct Relaxed {
     pub converged: bool,
     pub evaluations: usize,
     pub rejected: usize,
-    /// Decrease of energy that the harmonic crystal predicts from there, eV.
-    pub energy_bound: f64,
+    /// Decrease of energy that the harmonic crystal predicts from there, the indenter at rest, eV.
+    pub predicted_decrease: f64,
     pub largest_force: f64,
     pub load_error: f64,
     pub base_error: f64,
@@ -93,11 +95,11 @@ pub(crate) struct Relaxed {
 
 impl std::fmt::Display for Relaxed {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let Relaxed { evaluations, largest_force, load_error, base_error, energy_bound, .. } = self;
+        let Relaxed { evaluations, largest_force, load_error, base_error, predicted_decrease, .. } = self;
         write!(
             f,
             "{evaluations} evaluations, largest force {largest_force:.1e} eV/Å, errors of the forces on indenter and base {load_error:.1e} and \
-             {base_error:.1e}, predicted decrease {energy_bound:.1e} eV"
+             {base_error:.1e}, predicted decrease {predicted_decrease:.1e} eV"
         )
     }
 }
@@ -121,6 +123,7 @@ pub(crate) struct Relaxation<T: Real> {
 struct State<T> {
     /// Energy with the work of the load.
     energy: f64,
+    /// Sum of the magnitudes of the wall's energies of atoms: repulsion and adhesion may cancel in the total.
     wall_energy: f64,
     lift: f64,
     positions: Vec<[f64; 3]>,
@@ -175,12 +178,12 @@ impl<T: Real> Relaxation<T> {
         let mut state = self.state(first, 0.0, control, criteria);
         state.status.evaluations = 1;
         let mut pairs = Pairs::new(self.memory);
-        let (mut hard, mut lowest) = (0, (state.status.energy_bound, 1));
+        let (mut hard, mut lowest) = (0, (state.status.predicted_decrease, 1));
         while !state.status.converged {
             let status = state.status;
             // A new load alone leaves no residual force in the crystal.
-            if status.energy_bound < 0.5 * lowest.0 || status.evaluations <= 2 {
-                lowest = (status.energy_bound, status.evaluations);
+            if status.predicted_decrease < 0.5 * lowest.0 || status.evaluations <= 2 {
+                lowest = (status.predicted_decrease, status.evaluations);
             }
             let stalled = status.evaluations > lowest.1 + PATIENCE || hard >= HARD.1;
             if stalled || status.evaluations >= criteria.evaluations {
@@ -220,8 +223,8 @@ impl<T: Real> Relaxation<T> {
             applied.iter_mut().zip(&increments).for_each(|(a, i)| (0..3).for_each(|c| a[c] += i[c]));
             raised = lift;
             let mut reached = self.state(evaluation, state.lift + lift, control, criteria);
-            let rounding = ROUNDING[0] * (state.wall_energy.abs() + control.load().abs()).max(1.0)
-                + ROUNDING[1] * state.energy.abs();
+            let rounding =
+                ROUNDING[0] * (state.wall_energy + control.load().abs()).max(1.0) + ROUNDING[1] * state.energy.abs();
             let crystalline = reached.status.largest_force <= self.force_limit.max(status.largest_force);
             let fell = crystalline && reached.energy <= state.energy + rounding;
             state.status.evaluations += 1;
@@ -257,7 +260,7 @@ impl<T: Real> Relaxation<T> {
     fn state(&self, evaluation: Evaluation, lift: f64, control: Control, criteria: Criteria) -> State<T> {
         let touched = evaluation.positions.par_iter().enumerate();
         let touched: Vec<_> = touched.filter_map(|(k, x)| Some((k, self.wall.action(*x, lift)?))).collect();
-        let wall_energy: f64 = touched.iter().map(|(_, a)| a.energy).sum();
+        let wall_energy: f64 = touched.iter().map(|(_, a)| a.energy.abs()).sum();
         let (mut deep_load, mut wall_forces) = (0.0, vec![[0.0; 3]; evaluation.positions.len() - self.deep_atoms()]);
         for (k, action) in &touched {
             match k.checked_sub(self.deep_atoms()) {
@@ -270,14 +273,13 @@ impl<T: Real> Relaxation<T> {
         let load = control.load();
         let over = |error: f64| if load > 0.0 { error / load } else { 0.0 };
         let (load_error, base_error) = (over(evaluation.on_indenter - load), over(evaluation.on_base + load));
-        let mut residual = self.crystal.zero();
-        self.analyse(0..self.indices.len(), &evaluation.forces, &mut residual);
+        let residual = self.analyse(0..self.indices.len(), &evaluation.forces);
         let mut response = residual.clone();
-        let energy_bound = self.crystal.eliminate(&mut response);
+        let predicted_decrease = self.crystal.eliminate(&mut response);
         self.crystal.substitute(&mut response);
         let converged = largest_force <= criteria.force
             && load_error.abs().max(base_error.abs()) <= criteria.balance
-            && energy_bound <= criteria.energy * wall_energy.abs().max(1e-3);
+            && predicted_decrease <= criteria.energy * wall_energy.max(SMALLEST_WALL_ENERGY);
         State {
             energy: evaluation.energy + load * lift,
             wall_energy,
@@ -287,18 +289,25 @@ impl<T: Real> Relaxation<T> {
             deep_load,
             residual,
             response,
-            status: Relaxed { converged, energy_bound, largest_force, load_error, base_error, ..Relaxed::default() },
+            status: Relaxed {
+                converged,
+                predicted_decrease,
+                largest_force,
+                load_error,
+                base_error,
+                ..Relaxed::default()
+            },
         }
     }
 
     /// Amplitudes of the vectors of the atoms of some layers.
-    fn analyse(&self, layers: std::ops::Range<usize>, vectors: &[[f64; 3]], to: &mut Amplitudes<T>) {
+    fn analyse(&self, layers: std::ops::Range<usize>, vectors: &[[f64; 3]]) -> Amplitudes<T> {
         let first = layers.start;
         let fill = |layer: usize, c: usize, grid: &mut [T]| {
             let own = &vectors[(layer - first) * self.per_layer..][..self.per_layer];
             self.indices[layer].iter().zip(own).for_each(|(i, v)| grid[*i] = T::of(v[c]));
         };
-        self.crystal.analyse(layers, fill, to);
+        self.crystal.analyse(layers, fill)
     }
 
     /// Vectors of the atoms of some layers.
@@ -311,16 +320,6 @@ impl<T: Real> Relaxation<T> {
         vectors.collect()
     }
 
-    /// The response to forces on the surface layers alone.
-    fn surface_forces_response(&self, forces: &[[f64; 3]]) -> [Amplitudes<T>; 2] {
-        let mut amplitudes = self.crystal.zero();
-        self.analyse(self.surface(), forces, &mut amplitudes);
-        // They are within the highest group: there is nothing to eliminate below.
-        let mut response = amplitudes.clone();
-        self.crystal.substitute(&mut response);
-        [amplitudes, response]
-    }
-
     /// The step to the minimum of the model.
     fn step(&self, state: &State<T>, pairs: &Pairs<T>, control: Control, tolerance: f64) -> Step<T> {
         let projections = pairs.project(&self.crystal, &state.residual);
@@ -331,7 +330,9 @@ impl<T: Real> Relaxation<T> {
         let mut problem = SurfaceProblem::new(response, pairs, &self.wall, &self.indices[self.surface()], self.points);
         let control = control.less(state.deep_load);
         let SurfaceStep { excess, lift } = problem.solve(&start, &state.wall_forces, state.lift, control, tolerance);
-        let [_, mut amplitudes] = self.surface_forces_response(&excess);
+        // These forces are within the highest group: there is nothing to eliminate below.
+        let mut amplitudes = self.analyse(self.surface(), &excess);
+        self.crystal.substitute(&mut amplitudes);
         amplitudes.add(1.0, &state.response);
         let coefficients = pairs.coefficients(projections + pairs.project_surface(&excess));
         pairs.add(&coefficients, &mut amplitudes);
@@ -343,20 +344,13 @@ impl<T: Real> Relaxation<T> {
     fn learn(&self, pairs: &mut Pairs<T>, from: &State<T>, to: &State<T>, step: &Step<T>, factor: f64) -> bool {
         let change = from.wall_forces.iter().zip(&to.wall_forces);
         let change: Vec<[f64; 3]> = change.map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
-        let [wall, wall_response] = self.surface_forces_response(&change);
-        let difference = |from: &Amplitudes<T>, to: &Amplitudes<T>, wall: &Amplitudes<T>| {
-            let mut sum = from.clone();
-            sum.add(-1.0, to);
-            sum.add(-1.0, wall);
-            sum
-        };
-        let force = difference(&from.residual, &to.residual, &wall);
-        let response = difference(&from.response, &to.response, &wall_response);
-        let mut displacement = step.amplitudes.clone();
-        displacement.add(factor - 1.0, &step.amplitudes);
+        let mut wall = self.analyse(self.surface(), &change);
+        let force = from.residual.less(&to.residual, &wall);
+        self.crystal.substitute(&mut wall);
+        let response = from.response.less(&to.response, &wall);
         let scaled = |v: &[f64; 3]| v.map(|v| factor * v);
         let pair = Pair {
-            displacement,
+            displacement: step.amplitudes.scaled(factor),
             displacement_surface: step.displacements[self.deep_atoms()..].iter().map(scaled).collect(),
             response_surface: self.synthesise(self.surface(), &response),
             response,

@@ -30,8 +30,6 @@ pub(super) struct Pairs<T> {
     s_y: Vec<Vec<f64>>,
     y_q: Vec<Vec<f64>>,
     middle: DMatrix<f64>,
-    /// Pairs that were not used.
-    pub skipped: usize,
 }
 
 /// Sum of the products of two fields of vectors.
@@ -46,7 +44,7 @@ pub(super) fn add_scaled(to: &mut [[f64; 3]], factor: f64, from: &[[f64; 3]]) {
 
 impl<T: Real> Pairs<T> {
     pub(super) fn new(limit: usize) -> Self {
-        Pairs { limit, pairs: Vec::new(), s_y: Vec::new(), y_q: Vec::new(), middle: DMatrix::zeros(0, 0), skipped: 0 }
+        Pairs { limit, pairs: Vec::new(), s_y: Vec::new(), y_q: Vec::new(), middle: DMatrix::zeros(0, 0) }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -58,7 +56,6 @@ impl<T: Real> Pairs<T> {
         let curvature = crystal.dot(&pair.displacement, y);
         let harmonic = crystal.dot(&pair.response, y);
         if !(harmonic > 0.0 && curvature >= SMALLEST_CURVATURE * harmonic) {
-            self.skipped += 1;
             return false;
         }
         if self.pairs.len() == self.limit {

@@ -42,6 +42,21 @@ pub struct Amplitudes<T> {
 }
 
 impl<T: Real> Amplitudes<T> {
+    /// `factor` times the field.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let factor = T::of(factor);
+        Amplitudes { rows: self.rows, lanes: self.lanes.par_iter().map(|a| a.map(|a| factor * a)).collect() }
+    }
+
+    /// The field less two others.
+    #[must_use]
+    pub fn less(&self, other: &Self, another: &Self) -> Self {
+        let lanes = self.lanes.par_iter().zip(&other.lanes).zip(&another.lanes);
+        let less = |((a, b), c): ((&[T; LANES], &[T; LANES]), &[T; LANES])| std::array::from_fn(|k| a[k] - b[k] - c[k]);
+        Amplitudes { rows: self.rows, lanes: lanes.map(less).collect() }
+    }
+
     /// Adds `factor` times another field.
     pub fn add(&mut self, factor: f64, other: &Amplitudes<T>) {
         let factor = T::of(factor);
@@ -134,7 +149,7 @@ impl<T: Real> HarmonicBlock<T> {
     }
 
     /// A field that is zero.
-    pub fn zero(&self) -> Amplitudes<T> {
+    fn zero(&self) -> Amplitudes<T> {
         Amplitudes { rows: self.rows(), lanes: vec![[T::default(); LANES]; self.waves.len() * self.rows()] }
     }
 
@@ -144,11 +159,10 @@ impl<T: Real> HarmonicBlock<T> {
         &self,
         layers: std::ops::Range<usize>,
         fill: impl Fn(usize, usize, &mut [T]) + Sync,
-        to: &mut Amplitudes<T>,
-    ) {
+    ) -> Amplitudes<T> {
         let grid = self.transform.grid();
         let (rows, padding) = (self.rows(), self.padding());
-        to.lanes.par_iter_mut().for_each(|lanes| *lanes = [T::default(); LANES]);
+        let mut to = self.zero();
         let mut spectra: Vec<_> = (0..self.size).map(|_| self.transform.spectrum()).collect();
         for first in layers.clone().step_by(self.reach) {
             let some = first..(first + self.reach).min(layers.end);
@@ -174,6 +188,7 @@ impl<T: Real> HarmonicBlock<T> {
                 }
             });
         }
+        to
     }
 
     /// The field of amplitudes: `read` gets each component of the layers on the grid of half lattice constants, of which the values off
@@ -482,12 +497,12 @@ mod tests {
     }
 
     fn solved<T: Real>(block: &HarmonicBlock<T>, forces: &[[f64; 3]]) -> (Vec<[f64; 3]>, f64) {
-        let (index, mut field) = (block_sites(block.layers()), block.zero());
+        let index = block_sites(block.layers());
         let fill = |layer: usize, c: usize, to: &mut [T]| {
             let own = index.iter().zip(forces).filter(|(s, _)| s[2] as usize == layer);
             own.for_each(|(s, f)| to[at(*s)] = T::of(f[c]));
         };
-        block.analyse(0..block.layers(), fill, &mut field);
+        let mut field = block.analyse(0..block.layers(), fill);
         let start = field.clone();
         let energy = block.eliminate(&mut field);
         block.substitute(&mut field);
