@@ -162,7 +162,7 @@ def compare(claim, finished):
 def test_names():
     """Tests that the documents name and that do not exist. A name is the start of a path of modules and functions."""
     defined, modules = set(), set()
-    for file in [*ROOT.glob("src/**/*.rs"), *ROOT.glob("tests/**/*.rs")]:
+    for file in [file for folder in ["src", "crates", "tests"] for file in ROOT.glob(f"{folder}/**/*.rs")]:
         defined |= set(re.findall(r"fn (\w+)", file.read_text()))
         modules |= {part.removesuffix(".rs") for part in file.relative_to(ROOT).parts}
     binaries = {path.stem for path in ROOT.glob("tests/*") if path.is_dir() or path.suffix == ".rs"}
