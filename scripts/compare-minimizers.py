@@ -4,8 +4,9 @@
     scripts/compare-minimizers.py --asperity target/release/asperity configs/calcium-25nm-gentle.toml --seeds 18 101 102
 
 Per load: force evaluations, Jaccard index of the surface atoms in contact, difference of the indenter's height above the surface (the mean
-gap, Å), and of the energy with the work of the load (eV; negative: the harmonic relaxation found a lower state). Per scene: processor time of
-`asperity atoms run` (LAMMPS, host and force constants together). Needs numpy. The scene has prescribed loads.
+gap, Å), of the energy with the work of the load (eV; negative: the harmonic relaxation found a lower state), and the time of the harmonic
+relaxation besides its force evaluations over the time of these. Per scene: processor time of `asperity atoms run` (LAMMPS, host and force
+constants together). Needs numpy. The scene has prescribed loads.
 """
 
 import argparse
@@ -48,6 +49,13 @@ def ran(asperity, scene, folder):
     return steps, evaluations, maps, seconds
 
 
+def overheads(job):
+    """Time of the harmonic relaxation besides the evaluations over that of the evaluations, per step."""
+    text = "".join(log.read_text(errors="replace") for log in sorted(job.glob("log.[0-9]*")))
+    found = re.findall(r"^harmonic relaxation: .*; ([0-9.]+) s of force evaluations, ([0-9.]+) s besides$", text, re.M)
+    return [float(besides) / max(float(evaluations), 1e-3) for evaluations, besides in found]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--asperity", default="asperity")
@@ -67,6 +75,7 @@ def main():
                 scene = folder / options.scene.name
                 scene.write_text(with_settings(text, seed, minimizer))
                 found.append(ran(asperity, scene, folder))
+            overhead = overheads(Path(scratch) / "auto" / "job")[1:]
         (steps, evaluations, maps, seconds), (steps_fire, evaluations_fire, maps_fire, seconds_fire) = found
         for k, (a, b) in enumerate(zip(steps, steps_fire)):
             [m, n] = [(x > 0.5) for x in (maps[k], maps_fire[k])]
@@ -82,13 +91,14 @@ def main():
                 "jaccard": float((m & n).sum() / max(1, (m | n).sum())),
                 "height_angstrom": height,
                 "energy_ev": energy,
+                "overhead": overhead[k] if k < len(overhead) else None,
             }
             if options.json:
                 print(json.dumps(row))
             else:
                 print(
                     f"seed {seed} load {k + 1}: {row['evaluations']} ({row['minimizer']}) and {row['evaluations_fire']} evaluations, "
-                    f"Jaccard {row['jaccard']:.4f}, height {height:+.5f} Å, energy {energy:+.5f} eV"
+                    f"Jaccard {row['jaccard']:.4f}, height {height:+.5f} Å, energy {energy:+.5f} eV, overhead {row['overhead'] or 0:.2f}"
                 )
             sys.stdout.flush()
         if not options.json:

@@ -197,7 +197,9 @@ impl LammpsEngine {
 
     /// What would relax the steps of a job with this minimiser.
     pub fn relaxer(&self, minimizer: Minimizer) -> Relaxer {
-        Relaxer::of(minimizer, || !self.start.chooses_styles() && lammps_host::find_own_library(&self.program).is_ok())
+        let version = &self.styles.version;
+        let found = || lammps_host::find_own_library(&self.program, version).is_ok();
+        Relaxer::of(minimizer, || !self.start.chooses_styles() && found())
     }
 
     /// Path of the program.

@@ -1,5 +1,7 @@
 //! The relaxation of [`crate::relaxation`] in a LAMMPS that runs as a library: the steps of a job.
 
+use std::time::Instant;
+
 use asperity_contact::interface::{HarmonicBlock, LayerBase};
 use asperity_grid::{Error, Result};
 
@@ -24,8 +26,6 @@ const LOAD_PART: f64 = 0.25;
 /// Displacement of a single atom from its site over the lattice constant at whose harmonic force no state is one of the crystal. 2.5 eV/Å in
 /// calcium, where loads that converge have states with up to 1.3 eV/Å on the way.
 const LIMIT_OF_DISPLACEMENT: f64 = 0.25;
-/// Relative error of the load beyond which a state that has not converged is dropped.
-const USABLE: f64 = 0.1;
 /// Distance that atoms keep from the ends of the box, Å: LAMMPS loses those beyond.
 const MARGIN_ANGSTROM: f64 = 0.5;
 
@@ -82,8 +82,8 @@ impl<'a> HostRelaxation<'a> {
                     format!("the harmonic relaxation of step {step} ended at {relaxed}; use minimizer = \"auto\"");
                 return Err(failed(text));
             }
-            if relaxed.load_error.abs() > USABLE {
-                // The load is not even near: from the start, as LAMMPS's own minimiser would without this relaxation.
+            if !relaxed.is_near() {
+                // From the start, as LAMMPS's own minimiser would without this relaxation.
                 set_up(lammps)?;
                 keep_state(lammps, false).and_then(|()| lammps.file(start.file)).map_err(failed)?;
                 keep_state(lammps, self.starts_from_previous()).map_err(failed)?;
@@ -93,13 +93,9 @@ impl<'a> HostRelaxation<'a> {
         let Relaxed { converged, evaluations, rejected, predicted_decrease, .. } = relaxed;
         let minimizer = if converged { "harmonic".to_string() } else { format!("harmonic+{own}") };
         record(lammps, &minimizer, rejected, converged.then_some(predicted_decrease)).map_err(failed)?;
-        let lines = [
-            // LAMMPS cuts letters beyond ASCII.
-            format!("print \"harmonic relaxation: {relaxed}\"").replace('Å', "A"),
-            // The form in which LAMMPS's minimisers report theirs.
-            format!("print \"Iterations, force evaluations = {evaluations} {evaluations}\""),
-        ];
-        lines.iter().try_for_each(|line| lammps.command(line)).and_then(|()| lammps.file(end.file)).map_err(failed)
+        // The form in which LAMMPS's minimisers report theirs.
+        let counted = format!("print \"Iterations, force evaluations = {evaluations} {evaluations}\"");
+        lammps.command(&counted).and_then(|()| lammps.file(end.file)).map_err(failed)
     }
 
     /// Whether a load starts from the state of the previous one, not from the continuum's displacements: these do not change an elastic state. A
@@ -146,7 +142,13 @@ impl<'a> HostRelaxation<'a> {
         let heights = positions[block.atoms() as usize..].iter().map(|x| x[2]).collect();
         let wall = RigidWall::new(spec.indenter_points, spec.indenter_spacing_angstrom, spec.interaction, heights);
         let indices = (first..block.layers()).map(|l| block.half_cell_indices(l).collect()).collect();
-        let relaxation = Relaxation::new(crystal, indices, block.cells, wall, (pairs, force_limit));
+        let relaxation = Relaxation::new(
+            crystal,
+            indices,
+            block.cells,
+            (wall, block.base_layers.saturating_sub(first)),
+            (pairs, force_limit),
+        );
         let load = spec.protocol.prescribed().and_then(|l| Some(l.loads.get(step.checked_sub(1)?)?.load));
         let tolerance = spec.settings.force_tolerance;
         let criteria = Criteria {
@@ -166,10 +168,18 @@ impl<'a> HostRelaxation<'a> {
             all: block.atoms() as usize,
             started: false,
             positions,
+            seconds: 0.0,
         };
         let control = load.map_or(Control::Height, Control::Load);
-        let relaxed = relaxation.relax(&mut forces, control, criteria);
-        relaxed.map(Some).map_err(failed)
+        let started = Instant::now();
+        let relaxed = relaxation.relax(&mut forces, control, criteria).map_err(failed)?;
+        let seconds = forces.seconds;
+        let besides = started.elapsed().as_secs_f64() - seconds;
+        let line =
+            format!("harmonic relaxation: {relaxed}; {seconds:.3} s of force evaluations, {besides:.3} s besides");
+        // LAMMPS cuts letters beyond ASCII.
+        lammps.command(&format!("print \"{line}\"").replace('Å', "A")).map_err(failed)?;
+        Ok(Some(relaxed))
     }
 }
 
@@ -205,10 +215,25 @@ struct LammpsForces<'l> {
     /// Whether lists of neighbours exist.
     started: bool,
     positions: Vec<[f64; 3]>,
+    /// Of all evaluations.
+    seconds: f64,
 }
 
 impl ForceField for LammpsForces<'_> {
     fn evaluate(&mut self, displacements: &[[f64; 3]], lift: f64) -> std::result::Result<Option<Evaluation>, String> {
+        let started = Instant::now();
+        let evaluation = self.evaluate_now(displacements, lift);
+        self.seconds += started.elapsed().as_secs_f64();
+        evaluation
+    }
+}
+
+impl LammpsForces<'_> {
+    fn evaluate_now(
+        &mut self,
+        displacements: &[[f64; 3]],
+        lift: f64,
+    ) -> std::result::Result<Option<Evaluation>, String> {
         if self.started {
             let free = &mut self.positions[self.first..self.first + self.free];
             free.iter_mut().zip(displacements).for_each(|(x, d)| (0..3).for_each(|c| x[c] += d[c]));
@@ -236,9 +261,7 @@ impl ForceField for LammpsForces<'_> {
             on_base: self.lammps.value("f_base[3]")?,
         }))
     }
-}
 
-impl LammpsForces<'_> {
     /// Whether no atom is near the ends of the box, where LAMMPS would lose it.
     fn within_box(&self) -> std::result::Result<bool, String> {
         let [floor, ceiling] = self.lammps.floor_and_ceiling()?;

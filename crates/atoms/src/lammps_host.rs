@@ -161,7 +161,7 @@ impl HostCommand {
             });
         }
         // A job that can do without uses no library of another installation.
-        let library = if is_open { find_own_library(program) } else { find_library(program) };
+        let library = if is_open { find_own_library(program, version) } else { find_library(program) };
         let arguments = arguments(&library.map_err(missing_library)?, version, start.ranks())?;
         Ok(HostCommand { program: host.map_or_else(host_program, |host| Ok(host.to_path_buf()))?, arguments })
     }
@@ -234,13 +234,17 @@ pub fn find_library(program: &Path) -> std::result::Result<PathBuf, String> {
     first_usable(libraries(program))
 }
 
-/// The same, where it is certain that the library is that of the program: next to it, or the loader's and the program loads it too.
+/// The same, where it is certain that the library is that of the program with this version: one next to it that names the version, or the
+/// loader's if the program loads it, too.
 ///
 /// # Errors
 /// As [`find_library`].
-pub fn find_own_library(program: &Path) -> std::result::Result<PathBuf, String> {
-    let loads_it = std::fs::read(program).is_ok_and(|bytes| contains(&bytes, b"liblammps.so"));
-    first_usable(libraries(program).into_iter().filter(|l| loads_it || l.components().count() > 1).collect())
+pub fn find_own_library(program: &Path, version: &str) -> std::result::Result<PathBuf, String> {
+    let has = |file: &Path, word: &str| std::fs::read(file).is_ok_and(|bytes| contains(&bytes, word.as_bytes()));
+    let date = version.split(" - ").next().unwrap_or(version);
+    let loads_it = has(program, "liblammps.so");
+    let own = |library: &PathBuf| if library.components().count() > 1 { has(library, date) } else { loads_it };
+    first_usable(libraries(program).into_iter().filter(own).collect())
 }
 
 fn contains(text: &[u8], word: &[u8]) -> bool {

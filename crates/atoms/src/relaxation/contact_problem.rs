@@ -10,11 +10,12 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::pairs::{Pairs, add_scaled, dot};
+use super::relative_motion::{LONGEST_STEP, relative_motion};
 use super::rigid_wall::{RigidWall, WallAction};
 
 type Vectors = Vec<[f64; 3]>;
 
-/// Largest step of an atom or of the indenter in one Newton iteration, Å: beyond, the wall's Hessian is another one.
+/// Largest relative motion in one Newton iteration, Å: beyond, the wall's Hessian is another one.
 const LARGEST_STEP: f64 = 0.4;
 /// Distance over which the force on an indenter without contacts is supposed to change, Å.
 const STIFFENING: f64 = 0.3;
@@ -22,8 +23,12 @@ const STIFFENING: f64 = 0.3;
 const SMALLEST_STIFFNESS: f64 = 1e-3;
 const NEWTON_STEPS: usize = 60;
 const CONJUGATE_GRADIENTS: usize = 80;
-/// Tolerance of the load, relative.
+/// Tolerance of the load, relative, and at least, eV/Å.
 const LOAD_TOLERANCE: f64 = 2e-5;
+const SMALLEST_LOAD_TOLERANCE: f64 = 1e-9;
+/// Part of the tolerances to which a linear system is solved. With exact systems there are as many Newton iterations, and twice as many conjugate
+/// gradients.
+const SOLVED: f64 = 0.5;
 
 /// What holds the indenter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,14 +74,15 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
         SurfaceProblem { response, pairs, wall, indices, fields }
     }
 
-    /// `G p` of forces on the atoms `active`, on the grid of half lattice constants, without the part of the pairs.
-    fn harmonic_response(&mut self, active: &[usize], forces: &[[f64; 3]]) {
-        self.fields.iter_mut().for_each(|field| field.fill(T::default()));
+    /// `G p` of forces on the atoms `active`, on the grid of half lattice constants, without the part of the pairs: of the layers from `lowest`
+    /// on, below which no force acts.
+    fn harmonic_response(&mut self, active: &[usize], forces: &[[f64; 3]], lowest: usize) {
+        self.fields[3 * lowest..].iter_mut().for_each(|field| field.fill(T::default()));
         for (k, f) in active.iter().zip(forces) {
             let (layer, index) = self.place(*k);
             (0..3).for_each(|c| self.fields[3 * layer + c][index] = T::of(f[c]));
         }
-        self.response.apply(&mut self.fields);
+        self.response.apply(&mut self.fields[3 * lowest..]);
     }
 
     /// Layer of an atom of the surface layers, and its index on the grid.
@@ -92,18 +98,20 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
 
     /// G p on the atoms on which the forces act: `columns` is the part of the pairs' columns there.
     fn green(&mut self, active: &[usize], columns: &ActiveColumns, forces: &[[f64; 3]]) -> Vectors {
-        self.harmonic_response(active, forces);
+        // Mostly the highest layer alone touches the wall.
+        let lowest = active.first().map_or(0, |k| self.place(*k).0);
+        self.harmonic_response(active, forces, lowest);
         let mut displaced: Vectors = active.iter().map(|k| self.displacement(*k)).collect();
-        columns.add(&self.pairs.coefficients(columns.project(forces)), &mut displaced);
+        columns.add(&self.pairs.coefficients(&columns.project(forces)), &mut displaced);
         displaced
     }
 
     /// G p on all atoms of the surface layers.
     fn green_everywhere(&mut self, active: &[usize], columns: &ActiveColumns, forces: &[[f64; 3]]) -> Vectors {
-        self.harmonic_response(active, forces);
+        self.harmonic_response(active, forces, 0);
         let atoms = self.indices.len() * self.indices[0].len();
         let mut displaced: Vectors = (0..atoms).map(|k| self.displacement(k)).collect();
-        self.pairs.add_surface(&self.pairs.coefficients(columns.project(forces)), &mut displaced);
+        self.pairs.add_surface(&self.pairs.coefficients(&columns.project(forces)), &mut displaced);
         displaced
     }
 
@@ -126,6 +134,8 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
         tolerance: f64,
     ) -> SurfaceStep {
         let load = if let Control::Load(load) = control { Some(load) } else { None };
+        let load_tolerance = LOAD_TOLERANCE * load.unwrap_or(0.0).abs() + SMALLEST_LOAD_TOLERANCE;
+        let from = lift;
         let mut excess = vec![[0.0; 3]; start.len()];
         let mut positions = start.to_vec();
         let mut wall = self.wall_state(&positions, lift);
@@ -141,13 +151,11 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
                 .collect();
             let on_indenter = -wall.forces.iter().map(|f| f[2]).sum::<f64>();
             let unbalanced = load.map_or(0.0, |load| on_indenter - load);
-            let largest = residual.iter().map(|r| r.iter().map(|c| c * c).sum::<f64>()).fold(0.0, f64::max).sqrt();
-            let balanced = load.is_none_or(|load| unbalanced.abs() < LOAD_TOLERANCE * load.abs() + 1e-9);
-            if largest < tolerance && balanced {
+            if is_within(&residual, unbalanced, [tolerance, load_tolerance]) {
                 break;
             }
-            let step = self.newton_step(&wall, &residual, unbalanced, load, largest);
-            let longest = step.displacement.as_flattened().iter().fold(step.lift.abs(), |m, d| m.max(d.abs()));
+            let step = self.newton_step(&wall, &residual, unbalanced, load, [tolerance, load_tolerance]);
+            let longest = relative_motion(&step.displacement, self.indices[0].len(), step.lift);
             let mut t = (LARGEST_STEP / longest).min(1.0);
             let slope = -dot(&residual, &step.displacement) - unbalanced * step.lift;
             // Backtracking; the last trial is taken as it is.
@@ -167,6 +175,12 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
                 }
                 t *= 0.4;
             }
+            let moved = positions.iter().zip(start).map(|(x, a)| std::array::from_fn(|c| x[c] - a[c]));
+            let moved: Vectors = moved.collect();
+            // The step will be shortened.
+            if relative_motion(&moved, self.indices[0].len(), lift - from) > LONGEST_STEP {
+                break;
+            }
         }
         SurfaceStep { excess, lift }
     }
@@ -179,17 +193,18 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
         residual: &[[f64; 3]],
         unbalanced: f64,
         load: Option<f64>,
-        largest: f64,
+        tolerances: [f64; 2],
     ) -> NewtonStep {
         let mut is_active: Vec<bool> = residual.iter().map(|r| *r != [0.0; 3]).collect();
         wall.touched.iter().for_each(|(k, _)| is_active[*k] = true);
         let active: Vec<usize> = (0..residual.len()).filter(|k| is_active[*k]).collect();
-        let columns = ActiveColumns::new(self.pairs, &active);
+        let columns = ActiveColumns(self.pairs.at(&active));
         let touched: Vec<(usize, &WallAction)> =
             wall.touched.iter().filter_map(|(k, a)| Some((active.binary_search(k).ok()?, a))).collect();
         let stiffness: f64 = touched.iter().map(|(_, a)| a.hessian[2]).sum();
         let kappa = stiffness.max(load.unwrap_or(0.0).abs() / STIFFENING).max(SMALLEST_STIFFNESS);
         let lifted = |r: f64| if load.is_some() { r / kappa } else { 0.0 };
+        let largest = largest(residual);
         let mut sum = NewtonStep::zero(active.len());
         let (mut r, mut r_lift): (Vectors, f64) = (active.iter().map(|k| residual[*k]).collect(), unbalanced);
         let mut z = self.green(&active, &columns, &r);
@@ -221,6 +236,9 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
             sum.add(alpha, &direction);
             r.as_flattened_mut().iter_mut().zip(image.as_flattened()).for_each(|(r, a)| *r -= alpha * a);
             r_lift -= alpha * image_lift;
+            if is_within(&r, r_lift, tolerances.map(|t| SOLVED * t)) {
+                break;
+            }
             z = self.green(&active, &columns, &r);
             let next = dot(&r, &z) + r_lift * lifted(r_lift);
             if next < 1e-4 * first * largest.min(1.0) || next < 1e-16 {
@@ -237,22 +255,28 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
     }
 }
 
-/// The columns of the pairs on some atoms of the surface layers.
-struct ActiveColumns(Vec<Vectors>);
+/// Largest magnitude of a vector.
+fn largest(vectors: &[[f64; 3]]) -> f64 {
+    vectors.iter().map(|r| r.iter().map(|c| c * c).sum::<f64>()).fold(0.0, f64::max).sqrt()
+}
+
+/// Whether the forces on atoms and indenter that are left are within their tolerances.
+fn is_within(residual: &[[f64; 3]], unbalanced: f64, [force, load]: [f64; 2]) -> bool {
+    unbalanced.abs() < load && largest(residual) < force
+}
+
+/// The parts of the pairs on some atoms of the surface layers.
+struct ActiveColumns(Vec<[Vectors; 2]>);
 
 impl ActiveColumns {
-    fn new<T: Real>(pairs: &Pairs<T>, active: &[usize]) -> Self {
-        ActiveColumns(pairs.surface_columns().map(|x| active.iter().map(|k| x[*k]).collect()).collect())
-    }
-
-    /// `Xᵀ f`.
-    fn project(&self, forces: &[[f64; 3]]) -> DVector<f64> {
-        DVector::from_iterator(self.0.len(), self.0.iter().map(|x| dot(x, forces)))
+    fn project(&self, forces: &[[f64; 3]]) -> Vec<[f64; 2]> {
+        self.0.iter().map(|[s, q]| [dot(s, forces), dot(q, forces)]).collect()
     }
 
     /// Adds `X c`.
     fn add(&self, coefficients: &DVector<f64>, to: &mut [[f64; 3]]) {
-        self.0.iter().zip(coefficients.iter()).for_each(|(x, c)| add_scaled(to, *c, x));
+        let (s, q) = (self.0.iter().map(|x| &x[0]), self.0.iter().map(|x| &x[1]));
+        s.chain(q).zip(coefficients.iter()).for_each(|(x, c)| add_scaled(to, *c, x));
     }
 }
 

@@ -11,7 +11,10 @@
 
 mod contact_problem;
 mod pairs;
+mod relative_motion;
 mod rigid_wall;
+#[cfg(test)]
+mod spring_block;
 
 use rayon::prelude::*;
 
@@ -21,6 +24,7 @@ use asperity_grid::Real;
 pub(crate) use contact_problem::Control;
 use contact_problem::{SurfaceProblem, SurfaceStep};
 use pairs::{Pair, Pairs};
+use relative_motion::{LONGEST_STEP, relative_motion};
 pub(crate) use rigid_wall::RigidWall;
 
 /// Layers whose forces from the wall are unknowns of the contact problem. With one, a contact in which the second layer touches (25 nm, p* = 0.03) did not
@@ -35,10 +39,13 @@ const TRIALS: usize = 6;
 /// Iterations in a row that needed more than this many trials end a relaxation: the model says nothing about the crystal any more. (50 nm,
 /// p* = 0.03: 39 trials of 10 iterations, with energies of 1e14 eV between.)
 const HARD: (usize, usize) = (4, 2);
+/// So many states with forces that no crystal has, before a load is near, end a relaxation: the crystal yields on the way. (98 nm on a half-space,
+/// p* = 0.003: 49 evaluations in which the load rose to a fifth.)
+const YIELDING: usize = 3;
+/// Relative error of the load beyond which a state that has not converged is not near it.
+const NEAR: f64 = 0.1;
 /// Evaluations in which the predicted decrease must have halved: where the crystal slips it rises tenfold for some forty, and falls again.
 const PATIENCE: usize = 45;
-/// Longest displacement of a step, Å. The first load of 25 nm moves smoothly by 2.4 Å.
-const LONGEST_STEP: f64 = 4.0;
 /// The wall's energy to which a predicted decrease is compared, at least, eV: of a block without contact.
 const SMALLEST_WALL_ENERGY: f64 = 1e-3;
 /// Factor on a step whose direction has been tried.
@@ -73,7 +80,7 @@ pub(crate) struct Evaluation {
 pub(crate) struct Criteria {
     /// Largest force on a free atom, eV/Å.
     pub force: f64,
-    /// Relative error of the forces on indenter and base, for a load.
+    /// Relative error of the forces on indenter and base: of the load, at a given height of all repulsion and attraction.
     pub balance: f64,
     /// Decrease of energy that the harmonic crystal predicts, over the energy of the wall.
     pub energy: f64,
@@ -86,11 +93,20 @@ pub(crate) struct Relaxed {
     pub converged: bool,
     pub evaluations: usize,
     pub rejected: usize,
+    /// Of these, states with forces that no crystal has.
+    pub beyond_crystal: usize,
     /// Decrease of energy that the harmonic crystal predicts from there, the indenter at rest, eV.
     pub predicted_decrease: f64,
     pub largest_force: f64,
     pub load_error: f64,
     pub base_error: f64,
+}
+
+impl Relaxed {
+    /// Whether the load is about that which was asked for.
+    pub(crate) fn is_near(&self) -> bool {
+        self.load_error.abs() <= NEAR
+    }
 }
 
 impl std::fmt::Display for Relaxed {
@@ -108,6 +124,8 @@ impl std::fmt::Display for Relaxed {
 pub(crate) struct Relaxation<T: Real> {
     crystal: HarmonicBlock<T>,
     wall: RigidWall,
+    /// Lowest layers on which the wall does not act.
+    without_wall: usize,
     /// By layer from the lowest: indices of its atoms on the grid of half lattice constants.
     indices: Vec<Vec<usize>>,
     per_layer: usize,
@@ -133,20 +151,22 @@ struct State<T> {
     deep_load: f64,
     residual: Amplitudes<T>,
     response: Amplitudes<T>,
+    /// Of the residual on the kept pairs.
+    projections: Vec<[f64; 2]>,
     status: Relaxed,
 }
 
 impl<T: Real> Relaxation<T> {
-    /// `indices` of the free layers from the lowest, on `cells` × `cells` lattice constants.
+    /// `indices` of the free layers from the lowest, on `cells` × `cells` lattice constants; the wall does not act on the lowest `without_wall`.
     pub(crate) fn new(
         crystal: HarmonicBlock<T>,
         indices: Vec<Vec<usize>>,
         cells: usize,
-        wall: RigidWall,
+        (wall, without_wall): (RigidWall, usize),
         (memory, force_limit): (usize, f64),
     ) -> Self {
         let per_layer = indices.first().map_or(0, Vec::len);
-        Relaxation { crystal, wall, indices, per_layer, points: 4 * cells * cells, memory, force_limit }
+        Relaxation { crystal, wall, without_wall, indices, per_layer, points: 4 * cells * cells, memory, force_limit }
     }
 
     fn surface_layers(&self) -> usize {
@@ -186,7 +206,9 @@ impl<T: Real> Relaxation<T> {
                 lowest = (status.predicted_decrease, status.evaluations);
             }
             let stalled = status.evaluations > lowest.1 + PATIENCE || hard >= HARD.1;
-            if stalled || status.evaluations >= criteria.evaluations {
+            let yields = status.beyond_crystal >= YIELDING && !status.is_near();
+            if stalled || yields || !status.predicted_decrease.is_finite() || status.evaluations >= criteria.evaluations
+            {
                 break;
             }
             let trials = self.iterate(forces, &mut state, &mut pairs, (control, criteria))?;
@@ -209,7 +231,7 @@ impl<T: Real> Relaxation<T> {
             _ => CONTACT_TOLERANCE[0].max(CONTACT_TOLERANCE[2] * status.largest_force.min(CONTACT_TOLERANCE[3])),
         };
         let mut step = self.step(state, pairs, control, tolerance);
-        let mut factor = step.within(LONGEST_STEP);
+        let mut factor = step.within(self.per_layer, LONGEST_STEP);
         let (mut applied, mut raised) = (vec![[0.0; 3]; step.displacements.len()], 0.0);
         for trial in 1..=TRIALS {
             let increments = step.displacements.iter().zip(&applied);
@@ -225,17 +247,21 @@ impl<T: Real> Relaxation<T> {
             let mut reached = self.state(evaluation, state.lift + lift, control, criteria);
             let rounding =
                 ROUNDING[0] * (state.wall_energy + control.load().abs()).max(1.0) + ROUNDING[1] * state.energy.abs();
-            let crystalline = reached.status.largest_force <= self.force_limit.max(status.largest_force);
+            // Forces that are not numbers are not among the largest, but leave no energy.
+            let crystalline = reached.status.predicted_decrease.is_finite()
+                && reached.status.largest_force <= self.force_limit.max(status.largest_force);
             let fell = crystalline && reached.energy <= state.energy + rounding;
             state.status.evaluations += 1;
             state.status.rejected += usize::from(!fell);
             reached.status.evaluations = state.status.evaluations;
+            state.status.beyond_crystal += usize::from(!crystalline);
             reached.status.rejected = state.status.rejected;
+            reached.status.beyond_crystal = state.status.beyond_crystal;
             if fell && reached.status.converged {
                 *state = reached;
                 return Ok(trial);
             }
-            let learnt = crystalline && self.learn(pairs, state, &reached, &step, factor);
+            let learnt = crystalline && self.learn(pairs, state, &mut reached, &step, factor);
             if fell {
                 *state = reached;
                 return Ok(trial);
@@ -243,7 +269,7 @@ impl<T: Real> Relaxation<T> {
             if learnt && trial == 1 {
                 // The trial has taught the curvature: a new step from the old state.
                 step = self.step(state, pairs, control, tolerance);
-                factor = step.within(LONGEST_STEP);
+                factor = step.within(self.per_layer, LONGEST_STEP);
             } else {
                 factor *= SHORTER;
             }
@@ -258,7 +284,7 @@ impl<T: Real> Relaxation<T> {
 
     /// The model's parts of an evaluated state.
     fn state(&self, evaluation: Evaluation, lift: f64, control: Control, criteria: Criteria) -> State<T> {
-        let touched = evaluation.positions.par_iter().enumerate();
+        let touched = evaluation.positions.par_iter().enumerate().skip(self.without_wall * self.per_layer);
         let touched: Vec<_> = touched.filter_map(|(k, x)| Some((k, self.wall.action(*x, lift)?))).collect();
         let wall_energy: f64 = touched.iter().map(|(_, a)| a.energy.abs()).sum();
         let (mut deep_load, mut wall_forces) = (0.0, vec![[0.0; 3]; evaluation.positions.len() - self.deep_atoms()]);
@@ -271,8 +297,12 @@ impl<T: Real> Relaxation<T> {
         let square = |f: &[f64; 3]| f.iter().map(|c| c * c).sum::<f64>();
         let largest_force = evaluation.forces.par_iter().map(square).reduce(|| 0.0, f64::max).sqrt();
         let load = control.load();
-        let over = |error: f64| if load > 0.0 { error / load } else { 0.0 };
-        let (load_error, base_error) = (over(evaluation.on_indenter - load), over(evaluation.on_base + load));
+        let pressing: f64 = touched.iter().map(|(_, a)| a.force[2].abs()).sum();
+        let over = |error: f64, whole: f64| if whole > 0.0 { error / whole } else { 0.0 };
+        let (load_error, base_error) = match control {
+            Control::Load(load) => (over(evaluation.on_indenter - load, load), over(evaluation.on_base + load, load)),
+            Control::Height => (0.0, over(evaluation.on_base + evaluation.on_indenter, pressing)),
+        };
         let residual = self.analyse(0..self.indices.len(), &evaluation.forces);
         let mut response = residual.clone();
         let predicted_decrease = self.crystal.eliminate(&mut response);
@@ -289,6 +319,7 @@ impl<T: Real> Relaxation<T> {
             deep_load,
             residual,
             response,
+            projections: Vec::new(),
             status: Relaxed {
                 converged,
                 predicted_decrease,
@@ -322,10 +353,9 @@ impl<T: Real> Relaxation<T> {
 
     /// The step to the minimum of the model.
     fn step(&self, state: &State<T>, pairs: &Pairs<T>, control: Control, tolerance: f64) -> Step<T> {
-        let projections = pairs.project(&self.crystal, &state.residual);
         let mut start = self.synthesise(self.surface(), &state.response);
         start.iter_mut().zip(&state.positions).for_each(|(a, x)| (0..3).for_each(|c| a[c] += x[c]));
-        pairs.add_surface(&pairs.coefficients(projections.clone()), &mut start);
+        pairs.add_surface(&pairs.coefficients(&state.projections), &mut start);
         let response = SurfaceResponse::new(&self.crystal, self.surface_layers());
         let mut problem = SurfaceProblem::new(response, pairs, &self.wall, &self.indices[self.surface()], self.points);
         let control = control.less(state.deep_load);
@@ -333,19 +363,19 @@ impl<T: Real> Relaxation<T> {
         // These forces are within the highest group: there is nothing to eliminate below.
         let mut amplitudes = self.analyse(self.surface(), &excess);
         self.crystal.substitute(&mut amplitudes);
-        amplitudes.add(1.0, &state.response);
-        let coefficients = pairs.coefficients(projections + pairs.project_surface(&excess));
-        pairs.add(&coefficients, &mut amplitudes);
+        let projections = state.projections.iter().zip(pairs.project_surface(&excess));
+        let projections: Vec<[f64; 2]> = projections.map(|(a, b)| [a[0] + b[0], a[1] + b[1]]).collect();
+        amplitudes.add(&[1.0], std::iter::once(&state.response));
+        pairs.add(&pairs.coefficients(&projections), &mut amplitudes);
         let displacements = self.synthesise(0..self.indices.len(), &amplitudes);
         Step { amplitudes, displacements, lift: lift - state.lift }
     }
 
     /// Learns the change of the crystal's forces between two states; whether the pair is used.
-    fn learn(&self, pairs: &mut Pairs<T>, from: &State<T>, to: &State<T>, step: &Step<T>, factor: f64) -> bool {
+    fn learn(&self, pairs: &mut Pairs<T>, from: &mut State<T>, to: &mut State<T>, step: &Step<T>, factor: f64) -> bool {
         let change = from.wall_forces.iter().zip(&to.wall_forces);
         let change: Vec<[f64; 3]> = change.map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
         let mut wall = self.analyse(self.surface(), &change);
-        let force = from.residual.less(&to.residual, &wall);
         self.crystal.substitute(&mut wall);
         let response = from.response.less(&to.response, &wall);
         let scaled = |v: &[f64; 3]| v.map(|v| factor * v);
@@ -355,7 +385,27 @@ impl<T: Real> Relaxation<T> {
             response_surface: self.synthesise(self.surface(), &response),
             response,
         };
-        pairs.push(&self.crystal, pair, &force)
+        // The change of the crystal's forces is that of the residual but for the wall's.
+        let less = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| [a[0] - b[0] - c[0], a[1] - b[1] - c[1]];
+        let [own_from, own_to] = [&from.residual, &to.residual].map(|residual| {
+            let own = self.crystal.products([&pair.displacement, &pair.response].into_iter(), residual);
+            [own[0], own[1]]
+        });
+        let own = less(own_from, own_to, pair.project_surface(&change));
+        let accepted = pairs.accepts(own);
+        if accepted && pairs.make_room() {
+            from.projections.remove(0);
+        }
+        to.projections = pairs.project(&self.crystal, &to.residual);
+        if accepted {
+            let projections = from.projections.iter().zip(&to.projections).zip(pairs.project_surface(&change));
+            let mut products: Vec<[f64; 2]> = projections.map(|((a, b), c)| less(*a, *b, c)).collect();
+            products.push(own);
+            pairs.push(pair, &products);
+            from.projections.push(own_from);
+            to.projections.push(own_to);
+        }
+        accepted
     }
 }
 
@@ -367,10 +417,10 @@ struct Step<T> {
 }
 
 impl<T> Step<T> {
-    /// The factor, at most 1, with which no atom moves farther than `longest`, and neither does the indenter.
-    fn within(&self, longest: f64) -> f64 {
-        let largest = self.displacements.as_flattened().iter().fold(self.lift.abs(), |m, d| m.max(d.abs()));
-        if largest > longest { longest / largest } else { 1.0 }
+    /// The factor, at most 1, with which no relative motion is larger than `largest`.
+    fn within(&self, per_layer: usize, largest: f64) -> f64 {
+        let motion = relative_motion(&self.displacements, per_layer, self.lift);
+        if motion > largest { largest / motion } else { 1.0 }
     }
 }
 

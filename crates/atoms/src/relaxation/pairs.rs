@@ -22,6 +22,13 @@ pub(super) struct Pair<T> {
     pub response_surface: Vec<[f64; 3]>,
 }
 
+impl<T> Pair<T> {
+    /// `s·f` and `q·f` of forces on the surface layers.
+    pub(super) fn project_surface(&self, forces: &[[f64; 3]]) -> [f64; 2] {
+        [dot(&self.displacement_surface, forces), dot(&self.response_surface, forces)]
+    }
+}
+
 /// The kept pairs, oldest first.
 pub(super) struct Pairs<T> {
     limit: usize,
@@ -47,18 +54,15 @@ impl<T: Real> Pairs<T> {
         Pairs { limit, pairs: Vec::new(), s_y: Vec::new(), y_q: Vec::new(), middle: DMatrix::zeros(0, 0) }
     }
 
-    pub(super) fn len(&self) -> usize {
-        self.pairs.len()
+    /// Whether a pair with these products `s·y` and `q·y` is one to keep.
+    pub(super) fn accepts(&self, [curvature, harmonic]: [f64; 2]) -> bool {
+        harmonic > 0.0 && curvature >= SMALLEST_CURVATURE * harmonic
     }
 
-    /// Takes a pair with the change `y` of the force; whether it was kept.
-    pub(super) fn push(&mut self, crystal: &HarmonicBlock<T>, pair: Pair<T>, y: &Amplitudes<T>) -> bool {
-        let curvature = crystal.dot(&pair.displacement, y);
-        let harmonic = crystal.dot(&pair.response, y);
-        if !(harmonic > 0.0 && curvature >= SMALLEST_CURVATURE * harmonic) {
-            return false;
-        }
-        if self.pairs.len() == self.limit {
+    /// Removes the oldest pair where there is no room for another one; whether there was none.
+    pub(super) fn make_room(&mut self) -> bool {
+        let full = self.pairs.len() == self.limit;
+        if full {
             self.pairs.remove(0);
             for table in [&mut self.s_y, &mut self.y_q] {
                 table.remove(0);
@@ -67,18 +71,21 @@ impl<T: Real> Pairs<T> {
                 }
             }
         }
-        for (k, earlier) in self.pairs.iter().enumerate() {
-            self.s_y[k].push(crystal.dot(&earlier.displacement, y));
-            self.y_q[k].push(crystal.dot(&earlier.response, y));
-        }
+        full
+    }
+
+    /// Takes a pair; `products` are those of the change y of its force with the kept pairs and with itself.
+    pub(super) fn push(&mut self, pair: Pair<T>, products: &[[f64; 2]]) {
         let earlier = self.pairs.len();
-        self.s_y.push([vec![0.0; earlier], vec![curvature]].concat());
-        let mut row: Vec<f64> = self.y_q.iter().map(|row| row[earlier]).collect();
-        row.push(harmonic);
+        self.s_y.push(vec![0.0; earlier]);
+        let row = products[..earlier].iter().map(|[_, q_y]| *q_y).collect();
         self.y_q.push(row);
+        for (k, [s_y, q_y]) in products.iter().enumerate() {
+            self.s_y[k].push(*s_y);
+            self.y_q[k].push(*q_y);
+        }
         self.pairs.push(pair);
         self.middle = self.compact();
-        true
     }
 
     /// M.
@@ -96,35 +103,39 @@ impl<T: Real> Pairs<T> {
         all
     }
 
-    /// The coefficients `M v` of the columns of X.
-    pub(super) fn coefficients(&self, projections: DVector<f64>) -> DVector<f64> {
-        &self.middle * projections
+    /// The coefficients `M v` of the columns of X: of s, then of q.
+    pub(super) fn coefficients(&self, projections: &[[f64; 2]]) -> DVector<f64> {
+        let (s, q) = (projections.iter().map(|p| p[0]), projections.iter().map(|p| p[1]));
+        &self.middle * DVector::from_iterator(2 * projections.len(), s.chain(q))
     }
 
-    /// `Xᵀ f` of forces on all layers.
-    pub(super) fn project(&self, crystal: &HarmonicBlock<T>, forces: &Amplitudes<T>) -> DVector<f64> {
-        let (s, q) = (self.pairs.iter().map(|p| &p.displacement), self.pairs.iter().map(|p| &p.response));
-        DVector::from_iterator(2 * self.len(), s.chain(q).map(|x| crystal.dot(x, forces)))
+    /// `s·f` and `q·f` of forces on all layers for each pair.
+    pub(super) fn project(&self, crystal: &HarmonicBlock<T>, forces: &Amplitudes<T>) -> Vec<[f64; 2]> {
+        let columns = self.pairs.iter().flat_map(|p| [&p.displacement, &p.response]);
+        crystal.products(columns, forces).chunks_exact(2).map(|p| [p[0], p[1]]).collect()
     }
 
-    /// `Xᵀ f` of forces on the surface layers.
-    pub(super) fn project_surface(&self, forces: &[[f64; 3]]) -> DVector<f64> {
-        DVector::from_iterator(2 * self.len(), self.surface_columns().map(|x| dot(x, forces)))
+    /// The same of forces on the surface layers.
+    pub(super) fn project_surface(&self, forces: &[[f64; 3]]) -> Vec<[f64; 2]> {
+        self.pairs.iter().map(|p| p.project_surface(forces)).collect()
     }
 
-    pub(super) fn surface_columns(&self) -> impl Iterator<Item = &Vec<[f64; 3]>> {
-        let q = self.pairs.iter().map(|p| &p.response_surface);
-        self.pairs.iter().map(|p| &p.displacement_surface).chain(q)
+    /// The parts of the pairs on some atoms of the surface layers.
+    pub(super) fn at(&self, atoms: &[usize]) -> Vec<[Vec<[f64; 3]>; 2]> {
+        let part = |of: &[[f64; 3]]| atoms.iter().map(|k| of[*k]).collect();
+        self.pairs.iter().map(|p| [part(&p.displacement_surface), part(&p.response_surface)]).collect()
     }
 
     /// Adds `X c` on all layers.
     pub(super) fn add(&self, coefficients: &DVector<f64>, to: &mut Amplitudes<T>) {
         let (s, q) = (self.pairs.iter().map(|p| &p.displacement), self.pairs.iter().map(|p| &p.response));
-        s.chain(q).zip(coefficients.iter()).for_each(|(x, c)| to.add(*c, x));
+        to.add(coefficients.as_slice(), s.chain(q));
     }
 
     /// Adds `X c` on the surface layers.
     pub(super) fn add_surface(&self, coefficients: &DVector<f64>, to: &mut [[f64; 3]]) {
-        self.surface_columns().zip(coefficients.iter()).for_each(|(x, c)| add_scaled(to, *c, x));
+        let (s, q) =
+            (self.pairs.iter().map(|p| &p.displacement_surface), self.pairs.iter().map(|p| &p.response_surface));
+        s.chain(q).zip(coefficients.iter()).for_each(|(x, c)| add_scaled(to, *c, x));
     }
 }

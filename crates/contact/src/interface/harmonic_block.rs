@@ -22,6 +22,9 @@ const LANES: usize = 8;
 /// Relative change of a Schur complement per group from which on the groups above have the same: rounding in single precision.
 const REPEATED: f64 = 1e-9;
 
+/// Waves that one thread takes at a time in sums over fields: its part of a field stays in the cache. The parts do not depend on the number of threads.
+const WAVES_OF_A_PART: usize = 32;
+
 /// Layers of a [`SurfaceResponse`] at most.
 const MAX_SURFACE_LAYERS: usize = 4;
 
@@ -57,13 +60,18 @@ impl<T: Real> Amplitudes<T> {
         Amplitudes { rows: self.rows, lanes: lanes.map(less).collect() }
     }
 
-    /// Adds `factor` times another field.
-    pub fn add(&mut self, factor: f64, other: &Amplitudes<T>) {
-        let factor = T::of(factor);
-        let add =
-            |(to, from): (&mut [T; LANES], &[T; LANES])| to.iter_mut().zip(from).for_each(|(a, b)| *a += factor * *b);
-        self.lanes.par_chunks_mut(self.rows).zip(other.lanes.par_chunks(self.rows)).for_each(|(to, from)| {
-            vectorised(|| to.iter_mut().zip(from).for_each(add));
+    /// Adds `factors` times other fields.
+    pub fn add<'a>(&mut self, factors: &[f64], others: impl Iterator<Item = &'a Amplitudes<T>>) {
+        let terms: Vec<(T, &[[T; LANES]])> = factors.iter().map(|f| T::of(*f)).zip(others.map(|o| &*o.lanes)).collect();
+        let part = WAVES_OF_A_PART * self.rows;
+        self.lanes.par_chunks_mut(part).enumerate().for_each(|(k, to)| {
+            vectorised(|| {
+                for (factor, from) in &terms {
+                    for (to, from) in to.iter_mut().zip(&from[k * part..]) {
+                        (0..LANES).for_each(|lane| to[lane] += *factor * from[lane]);
+                    }
+                }
+            });
         });
     }
 }
@@ -226,18 +234,27 @@ impl<T: Real> HarmonicBlock<T> {
         }
     }
 
-    /// Sum over all sites of the products of two fields.
-    pub fn dot(&self, a: &Amplitudes<T>, b: &Amplitudes<T>) -> f64 {
+    /// Sums over all sites of the products of some fields with another one.
+    pub fn products<'a>(&self, fields: impl Iterator<Item = &'a Amplitudes<T>>, with: &Amplitudes<T>) -> Vec<f64> {
+        let fields: Vec<&[[T; LANES]]> = fields.map(|f| &*f.lanes).collect();
         let rows = self.rows();
-        let one = |k: usize| {
-            let mut sums = [0.0; LANES];
-            let product = |(a, b): (&[T; LANES], &[T; LANES])| {
-                (0..LANES).for_each(|lane| sums[lane] += (a[lane] * b[lane]).wide());
+        let of_part = |part: usize| -> Vec<f64> {
+            let waves = part * WAVES_OF_A_PART..self.waves.len().min((part + 1) * WAVES_OF_A_PART);
+            let of_wave = |field: &[[T; LANES]], wave: usize| {
+                let mut sums = [0.0; LANES];
+                vectorised(|| {
+                    let product = |(a, b): (&[T; LANES], &[T; LANES])| {
+                        (0..LANES).for_each(|lane| sums[lane] += (a[lane] * b[lane]).wide());
+                    };
+                    field[wave * rows..][..rows].iter().zip(&with.lanes[wave * rows..][..rows]).for_each(product);
+                });
+                self.weighted(wave, &sums)
             };
-            vectorised(|| a.lanes[k * rows..][..rows].iter().zip(&b.lanes[k * rows..][..rows]).for_each(product));
-            self.weighted(k, &sums)
+            fields.iter().map(|field| waves.clone().map(|wave| of_wave(field, wave)).sum()).collect()
         };
-        (0..self.waves.len()).into_par_iter().map(one).collect::<Vec<f64>>().iter().sum()
+        let parts = 0..self.waves.len().div_ceil(WAVES_OF_A_PART);
+        let parts: Vec<Vec<f64>> = parts.into_par_iter().map(of_part).collect();
+        (0..fields.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect()
     }
 
     /// Sum over the sites from the sums of the lanes of a wave.
@@ -326,14 +343,16 @@ impl<'b, T: Real> SurfaceResponse<'b, T> {
         }
     }
 
-    /// Replaces forces by displacements: fields of the components of each layer, from the lowest of these, on the grid of half lattice
-    /// constants as in [`HarmonicBlock::analyse`].
+    /// Replaces forces by displacements: fields of the components of the highest layers, from the lowest of these, on the grid of half lattice
+    /// constants as in [`HarmonicBlock::analyse`]. With fewer layers than the response has, no force acts on the others.
     pub fn apply(&mut self, fields: &mut [Vec<T>]) {
-        let (block, size) = (self.block, self.size);
-        let transform = &block.transform;
-        self.spectra.par_iter_mut().zip(fields.par_iter()).for_each(|(s, f)| transform.forward(f, s));
-        let spectra = &self.spectra;
-        let waves = self.amplitudes.par_chunks_mut(size).zip(self.compliances.par_chunks(size * size));
+        let (block, all, size) = (self.block, self.size, fields.len());
+        let (transform, first) = (&block.transform, all - size);
+        let spectra = &mut self.spectra[..size];
+        spectra.par_iter_mut().zip(fields.par_iter()).for_each(|(s, f)| transform.forward(f, s));
+        let spectra = &*spectra;
+        let amplitudes = &mut self.amplitudes[..block.waves.len() * size];
+        let waves = amplitudes.par_chunks_mut(size).zip(self.compliances.par_chunks(all * all));
         waves.zip(&block.waves).for_each(|((lanes, compliance), modes)| {
             let mut forces = [[T::default(); LANES]; 3 * MAX_SURFACE_LAYERS];
             for (k, mode) in modes.iter().enumerate() {
@@ -347,14 +366,18 @@ impl<'b, T: Real> SurfaceResponse<'b, T> {
             }
             vectorised(|| {
                 lanes.fill([T::default(); LANES]);
-                multiply_add(compliance, &forces[..size], T::one(), lanes);
+                for (row, to) in compliance[first * all..].chunks_exact(all).zip(lanes.iter_mut()) {
+                    multiply_add(&row[first..], &forces[..size], T::one(), std::slice::from_mut(to));
+                }
             });
         });
-        let amplitudes = &self.amplitudes;
-        self.spectra.par_iter_mut().zip(fields.par_iter_mut()).enumerate().for_each(|(k, (spectrum, field))| {
-            block.fill_spectrum(amplitudes, size, k, spectrum);
-            transform.inverse(spectrum, field);
-        });
+        let amplitudes = &*amplitudes;
+        self.spectra[..size].par_iter_mut().zip(fields.par_iter_mut()).enumerate().for_each(
+            |(k, (spectrum, field))| {
+                block.fill_spectrum(amplitudes, size, k, spectrum);
+                transform.inverse(spectrum, field);
+            },
+        );
     }
 }
 
@@ -506,7 +529,7 @@ mod tests {
         let start = field.clone();
         let energy = block.eliminate(&mut field);
         block.substitute(&mut field);
-        assert!((0.5 * block.dot(&start, &field) / energy - 1.0).abs() < 1e-5);
+        assert!((0.5 * block.products(std::iter::once(&start), &field)[0] / energy - 1.0).abs() < 1e-5);
         let parts = block.synthesise(&field, 0..block.layers(), |_, _, values| values.to_vec());
         let u = index.iter().map(|s| std::array::from_fn(|c| parts[3 * s[2] as usize + c][at(*s)].wide())).collect();
         (u, energy)
