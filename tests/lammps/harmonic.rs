@@ -2,13 +2,20 @@
 
 use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
-use asperity::atoms::engine::Finished;
+use asperity::atoms::engine::{Finished, LammpsEngine};
 use asperity::atoms::job::Job;
 use asperity::atoms::lammps_command::LammpsCommand;
+use asperity::atoms::load_history::frame_file;
+use asperity::atoms::minimizer_checkpoint;
 use asperity::atoms::results::StepMinimizer;
+use asperity::atoms::scripts::PRESCRIBED_LOAD_RELAX;
 use asperity::scene::{Case, Scene};
 use std::path::Path;
+use std::time::Duration;
 
+const LOADS: [f64; 3] = [0.01, 0.03, 0.06];
+/// Of the force on the indenter: twice the tolerance to which the model is solved.
+const MODEL_LOAD: f64 = 4e-5;
 /// Force evaluations of a load in an elastic block.
 const FEW: usize = 8;
 /// Of the indenter's height, Å, and of the energy with the work of the load, eV: both minimisers stop at a residual force.
@@ -30,15 +37,18 @@ fn ran(load: &str, tables: &str, atoms: &str, minimizer: &str, folder: &Path) ->
 fn loads_have_the_states_of_fire() {
     for base in ["", "base = \"elastic\"\nfoundation_cells = 4\n", "foundation_cells = 4\n"] {
         let (a, b) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-        let load = "p_star = [0.01, 0.03, 0.06]";
+        let load = &format!("p_star = {LOADS:?}");
         let Some((_, fire)) = ran(load, "", base, "fire", a.path()) else { return };
-        let Some((_, harmonic)) = ran(load, "", base, "harmonic", b.path()) else { return };
+        let Some((job, harmonic)) = ran(load, "", base, "harmonic", b.path()) else { return };
         assert!(harmonic.unconverged.is_empty() && harmonic.not_harmonic.is_none());
         let steps = fire.history.steps.iter().zip(&harmonic.history.steps).zip(&harmonic.steps);
         for ((f, h), results) in steps.skip(1) {
             let what = format!("{base}step {}: {h:?} {f:?}", h.step);
             assert_eq!((h.minimizer, f.minimizer), (StepMinimizer::Harmonic, StepMinimizer::Fire), "{what}");
             assert!(results.force_evaluations <= FEW, "{} evaluations: {what}", results.force_evaluations);
+            // The wall of the model is that of LAMMPS, whose force on the indenter this is.
+            let error = h.load / (LOADS[h.step - 1] * job.spec.settings.load_unit) - 1.0;
+            assert!(error.abs() < MODEL_LOAD, "{error}: {what}");
             assert!((h.load / f.load - 1.0).abs() < 2e-3 && h.contacts.abs_diff(f.contacts) <= AT_THE_EDGE, "{what}");
             let lift = h.indenter_mean_angstrom - f.indenter_mean_angstrom;
             assert!(lift.abs() < HEIGHT, "{lift} Å: {what}");
@@ -118,4 +128,60 @@ fn a_load_at_which_the_crystal_slips_is_handed_over_to_fire() {
     let error = engine.run(&strict, &mut on).expect_err("refused");
     assert_eq!(error.exit_code(), 4, "{error}");
     assert!(error.to_string().contains("the harmonic relaxation of step 1 ended at"), "{error}");
+}
+
+/// The other minimiser, to which the load was handed over, is stopped: it goes on from its own checkpoint.
+#[test]
+fn a_load_stopped_after_it_was_handed_over_continues_with_fire() {
+    let Some(lammps) = lammps(1) else { return };
+    let engine = lammps.clone().with_checkpoint_interval(Duration::ZERO);
+    let folder = tempfile::tempdir().expect("scratch");
+    let case = steep(0.05, "auto");
+    let job = built(&case, folder.path());
+    let relax = "minimize      0.0 ${load_ftol} ${max_iterations} 100000\n";
+    let cut = format!("if \"$k == 1\" then \"minimize 0.0 ${{load_ftol}} 40 100000\" \"quit 9\"\n{relax}");
+    assert!(PRESCRIBED_LOAD_RELAX.text.contains(relax));
+    let script = job.folder.join(PRESCRIBED_LOAD_RELAX.file);
+    std::fs::write(script, PRESCRIBED_LOAD_RELAX.text.replace(relax, &cut)).expect("written");
+    engine.run(&job, &mut on).expect_err("stopped");
+    assert!(minimizer_checkpoint::newest(folder.path(), 1, 0).is_some());
+    // The job is written again, as the same command does.
+    let finished = engine.run(&built(&case, folder.path()), &mut on).expect("the rest");
+    let load = &finished.history.steps[1];
+    assert_eq!((finished.resumed_from, load.minimizer), (Some(0), StepMinimizer::HarmonicFire), "{load:?}");
+    assert!(load.load_converged && load.iterations > 40, "{load:?}");
+    let log = std::fs::read_to_string(folder.path().join("log.1")).expect("a log");
+    assert!(log.contains("read_restart checkpoint.1.") && !log.contains("\nharmonic relaxation:"), "{log}");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let Some(engine) = lammps(2) else { return };
+    let case = case("p_star = [0.01, 0.03]", "", "minimizer = \"harmonic\"");
+    let run = |threads: usize| {
+        let folder = tempfile::tempdir().expect("scratch");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let finished = pool.install(|| engine.run(&built(&case, folder.path()), &mut on)).expect("a clean run");
+        let frame = |k: usize| std::fs::read(frame_file(folder.path(), k).expect("a frame")).expect("read");
+        (finished.history, [0, 1, 2].map(frame))
+    };
+    assert!(run(1) == run(3));
+}
+
+#[test]
+fn two_ranks_reach_the_states_of_one() {
+    let Some(one) = lammps(2) else { return };
+    let Ok(two) = LammpsEngine::clone(&one).with_ranks(2) else {
+        crate::tools::skip("mpi", "mpirun cannot start two ranks");
+        return;
+    };
+    let case = case("p_star = [0.01, 0.03]", "", "minimizer = \"harmonic\"");
+    let run = |engine: &LammpsEngine| {
+        let folder = tempfile::tempdir().expect("scratch");
+        engine.run(&built(&case, folder.path()), &mut on).expect("a clean run").history.steps
+    };
+    for (a, b) in run(&one).iter().zip(&run(&two)) {
+        assert_eq!((a.contacts, a.minimizer), (b.contacts, StepMinimizer::Harmonic), "{a:?} {b:?}");
+        assert!((a.indenter_mean_angstrom - b.indenter_mean_angstrom).abs() < HEIGHT, "{a:?} {b:?}");
+    }
 }
