@@ -15,7 +15,7 @@ use super::relaxation::{Control, Criteria, Evaluation, ForceField, Relaxation, R
 use super::scripts::Script;
 
 /// Evaluations after which a state is left to LAMMPS's minimisers. The third literal load of 25 nm, where the crystal slips, has converged after 41,
-/// 78 and 91 on three of four surfaces.
+/// 76 and 87 on three of four surfaces.
 const MOST_EVALUATIONS: usize = 120;
 /// Largest decrease of energy that is left, over the energy of the wall.
 const ENERGY_TOLERANCE: f64 = 1e-5;
