@@ -50,10 +50,16 @@ def ran(asperity, scene, folder):
 
 
 def overheads(job):
-    """Time of the harmonic relaxation besides the evaluations over that of the evaluations, per step."""
-    text = "".join(log.read_text(errors="replace") for log in sorted(job.glob("log.[0-9]*")))
-    found = re.findall(r"^harmonic relaxation: .*; ([0-9.]+) s of force evaluations, ([0-9.]+) s besides$", text, re.M)
-    return [float(besides) / max(float(evaluations), 1e-3) for evaluations, besides in found]
+    """Time of the first harmonic relaxation of each step besides the evaluations over that of the evaluations, by step."""
+    found, step = {}, None
+    for log in sorted(job.glob("log.[0-9]*")):
+        for line in log.read_text(errors="replace").splitlines():
+            if match := re.fullmatch(r"load step (\d+)", line):
+                step = int(match[1])
+            match = re.fullmatch(r"harmonic relaxation: .*; ([0-9.]+) s of force evaluations, ([0-9.]+) s besides", line)
+            if match and step not in found:
+                found[step] = float(match[2]) / max(float(match[1]), 1e-3)
+    return found
 
 
 def main():
@@ -75,7 +81,7 @@ def main():
                 scene = folder / options.scene.name
                 scene.write_text(with_settings(text, seed, minimizer))
                 found.append(ran(asperity, scene, folder))
-            overhead = overheads(Path(scratch) / "auto" / "job")[1:]
+            overhead = overheads(Path(scratch) / "auto" / "job")
         (steps, evaluations, maps, seconds), (steps_fire, evaluations_fire, maps_fire, seconds_fire) = found
         for k, (a, b) in enumerate(zip(steps, steps_fire)):
             [m, n] = [(x > 0.5) for x in (maps[k], maps_fire[k])]
@@ -91,14 +97,15 @@ def main():
                 "jaccard": float((m & n).sum() / max(1, (m | n).sum())),
                 "height_angstrom": height,
                 "energy_ev": energy,
-                "overhead": overhead[k] if k < len(overhead) else None,
+                "overhead": overhead.get(k + 1),
             }
             if options.json:
                 print(json.dumps(row))
             else:
                 print(
                     f"seed {seed} load {k + 1}: {row['evaluations']} ({row['minimizer']}) and {row['evaluations_fire']} evaluations, "
-                    f"Jaccard {row['jaccard']:.4f}, height {height:+.5f} Å, energy {energy:+.5f} eV, overhead {row['overhead'] or 0:.2f}"
+                    f"Jaccard {row['jaccard']:.4f}, height {height:+.5f} Å, energy {energy:+.5f} eV, "
+                    + ("overhead –" if row["overhead"] is None else f"overhead {row['overhead']:.2f}")
                 )
             sys.stdout.flush()
         if not options.json:

@@ -108,6 +108,9 @@ fn steep(p_star: f64, minimizer: &str) -> Case {
     Case::resolve(Scene::parse(&text, file).expect("a scene"), file).expect("a case")
 }
 
+/// Decrease of energy that is left where FIRE ended, eV.
+const AFTER_FIRE: f64 = 0.1;
+
 /// At the lower load the state is handed over, at the higher one, of which the relaxation reaches a tenth, the load starts again.
 #[test]
 fn a_load_at_which_the_crystal_slips_is_handed_over_to_fire() {
@@ -119,7 +122,9 @@ fn a_load_at_which_the_crystal_slips_is_handed_over_to_fire() {
         assert!(finished.unconverged.is_empty(), "{finished:?}");
         let (free, load) = (&finished.history.steps[0], &finished.history.steps[1]);
         assert_eq!(free.minimizer, StepMinimizer::Harmonic);
-        assert_eq!((load.minimizer, load.predicted_decrease_ev), (StepMinimizer::HarmonicFire, None), "{load:?}");
+        assert_eq!(load.minimizer, StepMinimizer::HarmonicFire, "{load:?}");
+        // FIRE ends by the forces.
+        assert!(load.predicted_decrease_ev.is_some_and(|e| e > 0.0 && e < AFTER_FIRE), "{load:?}");
         assert!((load.load / (p_star * job.spec.settings.load_unit) - 1.0).abs() < 1e-3, "{load:?}");
         let log = std::fs::read_to_string(job.folder.join("log.0")).expect("a log");
         assert_eq!(log.matches("print \"load step $k\"").count(), if restarts { 3 } else { 2 }, "p* = {p_star}");

@@ -63,8 +63,8 @@ const BYTES_OF_PAIRS: u64 = 1_000_000_000;
 /// Fields of amplitudes of the harmonic relaxation besides those of the pairs: residual and response of two states, of the wall and of a step.
 const HARMONIC_FIELDS: u64 = 8;
 
-/// Positions, forces and displacements, three numbers each.
-const HARMONIC_BYTES_PER_ATOM: u64 = 3 * 24;
+/// Step, its part that has been applied, increment, positions and forces, these twice: three numbers each.
+const HARMONIC_BYTES_PER_ATOM: u64 = 7 * 24;
 
 /// Largest range of a potential of which memory is estimated, layers: a damaged job file may have any.
 const MOST_LAYERS_OF_BASE: usize = 1000;

@@ -66,7 +66,7 @@ impl<'a> HostRelaxation<'a> {
         }
         lammps.file(start.file).map_err(failed)?;
         let strict = self.job.spec.settings.minimizer == Minimizer::Harmonic;
-        let Some(relaxed) = self.relax(lammps, step, pressure)? else {
+        let Some(relaxed) = self.relax(lammps, step, pressure, MOST_EVALUATIONS)? else {
             if strict {
                 let text = format!("the crystal of step {step} has no force constants; use minimizer = \"auto\"");
                 return Err(failed(text));
@@ -90,9 +90,11 @@ impl<'a> HostRelaxation<'a> {
             }
             lammps.file(relax.file).map_err(failed)?;
         }
-        let Relaxed { converged, evaluations, rejected, predicted_decrease, .. } = relaxed;
+        let Relaxed { converged, evaluations, rejected, .. } = relaxed;
         let minimizer = if converged { "harmonic".to_string() } else { format!("harmonic+{own}") };
-        record(lammps, &minimizer, rejected, converged.then_some(predicted_decrease)).map_err(failed)?;
+        // Of the state at which the other minimiser ended, from one evaluation there.
+        let ended = if converged { Some(relaxed) } else { self.relax(lammps, step, pressure, 1)? };
+        record(lammps, &minimizer, rejected, ended.map(|e| e.predicted_decrease)).map_err(failed)?;
         // The form in which LAMMPS's minimisers report theirs.
         let counted = format!("print \"Iterations, force evaluations = {evaluations} {evaluations}\"");
         lammps.command(&counted).and_then(|()| lammps.file(end.file)).map_err(failed)
@@ -112,12 +114,13 @@ impl<'a> HostRelaxation<'a> {
         keep_state(lammps, self.starts_from_previous()).map_err(|text| Error::lammps(&self.job.folder, text))
     }
 
-    /// Relaxes the state in which LAMMPS is, at step `step` under about the mean pressure `pressure` (eV/Å³). `None`: there is no model of the
-    /// crystal.
+    /// Relaxes the state in which LAMMPS is, at step `step` under about the mean pressure `pressure` (eV/Å³), in at most `most` evaluations. `None`:
+    /// there is no model of the crystal.
     ///
     /// # Errors
     /// `Lammps`.
-    fn relax(&self, lammps: &mut LammpsInstance, step: usize, pressure: f64) -> Result<Option<Relaxed>> {
+    fn relax(&self, lammps: &mut LammpsInstance, step: usize, pressure: f64, most: usize) -> Result<Option<Relaxed>> {
+        let started = Instant::now();
         let spec = &self.job.spec;
         let block = self.job.block();
         let failed = |description: String| Error::lammps(&self.job.folder, description);
@@ -159,7 +162,7 @@ impl<'a> HostRelaxation<'a> {
             },
             balance: LOAD_TOLERANCE,
             energy: ENERGY_TOLERANCE,
-            evaluations: MOST_EVALUATIONS,
+            evaluations: most,
         };
         let mut forces = LammpsForces {
             lammps,
@@ -171,7 +174,6 @@ impl<'a> HostRelaxation<'a> {
             seconds: 0.0,
         };
         let control = load.map_or(Control::Height, Control::Load);
-        let started = Instant::now();
         let relaxed = relaxation.relax(&mut forces, control, criteria).map_err(failed)?;
         let seconds = forces.seconds;
         let besides = started.elapsed().as_secs_f64() - seconds;

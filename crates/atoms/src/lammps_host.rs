@@ -234,24 +234,27 @@ pub fn find_library(program: &Path) -> std::result::Result<PathBuf, String> {
     first_usable(libraries(program))
 }
 
-/// The same, where it is certain that the library is that of the program with this version: one next to it that names the version, or the
-/// loader's if the program loads it, too.
+/// The same, where the library is that of the program with this version: one next to it that names the version, or the loader's if the
+/// program loads it, too.
 ///
 /// # Errors
-/// As [`find_library`].
+/// As [`find_library`], and for a version that is no date.
 pub fn find_own_library(program: &Path, version: &str) -> std::result::Result<PathBuf, String> {
+    if version_number(version).is_none() {
+        return Err(format!("the program's version {version:?} is no date"));
+    }
     let has = |file: &Path, word: &str| std::fs::read(file).is_ok_and(|bytes| contains(&bytes, word.as_bytes()));
     let date = version.split(" - ").next().unwrap_or(version);
     let loads_it = has(program, "liblammps.so");
     let own = |library: &PathBuf| if library.components().count() > 1 { has(library, date) } else { loads_it };
-    first_usable(libraries(program).into_iter().filter(own).collect())
+    first_usable(libraries(program).into_iter().filter(own))
 }
 
 fn contains(text: &[u8], word: &[u8]) -> bool {
     text.windows(word.len()).any(|w| w == word)
 }
 
-fn first_usable(libraries: Vec<PathBuf>) -> std::result::Result<PathBuf, String> {
+fn first_usable(libraries: impl IntoIterator<Item = PathBuf>) -> std::result::Result<PathBuf, String> {
     let mut reason = String::from("none");
     for library in libraries {
         match lammps_library::check(&library) {

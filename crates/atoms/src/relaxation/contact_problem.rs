@@ -177,7 +177,7 @@ impl<'a, T: Real> SurfaceProblem<'a, T> {
             }
             let moved = positions.iter().zip(start).map(|(x, a)| std::array::from_fn(|c| x[c] - a[c]));
             let moved: Vectors = moved.collect();
-            // The step will be shortened.
+            // The step may be shortened.
             if relative_motion(&moved, self.indices[0].len(), lift - from) > LONGEST_STEP {
                 break;
             }

@@ -42,12 +42,14 @@ const HARD: (usize, usize) = (4, 2);
 /// So many states with forces that no crystal has, before a load is near, end a relaxation: the crystal yields on the way. (98 nm on a half-space,
 /// p* = 0.003: 49 evaluations in which the load rose to a fifth.)
 const YIELDING: usize = 3;
-/// Relative error of the load beyond which a state that has not converged is not near it.
+/// Relative error of a prescribed load up to which a state is one to go on from; heights are always near.
 const NEAR: f64 = 0.1;
 /// Evaluations in which the predicted decrease must have halved: where the crystal slips it rises tenfold for some forty, and falls again.
 const PATIENCE: usize = 45;
 /// The wall's energy to which a predicted decrease is compared, at least, eV: of a block without contact.
 const SMALLEST_WALL_ENERGY: f64 = 1e-3;
+/// Sum of the wall's forces to which a residual one is compared, at least, eV/Å.
+const SMALLEST_FORCE: f64 = 1e-6;
 /// Factor on a step whose direction has been tried.
 const SHORTER: f64 = 0.3;
 
@@ -301,7 +303,7 @@ impl<T: Real> Relaxation<T> {
         let over = |error: f64, whole: f64| if whole > 0.0 { error / whole } else { 0.0 };
         let (load_error, base_error) = match control {
             Control::Load(load) => (over(evaluation.on_indenter - load, load), over(evaluation.on_base + load, load)),
-            Control::Height => (0.0, over(evaluation.on_base + evaluation.on_indenter, pressing)),
+            Control::Height => (0.0, over(evaluation.on_base + evaluation.on_indenter, pressing.max(SMALLEST_FORCE))),
         };
         let residual = self.analyse(0..self.indices.len(), &evaluation.forces);
         let mut response = residual.clone();

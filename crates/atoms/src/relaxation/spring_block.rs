@@ -58,8 +58,12 @@ fn wall() -> RigidWall {
 }
 
 fn relaxation(force_limit: f64) -> Relaxation<f32> {
+    keeping(30, force_limit)
+}
+
+fn keeping(pairs: usize, force_limit: f64) -> Relaxation<f32> {
     let indices = (0..LAYERS).map(layer).collect();
-    Relaxation::new(crystal(), indices, CELLS, (wall(), 0), (30, force_limit))
+    Relaxation::new(crystal(), indices, CELLS, (wall(), 0), (pairs, force_limit))
 }
 
 /// The block, its present state, and what it does to a state before it is returned.
@@ -160,6 +164,47 @@ fn a_load_takes_few_evaluations_and_its_height_has_the_same_state() {
     // The forces that are left, over the stiffness of the block.
     let largest = apart.fold(0.0, f64::max);
     assert!(largest < 1e-3, "{largest} Å");
+}
+
+/// Of projections that are differences, in f32, relative to the largest.
+const ROUNDING: f64 = 1e-4;
+
+/// After every iteration the projections of the state are those of its residual on the pairs that are kept, of which the oldest is dropped.
+#[test]
+fn projections_follow_the_pairs() {
+    let mut springs = Springs::new(&as_it_is);
+    let relaxation = keeping(2, 50.0);
+    let control = Control::Load(20.0 * LOAD);
+    let first = springs.evaluate(&vec![[0.0; 3]; springs.sites.len()], 0.0).expect("no error").expect("a state");
+    let mut state = relaxation.state(first, 0.0, control, CRITERIA);
+    let (mut pairs, mut kept) = (Pairs::new(2), Vec::new());
+    for _ in 0..FEW {
+        relaxation.iterate(&mut springs, &mut state, &mut pairs, (control, CRITERIA)).expect("no error");
+        kept.push(state.projections.len());
+        if state.status.converged {
+            break;
+        }
+        let exact = pairs.project(&relaxation.crystal, &state.residual);
+        assert_eq!(exact.len(), state.projections.len());
+        let largest = exact.as_flattened().iter().fold(0.0f64, |m, p| m.max(p.abs()));
+        for (a, b) in exact.as_flattened().iter().zip(state.projections.as_flattened()) {
+            assert!((a - b).abs() <= ROUNDING * largest, "{a} {b}");
+        }
+    }
+    assert!(kept.len() > 4 && kept.ends_with(&[2, 2]), "{kept:?}");
+}
+
+/// The lowest layers feel no wall: the model's load on the indenter is that of the others.
+#[test]
+fn layers_without_the_wall_have_none_of_its_forces() {
+    let mut springs = Springs::new(&as_it_is);
+    let evaluation = springs.evaluate(&vec![[0.0; 3]; springs.sites.len()], -6.0).expect("no error").expect("a state");
+    let all = relaxation(50.0);
+    let (indices, without) = ((0..LAYERS).map(layer).collect(), LAYERS - SURFACE_LAYERS);
+    let some = Relaxation::new(crystal(), indices, CELLS, (wall(), without), (30, 50.0));
+    let [all, some] = [&all, &some].map(|r| r.state(evaluation.clone(), -6.0, Control::Height, CRITERIA));
+    assert!(all.deep_load > 0.0 && some.deep_load == 0.0 && some.wall_energy < all.wall_energy);
+    assert_eq!(all.wall_forces, some.wall_forces);
 }
 
 /// Forces that are no numbers, and atoms that would leave the box, beyond some height of the indenter.

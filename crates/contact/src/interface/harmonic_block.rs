@@ -14,19 +14,16 @@ use rustfft::num_complex::Complex;
 
 use super::lattice_constants::LatticeConstants;
 use super::lattice_waves::{LayerGroups, Symmetry, symmetric};
-use asperity_grid::{Grid, HalfSpectrum, Real, Result, Transform, vectorised};
+use asperity_grid::{Grid, Real, Result, Transform, vectorised};
 
 /// Real and imaginary parts of the modes of a wave, of which at most four are equivalent by symmetry.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// Relative change of a Schur complement per group from which on the groups above have the same: rounding in single precision.
 const REPEATED: f64 = 1e-9;
 
 /// Waves that one thread takes at a time in sums over fields: its part of a field stays in the cache. The parts do not depend on the number of threads.
 const WAVES_OF_A_PART: usize = 32;
-
-/// Layers of a [`SurfaceResponse`] at most.
-const MAX_SURFACE_LAYERS: usize = 4;
 
 /// What is below the lowest moving layer of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,9 +74,9 @@ impl<T: Real> Amplitudes<T> {
 }
 
 /// A mode of the half spectrum on the grid of half lattice constants.
-struct Mode {
-    index: usize,
-    symmetry: Symmetry,
+pub(super) struct Mode {
+    pub(super) index: usize,
+    pub(super) symmetry: Symmetry,
     /// Of its square in sums over the sites.
     weight: f64,
     /// In the sum of waves at a site.
@@ -91,14 +88,14 @@ pub struct HarmonicBlock<T: Real> {
     layers: usize,
     /// Layers of a group, and rows of the matrices of a group.
     reach: usize,
-    size: usize,
-    groups: usize,
-    waves: Vec<Vec<Mode>>,
+    pub(super) size: usize,
+    pub(super) groups: usize,
+    pub(super) waves: Vec<Vec<Mode>>,
     /// Inverse Schur complements by wave and group from the lowest.
-    inverses: Vec<T>,
+    pub(super) inverses: Vec<T>,
     /// By wave: coupling of a group to the next below, and its transpose.
     couplings: Vec<T>,
-    transform: Transform<T>,
+    pub(super) transform: Transform<T>,
 }
 
 impl<T: Real> HarmonicBlock<T> {
@@ -221,7 +218,7 @@ impl<T: Real> HarmonicBlock<T> {
     }
 
     /// The half spectrum of one component of a layer: row `k` of the `rows` of each wave.
-    fn fill_spectrum(&self, lanes: &[[T; LANES]], rows: usize, k: usize, spectrum: &mut [Complex<T>]) {
+    pub(super) fn fill_spectrum(&self, lanes: &[[T; LANES]], rows: usize, k: usize, spectrum: &mut [Complex<T>]) {
         let (first, component) = (k - k % 3, k % 3);
         spectrum.fill(Complex::default());
         for (lanes, modes) in lanes.chunks(rows).zip(&self.waves) {
@@ -313,74 +310,6 @@ impl<T: Real> HarmonicBlock<T> {
     }
 }
 
-/// Response of the highest layers of a block to forces on them, the layers below in equilibrium.
-pub struct SurfaceResponse<'b, T: Real> {
-    block: &'b HarmonicBlock<T>,
-    /// Components of the layers.
-    size: usize,
-    /// By wave: their part of the highest inverse Schur complement.
-    compliances: Vec<T>,
-    amplitudes: Vec<[T; LANES]>,
-    spectra: Vec<HalfSpectrum<T>>,
-}
-
-impl<'b, T: Real> SurfaceResponse<'b, T> {
-    /// Of the highest `layers` layers, at most [`HarmonicBlock::reach`].
-    pub fn new(block: &'b HarmonicBlock<T>, layers: usize) -> Self {
-        let (size, square) = (3 * layers, block.size * block.size);
-        let first = block.size - size;
-        let mut compliances = Vec::with_capacity(block.waves.len() * size * size);
-        for inverses in block.inverses.chunks(block.groups * square) {
-            let top = &inverses[(block.groups - 1) * square..];
-            (first..block.size).for_each(|k| compliances.extend_from_slice(&top[k * block.size + first..][..size]));
-        }
-        SurfaceResponse {
-            block,
-            size,
-            compliances,
-            amplitudes: vec![[T::default(); LANES]; block.waves.len() * size],
-            spectra: (0..size).map(|_| block.transform.spectrum()).collect(),
-        }
-    }
-
-    /// Replaces forces by displacements: fields of the components of the highest layers, from the lowest of these, on the grid of half lattice
-    /// constants as in [`HarmonicBlock::analyse`]. With fewer layers than the response has, no force acts on the others.
-    pub fn apply(&mut self, fields: &mut [Vec<T>]) {
-        let (block, all, size) = (self.block, self.size, fields.len());
-        let (transform, first) = (&block.transform, all - size);
-        let spectra = &mut self.spectra[..size];
-        spectra.par_iter_mut().zip(fields.par_iter()).for_each(|(s, f)| transform.forward(f, s));
-        let spectra = &*spectra;
-        let amplitudes = &mut self.amplitudes[..block.waves.len() * size];
-        let waves = amplitudes.par_chunks_mut(size).zip(self.compliances.par_chunks(all * all));
-        waves.zip(&block.waves).for_each(|((lanes, compliance), modes)| {
-            let mut forces = [[T::default(); LANES]; 3 * MAX_SURFACE_LAYERS];
-            for (k, mode) in modes.iter().enumerate() {
-                for l in 0..size / 3 {
-                    let mut v: [Complex<T>; 3] = std::array::from_fn(|c| spectra[3 * l + c][mode.index]);
-                    mode.symmetry.reduce(&mut v);
-                    for (c, v) in v.into_iter().enumerate() {
-                        (forces[3 * l + c][2 * k], forces[3 * l + c][2 * k + 1]) = (v.re, v.im);
-                    }
-                }
-            }
-            vectorised(|| {
-                lanes.fill([T::default(); LANES]);
-                for (row, to) in compliance[first * all..].chunks_exact(all).zip(lanes.iter_mut()) {
-                    multiply_add(&row[first..], &forces[..size], T::one(), std::slice::from_mut(to));
-                }
-            });
-        });
-        let amplitudes = &*amplitudes;
-        self.spectra[..size].par_iter_mut().zip(fields.par_iter_mut()).enumerate().for_each(
-            |(k, (spectrum, field))| {
-                block.fill_spectrum(amplitudes, size, k, spectrum);
-                transform.inverse(spectrum, field);
-            },
-        );
-    }
-}
-
 /// Inverse Schur complements of all groups, of which the lowest has `at_rest` layers below the block.
 fn eliminate_groups<T: Real>(
     crystal: &LayerGroups,
@@ -432,7 +361,7 @@ fn copy<T: Real>(matrix: &DMatrix<f64>, to: &mut [T]) {
 
 /// `to += factor matrix from`, the matrix by rows.
 #[inline(always)]
-fn multiply_add<T: Real>(matrix: &[T], from: &[[T; LANES]], factor: T, to: &mut [[T; LANES]]) {
+pub(super) fn multiply_add<T: Real>(matrix: &[T], from: &[[T; LANES]], factor: T, to: &mut [[T; LANES]]) {
     for (row, to) in matrix.chunks_exact(from.len()).zip(to) {
         let mut sums = [T::default(); LANES];
         for (element, from) in row.iter().zip(from) {
@@ -567,24 +496,6 @@ mod tests {
             let u = solved(&block, &forces(missing..deep, deep)[first..]).0;
             for (a, b) in u.as_flattened().iter().zip(exact[first..].as_flattened()) {
                 assert!((a - b).abs() < ROUNDING, "{shallow} layers, {missing} missing: {a} instead of {b}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_surface_responds_as_the_whole_block() {
-        let (layers, f) = (5, forces(3..5, 5));
-        let exact = direct(layers, &f);
-        let block = HarmonicBlock::<f64>::new(CELLS, layers, &crystal(), LayerBase::Rigid).expect("stable");
-        let mut fields = vec![vec![0.0; 4 * CELLS * CELLS]; 6];
-        let surface = |s: &[i32; 3]| (s[2] as usize).checked_sub(3);
-        for (s, f) in block_sites(layers).iter().zip(&f) {
-            surface(s).into_iter().for_each(|l| (0..3).for_each(|c| fields[3 * l + c][at(*s)] = f[c]));
-        }
-        SurfaceResponse::new(&block, 2).apply(&mut fields);
-        for (s, u) in block_sites(layers).iter().zip(&exact) {
-            if let Some(l) = surface(s) {
-                (0..3).for_each(|c| assert!((fields[3 * l + c][at(*s)] - u[c]).abs() < ROUNDING, "{s:?}"));
             }
         }
     }

@@ -15,11 +15,12 @@ mod layer_interior;
 mod non_periodic;
 mod rectangle;
 mod subsurface;
+mod surface_response;
 
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use elastic::Elastic;
 pub use hardness::{HardnessMap, NodalHardness};
-pub use harmonic_block::{Amplitudes, HarmonicBlock, LayerBase, SurfaceResponse};
+pub use harmonic_block::{Amplitudes, HarmonicBlock, LayerBase};
 pub use kernel::{Base, HalfSpace, Kernel, Layer};
 pub use lattice::LatticeBoundary;
 pub use lattice_constants::{Bond, LatticeConstants};
@@ -31,3 +32,4 @@ pub use law::{
 pub use layer_interior::{LayerDisplacement, WaveStress};
 pub use non_periodic::NonPeriodic;
 pub use subsurface::{StressField, Subsurface, SubsurfaceRequest};
+pub use surface_response::SurfaceResponse;
