@@ -249,7 +249,7 @@ impl<T: Real> Relaxation<T> {
             let mut reached = self.state(evaluation, state.lift + lift, control, criteria);
             let rounding =
                 ROUNDING[0] * (state.wall_energy + control.load().abs()).max(1.0) + ROUNDING[1] * state.energy.abs();
-            // Forces that are not numbers are not among the largest, but leave no energy.
+            // `f64::max` skips what is no number; the predicted decrease does not.
             let crystalline = reached.status.predicted_decrease.is_finite()
                 && reached.status.largest_force <= self.force_limit.max(status.largest_force);
             let fell = crystalline && reached.energy <= state.energy + rounding;
