@@ -1,6 +1,8 @@
 //! A shallow block on the forces of the crystal missing below it, compared with the deep block that it replaces.
 
-use crate::jobs::{A0, CUTOFF, RAMP, RELAXATION, built, case, command, on, potential, ramp, surface, written};
+use crate::jobs::{
+    A0, CUTOFF, RAMP, RELAXATION, built, case, command, on, on_two_ranks, potential, ramp, surface, written,
+};
 use crate::lammps::lammps;
 use asperity::atoms::block::{Block, FLOOR_GAP_ANGSTROM};
 use asperity::atoms::dump::read_frame;
@@ -209,10 +211,7 @@ const RANKS: f64 = HEIGHT;
 #[test]
 fn two_ranks_reach_the_states_of_one() {
     let Some(one) = lammps(2) else { return };
-    let Ok(two) = LammpsEngine::clone(&one).with_ranks(2) else {
-        crate::tools::skip("mpi", "mpirun cannot start two ranks");
-        return;
-    };
+    let Some(two) = on_two_ranks(&one) else { return };
     let case = of(Kind::Elastic, "p_star = [0.02]", "", TIGHT);
     let run = |engine: &LammpsEngine| {
         let folder = tempfile::tempdir().expect("scratch");

@@ -1,6 +1,6 @@
 //! The harmonic relaxation: the states of LAMMPS's own minimisers in far fewer force evaluations.
 
-use crate::jobs::{built, case, on};
+use crate::jobs::{built, case, on, on_two_ranks};
 use crate::lammps::lammps;
 use asperity::atoms::engine::{Finished, LammpsEngine};
 use asperity::atoms::job::Job;
@@ -176,10 +176,7 @@ fn the_number_of_threads_changes_no_bit() {
 #[test]
 fn two_ranks_reach_the_states_of_one() {
     let Some(one) = lammps(2) else { return };
-    let Ok(two) = LammpsEngine::clone(&one).with_ranks(2) else {
-        crate::tools::skip("mpi", "mpirun cannot start two ranks");
-        return;
-    };
+    let Some(two) = on_two_ranks(&one) else { return };
     let case = case("p_star = [0.01, 0.03]", "", "minimizer = \"harmonic\"");
     let run = |engine: &LammpsEngine| {
         let folder = tempfile::tempdir().expect("scratch");

@@ -26,6 +26,15 @@ pub(crate) fn case(load: &str, tables: &str, atoms: &str) -> Case {
     Case::resolve(Scene::parse(&text, file).expect("a scene"), file).expect("a case")
 }
 
+/// The engine with two ranks, where they can be started.
+pub(crate) fn on_two_ranks(engine: &LammpsEngine) -> Option<LammpsEngine> {
+    let two = engine.clone().with_ranks(2).ok();
+    if two.is_none() {
+        crate::tools::skip("mpi", "mpirun cannot start two ranks");
+    }
+    two
+}
+
 /// The job that the pipeline writes for a case.
 pub(crate) fn built(case: &Case, folder: &Path) -> Job {
     build_job(case, case.atoms.as_ref().expect("atoms"), folder, &Silent).expect("a job")

@@ -48,8 +48,8 @@ const HARMONIC_LOAD: f64 = 8.0;
 /// Of one ramp step by the harmonic relaxation: 103 evaluations of 34 steps of 0.3 Å and less with adhesion (`calcium-8nm-adhesion.toml`).
 const HARMONIC_STEP: f64 = 3.0;
 
-/// Time of the harmonic relaxation beyond each force evaluation, in force evaluations of one process: 0.45 to 0.6 on 25 and 50 nm. Every rank
-/// does all of it.
+/// Time of the harmonic relaxation beyond each force evaluation, in force evaluations of one process: 0.3 to 0.6 on 25 nm, more where the crystal
+/// slips. Every rank does all of it.
 const HARMONIC_OVERHEAD: f64 = 0.5;
 
 /// Measurement of the force constants before the first step, unless an earlier run has made it.
@@ -260,7 +260,7 @@ mod tests {
         assert_eq!((pairs_kept(0), pairs_kept(u64::MAX)), (MOST_PAIRS, FEWEST_PAIRS));
     }
 
-    /// 24 bytes per pair and atom, here thirty pairs, and about 200 for the rest.
+    /// 24 bytes per pair and atom, here thirty pairs, and about 370 for the rest.
     #[test]
     fn memory_of_the_harmonic_relaxation_is_that_of_its_pairs() {
         let block = Block::new(45, 12, 5.5884, 7.0).expect("a block");

@@ -100,7 +100,8 @@ fn relaxation(steps: &[LoadStepResults]) -> String {
         text += &format!("; the harmonic relaxation rejected {}", of_steps(rejected));
     }
     if let Some(decrease) = decrease {
-        text += &format!("; it predicts further decreases of the energy by up to {} eV", significant(decrease, 2));
+        text +=
+            &format!("; by the harmonic crystal the energy would fall by up to {} eV more", significant(decrease, 2));
     }
     text + "."
 }
