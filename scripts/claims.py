@@ -30,7 +30,7 @@ COSTS = ["seconds", "minutes", "hours"]
 RUN_KEYS = {"command", "cost", "stated", "needs"}
 CLAIM_KEYS = {"run", "document", "quote", "values", "tolerance", "output", "keys", "holds", "unstated"}
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-NUMBER = re.compile(r"([+-]?[\d ]*\.?\d+)(?:e([+-]?\d+)|·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?$")
+NUMBER = re.compile(r"([+-]?[\d ]*\.?\d+)(?:e([+-]?\d+)|[·×]10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?$")
 
 
 class Damaged(Exception):

@@ -35,6 +35,7 @@ except ImportError:
     os.environ["ERRORS_REEXECUTED"] = "1"
     os.execv(other, [str(other), *sys.argv])
 
+from errors_accuracy import accuracy_records, accuracy_table  # noqa: E402
 from errors_cases import KINDS, extrapolation_case, field_case, pull_off_case, stiffness_case  # noqa: E402
 from errors_forecasts import forecast_records  # noqa: E402
 from errors_program import Failed, Program  # noqa: E402
@@ -47,7 +48,7 @@ ESTIMATES = ["pull-off pressure", "time", "memory"]
 THIRD = 1.0 / 3.0
 
 FIELDS = ["contact area", "mean gap", "peak contact stress", "subsurface von Mises", "leakage"]
-QUANTITIES = [*FIELDS, "stiffness", "extrapolated area", "extrapolated mean gap", "pull-off pressure", "time", "memory"]
+QUANTITIES = [*FIELDS, "stiffness", "extrapolated area", "extrapolated mean gap", "pull-off pressure", "time", "memory", "accuracy"]
 
 
 def area_of_finest(half, full):
@@ -199,8 +200,8 @@ def measured(job):
     path, what, arguments = job
     program = Program(path)
     start = time.monotonic()
-    if what == "forecasts":
-        records = forecast_records(program, *arguments)
+    if what in ("forecasts", "accuracy"):
+        records = (forecast_records if what == "forecasts" else accuracy_records)(program, *arguments)
     else:
         make = {"fields": field_case, "extrapolation": extrapolation_case, "pull-off": pull_off_case, "stiffness": stiffness_case}[what]
         case = make(*arguments)
@@ -293,6 +294,19 @@ the case is *undecided*.
 {table}
 
 {poor}
+
+## Accuracy as an argument
+
+`solve --error` on random maps of 256² or 512² points (Hurst exponent 0.3 to 1, shortest waves of two points to a fiftieth of the cell;
+anisotropic, plateau-honed, with noise, stepped, single bumps; half of them with adhesion, hardness or a layer), with each target for the
+contact area, the mean gap and the stiffness together. The truth is the map's Fourier series, or its cells, on a grid four times finer.
+
+- *reached*: the stated errors are within the target on one of the map's grids; *not reached* ends with a warning.
+- *within the target*: how many of these are within the target of the truth, in all three quantities.
+- *time over the cheapest*: time of all grids that `--error` solves, over that of the cheapest plain solve (any grid, tolerances of 1e-3,
+  1e-5 and 1e-8) that is within the target of the truth, which only the truth tells.
+
+{accuracy}
 """
 
 
@@ -333,11 +347,18 @@ def main():
         # One at a time: they measure time.
         for i in range(3 * n):
             records += measured((options.asperity, "forecasts", (seed, i)))
+    reached, kept = [], True
+    if wanted("accuracy"):
+        own = []
+        for i in range(2 * n):
+            own += measured((options.asperity, "accuracy", (seed, i)))
+        records += own
+        reached, kept = accuracy_table(own)
     records.sort(key=lambda r: r["case"])
     if options.records:
         options.records.write_text("".join(json.dumps(r) + "\n" for r in records))
-    lines, poor = table(records, quantities)
-    print("\n".join(lines))
+    lines, poor = table(records, [q for q in quantities if q != "accuracy"])
+    print("\n".join([*lines, "", *reached]))
     for quantity, found in poor:
         print(f"\n{quantity}: covers {100 * found['covered']:.0f} % of {found['decided']}, worst {found['worst']:.3g}: {found['worst_case']}")
     if options.changes:
@@ -349,9 +370,9 @@ def main():
         unseen = "no error was tuned on it" if seed < TUNING else "errors were tuned on such seeds"
         arguments = f" --seed {seed}" if seed != PUBLISHED else ""
         names = ", ".join(q for q, _ in poor)
-        said = f"Below 19 of 20: {names}." if poor else "Every stated error covers at least 19 of 20 cases."
-        options.write.write_text(PAGE.format(arguments=arguments, version=version, cases=len({r["case"] for r in records}), seed=seed, unseen=unseen, table="\n".join(lines), poor=said))
-    return 1 if poor else 0
+        said = f"Below 19 of 20: {names}." if poor else "Every stated error covers at least 19 of 20 cases, except that of a pull-off, which is an estimate."
+        options.write.write_text(PAGE.format(arguments=arguments, version=version, cases=len({r["case"] for r in records}), seed=seed, unseen=unseen, table="\n".join(lines), poor=said, accuracy="\n".join(reached)))
+    return 1 if poor or not kept else 0
 
 
 if __name__ == "__main__":

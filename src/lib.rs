@@ -37,7 +37,7 @@ pub use asperity_contact::interface::{Base, RangeChoice, TabulatedLaw};
 #[doc(inline)]
 pub use asperity_contact::load::{Branch, Load, Stop};
 #[doc(inline)]
-pub use asperity_contact::method::{ErrorEstimates, Precision, Targets};
+pub use asperity_contact::method::{ErrorEstimates, Precision};
 #[doc(inline)]
 pub use asperity_contact::observe::{
     Connectivity, ContactArea, Distribution, Leakage, Plasticity, StressDistribution, linear_edges, logarithmic_edges,

@@ -57,7 +57,7 @@ CASES = (
     Case(
         "challenge, energy 1e-6 and area 0.1 %", 2048, 1 / 1000, 0.01, PHYSICAL,
         {ASPERITY: 3e-2, TAMAAS: 1e-4, CONTACTMECHANICS: 1e-4},
-        ("--precision", "f32", "--energy-tolerance", "1e-6"),
+        ("--precision", "f32"),
     ),
     Case(
         "reduced, complementarity 1e-8", 1024, 1 / 64, 0.3, MATCHED,

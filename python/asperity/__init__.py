@@ -30,11 +30,12 @@ from ._program import command, program, run, tradeoff
 from ._progress import Progress
 from ._run import Run, RunState, open_run
 from ._solve import estimate, memory, solve
-from ._state import Estimate, LoadPath, PullOff, State
+from ._state import Accuracy, Estimate, LoadPath, PullOff, State
 from ._subsurface import StressMap, SubsurfaceStress, subsurface
 from ._surface import Preparation, Surface
 
 __all__ = [
+    "Accuracy",
     "Adhesion",
     "AsperityError",
     "AsperityWarning",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
@@ -16,7 +17,7 @@ from ._body import Body, body_settings
 from ._errors import AsperityWarning, InputError
 from ._law import Adhesion, adhesion_settings
 from ._progress import Progress, bar
-from ._state import Estimate, LoadPath, PullOff, State
+from ._state import Accuracy, Estimate, LoadPath, PullOff, State
 from ._surface import Surface, native
 
 Loads = float | Sequence[float] | npt.NDArray[np.floating[Any]]
@@ -38,7 +39,6 @@ def _settings(
     body: Body | None = None,
     adhesion: Adhesion | None = None,
     tolerance: float | None = None,
-    targets: tuple[float | None, float | None, float | None] = (None, None, None),
     max_iterations: int | None = None,
     penalty_length: float | None = None,
     hardness: npt.ArrayLike | None = None,
@@ -50,7 +50,6 @@ def _settings(
         "method": method,
         "precision": precision,
         "tolerance": tolerance,
-        "targets": targets,
         "max_iterations": None if max_iterations is None else whole("max_iterations", max_iterations, 1),
         "penalty_length": penalty_length,
         "hardness": hardness if uniform else None,
@@ -87,9 +86,8 @@ def solve(
     method: str = "auto",
     precision: str = "f64",
     tolerance: float | None = None,
-    energy_target: float | None = None,
-    area_target: float | None = None,
-    mean_gap_target: float | None = None,
+    error: float | str | Mapping[str, float | str] | None = None,
+    budget: float | None = None,
     max_iterations: int | None = None,
     penalty_length: float | None = None,
     hardness: npt.ArrayLike | None = None,
@@ -132,8 +130,12 @@ def solve(
         Floating-point type of the fields.
     tolerance : float, optional
         Largest rms residual over the mean pressure. Default: 1e-8, in single precision what rounding allows.
-    energy_target, area_target, mean_gap_target : float, optional
-        Estimated relative errors at which the solver may stop earlier.
+    error : float, str or dict, optional
+        Largest accepted relative errors: ``0.05`` or ``"5%"`` of all quantities, ``{"area": 0.02, "mean_gap": 0.01}`` of those named.
+        Grids are solved from coarse to fine until the stated errors of all states are within them. A spectrum goes on beyond its own
+        nodes, a map ends with them. :attr:`LoadPath.accuracy` says what was reached; what was not is an :class:`AsperityWarning`.
+    budget : float, optional
+        Seconds after which no finer grid is begun: the least errors within them.
     max_iterations : int, optional
         Iterations per load after which the solver stops.
     penalty_length : float, optional
@@ -182,6 +184,12 @@ def solve(
     >>> path = asperity.solve(surface, 1.0, p_star=[0.02, 0.05], observables={"widest gap": lambda state: state.gap.max()})
     >>> bool(path[1].observed["widest gap"] == path[1].gap.max())
     True
+
+    A number with an error of at most 5 %, on whatever grid gives it:
+
+    >>> path = asperity.solve(surface, 1.0, p_star=0.05, error={"area": 0.05})
+    >>> bool(path[0].contact_area_error <= 0.05 * path[0].contact_area), path.accuracy.met
+    (True, True)
     """
     kind, values = _loads({"pressure": pressure, "p_star": p_star, "mean_gap": mean_gap, "displacement": displacement, "contact": contact})
     settings = _settings(
@@ -190,7 +198,6 @@ def solve(
         body=body,
         adhesion=adhesion,
         tolerance=tolerance,
-        targets=(energy_target, area_target, mean_gap_target),
         max_iterations=max_iterations,
         penalty_length=penalty_length,
         hardness=hardness,
@@ -216,14 +223,31 @@ def solve(
                 show(len(states), *numbers)
 
         calls: dict[str, Callable[..., object] | None] = {"warn": warn, "visit": visit, "progress": None if show is None else report}
-        pulled, error = _asperity.solve(problem, (kind, values), bool(pull_off), settings, _threads(threads), calls)
-        if error is None:
+        asked = (bool(pull_off), _accuracy(error, budget))
+        pulled, reached, failure = _asperity.solve(problem, (kind, values), asked, settings, _threads(threads), calls)
+        if failure is None:
             report(0.0, states[-1].iterations, states[-1].residual)
-    path = LoadPath(tuple(states), None if pulled is None else PullOff(**pulled), adhesion is not None)
-    if error is not None:
-        error.load_path = path  # type: ignore[attr-defined]
-        raise error
+    accuracy = None if reached is None else Accuracy._read(json.loads(reached))
+    path = LoadPath(tuple(states), None if pulled is None else PullOff(**pulled), adhesion is not None, accuracy)
+    if failure is not None:
+        failure.load_path = path  # type: ignore[attr-defined]
+        raise failure
+    if accuracy is not None and error is not None and not accuracy.met:
+        warnings.warn(f"the error that was asked for is not reached: {accuracy}", AsperityWarning, stacklevel=2)
     return path
+
+
+def _accuracy(error: float | str | Mapping[str, float | str] | None, budget: float | None) -> tuple[str, float | None] | None:
+    """Errors as the command line takes them, and a time."""
+    if error is None and budget is None:
+        return None
+    if error is not None and isinstance(error, (str, Mapping)) and not error:
+        raise InputError(f"error = {error!r}; accepted: an error such as 0.05, '5%' or {{'area': 0.02}}")
+    if isinstance(error, Mapping):
+        text = ",".join(f"{name}={value}" for name, value in error.items())
+    else:
+        text = "" if error is None else str(error)
+    return text, None if budget is None else real("budget", budget)
 
 
 def estimate(

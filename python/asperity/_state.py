@@ -172,6 +172,37 @@ class PullOff:
     mean_gap_error: float | None
 
 
+@dataclass(frozen=True)
+class Accuracy:
+    """How the accuracy of a load path was reached.
+
+    Attributes
+    ----------
+    met : bool
+        Whether every error is within what was asked for.
+    last : str
+        Why no finer grid was solved: ``met``, ``map`` (it has no further nodes), ``waves`` (16 nodes per shortest wave), ``budget``
+        or ``memory``.
+    errors : dict of str to float or None
+        Largest relative errors of the states, by quantity; None where one is not known.
+    grids : tuple of dict
+        The grids that were solved, from coarse to fine, each with ``nx``, ``ny``, ``seconds`` and ``errors``.
+    """
+
+    met: bool
+    last: str
+    errors: dict[str, float | None]
+    grids: tuple[dict[str, Any], ...]
+
+    @classmethod
+    def _read(cls, results: dict[str, Any]) -> Accuracy:
+        return cls(results["last"] == "met", results["last"], results["grids"][-1]["errors"], tuple(results["grids"]))
+
+    def __str__(self) -> str:
+        errors = ", ".join(f"{name} {'not known' if e is None else f'{100 * e:.2g} %'}" for name, e in self.errors.items())
+        return f"{errors} on {self.grids[-1]['nx']} x {self.grids[-1]['ny']} nodes ({self.last})"
+
+
 MAPS = ("gap", "stress", "contact")
 
 #: Numbers and words of a state in the order of tables.
@@ -194,11 +225,14 @@ class LoadPath(Sequence[State]):
         Where it was requested.
     adhesive : bool
         Whether the surfaces attract each other.
+    accuracy : Accuracy or None
+        Where an error or a budget was asked for.
     """
 
     states: tuple[State, ...]
     pull_off: PullOff | None = None
     adhesive: bool = False
+    accuracy: Accuracy | None = None
 
     def __len__(self) -> int:
         return len(self.states)

@@ -7,8 +7,8 @@ use crate::pool::in_pool;
 use crate::surface::Surface;
 use asperity::contact::observe::WorkPoint;
 use asperity::{
-    Adhesion, AdhesionLaw, Body, Branch, Cell, Complaint, Error, Hardness, HardnessMap, LoadKind, Loads, Map, Monitor,
-    Plasticity, Precision, Problem, Progress, PullOff, RangeChoice, State, Targets,
+    Accuracy, Adhesion, AdhesionLaw, Body, Branch, Cell, Complaint, Error, ErrorTargets, Hardness, HardnessMap,
+    LoadKind, Loads, Map, Monitor, Plasticity, Precision, Problem, Progress, PullOff, RangeChoice, State,
 };
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -65,8 +65,6 @@ pub(crate) struct Settings<'py> {
     method: String,
     precision: String,
     tolerance: Option<f64>,
-    /// Of energy, area and mean gap.
-    targets: [Option<f64>; 3],
     max_iterations: Option<usize>,
     initial_gap: Option<PyReadonlyArray2<'py, f64>>,
 }
@@ -76,7 +74,6 @@ impl Settings<'_> {
         let law: AdhesionLaw = choice(py, PLACE, "adhesion.law", &self.law)?;
         let resolution: RangeChoice = choice(py, PLACE, "adhesion.resolution", &self.resolution)?;
         let precision: Precision = choice(py, PLACE, "precision", &self.precision)?;
-        let [energy, area, mean_gap] = self.targets;
         let default = Problem::new(surface.0.clone(), modulus);
         Ok(Problem {
             body: self.body.body(py)?,
@@ -95,7 +92,6 @@ impl Settings<'_> {
             method: asperity::method(&self.method).raise(py)?,
             precision,
             tolerance: self.tolerance,
-            targets: Targets { energy, area, mean_gap },
             max_iterations: self.max_iterations.unwrap_or(default.max_iterations),
             initial_gap: self.initial_gap.as_ref().map(|gap| of_shape(py, surface, gap, "initial_gap")).transpose()?,
             ..default
@@ -192,19 +188,31 @@ pub(crate) struct Callbacks<'py> {
     progress: Option<Bound<'py, PyAny>>,
 }
 
-/// Pull-off, and the exception that ended the path.
-type Solved<'py> = (Option<Bound<'py, PyDict>>, Option<Py<PyAny>>);
+/// Pull-off, the grids of an accuracy as JSON, and the exception that ended the path.
+type Solved<'py> = (Option<Bound<'py, PyDict>>, Option<String>, Option<Py<PyAny>>);
+
+/// Errors that are accepted, as text, and a time in s.
+fn accuracy_of(py: Python<'_>, (errors, budget_seconds): (String, Option<f64>)) -> PyResult<Accuracy> {
+    let refused = |accepted: String| Error::input(PLACE, "error", &errors, accepted);
+    let parsed = if errors.is_empty() { Ok(ErrorTargets::default()) } else { errors.parse().map_err(refused) };
+    if let Some(seconds) = budget_seconds.filter(|s| !(s.is_finite() && *s > 0.0)) {
+        return Err(exception(py, &Error::input(PLACE, "budget", seconds, "seconds above zero")));
+    }
+    Ok(Accuracy { errors: parsed.raise(py)?, budget_seconds })
+}
 
 #[pyfunction]
 pub(crate) fn solve<'py>(
     py: Python<'py>,
     body: (Bound<'py, Surface>, f64),
     loads: (String, Vec<f64>),
-    pull_off: bool,
+    asked: (bool, Option<(String, Option<f64>)>),
     settings: Settings<'py>,
     threads: usize,
     callbacks: Callbacks<'py>,
 ) -> PyResult<Solved<'py>> {
+    let (pull_off, accuracy) = asked;
+    let accuracy = accuracy.map(|asked| accuracy_of(py, asked)).transpose()?;
     let problem = settings.problem(py, body.0.get(), body.1)?;
     let (loads, shared) = (loads_of(loads, pull_off), Shared::default());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -217,7 +225,13 @@ pub(crate) fn solve<'py>(
             // Dropped at the end, also by a panic.
             let _finished = finished;
             let visit = |state| shared.states.lock().expect("no panic while it is held").push(state);
-            pool.install(|| problem.visit_load_path(&loads, &shared, visit))
+            pool.install(|| match &accuracy {
+                None => problem.visit_load_path(&loads, &shared, visit).map(|pull_off| (pull_off, None)),
+                Some(accuracy) => problem.load_path_within(accuracy, &loads, &shared).map(|(path, reached)| {
+                    path.states.into_iter().for_each(visit);
+                    (path.pull_off, Some(reached))
+                }),
+            })
         });
         while py.detach(|| wait.lock().expect("one thread waits").recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout)
         {
@@ -234,9 +248,12 @@ pub(crate) fn solve<'py>(
     let last = shared.pass_on(py, &callbacks).err();
     let raised = |error: PyErr| error.into_value(py).into_any();
     Ok(match (found, stopped.or(last)) {
-        (_, Some(error)) => (None, Some(raised(error))),
-        (Err(error), None) => (None, Some(raised(exception(py, &error)))),
-        (Ok(found), None) => (found.map(|p| pull_off_dict(py, &p)).transpose()?, None),
+        (_, Some(error)) => (None, None, Some(raised(error))),
+        (Err(error), None) => (None, None, Some(raised(exception(py, &error)))),
+        (Ok((pull_off, reached)), None) => {
+            let reached = reached.map(|reached| serde_json::to_string(&reached).expect("plain numbers"));
+            (pull_off.map(|p| pull_off_dict(py, &p)).transpose()?, reached, None)
+        }
     })
 }
 

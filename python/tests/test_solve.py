@@ -407,3 +407,41 @@ def test_a_hardness_bounds_the_pressure(surface: Surface) -> None:
             solve(surface, 1.0, pressure=0.02, hardness=value)
     with pytest.raises(InputError, match="models plastic flow"):
         solve(surface, 1.0, pressure=0.02, hardness=1.0, method="gfmd-fire")
+
+
+def test_an_error_is_reached_on_the_coarsest_grid_that_has_it() -> None:
+    surface = Surface.from_spectrum(64, seed=1, lambda_s=1 / 16)
+    path = solve(surface, 1.0, p_star=[0.03, 0.1], error={"area": 0.1, "mean_gap": "5%"})
+    accuracy = path.accuracy
+    assert accuracy is not None and accuracy.met and accuracy.last == "met"
+    assert all(s.contact_area_error is not None and s.contact_area_error <= 0.1 * s.contact_area for s in path)
+    assert set(accuracy.errors) == {"contact_area", "mean_gap"}
+    assert accuracy.grids[-1]["nx"] == path[0].gap.shape[1] and accuracy.grids[0]["nx"] == 32
+    assert path[0].control == "p_star" and solve(surface, 1.0, p_star=0.03).accuracy is None
+
+
+def test_an_error_that_a_map_does_not_reach_is_a_warning() -> None:
+    wave = 0.02 * np.cos(2 * np.pi * np.arange(32) / 32)
+    bump = Surface.from_array(wave + wave[:, None], 1.0, touching="high-points")
+    with pytest.warns(AsperityWarning, match="not reached: .*32 x 32 nodes"):
+        path = solve(bump, 1.0, pressure=0.01, error=0.001)
+    assert path.accuracy is not None and path.accuracy.last == "map" and len(path) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", AsperityWarning)
+        assert solve(bump, 1.0, pressure=0.01, budget=60.0).accuracy is not None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"error": 5}, "did you mean 5%"),
+        ({"error": "500%"}, "below 100%"),
+        ({"error": 0.0}, "between 0 and 100%"),
+        ({"error": {"volume": 0.1}}, "contact_area, mean_gap"),
+        ({"error": 0.05, "method": "persson"}, "solves for the fields"),
+        ({"budget": -1.0}, "above zero"),
+    ],
+)
+def test_wrong_errors_are_refused(surface: Surface, arguments: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        solve(surface, 1.0, pressure=0.01, **arguments)

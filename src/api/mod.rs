@@ -12,7 +12,8 @@ mod surface;
 pub use agreement::{MapAgreement, compare_maps};
 pub use asperity_contact::interface::HardnessMap;
 pub use asperity_contact::problem::{
-    Adhesion, AdhesionLaw, Body, Hardness, LoadKind, LoadPath, Loads, Monitor, Problem, Progress,
+    Accuracy, AccuracyResults, Adhesion, AdhesionLaw, Body, ErrorTargets, Hardness, LastGrid, LoadKind, LoadPath,
+    Loads, Monitor, Problem, Progress, SolvedGrid, Stated,
 };
 pub use asperity_contact::results::PullOff;
 pub use asperity_contact::state::{Map, State};

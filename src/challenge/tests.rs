@@ -144,6 +144,7 @@ fn agreeing() -> Results {
                 .to_vec(),
         },
         continuum: Some(solved(true)),
+        accuracy: None,
         non_adhesive: Some(solved(false)),
         other_ranges: Vec::new(),
         cross_check: Some(solved(false)).map(|c| ContinuumResults { states: c.states[3..4].to_vec(), ..c }),

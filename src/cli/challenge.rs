@@ -109,7 +109,7 @@ impl ChallengeArgs {
             output::results(&results);
             output::print(&format!("report: {}", page.display()));
         }
-        output::ended(&results, page)
+        output::ended(&results, page, false)
     }
 
     fn scene(&self) -> Result<Scene> {

@@ -1,6 +1,7 @@
-use crate::scene::{ContinuumScene, LaboratoryScene, Length, SurfaceScene, last_part, metres_of};
+use crate::scene::{AccuracyScene, ContinuumScene, LaboratoryScene, Length, SurfaceScene, Time, last_part, metres_of};
 use crate::{Error, Result};
-use asperity_grid::units::Measure;
+use asperity_contact::problem::ErrorTargets;
+use asperity_grid::units::{Dimension, MAX_SECONDS, Measure};
 use asperity_surface::heights::Touching;
 use asperity_surface::import::{self, Fourier, ImportOptions};
 use asperity_surface::{Detrend, Edges, Fill, FilterKind};
@@ -88,7 +89,7 @@ pub(super) struct MapFlags {
     /// Make a map periodic that is not.
     #[arg(long, value_enum)]
     pub edges: Option<Edges>,
-    /// Warnings about the surface are errors.
+    /// Warnings about the surface are errors, and so is an accuracy that is not reached.
     #[arg(long)]
     pub strict: bool,
 }
@@ -178,6 +179,21 @@ fn numbers<const N: usize>(flag: &str, value: &[usize], accepted: &str) -> Resul
 /// The refusal of a measure of a flag.
 pub(super) fn refused(flag: &str, m: Measure, accepted: impl Into<String>) -> Error {
     Error::input(COMMAND_LINE, flag, m, accepted)
+}
+
+/// The accuracy that flags ask for.
+///
+/// # Errors
+/// A budget that is no time.
+pub(super) fn accuracy(error: Option<&ErrorTargets>, budget: Option<Measure>) -> Result<Option<AccuracyScene>> {
+    let seconds = |m: Measure| {
+        let good = m.of(Dimension::Time).ok().map(Measure::si).filter(|s| *s > 0.0 && *s <= MAX_SECONDS);
+        good.map(|s| Time::new(s, "s"))
+            .ok_or_else(|| refused("--budget", m, "a time above zero, as 0.5s, 30s or 10min"))
+    };
+    let budget = budget.map(seconds).transpose()?;
+    let asks = error.is_some() || budget.is_some();
+    Ok(asks.then(|| AccuracyScene { error: error.cloned().unwrap_or_default(), budget }))
 }
 
 /// A height map has its own grid.

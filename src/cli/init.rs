@@ -44,6 +44,10 @@ p_star = [0.001, 0.003, 0.01, 0.03, 0.1]
 # work_of_adhesion = \"50 mJ/m2\"
 # range = \"2 nm\"
 
+# Errors that are small enough: the grid is chosen for them.
+# [accuracy]
+# error = \"5 %\"
+
 # Without this table there are no atoms (they need LAMMPS and a square cell).
 # [atoms]
 # cells = 15

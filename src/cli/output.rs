@@ -3,8 +3,10 @@
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::methods::MethodResults;
 use crate::record::results::{Overlap, Results, ScalesSi, SurfaceStatistic};
+use crate::report::accuracy::{missed, summary};
 use crate::report::hysteresis::hysteresis_sentence;
 use crate::report::number::{change, duration, percent, significant, trimmed};
+use crate::report::relaxation::relaxation_sentence;
 use crate::{Error, Result};
 use asperity_atoms::results::{AtomState, AtomsResults, AuditLine};
 use asperity_contact::load::Branch;
@@ -154,6 +156,7 @@ pub fn results(results: &Results) {
         adhesion(c, results.scales);
         hysteresis_sentence(c).iter().for_each(|sentence| print(sentence));
     }
+    results.accuracy.iter().for_each(|reached| print(&summary(reached)));
     let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
     let without = results.non_adhesive.iter().map(|c| ("without adhesion".to_string(), c));
     for (what, c) in without.chain(ranges) {
@@ -168,6 +171,8 @@ pub fn results(results: &Results) {
         print(&crate::challenge::summary(&results.acceptance));
     }
     comparison(results);
+    let steps = results.atoms.iter().map(|atoms| &atoms.load_steps).filter(|steps| !steps.is_empty());
+    steps.for_each(|steps| print(&format!("atoms: {}", relaxation_sentence(steps))));
 }
 
 /// Results of the compared methods, one row per load.
@@ -341,13 +346,16 @@ pub fn finished(
     Ok(())
 }
 
-/// Exit code of a run with a report: an error if an auxiliary solve failed, 1 if an acceptance check failed.
-pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
+/// Exit code of a run with a report: an error if an auxiliary solve failed, or, if `strict`, the accuracy was not reached; 1 if an acceptance check failed.
+pub fn ended(results: &Results, page: PathBuf, strict: bool) -> Result<ExitCode> {
     if let Some(reason) = results.continuum.as_ref().and_then(|c| c.pull_off_failure.clone()) {
         return Err(Error::PullOff { why: reason, kept: page });
     }
     if !results.failures.is_empty() {
         return Err(Error::AuxiliarySolve { why: results.failures.join("; "), kept: page });
+    }
+    if let Some(missed) = results.accuracy.as_ref().and_then(missed).filter(|_| strict) {
+        return Err(Error::Inaccurate(missed));
     }
     Ok(if crate::challenge::has_failed(&results.acceptance) { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }

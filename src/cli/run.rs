@@ -1,12 +1,15 @@
 use super::cluster::CommandRequest;
+use super::file::{accuracy, refuse_grid};
 use super::machine::{LammpsFlags, MachineFlags, submits};
-use super::{crystals, file::refuse_grid, output, programs, progress::TerminalProgress};
+use super::{crystals, output, programs, progress::TerminalProgress};
 use crate::pipeline::{self, OutFolder};
 use crate::record::results;
 use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
 use asperity_contact::method::Precision;
+use asperity_contact::problem::ErrorTargets;
+use asperity_grid::units::Measure;
 use asperity_surface::import::Fourier;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -59,6 +62,15 @@ pub(super) struct RunArgs {
     /// Relative residual at which solvers stop, instead of continuum.tolerance.
     #[arg(long, value_name = "RESIDUAL")]
     tolerance: Option<f64>,
+    /// Largest accepted errors, instead of accuracy.error: 5%, or area=2%,mean_gap=1%. The grid is chosen for them.
+    #[arg(long, value_name = "ERRORS", allow_hyphen_values = true)]
+    error: Option<ErrorTargets>,
+    /// Time after which no finer grid is begun, instead of accuracy.budget.
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    budget: Option<Measure>,
+    /// Warnings about the surface are errors, and so is an accuracy that is not reached.
+    #[arg(long)]
+    strict: bool,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -106,7 +118,7 @@ impl RunArgs {
             pipeline::run(&case, OutFolder { path: &out, verify: !self.stages.no_verify }, &progress)?;
         drop(progress);
         output::finished(self.json, (&out, &page), ("results", &results), || output::results(&results))?;
-        output::ended(&results, page)
+        output::ended(&results, page, case.scene.surface.strict)
     }
 
     /// Sets keys of the scene from flags; they are checked with the scene.
@@ -121,6 +133,12 @@ impl RunArgs {
         c.method = self.method.clone().unwrap_or(std::mem::take(&mut c.method));
         c.precision = self.precision.unwrap_or(c.precision);
         c.tolerance = self.tolerance.or(c.tolerance);
+        scene.surface.strict |= self.strict;
+        if let Some(asked) = accuracy(self.error.as_ref(), self.budget)? {
+            let own = scene.accuracy.get_or_insert_default();
+            own.error = self.error.clone().unwrap_or(std::mem::take(&mut own.error));
+            own.budget = asked.budget.or(own.budget);
+        }
         Ok(())
     }
 

@@ -3,9 +3,7 @@ use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
 use super::run::StageFlags;
 use super::{crystals, output, programs, progress::TerminalProgress};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
-use crate::record::tradeoff::{
-    AtomsCost, BlockSize, FILE, FORECAST_TOLERANCE, Forecast, ResolvedErrors, TradeoffPoint, TradeoffResults as Table,
-};
+use crate::record::tradeoff::{AtomsCost, BlockSize, FILE, ResolvedErrors, TradeoffPoint, TradeoffResults as Table};
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
 use crate::{Error, Result};
@@ -236,7 +234,6 @@ fn print_tradeoff(tradeoff: &Table) {
     };
     output::print(&output::table(&head, tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row)));
     print_atoms(tradeoff);
-    print_forecasts(tradeoff);
     let mut refused: Vec<(&str, &str)> = Vec::new();
     for p in &tradeoff.points {
         if let Some(reason) = p.unavailable_reason.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
@@ -278,32 +275,6 @@ fn print_atoms(tradeoff: &Table) {
     output::print("atoms, against the solution on the heights that they resolve:");
     let head = ["block", "atoms", "evaluations", "LAMMPS", "waves to", "area", "mean gap", "gap map", "contact map"];
     output::print(&output::table(&head, blocks.iter().map(row)));
-}
-
-/// Costs of the finest grid, predicted from coarser grids.
-fn print_forecasts(tradeoff: &Table) {
-    if tradeoff.forecasts.is_empty() {
-        return;
-    }
-    let row = |f: &Forecast| {
-        let grids: Vec<String> = f.coarser.iter().map(|n| n.to_string()).collect();
-        vec![
-            f.setting.method.clone(),
-            f.setting.nx.to_string(),
-            grids.join(", "),
-            duration(f.predicted_cpu_seconds),
-            duration(f.cpu_seconds),
-            significant(f.ratio, 2),
-            f.doubled_grid_cpu_seconds.map_or("-".into(), duration),
-        ]
-    };
-    let head = ["method", "grid", "from", "predicted", "CPU", "ratio", "twice the grid"];
-    output::print(&output::table(&head, tradeoff.forecasts.iter().map(row)));
-    let accurate = tradeoff.forecasts.iter().filter(|f| f.is_accurate()).count();
-    let (all, within) = (tradeoff.forecasts.len(), (100.0 * FORECAST_TOLERANCE).round());
-    output::print(&format!(
-        "costs: {accurate} of {all} methods are within {within} % of the prediction from coarser grids"
-    ));
 }
 
 #[cfg(test)]

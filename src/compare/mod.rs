@@ -2,7 +2,6 @@
 
 pub mod accuracy;
 pub mod ensemble;
-pub mod forecast;
 mod overlap;
 pub mod pareto;
 mod registration;

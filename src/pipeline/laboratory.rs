@@ -7,7 +7,7 @@ use crate::Result;
 use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD};
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
 use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{ContactMethod, Heights, ReducedProblem, Targets};
+use asperity_contact::method::{ContactMethod, Heights, ReducedProblem};
 use asperity_contact::path::LoadPathSolver;
 use asperity_contact::problem::LentHeights;
 use asperity_contact::results::ContinuumResults;
@@ -51,7 +51,7 @@ impl<'a> SolvedHeights<'a> {
     }
 
     pub(super) fn get(&self) -> Heights<'_> {
-        self.heights.get_or_init(|| LentHeights::of(self.case.surface(), &ALONE)).get()
+        self.heights.get_or_init(|| LentHeights::of(self.case.surface(), self.case.model.grid, &ALONE)).get()
     }
 }
 
@@ -89,7 +89,7 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, dependencie
     // Definition of p* = 1; with [challenge] the nominal gradient of the challenge's surface, not that of the height
     // file.
     let unit = case.gradient;
-    let methods = &scene.methods;
+    let methods = &(&scene.methods, case.solved_grid());
     match variant {
         Variant::Primary => {
             let initial_gap = scene.continuum.initial_gap.as_ref();
@@ -237,17 +237,12 @@ pub(super) fn laboratory(
         Variant::Range(range) => problem.adhesion = case.adhesion_of_range(range),
         Variant::CrossCheck => {
             problem.adhesion = AttractionLaw::None;
-            // Only the default method estimates these errors, so the targets do not apply to other methods.
-            problem.targets = Targets::default();
             method = scene.challenge.as_ref().map_or(method, |c| &c.cross_check_method);
             steps = &reference;
         }
         Variant::Comparison(id, adhesive) => {
             if !adhesive {
                 problem.adhesion = AttractionLaw::None;
-            }
-            if id != asperity_methods::find(method).map_or("", |m| m.card().id) {
-                problem.targets = Targets::default();
             }
             // The solution by the scene's own method already estimates the error of the range.
             range = if range == RangeChoice::Extrapolate { RangeChoice::Mesh } else { range };

@@ -85,8 +85,19 @@ pub(super) fn planned_by(case: &Case, threads: usize, evaluation: Option<f64>, r
             measured: evaluation.is_some(),
         }),
         audit: case.atoms.as_ref().map_or(Vec::new(), |a| a.audit.clone()),
-        warnings: case.warnings.clone(),
+        warnings: case.warnings.iter().cloned().chain(of_accuracy(case)).collect(),
     })
+}
+
+/// What a plan cannot tell where the grid is chosen for an accuracy.
+fn of_accuracy(case: &Case) -> Option<String> {
+    case.scene.accuracy()?;
+    let grids = case.problem.surface.refinements();
+    let ([first, _], [last, _]) = (grids.first()?, grids.last()?);
+    let own = case.model.grid.nx;
+    Some(format!(
+        "the grid is chosen for the accuracy while it is solved, from {first} to at most {last} points along x; memory and time are those of {own}"
+    ))
 }
 
 /// Plans the stages of a run.

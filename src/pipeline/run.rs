@@ -3,17 +3,23 @@
 use super::atom_stages::AtomStages;
 use super::comparison::compare;
 use super::curve;
-use super::folder::{AS_WRITTEN, OutFolder, RunFolder, StageKey};
+use super::folder::{AS_WRITTEN, OutFolder, ResumePolicy, RunFolder, StageKey};
+use super::laboratory::{SolveStage, SolvedHeights, Variant, variant_key};
 use super::matched::Matched;
 use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
 use super::stages::{self, Made, Visitor};
+use super::surface::SurfaceStage;
 use super::{Listener, engine};
 use crate::record::results::{self, MANIFEST_FILE, Results, SCHEMA, ScalesSi};
 use crate::record::{load_table, netcdf, tradeoff};
+use crate::report::accuracy;
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
+use asperity_contact::load::Load;
 use asperity_contact::method::Device;
+use asperity_contact::problem::{Accuracy, AccuracyResults, GridErrors, SolvedGrid};
+use asperity_contact::results::PullOff;
 use asperity_surface::files::atomic_file::write_atomic;
 use asperity_surface::files::{hashed, json};
 use std::path::{Path, PathBuf};
@@ -50,15 +56,26 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     if case.solves() {
         Device::check(&case.planned_problem(), case.method())?;
     }
-    super::plan(case, rayon::current_num_threads(), None)?.fits()?;
+    if case.scene.accuracy().is_none() {
+        super::plan(case, rayon::current_num_threads(), None)?.fits()?;
+    }
+    let verify = out.verify;
     let folder = RunFolder::open(out)?;
     let out = out.path;
-    case.warnings.iter().for_each(|w| listener.warn(w));
     keep_scene(case, out, listener)?;
     // The key of the geometry does not depend on the executable, so LAMMPS steps remain valid after a new build; other
     // results do not. The job folder determines which of its steps are valid.
     let geometry = StageKey::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
-    let mut run = Running { listener, folder, warnings: case.warnings.clone(), failures: Vec::new() };
+    let mut run = Running { listener, folder, warnings: Vec::new(), failures: Vec::new() };
+    let settle = |accuracy| settle(case, &accuracy, &geometry, &mut run, (out, verify));
+    let settled = case.scene.accuracy().map(settle).transpose()?;
+    let case = settled.as_ref().map_or(case, |(case, _)| case);
+    let accuracy = settled.as_ref().map(|(_, reached)| reached.clone());
+    run.warnings.splice(..0, case.warnings.iter().cloned());
+    case.warnings.iter().for_each(|w| listener.warn(w));
+    if let Some(missed) = accuracy.as_ref().and_then(accuracy::missed) {
+        run.warn(missed);
+    }
     let stages = AtomStages::of(case, engine.as_ref());
     let made = stages::visit((case, stages), out, Some(&geometry), &mut run)?;
     let mut results = Results {
@@ -68,6 +85,7 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface: made.surface.expect("every run has this stage"),
         continuum: made.primary,
+        accuracy,
         non_adhesive: made.non_adhesive,
         other_ranges: made.other_ranges,
         cross_check: made.cross_check,
@@ -91,6 +109,77 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     let page = report::write(out)?;
     list_files(out)?;
     Ok((results, page))
+}
+
+/// Folder of the grids that are solved for an accuracy.
+const ACCURACY: &str = "accuracy";
+
+/// The case on the grid on which its accuracy is reached. Each grid is solved in a folder of its own, in which an interrupted one continues;
+/// the stages of the last one then become those of the run.
+///
+/// # Errors
+/// Those of the stages.
+fn settle(
+    case: &Case,
+    accuracy: &Accuracy,
+    geometry: &StageKey,
+    run: &mut Running,
+    (out, verify): (&Path, bool),
+) -> Result<(Case, AccuracyResults)> {
+    let surface = &case.problem.surface;
+    let [nx, ny] = surface.refinements()[0];
+    // The series of a map is made once.
+    let coarsest = surface.on_nodes(nx, ny);
+    let all = variant_key(case, ACCURACY, Variant::Primary, &[geometry])?;
+    let key = StageKey::new(ACCURACY, &(&case.scene.accuracy, StageKey::of_program()?), &[&all])?;
+    let listener = run.listener;
+    let work = |folder: &Path| {
+        let mut last = folder.to_path_buf();
+        let reached = accuracy.refine(surface, |nodes| {
+            let case = case.on_nodes(nodes, &coarsest, accuracy)?;
+            super::plan(&case, rayon::current_num_threads(), None)?.fits()?;
+            let own = folder.join(format!("{}x{}", nodes[0], nodes[1]));
+            let (errors, seconds) = solve_grid(&case, accuracy, geometry, listener, OutFolder { path: &own, verify })?;
+            last = own;
+            Ok((errors, Some(seconds)))
+        })?;
+        for stage in [SurfaceStage { case }.name(), SolveStage { case, variant: Variant::Primary }.name()] {
+            let to = out.join(&stage);
+            if to.exists() {
+                std::fs::remove_dir_all(&to).map_err(Error::io("clear", &to))?;
+            }
+            std::fs::rename(last.join(&stage), &to).map_err(Error::io("write", &to))?;
+        }
+        for entry in std::fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
+            if entry.path().is_dir() {
+                std::fs::remove_dir_all(entry.path()).map_err(Error::io("clear", &entry.path()))?;
+            }
+        }
+        Ok(reached)
+    };
+    let what = ("accuracy", "grids from coarse to fine");
+    let reached: AccuracyResults = run.folder.stage(listener, what, &key, ResumePolicy::ContinueFrom(&key), work)?;
+    let SolvedGrid { nx, ny, .. } = *reached.grids.last().expect("one grid at least is solved");
+    Ok((case.on_nodes([nx, ny], &coarsest, accuracy)?, reached))
+}
+
+/// Errors of the scene's own problem on the grid of a case, and the time of its solve.
+fn solve_grid(
+    case: &Case,
+    accuracy: &Accuracy,
+    geometry: &StageKey,
+    listener: &dyn Listener,
+    out: OutFolder,
+) -> Result<(GridErrors, f64)> {
+    let mut folder = RunFolder::open(out)?;
+    let (_, surface) = folder.execute(&SurfaceStage { case }, &[geometry], (), listener)?;
+    let heights = SolvedHeights::new(case);
+    let stage = SolveStage { case, variant: Variant::Primary };
+    let (solved, _) = folder.execute(&stage, &[&surface], &heights, listener)?;
+    let gaps_imposed = case.load_steps().iter().any(|step| matches!(step.target, Load::MeanGap(_)));
+    let pull_off = solved.pull_off.as_ref().map(PullOff::relative_error);
+    let seconds = folder.costs.iter().map(|cost| cost.seconds).sum();
+    Ok((accuracy.errors_of(gaps_imposed, &solved.states, pull_off), seconds))
 }
 
 /// Writes the hashes of the files outside the stages.
@@ -183,7 +272,11 @@ pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Re
 /// report.
 pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let (mut results, folder) = checked(out)?;
-    let case = Case::read(&out.join(SCENE_FILE))?;
+    let mut case = Case::read(&out.join(SCENE_FILE))?;
+    if let (Some(accuracy), Some(solved)) = (case.scene.accuracy(), &results.continuum) {
+        let coarsest = case.problem.surface.on_nodes(solved.nx, solved.ny);
+        case = case.on_nodes([solved.nx, solved.ny], &coarsest, &accuracy)?;
+    }
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, atoms) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;

@@ -42,7 +42,8 @@ impl Stage for SurfaceStage<'_> {
     }
 
     fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {
-        StageKey::new("surface", &StageKey::of_program()?, dependencies).map(StageKeys::restarted)
+        StageKey::new("surface", &(StageKey::of_program()?, self.case.solved_grid()), dependencies)
+            .map(StageKeys::restarted)
     }
 
     fn run(&self, (): (), context: &StageContext) -> Result<SurfaceResults> {

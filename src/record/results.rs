@@ -14,6 +14,7 @@ pub use super::surface::{
 use super::acceptance::AcceptanceCheck;
 use super::methods::MethodResults;
 use asperity_atoms::results::AtomsResults;
+use asperity_contact::problem::AccuracyResults;
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::json;
@@ -41,6 +42,9 @@ pub struct Results {
     pub surface: SurfaceResults,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
+    /// The grids that were solved where the scene asks for an accuracy; the last one has the results.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyResults>,
     /// The same loads without adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub non_adhesive: Option<ContinuumResults>,

@@ -54,8 +54,6 @@ pub struct TradeoffResults {
     /// References with and without the scene's adhesion, as needed by the methods.
     pub references: Vec<Reference>,
     pub points: Vec<TradeoffPoint>,
-    /// Cost predictions from coarser grids, for methods with at least three grids.
-    pub forecasts: Vec<Forecast>,
     pub skipped: Vec<SkippedSetting>,
     pub warnings: Vec<String>,
 }
@@ -73,11 +71,6 @@ impl TradeoffResults {
         }
         let smallest = self.reference(point.setting.adhesive)?.uncertainty.get(&quantity);
         Some(point.errors.get(&quantity)?.max(smallest.copied().unwrap_or(0.0)))
-    }
-
-    /// Prediction of the cost of a point from coarser grids.
-    pub fn forecast(&self, point: &TradeoffPoint) -> Option<&Forecast> {
-        self.forecasts.iter().find(|f| f.setting == point.setting)
     }
 
     /// The longest grid series of a method with one precision and one tolerance; the first of several equally long
@@ -104,9 +97,8 @@ impl TradeoffResults {
                 write!(w, "{},", s.block.map_or(String::new(), |b| b.to_string()))?;
                 write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.cpu_over_reference)?;
                 write!(w, "{:?},{},{},{}", c.fft_pairs, c.iterations, c.planned_bytes, c.measured_bytes)?;
-                let foreseen = self.forecast(p).map_or(String::new(), |f| format!("{:?}", f.predicted_cpu_seconds));
                 let of_atoms = c.atoms.map_or(",".into(), |a| format!("{},{}", a.atoms, a.force_evaluations));
-                write!(w, ",{},{foreseen},{of_atoms}", c.runs)?;
+                write!(w, ",{},{of_atoms}", c.runs)?;
                 for m in Quantity::COMPARED {
                     write!(w, ",{}", p.errors.get(&m).map_or(String::new(), |e| format!("{e:?}")))?;
                 }
@@ -125,7 +117,7 @@ impl TradeoffResults {
 
 /// Columns before those of the errors.
 const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,layer_thickness,block,wall_seconds,cpu_seconds,cpu_over_reference,fft_pairs,\
-                       iterations,planned_bytes,measured_bytes,runs,predicted_cpu_seconds,atoms,\
+                       iterations,planned_bytes,measured_bytes,runs,atoms,\
                        force_evaluations";
 
 /// A method and its settings.
@@ -217,34 +209,6 @@ pub struct AtomsCost {
     pub lammps_cpu_seconds: f64,
     /// Size of the frames on disk, bytes.
     pub frame_bytes: u64,
-}
-
-/// Maximum relative deviation of an accepted cost prediction.
-pub const FORECAST_TOLERANCE: f64 = 0.3;
-
-/// Cost of a method's finest grid predicted from its coarser grids, compared with the measured cost, and prediction
-/// for the next grid.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Forecast {
-    /// The finest grid.
-    #[serde(flatten)]
-    pub setting: Setting,
-    /// Points along each side of the coarser grids, coarse to fine.
-    pub coarser: Vec<usize>,
-    /// Processor time of all loads, predicted and measured, s.
-    pub predicted_cpu_seconds: f64,
-    pub cpu_seconds: f64,
-    /// Predicted over measured time.
-    pub ratio: f64,
-    /// Prediction from all grids for twice the points along each side, s.
-    pub doubled_grid_cpu_seconds: Option<f64>,
-}
-
-impl Forecast {
-    /// Whether the prediction is within [`FORECAST_TOLERANCE`].
-    pub fn is_accurate(&self) -> bool {
-        (self.ratio - 1.0).abs() <= FORECAST_TOLERANCE
-    }
 }
 
 /// Reference solution.

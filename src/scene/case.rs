@@ -11,7 +11,7 @@ use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::{AttractionLaw, HardnessMap, SubsurfaceRequest};
 use asperity_contact::load::LoadStep;
 use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
-use asperity_contact::problem::{Hardness, Loads, Problem, ReducedModel, Reduction};
+use asperity_contact::problem::{Accuracy, Hardness, Judged, Loads, Problem, ReducedModel, Reduction};
 use asperity_contact::results::HardnessMapResults;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
@@ -44,8 +44,8 @@ pub struct Case {
 }
 
 /// Tables of a scene, in the order of complaints about them.
-const TABLES: [&str; 8] =
-    ["name", "description", "laboratory", "surface", "load", "challenge", "adhesion", "continuum"];
+const TABLES: [&str; 9] =
+    ["name", "description", "laboratory", "surface", "load", "challenge", "adhesion", "continuum", "accuracy"];
 
 /// Adds complaints, one for each key and what was found there.
 fn add(list: &mut Vec<Complaint>, more: Vec<Complaint>) {
@@ -97,6 +97,14 @@ impl Case {
         let (map, about) = map.map_or((None, None), |f| (Some(Hardness::from(f.map)), Some((f.path, f.hash))));
         let problem = problem::problem(&scene, &laboratory, surface, map);
         add(&mut list, problem.issues(&scene.load.loads(), &keys));
+        if let Some(accuracy) = scene.accuracy() {
+            let judged = Judged { problem: &problem, loads: &scene.load.loads(), leakage: scene.continuum.leakage };
+            add(&mut list, accuracy.issues(&judged, &keys));
+            if scene.continuum.initial_gap.is_some() {
+                let accepted = "none with accuracy.error, which solves on several grids";
+                list.push(Complaint::new("continuum.initial_gap", "given", accepted));
+            }
+        }
         if !list.is_empty() {
             return Err(Error::Input { place, list });
         }
@@ -130,6 +138,49 @@ impl Case {
         Ok(case)
     }
 
+    /// The same case on other nodes of its surface, with the tolerance that an accuracy needs there. `coarsest`: see
+    /// [`Problem::on_nodes`].
+    ///
+    /// # Errors
+    /// `Input`, where a number over- or underflows on this grid; those of the atoms.
+    pub fn on_nodes(&self, nodes: [usize; 2], coarsest: &Surface, accuracy: &Accuracy) -> Result<Case> {
+        let (loads, place) = (self.scene.load.loads(), self.file.display().to_string());
+        let reduced = |problem: &Problem| problem.reduced(&loads, self.gradient, (&place, &Keys(&self.scene)));
+        // What is doubtful about a map is so on all its grids.
+        let is_map = matches!(self.surface(), HeightSource::Imported { .. });
+        let warnings = |problem: &Problem, reduction: &Reduction| {
+            let of_surface = problem.surface_warnings(reduction).into_iter().filter(|_| !is_map);
+            let of_surface = of_surface.map(|text| preparation_keys(&text));
+            of_surface.chain(problem.load_warnings(reduction)).collect::<Vec<_>>()
+        };
+        let mut problem = self.problem.on_nodes(nodes, coarsest);
+        problem.tolerance = self.problem.tolerance.or(Some(accuracy.tolerance(&problem)));
+        let (before, reduction) = (reduced(&self.problem)?, reduced(&problem)?);
+        let [mut old, new] = [(&self.problem, &before), (&problem, &reduction)].map(|(p, r)| warnings(p, r));
+        let of_atoms =
+            |atoms: &AtomsCase| atoms.warnings(self.gradient, self.scene.atoms.as_ref().map_or(1, |a| a.ranks));
+        old.extend(self.atoms.iter().flat_map(of_atoms));
+        let kept = self.warnings.iter().filter(|text| !old.contains(text)).cloned();
+        let mut case = Case {
+            problem,
+            model: reduction.model,
+            load_steps: reduction.steps,
+            warnings: kept.chain(new).collect(),
+            ..self.clone()
+        };
+        case.mark_maps();
+        if case.atoms.is_some() {
+            case.resolve_atoms()?;
+        }
+        Ok(case)
+    }
+
+    /// Grid and tolerance of a case that [`Case::on_nodes`] made; others have those of the scene.
+    pub fn solved_grid(&self) -> Option<([usize; 2], f64)> {
+        let (grid, tolerance) = (self.model.grid, self.model.tolerance);
+        self.scene.accuracy().map(|_| ([grid.nx, grid.ny], tolerance))
+    }
+
     /// Collects what is doubtful.
     ///
     /// # Errors
@@ -137,7 +188,9 @@ impl Case {
     fn warn(&mut self, reduction: &Reduction) -> Result<()> {
         let of_surface = self.problem.surface_warnings(reduction);
         self.warnings.extend(of_surface.iter().map(|text| preparation_keys(text)));
-        if self.scene.surface.strict && !self.warnings.is_empty() {
+        // Another grid than that of the scene may be the result.
+        let settled = self.scene.accuracy().is_none() || matches!(self.surface(), HeightSource::Imported { .. });
+        if self.scene.surface.strict && settled && !self.warnings.is_empty() {
             let accepted = "a surface without this warning, or surface.strict = false";
             let complaint = |w: &String| Complaint::new("surface.strict", format!("true, but {w}"), accepted);
             let list = self.warnings.iter().map(complaint).collect();

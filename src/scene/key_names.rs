@@ -3,7 +3,7 @@
 use crate::Error;
 
 /// Tables whose keys flags and arguments set.
-const TABLES: [&str; 5] = ["laboratory.", "surface.", "load.", "adhesion.", "continuum."];
+const TABLES: [&str; 6] = ["laboratory.", "surface.", "load.", "adhesion.", "continuum.", "accuracy."];
 
 /// What sets a dotted key, if anything does.
 pub type NameOf<'a> = dyn Fn(&str) -> Option<String> + 'a;

@@ -3,6 +3,7 @@
 //! [`Scene`] is read and printed (`asperity schema`); [`Case`] is the same, checked and resolved into the reduced numbers
 //! that surfaces, methods and atoms take.
 
+mod accuracy;
 mod atoms;
 mod atoms_scene;
 mod case;
@@ -22,6 +23,7 @@ mod source;
 mod surface_file;
 mod syntax;
 
+pub use accuracy::AccuracyScene;
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
 pub use atoms_scene::{AtomsScene, AtomsStart, Foundation, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Slope};
 pub use case::Case;

@@ -1,12 +1,13 @@
 //! The tables of a scene file.
 
+use super::accuracy::AccuracyScene;
 use super::atoms_scene::AtomsScene;
 use super::laboratory::LaboratoryScene;
 use super::load::LoadScene;
-use super::quantity::{Fraction, Length, List, Stress, Work, dimension, fraction, list, unit};
+use super::quantity::{Length, List, Stress, Work, dimension, list, unit};
 use asperity_contact::interface::{Base, RangeChoice};
-use asperity_contact::method::{Precision, Settings, Targets};
-use asperity_contact::problem::{AdhesionLaw, MAX_ITERATIONS};
+use asperity_contact::method::{Precision, Settings};
+use asperity_contact::problem::{Accuracy, AdhesionLaw, MAX_ITERATIONS};
 use asperity_surface::heights::Touching;
 use asperity_surface::import::Fourier;
 use asperity_surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
@@ -32,6 +33,9 @@ pub struct Scene {
     pub adhesion: Option<AdhesionScene>,
     #[serde(default)]
     pub continuum: ContinuumScene,
+    /// Default: one grid, that of the surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyScene>,
     /// Settings of single methods.
     #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
     pub methods: Settings,
@@ -44,6 +48,11 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The accuracy that the scene asks for.
+    pub fn accuracy(&self) -> Option<Accuracy> {
+        self.accuracy.as_ref()?.asked()
+    }
+
     /// A scene of a surface at the reference load, with all defaults.
     pub fn new(name: &str, surface: SurfaceScene) -> Self {
         Scene {
@@ -54,6 +63,7 @@ impl Scene {
             load: LoadScene { p_star: vec![REFERENCE_LOAD], ..LoadScene::default() },
             adhesion: None,
             continuum: ContinuumScene::default(),
+            accuracy: None,
             methods: Settings::default(),
             challenge: None,
             atoms: None,
@@ -135,7 +145,7 @@ pub struct SurfaceScene {
     /// Makes a map periodic that is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edges: Option<Edges>,
-    /// Warnings about the surface are errors.
+    /// Warnings about the surface are errors, and so is an accuracy that is not reached.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub strict: bool,
 }
@@ -258,18 +268,6 @@ pub struct ContinuumScene {
     pub tolerance: Option<f64>,
     /// Iterations of a load after which the solver gives up.
     pub max_iterations: usize,
-    /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
-    #[serde(deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Option<Fraction>")]
-    pub energy_tolerance: Option<f64>,
-    /// Largest estimated relative change of the contact area.
-    #[serde(deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Option<Fraction>")]
-    pub area_tolerance: Option<f64>,
-    /// Largest estimated relative change of the mean gap.
-    #[serde(deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Option<Fraction>")]
-    pub mean_gap_tolerance: Option<f64>,
     /// Gap from which the first load starts, `.npy` `[ny, nx]` in units of the cell's extent, as runs write it. Relative to the scene
     /// file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -316,9 +314,6 @@ impl Default for ContinuumScene {
             precision: Precision::F64,
             tolerance: None,
             max_iterations: MAX_ITERATIONS,
-            energy_tolerance: None,
-            area_tolerance: None,
-            mean_gap_tolerance: None,
             initial_gap: None,
             periodic: None,
             layer: None,
@@ -337,10 +332,6 @@ impl Default for ContinuumScene {
 impl ContinuumScene {
     pub fn is_periodic(&self) -> bool {
         self.periodic.unwrap_or(true)
-    }
-
-    pub fn targets(&self) -> Targets {
-        Targets { energy: self.energy_tolerance, area: self.area_tolerance, mean_gap: self.mean_gap_tolerance }
     }
 }
 

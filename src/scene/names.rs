@@ -28,9 +28,6 @@ impl Names for Keys<'_> {
             Field::HardnessMap => "continuum.hardness_map",
             Field::Method => "continuum.method",
             Field::Tolerance => "continuum.tolerance",
-            Field::EnergyTolerance => "continuum.energy_tolerance",
-            Field::AreaTolerance => "continuum.area_tolerance",
-            Field::MeanGapTolerance => "continuum.mean_gap_tolerance",
             Field::MaxIterations => "continuum.max_iterations",
             Field::InitialGap => "continuum.initial_gap",
             Field::PStar => "load.p_star",
@@ -41,6 +38,7 @@ impl Names for Keys<'_> {
             Field::Contact => "load.contact",
             Field::Unload => "load.unload",
             Field::PullOff => "load.pull_off",
+            Field::Error => "accuracy.error",
         };
         key.into()
     }

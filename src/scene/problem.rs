@@ -38,7 +38,6 @@ pub(super) fn problem(scene: &Scene, lab: &LaboratoryScene, surface: Surface, ma
         method: asperity_methods::find(&c.method).unwrap_or(&Fast),
         precision: c.precision,
         tolerance: c.tolerance,
-        targets: c.targets(),
         max_iterations: c.max_iterations,
         settings: scene.methods,
         ..Problem::new(surface, lab.modulus().si())

@@ -256,11 +256,6 @@ pub(super) fn fractions<'de, S: Deserializer<'de>>(from: S) -> Result<Vec<f64>, 
     Ok(list::<dimension::Fraction, S>(from)?.into_iter().map(|f| f.measure.fraction()).collect())
 }
 
-/// Reads a fraction, which may be a percentage.
-pub(super) fn fraction<'de, S: Deserializer<'de>>(from: S) -> Result<Option<f64>, S::Error> {
-    Ok(Some(Fraction::deserialize(from)?.measure.fraction()))
-}
-
 /// Reads a unit, alone or with a factor: `"GPa"`, `"0.1 GPa"`.
 pub(super) fn unit<'de, D: Dimensional, S: Deserializer<'de>>(from: S) -> Result<Option<Quantity<D>>, S::Error> {
     let text = String::deserialize(from)?;

@@ -1,5 +1,6 @@
 //! The compiled program, started as a user starts it.
 
+mod accuracy;
 mod challenge;
 mod cli;
 mod cluster;

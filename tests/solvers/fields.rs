@@ -2,9 +2,7 @@
 
 use crate::found::{Found, near, path, problem, rough, solved};
 use asperity::contact::interface::{AttractionLaw, LennardJonesWall, PowerLawWall, Wall};
-use asperity::contact::method::{
-    BicgstabSettings, Load, NoObserver, Precision, ReducedProblem, Settings, Stop, Targets,
-};
+use asperity::contact::method::{BicgstabSettings, Load, NoObserver, Precision, ReducedProblem, Settings, Stop};
 use asperity::contact::observe::{Connectivity, cluster_sizes, median_cluster_size};
 use asperity::grid::lowest;
 use asperity::methods;
@@ -324,8 +322,6 @@ fn unsupported_problems_are_errors() {
         );
         assert!(error_of(&base, id, Load::MeanGap(0.01)).contains("mean gap"));
         assert!(error_of(&base, id, Load::Pressure(-0.01)).contains("pressure"));
-        let targets = Targets { energy: Some(1e-3), ..Targets::default() };
-        assert!(error_of(&ReducedProblem { targets, ..base.clone() }, id, press).contains("energy"));
     }
     let soft = Wall::LennardJones(LennardJonesWall { strength: 20.0, sigma: 0.0143 });
     for id in ["fft-ia", "bicgstab", "bem-bspline"] {

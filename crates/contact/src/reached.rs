@@ -33,6 +33,7 @@ impl Reached<'_> {
             load_error: state.load_error,
             residual: Some(state.residual),
             complementarity: Some(state.complementarity),
+            energy_bound: self.energy_bound,
             error_estimates: Some(state.error_estimates),
             discretisation: self.discretisation,
             extrapolated: self.extrapolated,

@@ -131,6 +131,13 @@ pub struct PullOff {
     pub curve: Vec<[f64; 2]>,
 }
 
+impl PullOff {
+    /// Error of the pressure over its size; `None` where it is not known.
+    pub fn relative_error(&self) -> Option<f64> {
+        Some(self.pressure_error? / self.pressure.abs())
+    }
+}
+
 impl HardnessMapResults {
     /// With stresses in multiples of `stress`.
     pub fn in_units(self, stress: f64) -> Self {

@@ -77,6 +77,9 @@ pub struct State {
     pub residual: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub complementarity: Option<f64>,
+    /// Energy above its minimum over the elastic energy, at most; a bound. Without adhesion or flow, with a hard wall and a periodic body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_bound: Option<f64>,
     /// Relative errors as the solver estimates them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_estimates: Option<ErrorEstimates>,
@@ -248,15 +251,15 @@ impl State {
 /// Relative errors by the grid, from the changes to the grid with half the points along each side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Discretisation {
-    /// Of the contact area: its change, and a third of the excess of an elastic edge for every edge. Absent if the contact
+    /// Of the contact area: a share of its change, and a third of the excess of an elastic edge for every edge. Absent if the contact
     /// is too small for a meaningful relative change.
     pub area: Option<f64>,
     /// Whether `area` is only a bound: the error of the coarser solution exceeded the difference of the grids.
     pub area_is_bound: bool,
-    /// Of the mean gap: twice its change, and a twentieth of that of the contact area. Absent if the mean gap is prescribed or close to zero.
+    /// Of the mean gap: its change, and a share of the error of the contact area. Absent if the mean gap is prescribed or close to zero.
     pub mean_gap: Option<f64>,
     pub mean_gap_is_bound: bool,
-    /// Of the contact stiffness: three times its change and the error of the area, if it is known on both grids.
+    /// Of the contact stiffness: its change and the share by edges of the area, if it is known on both grids.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
     /// Points of the coarser grid along x and y.

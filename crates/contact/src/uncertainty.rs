@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub enum UncertaintySource {
     /// Discretization: the change from the grid with half the points along each side.
     Grid,
+    /// Waves of the surface that the grid does not hold.
+    Waves,
     /// Range of the adhesion, enlarged to the shortest range that the grid resolves.
     Range,
     /// Residual of the solver, converted to an equal relative change of the load.
@@ -20,8 +22,9 @@ pub enum UncertaintySource {
 }
 
 impl UncertaintySource {
-    pub const ALL: [UncertaintySource; 5] = [
+    pub const ALL: [UncertaintySource; 6] = [
         UncertaintySource::Grid,
+        UncertaintySource::Waves,
         UncertaintySource::Range,
         UncertaintySource::Solver,
         UncertaintySource::Precision,
@@ -31,6 +34,7 @@ impl UncertaintySource {
     pub fn name(self) -> &'static str {
         match self {
             UncertaintySource::Grid => "grid",
+            UncertaintySource::Waves => "waves beyond the grid",
             UncertaintySource::Range => "range of the adhesion",
             UncertaintySource::Solver => "solver",
             UncertaintySource::Precision => "precision",

@@ -87,6 +87,9 @@ pub enum Error {
         tolerance: f64,
         partial: Option<PathBuf>,
     },
+    /// An accuracy that was asked for was not reached; the results are complete.
+    #[error("{0}")]
+    Inaccurate(String),
     /// The loads of a run were solved and its report is complete, but the pull-off was not found.
     #[error("the pull-off was not found: {why}; the loads before it are in {}", .kept.display())]
     PullOff { why: String, kept: PathBuf },
@@ -185,7 +188,10 @@ impl Error {
         use std::io::ErrorKind::{OutOfMemory, QuotaExceeded, StorageFull};
         match self {
             Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
-            Error::NotConverged { .. } | Error::PullOff { .. } | Error::AuxiliarySolve { .. } => 3,
+            Error::NotConverged { .. }
+            | Error::Inaccurate(_)
+            | Error::PullOff { .. }
+            | Error::AuxiliarySolve { .. } => 3,
             Error::Lammps { .. } => 4,
             Error::Memory { .. } | Error::MissingProgram { .. } | Error::Output { .. } => 5,
             Error::Cluster { .. } | Error::Gpu { .. } => 5,

@@ -3,6 +3,7 @@ use super::{COLUMNS, Grid, Real, Transform, dot, signed_mode, vectorised};
 use crate::sys::ranks::{ALONE, Ranks};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
+use std::sync::OnceLock;
 
 /// Bytes of coefficients above which every rank computes all of them instead of receiving those of others.
 const LARGEST_GATHERED: usize = 1 << 30;
@@ -20,6 +21,8 @@ pub struct Series<T> {
     height: usize,
     /// The grid whose nodes define the series. On other grids the Nyquist modes are omitted.
     nodes: Option<Grid>,
+    /// See [`Series::whole`].
+    whole: OnceLock<[f64; 2]>,
 }
 
 impl<T: Real> Series<T> {
@@ -51,7 +54,7 @@ impl<T: Real> Series<T> {
         if ranks.are_several() {
             coefficients = ranks.gather(&coefficients, &ranks.shares(width, height));
         }
-        Series { coefficients, width, height, nodes: None }
+        Series { coefficients, width, height, nodes: None, whole: OnceLock::new() }
     }
 
     /// The series that interpolates a field `[ny, nx]` on a grid.
@@ -78,7 +81,7 @@ impl<T: Real> Series<T> {
             }
         });
         coefficients[0] = Complex::default();
-        Series { coefficients, width, height, nodes: Some(grid) }
+        Series { coefficients, width, height, nodes: Some(grid), whole: OnceLock::new() }
     }
 
     /// The sum of a series through the nodes of a grid and another one on that grid.
@@ -87,12 +90,13 @@ impl<T: Real> Series<T> {
         self.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(i, column)| {
             other.add_to(i, grid, column, T::one());
         });
+        self.whole = OnceLock::new();
         self
     }
 
     /// The series with only the waves (kx, ky) that `keep` accepts.
     pub fn kept(&self, keep: impl Fn(i64, i64) -> bool + Sync) -> Self {
-        let mut series = self.clone();
+        let mut series = Series { whole: OnceLock::new(), ..self.clone() };
         series.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(kx, column)| {
             for (j, value) in column.iter_mut().enumerate() {
                 if !keep(kx as i64, signed_mode(j, self.height)) {
@@ -110,6 +114,7 @@ impl<T: Real> Series<T> {
             width: self.width,
             height: self.height,
             nodes: self.nodes,
+            whole: self.whole.clone(),
         }
     }
 
@@ -117,6 +122,7 @@ impl<T: Real> Series<T> {
     pub fn divided(&self, by: f64) -> Self {
         let mut series = self.clone();
         series.coefficients.par_iter_mut().for_each(|c| *c = c.unscale(T::of(by)));
+        series.whole = self.whole.get().map_or_else(OnceLock::new, |whole| whole.map(|value| value / by).into());
         series
     }
 
@@ -154,10 +160,45 @@ impl<T: Real> Series<T> {
 
     /// rms gradient of the waves that a grid resolves.
     pub fn rms_gradient(&self, grid: Grid) -> f64 {
-        root_of_squares(|unit| self.gradient_over(unit, grid), || self.largest())
+        root_of_squares(|unit| self.root_of_sum(grid, unit, |q_squared| q_squared), || self.largest())
     }
 
-    fn gradient_over(&self, unit: f64, grid: Grid) -> f64 {
+    /// Root mean square of the waves that a grid resolves.
+    pub fn resolved_rms(&self, grid: Grid) -> f64 {
+        root_of_squares(|unit| self.root_of_sum(grid, unit, |_| 1.0), || self.largest())
+    }
+
+    /// A grid of the same cell that resolves every wave.
+    pub fn resolving(&self, cell: Grid) -> Grid {
+        let (nx, ny) = self.nodes.map_or((2 * self.width, self.height + 1), |nodes| (nodes.nx, nodes.ny));
+        Grid { nx, ny, ..cell }
+    }
+
+    /// Root mean square and rms gradient of all waves on a cell, those included that [`Series::cut`] has left out.
+    pub fn whole(&self, cell: Grid) -> [f64; 2] {
+        let all = self.resolving(cell);
+        *self.whole.get_or_init(|| [self.rms(), self.rms_gradient(all)])
+    }
+
+    /// Only the waves that a grid holds, in less memory. [`Series::whole`] stays.
+    pub fn cut(&self, grid: Grid) -> Self {
+        if self.nodes.is_some_and(|own| (own.nx, own.ny) == (grid.nx, grid.ny)) {
+            return self.clone();
+        }
+        let widest = (0..self.width).rev().find(|&i| !self.column(i, grid).0.is_empty()).unwrap_or(0);
+        let (up, down) = self.column(0, grid);
+        let (width, height) = (widest + 1, up.len() + down.len());
+        let mut coefficients = Vec::with_capacity(width * height);
+        for i in 0..width {
+            let (up, down) = self.column(i, grid);
+            coefficients.extend_from_slice(up);
+            coefficients.extend_from_slice(down);
+        }
+        Series { coefficients, width, height, nodes: None, whole: self.whole(grid).into() }
+    }
+
+    /// Root of the sum of the resolved waves' squares, each times `weight` of its q².
+    fn root_of_sum(&self, grid: Grid, unit: f64, weight: impl Fn(f64) -> f64 + Sync) -> f64 {
         let columns = (0..self.width.min(grid.half())).into_par_iter();
         let sums: Vec<f64> = columns
             .map(|i| {
@@ -167,7 +208,7 @@ impl<T: Real> Series<T> {
                 let rows = self.height.max(up.len() + down.len());
                 let wave = |j: usize, c: &Complex<T>| {
                     let qy = std::f64::consts::TAU / grid.ly * signed_mode(j, rows) as f64;
-                    (qx * qx + qy * qy) * c.unscale(T::of(unit)).norm_sqr().wide()
+                    weight(qx * qx + qy * qy) * c.unscale(T::of(unit)).norm_sqr().wide()
                 };
                 let up_sum: f64 = up.iter().enumerate().map(|(j, c)| wave(j, c)).sum();
                 let first = rows - down.len();
@@ -254,6 +295,23 @@ mod tests {
             }
             let rms = super::super::rms(&field);
             assert!((series.rms() - rms).abs() < 1e-13, "{nx} x {ny}: {} {rms}", series.rms());
+        }
+    }
+
+    /// A series without the waves that a grid does not hold has the same field there, and the statistics of all waves.
+    #[test]
+    fn a_cut_series_keeps_what_its_grid_holds() {
+        let fine = Grid { ly: 0.5, ..Grid::unit(24, 16) };
+        let field: Vec<f64> = (0..fine.points()).map(|i| ((i * i + 7 * i) % 101) as f64 / 17.0).collect();
+        let series = Series::<f64>::from_nodes(fine, &field);
+        for (nx, ny) in [(12, 8), (9, 5), (24, 4), (2, 2)] {
+            let grid = Grid { nx, ny, ..fine };
+            let (transform, cut) = (Transform::<f64>::new(grid), series.cut(grid));
+            let [whole, own] = [&series, &cut].map(|s| s.on_nodes(&transform, &mut transform.spectrum()));
+            assert!(whole.iter().zip(&own).all(|(w, o)| w == o), "{nx} x {ny}");
+            assert_eq!(cut.whole(grid), [series.rms(), series.rms_gradient(fine)]);
+            assert!((cut.rms() - series.resolved_rms(grid)).abs() < 1e-13 && cut.bytes() < series.bytes());
+            assert_eq!(cut.divided(2.0).whole(grid), cut.whole(grid).map(|value| value / 2.0));
         }
     }
 

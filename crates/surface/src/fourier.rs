@@ -3,6 +3,7 @@ use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Series, Transform};
 use rustfft::num_complex::Complex;
 use std::path::Path;
+use std::sync::Arc;
 
 /// One line `qX qY Re Im`: wave numbers in units of 2π over the extent of the cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,11 +17,13 @@ pub struct Wave {
 /// Largest accepted difference of a(-q) and a(q)*, over |a|: rounding of files with six digits.
 const PARTNERS: f64 = 1e-5;
 
-/// A periodic surface on a square cell as the coefficients of its Fourier series h(r) = Σ a exp(iq·r), reduced heights,
+/// A periodic surface as the coefficients of its Fourier series h(r) = Σ a exp(iq·r), reduced heights,
 /// without its mean.
 #[derive(Debug, Clone)]
 pub struct FourierModes {
-    series: Series<f64>,
+    series: Arc<Series<f64>>,
+    /// Extents of the cell.
+    cell: Grid,
     /// Largest wave number along x or y, units of 2π over the cell's extent.
     largest: usize,
     waves: usize,
@@ -72,7 +75,13 @@ impl FourierModes {
         let series = Series::from_modes(kx_max, ky_max, |kx, ky| {
             if kx == 0 && ky < 0 { table[place(0, -ky)].conj() } else { table[place(kx, ky)] }
         });
-        Ok(FourierModes { series, largest: kx_max.max(ky_max), waves })
+        Ok(FourierModes { series: series.into(), cell: Grid::unit(1, 1), largest: kx_max.max(ky_max), waves })
+    }
+
+    /// The waves through the heights of a map.
+    pub fn through(grid: Grid, heights: &[f64]) -> Self {
+        let series = Series::from_nodes(grid, heights).into();
+        FourierModes { series, cell: grid, largest: grid.nx.max(grid.ny) / 2, waves: grid.points() / 2 }
     }
 
     /// Points per side of the smallest grid that resolves every wave.
@@ -86,7 +95,7 @@ impl FourierModes {
 
     /// rms gradient of all waves.
     pub fn rms_gradient(&self) -> f64 {
-        self.series.rms_gradient(Grid::unit(self.smallest_grid(), self.smallest_grid()))
+        self.series.whole(self.cell)[1]
     }
 
     /// Wavelength of the shortest wave along an axis, over the cell's extent.
@@ -106,7 +115,8 @@ impl FourierModes {
         if low_pass == 0.0 {
             return self.series.on_nodes(&transform, &mut spectrum);
         }
-        let long = |kx: i64, ky: i64| (kx as f64).hypot(ky as f64) * low_pass <= 1.0 + 1e-9;
+        let aspect = self.cell.lx / self.cell.ly;
+        let long = |kx: i64, ky: i64| (kx as f64).hypot(ky as f64 * aspect) * low_pass <= 1.0 + 1e-9;
         self.series.kept(long).on_nodes(&transform, &mut spectrum)
     }
 

@@ -3,7 +3,7 @@
 use crate::height_map::{HeightMap, Touching};
 use crate::height_source::HeightSource;
 use crate::provenance::Provenance;
-use crate::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
+use crate::{FourierModes, Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
 use asperity_grid::{Error, Grid, Result, Series, rms};
 #[cfg(feature = "files")]
 use ndarray::{Array2, ArrayView2};
@@ -172,6 +172,39 @@ impl Surface {
         Surface { periodic, provenance, ..self }
     }
 
+    /// The same surface on other nodes of its cell: its waves that they hold. A map is interpolated by its Fourier series.
+    pub fn on_nodes(&self, nx: usize, ny: usize) -> Self {
+        let grid = Grid { nx, ny, ..self.grid };
+        let source = match &self.source {
+            HeightSource::Imported { grid: own, heights, origin } if (nx, ny) != (own.nx, own.ny) => {
+                HeightSource::Fourier { modes: FourierModes::through(*own, heights), origin: origin.clone() }
+            }
+            source => source.clone(),
+        };
+        Surface { source, grid, ..self.clone() }
+    }
+
+    /// Nodes along x and y from coarse to fine, each twice as many as those before, of which the surface's own are some. A map ends with its
+    /// own, as nothing is known of waves between them; a series goes on to 16 nodes per shortest wave.
+    pub fn refinements(&self) -> Vec<[usize; 2]> {
+        let half = |[nx, ny]: [usize; 2]| [nx.div_ceil(2), ny.div_ceil(2)];
+        let double = |[nx, ny]: [usize; 2]| [2 * nx, 2 * ny];
+        let own = [self.grid.nx, self.grid.ny];
+        let large_enough = |[nx, ny]: &[usize; 2]| *nx.max(ny) >= COARSEST;
+        let coarser = std::iter::successors(Some(own), |n| Some(half(*n))).skip(1).take_while(large_enough);
+        let mut list: Vec<[usize; 2]> = coarser.collect();
+        list.reverse();
+        list.push(own);
+        let needed = match &self.source {
+            HeightSource::Imported { .. } => 0,
+            HeightSource::Synthesised { spectrum, .. } => PER_WAVE * spectrum.largest_modes(self.grid.ly).0 as usize,
+            HeightSource::Fourier { modes, .. } => PER_WAVE * (modes.smallest_grid() / 2),
+        };
+        let finer = std::iter::successors(Some(own), |n| Some(double(*n)).filter(|n| n[0] <= needed)).skip(1);
+        list.extend(finer);
+        list
+    }
+
     /// File, declared properties and preparation of a surface from a file.
     pub fn provenance(&self) -> Option<&Provenance> {
         self.provenance.as_ref()
@@ -256,6 +289,12 @@ impl Surface {
 
 /// Named in errors.
 const PLACE: &str = "surface";
+
+/// Least number of nodes of the coarsest grid along its longer side.
+const COARSEST: usize = 32;
+
+/// Nodes per shortest wave of the finest grid.
+const PER_WAVE: usize = 16;
 
 fn positive(key: &str, value: f64) -> Result<()> {
     match value.is_finite() && value > 0.0 {

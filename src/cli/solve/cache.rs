@@ -4,6 +4,7 @@ use crate::record::load_table;
 use crate::scene::Scene;
 use crate::{Error, Result};
 use asperity_contact::path::is_subsurface_map;
+use asperity_contact::problem::AccuracyResults;
 use asperity_surface::files::atomic_file::PARTIAL;
 use asperity_surface::files::hashed::{self, Stored};
 use asperity_surface::files::json;
@@ -16,6 +17,9 @@ use std::path::Path;
 const MARKER: &str = ".asperity-solve";
 
 const FILE: &str = hashed::DONE_FILE;
+
+/// Start of the names of folders with the solves of single grids.
+pub(super) const GRID: &str = "grid-";
 
 /// Files of a state, and of the pull-off.
 const OF_STATES: [&str; 9] = [
@@ -42,6 +46,9 @@ pub(super) struct SolveCache {
     /// Line of JSON of each load, and of the pull-off.
     pub states: Vec<Value>,
     pub pull_off: Option<Value>,
+    /// The grids that were solved, where an accuracy was asked for.
+    #[serde(default)]
+    pub accuracy: Option<AccuracyResults>,
 }
 
 /// Creates the folder, if need be.
@@ -63,16 +70,37 @@ pub(super) fn open(folder: &Path) -> Result<()> {
 
 /// Removes the states of an earlier solve, whole or partial, except the gap from which this one starts.
 pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
+    remove_grids(folder)?;
+    clear_states(folder, start)
+}
+
+/// The same without the solves of single grids.
+pub(super) fn clear_states(folder: &Path, start: Option<&Path>) -> Result<()> {
     SolveCache::forget(folder);
     let start = start.and_then(|file| fs::canonicalize(file).ok());
     for entry in fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
         let name = entry.file_name();
         let Some(name) = name.to_str() else { continue };
         let is_start = || start.is_some() && fs::canonicalize(entry.path()).ok() == start;
-        let is_field = is_of_state(of_state(name.strip_prefix("partial-").unwrap_or(name)));
         // What an interrupted write has left.
-        if (is_field || name.starts_with(PARTIAL)) && !is_start() {
+        if (is_result(name) || name.starts_with(PARTIAL)) && !is_start() {
             fs::remove_file(entry.path()).map_err(Error::io("remove", &entry.path()))?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a name is that of a result, of whatever load.
+pub(super) fn is_result(name: &str) -> bool {
+    is_of_state(of_state(name.strip_prefix("partial-").unwrap_or(name)))
+}
+
+/// Removes the solves of single grids.
+pub(super) fn remove_grids(folder: &Path) -> Result<()> {
+    for entry in fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
+        let path = entry.path();
+        if entry.file_name().to_str().is_some_and(|name| name.starts_with(GRID)) && path.join(MARKER).exists() {
+            fs::remove_dir_all(&path).map_err(Error::io("remove", &path))?;
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 use super::fields::load_name;
 use super::reporter::with;
+use super::solved::Solved;
 use super::{SolveArgs, cache};
 use crate::Result;
 use crate::cli::output;
@@ -35,7 +36,7 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
     }
     // On a surface other than this one.
     card.measured_errors.iter().for_each(|errors| progress.note(&format!("{}: measured errors: {errors}", card.id)));
-    let key = solve.key()?;
+    let key = solve.key(None)?;
     if let Some(out) = &solve.out {
         solve.open_folder(out, &key)?;
         cache::clear(out, None)?;
@@ -101,7 +102,7 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
     })?;
     let Some(out) = &solve.out else { return Ok(()) };
     load_table::write(out, &states, &solve.units(case))?;
-    solve.finish(out, key, lines, None)
+    solve.finish(out, key, &Solved { states, lines, ..Solved::default() }, None)
 }
 
 /// A state for people; `line` also describes the problem.

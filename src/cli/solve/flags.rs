@@ -2,7 +2,7 @@
 
 use super::loads::{LoadFlags, list};
 use super::units::SolveUnits;
-use crate::cli::file::{COMMAND_LINE, FileFlags, MapFlags, flag_of, refuse_grid, refused};
+use crate::cli::file::{COMMAND_LINE, FileFlags, MapFlags, accuracy, flag_of, refuse_grid, refused};
 use crate::scene::{
     AdhesionScene, ContinuumScene, CrystalScene, LaboratoryScene, LayerScene, Length, LoadScene, Scene, Stress,
     SubsurfaceScene, SurfaceScene, WallKind, Work,
@@ -10,8 +10,8 @@ use crate::scene::{
 use crate::{Error, Result};
 use asperity_contact::interface::{Base, RangeChoice};
 use asperity_contact::method::{Precision, Settings};
-use asperity_contact::problem::{AdhesionLaw, MAX_ITERATIONS};
-use asperity_grid::units::{Dimension, Measure, Measures, Unit, fraction};
+use asperity_contact::problem::{AdhesionLaw, ErrorTargets, MAX_ITERATIONS};
+use asperity_grid::units::{Dimension, Measure, Measures, Unit};
 use std::path::{Path, PathBuf};
 
 // Headings of the help.
@@ -110,15 +110,14 @@ pub(crate) struct SolveArgs {
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; 1e-3 in f32, more beyond 1024 x 1024 points.
     #[arg(long, alias = "tol", value_name = "RESIDUAL", help_heading = SOLVER)]
     pub(super) tolerance: Option<f64>,
-    /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
-    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
-    pub(super) energy_tolerance: Option<f64>,
-    /// Largest estimated relative change of the contact area.
-    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
-    pub(super) area_tolerance: Option<f64>,
-    /// Largest estimated relative change of the mean gap.
-    #[arg(long, value_name = "FRACTION", value_parser = share, help_heading = SOLVER)]
-    pub(super) mean_gap_tolerance: Option<f64>,
+    /// Largest accepted errors: 5%, or area=2%,mean_gap=1%,stiffness=5%,leakage=10%,pull_off=5%. Grids are solved from coarse to fine until
+    /// the stated errors are within them; a spectrum goes on beyond its grid, a map ends with its own. --strict: exit code 3 if they are
+    /// not reached.
+    #[arg(long, value_name = "ERRORS", allow_hyphen_values = true, help_heading = SOLVER)]
+    pub(super) error: Option<ErrorTargets>,
+    /// Time after which no finer grid is begun (30s, 5min): the least errors within it.
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, help_heading = SOLVER)]
+    pub(super) budget: Option<Measure>,
     /// Floating-point type of the fields; sums are always f64.
     #[arg(long, value_enum, default_value_t = Precision::F64, help_heading = SOLVER)]
     pub(super) precision: Precision,
@@ -157,11 +156,6 @@ pub(crate) struct SolveArgs {
     pub(super) json: bool,
 }
 
-/// A fraction, which may be a percentage.
-fn share(text: &str) -> std::result::Result<f64, String> {
-    fraction(text).ok_or_else(|| Dimension::Fraction.accepted())
-}
-
 impl SolveArgs {
     /// The scene of these flags, in consistent units.
     ///
@@ -194,6 +188,7 @@ impl SolveArgs {
             laboratory,
             adhesion,
             continuum,
+            accuracy: accuracy(self.error.as_ref(), self.budget)?,
             methods: self.settings()?,
             ..Scene::new("solve", surface)
         })
@@ -250,9 +245,6 @@ impl SolveArgs {
             precision: self.precision,
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
-            energy_tolerance: self.energy_tolerance,
-            area_tolerance: self.area_tolerance,
-            mean_gap_tolerance: self.mean_gap_tolerance,
             initial_gap: self.initial_gap.clone(),
             leakage: self.leakage,
             subsurface: self.subsurface(units)?,

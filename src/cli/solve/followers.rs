@@ -54,6 +54,7 @@ impl SolveArgs {
             ("--non-periodic", !continuum.is_periodic(), "a periodic body"),
             ("--hardness", case.problem.hardness.is_some(), "an elastic body"),
             ("--pull-off", self.pull_off, "loads without a pull-off"),
+            ("--error or --budget", case.scene.accuracy.is_some(), "one grid"),
             ("--contact", !case.scene.load.contact.is_empty(), "pressures"),
             ("--mean-gap", mean_gap, "pressures"),
         ];
@@ -78,7 +79,7 @@ impl SolveArgs {
                 if folder_state == FolderState::Finished {
                     return Ok(());
                 }
-                let key = self.key()?;
+                let key = self.key(None)?;
                 let checkpoint = match folder_state {
                     FolderState::Checkpoint => Some(same_checkpoint(out, &key, ranks)?.begin(ranks)?),
                     _ => self.initial_gap(case)?,

@@ -1,5 +1,6 @@
 //! `solve`: one surface under one load path, in consistent units, without a run folder.
 
+mod accuracy;
 mod cache;
 mod curve;
 mod estimated;
@@ -8,6 +9,7 @@ mod flags;
 mod followers;
 mod loads;
 mod reporter;
+mod solved;
 mod units;
 
 pub(super) use flags::SolveArgs;
@@ -25,7 +27,7 @@ use asperity_contact::load::Load;
 use asperity_contact::method::{ContactMethod, Device, MethodKind, Precision, ReducedProblem, Stop};
 use asperity_contact::observe::leakage_bytes;
 use asperity_contact::path::{InitialState, LoadPathSolver, subsurface_bytes};
-use asperity_contact::problem::LentHeights;
+use asperity_contact::problem::{AccuracyResults, LentHeights};
 use asperity_grid::Grid;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::units::Measure;
@@ -35,6 +37,7 @@ use fields::file_name;
 use followers::{CHECKPOINT, FolderState};
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
+use solved::Solved;
 use std::path::{Path, PathBuf};
 
 impl SolveArgs {
@@ -120,15 +123,17 @@ impl SolveArgs {
         Ok(())
     }
 
-    /// Key of a checkpoint: these flags and the contents of the files that they name.
-    fn key(&self) -> Result<String> {
+    /// Key of a checkpoint: these flags and the contents of the files that they name, and the nodes of one of several grids.
+    fn key(&self, nodes: Option<[usize; 2]>) -> Result<String> {
         let files = [self.surface_file(), self.initial_gap.as_deref()].map(|f| f.map(StageKey::of_file).transpose());
         let [heights, initial_gap] = files;
         let mut scene = self.scene()?;
+        // What is an error does not change the results.
+        scene.surface.strict = false;
         // The contents of the map, wherever it is.
         scene.continuum.hardness_map = self.hardness_map.as_deref().map(file_hash).transpose()?.map(PathBuf::from);
         let own = (scene, self.resolution, self.elastic_stress);
-        Ok(StageKey::new("solve", &(own, heights?, initial_gap?), &[])?.with(""))
+        Ok(StageKey::new("solve", &(own, heights?, initial_gap?, nodes), &[])?.with(""))
     }
 
     /// Opens the folder of results.
@@ -149,9 +154,10 @@ impl SolveArgs {
     }
 
     /// Marks the results in the folder as complete.
-    fn finish(&self, out: &Path, key: String, states: Vec<Value>, pull_off: Option<Value>) -> Result<()> {
+    fn finish(&self, out: &Path, key: String, solved: &Solved, accuracy: Option<AccuracyResults>) -> Result<()> {
         let scene = serde_json::to_value(self.scene()?).unwrap_or_default();
-        SolveCache::write(out, &SolveCache { key, scene, states, pull_off })
+        let (states, pull_off) = (solved.lines.clone(), solved.pull_off.clone());
+        SolveCache::write(out, &SolveCache { key, scene, states, pull_off, accuracy })
     }
 
     pub(super) fn execute(self, ranks: &Ranks) -> Result<()> {
@@ -161,46 +167,65 @@ impl SolveArgs {
         let method = asperity_methods::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
         Device::check(&case.planned_problem(), method.card())?;
-        case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));
+        let accuracy = case.scene.accuracy();
+        // Of several grids the last one warns.
+        let warnings = case.warnings.iter().filter(|_| accuracy.is_none());
+        warnings.for_each(|w| progress.warn(&rename_keys_in(w, &names)));
         if let Some(provenance) = case.provenance() {
             progress.note(&provenance.to_string());
+        }
+        if let Some(accuracy) = accuracy {
+            return self.solve_within(&case, &accuracy, &progress);
         }
         if !self.dry_run {
             impose_contact(&mut case, &asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
-        let heights = LentHeights::of(case.surface(), ranks);
+        self.solve(&case, (ranks, true), &progress).map(drop)
+    }
+
+    /// Solves on one grid. `shows`: the states are printed as they are solved.
+    fn solve(&self, case: &Case, (ranks, shows): (&Ranks, bool), progress: &TerminalProgress) -> Result<Solved> {
+        let method = asperity_methods::find(&self.method).expect("checked with the scene");
+        let heights = LentHeights::of(case.surface(), case.model.grid, ranks);
         if method.card().kind == MethodKind::Estimate {
-            return estimated::run(&self, &case, heights.get(), &progress);
+            return estimated::run(self, case, heights.get(), progress).map(|()| Solved::default());
         }
         let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
         let problem = ReducedProblem { ranks, ..case.problem(heights.get()) };
-        let previous = Before::now(self.planned(&case, method, &problem, &loads)?);
+        let previous = Before::now(self.planned(case, method, &problem, &loads)?);
         if self.dry_run {
-            return Ok(());
+            return Ok(Solved::default());
         }
         let path = LoadPathSolver::new(problem.clone(), method, case.model.resolution, 0.0, &loads);
         let path = path.with_stiffness().with_leakage(self.leakage);
         if !ranks.is_first() {
-            return self.follow(&case, &path, ranks);
+            return self.follow(case, &path, ranks).map(|()| Solved::default());
         }
-        let mut reporter = SolveReporter::new(&self, &case, &problem, &path, loads.len(), previous);
+        let mut reporter = SolveReporter::new((self, shows), case, &problem, &path, loads.len(), previous);
         let Some(out) = &self.out else {
-            let begin = self.initial_gap(&case)?;
-            return self.walk(&path, begin, None, &mut reporter, &progress).map(|_| ());
+            let begin = self.initial_gap(case)?;
+            let pull_off = self.walk(&path, begin, None, &mut reporter, progress)?;
+            return Ok(reporter.solved(pull_off));
         };
-        let key = self.key()?;
+        let grid = case.model.grid;
+        let key = self.key((!shows).then_some([grid.nx, grid.ny]))?;
         // Another build of the program solves a finished load again.
         let solved_by = format!("{key} {}", StageKey::of_program()?);
         self.open_folder(out, &key)?;
         let finished = SolveCache::find(out, &solved_by, !self.no_verify, &|w| progress.warn(w));
         if let Some(finished) = finished {
             FolderState::Finished.of_first(ranks);
-            progress.note(&format!("finished already: results read from {}", out.display()));
+            if shows {
+                progress.note(&format!("finished already: results read from {}", out.display()));
+            }
             finished.states.into_iter().try_for_each(|line| reporter.again(line))?;
             reporter.unresolved().iter().for_each(|w| progress.warn(w));
-            return finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line));
+            finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line))?;
+            let solved = reporter.solved(finished.pull_off);
+            let seconds = solved.states.iter().map(|state| state.seconds).sum();
+            return Ok(Solved { earlier_seconds: Some(seconds), ..solved });
         }
-        let checkpoint = self.resume(out, &key, &mut reporter, &progress)?;
+        let checkpoint = self.resume(out, &key, &mut reporter, progress)?;
         if checkpoint.is_some() { FolderState::Checkpoint } else { FolderState::Nothing }.of_first(ranks);
         let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
         let writer = CheckpointWriter::new(out, CHECKPOINT, key, finished).on(ranks);
@@ -210,15 +235,16 @@ impl SolveArgs {
                 Some(checkpoint.begin(ranks)?)
             }
             None => {
-                let begin = self.initial_gap(&case)?;
+                let begin = self.initial_gap(case)?;
                 cache::clear(out, self.initial_gap.as_deref())?;
                 begin
             }
         };
-        let pull_off = self.walk(&path, begin, Some(&writer), &mut reporter, &progress)?;
-        self.finish(out, solved_by, reporter.lines, pull_off)?;
+        let pull_off = self.walk(&path, begin, Some(&writer), &mut reporter, progress)?;
+        let solved = reporter.solved(pull_off);
+        self.finish(out, solved_by, &solved, None)?;
         writer.remove_files();
-        Ok(())
+        Ok(solved)
     }
 
     /// The gap that --initial-gap names, over the cell's extent.

@@ -3,11 +3,12 @@
 use super::SolveArgs;
 use super::curve::{self, in_unit, share};
 use super::fields::{FieldWriter, OfFields, file_name};
+use super::solved::{Solved, state_of_line};
+use crate::Result;
 use crate::cli::output;
 use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::report::number::{change, duration, memory, percent, significant};
 use crate::scene::{Case, rename_keys_in};
-use crate::{Error, Result};
 use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
 use asperity_contact::load::{LoadStep, Stop};
 use asperity_contact::method::{Device, Equilibrium, MethodCard, ReducedProblem};
@@ -19,12 +20,13 @@ use asperity_grid::sys::MemoryGrowth;
 use asperity_grid::units::Scales;
 use asperity_surface::files::{json, npy};
 use asperity_surface::provenance::Provenance;
-use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// Reports the states of one solve in the units of its command line.
 pub(super) struct SolveReporter<'a> {
     solve: &'a SolveArgs,
+    /// Whether states are printed as they are solved.
+    shows: bool,
     /// Of the results: the units of the command line.
     scales: Scales,
     units: ResultUnits,
@@ -68,7 +70,7 @@ impl Before {
 
 impl<'a> SolveReporter<'a> {
     pub(super) fn new(
-        solve: &'a SolveArgs,
+        (solve, shows): (&'a SolveArgs, bool),
         case: &Case,
         requested: &ReducedProblem<'a>,
         path: &LoadPathSolver<'a>,
@@ -79,6 +81,7 @@ impl<'a> SolveReporter<'a> {
         let resolved_gradient = problem.resolved_gradient();
         SolveReporter {
             solve,
+            shows,
             scales: case.scales,
             units: solve.units(case),
             gradient: case.gradient,
@@ -104,21 +107,12 @@ impl<'a> SolveReporter<'a> {
 
     /// Reports a state of an interrupted or finished solve.
     pub(super) fn again(&mut self, line: Value) -> Result<()> {
-        let state =
-            State::deserialize(&line).map_err(|e| Error::format("results", e, "states as this program writes them"))?;
-        self.report(state, line)
+        self.report(state_of_line(&line)?, line)
     }
 
     fn report(&mut self, state: State, line: Value) -> Result<()> {
-        if self.solve.json {
-            output::json_line(&line)?;
-        } else if self.loads == 1 {
-            output::print(&table(&state, &line, self.solve.resolution, &self.units));
-        } else {
-            if self.lines.is_empty() {
-                output::print(&curve::head(&self.units));
-            }
-            output::print(&curve::line(self.lines.len() + 1, &state));
+        if self.shows {
+            show_state(self.solve, &self.units, (self.lines.len(), self.loads), (&state, &line))?;
         }
         self.states.push(state);
         self.lines.push(line);
@@ -212,9 +206,8 @@ impl<'a> SolveReporter<'a> {
 
     /// A warning for loads whose contact the grid does not resolve.
     pub(super) fn unresolved(&self) -> Option<String> {
-        let loads = self.states.iter().enumerate();
-        let loads = loads.map(|(i, s)| ((i + 1).to_string(), s.contact_area, s.discretisation.as_ref()));
-        path::unresolved_contact("load ", loads).map(|text| rename_keys_in(&text, &|key| self.solve.flag_of(key)))
+        let text = unresolved(&self.states).filter(|_| self.shows)?;
+        Some(rename_keys_in(&text, &|key| self.solve.flag_of(key)))
     }
 
     /// The stress below the surface of a state, if it was requested; writes its maps.
@@ -251,26 +244,70 @@ impl<'a> SolveReporter<'a> {
         Ok(line)
     }
 
-    /// The line of a pull-off.
+    /// Shows the line of a pull-off.
     pub(super) fn pull_off_again(&self, line: &Value) -> Result<()> {
-        if self.solve.json {
-            return output::json_line(line);
-        }
-        let number = |key: &str| line[key].as_f64();
-        let with_error = |value: f64, error: Option<f64>, digits: usize| {
-            let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-            format!("{}{error}", significant(value, digits))
-        };
-        let pull = with_error(-number("pull_off_pressure").unwrap_or(f64::NAN), number("pull_off_pressure_error"), 6);
-        let gap = with_error(number("mean_gap").unwrap_or(f64::NAN), number("mean_gap_error"), 4);
-        let from = match &line["coarser"] {
-            Value::Array(points) => format!("the changes to {} x {} points", points[0], points[1]),
-            _ => "none: the error by the grid is not known".to_string(),
-        };
-        let rows = [("largest tension", pull), ("at the mean gap", gap), ("errors, estimated by", from)];
-        output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
-        Ok(())
+        if self.shows { show_pull_off(self.solve.json, line) } else { Ok(()) }
     }
+
+    /// All results.
+    pub(super) fn solved(self, pull_off: Option<Value>) -> Solved {
+        Solved { states: self.states, lines: self.lines, pull_off, earlier_seconds: None }
+    }
+}
+
+/// A warning for loads whose contact the grid does not resolve, with keys of scenes.
+pub(super) fn unresolved(states: &[State]) -> Option<String> {
+    let loads = states.iter().enumerate();
+    let loads = loads.map(|(i, s)| ((i + 1).to_string(), s.contact_area, s.discretisation.as_ref()));
+    path::unresolved_contact("load ", loads)
+}
+
+/// Prints all states.
+pub(super) fn show_states(solve: &SolveArgs, units: &ResultUnits, states: &[State], lines: &[Value]) -> Result<()> {
+    let mut each = states.iter().zip(lines).enumerate();
+    each.try_for_each(|(i, shown)| show_state(solve, units, (i, states.len()), shown))
+}
+
+/// Prints state `i` of `loads`: as a line of JSON, as a table, or as a row of the table of all.
+fn show_state(
+    solve: &SolveArgs,
+    units: &ResultUnits,
+    (i, loads): (usize, usize),
+    (state, line): (&State, &Value),
+) -> Result<()> {
+    if solve.json {
+        return output::json_line(line);
+    }
+    if loads == 1 {
+        output::print(&table(state, line, solve.resolution, units));
+        return Ok(());
+    }
+    if i == 0 {
+        output::print(&curve::head(units));
+    }
+    output::print(&curve::line(i + 1, state));
+    Ok(())
+}
+
+/// Prints the line of a pull-off.
+pub(super) fn show_pull_off(as_json: bool, line: &Value) -> Result<()> {
+    if as_json {
+        return output::json_line(line);
+    }
+    let number = |key: &str| line[key].as_f64();
+    let with_error = |value: f64, error: Option<f64>, digits: usize| {
+        let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
+        format!("{}{error}", significant(value, digits))
+    };
+    let pull = with_error(-number("pull_off_pressure").unwrap_or(f64::NAN), number("pull_off_pressure_error"), 6);
+    let gap = with_error(number("mean_gap").unwrap_or(f64::NAN), number("mean_gap_error"), 4);
+    let from = match &line["coarser"] {
+        Value::Array(points) => format!("the changes to {} x {} points", points[0], points[1]),
+        _ => "none: the error by the grid is not known".to_string(),
+    };
+    let rows = [("largest tension", pull), ("at the mean gap", gap), ("errors, estimated by", from)];
+    output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
+    Ok(())
 }
 
 /// A state with further keys.

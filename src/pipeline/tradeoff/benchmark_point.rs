@@ -162,8 +162,6 @@ pub(super) fn bare(case: &Case) -> Scene {
     let c = &mut scene.continuum;
     (c.method, c.initial_gap) = ("auto".into(), None);
     c.compare_with.clear();
-    // Other methods have only the tolerance of the residual as a target.
-    (c.energy_tolerance, c.area_tolerance, c.mean_gap_tolerance) = (None, None, None);
     if let Some(a) = &mut scene.adhesion {
         (a.also_nonadhesive, a.other_ranges) = (false, Vec::new());
     }

@@ -5,11 +5,10 @@ use super::benchmark_point::BenchmarkPoint;
 use super::errors;
 use super::measured::{MeasuredPoint, ReferenceSolution};
 use super::request::TradeoffRequest;
-use crate::compare::forecast::{Ran, forecast};
 use crate::pipeline::methods::MethodRun;
 use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
-    Forecast, MeasuredCost, Reference, ResolvedErrors, SCHEMA, SkippedSetting, TradeoffPoint, TradeoffResults,
+    MeasuredCost, Reference, ResolvedErrors, SCHEMA, SkippedSetting, TradeoffPoint, TradeoffResults,
 };
 use crate::scene::Case;
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
@@ -33,7 +32,7 @@ pub(super) fn table(
         let ny = point.n * case.model.grid.ny / case.model.grid.nx;
         SkippedSetting { setting: point.setting(ny), reason }
     });
-    let mut table = TradeoffResults {
+    TradeoffResults {
         schema: SCHEMA,
         name: case.scene.name.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
@@ -54,12 +53,9 @@ pub(super) fn table(
         spent_seconds: bench.spent_seconds(),
         references: references.iter().map(reference).collect(),
         points,
-        forecasts: Vec::new(),
         skipped: skipped.collect(),
         warnings,
-    };
-    table.forecasts = method_runs.iter().filter_map(|r| forecast_of(&table.grids(r.method.card().id))).collect();
-    table
+    }
 }
 
 /// `None` without a reference for the setting.
@@ -126,30 +122,6 @@ fn reference(solution: &ReferenceSolution) -> Reference {
 fn cost(cost: &MeasuredCost, reference: &ReferenceSolution) -> MeasuredCost {
     let of_reference = reference.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE);
     MeasuredCost { cpu_over_reference: cost.cpu_seconds / of_reference, ..*cost }
-}
-
-/// Cost forecast of a method: for the finest grid from all coarser ones, and for twice its points per side from all
-/// grids. None with fewer than three grids.
-fn forecast_of(grids: &[&TradeoffPoint]) -> Option<Forecast> {
-    let mut grids = grids.to_vec();
-    grids.sort_by_key(|p| p.setting.nx);
-    let (finest, coarser) = grids.split_last().filter(|(_, coarser)| coarser.len() >= 2)?;
-    let ran = |p: &&TradeoffPoint| Ran {
-        points: (p.setting.nx * p.setting.ny) as f64,
-        pairs: p.cost.fft_pairs,
-        seconds: p.cost.cpu_seconds,
-    };
-    let all: Vec<Ran> = grids.iter().map(ran).collect();
-    let points = all.last()?.points;
-    let predicted = forecast(&all[..coarser.len()], points)?;
-    Some(Forecast {
-        setting: finest.setting.clone(),
-        coarser: coarser.iter().map(|p| p.setting.nx).collect(),
-        predicted_cpu_seconds: predicted,
-        cpu_seconds: finest.cost.cpu_seconds,
-        ratio: predicted / finest.cost.cpu_seconds,
-        doubled_grid_cpu_seconds: forecast(&all, 4.0 * points),
-    })
 }
 
 /// Adhesion as named in tables. With a true range on every grid, coarse grids may not resolve it and the problem

@@ -3,6 +3,7 @@
 use super::figures::symbol;
 use super::prelude::*;
 use super::{criteria, nvt, unloading};
+use crate::report::relaxation::relaxation_sentence;
 
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     Ok(html! {
@@ -81,27 +82,8 @@ fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Mark
             @if let Some(t) = turn { " and rises in " (steps.len() - 1 - t) } "; the block is relaxed at each"
         }
         " (" (count(evaluations)) " force evaluations in all, largest residual force " (significant(worst, 2)) " eV/Å). "
-        (relaxation(steps))
+        (relaxation_sentence(steps))
         @if steps.iter().any(|s| s.p_star < 0.0) { " Negative p* is tension, by adhesion." }
         @if !atoms.from_continuum { " States at requested loads are interpolated between steps." } },
     )))
-}
-
-/// Minimisers of the load steps, rejected steps of the harmonic relaxation, and the decrease of energy that it still predicts.
-fn relaxation(steps: &[LoadStepResults]) -> String {
-    let number = |m: StepMinimizer| steps.iter().filter(|s| s.minimizer == m).count();
-    let used = StepMinimizer::ALL.into_iter().filter(|m| number(*m) > 0);
-    let of_steps = |n: usize| format!("{} step{}", count(n), if n == 1 { "" } else { "s" });
-    let list: Vec<String> = used.map(|m| format!("{} ({})", m.word(), of_steps(number(m)))).collect();
-    let rejected: usize = steps.iter().map(|s| s.rejected).sum();
-    let decrease = steps.iter().filter_map(|s| s.predicted_decrease_ev).reduce(f64::max);
-    let mut text = format!("Minimiser: {}", list.join(", "));
-    if rejected > 0 {
-        text += &format!("; the harmonic relaxation rejected {}", of_steps(rejected));
-    }
-    if let Some(decrease) = decrease {
-        text +=
-            &format!("; by the harmonic crystal the energy would fall by up to {} eV more", significant(decrease, 2));
-    }
-    text + "."
 }

@@ -225,11 +225,14 @@ impl Both<'_> {
             let Some(state) = reference(c) else { return Ok(None) };
             let points = column(writer, state.gap_file(), writer.scales.length_m * UM)?;
             let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len().max(1) as f64;
-            let (value, error) = match uncertainty::total(state, Quantity::MeanGap) {
-                Some(r) => with_error(mean, r * mean, ""),
-                None => (significant(mean, 3), " ± not known".into()),
+            let text = match uncertainty::total(state, Quantity::MeanGap) {
+                Some(r) => {
+                    let (value, error) = with_error(mean, r * mean, "");
+                    format!("{value}{error} µm")
+                }
+                None => format!("{} µm (error not known)", significant(mean, 3)),
             };
-            Ok((!points.is_empty()).then(|| format!("{value}{error} µm")))
+            Ok((!points.is_empty()).then_some(text))
         };
         Ok(html! {
             @if let (Some(adhesive), Some(without)) = (mean(self.with)?, mean(self.without)?) {

@@ -4,6 +4,7 @@
 //! [`write()`] reads `results.json` and the field files that it names, and writes `report.html` and `figures/`.
 //! Sections without results are omitted. `tradeoff` does the same for `tradeoff.json`.
 
+mod accuracy;
 mod atoms;
 mod bands;
 mod challenge;
@@ -102,7 +103,7 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     add("surface", "The surface", surface::section(writer, results)?);
     if let Some(continuum) = &results.continuum {
         let sentence = results.comparison.as_ref().and_then(|_| summary::continuum_found(results, continuum));
-        let body = html! { @if let Some(s) = sentence { p.found { (s) } } (loads::section(writer, continuum)?) };
+        let body = html! { @if let Some(s) = sentence { p.found { (s) } } (accuracy::section(results)) (loads::section(writer, continuum)?) };
         add("loads", "Contact at the laboratory scale", body);
         if continuum.states.iter().any(|s| s.observed.is_some()) {
             add("distributions", "Gaps, stresses and clusters", distributions::section(writer, continuum)?);

@@ -42,7 +42,7 @@ fn errors(c: &ContinuumResults) -> Markup {
         row.extend(row![
             change(d.and_then(|d| d.area), d.is_some_and(|d| d.area_is_bound)),
             change(d.and_then(|d| d.mean_gap), d.is_some_and(|d| d.mean_gap_is_bound)),
-            or_dash(s.error_estimates.and_then(|e| e.energy).map(|e| significant(e, 2))),
+            or_dash(s.energy_bound.map(|e| significant(e, 2))),
         ]);
         let area = s.extrapolated.map(|e| {
             let [area, error] = [(e.area.value, 3), (e.area.error, 2)].map(|(v, n)| significant(100.0 * v, n));
@@ -57,14 +57,14 @@ fn errors(c: &ContinuumResults) -> Markup {
         (table("numbers", &head, c.states.iter().map(row)))
         p.quiet { "Relative errors of contact area and mean gap, from the changes to the grid with half the points per side. “Below”: a "
             "bound, because the coarser solution was less converged than the difference. –: not known. Energy above its minimum: "
-            "relative, as estimated by the method."
+            "relative, at most."
             @if extrapolated { " At the requested range: extrapolated from three grids, each with the shortest range that it resolves; "
                 "errors are absolute, of the contact in percentage points; –: error as large as the value." } }
     }
 }
 
 /// Colours of the components of a bar, in the order of [`UncertaintySource::ALL`].
-const COLOURS: [&str; 5] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#d55e00"];
+const COLOURS: [&str; 6] = ["#0072b2", "#56b4e9", "#cc79a7", "#009e73", "#e69f00", "#d55e00"];
 
 /// Uncertainty budget of area and mean gap: a bar chart for the load nearest to the reference, and a table of all
 /// loads.
@@ -73,10 +73,16 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Quantity::ContactArea, Quantity::MeanGap];
-    // Continuum solutions at laboratory scale have no depth component.
+    // Without left-out waves, and at laboratory scale without a finite depth, there is no such component.
     let parts_of = |s: &State| s.uncertainty.clone().into_iter().filter(|p| quantities.contains(&p.quantity));
-    let depth = c.states.iter().flat_map(parts_of).any(|p| p.source == UncertaintySource::Depth);
-    let sources = || UncertaintySource::ALL.into_iter().filter(|s| depth || *s != UncertaintySource::Depth);
+    let has = |source| c.states.iter().flat_map(parts_of).any(|p| p.source == source);
+    let [waves, depth] = [UncertaintySource::Waves, UncertaintySource::Depth].map(has);
+    let shows = |source: &UncertaintySource| match source {
+        UncertaintySource::Waves => waves,
+        UncertaintySource::Depth => depth,
+        _ => true,
+    };
+    let sources = || UncertaintySource::ALL.into_iter().filter(shows);
     let row = |s: &State, quantity: Quantity| {
         let part = |source| s.uncertainty.iter().find(|p| p.quantity == quantity && p.source == source);
         let known = |r: Option<f64>, bound| r.map_or("not known".into(), |r| change(Some(r), bound));
@@ -93,7 +99,8 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
             summary { "All loads" }
             (table("numbers", &head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q)))))
         }
-        p.quiet { "At " (load_label(shown.p_star)) ", relative. Grid: the change from the grid with half the points per side. Solver and "
+        p.quiet { "At " (load_label(shown.p_star)) ", relative. Grid: from the change to the grid with half the points per side. " @if waves { "Waves beyond the grid: from the rms gradient and height that "
+            "they have. " } "Solver and "
             "precision: the effect of a load error as large as the residual, or as the round-off of the fields. " @if depth { "Finite depth: the change from a "
             "half-space. " } "Unknown components are not in the bars." }
     }

@@ -133,8 +133,6 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
         (m.initial_gap.is_some(), "continuum.initial_gap"),
         (extrapolates, "adhesion.resolution = \"extrapolate\""),
         (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges.is_empty()), "adhesion.other_ranges"),
-        (m.area_tolerance.is_some(), "continuum.area_tolerance"),
-        (m.mean_gap_tolerance.is_some(), "continuum.mean_gap_tolerance"),
         (m.precision == Precision::F32, "continuum.precision = \"f32\""),
     ] {
         c.unless(

@@ -45,6 +45,9 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
     challenge::check(&mut c, scene);
     adhesion(&mut c, scene);
     continuum::check(&mut c, scene);
+    if let Some(budget) = scene.accuracy.as_ref().and_then(|a| a.budget) {
+        c.positive_quantity("accuracy.budget", budget);
+    }
     atoms::check(&mut c, scene);
     c.0
 }

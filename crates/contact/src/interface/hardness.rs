@@ -75,7 +75,7 @@ impl HardnessMap {
     }
 
     /// Means over the cells of a grid of `nx` by `ny` points.
-    fn restricted(&self, nx: usize, ny: usize) -> HardnessMap {
+    pub fn restricted(&self, nx: usize, ny: usize) -> HardnessMap {
         let (columns, rows) = (shares(self.nx, nx), shares(self.ny, ny));
         let mut nodes = vec![0.0; nx * ny];
         for (row, to) in rows.iter().zip(nodes.chunks_mut(nx)) {

@@ -118,8 +118,8 @@ pub struct Capabilities {
     pub first_contact: bool,
     /// A body that is not periodic.
     pub non_periodic: bool,
-    /// A limit of the energy above the minimum.
-    pub energy_target: bool,
+    /// The stress of its states is that of the elastic body under their displacement, also where it deviates from equilibrium.
+    pub elastic_stress: bool,
     /// Several ranks of MPI.
     pub ranks: bool,
     /// A GPU.
@@ -134,13 +134,13 @@ impl Capabilities {
         mean_gap: false,
         first_contact: false,
         non_periodic: false,
-        energy_target: false,
+        elastic_stress: false,
         ranks: false,
         gpu: false,
         atoms: false,
     };
     /// Of a solver with plastic flow.
-    pub const HARDNESS: Capabilities = Capabilities { hardness: true, ..Self::NONE };
+    pub const HARDNESS: Capabilities = Capabilities { hardness: true, elastic_stress: true, ..Self::NONE };
 }
 
 /// Measured relative error from which on results of a method carry a warning.

@@ -113,13 +113,12 @@ pub fn means<const K: usize>(n: usize, value: impl Fn(usize) -> [f64; K] + Sync 
 /// Heights without their mean, for a method in f64 on a periodic cell.
 ///
 /// # Errors
-/// `Input` for another precision, a non-periodic body, or an energy target.
+/// `Input` for another precision, a non-periodic body.
 pub fn heights(problem: &ReducedProblem, id: &str) -> Result<Vec<f64>> {
     problem.expect_periodic(id)?;
     if problem.precision != Precision::F64 {
         return Err(require::refused(id, "precision", "f32", "f64"));
     }
-    require::no_energy_target(problem, id)?;
     let mut heights = problem.heights.on_nodes(problem.grid).into_owned();
     let middle = mean(&heights);
     each(&mut heights, |_, h| h - middle);

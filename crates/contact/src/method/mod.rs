@@ -37,7 +37,7 @@ pub use fast::tangent::contact_stiffness;
 pub use gfmd::Gfmd;
 pub use problem::{
     CoarseState, Equilibrium, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Precision, ReducedProblem,
-    SolvePlan, SolverRun, Stop, Targets,
+    SolvePlan, SolverRun, Stop,
 };
 pub use snapshot::{SnapshotRef, SolverSnapshot};
 

@@ -91,7 +91,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     /// Imposes a load and prepares its iteration.
     ///
     /// # Errors
-    /// `Input` for a mean gap, for a tensile pressure without adhesion, and for an energy target.
+    /// `Input` for a mean gap, for a tensile pressure without adhesion.
     pub(super) fn control<'o>(
         &mut self,
         load: Load,
@@ -101,7 +101,6 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         let range = self.law.range();
         self.pressure = require::pressure(load, range > 0.0, id)?;
         require::below_hardness(load, self.law.max_pressure(), id)?;
-        require::no_energy_target(self.problem, id)?;
         let case = LoadCase { pressure: self.pressure, range, rms_height: self.rms_height, hard: L::HARD };
         Ok(IterationControl::new(self.problem, observer, case))
     }

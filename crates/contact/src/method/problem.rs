@@ -98,39 +98,13 @@ impl<'a> From<&'a [f64]> for Heights<'a> {
     }
 }
 
-/// Accuracy targets in physical terms. Each that is set must be met in addition to the tolerance of the residual.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Targets {
-    /// Energy above the minimum over the energy, estimated from the energy that the last Newton step could gain and the
-    /// decrease of the residual since.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub energy: Option<f64>,
-    /// Relative error of the contact area, estimated from its last change and the convergence rate of the residual;
-    /// for a method of many small steps, the change over the last fifth of them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub area: Option<f64>,
-    /// Relative error of the mean gap, estimated in the same way.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mean_gap: Option<f64>,
-}
-
-impl Targets {
-    /// Whether all targets that are set are met.
-    pub fn met(&self, error_estimates: &ErrorEstimates) -> bool {
-        let within = |goal: Option<f64>, estimate: Option<f64>| goal.is_none_or(|g| estimate.is_some_and(|f| f <= g));
-        within(self.energy, error_estimates.energy)
-            && within(self.area, error_estimates.area)
-            && within(self.mean_gap, error_estimates.mean_gap)
-    }
-}
-
-/// Relative errors of a state as its method estimates them, defined as in [`Targets`]; `None` where it has no estimate.
+/// Relative errors of a state by its iteration, as the method estimates them; `None` where it has no estimate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorEstimates {
-    pub energy: Option<f64>,
+    /// Of the contact area, from its last change and the convergence rate of the residual; for a method of many small steps, the change
+    /// over the last fifth of them.
     pub area: Option<f64>,
+    /// Of the mean gap, in the same way.
     pub mean_gap: Option<f64>,
 }
 
@@ -150,8 +124,6 @@ pub struct ReducedProblem<'a> {
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure at which a state counts as converged.
     pub tolerance: f64,
-    /// Accuracy targets in addition to the tolerance.
-    pub targets: Targets,
     pub max_iterations: usize,
     /// Whether the contact stiffness of each state is found, too.
     pub stiffness: bool,
@@ -180,7 +152,6 @@ impl<'a> ReducedProblem<'a> {
             hardness: None,
             precision: Precision::F64,
             tolerance: 1e-8,
-            targets: Targets::default(),
             max_iterations: 50_000,
             stiffness: false,
             settings: Settings::default(),

@@ -86,17 +86,6 @@ pub fn no_adhesion(problem: &ReducedProblem, id: &str) -> Result<()> {
     }
 }
 
-/// No target for the energy above the minimum, which only `fast` estimates.
-pub fn no_energy_target(problem: &ReducedProblem, id: &str) -> Result<()> {
-    match problem.targets.energy {
-        None => Ok(()),
-        Some(target) => {
-            let accepted = "none: this method does not estimate its energy above the minimum (`fast` does)";
-            refuse(id, "energy target", target, accepted)
-        }
-    }
-}
-
 /// The pressure of a load (E*); tensile only if the method models adhesion (`tension`).
 pub fn pressure(load: Load, tension: bool, id: &str) -> Result<f64> {
     match load {

@@ -93,7 +93,6 @@ impl ProblemScale {
             hardness: problem.hardness.map(|h| h.in_units(self.0)),
             precision: problem.precision,
             tolerance: problem.tolerance,
-            targets: problem.targets,
             max_iterations: problem.max_iterations,
             stiffness: problem.stiffness,
             ranks: problem.ranks,

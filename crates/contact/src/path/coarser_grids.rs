@@ -2,7 +2,7 @@
 
 use super::leakage::leakage;
 use super::pull_off::{self, SeparationStart};
-use crate::interface::RangeChoice;
+use crate::interface::{AttractionLaw, Elastic, RangeChoice};
 use crate::method::{
     CoarseState, ContactMethod, Equilibrium, ErrorEstimates, Fast, Heights, Iteration, Load, Observer, ProblemScale,
     ReducedProblem, SnapshotRef, SolverRun, Stop,
@@ -86,19 +86,47 @@ const FEW_NODES: f64 = 10.0;
 /// Minimum mean gap over the rms height for a relative change of the mean gap.
 const CLOSED: f64 = 1e-6;
 
-/// Changes of the mean gap from the coarser grid, and the share of the relative change of the area, that are its error: 98 % of 338 cases,
-/// 94 % without the latter, as the gaps of two grids may agree by chance.
-const GAP_CHANGES: f64 = 2.0;
-const GAP_BY_AREA_CHANGE: f64 = 0.05;
+/// Changes from the grid with half of the points along each side that are the error of a result, besides [`EDGE_UNCERTAINTY`]: most of a change
+/// is the error of the coarser grid. Fitted to 300 surfaces of seeds 950 and 951 (self-affine, anisotropic, plateau-honed, noisy, stepped,
+/// single bumps; with adhesion, hardness, layers) against grids four times finer, and to the cases of `make errors` of seeds 901 and 902; it
+/// tests them on others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ErrorFactors {
+    area: f64,
+    mean_gap: f64,
+    /// Share of the relative error of the area that the mean gap has besides: the gaps of two grids may agree by chance.
+    gap_by_area: f64,
+    stiffness: f64,
+}
 
-/// Changes of the stiffness from the coarser grid that are its error.
-const STIFFNESS_CHANGES: f64 = 3.0;
+impl ErrorFactors {
+    const ELASTIC: ErrorFactors = ErrorFactors { area: 0.5, mean_gap: 1.0, gap_by_area: 0.03, stiffness: 1.0 };
 
-/// Relative errors of the finer grid, from its changes to the coarser. Of the area the change and [`EDGE_UNCERTAINTY`]; of the mean gap
-/// [`GAP_CHANGES`] and a share of the change of the area; of the stiffness three times the change and the error of
-/// the area, for the same reason. If the estimated
-/// iteration error of the coarse result exceeds the change, the sum of both is reported as a bound. `make errors` tests them.
-pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height: f64) -> Discretisation {
+    pub(super) fn of(problem: &ReducedProblem) -> Self {
+        let mut factors = ErrorFactors::ELASTIC;
+        if problem.adhesion != AttractionLaw::None {
+            // Edges jump.
+            (factors.area, factors.stiffness) = (1.0, 3.0);
+        }
+        if problem.hardness.is_some() {
+            // The flow differs from grid to grid, too.
+            (factors.mean_gap, factors.gap_by_area) = (2.0, 0.3);
+        }
+        if let Elastic::NonPeriodic(_) = problem.kernel {
+            // The nodes of two grids cover other areas.
+            factors.mean_gap = 2.0;
+        }
+        factors
+    }
+}
+
+/// Relative errors of the finer grid, from its changes to the coarser. If the estimated iteration error of the coarse result exceeds the
+/// change, the sum of both is reported as a bound.
+pub(super) fn discretisation(
+    coarse: &GridResult,
+    fine: &GridResult,
+    (rms_height, factors): (f64, ErrorFactors),
+) -> Discretisation {
     let relative = |c: f64, f: f64, error_estimates: Option<f64>| {
         let (difference, remaining) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
         let bound = remaining > difference;
@@ -107,24 +135,25 @@ pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height:
     let area = relative(coarse.area, fine.area, coarse.error_estimates.area);
     let gap = relative(coarse.mean_gap, fine.mean_gap, coarse.error_estimates.mean_gap);
     let touches = fine.area * coarse.grid.points() as f64 >= FEW_NODES;
-    let area_error = area.0 + fine.edges / fine.area;
+    let edges = fine.edges / fine.area;
+    let area_error = factors.area * area.0 + edges;
     let open = fine.mean_gap > CLOSED * rms_height;
     Discretisation {
         area: touches.then_some(area_error),
         area_is_bound: touches && area.1,
-        mean_gap: (open && touches).then_some(GAP_CHANGES * gap.0 + GAP_BY_AREA_CHANGE * area.0),
+        mean_gap: (open && touches).then_some(factors.mean_gap * gap.0 + factors.gap_by_area * area_error),
         mean_gap_is_bound: open && touches && gap.1,
         stiffness: coarse
             .stiffness
             .zip(fine.stiffness)
             .filter(|_| touches)
-            .map(|(c, f)| STIFFNESS_CHANGES * (f - c).abs() / f + area_error),
+            .map(|(c, f)| factors.stiffness * (f - c).abs() / f + edges),
         coarser: [coarse.grid.nx, coarse.grid.ny],
     }
 }
 
-/// Relative change of the contact area from half of the points above which it says little.
-const UNRESOLVED: f64 = 0.5;
+/// Relative error of the contact area by the grid above which it says little.
+const UNRESOLVED: f64 = 0.3;
 
 /// A warning for loads whose contact the grid does not resolve. `loads`: name, contact fraction and change of each; `kind` comes before
 /// the names.
@@ -137,8 +166,8 @@ pub fn unresolved_contact<'a>(
         loads.filter(|(_, contact, d)| d.is_some_and(|d| is_unresolved(*contact, d))).map(|l| l.0).collect();
     (!names.is_empty()).then(|| {
         format!(
-            "{kind}{}: the grid does not resolve the contact: with half of the points along each side its area changes by more than half, \
-             or is below {FEW_NODES} nodes; a finer surface.grid or surface.resample, or a map without its shortest waves \
+            "{kind}{}: the grid does not resolve the contact: the error of its area by the grid is above 30 %, \
+             or the coarser grid has fewer than {FEW_NODES} nodes in contact; a finer surface.grid or surface.resample, or a map without its shortest waves \
              (surface.low_pass), resolves it",
             names.join(", ")
         )
@@ -175,8 +204,8 @@ const AREA: Bounded =
 /// Mean gap above 0 by its logarithm.
 const MEAN_GAP: Bounded = Bounded { of: |l| l.mean_gap, variable: f64::ln, value: f64::exp, widened: 1.0 };
 
-/// Share of the relative error of the area that the mean gap has at least: consistent grids say nothing of what the finest lacks.
-const GAP_BY_AREA: f64 = 0.2;
+/// Share of the relative error of the extrapolated area that the mean gap has at least: consistent grids say nothing of what the finest lacks.
+const EXTRAPOLATED_GAP_BY_AREA: f64 = 0.2;
 
 /// Linear and quadratic extrapolation to `range` from `levels`, ordered from coarse to fine. `resolved`: whether
 /// the coarsest grid resolves the roughness.
@@ -200,7 +229,7 @@ pub(super) fn extrapolated(range: f64, levels: &[GridResult], resolved: bool) ->
         (value.is_finite() && error < value).then_some(ValueWithError { value, error })
     };
     let area = estimate(&AREA, fine.edges)?;
-    let smallest = GAP_BY_AREA * fine.mean_gap * area.error / area.value;
+    let smallest = EXTRAPOLATED_GAP_BY_AREA * fine.mean_gap * area.error / area.value;
     Some(Extrapolated { range: range / fine.range, area, mean_gap: estimate(&MEAN_GAP, smallest) })
 }
 
@@ -325,7 +354,7 @@ pub(super) fn coarsened<'s>(
     problem: &ReducedProblem<'s>,
     grid: Grid,
     heights: &'s Series<f64>,
-    law: crate::interface::AttractionLaw,
+    law: AttractionLaw,
 ) -> ReducedProblem<'s> {
     ReducedProblem {
         kernel: problem.kernel,
@@ -483,34 +512,42 @@ mod tests {
         assert!(sizes(1, 2).is_empty());
     }
 
+    const FACTORS: ErrorFactors = ErrorFactors::ELASTIC;
+
+    /// rms height, and an elastic body.
+    const ELASTIC: (f64, ErrorFactors) = (1.0, FACTORS);
+
     #[test]
     fn changes_are_relative() {
-        let d = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03), 1.0);
+        let d = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03), ELASTIC);
         let relative = |d: Discretisation| d.area.expect("enough touches");
-        assert!((relative(d) - 0.1).abs() < 1e-12 && d.coarser == [64, 64]);
-        // The mean gap is equal on both grids; a share of the change of the area remains.
-        assert!(d.mean_gap.is_some_and(|g| (g - 0.005).abs() < 1e-12), "{d:?}");
+        assert!((relative(d) - FACTORS.area * 0.1).abs() < 1e-12 && d.coarser == [64, 64]);
+        // The mean gap is equal on both grids; a share of the error of the area remains, a larger one where the body flows.
+        assert!(d.mean_gap.is_some_and(|g| (g - FACTORS.gap_by_area * relative(d)).abs() < 1e-12), "{d:?}");
+        let flow = ErrorFactors { gap_by_area: 0.2, ..FACTORS };
+        let flowing = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03), (1.0, flow));
+        assert!(flowing.mean_gap.is_some_and(|g| (g - 0.2 * relative(d)).abs() < 1e-12));
         // Equal areas on two grids: the uncertainty by edges remains.
         let fine = GridResult { edges: 0.002, ..level(128, 0.0, 0.03) };
-        assert!((relative(discretisation(&level(64, 0.0, 0.03), &fine, 1.0)) - 0.2 / 3.0).abs() < 1e-12);
+        assert!((relative(discretisation(&level(64, 0.0, 0.03), &fine, ELASTIC)) - 0.2 / 3.0).abs() < 1e-12);
         let [coarse, fine] = [10.0, 8.0].map(|k| GridResult { stiffness: Some(k), ..level(128, 0.0, 0.03) });
-        assert_eq!(discretisation(&coarse, &fine, 1.0).stiffness, Some(0.75));
+        assert_eq!(discretisation(&coarse, &fine, ELASTIC).stiffness, Some(FACTORS.stiffness * 0.25));
     }
 
     /// The iteration error of the coarser grid makes the change a bound. Very small contacts and mean gaps have no
     /// relative change.
     #[test]
     fn a_coarser_grid_with_an_iteration_error_gives_a_bound() {
-        let error_estimates = ErrorEstimates { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };
+        let error_estimates = ErrorEstimates { area: Some(0.04), mean_gap: Some(1e-9) };
         let coarse = GridResult { mean_gap: 1.1, error_estimates, ..level(64, 0.0, 0.0301) };
-        let d = discretisation(&coarse, &level(128, 0.0, 0.03), 1.0);
+        let d = discretisation(&coarse, &level(128, 0.0, 0.03), ELASTIC);
         assert!(d.area_is_bound && !d.mean_gap_is_bound && d.coarser == [64, 64], "{d:?}");
-        assert!(d.area.is_some_and(|a| (a - (0.0001 + 0.04 * 0.0301) / 0.03).abs() < 1e-12), "{d:?}");
-        let area = (0.0001 + 0.04 * 0.0301) / 0.03;
-        assert!(d.mean_gap.is_some_and(|g| (g - 0.2 - 0.05 * area).abs() < 1e-12), "{d:?}");
-        let touching = discretisation(&level(64, 0.0, 9e-4), &level(128, 0.0, 1e-4), 1.0);
+        let area = FACTORS.area * (0.0001 + 0.04 * 0.0301) / 0.03;
+        assert!(d.area.is_some_and(|a| (a - area).abs() < 1e-12), "{d:?}");
+        assert!(d.mean_gap.is_some_and(|g| (g - 0.1 - FACTORS.gap_by_area * area).abs() < 1e-12), "{d:?}");
+        let touching = discretisation(&level(64, 0.0, 9e-4), &level(128, 0.0, 1e-4), ELASTIC);
         assert_eq!((touching.area, touching.area_is_bound), (None, false));
         let closed = GridResult { mean_gap: 1e-9, ..level(128, 0.0, 1.0) };
-        assert_eq!(discretisation(&coarse, &closed, 1.0).mean_gap, None);
+        assert_eq!(discretisation(&coarse, &closed, ELASTIC).mean_gap, None);
     }
 }

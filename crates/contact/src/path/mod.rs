@@ -3,6 +3,7 @@
 
 mod coarser_grids;
 mod contact_target;
+mod energy_bound;
 mod estimator_input;
 mod leakage;
 mod pull_off;
@@ -28,8 +29,10 @@ use crate::state::{Discretisation, Extrapolated};
 use crate::uncertainty::{UncertaintyComponent, total};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Series, Transform, lowest, mean, sharing};
-use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
+use coarser_grids::{CoarseGridResults, CoarseSolver, ErrorFactors, GridResult, StopOnly, coarsened};
+use energy_bound::energy_bound;
 use pull_off::SeparationStart;
+use uncertainty::LeftOutWaves;
 
 /// Displacement from first contact; zero where it is the rounding of two means of heights of this size in a precision of this `epsilon`.
 fn displacement(touch: f64, separation: f64, (size, epsilon): (f64, f64)) -> f64 {
@@ -65,9 +68,11 @@ pub struct Reached<'a> {
     /// Displacement of the far field from first contact, L: with a periodic body the mean gap at first contact minus the
     /// mean gap, else the rigid approach.
     pub displacement: f64,
-    /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it, if the flow was
-    /// requested.
+    /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it and by waves that the grid
+    /// does not hold, if the flow was requested.
     pub coarser_gaps: Option<([f64; 2], f64)>,
+    /// See [`State::energy_bound`](crate::state::State::energy_bound).
+    pub energy_bound: Option<f64>,
     /// What the numbers are uncertain by.
     pub uncertainty: Vec<UncertaintyComponent>,
 }
@@ -274,6 +279,7 @@ impl<'p> LoadPathSolver<'p> {
         let resolved =
             grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
         let (touch, rms_height) = (self.separation_at_first_contact(), self.problem.heights.rms());
+        let waves = LeftOutWaves::of(&self.problem);
         let rounding = (touch.abs().max(rms_height), self.problem.precision.epsilon());
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
         let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
@@ -288,44 +294,59 @@ impl<'p> LoadPathSolver<'p> {
                 state.stiffness = contact_stiffness(&self.problem, &state)?;
             }
             let area = self.problem.contact_area(&state, self.threshold);
-            let (mut discretisation, mut extrapolated, mut coarser_gaps) = (None, None, None);
-            if converged {
-                let range = self.problem.adhesion.range();
-                let fine = GridResult::new(&state, self.problem.grid, range, &area);
-                let next = match self.next_coarser(coarse_results.take(), coarse.first().copied()) {
-                    None if coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
-                    known => known,
-                };
-                coarser_gaps = next.and_then(|next| Some((next.gaps?, (next.mean_gap / state.mean_gap - 1.0).abs())));
-                (discretisation, extrapolated) = self.errors(load, next, &coarse, fine, (rms_height, resolved));
-            }
+            let next = match self.next_coarser(coarse_results.take(), coarse.first().copied()) {
+                None if converged && coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
+                known => known.filter(|_| converged),
+            };
+            let coarser_gaps = next.and_then(|next| waves.coarser_gaps(&next, state.mean_gap));
+            let fine = GridResult::new(&state, self.problem.grid, self.problem.adhesion.range(), &area);
+            let errors = converged.then(|| self.errors(load, next, &coarse, fine, (rms_height, resolved)));
+            let (discretisation, extrapolated) = errors.unwrap_or_default();
             if pulls_off && converged && i + 1 == self.loads.len() {
                 last = Some(SeparationStart::of(&state));
             }
-            let displacement = displacement(touch, state.separation, rounding);
             let errors = (discretisation, extrapolated);
-            let uncertainty = self.uncertainty((&state, &area), rms_height, errors);
-            visit(i, Reached { state, area, discretisation, extrapolated, displacement, coarser_gaps, uncertainty })?;
+            let reached = Reached {
+                uncertainty: self.uncertainty((&state, &area), (rms_height, waves), errors),
+                energy_bound: energy_bound(&self.problem, self.method.card(), &state),
+                displacement: displacement(touch, state.separation, rounding),
+                state,
+                area,
+                discretisation,
+                extrapolated,
+                coarser_gaps,
+            };
+            visit(i, reached)?;
             if !converged {
                 return Ok(None);
             }
         }
         let Some(last) = last.filter(|_| pulls_off) else { return Ok(None) };
         coarse_results.finish(last.snapshot(self.problem.grid));
-        let pull_off = pull_off::search(&mut *run, &self.problem, scale, last)?;
-        let coarse = coarse_solvers.first_mut().map(|coarse| coarse.pull_off(scale)).transpose()?.flatten();
-        Ok(Some(match coarse {
+        self.separate((&mut *run, last), coarse_solvers.first_mut(), scale).map(Some)
+    }
+
+    /// Separates the surfaces from a state, here and on the coarser grid.
+    fn separate(
+        &self,
+        (run, last): (&mut dyn SolverRun, SeparationStart),
+        coarser: Option<&mut CoarseSolver>,
+        scale: ProblemScale,
+    ) -> Result<PullOff> {
+        let pull_off = pull_off::search(run, &self.problem, scale, last)?;
+        let coarse = coarser.map(|coarse| coarse.pull_off(scale)).transpose()?.flatten();
+        Ok(match coarse {
             Some((grid, pull)) => pull_off::compared(pull_off, grid, pull),
             // The bracket alone says nothing of the grid.
             None => PullOff { pressure_error: None, mean_gap_error: None, ..pull_off },
-        }))
+        })
     }
 
     /// What the numbers of a state are uncertain by.
     fn uncertainty(
         &self,
         (state, area): (&Equilibrium, &ContactArea),
-        rms_height: f64,
+        (rms_height, waves): (f64, LeftOutWaves),
         (discretisation, extrapolated): (Option<Discretisation>, Option<Extrapolated>),
     ) -> Vec<UncertaintyComponent> {
         let problem = &self.problem;
@@ -338,6 +359,7 @@ impl<'p> LoadPathSolver<'p> {
             state,
             area,
             discretisation,
+            waves,
             extrapolated,
         })
     }
@@ -360,7 +382,8 @@ impl<'p> LoadPathSolver<'p> {
         fine: GridResult,
         (rms_height, resolved): (f64, bool),
     ) -> (Option<Discretisation>, Option<Extrapolated>) {
-        let discretisation = next.map(|next| coarser_grids::discretisation(&next, &fine, rms_height));
+        let factors = ErrorFactors::of(&self.problem);
+        let discretisation = next.map(|next| coarser_grids::discretisation(&next, &fine, (rms_height, factors)));
         let extrapolated = self.extrapolated(coarse, fine, resolved);
         match load {
             // An imposed mean gap has no error.

@@ -109,19 +109,6 @@ impl Problem {
         if let Some(t) = self.tolerance {
             c.value(t > 0.0 && t < 1.0, (Field::Tolerance, None), t, "a number between 0 and 1");
         }
-        for (field, goal) in [
-            (Field::EnergyTolerance, self.targets.energy),
-            (Field::AreaTolerance, self.targets.area),
-            (Field::MeanGapTolerance, self.targets.mean_gap),
-        ] {
-            goal.into_iter().for_each(|goal| c.positive(field, goal));
-        }
-        c.unless(
-            self.targets.energy.is_none() || self.card().capabilities.energy_target,
-            Field::EnergyTolerance,
-            self.targets.energy.unwrap_or(0.0),
-            "none with this method: `fast` estimates its energy above the minimum",
-        );
         c.unless(self.max_iterations > 0, Field::MaxIterations, self.max_iterations, "at least 1");
         let gap = c.names.name(Field::InitialGap);
         c.unless(

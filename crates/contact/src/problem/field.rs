@@ -24,9 +24,6 @@ pub enum Field {
     HardnessMap,
     Method,
     Tolerance,
-    EnergyTolerance,
-    AreaTolerance,
-    MeanGapTolerance,
     MaxIterations,
     InitialGap,
     PStar,
@@ -37,6 +34,8 @@ pub enum Field {
     Contact,
     Unload,
     PullOff,
+    /// Of an [`Accuracy`](super::Accuracy).
+    Error,
 }
 
 /// Words of a face for the fields: keys of a scene, flags, or the arguments of the library.
@@ -87,9 +86,6 @@ impl Names for Arguments {
             Field::Hardness | Field::HardnessMap => "hardness",
             Field::Method => "method",
             Field::Tolerance => "tolerance",
-            Field::EnergyTolerance => "targets.energy",
-            Field::AreaTolerance => "targets.area",
-            Field::MeanGapTolerance => "targets.mean_gap",
             Field::MaxIterations => "max_iterations",
             Field::InitialGap => "initial_gap",
             Field::PStar => "p_star",
@@ -100,6 +96,7 @@ impl Names for Arguments {
             Field::Contact => "contact",
             Field::Unload => "unload",
             Field::PullOff => "pull_off",
+            Field::Error => "error",
         };
         name.into()
     }

@@ -1,18 +1,22 @@
 //! The contact problem as its users state it, in their own units. Reduction to L = E* = 1 is behind it.
 
+mod accuracy;
 mod check;
+mod error_targets;
 mod field;
 mod loads;
 mod reduced;
 mod solve;
 
+pub use accuracy::{Accuracy, AccuracyResults, ErrorCost, GridErrors, Judged, LastGrid, SolvedGrid};
+pub use error_targets::{ErrorTargets, Stated};
 pub use field::{Arguments, Field, Names};
 pub use loads::{LoadKind, Loads};
 pub use reduced::{ReducedModel, Reduction};
 pub use solve::{LoadPath, Monitor, Progress};
 
 use crate::interface::{AttractionLaw, Base, HardnessMap, RangeChoice, TabulatedLaw};
-use crate::method::{ContactMethod, Fast, Heights, Precision, Settings, Targets};
+use crate::method::{ContactMethod, Fast, Heights, Precision, Settings};
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::{Grid, Series};
 use asperity_surface::{HeightSource, Surface};
@@ -44,8 +48,6 @@ pub struct Problem {
     pub precision: Precision,
     /// Largest rms residual over the mean pressure. Default: 1e-8, in single precision what rounding allows.
     pub tolerance: Option<f64>,
-    /// Estimated errors at which a solver may stop before the residual has reached the tolerance.
-    pub targets: Targets,
     /// Iterations per load after which a solver stops.
     pub max_iterations: usize,
     /// Settings of single methods.
@@ -199,7 +201,6 @@ impl Problem {
             method: &Fast,
             precision: Precision::F64,
             tolerance: None,
-            targets: Targets::default(),
             max_iterations: MAX_ITERATIONS,
             settings: Settings::default(),
             initial_gap: None,
@@ -228,9 +229,13 @@ pub enum LentHeights<'a> {
 }
 
 impl<'a> LentHeights<'a> {
-    /// Of a spectrum and of coefficients the series, of which each of `ranks` has its columns; of a map the nodes.
-    pub fn of(source: &'a HeightSource, ranks: &Ranks) -> Self {
+    /// Of a spectrum and of coefficients the series, of which each of `ranks` has its columns; of a map the nodes. Coefficients that `grid` does
+    /// not hold are left out.
+    pub fn of(source: &'a HeightSource, grid: Grid, ranks: &Ranks) -> Self {
         match source {
+            HeightSource::Fourier { modes, .. } if !modes.resolved_on(grid) => {
+                LentHeights::Series(modes.series().cut(grid))
+            }
             HeightSource::Synthesised { modes, .. } => LentHeights::Series(modes.series_on(ranks)),
             HeightSource::Fourier { modes, .. } => LentHeights::Lent(Heights::Series(modes.series())),
             HeightSource::Imported { heights, .. } => LentHeights::Lent(Heights::Nodes(heights)),

@@ -6,7 +6,7 @@ use crate::interface::{
     Wall,
 };
 use crate::load::{Load, LoadStep};
-use crate::method::{Heights, Precision, ReducedProblem, Settings, Targets, is_representable};
+use crate::method::{Heights, Precision, ReducedProblem, Settings, is_representable};
 use crate::path::estimated_p_star;
 use asperity_grid::error::Complaint;
 use asperity_grid::{Error, Grid, Result, mean, sys};
@@ -27,7 +27,6 @@ pub struct ReducedModel {
     pub hardness: Option<Hardness>,
     pub precision: Precision,
     pub tolerance: f64,
-    pub targets: Targets,
     pub max_iterations: usize,
     pub settings: Settings,
 }
@@ -45,7 +44,6 @@ impl ReducedModel {
             }),
             precision: self.precision,
             tolerance: self.tolerance,
-            targets: self.targets,
             max_iterations: self.max_iterations,
             settings: self.settings,
             ..ReducedProblem::new(self.grid, heights)
@@ -116,7 +114,6 @@ impl Problem {
             hardness,
             precision: self.precision,
             tolerance: self.tolerance.unwrap_or(default_tolerance(self.precision, grid)),
-            targets: self.targets,
             max_iterations: self.max_iterations,
             settings: self.settings,
         };

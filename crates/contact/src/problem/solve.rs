@@ -114,6 +114,13 @@ impl Problem {
         Ok(LoadPath { states, pull_off, is_adhesive: self.adhesion.is_some() })
     }
 
+    /// As [`Problem::load_path`], with a monitor.
+    pub(super) fn watched_load_path(&self, loads: &Loads, monitor: &dyn Monitor) -> Result<LoadPath> {
+        let mut states = Vec::new();
+        let pull_off = self.visit_load_path(loads, monitor, |state| states.push(state))?;
+        Ok(LoadPath { states, pull_off, is_adhesive: self.adhesion.is_some() })
+    }
+
     /// As [`Problem::load_path`], with each state passed to `visit` when it is solved: a long path then needs the memory of one
     /// state, and those before an error or interrupt are kept. `monitor` receives the progress and stops the solver.
     ///
@@ -154,7 +161,7 @@ impl Problem {
             return self.solve(mean_pressure);
         }
         let Reduction { model, steps, gradient } = reduced(self, &Loads::new(LoadKind::Pressure, [mean_pressure]))?;
-        let heights = LentHeights::of(self.surface.source(), &ALONE);
+        let heights = LentHeights::of(self.surface.source(), self.surface.grid(), &ALONE);
         let input = EstimatorInput::new(model.problem(heights.get()), self.method)?;
         let (card, adhesive) = (self.method.card(), model.adhesion != AttractionLaw::None);
         let criterion = self.method.criterion(&self.settings).to_string();
@@ -176,7 +183,7 @@ impl Problem {
     pub fn memory(&self) -> Result<u64> {
         // Any load that is small.
         let Reduction { model, .. } = reduced(self, &Loads::new(LoadKind::Pressure, [1e-6 * self.modulus]))?;
-        let heights = LentHeights::of(self.surface.source(), &ALONE);
+        let heights = LentHeights::of(self.surface.source(), self.surface.grid(), &ALONE);
         let path = LoadPathSolver::new(model.problem(heights.get()), self.method, model.resolution, 0.0, &[]);
         Ok(path.plan(false).bytes)
     }
@@ -228,7 +235,7 @@ fn walk(
         let accepted = "a method that solves for the fields, or `Problem::estimate`";
         return Err(Error::input(PLACE, "method", card.id, accepted));
     }
-    let heights = LentHeights::of(problem.surface.source(), &ALONE);
+    let heights = LentHeights::of(problem.surface.source(), problem.surface.grid(), &ALONE);
     let reduced = model.problem(heights.get());
     if loads.kind == LoadKind::Contact {
         let pressures = pressures_of_contact(&loads.values, &reduced, method, gradient, observer)?;

@@ -53,7 +53,7 @@ const PLAIN: [&str; 36] = [
     "load_error",
     "residual",
     "complementarity",
-    "error_estimates.energy",
+    "energy_bound",
     "error_estimates.area",
     "error_estimates.mean_gap",
     "discretisation.area",
@@ -130,7 +130,8 @@ fn whole() -> State {
         load_error: 1.0,
         residual: one,
         complementarity: one,
-        error_estimates: Some(ErrorEstimates { energy: one, area: one, mean_gap: one }),
+        energy_bound: one,
+        error_estimates: Some(ErrorEstimates { area: one, mean_gap: one }),
         discretisation: Some(Discretisation {
             area: one,
             area_is_bound: true,

@@ -2,7 +2,7 @@
 
 use super::labels::{grows, methods};
 use crate::compare::pareto::CostExponent;
-use crate::record::tradeoff::{FORECAST_TOLERANCE, TradeoffPoint, TradeoffResults};
+use crate::record::tradeoff::{TradeoffPoint, TradeoffResults};
 use crate::report::page::method_style::method_style;
 use crate::report::page::prelude::*;
 
@@ -34,8 +34,6 @@ pub(super) fn section(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Resu
     );
     // Coarse to fine.
     solved.iter_mut().for_each(|(_, points)| points.sort_by_key(|p| p.setting.nx));
-    let forecast = |points: &[&TradeoffPoint]| points.iter().find_map(|p| tradeoff.forecast(p));
-    let rows = solved.iter().map(|(method, points)| (method, points, forecast(points)));
     let paper = PAPER.iter().enumerate().map(|(i, row)| {
         let (_, n, .., seconds, _) = row;
         let previous = i.checked_sub(1).map(|i| &PAPER[i]);
@@ -44,25 +42,15 @@ pub(super) fn section(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Resu
     Ok(html! {
         p { "Exponent e of a cost that grows as (number of points)ᵉ, fitted to the grids of a method in one precision and to "
             "one tolerance. The exponent of two grids has no error; on small grids start-up costs dominate." }
-        (columns!("numbers", rows, |(method, points, f)| {
+        (columns!("numbers", &solved, |(method, points)| {
             "method" => method,
             "exponent" => or_dash(grows(tradeoff, method).map(exponent)),
             "grids" => join(points, |p| p.setting.nx.to_string()),
             "CPU" => join(points, |p| duration(p.cost.cpu_seconds)),
-            "predicted" => or_dash(f.map(|f| duration(f.predicted_cpu_seconds))),
-            "ratio" => or_dash(f.map(|f| significant(f.ratio, 2))),
-            "doubled grid" => or_dash(f.and_then(|f| f.doubled_grid_cpu_seconds).map(duration)),
             "FFT pairs" => join(points, |p| significant(p.cost.fft_pairs, 3)),
             "iterations" => join(points, |p| p.cost.iterations.to_string()),
             "memory" => join(points, |p| memory(p.cost.measured_bytes)),
         }))
-        @if !tradeoff.forecasts.is_empty() {
-            p { "Predicted: processor time of the finest grid, extrapolated from the coarser ones as a constant plus a term linear in the "
-                "work (points times FFT pairs, whose number follows a power law; points alone without FFT). Ratio: predicted over "
-                "measured; " (tradeoff.forecasts.iter().filter(|f| f.is_accurate()).count()) " of "
-                (tradeoff.forecasts.len()) " methods are within " (significant(100.0 * FORECAST_TOLERANCE, 2)) "\u{a0}%. Doubled grid: prediction from "
-                "all grids for twice the points along each side." }
-        }
         (writer.figures([growth])?)
         h3 { "Costs stated in the paper" }
         (columns!("numbers", paper, |((side, _, iterations, time, _, memory), exponent)| {

@@ -5,7 +5,7 @@ use crate::interface::Law;
 use crate::method::equilibrium_check::Ending;
 use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
 use crate::method::residuals::Residuals;
-use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, ReducedProblem, SnapshotRef, Stop, Targets};
+use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, ReducedProblem, SnapshotRef, Stop};
 use asperity_grid::{Field, Real};
 use serde::{Deserialize, Serialize};
 
@@ -133,11 +133,10 @@ pub(super) struct Ended {
     pub error_estimates: ErrorEstimates,
 }
 
-/// The state before the last Newton step, and the energy that the step could gain.
+/// The state before the last Newton step.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Cycle {
     before: Residuals,
-    excess: f64,
 }
 
 /// Plain steps since the last Newton step, which smooth the errors at contact lines.
@@ -165,16 +164,13 @@ impl SmoothingPhase {
 impl Cycle {
     /// Remaining changes, extrapolated as a geometric series with the rate of the residual over the last cycle. For
     /// area and mean gap at least the change of the last cycle, since long waves, which determine the mean gap, weigh
-    /// little in the residual: without this bound 256² stopped with an error of 1.5e-4 at an estimate of 0.6e-4. The
-    /// energy above the minimum is quadratic in the error and decreases faster than the residual, whose rate is
-    /// therefore safe.
-    fn error_estimates(&self, now: &Residuals, pressure: f64) -> ErrorEstimates {
+    /// little in the residual: without this bound 256² stopped with an error of 1.5e-4 at an estimate of 0.6e-4.
+    fn error_estimates(&self, now: &Residuals) -> ErrorEstimates {
         let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
         let rest = |now: f64, then: f64| {
             (now - then).abs() / now.abs().max(f64::MIN_POSITIVE) * (rate / (1.0 - rate)).max(1.0)
         };
         ErrorEstimates {
-            energy: Some(0.5 * self.excess * rate / now.energy(pressure).abs().max(f64::MIN_POSITIVE)),
             area: Some(rest(now.contact, self.before.contact)),
             mean_gap: Some(rest(now.mean_gap, self.before.mean_gap)),
         }
@@ -206,11 +202,11 @@ pub(super) struct DescentSnapshot {
     progress: ConvergenceMonitor,
 }
 
-/// Iterates on one grid until tolerance and targets are met.
+/// Iterates on one grid until the tolerance is met.
 pub(super) fn iterate<T: Real, L: Law>(
     task: &Task,
     level: &mut Level<T, L>,
-    (tolerance, targets): (f64, Targets),
+    tolerance: f64,
     iterations: &mut usize,
     resumed: Option<DescentSnapshot>,
 ) -> Ended {
@@ -219,7 +215,7 @@ pub(super) fn iterate<T: Real, L: Law>(
         descent.approach_rigidly();
         descent.confirm();
         let error_estimates = descent.error_estimates();
-        if let Some(ending) = descent.ended(&targets, &error_estimates) {
+        if let Some(ending) = descent.ended() {
             return Ended { ending, error_estimates };
         }
         let plain = descent.takes_plain_step();
@@ -349,9 +345,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
     }
 
     fn error_estimates(&self) -> ErrorEstimates {
-        self.cycle
-            .as_ref()
-            .map_or_else(ErrorEstimates::default, |c| c.error_estimates(&self.now.residuals, self.pressure))
+        self.cycle.as_ref().map_or_else(ErrorEstimates::default, |c| c.error_estimates(&self.now.residuals))
     }
 
     /// Rigid approach of a padded cell without contact to first contact, and of a body that yields to the balance of its
@@ -382,7 +376,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
     }
 
     /// How the iteration ends at the present state, if it does.
-    fn ended(&mut self, targets: &Targets, error_estimates: &ErrorEstimates) -> Option<Ending> {
+    fn ended(&mut self) -> Option<Ending> {
         let (scale, residual) = (self.scale(), self.residual());
         let (task, residuals) = (self.task, self.now.residuals);
         self.level.last = residuals;
@@ -390,7 +384,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         // 5e-4 at 4096² and a residual of 2 %. An initial state that meets the criteria needs no step.
         let whole =
             self.cycle.is_some() || std::mem::take(&mut self.untouched) || residual < NEGLIGIBLE * self.tolerance;
-        if whole && residuals.meets(self.tolerance, scale) && targets.met(error_estimates) {
+        if whole && residuals.meets(self.tolerance, scale) {
             return Some(Ending::Met);
         }
         if *self.iterations >= task.problem.max_iterations {
@@ -483,15 +477,15 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let forcing = (residual / self.last).powi(2).clamp(finest, ROUGHEST).max(enough);
         let accuracy = (self.mean_stiffness(), forcing, INNER_LIMIT);
         let (fft_pairs, observer) = (self.level.fft_pairs, self.task.observer);
-        let Some(excess) = self.level.newton(accuracy, &|| observer.stop_requested()) else {
+        if !self.level.newton(accuracy, &|| observer.stop_requested()) {
             self.level.clear_step();
             self.now = self.level.trial(0.0, self.precision);
             self.progress = self.progress.at(&self.known);
             *self.iterations -= 1;
             return None;
-        };
+        }
         self.phase = Some(SmoothingPhase { newton: self.level.fft_pairs - fft_pairs, first: None, plain: 0 });
-        self.cycle = Some(Cycle { before: self.now.residuals, excess });
+        self.cycle = Some(Cycle { before: self.now.residuals });
         self.smoothing = SMOOTHING_AFTER_NEWTON;
         self.last = residual;
         Some(1.0)

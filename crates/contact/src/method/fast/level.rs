@@ -232,24 +232,21 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
     /// Solves `H x = -t` on the free nodes for the step with conjugate gradients, preconditioned with the inverse
     /// stiffness restricted to these nodes, until the residual is `forcing` times its first value or at most `limit`
     /// iterations of two transform pairs. `mean_stiffness` is that of the mean mode in the preconditioner. Ends at
-    /// negative curvature with the present iterate. Returns `⟨t M⁻¹ t⟩` on the free nodes per facing node; without
-    /// adhesion half of it estimates the energy above the minimum, as the inverse of the restricted stiffness is bounded
-    /// by the restriction of the inverse, except for the mean mode. `None` if stopped, with an unusable step.
+    /// negative curvature with the present iterate. `false` if stopped, with an unusable step.
     pub(super) fn newton(
         &mut self,
         (mean_stiffness, forcing, limit): (f64, f64, usize),
         stopping: &dyn Fn() -> bool,
-    ) -> Option<f64> {
-        let (n, facing) = (self.grid().points() as f64, self.window().points() as f64);
+    ) -> bool {
+        let n = self.grid().points() as f64;
         let stiffness = Metric::Stiffness { mean_stiffness: self.spring.stiffness };
         let inverse = Metric::Compliance { mean_stiffness };
         let first = self.fields.begin(std::mem::take(&mut self.pending));
         let mut rz = self.fields.multiply(inverse);
-        let excess = rz;
         let mut beta = 0.0;
         for iteration in 1..=limit {
             if stopping() {
-                return None;
+                return false;
             }
             let law_curvature = self.fields.conjugate(beta);
             let elastic = self.fields.multiply(stiffness);
@@ -272,7 +269,7 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
             rz = self.fields.multiply(inverse);
             beta = rz / old;
         }
-        Some(excess * n / facing)
+        true
     }
 
     /// Contact stiffness of the present gap, E*/L: the closed nodes stay closed, the others are free. The change `x` of the gap under a

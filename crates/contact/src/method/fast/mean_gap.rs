@@ -5,7 +5,7 @@ use super::descent::{DescentSnapshot, Ended, GapSearch, Task, iterate};
 use super::level::Level;
 use crate::interface::Law;
 use crate::method::equilibrium_check::{Ending, EquilibriumCheck, equilibrium_check};
-use crate::method::{Load, Stop, Targets, sweep};
+use crate::method::{Load, Stop, sweep};
 use asperity_grid::{Real, mean};
 
 /// Largest number of pressure corrections on a coarse grid under mean-gap control.
@@ -23,12 +23,12 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         &self,
         level: &mut Level<T, L>,
         load: Load,
-        (tolerance, targets): (f64, Targets),
+        tolerance: f64,
         iterations: &mut usize,
         mut pause: Option<DescentSnapshot>,
     ) -> Ended {
         let Load::MeanGap(target) = load else {
-            return iterate(&self.task(load), level, (tolerance, targets), iterations, pause);
+            return iterate(&self.task(load), level, tolerance, iterations, pause);
         };
         // The stiffness of the spring depends on the grid.
         let pressure = level.pressure;
@@ -42,7 +42,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         loop {
             let (pressure, start) = (level.pressure, *iterations);
             let task = Task { search, ..self.task(load) };
-            let ended = iterate(&task, level, (tolerance, targets), iterations, pause.take());
+            let ended = iterate(&task, level, tolerance, iterations, pause.take());
             let miss = level.last.mean_gap - target;
             level.pressure += level.spring.stiffness * miss;
             search.corrections += 1;

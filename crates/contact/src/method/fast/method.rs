@@ -27,7 +27,7 @@ static CARD: MethodCard = MethodCard {
         mean_gap: true,
         first_contact: true,
         non_periodic: true,
-        energy_target: true,
+        elastic_stress: true,
         ranks: true,
         gpu: true,
         atoms: false,

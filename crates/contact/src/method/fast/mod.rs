@@ -274,7 +274,7 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
                 Level::with_gap(self.cell.grid, self.body(self.cell.grid), self.cell, self.gpu.as_ref(), start);
             self.set_load(&mut level, load);
             level.prepare();
-            let ended = self.solve_at(&mut level, load, (self.tolerance(load), problem.targets), &mut iterations, None);
+            let ended = self.solve_at(&mut level, load, self.tolerance(load), &mut iterations, None);
             (level, ended)
         } else {
             self.nested(load, &mut iterations, resumed)

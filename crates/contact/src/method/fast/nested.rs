@@ -5,16 +5,18 @@ use super::descent::{DescentSnapshot, Ended};
 use super::level::Level;
 use crate::interface::Law;
 use crate::method::equilibrium_check::Ending;
-use crate::method::{CoarseState, ErrorEstimates, Load, Observer, Stop, Targets};
+use crate::method::{CoarseState, ErrorEstimates, Load, Observer, Stop};
 use asperity_grid::{Grid, Real, next_fast_len};
 
 /// Grids with fewer than twice this number of points along a side are not halved along it.
 const COARSEST: usize = 64;
 
-/// Tolerance of the residual on coarse grids; a smaller one does not reduce the work on the next grid. 5e-2 takes 3
-/// to 13 % fewer transform pairs in all, but makes the estimate of the discretisation error two to three times as
-/// large.
+/// Tolerance of the residual on coarse grids; a smaller one does not reduce the work on the next grid.
 const COARSE_TOLERANCE: f64 = 1e-2;
+
+/// On the grid next to the problem's own, whose state serves the error of the result: 1e-2 makes errors up to a fifth larger, 1e-4 needs
+/// 2 % more transform pairs in all.
+const NEXT_TOLERANCE: f64 = 1e-3;
 
 /// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform
 /// length.
@@ -83,9 +85,10 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         pause: Option<DescentSnapshot>,
     ) -> Ended {
         let goal = if level.grid() == self.cell.grid {
-            (self.tolerance(load), self.problem.targets)
+            self.tolerance(load)
         } else {
-            (COARSE_TOLERANCE.max(self.tolerance(load)), Targets::default())
+            let coarse = if self.is_next(level.grid()) { NEXT_TOLERANCE } else { COARSE_TOLERANCE };
+            coarse.max(self.tolerance(load))
         };
         level.prepare();
         self.solve_at(level, load, goal, iterations, pause)
@@ -106,11 +109,14 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         }
     }
 
+    /// Whether a grid is the next coarser one of the problem's own, which serves the error of the result.
+    fn is_next(&self, grid: Grid) -> bool {
+        coarser(self.cell.grid) == Some(grid)
+    }
+
     /// Reports the state of a coarse grid.
     fn report(&self, level: &mut Level<T, L>, load: Load, error_estimates: ErrorEstimates) {
-        // The grid next to the problem's own serves the error of the result.
-        let next = coarser(self.cell.grid).is_some_and(|g| g == level.grid());
-        let stiffness = if next { self.stiffness(level, load) } else { None };
+        let stiffness = if self.is_next(level.grid()) { self.stiffness(level, load) } else { None };
         let (residuals, window, coarse) = (level.last, level.window(), level.grid());
         let (energy, range) = (residuals.energy(level.pressure), level.law().range());
         let (ranks, pressure) = (level.ranks(), level.pressure);
