@@ -37,7 +37,7 @@ fn transform_pair(c: &mut Criterion) {
 /// The challenge's surface as a Fourier series, as for large grids; the benchmark `measure` times larger ones.
 fn challenge(c: &mut Criterion) {
     let grid = Grid::unit(512, 512);
-    let series = Modes::new(Spectrum::CHALLENGE, 1, 1.0).series();
+    let series = Modes::new(Spectrum::CHALLENGE, 1, 1.0).series().clone();
     let gamma: f64 = 2e-5;
     let adhesion = AttractionLaw::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
     for (name, adhesion) in [("", AttractionLaw::None), (" adhesive", adhesion)] {

@@ -232,7 +232,7 @@ def solve(
     if failure is not None:
         failure.load_path = path  # type: ignore[attr-defined]
         raise failure
-    if accuracy is not None and error is not None and not accuracy.met:
+    if accuracy is not None and accuracy.met is False:
         warnings.warn(f"the error that was asked for is not reached: {accuracy}", AsperityWarning, stacklevel=2)
     return path
 

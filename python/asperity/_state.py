@@ -178,28 +178,29 @@ class Accuracy:
 
     Attributes
     ----------
-    met : bool
-        Whether every error is within what was asked for.
+    met : bool or None
+        Whether every error is within what was asked for; None where only a time was.
     last : str
-        Why no finer grid was solved: ``met``, ``map`` (it has no further nodes), ``waves`` (16 nodes per shortest wave), ``budget``
-        or ``memory``.
+        Why no finer grid was solved: ``met``, ``map`` (it has no further nodes), ``waves`` (16 nodes per shortest wave), ``budget``,
+        ``memory`` or ``not_converged``.
     errors : dict of str to float or None
         Largest relative errors of the states, by quantity; None where one is not known.
     grids : tuple of dict
         The grids that were solved, from coarse to fine, each with ``nx``, ``ny``, ``seconds`` and ``errors``.
     """
 
-    met: bool
+    met: bool | None
     last: str
     errors: dict[str, float | None]
     grids: tuple[dict[str, Any], ...]
 
     @classmethod
     def _read(cls, results: dict[str, Any]) -> Accuracy:
-        return cls(results["last"] == "met", results["last"], results["grids"][-1]["errors"], tuple(results["grids"]))
+        met = results["last"] == "met" if results["requested"] else None
+        return cls(met, results["last"], results["grids"][-1]["errors"], tuple(results["grids"]))
 
     def __str__(self) -> str:
-        errors = ", ".join(f"{name} {'not known' if e is None else f'{100 * e:.2g} %'}" for name, e in self.errors.items())
+        errors = ", ".join(f"{name} {'not known' if e is None else f'{100 * e:.3g} %'}" for name, e in self.errors.items())
         return f"{errors} on {self.grids[-1]['nx']} x {self.grids[-1]['ny']} nodes ({self.last})"
 
 

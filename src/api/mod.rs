@@ -13,7 +13,7 @@ pub use agreement::{MapAgreement, compare_maps};
 pub use asperity_contact::interface::HardnessMap;
 pub use asperity_contact::problem::{
     Accuracy, AccuracyResults, Adhesion, AdhesionLaw, Body, ErrorTargets, Hardness, LastGrid, LoadKind, LoadPath,
-    Loads, Monitor, Problem, Progress, SolvedGrid, Stated,
+    Loads, Monitor, Problem, Progress, SolvedGrid, StatedQuantity,
 };
 pub use asperity_contact::results::PullOff;
 pub use asperity_contact::state::{Map, State};

@@ -16,7 +16,6 @@ use crate::record::{load_table, netcdf, tradeoff};
 use crate::report::accuracy;
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
-use asperity_contact::load::Load;
 use asperity_contact::method::Device;
 use asperity_contact::problem::{Accuracy, AccuracyResults, GridErrors, SolvedGrid};
 use asperity_contact::results::PullOff;
@@ -176,10 +175,9 @@ fn solve_grid(
     let heights = SolvedHeights::new(case);
     let stage = SolveStage { case, variant: Variant::Primary };
     let (solved, _) = folder.execute(&stage, &[&surface], &heights, listener)?;
-    let gaps_imposed = case.load_steps().iter().any(|step| matches!(step.target, Load::MeanGap(_)));
     let pull_off = solved.pull_off.as_ref().map(PullOff::relative_error);
     let seconds = folder.costs.iter().map(|cost| cost.seconds).sum();
-    Ok((accuracy.errors_of(gaps_imposed, &solved.states, pull_off), seconds))
+    Ok((accuracy.errors_of(case.imposes_gaps(), &solved.states, pull_off), seconds))
 }
 
 /// Writes the hashes of the files outside the stages.

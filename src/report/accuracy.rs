@@ -2,6 +2,7 @@
 
 use crate::report::number::{duration, significant};
 use asperity_contact::problem::{AccuracyResults, ErrorCost, LastGrid, SolvedGrid};
+use asperity_surface::Surface;
 
 /// The errors of the results as words.
 pub fn reached_errors(reached: &AccuracyResults) -> String {
@@ -21,11 +22,12 @@ fn percent(error: Option<f64>) -> String {
 /// What was not reached, and why.
 pub fn missed(reached: &AccuracyResults) -> Option<String> {
     let SolvedGrid { nx, ny, .. } = reached.grids.last()?;
+    let waves = format!("finer grids than {} points per shortest wave are not tried", Surface::NODES_PER_WAVE);
     let reason = match reached.last {
         LastGrid::Met => return None,
         _ if reached.requested.is_empty() => return None,
         LastGrid::Map => "the map has no points between these, and a finer grid would assume its shorter waves",
-        LastGrid::Waves => "16 points per shortest wave are the finest grid",
+        LastGrid::Waves => &waves,
         LastGrid::Budget => "a finer grid would exceed the budget",
         LastGrid::Memory => "a finer grid does not fit into memory",
         LastGrid::NotConverged => "finer grids did not converge",

@@ -9,9 +9,9 @@ use super::{ALL_METHODS, AtomsCase, LaboratoryScene, Length, Scene, problem};
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::{AttractionLaw, HardnessMap, SubsurfaceRequest};
-use asperity_contact::load::LoadStep;
+use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
-use asperity_contact::problem::{Accuracy, Hardness, Judged, Loads, Problem, ReducedModel, Reduction};
+use asperity_contact::problem::{Accuracy, Hardness, Loads, Problem, ReducedModel, Reduction};
 use asperity_contact::results::HardnessMapResults;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
@@ -98,8 +98,7 @@ impl Case {
         let problem = problem::problem(&scene, &laboratory, surface, map);
         add(&mut list, problem.issues(&scene.load.loads(), &keys));
         if let Some(accuracy) = scene.accuracy() {
-            let judged = Judged { problem: &problem, loads: &scene.load.loads(), leakage: scene.continuum.leakage };
-            add(&mut list, accuracy.issues(&judged, &keys));
+            add(&mut list, accuracy.issues(&problem, &scene.load.loads(), scene.continuum.leakage, &keys));
             if scene.continuum.initial_gap.is_some() {
                 let accepted = "none with accuracy.error, which solves on several grids";
                 list.push(Complaint::new("continuum.initial_gap", "given", accepted));
@@ -274,6 +273,11 @@ impl Case {
     /// p* of the loading steps; empty where the mean gap is imposed.
     pub fn loading_p_star(&self) -> Vec<f64> {
         self.loading_steps().iter().filter_map(|s| s.p_star).collect()
+    }
+
+    /// Whether a mean gap is imposed.
+    pub fn imposes_gaps(&self) -> bool {
+        self.load_steps.iter().any(|step| matches!(step.target, Load::MeanGap(_)))
     }
 
     /// Highest p* of the load path, at least 0.

@@ -427,7 +427,7 @@ fn heights_as_a_series() {
         let heights: Vec<f64> = modes.heights(grid, 0.0);
         for id in METHODS {
             let nodes = problem(grid, &heights);
-            let waves = ReducedProblem { heights: Heights::Series(&series), ..nodes.clone() };
+            let waves = ReducedProblem { heights: Heights::Series(series), ..nodes.clone() };
             let [a, b] = [&nodes, &waves].map(|p| solve(p, id, 0.02, |s| (s.energy, s.mean_gap, fraction(s, grid).0)));
             assert!(
                 (a.0 / b.0 - 1.0).abs() < 1e-9 && (a.1 / b.1 - 1.0).abs() < 1e-9 && a.2 == b.2,

@@ -79,7 +79,7 @@ fn rl_archard_counts_waves_once() {
     /// Of perimeter-corrected areas on half of the points. Measured: 0.6 %.
     const HALF_OF_THE_POINTS: f64 = 0.02;
     let (grid, heights) = rough(256, 256, 1.0 / 16.0, 18);
-    let series = Modes::new(Spectrum { lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE }, 18, 1.0).series();
+    let series = Modes::new(Spectrum { lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE }, 18, 1.0).series().clone();
     let of = |problem: &ReducedProblem, p: f64| {
         estimator(problem, "rl-archard").estimate(Load::Pressure(p)).unwrap().contact_area
     };

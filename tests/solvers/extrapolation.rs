@@ -40,7 +40,7 @@ const BY: f64 = 1.6;
 fn the_stated_error_covers_the_true_one() {
     let (mut judged, mut missed, mut refused) = (0, Vec::new(), 0);
     for (cut, seed, gamma, pressure) in SURFACES {
-        let modes = Modes::new(Spectrum { lambda_s: 1.0 / cut, ..Spectrum::CHALLENGE }, seed, 1.0).series();
+        let modes = Modes::new(Spectrum { lambda_s: 1.0 / cut, ..Spectrum::CHALLENGE }, seed, 1.0).series().clone();
         let adhesion = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / FINE as f64).sqrt());
         let load = [Load::Pressure(pressure)];
         let on = |n: usize| {

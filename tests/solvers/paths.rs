@@ -70,7 +70,7 @@ fn the_error_of_the_grid_is_reported() {
     /// Smallest ratio of change to error. The change may exceed the error if the error decreases fast. The next finer
     /// grid, which serves as reference, has an error itself.
     const AT_LEAST: f64 = 0.5;
-    let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
+    let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series().clone();
     let loads = [0.01, 0.05].map(Load::Pressure);
     let adhesion = AttractionLaw::exponential(GAMMA, COHESIVE_RESOLUTION * (GAMMA / 64.0).sqrt());
     for (adhesion, ids) in [(AttractionLaw::None, &["fast", "bvm"][..]), (adhesion, &["fast", "gfmd"][..])] {
@@ -95,7 +95,7 @@ fn the_error_of_the_grid_is_reported() {
 /// requested range.
 #[test]
 fn the_true_range_is_extrapolated_to() {
-    let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
+    let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series().clone();
     // A grid of 1024 points resolves the range; 256, 128 and 64 points use 2, 2.8 and 4 times the range.
     let rho = COHESIVE_RESOLUTION * (GAMMA / 1024.0).sqrt();
     let adhesion = AttractionLaw::exponential(GAMMA, rho);
@@ -123,7 +123,7 @@ fn the_true_range_is_extrapolated_to() {
 /// energy. Without adhesion the branches coincide.
 #[test]
 fn branches_are_followed() {
-    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
+    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series().clone();
     let grid = Grid::unit(64, 64);
     let loads = [0.005, 0.1, 0.005].map(Load::Pressure);
     let adhesion = AttractionLaw::exponential(2e-3, 3e-3);
@@ -139,7 +139,7 @@ fn branches_are_followed() {
 /// just above.
 #[test]
 fn pulled_apart() {
-    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
+    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series().clone();
     let grid = Grid::unit(64, 64);
     let gamma = 4e-3;
     let adhesion = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 64.0f64).sqrt());
@@ -224,7 +224,7 @@ impl Observer for Stopper {
 /// load of a path.
 #[test]
 fn a_resumed_solve_has_the_same_bits() {
-    let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series();
+    let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series().clone();
     let grid = Grid { nx: 256, ny: 192, lx: 1.0, ly: 0.75 };
     let gamma: f64 = 4e-4;
     let sticky = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 256.0).sqrt());

@@ -191,7 +191,7 @@ fn realisations_pass_as_isotropic() {
     for (n, seeds) in [(128, 12), (256, 6), (512, 2)] {
         for seed in 1..=seeds {
             let modes = Modes::new(Spectrum { lambda_s: 4.0 / n as f64, ..Spectrum::CHALLENGE }, seed, 1.0);
-            let power = PowerSpectrum::from_series(&modes.series(), Grid::unit(n, n));
+            let power = PowerSpectrum::from_series(modes.series(), Grid::unit(n, n));
             assert!(power.anisotropy < 0.2, "{n}, {seed}: {}", power.anisotropy);
             estimated(&of(&power), "persson", 0.01);
         }
@@ -550,7 +550,7 @@ fn rl_archard_gap_is_that_of_the_long_waves() {
     let of_nodes = estimated(&ReducedProblem::new(grid, &heights), "rl-archard", 0.05);
     // Both grids have four points per shortest wave: agreement to the tolerance of the solvers.
     assert!(near(of_nodes.gap, solved.mean_gap, 1e-5), "{} {}", of_nodes.gap, solved.mean_gap);
-    let series = Modes::new(Spectrum { lambda_s: SHORTEST, ..Spectrum::CHALLENGE }, 18, 1.0).series();
+    let series = Modes::new(Spectrum { lambda_s: SHORTEST, ..Spectrum::CHALLENGE }, 18, 1.0).series().clone();
     let of_series = estimated(&ReducedProblem::new(grid, method::Heights::Series(&series)), "rl-archard", 0.05);
     assert!(near(of_series.gap, of_nodes.gap, 1e-6) && near(of_series.contact_area, of_nodes.contact_area, 1e-6));
 }
@@ -558,7 +558,7 @@ fn rl_archard_gap_is_that_of_the_long_waves() {
 /// S30, on the challenge's surface: full contact below p* = 0.8.
 #[test]
 fn rl_archard_full_contact_pressure() {
-    let series = Modes::new(Spectrum::CHALLENGE, 18, 1.0).series();
+    let series = Modes::new(Spectrum::CHALLENGE, 18, 1.0).series().clone();
     let problem = ReducedProblem::new(Grid::unit(2048, 2048), method::Heights::Series(&series));
     let found = estimates(&problem, "rl-archard", &[0.01, 0.8]);
     println!(

@@ -180,6 +180,17 @@ impl<T: Real> Series<T> {
         *self.whole.get_or_init(|| [self.rms(), self.rms_gradient(all)])
     }
 
+    /// Root mean square of all waves, those included that [`Series::cut`] has left out.
+    pub fn whole_rms(&self) -> f64 {
+        self.whole.get().map_or_else(|| self.rms(), |whole| whole[0])
+    }
+
+    /// Whether a grid holds every wave.
+    pub fn is_held_by(&self, grid: Grid) -> bool {
+        let [nx, ny] = self.nodes.map_or([2 * self.width - 1, self.height], |own| [own.nx, own.ny]);
+        nx <= grid.nx && ny <= grid.ny
+    }
+
     /// Only the waves that a grid holds, in less memory. [`Series::whole`] stays.
     pub fn cut(&self, grid: Grid) -> Self {
         if self.nodes.is_some_and(|own| (own.nx, own.ny) == (grid.nx, grid.ny)) {
@@ -310,6 +321,7 @@ mod tests {
             let [whole, own] = [&series, &cut].map(|s| s.on_nodes(&transform, &mut transform.spectrum()));
             assert!(whole.iter().zip(&own).all(|(w, o)| w == o), "{nx} x {ny}");
             assert_eq!(cut.whole(grid), [series.rms(), series.rms_gradient(fine)]);
+            assert!(cut.whole_rms() == series.rms() && cut.is_held_by(grid) && !series.is_held_by(grid));
             assert!((cut.rms() - series.resolved_rms(grid)).abs() < 1e-13 && cut.bytes() < series.bytes());
             assert_eq!(cut.divided(2.0).whole(grid), cut.whole(grid).map(|value| value / 2.0));
         }

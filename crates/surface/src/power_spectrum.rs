@@ -146,8 +146,7 @@ mod tests {
             let modes = Modes::new(spectrum, 3, grid.ly);
             let heights = modes.heights::<f64>(grid, 0.0);
             let m = moments(grid, &heights);
-            for power in [PowerSpectrum::from_nodes(grid, &heights), PowerSpectrum::from_series(&modes.series(), grid)]
-            {
+            for power in [PowerSpectrum::from_nodes(grid, &heights), PowerSpectrum::from_series(modes.series(), grid)] {
                 let close = |actual: f64, exact: f64| assert!((actual / exact - 1.0).abs() < 1e-10, "{actual} {exact}");
                 let (m0, m2, m4) = power.moments();
                 close(m0, m.m0);

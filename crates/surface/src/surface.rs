@@ -65,6 +65,9 @@ impl MapOptions {
 }
 
 impl Surface {
+    /// Nodes per shortest wave beyond which [`Surface::refinements`] of a series do not go.
+    pub const NODES_PER_WAVE: usize = 16;
+
     /// A surface of `heights` `[ny, nx]`, x fastest, in the unit of `length`, the extent along x. Pixels are square;
     /// [`Surface::from_map`] takes others.
     ///
@@ -185,7 +188,7 @@ impl Surface {
     }
 
     /// Nodes along x and y from coarse to fine, each twice as many as those before, of which the surface's own are some. A map ends with its
-    /// own, as nothing is known of waves between them; a series goes on to 16 nodes per shortest wave.
+    /// own, as nothing is known of waves between them; a series goes on to at most [`Surface::NODES_PER_WAVE`].
     pub fn refinements(&self) -> Vec<[usize; 2]> {
         let half = |[nx, ny]: [usize; 2]| [nx.div_ceil(2), ny.div_ceil(2)];
         let double = |[nx, ny]: [usize; 2]| [2 * nx, 2 * ny];
@@ -197,8 +200,10 @@ impl Surface {
         list.push(own);
         let needed = match &self.source {
             HeightSource::Imported { .. } => 0,
-            HeightSource::Synthesised { spectrum, .. } => PER_WAVE * spectrum.largest_modes(self.grid.ly).0 as usize,
-            HeightSource::Fourier { modes, .. } => PER_WAVE * (modes.smallest_grid() / 2),
+            HeightSource::Synthesised { spectrum, .. } => {
+                Self::NODES_PER_WAVE * spectrum.largest_modes(self.grid.ly).0 as usize
+            }
+            HeightSource::Fourier { modes, .. } => Self::NODES_PER_WAVE * (modes.smallest_grid() / 2),
         };
         let finer = std::iter::successors(Some(own), |n| Some(double(*n)).filter(|n| n[0] <= needed)).skip(1);
         list.extend(finer);
@@ -292,9 +297,6 @@ const PLACE: &str = "surface";
 
 /// Least number of nodes of the coarsest grid along its longer side.
 const COARSEST: usize = 32;
-
-/// Nodes per shortest wave of the finest grid.
-const PER_WAVE: usize = 16;
 
 fn positive(key: &str, value: f64) -> Result<()> {
     match value.is_finite() && value > 0.0 {

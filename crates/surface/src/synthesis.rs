@@ -5,7 +5,7 @@ use rand::{Rng, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// One realisation of a spectrum, which defines the amplitude of every mode.
 ///
@@ -18,13 +18,15 @@ pub struct Modes {
     /// Extent of the cell in y over that in x.
     aspect: f64,
     seed: u64,
-    /// Factor of all amplitudes, computed where it is first needed: it takes the sum over all modes, which plans do without.
-    scale: OnceLock<f64>,
+    /// Factor of all amplitudes, computed where it is first needed: it takes the sum over all modes, which plans do without. Shared by clones,
+    /// as the series.
+    scale: Arc<OnceLock<f64>>,
+    series: Arc<OnceLock<Series<f64>>>,
 }
 
 impl Modes {
     pub fn new(spectrum: Spectrum, seed: u64, aspect: f64) -> Self {
-        Modes { spectrum, aspect, seed, scale: OnceLock::new() }
+        Modes { spectrum, aspect, seed, scale: Arc::default(), series: Arc::default() }
     }
 
     fn scale(&self) -> f64 {
@@ -115,15 +117,20 @@ impl Modes {
     }
 
     /// The Fourier series of all modes of the spectrum, from which heights on any grid can be computed.
-    pub fn series(&self) -> Series<f64> {
+    pub fn series(&self) -> &Series<f64> {
         self.series_on(&ALONE)
     }
 
     /// The same on every rank, each of which computes a part of it.
-    pub fn series_on(&self, ranks: &Ranks) -> Series<f64> {
-        let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
-        let scale = self.scale();
-        Series::from_modes_on(ranks, kx_max as usize, ky_max as usize, |kx, ky| self.scaled_amplitude(kx, ky, scale))
+    pub fn series_on(&self, ranks: &Ranks) -> &Series<f64> {
+        // As in `scale`.
+        self.series.get().unwrap_or_else(|| {
+            let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
+            let scale = self.scale();
+            let amplitude = |kx, ky| self.scaled_amplitude(kx, ky, scale);
+            let series = Series::from_modes_on(ranks, kx_max as usize, ky_max as usize, amplitude);
+            self.series.get_or_init(|| series)
+        })
     }
 
     /// Bytes of [`Modes::series`].

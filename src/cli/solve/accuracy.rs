@@ -60,8 +60,7 @@ impl SolveArgs {
             let case = case.on_nodes(nodes, &coarsest, accuracy)?;
             let out = self.out.as_ref().map(|out| of_grid(out, nodes));
             let solved = SolveArgs { out, ..self.clone() }.solve(&case, (&ALONE, false), progress)?;
-            let gaps_imposed = case.load_steps().iter().any(|step| matches!(step.target, Load::MeanGap(_)));
-            let errors = accuracy.errors_of(gaps_imposed, &solved.states, solved.pull_off_error());
+            let errors = accuracy.errors_of(case.imposes_gaps(), &solved.states, solved.pull_off_error());
             let earlier = solved.earlier_seconds;
             last = Some((case, solved));
             Ok((errors, earlier))

@@ -6,7 +6,6 @@ use crate::cli::file::COMMAND_LINE;
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::scene::Case;
 use crate::{Error, Result};
-use asperity_contact::load::Load;
 use asperity_contact::method::{ContactMethod, Equilibrium, Iteration, Observer, SnapshotRef, Stop};
 use asperity_contact::path::{LoadPathSolver, Reached};
 use asperity_grid::Grid;
@@ -48,7 +47,6 @@ impl SolveArgs {
             return Ok(());
         }
         let continuum = &case.scene.continuum;
-        let mean_gap = case.load_steps().iter().any(|step| matches!(step.target, Load::MeanGap(_)));
         let refused = [
             ("--method", !method.card().capabilities.ranks, "fast"),
             ("--non-periodic", !continuum.is_periodic(), "a periodic body"),
@@ -56,7 +54,7 @@ impl SolveArgs {
             ("--pull-off", self.pull_off, "loads without a pull-off"),
             ("--error or --budget", case.scene.accuracy.is_some(), "one grid"),
             ("--contact", !case.scene.load.contact.is_empty(), "pressures"),
-            ("--mean-gap", mean_gap, "pressures"),
+            ("--mean-gap", case.imposes_gaps(), "pressures"),
         ];
         match refused.into_iter().find(|(_, is_given, _)| *is_given) {
             None => Ok(()),

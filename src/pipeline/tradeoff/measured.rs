@@ -100,7 +100,7 @@ pub(super) fn measure_repeatedly(
             made = surface.heights(case.model.grid, low_pass).into_iter().map(|h| h * stretch).collect();
             Heights::Nodes(&made)
         }
-        HeightSource::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
+        HeightSource::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series().clone())),
         HeightSource::Fourier { modes, .. } => Heights::Series(modes.series()),
         HeightSource::Imported { .. } => {
             made = case.surface().heights(case.model.grid, 0.0);

@@ -3,7 +3,7 @@
 use super::prelude::*;
 use crate::report::accuracy::{missed, reached_errors};
 use crate::report::number::duration;
-use asperity_contact::problem::Stated;
+use asperity_contact::problem::StatedQuantity;
 use std::collections::BTreeSet;
 
 /// What was asked for and reached; empty for a scene that asks for none.
@@ -13,7 +13,7 @@ pub(super) fn section(results: &Results) -> Markup {
         (false, _) => format!("An error of {} was asked for", reached.requested),
         (true, seconds) => format!("The least errors within {} were asked for", duration(seconds.unwrap_or_default())),
     };
-    let judged: Vec<Stated> = reached
+    let judged: Vec<StatedQuantity> = reached
         .grids
         .iter()
         .flat_map(|grid| grid.errors.keys().copied())
@@ -22,7 +22,7 @@ pub(super) fn section(results: &Results) -> Markup {
         .collect();
     let head: Vec<&str> = ["nodes", "time"].into_iter().chain(judged.iter().map(|q| q.name())).collect();
     let rows = reached.grids.iter().map(|grid| {
-        let error = |q: &Stated| grid.errors.get(q).copied().flatten();
+        let error = |q: &StatedQuantity| grid.errors.get(q).copied().flatten();
         let errors = judged.iter().map(|q| or_dash(error(q).map(|e| format!("{} %", significant(100.0 * e, 3)))));
         row![format!("{} × {}", count(grid.nx), count(grid.ny)), duration(grid.seconds)]
             .into_iter()

@@ -59,7 +59,7 @@ impl Heights<'_> {
     pub fn rms(&self) -> f64 {
         match self {
             Heights::Nodes(nodes) => rms(nodes),
-            Heights::Series(series) => series.rms(),
+            Heights::Series(series) => series.whole_rms(),
             Heights::Planned(_) => f64::NAN,
         }
     }

@@ -21,44 +21,51 @@ fn softest(kernel: Elastic, grid: Grid) -> f64 {
 /// energies of both bound the minimum from either side; their difference is `½⟨r K⁻¹ r⟩` with `r` what was taken from the stress: that of
 /// open nodes, and tension. Here `K` is replaced by its least value, which saves a transform. The displacement deviates from the
 /// exact one by at most the root of twice the difference, in the norm of the elastic energy.
-pub(super) fn energy_bound(problem: &ReducedProblem, card: &MethodCard, state: &Equilibrium) -> Option<f64> {
-    if !card.capabilities.elastic_stress {
-        return None;
+pub(super) struct EnergyBound {
+    softest: f64,
+}
+
+impl EnergyBound {
+    /// `None` where a state has no bound, or the stress of the method's states is another than that of their displacement.
+    pub(super) fn of(problem: &ReducedProblem, card: &MethodCard) -> Option<Self> {
+        let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
+        let elastic = problem.adhesion == AttractionLaw::None && problem.hardness.is_none();
+        let applies = periodic && elastic && problem.wall == Wall::Hard && card.capabilities.elastic_stress;
+        applies.then(|| EnergyBound { softest: softest(problem.kernel, problem.grid) })
     }
-    let Load::Pressure(imposed) = state.load else { return None };
-    let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
-    let elastic = problem.adhesion == AttractionLaw::None && problem.hardness.is_none() && problem.wall == Wall::Hard;
-    if !(periodic && elastic && state.elastic_energy > 0.0) {
-        return None;
+
+    pub(super) fn at(&self, grid: Grid, state: &Equilibrium) -> Option<f64> {
+        let Load::Pressure(imposed) = state.load else { return None };
+        let ranks = state.ranks;
+        let in_row = |y: usize| {
+            (y * grid.nx..(y + 1) * grid.nx).fold([0.0; 3], |[sum, square, taken], i| {
+                let stress = state.stress.at(i);
+                let pressure = if state.gap.at(i) <= 0.0 { stress.max(0.0) } else { 0.0 };
+                [sum + pressure, square + pressure * pressure, taken + (stress - pressure).powi(2)]
+            })
+        };
+        let rows: Vec<[f64; 3]> = (0..state.gap.len() / grid.nx).into_par_iter().map(in_row).collect();
+        let sums = sums_of_ranks(ranks, grid.ny, &rows);
+        let [mean, square, taken] = sums.map(|sum| sum / grid.points() as f64);
+        let taken = taken + (1.0 - imposed / mean).powi(2) * square;
+        let bound = 0.5 * taken / self.softest / state.elastic_energy;
+        bound.is_finite().then_some(bound)
     }
-    let (grid, ranks) = (problem.grid, state.ranks);
-    let in_row = |y: usize| {
-        (y * grid.nx..(y + 1) * grid.nx).fold([0.0; 3], |[sum, square, taken], i| {
-            let stress = state.stress.at(i);
-            let pressure = if state.gap.at(i) <= 0.0 { stress.max(0.0) } else { 0.0 };
-            [sum + pressure, square + pressure * pressure, taken + (stress - pressure).powi(2)]
-        })
-    };
-    let rows: Vec<[f64; 3]> = (0..state.gap.len() / grid.nx).into_par_iter().map(in_row).collect();
-    let sums = sums_of_ranks(ranks, grid.ny, &rows);
-    let [mean, square, taken] = sums.map(|sum| sum / grid.points() as f64);
-    let taken = taken + (1.0 - imposed / mean).powi(2) * square;
-    let bound = 0.5 * taken / softest(problem.kernel, grid) / state.elastic_energy;
-    bound.is_finite().then_some(bound)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::interface::{Base, CubicHalfSpace, Layer};
-    use crate::method::{ContactMethod, Fast, NoObserver};
+    use crate::method::{Bvm, ContactMethod, Fast, Gfmd, NoObserver};
     use asperity_surface::{Modes, Spectrum};
 
     /// Energy and elastic energy of a state, and the bound.
-    fn solved(problem: &ReducedProblem, pressure: f64) -> (f64, f64, f64) {
-        let mut run = Fast.start(problem, &NoObserver).expect("a problem").solver().expect("a solver");
+    fn solved(problem: &ReducedProblem, method: &dyn ContactMethod, pressure: f64) -> (f64, f64, f64) {
+        let mut run = method.start(problem, &NoObserver).expect("a problem").solver().expect("a solver");
         let state = run.equilibrate(Load::Pressure(pressure)).expect("solved");
-        (state.energy, state.elastic_energy, energy_bound(problem, Fast.card(), &state).expect("a bound"))
+        let bound = EnergyBound::of(problem, method.card()).and_then(|bound| bound.at(problem.grid, &state));
+        (state.energy, state.elastic_energy, bound.expect("a bound"))
     }
 
     /// Energies of states that stop early are above that of an accurate one by no more than the bound, which falls as the square of the
@@ -77,10 +84,10 @@ mod tests {
         for kernel in [Elastic::HalfSpace, layer(0.3), layer(0.5), crystal] {
             let problem = ReducedProblem { kernel, tolerance: 1e-10, ..ReducedProblem::new(grid, &heights) };
             for pressure in [0.005, 0.1] {
-                let (exact, _, tight) = solved(&problem, pressure);
+                let (exact, _, tight) = solved(&problem, &Fast, pressure);
                 for tolerance in [3e-2, 1e-3, 1e-5] {
                     let loose = ReducedProblem { tolerance, ..problem.clone() };
-                    let (energy, elastic, bound) = solved(&loose, pressure);
+                    let (energy, elastic, bound) = solved(&loose, &Fast, pressure);
                     let excess = (energy - exact) / elastic;
                     assert!(excess <= bound + tight, "{kernel} {pressure} {tolerance}: {excess:e} {bound:e}");
                     assert!(
@@ -92,5 +99,24 @@ mod tests {
                 assert!(tight < 1e-16, "{kernel} {pressure}: {tight:e}");
             }
         }
+    }
+
+    /// It holds for every method whose card says so, and adhesion has none.
+    #[test]
+    fn the_bound_holds_for_every_method_with_elastic_stress() {
+        let grid = Grid::unit(64, 64);
+        let spectrum = Spectrum { lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE };
+        let heights = Modes::new(spectrum, 3, 1.0).heights(grid, 0.0);
+        let problem = ReducedProblem { tolerance: 1e-10, ..ReducedProblem::new(grid, &heights) };
+        let (exact, _, tight) = solved(&problem, &Fast, 0.02);
+        for method in [&Fast as &dyn ContactMethod, &Gfmd, &Bvm] {
+            for tolerance in [3e-2, 1e-3] {
+                let (energy, elastic, bound) = solved(&ReducedProblem { tolerance, ..problem.clone() }, method, 0.02);
+                let (excess, id) = ((energy - exact) / elastic, method.card().id);
+                assert!(excess <= bound + tight && bound <= 1.0, "{id} {tolerance}: {excess:e} {bound:e}");
+            }
+        }
+        let sticky = ReducedProblem { adhesion: AttractionLaw::exponential(1e-4, 1e-2), ..problem };
+        assert!(EnergyBound::of(&sticky, Fast.card()).is_none());
     }
 }

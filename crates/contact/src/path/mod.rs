@@ -30,7 +30,7 @@ use crate::uncertainty::{UncertaintyComponent, total};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Series, Transform, lowest, mean, sharing};
 use coarser_grids::{CoarseGridResults, CoarseSolver, ErrorFactors, GridResult, StopOnly, coarsened};
-use energy_bound::energy_bound;
+use energy_bound::EnergyBound;
 use pull_off::SeparationStart;
 use uncertainty::LeftOutWaves;
 
@@ -68,8 +68,8 @@ pub struct Reached<'a> {
     /// Displacement of the far field from first contact, L: with a periodic body the mean gap at first contact minus the
     /// mean gap, else the rigid approach.
     pub displacement: f64,
-    /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it and by waves that the grid
-    /// does not hold, if the flow was requested.
+    /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it, if the flow was
+    /// requested; `None` if the grid leaves out waves: how much they change the flow was not measured.
     pub coarser_gaps: Option<([f64; 2], f64)>,
     /// See [`State::energy_bound`](crate::state::State::energy_bound).
     pub energy_bound: Option<f64>,
@@ -279,7 +279,7 @@ impl<'p> LoadPathSolver<'p> {
         let resolved =
             grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
         let (touch, rms_height) = (self.separation_at_first_contact(), self.problem.heights.rms());
-        let waves = LeftOutWaves::of(&self.problem);
+        let (waves, bound) = (LeftOutWaves::of(&self.problem), EnergyBound::of(&self.problem, self.method.card()));
         let rounding = (touch.abs().max(rms_height), self.problem.precision.epsilon());
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
         let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
@@ -308,7 +308,7 @@ impl<'p> LoadPathSolver<'p> {
             let errors = (discretisation, extrapolated);
             let reached = Reached {
                 uncertainty: self.uncertainty((&state, &area), (rms_height, waves), errors),
-                energy_bound: energy_bound(&self.problem, self.method.card(), &state),
+                energy_bound: bound.as_ref().and_then(|bound| bound.at(self.problem.grid, &state)),
                 displacement: displacement(touch, state.separation, rounding),
                 state,
                 area,

@@ -44,15 +44,10 @@ impl LeftOutWaves {
         LeftOutWaves { gradient: if rms_height > 0.0 { gradient / resolved - 1.0 } else { 0.0 }, rms_height }
     }
 
-    /// Relative error of a mean gap.
-    fn of_mean_gap(&self, mean_gap: f64) -> f64 {
-        GAP_BY_HEIGHT * self.rms_height / mean_gap
-    }
-
     /// See [`Reached::coarser_gaps`](super::Reached::coarser_gaps).
     pub(super) fn coarser_gaps(&self, coarser: &GridResult, mean_gap: f64) -> Option<([f64; 2], f64)> {
-        let change = (coarser.mean_gap / mean_gap - 1.0).abs();
-        Some((coarser.gaps?, change + self.of_mean_gap(mean_gap)))
+        let gaps = coarser.gaps.filter(|_| !self.any())?;
+        Some((gaps, (coarser.mean_gap / mean_gap - 1.0).abs()))
     }
 
     fn any(&self) -> bool {
@@ -89,7 +84,7 @@ pub(super) fn components(known: &UncertaintyInput) -> Vec<UncertaintyComponent> 
     }
     if waves.any() {
         add(Quantity::ContactArea, UncertaintySource::Waves, Some(AREA_BY_GRADIENT * waves.gradient), false);
-        add(Quantity::MeanGap, UncertaintySource::Waves, Some(waves.of_mean_gap(gap)), false);
+        add(Quantity::MeanGap, UncertaintySource::Waves, Some(GAP_BY_HEIGHT * waves.rms_height / gap), false);
         if state.stiffness.is_some() {
             let of_stiffness = STIFFNESS_BY_GRADIENT * waves.gradient;
             add(Quantity::Stiffness, UncertaintySource::Waves, Some(of_stiffness), false);

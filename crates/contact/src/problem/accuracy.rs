@@ -1,6 +1,6 @@
 //! Accuracy as an argument: grids are solved from coarse to fine until the stated errors are within what is asked for.
 
-use super::error_targets::{ErrorTargets, Stated};
+use super::error_targets::{ErrorTargets, StatedQuantity};
 use super::{
     Arguments, Body, Field, Hardness, LoadKind, LoadPath, Loads, Monitor, Names, Problem, Progress, default_tolerance,
 };
@@ -36,7 +36,7 @@ pub enum LastGrid {
     /// There is none: the map has no further nodes, and its waves may go down to two of them.
     #[default]
     Map,
-    /// The next one has more than 16 nodes per shortest wave.
+    /// The next one has more than [`Surface::NODES_PER_WAVE`].
     Waves,
     /// It would take longer than the budget.
     Budget,
@@ -47,7 +47,7 @@ pub enum LastGrid {
 }
 
 /// Largest relative errors of the states on a grid; `None` where one is not known.
-pub type GridErrors = BTreeMap<Stated, Option<f64>>;
+pub type GridErrors = BTreeMap<StatedQuantity, Option<f64>>;
 
 /// A grid that was solved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -92,8 +92,8 @@ impl AccuracyResults {
     }
 
     /// The quantities whose error is larger than what is asked for, or not known.
-    pub fn exceeded(&self) -> impl Iterator<Item = (Stated, Option<f64>)> {
-        let accepted = |q: Stated| self.requested.of(q).unwrap_or(f64::INFINITY);
+    pub fn exceeded(&self) -> impl Iterator<Item = (StatedQuantity, Option<f64>)> {
+        let accepted = |q: StatedQuantity| self.requested.of(q).unwrap_or(f64::INFINITY);
         let errors = self.grids.last().into_iter().flat_map(|grid| &grid.errors).map(|(q, error)| (*q, *error));
         errors.filter(move |(q, error)| error.is_none_or(|e| e > accepted(*q)))
     }
@@ -105,7 +105,7 @@ impl AccuracyResults {
 
     /// The largest error over what is accepted; infinite where one is not known.
     fn excess(&self, grid: &SolvedGrid) -> f64 {
-        let ratio = |(q, error): (&Stated, &Option<f64>)| match (error, self.requested.of(*q)) {
+        let ratio = |(q, error): (&StatedQuantity, &Option<f64>)| match (error, self.requested.of(*q)) {
             (_, None) => 0.0,
             (None, _) => f64::INFINITY,
             (Some(error), Some(accepted)) => error / accepted,
@@ -141,6 +141,9 @@ const LEAST_DECREASE: f64 = 1.1;
 /// Growth of the time from grid to grid: 4 to 7.7 were measured from 256² to 2048² nodes, the more the less of the fields the caches hold.
 const GROWTH: f64 = 5.5;
 
+/// Of four times as many nodes at least.
+const LEAST_GROWTH: f64 = 4.0;
+
 /// The same for the next grid, with which the budget is not to be exceeded.
 const PLANNED_GROWTH: f64 = 7.0;
 
@@ -164,14 +167,14 @@ impl Accuracy {
     /// `gaps_imposed`: the loads are mean gaps. `pull_off`: the relative error of one that was found.
     pub fn errors_of(&self, gaps_imposed: bool, states: &[State], pull_off: Option<Option<f64>>) -> GridErrors {
         let mut errors = GridErrors::new();
-        for quantity in Stated::ALL {
+        for quantity in StatedQuantity::ALL {
             if self.errors.of(quantity).is_none() && !self.errors.is_empty() {
                 continue;
             }
             let named = self.errors.names(quantity);
             let mut judged: Vec<Option<f64>> =
                 states.iter().filter_map(|state| error_of(state, gaps_imposed, quantity)).collect();
-            if quantity == Stated::PullOff {
+            if quantity == StatedQuantity::PullOff {
                 judged.extend(pull_off);
             }
             let largest = judged.iter().copied().try_fold(0.0f64, |most, error| Some(most.max(error?)));
@@ -242,7 +245,7 @@ impl Accuracy {
         let Some(budget) = self.budget_seconds else { return false };
         let growth = match grids {
             [.., before, last] if last.nx == 2 * before.nx => {
-                (last.seconds / before.seconds).clamp(4.0, PLANNED_GROWTH)
+                (last.seconds / before.seconds).clamp(LEAST_GROWTH, PLANNED_GROWTH)
             }
             _ => PLANNED_GROWTH,
         };
@@ -254,17 +257,9 @@ impl Accuracy {
 /// Contact area from which on the gap is closed: what is left of it has no relative error.
 const ALMOST_FULL: f64 = 0.999;
 
-/// What [`Accuracy::issues`] looks at.
-pub struct Judged<'a> {
-    pub problem: &'a Problem,
-    pub loads: &'a Loads,
-    /// Whether the flow through the gap is solved.
-    pub leakage: bool,
-}
-
 impl Accuracy {
-    /// Why a problem cannot be solved to an accuracy.
-    pub fn issues(&self, Judged { problem, loads, leakage }: &Judged, names: &dyn Names) -> Vec<Complaint> {
+    /// Why a problem cannot be solved to an accuracy. `leakage`: whether the flow through the gap is solved.
+    pub fn issues(&self, problem: &Problem, loads: &Loads, leakage: bool, names: &dyn Names) -> Vec<Complaint> {
         let mut list = Vec::new();
         let mut refuse = |is_so: bool, key: String, found: String, accepted: &str| {
             if is_so {
@@ -287,10 +282,10 @@ impl Accuracy {
         refuse(problem.body == Body::NonPeriodic, name(Field::Periodic), "not periodic".into(), &coarser);
         let asked = |quantity| self.errors.names(quantity);
         let flow = "an error of it only where the leakage is solved";
-        refuse(asked(Stated::Leakage) && !leakage, with_error.clone(), "leakage".into(), flow);
+        refuse(asked(StatedQuantity::Leakage) && !leakage, with_error.clone(), "leakage".into(), flow);
         let pull = "an error of it only where the pull-off is searched for";
-        refuse(asked(Stated::PullOff) && !loads.pull_off, with_error.clone(), "pull_off".into(), pull);
-        let imposed = asked(Stated::MeanGap) && loads.kind == LoadKind::MeanGap;
+        refuse(asked(StatedQuantity::PullOff) && !loads.pull_off, with_error.clone(), "pull_off".into(), pull);
+        let imposed = asked(StatedQuantity::MeanGap) && loads.kind == LoadKind::MeanGap;
         refuse(imposed, with_error, "mean_gap".into(), "no error of the mean gap where it is imposed");
         list
     }
@@ -298,20 +293,22 @@ impl Accuracy {
 
 /// Relative error of a quantity of a state: `None` where the state has none, as at first contact and at full contact, or an imposed value;
 /// `Some(None)` where it is not known.
-fn error_of(state: &State, gap_imposed: bool, stated: Stated) -> Option<Option<f64>> {
+fn error_of(state: &State, gap_imposed: bool, stated: StatedQuantity) -> Option<Option<f64>> {
     if state.pressure == 0.0 || state.contact_area == 0.0 {
         return None;
     }
     let is_full = state.contact_area >= ALMOST_FULL;
     match stated {
-        Stated::ContactArea => Some(total(&state.uncertainty, Quantity::ContactArea)),
-        Stated::MeanGap => (!gap_imposed && !is_full).then(|| total(&state.uncertainty, Quantity::MeanGap)),
-        Stated::Stiffness => state.stiffness.map(|_| total(&state.uncertainty, Quantity::Stiffness)),
-        Stated::Leakage => state.leakage.filter(|flow| flow.conductivity.iter().all(|c| *c > 0.0)).map(|flow| {
-            let [x, y] = flow.hydraulic_gaps();
-            flow.gap_errors.map(|[of_x, of_y]| (1.0 + (of_x / x).max(of_y / y)).powi(3) - 1.0)
-        }),
-        Stated::PullOff => None,
+        StatedQuantity::ContactArea => Some(total(&state.uncertainty, Quantity::ContactArea)),
+        StatedQuantity::MeanGap => (!gap_imposed && !is_full).then(|| total(&state.uncertainty, Quantity::MeanGap)),
+        StatedQuantity::Stiffness => state.stiffness.map(|_| total(&state.uncertainty, Quantity::Stiffness)),
+        StatedQuantity::Leakage => {
+            state.leakage.filter(|flow| flow.conductivity.iter().all(|c| *c > 0.0)).map(|flow| {
+                let [x, y] = flow.hydraulic_gaps();
+                flow.gap_errors.map(|[of_x, of_y]| (1.0 + (of_x / x).max(of_y / y)).powi(3) - 1.0)
+            })
+        }
+        StatedQuantity::PullOff => None,
     }
 }
 
@@ -358,7 +355,7 @@ impl Problem {
         loads: &Loads,
         monitor: &dyn Monitor,
     ) -> Result<(LoadPath, AccuracyResults)> {
-        let list = accuracy.issues(&Judged { problem: self, loads, leakage: false }, &Arguments);
+        let list = accuracy.issues(self, loads, false, &Arguments);
         if !list.is_empty() {
             return Err(Error::Input { place: PLACE.into(), list });
         }
@@ -406,7 +403,7 @@ mod tests {
     }
 
     fn area(error: f64) -> GridErrors {
-        GridErrors::from([(Stated::ContactArea, Some(error))])
+        GridErrors::from([(StatedQuantity::ContactArea, Some(error))])
     }
 
     const GRIDS: [[usize; 2]; 4] = [[32, 32], [64, 64], [128, 128], [256, 256]];
@@ -423,7 +420,7 @@ mod tests {
         let found = asked("0.1%", None).refine_through(&GRIDS, LastGrid::Map, inverse).expect("solved");
         assert!(found.last == LastGrid::Map && found.grids.len() == 4);
         // An error that is not known is not met.
-        let unknown = |_| Ok((GridErrors::from([(Stated::ContactArea, None)]), None));
+        let unknown = |_| Ok((GridErrors::from([(StatedQuantity::ContactArea, None)]), None));
         assert_eq!(
             asked("90%", None).refine_through(&GRIDS, LastGrid::Map, unknown).expect("solved").last,
             LastGrid::Map

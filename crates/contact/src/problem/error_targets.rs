@@ -10,7 +10,7 @@ use std::str::FromStr;
 /// A quantity of which errors are stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Stated {
+pub enum StatedQuantity {
     ContactArea,
     MeanGap,
     Stiffness,
@@ -20,37 +20,43 @@ pub enum Stated {
     PullOff,
 }
 
-impl Stated {
-    pub const ALL: [Stated; 5] =
-        [Stated::ContactArea, Stated::MeanGap, Stated::Stiffness, Stated::Leakage, Stated::PullOff];
+impl StatedQuantity {
+    pub const ALL: [StatedQuantity; 5] = [
+        StatedQuantity::ContactArea,
+        StatedQuantity::MeanGap,
+        StatedQuantity::Stiffness,
+        StatedQuantity::Leakage,
+        StatedQuantity::PullOff,
+    ];
 
     /// Of the states themselves.
     pub(super) fn quantity(self) -> Option<Quantity> {
         match self {
-            Stated::ContactArea => Some(Quantity::ContactArea),
-            Stated::MeanGap => Some(Quantity::MeanGap),
-            Stated::Stiffness => Some(Quantity::Stiffness),
-            Stated::Leakage | Stated::PullOff => None,
+            StatedQuantity::ContactArea => Some(Quantity::ContactArea),
+            StatedQuantity::MeanGap => Some(Quantity::MeanGap),
+            StatedQuantity::Stiffness => Some(Quantity::Stiffness),
+            StatedQuantity::Leakage | StatedQuantity::PullOff => None,
         }
     }
 
     /// Name in JSON and flags.
     pub fn id(self) -> &'static str {
-        self.quantity().map_or(if self == Stated::PullOff { "pull_off" } else { "leakage" }, Quantity::id)
+        self.quantity().map_or(if self == StatedQuantity::PullOff { "pull_off" } else { "leakage" }, Quantity::id)
     }
 
     pub fn name(self) -> &'static str {
-        self.quantity().map_or(if self == Stated::PullOff { "pull-off pressure" } else { "leakage" }, Quantity::name)
+        self.quantity()
+            .map_or(if self == StatedQuantity::PullOff { "pull-off pressure" } else { "leakage" }, Quantity::name)
     }
 }
 
 /// Largest relative errors that are accepted: one of all quantities, or one of each that is named.
 ///
 /// ```
-/// use asperity_contact::problem::{ErrorTargets, Stated};
+/// use asperity_contact::problem::{ErrorTargets, StatedQuantity};
 ///
 /// let targets: ErrorTargets = "5%, mean_gap = 1%".parse()?;
-/// assert_eq!((targets.of(Stated::MeanGap), targets.of(Stated::ContactArea)), (Some(0.01), Some(0.05)));
+/// assert_eq!((targets.of(StatedQuantity::MeanGap), targets.of(StatedQuantity::ContactArea)), (Some(0.01), Some(0.05)));
 /// assert!("5".parse::<ErrorTargets>().is_err_and(|why| why.contains("did you mean 5%?")));
 /// # Ok::<(), String>(())
 /// ```
@@ -58,7 +64,7 @@ impl Stated {
 #[serde(try_from = "BTreeMap<String, f64>", into = "BTreeMap<String, f64>")]
 pub struct ErrorTargets {
     all: Option<f64>,
-    named: BTreeMap<Stated, f64>,
+    named: BTreeMap<StatedQuantity, f64>,
 }
 
 /// Key of the error of all quantities.
@@ -66,12 +72,12 @@ const ALL: &str = "all";
 
 impl ErrorTargets {
     /// The accepted error of a quantity, if there is one.
-    pub fn of(&self, quantity: Stated) -> Option<f64> {
+    pub fn of(&self, quantity: StatedQuantity) -> Option<f64> {
         self.named.get(&quantity).copied().or(self.all)
     }
 
     /// Whether an error of this very quantity is asked for.
-    pub fn names(&self, quantity: Stated) -> bool {
+    pub fn names(&self, quantity: StatedQuantity) -> bool {
         self.named.contains_key(&quantity)
     }
 
@@ -118,14 +124,14 @@ fn accepted(error: f64) -> std::result::Result<f64, String> {
 
 /// # Errors
 /// The names.
-fn quantity(name: &str) -> std::result::Result<Stated, String> {
+fn quantity(name: &str) -> std::result::Result<StatedQuantity, String> {
     let found = match name {
-        "area" => Some(Stated::ContactArea),
-        _ => Stated::ALL.into_iter().find(|q| q.id() == name),
+        "area" => Some(StatedQuantity::ContactArea),
+        _ => StatedQuantity::ALL.into_iter().find(|q| q.id() == name),
     };
     let of_maps = ["gap_map", "contact_map", "stress_map"].contains(&name);
     let reason = if of_maps { ": no error of a map is stated (`asperity tradeoff` measures it)" } else { "" };
-    let names = Stated::ALL.map(Stated::id).join(", ");
+    let names = StatedQuantity::ALL.map(StatedQuantity::id).join(", ");
     found.ok_or_else(|| format!("errors of {names}, as area=2%,mean_gap=1%{reason}"))
 }
 
@@ -185,10 +191,10 @@ mod tests {
         let targets: ErrorTargets = "area=2%, stiffness=0.05,leakage=10 %".parse().expect("errors");
         let of = |q| targets.of(q);
         assert_eq!(
-            [of(Stated::ContactArea), of(Stated::Stiffness), of(Stated::MeanGap)],
+            [of(StatedQuantity::ContactArea), of(StatedQuantity::Stiffness), of(StatedQuantity::MeanGap)],
             [Some(0.02), Some(0.05), None]
         );
-        assert_eq!(targets.of(Stated::Leakage), Some(0.1));
+        assert_eq!(targets.of(StatedQuantity::Leakage), Some(0.1));
         let json = serde_json::to_value(&targets).expect("numbers");
         assert_eq!(serde_json::from_value::<ErrorTargets>(json).expect("the same"), targets);
         for (text, says) in [

@@ -8,8 +8,8 @@ mod loads;
 mod reduced;
 mod solve;
 
-pub use accuracy::{Accuracy, AccuracyResults, ErrorCost, GridErrors, Judged, LastGrid, SolvedGrid};
-pub use error_targets::{ErrorTargets, Stated};
+pub use accuracy::{Accuracy, AccuracyResults, ErrorCost, GridErrors, LastGrid, SolvedGrid};
+pub use error_targets::{ErrorTargets, StatedQuantity};
 pub use field::{Arguments, Field, Names};
 pub use loads::{LoadKind, Loads};
 pub use reduced::{ReducedModel, Reduction};
@@ -223,28 +223,29 @@ pub fn default_tolerance(precision: Precision, grid: Grid) -> f64 {
 
 /// Heights of a surface in the form in which methods take them.
 pub enum LentHeights<'a> {
-    /// A series that was made.
-    Series(Series<f64>),
+    /// The waves of a series that a grid holds.
+    Cut(Series<f64>),
     Lent(Heights<'a>),
 }
 
 impl<'a> LentHeights<'a> {
-    /// Of a spectrum and of coefficients the series, of which each of `ranks` has its columns; of a map the nodes. Coefficients that `grid` does
-    /// not hold are left out.
+    /// Of a spectrum and of coefficients the series, of which each of `ranks` has its columns; of a map the nodes. Waves that `grid` does not
+    /// hold are left out.
     pub fn of(source: &'a HeightSource, grid: Grid, ranks: &Ranks) -> Self {
-        match source {
-            HeightSource::Fourier { modes, .. } if !modes.resolved_on(grid) => {
-                LentHeights::Series(modes.series().cut(grid))
-            }
-            HeightSource::Synthesised { modes, .. } => LentHeights::Series(modes.series_on(ranks)),
-            HeightSource::Fourier { modes, .. } => LentHeights::Lent(Heights::Series(modes.series())),
-            HeightSource::Imported { heights, .. } => LentHeights::Lent(Heights::Nodes(heights)),
+        let series = match source {
+            HeightSource::Synthesised { modes, .. } => modes.series_on(ranks),
+            HeightSource::Fourier { modes, .. } => modes.series(),
+            HeightSource::Imported { heights, .. } => return LentHeights::Lent(Heights::Nodes(heights)),
+        };
+        match series.is_held_by(grid) {
+            true => LentHeights::Lent(Heights::Series(series)),
+            false => LentHeights::Cut(series.cut(grid)),
         }
     }
 
     pub fn get(&self) -> Heights<'_> {
         match self {
-            LentHeights::Series(series) => Heights::Series(series),
+            LentHeights::Cut(series) => Heights::Series(series),
             LentHeights::Lent(heights) => *heights,
         }
     }

@@ -32,7 +32,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
                 Series::through(problem.grid, |i| displacement[i].wide()).plus(waves)
             }
             Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
-            Heights::Series(series) => series.converted(),
+            Heights::Series(series) => return (series.converted(), series.whole_rms()),
             Heights::Planned(_) => unreachable!("a solve has heights"),
         };
         let rms = series.rms();
