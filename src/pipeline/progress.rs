@@ -1,8 +1,9 @@
 use super::Listener;
 use crate::pipeline::checkpoint::CheckpointWriter;
-use asperity_contact::method::{Equilibrium, Iteration, Observer, SnapshotRef};
+use asperity_contact::method::{Equilibrium, Iteration, Observer, SeparationStep, SnapshotRef};
 use asperity_grid::Grid;
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Reports the progress of a load path to a listener, and writes its checkpoints.
@@ -14,6 +15,8 @@ pub struct ProgressReporter<'a> {
     done: AtomicUsize,
     /// Loads of the path.
     total: usize,
+    /// The last state of a search for the pull-off.
+    separation: Mutex<Option<SeparationStep>>,
 }
 
 impl<'a> ProgressReporter<'a> {
@@ -24,7 +27,22 @@ impl<'a> ProgressReporter<'a> {
         prefix: &'a str,
         (done, total): (usize, usize),
     ) -> Self {
-        ProgressReporter { listener, writer, prefix, done: AtomicUsize::new(done), total }
+        ProgressReporter { listener, writer, prefix, done: AtomicUsize::new(done), total, separation: Mutex::default() }
+    }
+
+    fn separation(&self) -> Option<SeparationStep> {
+        *self.separation.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// The part of the path that is being solved.
+    fn part(&self) -> String {
+        match (self.done.load(Ordering::Relaxed), self.separation()) {
+            (load, _) if load < self.total => format!("load {} of {}", load + 1, self.total),
+            (_, None) => "pulling off".to_string(),
+            (_, Some(SeparationStep { states, tension, .. })) => {
+                format!("pulling off, state {}, last tension {:.0} % of the largest", states + 1, 100.0 * tension)
+            }
+        }
     }
 
     /// Counts a load as finished.
@@ -35,12 +53,14 @@ impl<'a> ProgressReporter<'a> {
 
 impl Observer for ProgressReporter<'_> {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
-        let (load, total) = (self.done.load(Ordering::Relaxed), self.total);
         let on = if step.grid_fraction < 1.0 { " on a coarser grid" } else { "" };
-        let part = if load < total { format!("load {} of {total}", load + 1) } else { "pulling off".to_string() };
         let message =
-            format!("{}{part}, iteration {}{on}, residual {:.1e}", self.prefix, step.iteration, step.residual);
-        let done = (load < total).then(|| (load as f64 + step.progress()) / total as f64);
+            format!("{}{}, iteration {}{on}, residual {:.1e}", self.prefix, self.part(), step.iteration, step.residual);
+        let (load, total) = (self.done.load(Ordering::Relaxed), self.total);
+        let done = match load < total {
+            true => Some((load as f64 + step.progress()) / total as f64),
+            false => self.separation().map(|step| step.progress),
+        };
         self.listener.progress(done, &message);
         if let Some(e) = self.writer.and_then(CheckpointWriter::take_error) {
             self.listener.warn(&format!("no checkpoint: {e}"));
@@ -64,6 +84,11 @@ impl Observer for ProgressReporter<'_> {
 
     fn load_ended(&self) {
         self.next();
+    }
+
+    fn separated(&self, step: SeparationStep) {
+        *self.separation.lock().unwrap_or_else(|e| e.into_inner()) = Some(step);
+        self.listener.progress(Some(step.progress), &format!("{}{}", self.prefix, self.part()));
     }
 
     fn interrupted(&self, grid: Grid, iterate: &Equilibrium) {

@@ -29,6 +29,25 @@ fn sphere(grid: Grid, (x, y): (usize, usize)) -> Vec<f64> {
     (0..grid.points()).map(|k| 0.5 * squared(k % grid.nx, k / grid.nx)).collect()
 }
 
+/// Johnson, Kendall & Roberts (1971): the pull-off force of a sphere is 3/2 πγR. There are no images.
+#[test]
+fn a_sphere_is_pulled_off() {
+    /// At a Tabor parameter of 3.1 the pull-off is larger than in the limit; measured: 2.4 %.
+    const TOLERANCE: f64 = 0.03;
+    let (n, gamma) = (96, 8e-3);
+    let grid = Grid::unit(n, n);
+    let heights = sphere(grid, (48, 48));
+    let adhesion = AttractionLaw::exponential(gamma, 1.4 * (gamma / n as f64).sqrt());
+    let p = ReducedProblem { adhesion, ..problem(grid, &heights) };
+    // Under this tension the contact has left the edges of the patch.
+    let loads = [Load::Pressure(-0.9 * PI * gamma)];
+    let path = LoadPathSolver::new(p, methods::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+    let pulled = path.walk(None, true, &NoObserver, |_, _| Ok(())).unwrap().unwrap();
+    let force = -pulled.pressure / (PI * gamma);
+    assert!((force / 1.5 - 1.0).abs() < TOLERANCE, "{force}");
+    assert_eq!(pulled.pressure_error, None, "no coarser grid");
+}
+
 /// Hertz (1882), R = E* = 1, with the sphere off the centre of the patch: pressure, gap, elastic and free energy 2/5
 /// and -3/5 of the force times the approach. There are no images.
 #[test]

@@ -1,6 +1,8 @@
 //! Load paths: branches, discretisation errors, pull-off, and continuation after an interruption.
 
-use asperity::contact::interface::{AttractionLaw, COHESIVE_RESOLUTION, HardnessMap, NodalHardness, RangeChoice};
+use asperity::contact::interface::{
+    AttractionLaw, COHESIVE_RESOLUTION, HardnessMap, Law, NodalHardness, PenaltyWall, RangeChoice, Wall,
+};
 use asperity::contact::method::{
     Heights, Iteration, Load, NoObserver, Observer, Precision, ReducedProblem, SnapshotRef, SolverSnapshot, Stop,
 };
@@ -9,6 +11,7 @@ use asperity::contact::results::PullOff;
 use asperity::grid::Grid;
 use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicI64, Ordering};
@@ -135,6 +138,76 @@ fn branches_are_followed() {
     assert_eq!(dry[0].area, dry[2].area);
 }
 
+/// After these loads, 97 % of a pull-off is sustained, and 103 % is not.
+fn bounds_the_load(problem: &ReducedProblem, pulled: &PullOff, path: &[f64]) {
+    for (share, expected) in [(0.97, Stop::Converged), (1.03, Stop::Detached)] {
+        let mut run = methods::find("fast")
+            .expect("it is there")
+            .start(problem, &NoObserver)
+            .expect("it starts")
+            .solver()
+            .expect("it starts");
+        let loads = path.iter().map(|load| (*load, Stop::Converged)).chain([(share * pulled.pressure, expected)]);
+        for (load, expected) in loads {
+            let state = run.equilibrate(Load::Pressure(load)).expect("a load");
+            assert_eq!(state.stop, expected, "{load} {pulled:?}");
+        }
+    }
+}
+
+/// Surfaces that attraction has closed everywhere open where the contact stress is lowest: the pull-off lies between the tension at
+/// which the first node opens, the attraction at contact less the highest stress that the roughness needs, and that attraction.
+#[test]
+fn closed_surfaces_are_pulled_off() {
+    let (grid, gamma) = (Grid::unit(48, 48), 4e-3);
+    let law = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 48.0f64).sqrt());
+    let attraction = law.traction(0.0);
+    let wave = |i: usize, amplitude: f64| amplitude * (2.0 * PI * (i % 48) as f64 / 48.0).cos();
+    for amplitude in [0.0, 0.001, 0.005] {
+        let heights: Vec<f64> = (0..grid.points()).map(|i| wave(i, amplitude)).collect();
+        let p = problem(grid, Heights::Nodes(&heights), law);
+        let (found, pulled) = walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.0)], true);
+        let pulled = pulled.expect("it was requested for");
+        let tension = -pulled.pressure / attraction;
+        let first = 1.0 - PI * amplitude / attraction;
+        /// What the search leaves unresolved.
+        const RESOLVED: f64 = 1e-3;
+        assert_eq!(found[0].mean_gap, 0.0, "{amplitude}");
+        assert!((first - RESOLVED..=1.0 + RESOLVED).contains(&tension), "{amplitude}: {tension}, {first}");
+        bounds_the_load(&p, &pulled, &[0.0]);
+    }
+}
+
+/// Nodes behind a soft wall are never closed, and its gaps may be negative.
+#[test]
+fn soft_walls_are_pulled_off() {
+    let (grid, gamma) = (Grid::unit(48, 48), 4e-3);
+    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series().clone();
+    let law = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 48.0f64).sqrt());
+    for length in [0.3, 0.02] {
+        let wall = Wall::Penalty(PenaltyWall { length });
+        let p = ReducedProblem { wall, ..problem(grid, Heights::Series(&modes), law) };
+        let (_, pulled) = walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.3)], true);
+        let pulled = pulled.expect("it was requested for");
+        bounds_the_load(&p, &pulled, &[0.3, 0.1, 0.0, 0.5 * pulled.pressure]);
+    }
+}
+
+/// A long range and a small work of adhesion: contacts carry far more than the attraction, and the tension stays close to its maximum
+/// long after the last contact has opened. The search still ends.
+#[test]
+fn a_long_range_needs_few_states() {
+    /// Measured: 159. The search ends by force at 400.
+    const MOST: usize = 250;
+    let grid = Grid::unit(48, 48);
+    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series().clone();
+    let p = problem(grid, Heights::Series(&modes), AttractionLaw::exponential(1e-7, 0.05));
+    let (_, pulled) = walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true);
+    let pulled = pulled.expect("it was requested for");
+    assert!(pulled.curve.len() < MOST, "{}", pulled.curve.len());
+    bounds_the_load(&p, &pulled, &[0.01, 0.001, 0.5 * pulled.pressure]);
+}
+
 /// The maximum tension is confirmed by load control: there is an equilibrium just below it, and the surfaces separate
 /// just above.
 #[test]
@@ -157,24 +230,12 @@ fn pulled_apart() {
         walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true).1.expect("requested for")
     };
     let (coarser, finer) = (fine(32), fine(128));
-    // Three times the change, and the last bracket.
+    // Three times the change, and what the search leaves.
     let error = pulled.pressure_error.expect("a coarser grid");
     let change = (pulled.pressure - coarser.pressure).abs();
     assert!((error / (3.0 * change) - 1.0).abs() < 1e-2, "{error} {coarser:?}");
     assert!((pulled.pressure - finer.pressure).abs() < error, "{} ± {error}, {}", pulled.pressure, finer.pressure);
-    for (share, expected) in [(0.97, Stop::Converged), (1.03, Stop::Detached)] {
-        let mut run = methods::find("fast")
-            .expect("it is there")
-            .start(&p, &NoObserver)
-            .expect("it starts")
-            .solver()
-            .expect("it starts");
-        for load in [0.01, 0.5 * pulled.pressure, share * pulled.pressure] {
-            let state = run.equilibrate(Load::Pressure(load)).expect("a load");
-            let last = load < 0.9 * pulled.pressure;
-            assert_eq!(state.stop, if last { expected } else { Stop::Converged }, "{load} {pulled:?}");
-        }
-    }
+    bounds_the_load(&p, &pulled, &[0.01, 0.5 * pulled.pressure]);
     // A load next to the maximum tension, closer than the first step of the mean gap, gives the same result. Beyond the
     // maximum the search is refused.
     let near = [0.01, 0.5 * pulled.pressure, 0.97 * pulled.pressure, 0.99 * pulled.pressure].map(Load::Pressure);

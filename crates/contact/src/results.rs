@@ -117,8 +117,8 @@ pub struct PullOff {
     pub pressure: f64,
     /// Mean gap at that pressure.
     pub mean_gap: f64,
-    /// Three times the change of the pressure from the grid with half the points along each side, and the change within the last
-    /// bracket. Absent without a pull-off on that grid.
+    /// Three times the change of the pressure from the grid with half the points along each side, and what the search leaves: how much
+    /// larger the tension may be between its states. Absent without a pull-off on that grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure_error: Option<f64>,
     /// The same for the mean gap.

@@ -83,8 +83,9 @@ impl SolveArgs {
         let warn = |text: &str| progress.warn(&rename_keys_in(text, &|key| self.flag_of(key)));
         case.warnings.iter().for_each(|text| warn(text));
         unresolved(&solved.states).iter().for_each(|text| warn(text));
-        show_states(self, &self.units(case), &solved.states, &solved.lines)?;
-        solved.pull_off.iter().try_for_each(|line| show_pull_off(self.json, line))?;
+        let units = self.units(case);
+        show_states(self, &units, &solved.states, &solved.lines)?;
+        solved.pull_off.iter().try_for_each(|line| show_pull_off(self.json, &units, line))?;
         if self.json {
             output::json_line(&line(reached))?;
         } else {

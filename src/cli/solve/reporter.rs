@@ -246,7 +246,7 @@ impl<'a> SolveReporter<'a> {
 
     /// Shows the line of a pull-off.
     pub(super) fn pull_off_again(&self, line: &Value) -> Result<()> {
-        if self.shows { show_pull_off(self.solve.json, line) } else { Ok(()) }
+        if self.shows { show_pull_off(self.solve.json, &self.units, line) } else { Ok(()) }
     }
 
     /// All results.
@@ -290,17 +290,20 @@ fn show_state(
 }
 
 /// Prints the line of a pull-off.
-pub(super) fn show_pull_off(as_json: bool, line: &Value) -> Result<()> {
+pub(super) fn show_pull_off(as_json: bool, units: &ResultUnits, line: &Value) -> Result<()> {
     if as_json {
         return output::json_line(line);
     }
     let number = |key: &str| line[key].as_f64();
-    let with_error = |value: f64, error: Option<f64>, digits: usize| {
+    let with_error = |value: f64, error: Option<f64>, (digits, dimension): (usize, Dimension)| {
         let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-        format!("{}{error}", significant(value, digits))
+        let unit = units.of(dimension).map_or(String::new(), |unit| format!(" {unit}"));
+        format!("{}{error}{unit}", significant(value, digits))
     };
-    let pull = with_error(-number("pull_off_pressure").unwrap_or(f64::NAN), number("pull_off_pressure_error"), 6);
-    let gap = with_error(number("mean_gap").unwrap_or(f64::NAN), number("mean_gap_error"), 4);
+    let pressure = -number("pull_off_pressure").unwrap_or(f64::NAN);
+    let pull = with_error(pressure, number("pull_off_pressure_error"), (6, Dimension::Stress));
+    let mean_gap = number("mean_gap").unwrap_or(f64::NAN);
+    let gap = with_error(mean_gap, number("mean_gap_error"), (4, Dimension::Length));
     let from = match &line["coarser"] {
         Value::Array(points) => format!("the changes to {} x {} points", points[0], points[1]),
         _ => "none: the error by the grid is not known".to_string(),

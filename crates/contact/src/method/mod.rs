@@ -36,8 +36,8 @@ pub use fast::Fast;
 pub use fast::tangent::contact_stiffness;
 pub use gfmd::Gfmd;
 pub use problem::{
-    CoarseState, Equilibrium, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Precision, ReducedProblem,
-    SolvePlan, SolverRun, Stop,
+    CoarseState, Equilibrium, ErrorEstimates, Heights, Iteration, Machine, NoObserver, Observer, Precision,
+    ReducedProblem, SeparationStep, SolvePlan, SolverRun, Stop, cannot_pull,
 };
 pub use snapshot::{SnapshotRef, SolverSnapshot};
 

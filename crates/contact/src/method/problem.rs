@@ -411,6 +411,33 @@ impl Equilibrium<'_> {
     }
 }
 
+/// A machine that pulls two surfaces apart through a spring, much stiffer than the contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Machine {
+    /// Growth of the tension with the displacement of the grip while the surfaces are closed, E*/L; the largest that is possible.
+    pub stiffness: f64,
+    /// Displacement of the grip less [`Equilibrium::separation`], over the tension (L/E*). For a non-periodic body without the mean
+    /// displacement of the half-space, which may exceed that of the spring.
+    pub compliance: f64,
+}
+
+impl Machine {
+    /// The grip's displacement in a state, L.
+    pub fn grip(&self, separation: f64, pressure: f64) -> f64 {
+        separation - pressure * self.compliance
+    }
+
+    /// Growth of the tension with the grip's displacement at this contact stiffness.
+    pub fn rise(&self, contact: f64) -> f64 {
+        1.0 / (1.0 / contact + self.compliance)
+    }
+}
+
+/// The error of methods without a [`Machine`].
+pub fn cannot_pull() -> Error {
+    Error::input("pull-off", "method", "this one", "the method `fast`, which controls the mean gap")
+}
+
 /// Equilibria along a load path. With adhesion loading and unloading differ, so the order of the loads matters.
 pub trait SolverRun {
     /// Equilibrium at the next load of the path.
@@ -418,6 +445,21 @@ pub trait SolverRun {
     /// # Errors
     /// `Input` for a load that the method cannot impose.
     fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>>;
+
+    /// The machine of [`SolverRun::pull`]; `None` for methods that cannot pull.
+    fn machine(&self) -> Option<Machine> {
+        None
+    }
+
+    /// Equilibrium of surfaces in a machine that pulls at them through a spring, with its grip at `grip` (L). Continues from the last
+    /// state, to this tolerance of the residual. The load of the state is its mean gap, or its pressure where that is zero and with a
+    /// non-periodic body.
+    ///
+    /// # Errors
+    /// `Input` for methods that cannot pull.
+    fn pull(&mut self, _grip: f64, _tolerance: f64) -> Result<Equilibrium<'_>> {
+        Err(cannot_pull())
+    }
 
     /// Continues from a snapshot of the same method and problem. The next load must be the one that was interrupted;
     /// its result is bit-identical to that of an uninterrupted solve.
@@ -455,6 +497,17 @@ impl Iteration {
         let here = (self.residual.min(1.0).ln() / self.tolerance.ln()).clamp(0.0, 1.0);
         0.75 * self.grid_fraction * (1.0 / 3.0 + here)
     }
+}
+
+/// Report of a state of a search for the pull-off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeparationStep {
+    /// Number of states so far.
+    pub states: usize,
+    /// Tension of this state over the largest so far.
+    pub tension: f64,
+    /// Estimated fraction of the search that is done.
+    pub progress: f64,
 }
 
 /// State of a coarser grid in a nested iteration.
@@ -499,6 +552,9 @@ pub trait Observer: Sync {
 
     /// Called when a load of a path has ended, before its state is passed on.
     fn load_ended(&self) {}
+
+    /// Called after each state of a search for the pull-off.
+    fn separated(&self, _step: SeparationStep) {}
 
     /// Receives the iterate of an interrupted load, which is no result.
     fn interrupted(&self, _grid: Grid, _iterate: &Equilibrium) {}

@@ -403,7 +403,8 @@ impl<'s> CoarseSolver<'s> {
     pub(super) fn follow(&mut self, load: Load) -> Result<Option<GridResult>> {
         let grid = self.problem.grid;
         let state = self.run.equilibrate(load)?;
-        self.start = (self.pulls_off && state.stop == Stop::Converged).then(|| SeparationStart::of(&state));
+        self.start =
+            (self.pulls_off && state.stop == Stop::Converged).then(|| SeparationStart::of(&state, self.problem));
         match state.stop {
             Stop::Converged => {
                 let area = self.problem.contact_area(&state, self.threshold);
@@ -418,9 +419,9 @@ impl<'s> CoarseSolver<'s> {
     }
 
     /// Pull-off on this grid; `None` if it has none.
-    pub(super) fn pull_off(&mut self, scale: ProblemScale) -> Result<Option<(Grid, PullOff)>> {
+    pub(super) fn pull_off(&mut self, scale: ProblemScale, observer: &dyn Observer) -> Result<Option<(Grid, PullOff)>> {
         let Some(start) = self.start.take() else { return Ok(None) };
-        match pull_off::search(&mut *self.run, self.problem, scale, start) {
+        match pull_off::search(&mut *self.run, self.problem, (scale, observer), start) {
             Ok(pull_off) => Ok(Some((self.problem.grid, pull_off))),
             // The result on the problem's own grid remains valid.
             Err(Error::NotConverged { .. } | Error::Input { .. }) => Ok(None),

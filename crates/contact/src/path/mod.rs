@@ -31,7 +31,7 @@ use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Series, Transform, lowest, mean, sharing};
 use coarser_grids::{CoarseGridResults, CoarseSolver, ErrorFactors, GridResult, StopOnly, coarsened};
 use energy_bound::EnergyBound;
-use pull_off::SeparationStart;
+use pull_off::{FINE_SHARE, PartOfSearch, SeparationStart};
 use uncertainty::LeftOutWaves;
 
 /// Displacement from first contact; zero where it is the rounding of two means of heights of this size in a precision of this `epsilon`.
@@ -303,7 +303,7 @@ impl<'p> LoadPathSolver<'p> {
             let errors = converged.then(|| self.errors(load, next, &coarse, fine, (rms_height, resolved)));
             let (discretisation, extrapolated) = errors.unwrap_or_default();
             if pulls_off && converged && i + 1 == self.loads.len() {
-                last = Some(SeparationStart::of(&state));
+                last = Some(SeparationStart::of(&state, &self.problem));
             }
             let errors = (discretisation, extrapolated);
             let reached = Reached {
@@ -323,7 +323,7 @@ impl<'p> LoadPathSolver<'p> {
         }
         let Some(last) = last.filter(|_| pulls_off) else { return Ok(None) };
         coarse_results.finish(last.snapshot(self.problem.grid));
-        self.separate((&mut *run, last), coarse_solvers.first_mut(), scale).map(Some)
+        self.separate((&mut *run, last), coarse_solvers.first_mut(), (scale, observer)).map(Some)
     }
 
     /// Separates the surfaces from a state, here and on the coarser grid.
@@ -331,13 +331,16 @@ impl<'p> LoadPathSolver<'p> {
         &self,
         (run, last): (&mut dyn SolverRun, SeparationStart),
         coarser: Option<&mut CoarseSolver>,
-        scale: ProblemScale,
+        (scale, observer): (ProblemScale, &dyn Observer),
     ) -> Result<PullOff> {
-        let pull_off = pull_off::search(run, &self.problem, scale, last)?;
-        let coarse = coarser.map(|coarse| coarse.pull_off(scale)).transpose()?.flatten();
+        let both = coarser.is_some();
+        let part = |share: [f64; 2]| PartOfSearch { observer, share };
+        let pull_off =
+            pull_off::search(run, &self.problem, (scale, &part([0.0, if both { FINE_SHARE } else { 1.0 }])), last)?;
+        let coarse = coarser.map(|coarse| coarse.pull_off(scale, &part([FINE_SHARE, 1.0]))).transpose()?.flatten();
         Ok(match coarse {
             Some((grid, pull)) => pull_off::compared(pull_off, grid, pull),
-            // The bracket alone says nothing of the grid.
+            // What the search leaves says nothing of the grid.
             None => PullOff { pressure_error: None, mean_gap_error: None, ..pull_off },
         })
     }
@@ -439,7 +442,7 @@ impl<'p> LoadPathSolver<'p> {
         let Some(&load) = self.loads.last() else { return Ok((finished, None)) };
         let state = run.equilibrate(load)?;
         match state.stop {
-            Stop::Converged => Ok((finished, Some(SeparationStart::of(&state)))),
+            Stop::Converged => Ok((finished, Some(SeparationStart::of(&state, &self.problem)))),
             Stop::Interrupted => Err(Error::Interrupted),
             stop => Err(pull_off::unconverged(&self.problem, scale, &state, stop)),
         }

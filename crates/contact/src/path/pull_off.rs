@@ -1,57 +1,108 @@
-use crate::method::{Equilibrium, Load, ProblemScale, ReducedProblem, SnapshotRef, SolverRun, Stop};
+use crate::interface::{Elastic, Law, Wall};
+use crate::method::{
+    Equilibrium, Iteration, Machine, Observer, Precision, ProblemScale, ReducedProblem, SeparationStep, SnapshotRef,
+    SolverRun, Stop, cannot_pull,
+};
 use crate::results::PullOff;
 use asperity_grid::sys::ranks::ALONE;
 use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Grid};
 use serde_json::Value;
+use std::ops::ControlFlow;
+use std::rc::Rc;
 
-/// Step of the mean gap during separation: the first, over the larger of mean gap and range, and the growth factor.
+/// Step of the grip during separation: the first, over the larger of mean gap and range, and the growth factor.
 const FIRST_STEP: f64 = 0.02;
 const GROWTH: f64 = 1.2;
-/// Growth factor of steps that were shortened, up to the longest step.
-const RECOVERY: f64 = 2.0;
-/// Reduction of the first step if the tension decreases from the start, and smallest first step over the mean gap.
-const SHORTER: f64 = 0.2;
-const SHORTEST_STEP: f64 = 1e-5;
-/// Largest number of equilibria of the scan.
-const MOST_STEPS: usize = 400;
+/// Largest number of states. The median of 12 rough maps is 35, the largest number 57.
+const MOST_STATES: usize = 400;
 
-/// Loss of tension against the linear continuation of the last step, over the largest tension, at which a step is
-/// repeated with half its length: a sharp maximum may lie within it.
-const LOST: f64 = 0.02;
+/// Largest residuals of the states of the scan and of those that narrow its intervals: the largest tension of the scan of a rough 128² map
+/// changes by 3e-4 between 1e-3 and 1e-4, the pull-off by 5e-5 between 1e-5 and 1e-8. At 1e-4 states close to full contact, with few open
+/// nodes, pass for equilibria that are none.
+const SCAN: f64 = 1e-3;
+const NARROWED: f64 = 1e-6;
 
-/// Growth of the tension within a step, over the largest tension, at and below which it is not shortened: the error of
-/// a maximum at which the surfaces jump.
+/// The search ends where no interval can hold a tension that is larger by this fraction.
 const RESOLVED: f64 = 1e-3;
+
+/// Loss of tension of the accurate state against that of the search, over it, above which the latter was no equilibrium.
+const REFUTED: f64 = 1e-2;
+
+/// States that the progress expects, and its last estimate.
+const EXPECTED_STATES: f64 = 45.0;
+const LAST_PROGRESS: f64 = 0.99;
 
 /// The separation ends when there is no contact and the tension has fallen to this fraction of the maximum.
 const PASSED: f64 = 0.3;
 
-/// Golden-section steps within the bracket of the maximum tension. They reduce the bracket to a hundredth of its width.
-const SECTIONS: usize = 10;
-const GOLDEN: f64 = 0.618_033_988_749_895;
+/// Intervals that are kept for later.
+const MOST_OPEN: usize = 6;
 
-/// Largest number of f64 fields in memory during a search: the initial state, the current one, the previous one and the
-/// one before the maximum tension.
-pub(super) const FIELDS: u64 = 4;
+/// Largest number of f64 fields in memory during a search: the initial state, the last one of the scan, that of the largest tension, the
+/// one from which an interval is halved, the new one and its copy, and those of open intervals: at most 7 were seen.
+pub(super) const FIELDS: u64 = 6 + MOST_OPEN as u64;
 
 /// A state of the separation curve.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct SeparationPoint {
+    /// Displacement of the grip, L.
+    grip: f64,
     mean_gap: f64,
     pressure: f64,
+    /// Growth of the tension with the grip at constant contact; where the state is stable only in the machine, on the way to it, or none.
+    rise: f64,
+}
+
+impl SeparationPoint {
+    fn tension(&self) -> f64 {
+        -self.pressure
+    }
+}
+
+/// A state with its gap, from which the surfaces are pulled further.
+#[derive(Clone)]
+struct Pulled {
+    point: SeparationPoint,
+    gap: Rc<[f64]>,
+}
+
+/// Part of the curve between two states.
+struct Interval {
+    from: Pulled,
+    to: SeparationPoint,
+}
+
+impl Interval {
+    /// Largest tension that it may hold, at a jump near its end. Contacts that have opened carry no more, so that the tension grows no
+    /// faster than at the beginning; or, where a contact that is about to open softens the others, than at the end.
+    fn bound(&self) -> f64 {
+        let (from, to) = (&self.from.point, &self.to);
+        from.tension() + from.rise.max(to.rise) * (to.grip - from.grip)
+    }
 }
 
 /// Initial state of a separation.
 pub(super) struct SeparationStart {
     pub mean_gap: f64,
     pub pressure: f64,
-    pub gap: Vec<f64>,
+    separation: f64,
+    /// Contact stiffness, if known.
+    stiffness: Option<f64>,
+    pub gap: Rc<[f64]>,
+    /// Lowest contact stress of surfaces that are closed everywhere: the first node opens when the pressure falls by it.
+    opens: Option<f64>,
 }
 
 impl SeparationStart {
-    pub(super) fn of(state: &Equilibrium) -> Self {
-        SeparationStart { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
+    pub(super) fn of(state: &Equilibrium, problem: &ReducedProblem) -> Self {
+        // Around a non-periodic body the free surface moves, too.
+        let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
+        let closed = periodic && problem.wall == Wall::Hard && state.mean_gap == 0.0;
+        let lowest = || (0..state.stress.len()).map(|i| state.stress.at(i)).fold(f64::INFINITY, f64::min);
+        let opens = closed.then(|| lowest() + problem.adhesion.traction(0.0));
+        let &Equilibrium { mean_gap, pressure, separation, stiffness, .. } = state;
+        SeparationStart { mean_gap, pressure, separation, stiffness, gap: state.gap.to_vec().into(), opens }
     }
 
     /// For a checkpoint before the search.
@@ -62,54 +113,43 @@ impl SeparationStart {
     }
 }
 
-/// Separates the surfaces from the current state of `run` and finds the maximum tension. The mean gap is imposed: then
-/// states that are unstable under an imposed pressure also have an equilibrium. `scale` is the unit of the problem, for
-/// messages.
+/// Separates the surfaces from the current state of `run` and finds the largest tension. They are pulled by a machine that is much
+/// stiffer than the contact: then states that are unstable under an imposed pressure have an equilibrium, too. `scale` is the unit of
+/// the problem, for messages.
 ///
-/// Steps adapt to the curve, so that none passes over a maximum of the tension: a step within which tension is lost is
-/// halved until the tension could only have grown by [`RESOLVED`] of the largest. Every maximum that may be the largest
-/// is then bracketed by golden sections.
+/// A scan with growing steps leads to separation. Each of its intervals has a bound of the tension, from the contact stiffness at its
+/// beginning; those that may hold the largest one are halved, highest bound first, each from the state at its beginning, until none is left
+/// (branch and bound). Surfaces may jump within an interval.
 pub(super) fn search(
     run: &mut dyn SolverRun,
     problem: &ReducedProblem,
-    scale: ProblemScale,
+    (scale, observer): (ProblemScale, &dyn Observer),
     from: SeparationStart,
 ) -> Result<PullOff> {
-    let SeparationStart { mean_gap, pressure, gap } = from;
     let range = problem.adhesion.range();
     if range == 0.0 {
         return Err(Error::input("pull-off", "adhesion", "none", "an adhesion, without which there is no tension"));
     }
-    let mut search = Search {
-        run,
-        problem,
-        scale,
-        step: FIRST_STEP * mean_gap.max(range),
-        longest: 0.0,
-        curve: vec![SeparationPoint { mean_gap, pressure }],
-        best: None,
-        lowest: pressure,
-        before: Vec::new(),
-        last: gap,
+    let Some(machine) = run.machine() else {
+        return Err(cannot_pull());
     };
-    search.first_step()?;
-    for _ in 0..MOST_STEPS {
-        if search.advance()? {
-            return search.result(pressure);
+    let accurate = match problem.precision {
+        Precision::F32 => problem.tolerance,
+        Precision::F64 => problem.tolerance.min(NARROWED),
+    };
+    let loose = [SCAN, NARROWED].map(|tolerance| tolerance.max(accurate));
+    let mut search = Search::begin(run, (problem, scale, observer), machine, &from, loose);
+    search.cover()?;
+    if loose != [accurate; 2] {
+        let found = search.best.clone();
+        search.best = search.pulled(&found, 0.0, accurate)?;
+        if search.best.point.tension() < (1.0 - REFUTED) * found.point.tension() {
+            // Beyond a jump, to which looser solves came close.
+            search = Search::begin(search.run, (problem, scale, observer), machine, &from, [accurate; 2]);
+            search.cover()?;
         }
     }
-    let reached = search.curve[search.curve.len() - 1].mean_gap;
-    let [pull, mean_gap] = [-search.lowest, reached].map(|v| scale.multiply(v));
-    let found = format!("still a pull of {pull:.3e} E* at a mean gap of {mean_gap:.3e} L");
-    Err(Error::input("pull-off", "search", found, "an adhesion that ends"))
-}
-
-/// A maximum of the tension with its errors.
-#[derive(Clone, Copy)]
-struct Maximum {
-    point: SeparationPoint,
-    pressure_error: f64,
-    mean_gap_error: f64,
+    search.result()
 }
 
 /// Scan of the separation curve.
@@ -117,133 +157,227 @@ struct Search<'a, 'p> {
     run: &'a mut dyn SolverRun,
     problem: &'a ReducedProblem<'p>,
     scale: ProblemScale,
+    observer: &'a dyn Observer,
+    machine: Machine,
+    opens: Option<f64>,
+    /// Largest residuals of states of the scan and of those that narrow its intervals.
+    tolerances: [f64; 2],
     step: f64,
-    /// Longest step so far.
-    longest: f64,
-    /// Equilibria of the scan in order; those of the sections follow in `result`.
+    /// States so far.
     curve: Vec<SeparationPoint>,
-    /// The largest bracketed maximum.
-    best: Option<Maximum>,
-    /// Lowest pressure so far.
-    lowest: f64,
-    /// Gaps of the last equilibrium but one and of the last. Sections start from the former, because a branch that the
-    /// surfaces have left is not reached again by a smaller separation.
-    before: Vec<f64>,
-    last: Vec<f64>,
+    /// The state of the largest tension.
+    best: Pulled,
+    /// The last state of the scan.
+    last: Pulled,
+    /// Gap of the last state of the solver.
+    at: Rc<[f64]>,
+    /// Intervals that may hold a larger tension.
+    open: Vec<Interval>,
+    /// Largest bound of the intervals that were discarded.
+    bound: f64,
 }
 
-impl Search<'_, '_> {
-    /// The first step, shortened while the tension decreases within it: for an initial load close to the maximum
-    /// tension it may be too long.
-    fn first_step(&mut self) -> Result<()> {
-        let SeparationPoint { mean_gap, pressure } = self.curve[0];
-        loop {
-            let (point, gap) = equilibrium(self.run, (self.problem, self.scale), mean_gap + self.step, None)?;
-            if point.pressure < pressure || self.step <= SHORTEST_STEP * mean_gap {
-                self.accept(point, gap);
-                return Ok(());
-            }
-            self.step *= SHORTER;
-            self.run.set_gap(&self.last);
+impl<'a, 'p> Search<'a, 'p> {
+    fn begin(
+        run: &'a mut dyn SolverRun,
+        (problem, scale, observer): (&'a ReducedProblem<'p>, ProblemScale, &'a dyn Observer),
+        machine: Machine,
+        start: &SeparationStart,
+        tolerances: [f64; 2],
+    ) -> Self {
+        let SeparationStart { mean_gap, pressure, separation, stiffness, ref gap, opens } = *start;
+        let unknown = if mean_gap == 0.0 { machine.stiffness } else { 0.0 };
+        let rise = stiffness.map_or(unknown, |contact| machine.rise(contact));
+        let point = SeparationPoint { grip: machine.grip(separation, pressure), mean_gap, pressure, rise };
+        let start = Pulled { point, gap: gap.clone() };
+        Search {
+            run,
+            problem,
+            scale,
+            observer,
+            machine,
+            opens,
+            tolerances,
+            step: FIRST_STEP * mean_gap.max(problem.adhesion.range()),
+            curve: vec![point],
+            at: start.gap.clone(),
+            best: start.clone(),
+            last: start,
+            open: Vec::new(),
+            bound: point.tension(),
         }
     }
 
-    fn accept(&mut self, point: SeparationPoint, gap: Vec<f64>) {
-        self.lowest = self.lowest.min(point.pressure);
-        self.curve.push(point);
-        self.before = std::mem::replace(&mut self.last, gap);
+    /// Separates the surfaces and narrows the intervals that may hold the largest tension.
+    fn cover(&mut self) -> Result<()> {
+        // Until the first node opens, closed surfaces stay closed.
+        if let Some(stress) = self.opens {
+            let pressure = self.last.point.pressure - stress;
+            let (grip, rise) = (self.machine.grip(0.0, pressure), self.machine.stiffness);
+            let point = SeparationPoint { grip, mean_gap: 0.0, pressure, rise };
+            self.curve.push(point);
+            self.accept(Pulled { point, ..self.last.clone() })?;
+        } else if self.last.point.rise == 0.0 {
+            // The contact stiffness was not requested.
+            let start = self.last.clone();
+            self.last = self.pulled(&start, 0.0, self.tolerances[1])?;
+        }
+        while self.curve.len() < MOST_STATES {
+            if !self.advance()? {
+                continue;
+            }
+            while !self.open.is_empty() && self.curve.len() < MOST_STATES {
+                self.narrow()?;
+            }
+            self.open.iter().for_each(|interval| self.bound = self.bound.max(interval.bound()));
+            return Ok(());
+        }
+        let [pull, mean_gap] = [self.best.point.tension(), self.last.point.mean_gap].map(|v| self.scale.multiply(v));
+        let found = format!("still a pull of {pull:.3e} E* at a mean gap of {mean_gap:.3e} L");
+        Err(Error::input("pull-off", "search", found, "an adhesion that ends"))
     }
 
-    /// One step of the scan, or a shorter second attempt at it. True when the surfaces have separated.
-    fn advance(&mut self) -> Result<bool> {
-        let [.., earlier, now] = self.curve[..] else { return Ok(false) };
-        let slope = (now.pressure - earlier.pressure) / (now.mean_gap - earlier.mean_gap);
-        let (next, gap) = equilibrium(self.run, (self.problem, self.scale), now.mean_gap + self.step, None)?;
-        let growth = -(slope * self.step).min(0.0);
-        let lost = next.pressure - now.pressure + growth.min(-self.lowest);
-        // Where asperities detach at a tension below the largest, no maximum is missed.
-        let largest = growth - now.pressure >= (1.0 - LOST) * -self.lowest;
-        if largest && growth > RESOLVED * -self.lowest && lost > LOST * -self.lowest {
-            self.step *= 0.5;
-            self.run.set_gap(&self.last);
-            return Ok(false);
+    /// The state at which the grip is further away by `step`.
+    fn pulled(&mut self, from: &Pulled, step: f64, tolerance: f64) -> Result<Pulled> {
+        if !Rc::ptr_eq(&self.at, &from.gap) {
+            self.run.set_gap(&from.gap);
         }
-        let passed = now.pressure < earlier.pressure && next.pressure >= now.pressure;
-        if passed && -now.pressure >= (1.0 - LOST) * -self.lowest {
-            let end = next.mean_gap;
-            let bracketed = self.bracketed([earlier, now], end)?;
-            if self.best.is_none_or(|best| bracketed.point.pressure < best.point.pressure) {
-                self.best = Some(bracketed);
+        let state = self.run.pull(from.point.grip + step, tolerance)?;
+        match state.stop {
+            Stop::Converged => {
+                let (grip, gap): (f64, Rc<[f64]>) = (from.point.grip + step, state.gap.to_vec().into());
+                let grown = if step > 0.0 { (from.point.pressure - state.pressure) / step } else { 0.0 };
+                let rise = state.stiffness.map_or(grown.max(0.0), |contact| self.machine.rise(contact));
+                let point = SeparationPoint { grip, mean_gap: state.mean_gap, pressure: state.pressure, rise };
+                self.at = gap.clone();
+                self.curve.push(point);
+                self.report(point);
+                Ok(Pulled { point, gap })
             }
-            self.lowest = self.lowest.min(bracketed.point.pressure);
-            self.run.set_gap(&gap);
+            Stop::Interrupted => Err(Error::Interrupted),
+            stop => Err(unconverged(self.problem, self.scale, &state, stop)),
         }
-        // A rough surface separates asperity by asperity, and the last one may have the maximum tension. The scan
-        // therefore ends only without contact and at a small tension.
-        let separated = gap.iter().all(|g| *g > 0.0) && -next.pressure < PASSED * -self.lowest;
-        self.accept(next, gap);
-        self.longest = self.longest.max(self.step);
-        // Steps recover fast after a jump: rough surfaces have many.
-        self.step *= if self.step < self.longest { RECOVERY } else { GROWTH };
-        Ok(separated && self.curve.len() > 2)
     }
 
-    /// The maximum between `earlier` and the mean gap `high` by golden sections.
-    fn bracketed(&mut self, [earlier, now]: [SeparationPoint; 2], mut high: f64) -> Result<Maximum> {
-        let (mut low, mut best) = (earlier.mean_gap, now);
-        let slope = (earlier.pressure - now.pressure) / (now.mean_gap - earlier.mean_gap);
-        let mut probe = |mean_gap: f64| -> Result<SeparationPoint> {
-            let (point, _) = equilibrium(self.run, (self.problem, self.scale), mean_gap, Some(&self.before))?;
-            if point.pressure < best.pressure {
-                best = point;
-            }
-            Ok(point)
+    fn report(&self, point: SeparationPoint) {
+        let (states, largest) = (self.curve.len(), self.best.point.tension().max(point.tension()));
+        let tension = if largest > 0.0 { point.tension() / largest } else { 0.0 };
+        let progress = (states as f64 / EXPECTED_STATES).min(LAST_PROGRESS);
+        self.observer.separated(SeparationStep { states, tension, progress });
+    }
+
+    /// Continues the scan from its next state.
+    fn accept(&mut self, next: Pulled) -> Result<()> {
+        let from = std::mem::replace(&mut self.last, next.clone());
+        self.note(&next);
+        self.bounded(Interval { from, to: next.point });
+        while self.open.len() > MOST_OPEN && self.curve.len() < MOST_STATES {
+            self.narrow()?;
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, state: &Pulled) {
+        if state.point.tension() > self.best.point.tension() {
+            self.best = state.clone();
+            let all = std::mem::take(&mut self.open);
+            all.into_iter().for_each(|interval| self.bounded(interval));
+        }
+    }
+
+    /// Keeps an interval if it may hold a larger tension.
+    fn bounded(&mut self, interval: Interval) {
+        let (bound, best) = (interval.bound(), self.best.point.tension());
+        // Before the first tension none is missed in compression.
+        if bound > (best + RESOLVED * best.abs()).max(0.0) {
+            self.open.push(interval);
+        } else {
+            self.bound = self.bound.max(bound);
+        }
+    }
+
+    /// Halves the open interval with the highest bound; of very many the newest.
+    fn narrow(&mut self) -> Result<()> {
+        let all = 0..self.open.len();
+        let chosen = match self.open.len() < MOST_OPEN {
+            true => all.max_by(|&i, &j| self.open[i].bound().total_cmp(&self.open[j].bound())),
+            // The newest is the shortest one, which leaves few.
+            false => all.last(),
         };
-        let mut left = probe(high - GOLDEN * (high - low))?;
-        let mut right = probe(low + GOLDEN * (high - low))?;
-        for _ in 0..SECTIONS {
-            if left.pressure < right.pressure {
-                (high, right) = (right.mean_gap, left);
-                left = probe(high - GOLDEN * (high - low))?;
-            } else {
-                (low, left) = (left.mean_gap, right);
-                right = probe(low + GOLDEN * (high - low))?;
-            }
-        }
-        let mean_gap_error = (high - best.mean_gap).max(best.mean_gap - low);
-        // At a jump the tension grows up to it at the slope before it, and the ends of the bracket are on two branches.
-        let (growth, spread) = (slope * mean_gap_error, left.pressure.max(right.pressure) - best.pressure);
-        Ok(Maximum { point: best, pressure_error: growth + spread.min(growth), mean_gap_error })
+        let Some(chosen) = chosen else { return Ok(()) };
+        let Interval { from, to } = self.open.swap_remove(chosen);
+        let middle = self.pulled(&from, 0.5 * (to.grip - from.point.grip), self.tolerances[1])?;
+        self.note(&middle);
+        self.bounded(Interval { from, to: middle.point });
+        self.bounded(Interval { from: middle, to });
+        Ok(())
+    }
+
+    /// One step of the scan. True when the surfaces have separated.
+    fn advance(&mut self) -> Result<bool> {
+        let from = self.last.clone();
+        let next = self.pulled(&from, self.step, self.tolerances[0])?;
+        // A rough surface separates asperity by asperity, and the last one may have the largest tension. The scan
+        // therefore ends only without contact and at a small tension.
+        let parted = next.gap.iter().all(|g| *g > 0.0);
+        self.accept(next)?;
+        self.step *= GROWTH;
+        Ok(parted && self.last.point.tension() < PASSED * self.best.point.tension() && self.curve.len() > 3)
     }
 
     /// # Errors
     /// `Input` if the tension falls from the initial pressure on.
-    fn result(mut self, initial: f64) -> Result<PullOff> {
-        let Some(Maximum { point: best, pressure_error, mean_gap_error }) =
-            self.best.filter(|b| b.point.pressure < initial)
-        else {
-            let found = format!("a pull of {:.3e} E*, from which on it falls", -self.scale.multiply(initial));
+    fn result(mut self) -> Result<PullOff> {
+        let (best, initial) = (self.best.point, self.curve[0]);
+        if best.grip <= initial.grip {
+            let found = format!("a pull of {:.3e} E*, from which on it falls", self.scale.multiply(initial.tension()));
             return Err(Error::input("pull-off", "last load", found, "a load before the largest tension"));
-        };
-        self.curve.push(best);
+        }
+        // Without less accurate states of a larger tension; of several states at one mean gap the last.
+        self.curve.retain(|point| point.tension() <= best.tension() && point.mean_gap != best.mean_gap);
+        self.curve.reverse();
         self.curve.sort_by(|a, b| a.mean_gap.total_cmp(&b.mean_gap));
-        // The maximum may be an equilibrium of the scan.
         self.curve.dedup_by(|a, b| a.mean_gap == b.mean_gap);
+        let at = self.curve.partition_point(|point| point.mean_gap < best.mean_gap);
+        let width = |other: Option<&SeparationPoint>| other.map_or(0.0, |p| (p.mean_gap - best.mean_gap).abs());
+        let left = at.checked_sub(1).and_then(|i| self.curve.get(i));
+        let mean_gap_error = width(left).max(width(self.curve.get(at)));
+        self.curve.insert(at, best);
         Ok(PullOff {
             pressure: best.pressure,
             mean_gap: best.mean_gap,
             mean_gap_error: Some(mean_gap_error),
-            pressure_error: Some(pressure_error),
+            pressure_error: Some((self.bound - best.tension()).max(0.0)),
             coarser: None,
             curve: self.curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
         })
     }
 }
 
-/// Changes from the coarser grid that are the error of a pull-off, in addition to its bracket.
+/// Share of the search on the problem's own grid in the time of both.
+pub(super) const FINE_SHARE: f64 = 0.8;
+
+/// Passes on the progress of a search that is a part of two.
+pub(super) struct PartOfSearch<'a> {
+    pub observer: &'a dyn Observer,
+    pub share: [f64; 2],
+}
+
+impl Observer for PartOfSearch<'_> {
+    fn iteration(&self, step: Iteration) -> ControlFlow<()> {
+        self.observer.iteration(step)
+    }
+
+    fn separated(&self, step: SeparationStep) {
+        let [from, to] = self.share;
+        self.observer.separated(SeparationStep { progress: from + (to - from) * step.progress, ..step });
+    }
+}
+
+/// Changes from the coarser grid that are the error of a pull-off, in addition to what its search leaves.
 const CHANGES: f64 = 3.0;
 
-/// `pull_off` with the errors of its bracket and of the change from the coarser grid.
+/// `pull_off` with the errors of its search and of the change from the coarser grid.
 pub(super) fn compared(pull_off: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
     let change = (pull_off.pressure - coarse.pressure).abs();
     PullOff {
@@ -251,24 +385,6 @@ pub(super) fn compared(pull_off: PullOff, grid: Grid, coarse: PullOff) -> PullOf
         mean_gap_error: pull_off.mean_gap_error.map(|e| e + CHANGES * (pull_off.mean_gap - coarse.mean_gap).abs()),
         coarser: Some([grid.nx, grid.ny]),
         ..pull_off
-    }
-}
-
-/// The state at a mean gap and its gap field, from the gap `start` if given.
-fn equilibrium(
-    run: &mut dyn SolverRun,
-    (problem, scale): (&ReducedProblem, ProblemScale),
-    mean_gap: f64,
-    start: Option<&[f64]>,
-) -> Result<(SeparationPoint, Vec<f64>)> {
-    if let Some(gap) = start {
-        run.set_gap(gap);
-    }
-    let state = run.equilibrate(Load::MeanGap(mean_gap))?;
-    match state.stop {
-        Stop::Converged => Ok((SeparationPoint { mean_gap, pressure: state.pressure }, state.gap.to_vec())),
-        Stop::Interrupted => Err(Error::Interrupted),
-        stop => Err(unconverged(problem, scale, &state, stop)),
     }
 }
 
@@ -281,7 +397,7 @@ pub(super) fn unconverged(problem: &ReducedProblem, scale: ProblemScale, state: 
 mod tests {
     use super::*;
     use crate::interface::AttractionLaw;
-    use crate::method::{ErrorEstimates, Heights};
+    use crate::method::{ErrorEstimates, Heights, Load, NoObserver};
     use asperity_grid::Field;
 
     /// A separation curve in place of a solver: tension rises to sharp maxima, at each of which an asperity detaches.
@@ -306,9 +422,32 @@ mod tests {
         }
     }
 
+    impl SawtoothCurve {
+        /// Growth of the tension up to the next maximum.
+        fn slope(&self, mean_gap: f64) -> f64 {
+            let (mut from, mut low) = (0.0, 0.0);
+            for &(at, largest) in &self.maxima {
+                if mean_gap <= at {
+                    return (largest - low) / (at - from);
+                }
+                (from, low) = (at, AFTER * largest);
+            }
+            0.1 * low
+        }
+    }
+
     impl SolverRun for SawtoothCurve {
-        fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
-            let Load::MeanGap(mean_gap) = load else { panic!("a mean gap is imposed") };
+        fn machine(&self) -> Option<Machine> {
+            Some(Machine { stiffness: 1e9, compliance: 1e-9 })
+        }
+
+        fn equilibrate(&mut self, _: Load) -> Result<Equilibrium<'_>> {
+            panic!("a machine pulls")
+        }
+
+        fn pull(&mut self, grip: f64, _: f64) -> Result<Equilibrium<'_>> {
+            // So stiff that the grip is where the surface is.
+            let (mean_gap, load) = (grip, Load::MeanGap(grip));
             let pressure = -self.tension(mean_gap);
             self.gap = [if mean_gap > self.maxima[self.maxima.len() - 1].0 { mean_gap } else { 0.0 }];
             Ok(Equilibrium {
@@ -321,7 +460,7 @@ mod tests {
                 stress: Field::F64(&[0.0]),
                 mean_gap,
                 separation: mean_gap,
-                stiffness: None,
+                stiffness: Some(self.slope(mean_gap)),
                 energy: 0.0,
                 elastic_energy: 0.0,
                 interaction_energy: 0.0,
@@ -341,7 +480,7 @@ mod tests {
 
     /// The largest of two sharp maxima, wherever it lies between the steps, within the stated errors.
     #[test]
-    fn every_sharp_maximum_is_bracketed() {
+    fn every_sharp_maximum_is_found() {
         let heights = [0.0];
         let problem = ReducedProblem {
             adhesion: AttractionLaw::exponential(1e-4, 0.01),
@@ -354,12 +493,20 @@ mod tests {
                 (vec![(first, 0.0032), (first + 0.03, 0.003443)], (first + 0.03, 0.003443)),
             ] {
                 let mut curve = SawtoothCurve { maxima, gap: [0.0] };
-                let (pressure, gap) = (-curve.tension(0.02), vec![0.0]);
-                let from = SeparationStart { mean_gap: 0.02, pressure, gap };
-                let actual = search(&mut curve, &problem, ProblemScale::of(&problem.heights), from).expect("a maximum");
+                let pressure = -curve.tension(0.02);
+                let from = SeparationStart {
+                    mean_gap: 0.02,
+                    separation: 0.02,
+                    pressure,
+                    stiffness: Some(curve.slope(0.02)),
+                    gap: [0.0].into(),
+                    opens: None,
+                };
+                let actual = search(&mut curve, &problem, (ProblemScale::of(&problem.heights), &NoObserver), from)
+                    .expect("a maximum");
                 let miss = [actual.pressure + expected.1, actual.mean_gap - expected.0].map(f64::abs);
                 let [pressure_error, mean_gap_error] =
-                    [actual.pressure_error, actual.mean_gap_error].map(|e| e.expect("of the bracket"));
+                    [actual.pressure_error, actual.mean_gap_error].map(|e| e.expect("of the search"));
                 assert!(miss[0] <= pressure_error + 1e-15, "{k}: {miss:?} {actual:?}");
                 assert!(miss[1] <= mean_gap_error + 1e-15, "{k}: {miss:?} {actual:?}");
                 assert!(pressure_error < 2e-3 * expected.1, "{k}: {pressure_error}");

@@ -1,7 +1,7 @@
 //! Load paths in the unit of the surface's heights ([`ProblemScale`]).
 
 use super::{InitialState, LoadPathSolver, Reached};
-use crate::method::{CoarseState, Iteration, Load, Observer, ProblemScale, SnapshotRef, Stop};
+use crate::method::{CoarseState, Iteration, Load, Observer, ProblemScale, SeparationStep, SnapshotRef, Stop};
 use crate::results::PullOff;
 use crate::state::Extrapolated;
 use crate::uncertainty::ValueWithError;
@@ -116,6 +116,10 @@ impl Observer for InUnit<'_> {
 
     fn stop_requested(&self) -> bool {
         self.observer.stop_requested()
+    }
+
+    fn separated(&self, step: SeparationStep) {
+        self.observer.separated(step);
     }
 
     fn coarse_grid_done(&self, state: CoarseState) {

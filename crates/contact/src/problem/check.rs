@@ -101,7 +101,7 @@ impl Problem {
         let accepted = format!(
             "\"fast\" or \"auto\": no other method controls the mean gap, which {mean_gap} and {pull_off} need"
         );
-        let able = !loads.impose_gaps() || self.card().capabilities.mean_gap;
+        let able = !(loads.impose_gaps() || loads.pull_off) || self.card().capabilities.mean_gap;
         c.unless(able, Field::Method, format!("{:?}", self.card().id), &accepted);
     }
 
@@ -141,7 +141,7 @@ impl Problem {
             ),
             (
                 loads.impose_gaps(),
-                "a mean gap, a displacement or a pull-off".to_string(),
+                "a mean gap or a displacement".to_string(),
                 "a periodic surface, or load control".to_string(),
             ),
             (
@@ -181,7 +181,7 @@ impl Problem {
         let accepted = "none: a gap has no history of flow";
         c.unless(self.initial_gap.is_none(), field, format!("given with {gap}"), accepted);
         c.unless(
-            !loads.impose_gaps() && loads.kind != LoadKind::Contact,
+            !loads.impose_gaps() && !loads.pull_off && loads.kind != LoadKind::Contact,
             field,
             "given with a mean gap, a displacement, a contact fraction or a pull-off",
             "loads as pressure, force or p*: searches for other loads would leave flow behind",

@@ -79,9 +79,9 @@ impl Loads {
         if self.is_closed() { count.div_ceil(2) } else { count }
     }
 
-    /// Whether a load or the pull-off imposes the mean gap.
+    /// Whether a load imposes the mean gap.
     pub(super) fn impose_gaps(&self) -> bool {
-        matches!(self.kind, LoadKind::MeanGap | LoadKind::Displacement) || self.pull_off
+        matches!(self.kind, LoadKind::MeanGap | LoadKind::Displacement)
     }
 }
 

@@ -4,7 +4,7 @@ use super::{Arguments, Body, LentHeights, LoadKind, Loads, Problem, Reduction};
 use crate::estimated::{never_delivered, state_of};
 use crate::interface::AttractionLaw;
 use crate::load::{Branch, Load, LoadStep};
-use crate::method::{Iteration, MethodCard, MethodKind, NoObserver, Observer, Stop};
+use crate::method::{Iteration, MethodCard, MethodKind, NoObserver, Observer, SeparationStep, Stop};
 use crate::observe::{WorkPoint, dissipation};
 use crate::path::{EstimatorInput, InitialState, LoadPathSolver, Reached, pressures_of_contact};
 use crate::results::PullOff;
@@ -13,6 +13,7 @@ use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::ALONE;
 use asperity_grid::{Error, Result};
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 
 /// Equilibria of a load path.
 #[derive(Debug, Clone)]
@@ -45,7 +46,7 @@ pub struct Progress {
     pub iteration: usize,
     /// Residual over the mean pressure.
     pub residual: f64,
-    /// Estimated fraction of this load that is done.
+    /// Estimated fraction of this load, or of the search for the pull-off after all loads, that is done.
     pub fraction: f64,
 }
 
@@ -69,16 +70,25 @@ impl<F: Fn(Progress) -> ControlFlow<()> + Sync> Monitor for F {
     }
 }
 
-struct Monitored<'m>(&'m dyn Monitor);
+struct Monitored<'m> {
+    monitor: &'m dyn Monitor,
+    /// Fraction of a search for the pull-off.
+    separated: Mutex<Option<f64>>,
+}
 
 impl Observer for Monitored<'_> {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
-        let fraction = step.progress();
-        self.0.progress(Progress { iteration: step.iteration, residual: step.residual, fraction })
+        let separated = *self.separated.lock().unwrap_or_else(|e| e.into_inner());
+        let fraction = separated.unwrap_or_else(|| step.progress());
+        self.monitor.progress(Progress { iteration: step.iteration, residual: step.residual, fraction })
     }
 
     fn stop_requested(&self) -> bool {
-        self.0.stop_requested()
+        self.monitor.stop_requested()
+    }
+
+    fn separated(&self, step: SeparationStep) {
+        *self.separated.lock().unwrap_or_else(|e| e.into_inner()) = Some(step.progress);
     }
 }
 
@@ -149,7 +159,7 @@ impl Problem {
     ) -> Result<Option<PullOff>> {
         let reduction = reduced(self, loads)?;
         monitor.warnings(&warnings(self, &reduction));
-        walk(self, reduction, loads, &Monitored(monitor), visit)
+        walk(self, reduction, loads, &Monitored { monitor, separated: Mutex::default() }, visit)
     }
 
     /// The contact under a mean pressure by any method, those included that do not solve for the fields.

@@ -106,6 +106,8 @@ pub(super) struct Task<'p> {
     /// Transform pairs of the coarser grids so far, in pairs of the finest grid.
     pub earlier_pairs: f64,
     pub search: GapSearch,
+    /// The initial state is that before a machine pulled on: no result, however small the residual of its few open nodes is.
+    pub pulled: bool,
 }
 
 impl Task<'_> {
@@ -276,7 +278,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let precision = resumed.as_ref().and_then(|pause| pause.precision).unwrap_or(task.problem.precision);
         let now = level.trial(0.0, precision);
         level.pending = 0.0;
-        let untouched = resumed.is_none();
+        let untouched = resumed.is_none() && !task.pulled;
         let fresh = DescentSnapshot {
             pressure,
             iterations: *iterations,
@@ -411,8 +413,9 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let grid_fraction = self.level.grid().points() as f64 / self.task.points as f64;
         let step = Iteration { iteration: *self.iterations, residual, tolerance: self.tolerance, grid_fraction };
         self.stopping |= observer.iteration(step).is_break() || observer.stop_requested();
-        let resumable = self.beta == 0.0 || !plain;
-        if resumable && (self.stopping || observer.snapshot_due()) {
+        // A search for the pull-off restarts from its initial state.
+        let resumable = self.beta == 0.0 || !plain || self.task.pulled;
+        if resumable && !self.task.pulled && (self.stopping || observer.snapshot_due()) {
             let grid = self.level.grid();
             let pause = DescentSnapshot {
                 pressure: self.pressure,

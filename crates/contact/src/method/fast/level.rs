@@ -12,8 +12,10 @@ use asperity_grid::{Grid, Real, lowest};
 /// Right side of the linear problem of the contact stiffness, over the lowest hardness up to E*.
 const TANGENT_GRADIENT: f64 = 0.25;
 
-/// Two gains in succession below this share of the compliance end its linear problem.
-const TANGENT_ACCURACY: f64 = 1e-4;
+/// Two gains in succession below this share of the compliance end its linear problem: for a stiffness that is a result, and for one that
+/// bounds a tension.
+pub(super) const TANGENT_ACCURACY: f64 = 1e-4;
+pub(super) const TANGENT_BOUND: f64 = 1e-2;
 
 /// Iterations of that problem at most; it takes 8 to 20.
 const TANGENT_LIMIT: usize = 200;
@@ -274,9 +276,13 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
 
     /// Contact stiffness of the present gap, E*/L: the closed nodes stay closed, the others are free. The change `x` of the gap under a
     /// change of the mean stress by one solves `H x = 1` on the free nodes; its mean, a product of right side and solution, is a sum
-    /// over the steps of conjugate gradients that converges twice as fast as `x`. `mean_stiffness` is the stiffness of the mean mode in the
-    /// preconditioner. `None` without free nodes or without contact, at negative curvature, and if stopped. Needs the working arrays.
-    pub(super) fn stiffness(&mut self, mean_stiffness: f64, stopping: &dyn Fn() -> bool) -> Option<f64> {
+    /// over the steps of conjugate gradients that converges twice as fast as `x`, from below, until two steps add less than `accuracy` of
+    /// it. `mean_stiffness` is the stiffness of the mean mode in the preconditioner. `None` without free nodes or without contact, at negative curvature, and if stopped. Needs the working arrays.
+    pub(super) fn stiffness(
+        &mut self,
+        (mean_stiffness, accuracy): (f64, f64),
+        stopping: &dyn Fn() -> bool,
+    ) -> Option<f64> {
         self.apply_pending();
         // Below every hardness, so that no closed node counts as flowing.
         let gradient = self.law().max_pressure().min(1.0) * TANGENT_GRADIENT;
@@ -301,7 +307,7 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
             }
             let gain = rz * rz / curvature;
             compliance += gain;
-            small = if gain <= TANGENT_ACCURACY * compliance { small + 1 } else { 0 };
+            small = if gain <= accuracy * compliance { small + 1 } else { 0 };
             if small == 2 {
                 let per_facing = n / self.window().points() as f64;
                 let stiffness = per_facing / (compliance / (gradient * gradient) + self.cell.mean_compliance());

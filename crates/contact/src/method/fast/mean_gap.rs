@@ -69,6 +69,16 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         }
     }
 
+    /// Solves under the spring of a machine, whose force becomes part of the pressure.
+    pub(super) fn pulled(&self, level: &mut Level<T, L>, load: Load, tolerance: f64, iterations: &mut usize) -> Ended {
+        self.set_load(level, load);
+        let ended = iterate(&Task { pulled: true, ..self.task(load) }, level, tolerance, iterations, None);
+        let (spring, facing) = (level.spring, self.facing_share());
+        let mean_gap = level.last.mean_separation + self.cell.mean_mode(level.pressure).1;
+        level.pressure += spring.stiffness * (mean_gap - spring.target) / facing;
+        ended
+    }
+
     /// Largest error of an imposed mean gap, L.
     pub(super) fn gap_tolerance(&self, target: f64) -> f64 {
         let check = equilibrium_check(self.problem, L::HARD, self.rms_height, 1.0);

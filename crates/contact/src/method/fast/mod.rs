@@ -28,7 +28,7 @@ use super::plastic::PlasticFlow;
 use super::require::{self, refused};
 use super::residuals::Residuals;
 use super::sweep;
-use super::{Equilibrium, ErrorEstimates, Load, Observer, ReducedProblem, SolverRun, SolverSnapshot, Stop};
+use super::{Equilibrium, ErrorEstimates, Load, Machine, Observer, ReducedProblem, SolverRun, SolverSnapshot, Stop};
 use crate::interface::Law;
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Real, Series, mean};
@@ -36,7 +36,7 @@ use descent::{DescentSnapshot, Ended, GapSearch, Task};
 use fields::Spring;
 use gpu::GpuLevels;
 use host::LevelProblem;
-use level::Level;
+use level::{Level, TANGENT_ACCURACY, TANGENT_BOUND};
 use shared::{Agreed, agreed, own_nodes};
 use std::cell::OnceCell;
 use std::time::Instant;
@@ -159,7 +159,18 @@ impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
             points: self.cell.grid.points(),
             earlier_pairs: self.earlier_pairs.get(),
             search: GapSearch::default(),
+            pulled: false,
         }
+    }
+
+    /// Facing nodes over all of the cell.
+    fn facing_share(&self) -> f64 {
+        self.cell.window(self.cell.grid).points() as f64 / self.cell.grid.points() as f64
+    }
+
+    /// Stiffness of the spring that controls the mean gap on a grid.
+    fn spring(&self, grid: Grid) -> f64 {
+        SPRING * ReducedProblem { grid, ..self.problem.clone() }.stiffest_mode()
     }
 
     fn set_load(&self, level: &mut Level<T, L>, load: Load) {
@@ -167,8 +178,7 @@ impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
             Load::Pressure(p) => level.pressure = p,
             Load::MeanGap(target) => {
                 level.pressure = self.pressure;
-                let stiffness = SPRING * ReducedProblem { grid: level.grid(), ..self.problem.clone() }.stiffest_mode();
-                level.spring = Spring { stiffness, target };
+                level.spring = Spring { stiffness: self.spring(level.grid()), target };
             }
         }
     }
@@ -203,13 +213,18 @@ impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
     }
 
     /// Residuals and interfacial stress of a level. Under mean-gap control the pressure becomes the one that balances the
-    /// stress on open nodes.
-    fn balanced(&self, level: &mut Level<T, L>, load: Load) -> (Residuals, Vec<T>) {
+    /// stress on open nodes; in a machine, whose force it is, only where the imbalance exceeds the tolerance.
+    fn balanced(&self, level: &mut Level<T, L>, (load, pulled): (Load, Option<f64>)) -> (Residuals, Vec<T>) {
         let (residuals, stress) = level.stress();
-        let open = 1.0 - residuals.contact;
+        // Behind a soft wall no node is closed.
+        let open = if L::HARD { 1.0 - residuals.contact } else { 1.0 };
         let scale = self.task(load).scale(level.pressure, &residuals);
-        let allowed = MULTIPLIER * EquilibriumCheck::load_tolerance(self.tolerance(load)) * scale;
-        if matches!(load, Load::Pressure(_)) || open == 0.0 || residuals.imbalance.abs() <= allowed {
+        let allowed = match pulled {
+            Some(tolerance) => EquilibriumCheck::load_tolerance(tolerance) * scale,
+            None => MULTIPLIER * EquilibriumCheck::load_tolerance(self.tolerance(load)) * scale,
+        };
+        let kept = matches!(load, Load::Pressure(_)) || self.cell.is_padded() || open == 0.0;
+        if kept || residuals.imbalance.abs() <= allowed {
             return (residuals, stress);
         }
         drop(stress);
@@ -242,9 +257,31 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
         self.gap = if self.cell.is_padded() { narrow(&self.cell.continued(gap)) } else { narrow(&gap[own]) };
     }
 
+    fn machine(&self) -> Option<Machine> {
+        if self.problem.ranks.are_several() {
+            return None;
+        }
+        let (facing, spring) = (self.facing_share(), self.spring(self.cell.grid));
+        Some(Machine { stiffness: spring / facing, compliance: facing * (1.0 / spring - self.cell.mean_compliance()) })
+    }
+
+    fn pull(&mut self, grip: f64, tolerance: f64) -> Result<Equilibrium<'_>> {
+        if !L::ACTIVE || self.gap.is_empty() {
+            return Err(refused(ID, "pull-off", "no state of adhesive surfaces", "a load before it"));
+        }
+        // The spring pulls with the tension of the last state and what the distance from its separation adds.
+        let last = self.facing_share() * self.pressure / self.spring(self.cell.grid);
+        let target = grip + self.cell.mean_height + last;
+        // Of a padded cell at least the rounding error.
+        let tolerance = if self.cell.is_padded() {
+            tolerance.max(self.tolerance(Load::Pressure(self.pressure)))
+        } else {
+            tolerance
+        };
+        self.reach(Load::MeanGap(target), Some(tolerance))
+    }
+
     fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
-        let clock = Instant::now();
-        let problem = self.problem;
         if let Load::MeanGap(g) = load
             && !(g.is_finite() && (g > 0.0 || g == 0.0 && !L::HARD))
         {
@@ -254,10 +291,19 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
         if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
             return Err(Error::input("method fast", "load", "a mean gap with a non-periodic body", "a pressure"));
         }
-        if matches!(load, Load::MeanGap(_)) && problem.ranks.are_several() {
+        if matches!(load, Load::MeanGap(_)) && self.problem.ranks.are_several() {
             return Err(refused(ID, "load", "a mean gap on several ranks", "a pressure, or one rank"));
         }
         require::below_hardness(load, self.law.max_pressure(), ID)?;
+        self.reach(load, None)
+    }
+}
+
+impl<T: Real, L: Law> FastRun<'_, T, L> {
+    /// Solves at a load. `pulled`: the tolerance in a machine, whose spring acts from the mean gap of the load, which is not met, on top
+    /// of the last pressure.
+    fn reach(&mut self, load: Load, pulled: Option<f64>) -> Result<Equilibrium<'_>> {
+        let (clock, problem, before) = (Instant::now(), self.problem, self.pressure);
         (self.stress, self.lent) = Default::default();
         let mut iterations = 0;
         // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
@@ -274,7 +320,10 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
                 Level::with_gap(self.cell.grid, self.body(self.cell.grid), self.cell, self.gpu.as_ref(), start);
             self.set_load(&mut level, load);
             level.prepare();
-            let ended = self.solve_at(&mut level, load, self.tolerance(load), &mut iterations, None);
+            let ended = match pulled {
+                Some(tolerance) => self.pulled(&mut level, load, tolerance, &mut iterations),
+                None => self.solve_at(&mut level, load, self.tolerance(load), &mut iterations, None),
+            };
             (level, ended)
         } else {
             self.nested(load, &mut iterations, resumed)
@@ -283,17 +332,19 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
         level.spring = Spring::default();
         // Before the stress, which takes the place of the working arrays.
         let stiffness = match ended.ending {
-            Ending::Met => self.stiffness(&mut level, load),
-            Ending::Stopped(_) => None,
+            Ending::Met if pulled.is_some() => self.stiffness(&mut level, load, TANGENT_BOUND),
+            Ending::Met if problem.stiffness => self.stiffness(&mut level, load, TANGENT_ACCURACY),
+            _ => None,
         };
-        let (mut residuals, stress) = self.balanced(&mut level, load);
+        let (mut residuals, stress) = self.balanced(&mut level, (load, pulled));
         let (gap, fft_pairs, pressure) =
             (std::mem::take(level.gap_mut()), level.fft_pairs + self.earlier_pairs.get(), level.pressure);
         drop(level);
         if let Some(failure) = self.gpu.as_ref().and_then(GpuLevels::failure) {
             return Err(failure);
         }
-        let scale = self.task(load).scale(pressure, &residuals);
+        let scale = |pressure| self.task(load).scale(pressure, &residuals);
+        let scale = if pulled.is_some() { scale(pressure).max(scale(before)) } else { scale(pressure) };
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
         let plasticity = self.yielded(&mut residuals, ended.ending == Ending::Met);
         let (gap, stress) = if self.cell.is_padded() {
@@ -304,7 +355,13 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
             (&self.gap, &self.stress)
         };
         let Ended { ending, error_estimates } = ended;
-        let judged = ReducedProblem { tolerance: self.tolerance(load), ..problem.clone() };
+        let tolerance = pulled.unwrap_or_else(|| self.tolerance(load));
+        let load = match pulled {
+            Some(_) if residuals.mean_gap != 0.0 && !self.cell.is_padded() => Load::MeanGap(residuals.mean_gap),
+            Some(_) => Load::Pressure(pressure),
+            None => load,
+        };
+        let judged = ReducedProblem { tolerance, ..problem.clone() };
         let check = equilibrium_check(&judged, L::HARD, self.rms_height, scale);
         let outcome =
             LoadSolution { load, pressure, check, ending, iterations, fft_pairs, clock, residuals, error_estimates };

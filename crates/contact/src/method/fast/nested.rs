@@ -2,7 +2,7 @@
 
 use super::FastRun;
 use super::descent::{DescentSnapshot, Ended};
-use super::level::Level;
+use super::level::{Level, TANGENT_ACCURACY};
 use crate::interface::Law;
 use crate::method::equilibrium_check::Ending;
 use crate::method::{CoarseState, ErrorEstimates, Load, Observer, Stop};
@@ -116,7 +116,10 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
 
     /// Reports the state of a coarse grid.
     fn report(&self, level: &mut Level<T, L>, load: Load, error_estimates: ErrorEstimates) {
-        let stiffness = if self.is_next(level.grid()) { self.stiffness(level, load) } else { None };
+        let stiffness = match self.problem.stiffness && self.is_next(level.grid()) {
+            true => self.stiffness(level, load, TANGENT_ACCURACY),
+            false => None,
+        };
         let (residuals, window, coarse) = (level.last, level.window(), level.grid());
         let (energy, range) = (residuals.energy(level.pressure), level.law().range());
         let (ranks, pressure) = (level.ranks(), level.pressure);

@@ -1,7 +1,7 @@
 //! Contact stiffness of solved states.
 
 use super::FastRun;
-use super::level::Level;
+use super::level::{Level, TANGENT_ACCURACY};
 use crate::interface::{Kernel, Law};
 use crate::method::operator::{Build, dispatch};
 use crate::method::{Equilibrium, Load, NoObserver, Observer, ReducedProblem, SolverRun};
@@ -13,8 +13,7 @@ use asperity_grid::Result;
 /// # Errors
 /// As [`ContactMethod::start`](crate::method::ContactMethod::start).
 pub fn contact_stiffness(problem: &ReducedProblem, state: &Equilibrium) -> Result<Option<f64>> {
-    let problem = ReducedProblem { stiffness: true, ..problem.clone() };
-    dispatch(&problem, Tangent { problem: &problem, state })
+    dispatch(problem, Tangent { problem, state })
 }
 
 struct Tangent<'p, 's> {
@@ -34,15 +33,15 @@ impl<'p> Build<'p> for Tangent<'p, '_> {
         let mut level = Level::with_gap(grid, solver.body(grid), solver.cell, None, gap);
         (level.pressure, level.last.contact) = (state.pressure, 1.0);
         level.prepare();
-        Ok(solver.stiffness(&mut level, state.load))
+        Ok(solver.stiffness(&mut level, state.load, TANGENT_ACCURACY))
     }
 }
 
 impl<T: Real, L: Law> FastRun<'_, T, L> {
-    /// Contact stiffness of a level, if it is requested. Flowing nodes are held, as closed ones: the body unloads elastically.
-    pub(super) fn stiffness(&self, level: &mut Level<'_, T, L>, load: Load) -> Option<f64> {
+    /// Contact stiffness of a level. Flowing nodes are held, as closed ones: the body unloads elastically.
+    pub(super) fn stiffness(&self, level: &mut Level<'_, T, L>, load: Load, accuracy: f64) -> Option<f64> {
         let touches = level.last.contact > 0.0 || self.law.range() > 0.0;
-        if !self.problem.stiffness || !touches {
+        if !touches {
             return None;
         }
         level.apply_pending();
@@ -52,11 +51,11 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         let mean = approach.min(self.problem.stiffest_mode().max(1.0));
         let stopping = || self.observer.stop_requested();
         if !(L::HARD && L::YIELDS) {
-            return level.stiffness(mean, &stopping);
+            return level.stiffness((mean, accuracy), &stopping);
         }
         let held = level.gap().iter().map(|g| g.max(T::zero())).collect();
         let mut held = Level::with_gap(level.grid(), self.body(level.grid()), self.cell, None, held);
         held.prepare();
-        held.stiffness(mean, &stopping)
+        held.stiffness((mean, accuracy), &stopping)
     }
 }
