@@ -193,6 +193,28 @@ fn soft_walls_are_pulled_off() {
     }
 }
 
+/// Nearly all nodes of a compressed soft wall are in contact, and none is held there.
+#[test]
+fn gaps_of_a_compressed_soft_wall_are_imposed() {
+    /// Of the pressure at an imposed mean gap, over that from which it came: the tolerance of the residual.
+    const TOLERANCE: f64 = 1e-5;
+    let (grid, gamma, pressure) = (Grid::unit(48, 48), 4e-3, 0.08);
+    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series().clone();
+    let law = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 48.0f64).sqrt());
+    for length in [0.02, 0.01] {
+        let wall = Wall::Penalty(PenaltyWall { length });
+        let p = ReducedProblem { wall, ..problem(grid, Heights::Series(&modes), law) };
+        let loads = |gap: Option<f64>| [Some(Load::Pressure(pressure)), gap.map(Load::MeanGap)].into_iter().flatten();
+        let pressed = walk(&p, "fast", RangeChoice::Mesh, &loads(None).collect::<Vec<_>>(), false).0[0];
+        // Further apart by a tenth, and back.
+        let path: Vec<Load> = [1.1, 1.0].iter().flat_map(|f| loads(Some(f * pressed.mean_gap))).collect();
+        let held = walk(&p, "fast", RangeChoice::Mesh, &path, false).0;
+        assert!(pressed.area > 0.5 && pressed.mean_gap > 0.0, "{pressed:?}");
+        let last = held[held.len() - 1].pressure;
+        assert!((last / pressure - 1.0).abs() < TOLERANCE, "{length}: {last}");
+    }
+}
+
 /// A long range and a small work of adhesion: contacts carry far more than the attraction, and the tension stays close to its maximum
 /// long after the last contact has opened. The search still ends.
 #[test]

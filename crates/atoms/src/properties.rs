@@ -132,7 +132,7 @@ pub struct PotentialCard {
     /// Functional form and reference of the fit.
     pub source: String,
     pub measured: MeasurementOrigin,
-    /// StatedQuantity values, and tolerances of a measurement in the same units.
+    /// Stated values, and tolerances of a measurement in the same units.
     pub properties: Properties,
     pub tolerance: Properties,
 }

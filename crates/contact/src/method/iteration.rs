@@ -231,6 +231,11 @@ impl<'o, 'p> IterationControl<'o, 'p> {
     }
 }
 
+/// Change from `then` over the value now; `None` for a change to zero, as of the mean gap at full contact.
+pub fn relative_change(now: f64, then: f64) -> Option<f64> {
+    if now == then { Some(0.0) } else { (now != 0.0).then(|| ((now - then) / now).abs()) }
+}
+
 /// Detects that the residual has stalled, and estimates how much area and mean gap still change.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct ConvergenceMonitor {
@@ -270,7 +275,7 @@ impl ConvergenceMonitor {
         self.history.push((residuals.contact, residuals.mean_gap));
         let previous = self.history[4 * (self.history.len() - 1) / 5];
         let enough = self.history.len() >= Self::FEWEST;
-        let drift = |now: f64, then: f64| enough.then(|| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE));
+        let drift = |now: f64, then: f64| relative_change(now, then).filter(|_| enough);
         ErrorEstimates { area: drift(residuals.contact, previous.0), mean_gap: drift(residuals.mean_gap, previous.1) }
     }
 
@@ -286,5 +291,20 @@ impl ConvergenceMonitor {
             self.since += 1;
         }
         (self.since > Self::PATIENCE && best < 10.0 * floor).then_some(Stop::RoundingFloor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mean gap of zero has no relative change, at full contact from a gap before it.
+    #[test]
+    fn a_change_to_zero_has_no_ratio() {
+        assert_eq!(
+            [(0.0, 1e-9), (0.0, 0.0), (2.0, 1.0)].map(|(now, then)| relative_change(now, then)),
+            [None, Some(0.0), Some(0.5)]
+        );
+        assert!(relative_change(f64::NAN, 1.0).is_some_and(f64::is_nan));
     }
 }

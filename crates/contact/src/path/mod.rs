@@ -444,7 +444,7 @@ impl<'p> LoadPathSolver<'p> {
         match state.stop {
             Stop::Converged => Ok((finished, Some(SeparationStart::of(&state, &self.problem)))),
             Stop::Interrupted => Err(Error::Interrupted),
-            stop => Err(pull_off::unconverged(&self.problem, scale, &state, stop)),
+            stop => Err(pull_off::unconverged(self.problem.tolerance, scale, &state, stop)),
         }
     }
 }

@@ -14,8 +14,9 @@ use std::rc::Rc;
 /// Step of the grip during separation: the first, over the larger of mean gap and range, and the growth factor.
 const FIRST_STEP: f64 = 0.02;
 const GROWTH: f64 = 1.2;
-/// Largest number of states. The median of 12 rough maps is 35, the largest number 57.
-const MOST_STATES: usize = 400;
+/// Largest number of steps of the scan, which would reach 10¹⁵ times the first one, and of intervals that are halved.
+const MOST_STEPS: usize = 200;
+const MOST_HALVINGS: usize = 400;
 
 /// Largest residuals of the states of the scan and of those that narrow its intervals: the largest tension of the scan of a rough 128² map
 /// changes by 3e-4 between 1e-3 and 1e-4, the pull-off by 5e-5 between 1e-5 and 1e-8. At 1e-4 states close to full contact, with few open
@@ -29,19 +30,20 @@ const RESOLVED: f64 = 1e-3;
 /// Loss of tension of the accurate state against that of the search, over it, above which the latter was no equilibrium.
 const REFUTED: f64 = 1e-2;
 
-/// States that the progress expects, and its last estimate.
+/// States that the progress expects: rough maps of 64² to 512² took 24 to 73. And its last estimate.
 const EXPECTED_STATES: f64 = 45.0;
 const LAST_PROGRESS: f64 = 0.99;
 
 /// The separation ends when there is no contact and the tension has fallen to this fraction of the maximum.
 const PASSED: f64 = 0.3;
 
-/// Intervals that are kept for later.
+/// Intervals that are kept for later: with more the newest are halved first, which on 16 maps left 10 at most.
 const MOST_OPEN: usize = 6;
+const PLANNED_OPEN: u64 = 10;
 
-/// Largest number of f64 fields in memory during a search: the initial state, the last one of the scan, that of the largest tension, the
-/// one from which an interval is halved, the new one and its copy, and those of open intervals: at most 7 were seen.
-pub(super) const FIELDS: u64 = 6 + MOST_OPEN as u64;
+/// Number of f64 fields in memory that a search is planned with: the initial state, the last one of the scan, that of the largest tension,
+/// the one from which an interval is halved, the new one, and those of open intervals.
+pub(super) const FIELDS: u64 = 5 + PLANNED_OPEN;
 
 /// A state of the separation curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +66,7 @@ impl SeparationPoint {
 #[derive(Clone)]
 struct Pulled {
     point: SeparationPoint,
-    gap: Rc<[f64]>,
+    gap: Rc<Vec<f64>>,
 }
 
 /// Part of the curve between two states.
@@ -89,7 +91,7 @@ pub(super) struct SeparationStart {
     separation: f64,
     /// Contact stiffness, if known.
     stiffness: Option<f64>,
-    pub gap: Rc<[f64]>,
+    pub gap: Rc<Vec<f64>>,
     /// Lowest contact stress of surfaces that are closed everywhere: the first node opens when the pressure falls by it.
     opens: Option<f64>,
 }
@@ -102,7 +104,7 @@ impl SeparationStart {
         let lowest = || (0..state.stress.len()).map(|i| state.stress.at(i)).fold(f64::INFINITY, f64::min);
         let opens = closed.then(|| lowest() + problem.adhesion.traction(0.0));
         let &Equilibrium { mean_gap, pressure, separation, stiffness, .. } = state;
-        SeparationStart { mean_gap, pressure, separation, stiffness, gap: state.gap.to_vec().into(), opens }
+        SeparationStart { mean_gap, pressure, separation, stiffness, gap: Rc::new(state.gap.to_vec()), opens }
     }
 
     /// For a checkpoint before the search.
@@ -138,14 +140,14 @@ pub(super) fn search(
         Precision::F64 => problem.tolerance.min(NARROWED),
     };
     let loose = [SCAN, NARROWED].map(|tolerance| tolerance.max(accurate));
-    let mut search = Search::begin(run, (problem, scale, observer), machine, &from, loose);
+    let mut search = Search::begin(run, (scale, observer), (machine, range), &from, loose);
     search.cover()?;
     if loose != [accurate; 2] {
         let found = search.best.clone();
         search.best = search.pulled(&found, 0.0, accurate)?;
         if search.best.point.tension() < (1.0 - REFUTED) * found.point.tension() {
             // Beyond a jump, to which looser solves came close.
-            search = Search::begin(search.run, (problem, scale, observer), machine, &from, [accurate; 2]);
+            search = Search::begin(search.run, (scale, observer), (machine, range), &from, [accurate; 2]);
             search.cover()?;
         }
     }
@@ -153,9 +155,8 @@ pub(super) fn search(
 }
 
 /// Scan of the separation curve.
-struct Search<'a, 'p> {
+struct Search<'a> {
     run: &'a mut dyn SolverRun,
-    problem: &'a ReducedProblem<'p>,
     scale: ProblemScale,
     observer: &'a dyn Observer,
     machine: Machine,
@@ -170,18 +171,19 @@ struct Search<'a, 'p> {
     /// The last state of the scan.
     last: Pulled,
     /// Gap of the last state of the solver.
-    at: Rc<[f64]>,
-    /// Intervals that may hold a larger tension.
+    at: Rc<Vec<f64>>,
+    /// Intervals that may hold a larger tension, and how many were halved.
     open: Vec<Interval>,
+    halved: usize,
     /// Largest bound of the intervals that were discarded.
     bound: f64,
 }
 
-impl<'a, 'p> Search<'a, 'p> {
+impl<'a> Search<'a> {
     fn begin(
         run: &'a mut dyn SolverRun,
-        (problem, scale, observer): (&'a ReducedProblem<'p>, ProblemScale, &'a dyn Observer),
-        machine: Machine,
+        (scale, observer): (ProblemScale, &'a dyn Observer),
+        (machine, range): (Machine, f64),
         start: &SeparationStart,
         tolerances: [f64; 2],
     ) -> Self {
@@ -192,18 +194,18 @@ impl<'a, 'p> Search<'a, 'p> {
         let start = Pulled { point, gap: gap.clone() };
         Search {
             run,
-            problem,
             scale,
             observer,
             machine,
             opens,
             tolerances,
-            step: FIRST_STEP * mean_gap.max(problem.adhesion.range()),
+            step: FIRST_STEP * mean_gap.max(range),
             curve: vec![point],
             at: start.gap.clone(),
             best: start.clone(),
             last: start,
             open: Vec::new(),
+            halved: 0,
             bound: point.tension(),
         }
     }
@@ -218,18 +220,17 @@ impl<'a, 'p> Search<'a, 'p> {
             self.curve.push(point);
             self.accept(Pulled { point, ..self.last.clone() })?;
         } else if self.last.point.rise == 0.0 {
-            // The contact stiffness was not requested.
+            // The contact stiffness was not requested, or there is none.
             let start = self.last.clone();
             self.last = self.pulled(&start, 0.0, self.tolerances[1])?;
         }
-        while self.curve.len() < MOST_STATES {
+        for _ in 0..MOST_STEPS {
             if !self.advance()? {
                 continue;
             }
-            while !self.open.is_empty() && self.curve.len() < MOST_STATES {
+            while !self.open.is_empty() {
                 self.narrow()?;
             }
-            self.open.iter().for_each(|interval| self.bound = self.bound.max(interval.bound()));
             return Ok(());
         }
         let [pull, mean_gap] = [self.best.point.tension(), self.last.point.mean_gap].map(|v| self.scale.multiply(v));
@@ -245,7 +246,7 @@ impl<'a, 'p> Search<'a, 'p> {
         let state = self.run.pull(from.point.grip + step, tolerance)?;
         match state.stop {
             Stop::Converged => {
-                let (grip, gap): (f64, Rc<[f64]>) = (from.point.grip + step, state.gap.to_vec().into());
+                let (grip, gap) = (from.point.grip + step, Rc::new(state.gap.to_vec()));
                 let grown = if step > 0.0 { (from.point.pressure - state.pressure) / step } else { 0.0 };
                 let rise = state.stiffness.map_or(grown.max(0.0), |contact| self.machine.rise(contact));
                 let point = SeparationPoint { grip, mean_gap: state.mean_gap, pressure: state.pressure, rise };
@@ -255,7 +256,7 @@ impl<'a, 'p> Search<'a, 'p> {
                 Ok(Pulled { point, gap })
             }
             Stop::Interrupted => Err(Error::Interrupted),
-            stop => Err(unconverged(self.problem, self.scale, &state, stop)),
+            stop => Err(unconverged(tolerance, self.scale, &state, stop)),
         }
     }
 
@@ -271,7 +272,7 @@ impl<'a, 'p> Search<'a, 'p> {
         let from = std::mem::replace(&mut self.last, next.clone());
         self.note(&next);
         self.bounded(Interval { from, to: next.point });
-        while self.open.len() > MOST_OPEN && self.curve.len() < MOST_STATES {
+        while self.open.len() > MOST_OPEN {
             self.narrow()?;
         }
         Ok(())
@@ -289,28 +290,38 @@ impl<'a, 'p> Search<'a, 'p> {
     fn bounded(&mut self, interval: Interval) {
         let (bound, best) = (interval.bound(), self.best.point.tension());
         // Before the first tension none is missed in compression.
-        if bound > (best + RESOLVED * best.abs()).max(0.0) {
-            self.open.push(interval);
+        if bound <= (best + RESOLVED * best.abs()).max(0.0) {
+            self.leave(&interval);
         } else {
-            self.bound = self.bound.max(bound);
+            self.open.push(interval);
         }
     }
 
-    /// Halves the open interval with the highest bound; of very many the newest.
+    /// Halves the open interval with the highest bound; of many the newest, whose halves are the first to be discarded.
     fn narrow(&mut self) -> Result<()> {
         let all = 0..self.open.len();
-        let chosen = match self.open.len() < MOST_OPEN {
+        let chosen = match self.open.len() <= MOST_OPEN {
             true => all.max_by(|&i, &j| self.open[i].bound().total_cmp(&self.open[j].bound())),
-            // The newest is the shortest one, which leaves few.
             false => all.last(),
         };
         let Some(chosen) = chosen else { return Ok(()) };
-        let Interval { from, to } = self.open.swap_remove(chosen);
+        let interval = self.open.remove(chosen);
+        if self.halved == MOST_HALVINGS {
+            self.leave(&interval);
+            return Ok(());
+        }
+        self.halved += 1;
+        let Interval { from, to } = interval;
         let middle = self.pulled(&from, 0.5 * (to.grip - from.point.grip), self.tolerances[1])?;
         self.note(&middle);
         self.bounded(Interval { from, to: middle.point });
         self.bounded(Interval { from: middle, to });
         Ok(())
+    }
+
+    /// Leaves an interval as it is: its bound is part of the error.
+    fn leave(&mut self, interval: &Interval) {
+        self.bound = self.bound.max(interval.bound());
     }
 
     /// One step of the scan. True when the surfaces have separated.
@@ -388,9 +399,10 @@ pub(super) fn compared(pull_off: PullOff, grid: Grid, coarse: PullOff) -> PullOf
     }
 }
 
-pub(super) fn unconverged(problem: &ReducedProblem, scale: ProblemScale, state: &Equilibrium, stop: Stop) -> Error {
+/// The error of a state of the search, or before it, that did not meet its tolerance.
+pub(super) fn unconverged(tolerance: f64, scale: ProblemScale, state: &Equilibrium, stop: Stop) -> Error {
     let reason = format!("{stop}, while separating at a mean gap of {:.6e} L", scale.multiply(state.mean_gap));
-    state.not_converged("fast", reason, problem.tolerance, None)
+    state.not_converged("fast", reason, tolerance, None)
 }
 
 #[cfg(test)]
@@ -499,7 +511,7 @@ mod tests {
                     separation: 0.02,
                     pressure,
                     stiffness: Some(curve.slope(0.02)),
-                    gap: [0.0].into(),
+                    gap: Rc::new(vec![0.0]),
                     opens: None,
                 };
                 let actual = search(&mut curve, &problem, (ProblemScale::of(&problem.heights), &NoObserver), from)

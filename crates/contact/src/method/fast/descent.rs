@@ -3,7 +3,7 @@
 use super::level::{Level, Trial};
 use crate::interface::Law;
 use crate::method::equilibrium_check::Ending;
-use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
+use crate::method::iteration::{ConvergenceMonitor, MonitorMark, relative_change};
 use crate::method::residuals::Residuals;
 use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, ReducedProblem, SnapshotRef, Stop};
 use asperity_grid::{Field, Real};
@@ -169,12 +169,10 @@ impl Cycle {
     /// little in the residual: without this bound 256² stopped with an error of 1.5e-4 at an estimate of 0.6e-4.
     fn error_estimates(&self, now: &Residuals) -> ErrorEstimates {
         let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
-        let rest = |now: f64, then: f64| {
-            (now - then).abs() / now.abs().max(f64::MIN_POSITIVE) * (rate / (1.0 - rate)).max(1.0)
-        };
+        let rest = |now: f64, then: f64| relative_change(now, then).map(|c| c * (rate / (1.0 - rate)).max(1.0));
         ErrorEstimates {
-            area: Some(rest(now.contact, self.before.contact)),
-            mean_gap: Some(rest(now.mean_gap, self.before.mean_gap)),
+            area: rest(now.contact, self.before.contact),
+            mean_gap: rest(now.mean_gap, self.before.mean_gap),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Solves at an imposed mean gap.
+//! Solves at an imposed mean gap, and in a machine.
 
 use super::FastRun;
 use super::descent::{DescentSnapshot, Ended, GapSearch, Task, iterate};
