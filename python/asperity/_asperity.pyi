@@ -5,6 +5,7 @@ import numpy as np
 import numpy.typing as npt
 
 VERSION: str
+MOST_THREADS: int
 
 _Map = npt.NDArray[np.float64]
 _Flags = npt.NDArray[np.bool_]
@@ -13,6 +14,8 @@ _Loads = tuple[str, list[float]]
 _Histogram = tuple[list[float], float, float, float]
 _Stress = tuple[_Map, float, list[float]]
 _Overlap = tuple[float, float, float, float]
+
+def expect_memory(what: str, bytes: int) -> None: ...
 
 class Surface:
     @staticmethod
@@ -43,6 +46,7 @@ class TabulatedLaw:
 class FinishedRun:
     def __new__(cls, folder: str) -> FinishedRun: ...
     def json(self) -> str: ...
+    def file(self, name: str) -> str: ...
     def scales(self) -> tuple[float, float]: ...
     def heights(self) -> _Map | None: ...
     def gap(self, index: int) -> _Map | None: ...

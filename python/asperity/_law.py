@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
-from ._arguments import real
+from ._arguments import fits, real, reals, unmasked
 from ._errors import InputError
 
 
@@ -59,8 +59,11 @@ class TabulatedLaw:
 
     def __call__(self, gap: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Traction of the table at gaps; at negative gaps that of zero gap."""
-        gaps = np.asarray(gap, dtype=np.float64)
-        return np.array(self._native.tractions(gaps.ravel().tolist())).reshape(gaps.shape)
+        gaps = np.asarray(unmasked("gap", gap))
+        # Lists of the numbers before and after.
+        fits("gap", gaps.size, 128)
+        numbers = reals("gap", gaps.reshape(-1)).tolist() if gaps.size else []
+        return np.array(self._native.tractions(numbers)).reshape(gaps.shape)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return TabulatedLaw, self._origin

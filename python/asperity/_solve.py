@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
-from ._arguments import real, real_map, reals, whole
+from ._arguments import fits, real, real_map, reals, whole
 from ._body import Body, body_settings
 from ._errors import AsperityWarning, InputError
 from ._law import Adhesion, adhesion_settings
@@ -68,7 +68,7 @@ def _observables(observables: Observables | None) -> Observables:
 
 
 def _threads(threads: int | None) -> int:
-    return 0 if threads is None else whole("threads", threads, 1, 65536)
+    return 0 if threads is None else whole("threads", threads, 1, _asperity.MOST_THREADS)
 
 
 def solve(
@@ -207,6 +207,8 @@ def solve(
     functions = _observables(observables)
     labels: dict[str, Any] = {"cell": surface.cell, "body": body, "length_unit": surface.unit, "pressure_unit": pressure_unit}
     states: list[State] = []
+    # Maps of gap, stress and contact of each state.
+    fits("maps of the loads", len(values) * surface.shape[0] * surface.shape[1], 17)
 
     def warn(text: str) -> None:
         warnings.warn(text, AsperityWarning, stacklevel=3)

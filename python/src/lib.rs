@@ -1,6 +1,7 @@
 //! The compiled part of the Python package `asperity`: conversion between numpy arrays and the crate. `python/asperity` has the
 //! interface that users see.
 
+mod arrays;
 mod errors;
 mod law;
 mod observe;
@@ -12,6 +13,8 @@ mod surface;
 /// Functions and classes of the crate on plain values; private to the package `asperity`.
 #[pyo3::pymodule]
 mod _asperity {
+    #[pymodule_export]
+    use crate::arrays::expect_memory;
     #[pymodule_export]
     use crate::law::TabulatedLaw;
     #[pymodule_export]
@@ -28,4 +31,6 @@ mod _asperity {
 
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
+    #[pymodule_export]
+    const MOST_THREADS: usize = asperity::grid::sys::threads::MOST_THREADS;
 }

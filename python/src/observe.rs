@@ -1,32 +1,34 @@
 //! Observables of maps, and the list of methods.
 
+use crate::arrays::EnteredMap;
 use crate::errors::Raise;
+use crate::pool::in_pool;
 use asperity::{Cell, Connectivity, Distribution, Overlap};
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 #[pyfunction]
-pub(crate) fn contact_area(gap: PyReadonlyArray2<'_, f64>, threshold: f64, cell: (f64, f64)) -> (f64, f64, f64, usize) {
-    let area = asperity::contact_area(gap.as_array(), threshold, Cell { x: cell.0, y: cell.1 });
+pub(crate) fn contact_area(gap: EnteredMap<'_, f64>, threshold: f64, cell: (f64, f64)) -> (f64, f64, f64, usize) {
+    let area = asperity::contact_area(gap.view(), threshold, Cell { x: cell.0, y: cell.1 });
     (area.contact_area, area.contact_nodes, area.perimeter, area.count)
 }
 
 #[pyfunction]
 pub(crate) fn clusters<'py>(
     py: Python<'py>,
-    contact: PyReadonlyArray2<'py, bool>,
+    contact: EnteredMap<'py, bool>,
     corners: bool,
 ) -> (Bound<'py, PyArray2<i64>>, Vec<usize>, Option<usize>) {
     let connectivity = if corners { Connectivity::Eight } else { Connectivity::Four };
-    let found = asperity::clusters(contact.as_array(), connectivity);
+    let found = asperity::clusters(contact.view(), connectivity);
     let median = found.median_size();
     (PyArray2::from_owned_array(py, found.labels.mapv(|l| l as i64)), found.sizes, median)
 }
 
 #[pyfunction]
-pub(crate) fn percolation(contact: PyReadonlyArray2<'_, bool>) -> (bool, bool) {
-    let found = asperity::percolation(contact.as_array());
+pub(crate) fn percolation(contact: EnteredMap<'_, bool>) -> (bool, bool) {
+    let found = asperity::percolation(contact.view());
     (found.x, found.y)
 }
 
@@ -38,23 +40,32 @@ fn histogram(found: Distribution) -> Histogram {
 }
 
 #[pyfunction]
-pub(crate) fn gap_distribution(gap: PyReadonlyArray2<'_, f64>, threshold: f64, edges: Vec<f64>) -> Histogram {
-    histogram(asperity::gap_distribution(gap.as_array(), threshold, &edges))
+pub(crate) fn gap_distribution(
+    py: Python<'_>,
+    gap: EnteredMap<'_, f64>,
+    threshold: f64,
+    edges: Vec<f64>,
+) -> PyResult<Histogram> {
+    let gap = gap.view();
+    in_pool(py, 0, || asperity::gap_distribution(gap, threshold, &edges)).map(histogram)
 }
 
 #[pyfunction]
 pub(crate) fn stress_distribution(
-    stress: PyReadonlyArray2<'_, f64>,
-    contact: PyReadonlyArray2<'_, bool>,
+    py: Python<'_>,
+    stress: EnteredMap<'_, f64>,
+    contact: EnteredMap<'_, bool>,
     edges: Vec<f64>,
-) -> (Histogram, Histogram) {
-    let found = asperity::stress_distribution(stress.as_array(), contact.as_array(), &edges);
-    (histogram(found.all), histogram(found.contact))
+) -> PyResult<(Histogram, Histogram)> {
+    let (stress, contact) = (stress.view(), contact.view());
+    let found = in_pool(py, 0, || asperity::stress_distribution(stress, contact, &edges))?;
+    Ok((histogram(found.all), histogram(found.contact)))
 }
 
 #[pyfunction]
-pub(crate) fn hydraulic_gap(gap: PyReadonlyArray2<'_, f64>, threshold: f64) -> f64 {
-    asperity::hydraulic_gap(gap.as_array(), threshold)
+pub(crate) fn hydraulic_gap(py: Python<'_>, gap: EnteredMap<'_, f64>, threshold: f64) -> PyResult<f64> {
+    let gap = gap.view();
+    in_pool(py, 0, || asperity::hydraulic_gap(gap, threshold))
 }
 
 fn overlap(found: Overlap) -> (f64, f64, f64, f64) {
@@ -67,10 +78,11 @@ type Agreement = ((f64, f64, f64, f64), (f64, f64, f64, f64), [i64; 2]);
 #[pyfunction]
 pub(crate) fn compare_maps(
     py: Python<'_>,
-    map: PyReadonlyArray2<'_, bool>,
-    reference: PyReadonlyArray2<'_, bool>,
+    map: EnteredMap<'_, bool>,
+    reference: EnteredMap<'_, bool>,
 ) -> PyResult<Agreement> {
-    let found = asperity::compare_maps(map.as_array(), reference.as_array()).raise(py)?;
+    let (map, reference) = (map.view(), reference.view());
+    let found = in_pool(py, 0, || asperity::compare_maps(map, reference))?.raise(py)?;
     Ok((overlap(found.aligned), overlap(found.shifted), found.best_shift))
 }
 

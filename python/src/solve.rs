@@ -1,16 +1,17 @@
 //! Load paths and estimates. Solves run in a thread of their own without the interpreter's lock, so that the calling thread handles
 //! signals and shows the progress.
 
+use crate::arrays::EnteredMap;
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::law::TabulatedLaw;
-use crate::pool::in_pool;
+use crate::pool::{self, in_pool};
 use crate::surface::Surface;
 use asperity::contact::observe::WorkPoint;
 use asperity::{
     Accuracy, Adhesion, AdhesionLaw, Body, Branch, Cell, Complaint, Error, ErrorTargets, Hardness, HardnessMap,
     LoadKind, Loads, Map, Monitor, Plasticity, Precision, Problem, Progress, PullOff, RangeChoice, State,
 };
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
@@ -61,12 +62,12 @@ pub(crate) struct Settings<'py> {
     resolution: String,
     penalty_length: Option<f64>,
     hardness: Option<f64>,
-    hardness_map: Option<PyReadonlyArray2<'py, f64>>,
+    hardness_map: Option<EnteredMap<'py, f64>>,
     method: String,
     precision: String,
     tolerance: Option<f64>,
     max_iterations: Option<usize>,
-    initial_gap: Option<PyReadonlyArray2<'py, f64>>,
+    initial_gap: Option<EnteredMap<'py, f64>>,
 }
 
 impl Settings<'_> {
@@ -111,8 +112,8 @@ fn loads_of((kind, values): (String, Vec<f64>), pull_off: bool) -> Loads {
 }
 
 /// The values of a map of the shape of a surface, row by row.
-fn of_shape(py: Python<'_>, surface: &Surface, map: &PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<Vec<f64>> {
-    let (map, shape) = (map.as_array(), surface.0.shape());
+fn of_shape(py: Python<'_>, surface: &Surface, map: &EnteredMap<'_, f64>, name: &str) -> PyResult<Vec<f64>> {
+    let (map, shape) = (map.view(), surface.0.shape());
     if map.dim() == shape {
         return Ok(map.iter().copied().collect());
     }
@@ -121,7 +122,7 @@ fn of_shape(py: Python<'_>, surface: &Surface, map: &PyReadonlyArray2<'_, f64>, 
 }
 
 /// The map of the hardness of a surface.
-fn hardness(py: Python<'_>, surface: &Surface, map: &PyReadonlyArray2<'_, f64>) -> PyResult<Hardness> {
+fn hardness(py: Python<'_>, surface: &Surface, map: &EnteredMap<'_, f64>) -> PyResult<Hardness> {
     let (ny, nx) = surface.0.shape();
     let refused = |complaint: Complaint| Error::Input { place: PLACE.into(), list: vec![complaint] };
     let map = HardnessMap::new(nx, ny, of_shape(py, surface, map, "hardness")?);
@@ -215,8 +216,7 @@ pub(crate) fn solve<'py>(
     let accuracy = accuracy.map(|asked| accuracy_of(py, asked)).transpose()?;
     let problem = settings.problem(py, body.0.get(), body.1)?;
     let (loads, shared) = (loads_of(loads, pull_off), Shared::default());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {e}")))?;
+    let pool = pool::threads(py, threads)?;
     let mut stopped = None;
     let found = std::thread::scope(|scope| {
         let (finished, wait) = channel::<()>();
@@ -360,13 +360,13 @@ type StressMap<'py> = (Bound<'py, PyAny>, f64, [f64; 2]);
 #[pyfunction]
 pub(crate) fn subsurface<'py>(
     py: Python<'py>,
-    pressure: PyReadonlyArray2<'py, f64>,
+    pressure: EnteredMap<'py, f64>,
     cell: (f64, f64),
     body: BodySettings,
     depths: Vec<f64>,
     poisson: Option<f64>,
 ) -> PyResult<Vec<(StressMap<'py>, StressMap<'py>)>> {
-    let (body, cell, pressure) = (body.body(py)?, Cell { x: cell.0, y: cell.1 }, pressure.as_array());
+    let (body, cell, pressure) = (body.body(py)?, Cell { x: cell.0, y: cell.1 }, pressure.view());
     let found = in_pool(py, 0, || asperity::subsurface(pressure, cell, body, &depths, poisson))?.raise(py)?;
     let stress = |map: asperity::StressMap| -> PyResult<StressMap<'py>> {
         Ok((fixed(py, PyArray2::from_owned_array(py, map.values))?, map.max, map.at))

@@ -1,9 +1,10 @@
 //! Surfaces from arrays, files and spectra.
 
+use crate::arrays::{EnteredMap, expect_memory};
 use crate::errors::{Raise, choice, in_python, optional};
 use crate::pool::in_pool;
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::PyArray2;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -48,7 +49,7 @@ impl Surface {
     #[staticmethod]
     fn from_array(
         py: Python<'_>,
-        heights: PyReadonlyArray2<'_, f64>,
+        heights: EnteredMap<'_, f64>,
         lengths: (f64, Option<f64>),
         touching: &str,
         periodic: bool,
@@ -58,7 +59,7 @@ impl Surface {
         let touching: Touching = choice(py, PLACE, "touching", touching)?;
         let preparation = steps.preparation(py)?;
         let options = MapOptions { length_y, periodic, preparation, ..MapOptions::new(length, touching) };
-        let heights = heights.as_array();
+        let heights = heights.view();
         Ok(Surface(in_pool(py, 0, || asperity::Surface::from_map(heights, &options))?.raise(py)?))
     }
 
@@ -91,6 +92,10 @@ impl Surface {
     }
 
     fn heights<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (ny, nx) = self.0.shape();
+        // The map, and the buffers of its transform.
+        let bytes = (4 * size_of::<f64>() as u64).saturating_mul(nx as u64).saturating_mul(ny as u64);
+        expect_memory(py, format!("heights of {nx} x {ny} nodes"), bytes)?;
         Ok(PyArray2::from_owned_array(py, in_pool(py, 0, || self.0.heights())?))
     }
 

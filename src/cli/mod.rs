@@ -29,6 +29,7 @@ mod tradeoff;
 
 use crate::{Error, Result};
 use asperity_contact::method::Device;
+use asperity_grid::sys::threads;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
@@ -124,9 +125,6 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     output::written().map(|()| ended)
 }
 
-/// Largest number of threads: more than any machine that this program was run on has cores.
-const MOST_THREADS: usize = 1024;
-
 fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     let arguments = match Cli::try_parse_from(arguments) {
         Ok(a) => a,
@@ -145,14 +143,8 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
             return Ok(ExitCode::from(2));
         }
     };
-    let accepted = || format!("0 for all cores, or up to {MOST_THREADS}");
-    if arguments.threads > MOST_THREADS {
-        return Err(Error::input("command line", "--threads", arguments.threads, accepted()));
-    }
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads)
-        .build_global()
-        .map_err(|e| Error::input("command line", "--threads", arguments.threads, format!("{} ({e})", accepted())))?;
+    let refused = |e| Error::input("command line", "--threads", arguments.threads, format!("fewer ({e})"));
+    threads::pool("command line", "--threads", arguments.threads)?.build_global().map_err(refused)?;
     arguments.device.choose();
     if !matches!(arguments.command, Command::Solve(_) | Command::SlurmTask(_) | Command::LammpsHost(_)) {
         ranks::expect_one()?;

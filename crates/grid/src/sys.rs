@@ -5,6 +5,7 @@
 pub mod gpu;
 mod memory;
 pub mod ranks;
+pub mod threads;
 
 /// Largest resident set of this process so far, bytes (`VmHWM`); 0 where the kernel does not report it.
 pub fn peak_rss_bytes() -> u64 {

@@ -259,7 +259,9 @@ fn walk(
         .map(|gap| InitialState::Gap(gap.iter().map(|g| g / problem.surface.length()).collect()));
     let path = LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets);
     let advice = "a surface with fewer nodes or Precision::F32 needs less";
-    expect_memory(card.id.into(), path.plan(loads.pull_off).bytes, advice)?;
+    // Besides the solve: the heights, and the maps of a state.
+    let maps = 4 * size_of::<f64>() as u64 * path.problem().grid.points() as u64;
+    expect_memory(card.id.into(), path.plan(loads.pull_off).bytes.saturating_add(maps), advice)?;
     let path = path.with_stiffness();
     let criterion = method.criterion(&model.settings).to_string();
     let pulled = path.walk(begin, loads.pull_off, observer, |i, reached| {
