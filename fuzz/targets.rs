@@ -17,7 +17,8 @@ use asperity::methods;
 use asperity::pipeline::RunFolder;
 use asperity::pipeline::checkpoint::Checkpoint;
 use asperity::pipeline::sweep::Sweep;
-use asperity::record::xyz;
+use asperity::record::written::WrittenFolder;
+use asperity::record::{results as record, xyz};
 use asperity::scene::{Case, Scene};
 use asperity::surface::files::hashed::{self, FileHash};
 use asperity::surface::files::{atomic_file, npy};
@@ -287,8 +288,8 @@ fn stage_files(folder: &Path) -> Result<()> {
 fn stage(path: &Path) -> Result<usize> {
     let root = path.parent().and_then(Path::parent).unwrap_or(path);
     // The files that it lists are not there.
-    let listed = RunFolder::open(root)?.check();
-    if signed(path, false)? { RunFolder::open(root)?.check().map(|()| 0) } else { listed.map(|()| 0) }
+    let listed = WrittenFolder::stages(root).and_then(|folder| folder.verify());
+    if signed(path, false)? { WrittenFolder::stages(root)?.verify().map(|()| 0) } else { listed.map(|()| 0) }
 }
 
 const POINTS: usize = 8;
@@ -398,7 +399,9 @@ fn maps(folder: &Path) -> Result<()> {
     ] {
         create(&folder.join(part))?;
         let values = (0..SIDE * SIDE).map(|i| (i % 7) as f64 * 1e-3);
-        names.iter().try_for_each(|name| npy::write(&folder.join(part).join(name), SIDE, SIDE, values.clone()))?;
+        let stage = folder.join(part);
+        names.iter().try_for_each(|name| npy::write(&stage.join(name), SIDE, SIDE, values.clone()))?;
+        hashed::write(&stage.join(hashed::DONE_FILE), &Map::new(), &hashed::hashes(&stage, &|_| true)?)?;
     }
     Ok(())
 }
@@ -406,6 +409,7 @@ fn maps(folder: &Path) -> Result<()> {
 /// The results are read and drawn.
 fn results(path: &Path) -> Result<usize> {
     let folder = path.parent().unwrap_or(path);
+    hashed::write_checksums(folder, &[record::FILE])?;
     asperity::FinishedRun::read(folder)?;
     report::write(folder).map(|_| 0)
 }

@@ -116,7 +116,7 @@ class Run:
             raise IndexError(f"load {index} of {len(states)}, counted from 0")
         if not (frame := states[index].get("frame")):
             raise InputError(f"{self.folder}: frame of load {index} = none; accepted: a run that stored its frames")
-        atoms: ase.Atoms = needed("ase.io").read(self.folder / frame)
+        atoms: ase.Atoms = needed("ase.io").read(self._native.file(frame))
         return atoms
 
     @property
@@ -128,7 +128,7 @@ class Run:
     @property
     def dataset(self) -> xarray.Dataset:
         """``results.nc`` as a dataset of xarray."""
-        data: xarray.Dataset = needed("xarray").open_dataset(self.folder / "results.nc", engine="h5netcdf")
+        data: xarray.Dataset = needed("xarray").open_dataset(self._native.file("results.nc"), engine="h5netcdf")
         return data
 
     def plot_map(self, index: int, quantity: str = "stress", **options: Any) -> Any:
@@ -170,6 +170,6 @@ def open_run(folder: Where) -> Run:
     Raises
     ------
     InputError
-        If the folder has no results, or those of another version.
+        If the folder has no results, those of another version, or a file that is not as the run wrote it.
     """
     return Run(folder)

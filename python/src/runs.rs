@@ -35,6 +35,11 @@ impl FinishedRun {
         Ok(self.0.json().raise(py)?.to_string())
     }
 
+    /// Path of a file of the run, as the run wrote it.
+    fn file(&self, py: Python<'_>, name: &str) -> PyResult<PathBuf> {
+        self.0.file(name).raise(py)
+    }
+
     /// Extent of the cell along x, m, and contact modulus, Pa.
     fn scales(&self) -> (f64, f64) {
         (self.0.length_m, self.0.modulus_pa)

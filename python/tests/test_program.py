@@ -64,6 +64,19 @@ def test_results_open_in_xarray(scene: Path, tmp_path: Path) -> None:
         assert data.attrs or data.sizes
 
 
+@pytest.mark.parametrize("name", ["results.json", "continuum/load-1-gap.npy", "results.nc", "surface/done.json"])
+def test_files_that_are_not_as_the_run_wrote_them_are_refused(scene: Path, tmp_path: Path, name: str) -> None:
+    asperity.run(scene, tmp_path / "out")
+    path = tmp_path / "out" / name
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="computes again what is damaged"):
+        run = asperity.open_run(tmp_path / "out")
+        run.gap(0)
+        run.dataset.close()
+
+
 def test_errors_have_the_words_of_the_program(scene: Path, tmp_path: Path) -> None:
     scene.write_text(scene.read_text().replace("0.02", "-1"))
     with pytest.raises(InputError, match=r"load\.p_star\[0\] = -1; accepted"):

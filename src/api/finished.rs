@@ -1,6 +1,7 @@
 //! Results of a finished run.
 
-use crate::record::results::Results;
+use crate::record::results;
+use crate::record::written::WrittenFolder;
 use crate::{Error, Result};
 use asperity_contact::state::State;
 use asperity_surface::files::npy;
@@ -26,18 +27,17 @@ pub struct FinishedRun {
     pub states: Vec<State>,
     /// Warnings of the run.
     pub warnings: Vec<String>,
-    folder: PathBuf,
+    folder: WrittenFolder,
     heights: Option<String>,
 }
 
 impl FinishedRun {
-    /// Reads `results.json` of a run folder; maps are read when they are requested.
+    /// Reads `results.json` of a run folder; maps are read, and compared with the hashes that the run wrote, when they are requested.
     ///
     /// # Errors
-    /// If the folder has no results, or those of another schema.
+    /// If the folder has no results, those of another schema, or a file that is not as the run wrote it.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self> {
-        let folder = folder.as_ref();
-        let results = Results::read(folder)?;
+        let (folder, results) = WrittenFolder::run(folder.as_ref())?;
         Ok(FinishedRun {
             name: results.name,
             description: results.description,
@@ -46,7 +46,7 @@ impl FinishedRun {
             modulus_pa: results.scales.modulus_pa,
             states: results.continuum.map_or(Vec::new(), |c| c.states),
             warnings: results.warnings,
-            folder: folder.to_path_buf(),
+            folder,
             heights: results.surface.heights,
         })
     }
@@ -80,12 +80,20 @@ impl FinishedRun {
     /// # Errors
     /// Those of reading the file.
     pub fn json(&self) -> Result<serde_json::Value> {
-        asperity_surface::files::json::read(&self.folder.join(crate::record::results::FILE))
+        asperity_surface::files::json::read(&self.file(results::FILE)?)
+    }
+
+    /// Path of a file of the run, such as `results.nc` or a frame of the atoms, relative to its folder.
+    ///
+    /// # Errors
+    /// If it is not as the run wrote it.
+    pub fn file(&self, name: &str) -> Result<PathBuf> {
+        self.folder.file(name)
     }
 
     fn map(&self, file: Option<&str>, unit: f64) -> Result<Option<Array2<f64>>> {
         let Some(file) = file else { return Ok(None) };
-        let path = self.folder.join(file);
+        let path = self.file(file)?;
         let field = npy::read(&path)?;
         let values = field.values.into_iter().map(|v| v * unit).collect();
         let shaped = Array2::from_shape_vec((field.ny, field.nx), values);

@@ -6,7 +6,7 @@ use super::point::PointCommand;
 use super::progress;
 use crate::cluster::{
     EndedPoint, FOLDER, Machine, QueueState, Scripts, Slurm, Submission, SubmittedCommand, SubmittedPoint, TURNS, Turn,
-    TurnOutcome, forget_end, pack, progress_of, record_end,
+    TurnOutcome, collect_name, forget_end, job_name, pack, progress_of, record_end,
 };
 use crate::pipeline::sweep::{self, PointFolder, Sweep};
 use crate::pipeline::{self, RunFolder};
@@ -71,8 +71,8 @@ impl Request<'_> {
             let scripts = [("points.sh", &scripts.points), ("collect.sh", &scripts.collect)];
             return plan(&submission, &missing, &scripts, bytes, self.json);
         }
-        let _locked = sweep::open(sweep, out, self.overwrite)?;
-        refuse_queued(out)?;
+        let _locked = sweep::open(sweep, out, self.overwrite, &output::warn)?;
+        refuse_queued(out, &sweep.name)?;
         create_folders(out)?;
         for &(i, _) in &missing {
             let point = &sweep.points[i];
@@ -85,13 +85,14 @@ impl Request<'_> {
         submission.write(out)?;
         if !missing.is_empty() {
             let folder = std::path::absolute(out).map_err(Error::io("find", out))?;
-            let job = Slurm.submit(&files[0], &folder, None)?;
+            let (of_points, of_tables) = (job_name(&sweep.name), collect_name(&sweep.name));
+            let job = Slurm.submit(&files[0], &folder, &of_points, None)?;
             submission.job = Some(job.clone());
             // An interruption from here on leaves a number to cancel.
             submission.write(out)?;
-            let collect = Slurm.submit(&files[1], &folder, Some(&job)).inspect_err(|_| {
+            let collect = Slurm.submit(&files[1], &folder, &of_tables, Some(&job)).inspect_err(|_| {
                 // Without the table nobody waits for the points.
-                let _ = Slurm.cancel(&job);
+                let _ = Slurm.cancel(&job, &of_points);
             })?;
             submission.collect_job = Some(collect);
             submission.write(out)?;
@@ -175,12 +176,13 @@ impl CommandRequest<'_> {
         }
         // Marks the folder as that of a run, which the job continues.
         drop(RunFolder::open(out)?);
-        refuse_queued(out)?;
+        refuse_queued(out, name)?;
         create_folders(out)?;
         forget_end(out, &label)?;
         let script = write_script(out, COMMAND_SCRIPT, &script)?;
         submission.write(out)?;
-        let job = Slurm.submit(&script, &std::path::absolute(out).map_err(Error::io("find", out))?, None)?;
+        let folder = std::path::absolute(out).map_err(Error::io("find", out))?;
+        let job = Slurm.submit(&script, &folder, &job_name(name), None)?;
         submission.job = Some(job.clone());
         submission.write(out)?;
         if self.json {
@@ -194,7 +196,7 @@ impl CommandRequest<'_> {
 const COMMAND_SCRIPT: &str = "command.sh";
 
 /// `1 point`, `2 points`.
-fn number(n: usize, of: &str) -> String {
+pub(super) fn number(n: usize, of: &str) -> String {
     format!("{n} {of}{}", if n == 1 { "" } else { "s" })
 }
 
@@ -207,12 +209,23 @@ fn submitted(point: &sweep::SweepPoint) -> SubmittedPoint {
     }
 }
 
+/// The earlier submission of a folder is replaced; one that is damaged does not know its job, which is then looked for by its name.
+///
 /// # Errors
 /// `Input` while tasks of an earlier submission wait or run.
-fn refuse_queued(out: &Path) -> Result<()> {
-    let Some(job) = Submission::exists(out).then(|| Submission::read(out)).transpose()?.and_then(|s| s.job) else {
+fn refuse_queued(out: &Path, name: &str) -> Result<()> {
+    if !Submission::exists(out) {
         return Ok(());
+    }
+    let job = match Submission::read(out) {
+        Ok(submission) => submission.job,
+        Err(e) => {
+            output::warn(&format!("{e}; it is written again"));
+            let folder = std::path::absolute(out).map_err(Error::io("find", out))?;
+            Slurm.find(&job_name(name), &folder)?
+        }
     };
+    let Some(job) = job else { return Ok(()) };
     match Slurm.tasks(&job)?.len() {
         0 => Ok(()),
         n => {
@@ -421,8 +434,7 @@ impl CollectArgs {
             sweep::point((&p.label, p.values.clone()), status, reason, out)
         });
         let points = points.collect::<Result<Vec<_>>>()?;
-        let ensemble = sweep::write_tables(out, (&submission.name, &submission.keys), points)?;
-        let page = crate::report::write(out)?;
+        let (ensemble, page) = sweep::write_tables(out, (&submission.name, &submission.keys), points)?;
         super::sweep_table::print(&ensemble, out, &page, self.json)?;
         // As a local sweep that was interrupted.
         Ok(ExitCode::from(if worst == 0 && waiting { INTERRUPTED } else { worst }))
@@ -550,36 +562,5 @@ impl StatusArgs {
                 std::thread::sleep(Duration::from_millis(100));
             }
         }
-    }
-}
-
-/// Cancel the tasks of a sweep or command that wait or run. What is finished is kept.
-#[derive(Debug, clap::Args)]
-pub(super) struct CancelArgs {
-    /// Folder of the sweep or of the command.
-    folder: PathBuf,
-}
-
-impl CancelArgs {
-    pub(super) fn execute(self) -> Result<()> {
-        let submission = Submission::read(&self.folder)?;
-        // Without an answer of the queue everything may wait.
-        let tasks = submission.job.as_deref().map_or(Ok(Vec::new()), |job| Slurm.tasks(job)).ok();
-        let jobs = [&submission.collect_job, &submission.job];
-        jobs.into_iter().flatten().try_for_each(|job| Slurm.cancel(job))?;
-        let folder = self.folder.display();
-        output::print(&match &submission.job {
-            Some(job) if tasks.as_ref().is_none_or(|t| !t.is_empty()) => {
-                let tables = if submission.command.is_none() {
-                    format!("; tables of what is done: asperity collect {folder}")
-                } else {
-                    String::new()
-                };
-                let tasks = tasks.map_or("the tasks".into(), |t| number(t.len(), "task"));
-                format!("cancelled {tasks} of job {job}{tables}")
-            }
-            _ => "nothing waits or runs".into(),
-        });
-        Ok(())
     }
 }

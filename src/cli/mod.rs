@@ -2,6 +2,7 @@
 
 mod atoms;
 pub mod bug;
+mod cancel;
 mod challenge;
 mod cluster;
 mod completions;
@@ -67,7 +68,7 @@ enum Command {
     /// Write tables and report of a sweep that a cluster runs, of the points that are done.
     Collect(cluster::CollectArgs),
     /// Cancel the tasks of a sweep or command that wait or run. What is finished is kept.
-    Cancel(cluster::CancelArgs),
+    Cancel(cancel::CancelArgs),
     /// One turn of a task. Batch scripts call it.
     #[command(hide = true)]
     SlurmTask(cluster::SlurmTaskArgs),

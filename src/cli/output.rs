@@ -87,6 +87,11 @@ pub fn print(line: &str) {
     note_failure(writeln!(std::io::stdout(), "{}", printable(line)));
 }
 
+/// A warning on stderr.
+pub fn warn(text: &str) {
+    eprint(&format!("warning: {text}"));
+}
+
 /// A line on stderr; without stderr there is no place for a complaint.
 pub fn eprint(line: &str) {
     if !SILENT.load(Ordering::Relaxed) {

@@ -4,8 +4,9 @@ use super::progress;
 use crate::pipeline::sweep::{PointFolder, PointOutcome};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Device;
+use asperity_grid::error::Error;
+use asperity_surface::files::atomic_file;
 use std::ffi::OsStr;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -62,10 +63,11 @@ impl PointCommand {
         stopping: &dyn Fn() -> bool,
     ) -> (PointOutcome, u8) {
         let failed = |cause: String, code: u8| (PointOutcome::Failed(cause), code);
-        let opened = File::create(log).and_then(|log| Ok((log.try_clone()?, log)));
+        let doubled = |file: std::fs::File| Ok((file.try_clone().map_err(Error::io("create", log))?, file));
+        let opened = atomic_file::create(log).and_then(doubled);
         let (stdout, stderr) = match opened {
             Ok(both) => both,
-            Err(e) => return failed(format!("cannot create {}: {e}", log.display()), 2),
+            Err(e) => return failed(e.to_string(), 2),
         };
         let mut command = Command::new(&self.program);
         command.args(arguments).args(&self.arguments).current_dir(from);

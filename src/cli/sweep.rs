@@ -102,7 +102,7 @@ impl SweepFlags {
                 scene.atoms = None;
             }
             let warnings = crystals::settle_with(&measured, scene, file)?;
-            warnings.iter().for_each(|text| output::eprint(&format!("warning: {text}")));
+            warnings.iter().for_each(|text| output::warn(text));
             Ok(())
         })
     }
@@ -128,7 +128,7 @@ impl SweepFlags {
 
     /// Writes scenes and the file of a workflow program.
     fn export(&self, sweep: &Points, out: &Path, machine: &Machine, workflow: Workflow) -> Result<()> {
-        let _locked = sweep::open(sweep, out, self.overwrite)?;
+        let _locked = sweep::open(sweep, out, self.overwrite, &output::warn)?;
         for point in &sweep.points {
             let folder = PointFolder::of(out, &point.label);
             folder.write_scene(&point.scene)?;
@@ -179,8 +179,8 @@ impl SweepFlags {
             }
             outcome
         };
-        let ensemble = sweep::run(sweep, out, (at_once, self.overwrite), &runner, &PointPrinter(Mutex::new(())))?;
-        let page = crate::report::write(out)?;
+        let printer = PointPrinter(Mutex::new(()));
+        let (ensemble, page) = sweep::run(sweep, out, (at_once, self.overwrite), &runner, &printer)?;
         print(&ensemble, out, &page, self.json)?;
         Ok(ExitCode::from(worst.load(Ordering::Relaxed)))
     }
@@ -226,5 +226,9 @@ impl SweepListener for PointPrinter {
 
     fn stopping(&self) -> bool {
         progress::stopping()
+    }
+
+    fn warn(&self, text: &str) {
+        output::warn(text);
     }
 }

@@ -8,8 +8,8 @@ mod task;
 mod workflow;
 
 pub use machine::{Engine, Machine, find};
-pub use queue::{QueueState, Slurm};
-pub use script::{Scripts, shell_quoted};
+pub use queue::{QueueState, Slurm, is_same_place};
+pub use script::{Scripts, collect_name, job_name, shell_quoted};
 pub use submission::{
     EndedPoint, FOLDER, Submission, SubmittedCommand, SubmittedPoint, TURNS, Turn, TurnOutcome, forget_end, pack,
     record_end,

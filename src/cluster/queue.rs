@@ -1,5 +1,6 @@
 //! The commands of Slurm.
 
+use super::submission::is_number;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::sys;
 use std::io::{Read, Seek};
@@ -10,6 +11,9 @@ use std::time::Duration;
 /// Limits of a command of Slurm, which answers in milliseconds unless its controller is busy.
 const LIMIT: Duration = Duration::from_secs(60);
 const MOST_BYTES: u64 = 64 << 20;
+
+/// Said of a command that failed without a message.
+const NO_REASON: &str = "no reason given";
 
 /// State of a task in the queue, as squeue names it: `RUNNING`, `PENDING` and so on, with the reason of waiting.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,11 +29,23 @@ pub struct Slurm;
 
 impl Slurm {
     /// Submits the script in the folder `from`, which becomes the working folder of the job; after the end of the job `after`, however
-    /// it ends. Returns the number of the job.
+    /// it ends. Returns the number of the job. An sbatch that failed may have submitted it: a job of this name in this folder counts.
     ///
     /// # Errors
-    /// `MissingProgram` without sbatch; `Cluster` with the words of sbatch.
-    pub fn submit(self, script: &Path, from: &Path, after: Option<&str>) -> Result<String> {
+    /// `MissingProgram` without sbatch; `Cluster` with the words of sbatch; `Input` for a folder whose path Slurm changes.
+    pub fn submit(self, script: &Path, from: &Path, name: &str, after: Option<&str>) -> Result<String> {
+        let path = from.display().to_string();
+        if path.contains(['%', '\\', '\n']) {
+            let accepted = "a path without %, \\ and line breaks, which Slurm replaces in the names of logs";
+            return Err(Error::input("command line", "--out", format!("{path:?}"), accepted));
+        }
+        match self.submit_once(script, from, after) {
+            Err(e @ Error::Cluster { .. }) => self.find(name, from).ok().flatten().ok_or(e),
+            other => other,
+        }
+    }
+
+    fn submit_once(self, script: &Path, from: &Path, after: Option<&str>) -> Result<String> {
         let mut command = Command::new("sbatch");
         command.arg("--parsable").arg("--chdir").arg(from);
         if let Some(job) = after {
@@ -44,7 +60,32 @@ impl Slurm {
             other => other,
         })?;
         // On a federation the name of the cluster follows.
-        Ok(text.trim().split(';').next().unwrap_or_default().to_string())
+        let job = text.trim().split(';').next().unwrap_or_default();
+        if is_number(job) {
+            return Ok(job.to_string());
+        }
+        Err(Error::Cluster { program: "sbatch".into(), said: format!("printed {job:?} in place of a job number") })
+    }
+
+    /// The job of this user with this name and working folder that waits or runs.
+    ///
+    /// # Errors
+    /// As [`Slurm::submit`].
+    pub fn find(self, name: &str, folder: &Path) -> Result<Option<String>> {
+        let mut command = Command::new("squeue");
+        command.args(["--me", "--noheader", "--format=%F|%Z", "--name", name]);
+        let text = call(command)?;
+        let mut jobs = text.lines().filter_map(|line| line.trim().split_once('|'));
+        let found = jobs.find(|(job, place)| is_number(job) && is_same_place(Path::new(place), folder));
+        Ok(found.map(|(job, _)| job.to_string()))
+    }
+
+    /// Name and working folder of a job that waits or runs; `None` without such a job, or without an answer.
+    pub fn place_of(self, job: &str) -> Option<(String, String)> {
+        let mut command = Command::new("squeue");
+        command.args(["--noheader", "--format=%j|%Z", "--jobs", job]);
+        let text = call(command).ok()?;
+        text.lines().find_map(|line| line.trim().split_once('|')).map(|(name, place)| (name.into(), place.into()))
     }
 
     /// The tasks of an array that wait or run.
@@ -60,15 +101,16 @@ impl Slurm {
         }
     }
 
-    /// Cancels a job; one that has ended is left.
+    /// Cancels a job of this user with this name; one that has ended is left, as is another one that has its number.
     ///
     /// # Errors
     /// As [`Slurm::submit`].
-    pub fn cancel(self, job: &str) -> Result<()> {
+    pub fn cancel(self, job: &str, name: &str) -> Result<()> {
         let mut command = Command::new("scancel");
-        command.args(["--quiet", job]);
+        command.args(["--quiet", "--me", "--name", name, job]);
         match call(command) {
-            Err(Error::Cluster { said, .. }) if said.contains("Invalid job id") => Ok(()),
+            // Where no job matches, it fails without a word.
+            Err(Error::Cluster { said, .. }) if said.contains("Invalid job id") || said == NO_REASON => Ok(()),
             other => other.map(|_| ()),
         }
     }
@@ -82,6 +124,12 @@ impl Slurm {
         command.args(["requeue", &format!("{job}_{task}")]);
         call(command).map(|_| ())
     }
+}
+
+/// Whether two paths lead to one folder.
+pub fn is_same_place(one: &Path, other: &Path) -> bool {
+    let found = |path: &Path| std::fs::canonicalize(path).ok();
+    one == other || found(one).is_some_and(|place| Some(place) == found(other))
 }
 
 /// A line `JOB TASK STATE REASON`; a single job has `N/A` for its task.
@@ -110,7 +158,7 @@ fn call(mut command: Command) -> Result<String> {
     let mut message = String::new();
     let read = words.rewind().and_then(|()| words.read_to_string(&mut message));
     let line = message.lines().find(|l| !l.trim().is_empty()).filter(|_| read.is_ok());
-    Err(failed(line.unwrap_or("no reason given").trim().to_string()))
+    Err(failed(line.unwrap_or(NO_REASON).trim().to_string()))
 }
 
 #[cfg(test)]

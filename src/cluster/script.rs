@@ -50,7 +50,7 @@ impl Scripts {
             writeln!(text, "exec {program} slurm-task . \"$SLURM_ARRAY_TASK_ID\"")
         });
         let options = [
-            format!("--job-name={job}-collect"),
+            format!("--job-name={}", collect_name(name)),
             format!("--time={COLLECT_MINUTES}"),
             format!("--mem={COLLECT_MB}M"),
             "--ntasks=1".into(),
@@ -80,9 +80,14 @@ fn script<'a>(
 }
 
 /// A name that Slurm and shells take as it is.
-fn job_name(name: &str) -> String {
+pub fn job_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     format!("asperity-{}", name.chars().map(plain).collect::<String>())
+}
+
+/// That of the job which collects the results.
+pub fn collect_name(name: &str) -> String {
+    format!("{}-collect", job_name(name))
 }
 
 /// One word of a shell.

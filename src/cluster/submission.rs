@@ -2,9 +2,11 @@
 
 use super::machine::Machine;
 use crate::pipeline::sweep::PointFolder;
-use crate::record::results;
+use crate::record::{results, written};
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::remove;
+use asperity_surface::files::hashed::{self, Stored};
+use asperity_surface::files::inside::expect_plain_in;
 use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -15,6 +17,18 @@ pub const FOLDER: &str = "slurm";
 
 const FILE: &str = "submission.json";
 const SCHEMA: u32 = 1;
+
+/// What is accepted in place of a damaged submission, and the remedy.
+const AS_SUBMITTED: &str =
+    "a file as the submission wrote it; the command that submitted writes it again, and `squeue --me` shows its jobs";
+
+/// Exit code of a point whose result is not as it was written.
+const DAMAGED: u8 = 2;
+
+/// Whether a text is the number of a job, as sbatch prints it.
+pub(super) fn is_number(job: &str) -> bool {
+    !job.is_empty() && job.len() <= 20 && job.bytes().all(|b| b.is_ascii_digit())
+}
 
 /// One command of asperity, submitted instead of the points of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -105,14 +119,46 @@ impl Submission {
     }
 
     /// # Errors
-    /// `Input` without the file; `Io`; `Format` for another schema or damage.
+    /// `Input` without the file; `Format` for another schema, damage, what no submission writes, and a link in the folder.
     pub fn read(out: &Path) -> Result<Submission> {
         if !Submission::exists(out) {
             let accepted =
                 "the folder of a sweep or command that was submitted to a cluster; others have their results in them";
             return Err(Error::input("command line", "FOLDER", out.display(), accepted));
         }
-        json::read_schema(&out.join(FOLDER).join(FILE), SCHEMA)
+        expect_plain_in(out, &[FOLDER, "logs", "scenes"])?;
+        expect_plain_in(&out.join("points"), &[])?;
+        let file = out.join(FOLDER).join(FILE);
+        let refused = |found: String| Error::format(&file, found, AS_SUBMITTED);
+        let read = match hashed::read::<Submission>(&file, true) {
+            Stored::Valid(read) if read.schema == SCHEMA => read,
+            Stored::Valid(read) => return Err(refused(format!("schema {}", read.schema))),
+            Stored::Damaged(what) => return Err(refused(what)),
+            Stored::Absent => return Err(refused("another form, or no hash of its own".into())),
+        };
+        match read.fault() {
+            Some(found) => Err(refused(found)),
+            None => Ok(read),
+        }
+    }
+
+    /// What no submission holds, in words: these values become paths, jobs that are cancelled, and indices.
+    fn fault(&self) -> Option<String> {
+        let a_name = |name: &str| {
+            !name.is_empty()
+                && !name.starts_with('.')
+                && !name.contains(['/', '\\'])
+                && !name.chars().any(char::is_control)
+        };
+        let results = self.command.iter().map(|c| c.results.as_str());
+        let mut names = self.points.iter().map(|p| p.label.as_str()).chain(results);
+        let mut jobs = [&self.job, &self.collect_job].into_iter().flatten();
+        let mut points = self.tasks.iter().flatten();
+        None.or_else(|| names.find(|name| !a_name(name)).map(|name| format!("the name {name:?}")))
+            .or_else(|| jobs.find(|job| !is_number(job)).map(|job| format!("the job {job:?}")))
+            .or_else(|| {
+                points.find(|&&i| i >= self.points.len()).map(|i| format!("point {i} of {}", self.points.len()))
+            })
     }
 
     /// Whether the folder has one.
@@ -123,7 +169,7 @@ impl Submission {
     /// # Errors
     /// `Io`.
     pub fn write(&self, out: &Path) -> Result<()> {
-        json::write(&out.join(FOLDER).join(FILE), self)
+        hashed::write(&out.join(FOLDER).join(FILE), self, &[])
     }
 
     /// Folder and log of a point.
@@ -137,12 +183,24 @@ impl Submission {
         }
     }
 
-    /// How the last turn left a point; `None` for another scene, or a result that is gone.
+    /// How the last turn left a point; `None` for another scene, or a result that is gone. A result that is not as the turn wrote it
+    /// counts as failed.
     pub fn end_of(&self, out: &Path, point: &SubmittedPoint) -> Option<EndedPoint> {
-        let end: EndedPoint = json::read(&end_file(out, &point.label)).ok()?;
+        let end: EndedPoint =
+            json::read(&end_file(out, &point.label)).ok().filter(|e: &EndedPoint| e.scene == point.scene)?;
+        if end.outcome != TurnOutcome::Done {
+            return Some(end);
+        }
         let file = self.command.as_ref().map_or(results::FILE, |c| &c.results);
-        let keep = || self.place(out, point).0.join(file).exists();
-        (end.scene == point.scene && (end.outcome != TurnOutcome::Done || keep())).then_some(end)
+        let folder = self.place(out, point).0;
+        if !folder.join(file).exists() {
+            return None;
+        }
+        let damage = written::damage_of(&folder, file).map(|what| format!("{what}; the same command submits it again"));
+        Some(match damage {
+            Some(reason) => EndedPoint { outcome: TurnOutcome::Failed, code: DAMAGED, reason: Some(reason), ..end },
+            None => end,
+        })
     }
 
     /// Points that are not done.

@@ -40,10 +40,10 @@ impl Shares {
 }
 
 impl StoredField {
-    fn read(root: &Path, file: Option<&str>) -> Result<Self> {
+    fn read(root: &Path, file: Option<&str>, grid: Grid) -> Result<Self> {
         let file =
             file.ok_or_else(|| Error::format(root, "a state without its gap field", "a run that stores gaps"))?;
-        Ok(StoredField(npy::read(&root.join(file))?))
+        Ok(StoredField(npy::read_on(&root.join(file), [grid.nx, grid.ny])?))
     }
 
     /// The gap relative to other heights; `higher`: their height above the present ones, in the units of the gap.
@@ -81,12 +81,19 @@ pub(super) fn compare(
         stage,
         grid: atoms.matched,
         length,
+        surface_sites: surface.len(),
         owners: surface.onto_grid(atoms.matched.nx, atoms.matched.ny),
         probes: ProbeAtoms::new(case, atoms, &sites)?,
         sites: &sites,
         fine_sites: SitesOnGrid::new(case.model.grid, site_positions(&surface), nearest),
         dilation: dilation(case, atoms),
     };
+    let walls = [Some(&matched.hard), Some(&matched.compliant), matched.yielding.as_ref(), matched.full.as_ref()];
+    let count = atoms_results.states.len();
+    if let Some(wall) = walls.into_iter().flatten().find(|wall| wall.states.len() < count) {
+        let found = format!("{} states of a wall and {count} of the atoms", wall.states.len());
+        return Err(Error::format(root, found, "a state of every wall for each of the atoms"));
+    }
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
     for (i, state) in atoms_results.states.iter().enumerate() {
         let gaps = comparison.gaps(i)?;
@@ -116,6 +123,7 @@ struct Comparison<'a> {
     grid: Grid,
     /// Length of the block, Å.
     length: f64,
+    surface_sites: usize,
     /// Surface site of each node of the grid.
     owners: Vec<usize>,
     probes: ProbeAtoms<'a>,
@@ -148,7 +156,7 @@ struct WallContacts {
 
 impl Comparison<'_> {
     fn gaps(&self, i: usize) -> Result<WallGaps> {
-        let read = |wall: &ContinuumResults| StoredField::read(self.root, wall.states[i].gap_file());
+        let read = |wall: &ContinuumResults| StoredField::read(self.root, wall.states[i].gap_file(), self.grid);
         Ok(WallGaps {
             hard: read(&self.matched.hard)?,
             compliant: read(&self.matched.compliant)?.over(&self.dilation),
@@ -183,9 +191,9 @@ impl Comparison<'_> {
         let (grid, length, hard) = (self.grid, self.length, &self.matched.hard.states[i]);
         let compliant_wall_gap = format!("{}/{}", self.stage, map_name(i + 1, "compliant wall gap"));
         npy::write(&self.root.join(&compliant_wall_gap), grid.nx, grid.ny, gaps.compliant.0.values.iter().copied())?;
-        let touching = atoms_contact(self.root, state)?;
+        let touching = self.atoms_contact(state)?;
         let contacts = self.contacts(i, gaps, self.atoms.wall.repulsion.contact_distance_angstrom);
-        let atoms_map = npy::read_flags(&self.root.join(&state.contact_map))?.values;
+        let atoms_map = npy::read_flags_on(&self.root.join(&state.contact_map), [grid.nx, grid.ny])?;
         // At the resolution of the surface sites: a finer map would have more and smaller clusters.
         let compliant_map: Vec<u8> = self.owners.iter().map(|&site| u8::from(contacts.compliant[site])).collect();
         let model_chain = versions(self.sides(i, state, &contacts)?, (grid, &self.owners), hard.pressure / 1e9, length);
@@ -244,7 +252,7 @@ impl Comparison<'_> {
 
     /// rms difference of the gaps of atoms and compliant wall outside both contacts, Å.
     fn gap_difference(&self, state: &AtomState, gaps: &WallGaps, touching: &[bool], compliant: &[bool]) -> Result<f64> {
-        let atoms = npy::read(&per_site(self.root, state, "site-gap.npy"))?.values;
+        let atoms = self.atoms_gap(state)?;
         let wall = self.sites.sample(gaps.compliant.field());
         let open = (0..touching.len()).filter(|&s| !touching[s] && !compliant[s]);
         let differences: Vec<f64> = open.map(|s| atoms[s] - wall[s] * self.length).collect();
@@ -255,12 +263,12 @@ impl Comparison<'_> {
     fn section(&self, i: usize, state: &AtomState, gaps: &WallGaps) -> Result<GapSection> {
         let (grid, length) = (self.grid, self.length);
         let column = column_at(grid, SECTION);
-        let atoms_gap = StoredField::read(self.root, Some(state.gap_map.as_str()))?;
+        let atoms_gap = StoredField::read(self.root, Some(state.gap_map.as_str()), grid)?;
         let line =
             |gap: &StoredField, scale: f64| along_y(grid, gap.field(), column).iter().map(|p| p.1 * scale).collect();
         let full_heights_gap_angstrom = match &self.matched.full {
             Some(full) => {
-                let gap = StoredField::read(self.root, full.states[i].gap_file())?;
+                let gap = StoredField::read(self.root, full.states[i].gap_file(), self.case.model.grid)?;
                 let gap_at =
                     |j: usize| bilinear(self.case.model.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
                 (0..grid.ny).map(|j| gap_at(j) * length).collect()
@@ -302,12 +310,12 @@ impl Comparison<'_> {
         for (solution, sites, grid, dilation, criteria) in solutions {
             let state = solution.map(|c| &c.states[i]).filter(|s| s.stress_map.is_some());
             let Some(numbers) = state else { continue };
-            let gap = StoredField::read(self.root, numbers.gap_file())?;
+            let gap = StoredField::read(self.root, numbers.gap_file(), grid)?;
             let gap = match dilation {
                 Some(by) => gap.over(by),
                 None => gap,
             };
-            let stress = StoredField::read(self.root, numbers.stress_file())?;
+            let stress = StoredField::read(self.root, numbers.stress_file(), grid)?;
             let mean_gap = mean(&gap.0.values);
             let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap };
             let smooth = solved.smooth(units);
@@ -320,24 +328,30 @@ impl Comparison<'_> {
             list.push(Side {
                 id: "atoms",
                 criterion: self.atoms.contact_criterion(),
-                touching: atoms_contact(self.root, state)?,
-                gap: npy::read(&per_site(self.root, state, "site-gap.npy"))?.values,
+                touching: self.atoms_contact(state)?,
+                gap: self.atoms_gap(state)?,
                 mean_gap_angstrom: state.mean_gap_angstrom,
-                stress: npy::read(&self.root.join(&stress.map))?.values,
+                stress: npy::read_on(&self.root.join(&stress.map), [self.grid.nx, self.grid.ny])?.values,
             });
         }
         Ok(list)
     }
-}
 
-/// Path of a file of an atoms' state with one value per surface site.
-fn per_site(root: &Path, state: &AtomState, description: &str) -> PathBuf {
-    root.join(state.contact_map.replace("contact.npy", description))
-}
+    /// Path of a file of an atoms' state with one value per surface site.
+    fn per_site(&self, state: &AtomState, description: &str) -> PathBuf {
+        self.root.join(state.contact_map.replace("contact.npy", description))
+    }
 
-/// Contact flag of the atoms per surface site.
-fn atoms_contact(root: &Path, state: &AtomState) -> Result<Vec<bool>> {
-    Ok(npy::read_flags(&per_site(root, state, "site-contact.npy"))?.values.iter().map(|v| *v != 0).collect())
+    /// Contact flag of the atoms per surface site.
+    fn atoms_contact(&self, state: &AtomState) -> Result<Vec<bool>> {
+        let flags = npy::read_flags_on(&self.per_site(state, "site-contact.npy"), [self.surface_sites, 1])?;
+        Ok(flags.iter().map(|v| *v != 0).collect())
+    }
+
+    /// Gap of the atoms per surface site, Å.
+    fn atoms_gap(&self, state: &AtomState) -> Result<Vec<f64>> {
+        Ok(npy::read_on(&self.per_site(state, "site-gap.npy"), [self.surface_sites, 1])?.values)
+    }
 }
 
 /// Height of the atoms' profile above the profile dilated by a ball, units of L, on the comparison grid.

@@ -310,17 +310,5 @@ fn work_points(states: &[State], steps: &[LoadStep]) -> Vec<WorkPoint> {
 /// # Errors
 /// `Format` for another grid or values that are not finite; `Io`.
 pub fn start(file: &Path, grid: Grid) -> Result<Vec<f64>> {
-    let field = npy::read(file)?;
-    if (field.nx, field.ny) != (grid.nx, grid.ny) {
-        let accepted = format!("{} x {}, the grid of the surface", grid.nx, grid.ny);
-        return Err(Error::format(file, format!("{} x {} values", field.nx, field.ny), accepted));
-    }
-    match field.values.iter().position(|g| !g.is_finite()) {
-        None => Ok(field.values),
-        Some(i) => {
-            let (row, column) = (i / grid.nx + 1, i % grid.nx + 1);
-            let found = format!("{} in row {row}, column {column} (counted from 1)", field.values[i]);
-            Err(Error::format(file, found, "finite gaps"))
-        }
-    }
+    npy::read_on(file, [grid.nx, grid.ny]).map(|field| field.values)
 }

@@ -1,12 +1,12 @@
 use super::Listener;
-use crate::record::results::StageCost;
+use crate::record::results::{self, StageCost};
+use crate::record::{ensemble, tradeoff};
 use crate::{Error, Result};
 use asperity_grid::sys;
 use asperity_grid::transformed_nodes;
-use asperity_surface::files::file_lock::try_lock;
-use asperity_surface::files::hashed::file_hash;
-use asperity_surface::files::hashed::{self, Stored};
-use asperity_surface::files::json;
+use asperity_surface::files::hashed::{self, Stored, file_hash};
+use asperity_surface::files::inside::expect_plain;
+use asperity_surface::files::{file_lock, json};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
@@ -126,7 +126,7 @@ impl RunFolder {
         let path = root.join(MARKER);
         // Stages delete the contents of their subfolders, so a folder with other files is refused.
         let mut entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
-        if !path.exists() && entries.next().is_some() && !holds_a_stage(root)? {
+        if !path.exists() && entries.next().is_some() && !is_ours(root)? {
             let accepted = "a new or empty folder, or that of an earlier run";
             return Err(Error::input(root.display(), "--out", "a folder with other contents", accepted));
         }
@@ -134,10 +134,14 @@ impl RunFolder {
     }
 
     /// Locks an existing run folder.
+    ///
+    /// # Errors
+    /// `Format` if another run uses the folder, or a link lies in it; `Io`.
     pub fn lock(root: &Path) -> Result<Self> {
+        expect_plain(root)?;
         let path = root.join(MARKER);
-        let lock = File::create(&path).map_err(Error::io("write in the run folder", &path))?;
-        if !try_lock(&lock).map_err(Error::io("lock", &path))? {
+        let lock = file_lock::open(&path).map_err(Error::io("write in the run folder", &path))?;
+        if !file_lock::try_lock(&lock).map_err(Error::io("lock", &path))? {
             return Err(Error::format(root, "in use by another run", "a folder that no other run is using"));
         }
         Ok(RunFolder { root: root.to_path_buf(), verify: true, costs: Vec::new(), _lock: lock })
@@ -151,19 +155,6 @@ impl RunFolder {
     pub fn is_complete(&self, name: &str, key: &StageKey) -> bool {
         let record = hashed::read::<StageRecord>(&self.root.join(name).join(DONE), self.verify);
         record.valid().is_some_and(|record| record.key == key.0)
-    }
-
-    /// Checks the files of all complete stages.
-    ///
-    /// # Errors
-    /// `Format`, which names the first file that is not as it was written.
-    pub fn check(&self) -> Result<()> {
-        for entry in fs::read_dir(&self.root).map_err(Error::io("read the run folder", &self.root))?.flatten() {
-            if let Stored::Damaged(what) = hashed::read::<StageRecord>(&entry.path().join(DONE), true) {
-                return Err(Error::format(&self.root, what, AS_WRITTEN));
-            }
-        }
-        Ok(())
     }
 
     /// Lists the files of a complete stage again, after they were written anew.
@@ -256,14 +247,21 @@ impl RunFolder {
     }
 }
 
-/// What `report` and `compare` accept, and the remedy.
-pub(super) const AS_WRITTEN: &str =
-    "a file as the run wrote it; the command that made the folder computes again what is damaged";
-
 /// Marks a stage as complete, with the hashes of its files.
 fn write_done(folder: &Path, record: &StageRecord) -> Result<()> {
     let files = hashed::hashes(folder, &|name| !OF_ATTEMPTS.contains(&name))?;
     hashed::write(&folder.join(DONE), record, &files)
+}
+
+/// Whether a folder without a marker holds what this program wrote: a stage that is complete, results as they are listed, or a point of
+/// a sweep.
+fn is_ours(root: &Path) -> Result<bool> {
+    let tables = [results::FILE, ensemble::FILE, tradeoff::FILE];
+    if holds_a_stage(root)? || tables.iter().any(|file| hashed::as_listed(root, file) == Some(true)) {
+        return Ok(true);
+    }
+    let points = fs::read_dir(root.join("points")).into_iter().flatten().flatten().map(|point| point.path());
+    Ok(points.into_iter().any(|point| point.join(MARKER).exists() || holds_a_stage(&point).unwrap_or(false)))
 }
 
 /// Whether a folder without a marker holds a stage that this program completed.
@@ -385,10 +383,5 @@ mod tests {
         fs::write(root.join("ladder/done.json"), "{").expect("written");
         let heard = run(true);
         assert!(heard.len() == 1 && heard[0].contains("done.json is damaged"), "{heard:?}");
-        let open = RunFolder::open(&root).expect("its folder");
-        open.check().expect("whole");
-        fs::write(&field, "").expect("written");
-        let refused = open.check().expect_err("damaged").to_string();
-        assert!(refused.contains("field.npy has 0 bytes") && refused.contains("computes again"), "{refused}");
     }
 }

@@ -3,7 +3,7 @@
 use super::atom_stages::AtomStages;
 use super::comparison::compare;
 use super::curve;
-use super::folder::{AS_WRITTEN, OutFolder, ResumePolicy, RunFolder, StageKey};
+use super::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variant_key};
 use super::matched::Matched;
 use super::run_files::{Manifest, RECORDING_FILE, record, sources};
@@ -12,7 +12,8 @@ use super::stages::{self, Made, Visitor};
 use super::surface::SurfaceStage;
 use super::{Listener, engine};
 use crate::record::results::{self, MANIFEST_FILE, Results, SCHEMA, ScalesSi};
-use crate::record::{load_table, netcdf, tradeoff};
+use crate::record::written::{self, WrittenFolder};
+use crate::record::{ensemble, load_table, netcdf, tradeoff};
 use crate::report::accuracy;
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
@@ -26,8 +27,8 @@ use std::path::{Path, PathBuf};
 /// The scene of a run, in its folder.
 const SCENE_FILE: &str = "scene.toml";
 
-/// Files of a run or a benchmark outside its stages.
-const OUTSIDE_STAGES: [&str; 10] = [
+/// Files of a run, a trade-off or a sweep outside its stages.
+const OUTSIDE_STAGES: [&str; 14] = [
     SCENE_FILE,
     results::FILE,
     load_table::FILE,
@@ -37,6 +38,10 @@ const OUTSIDE_STAGES: [&str; 10] = [
     RECORDING_FILE,
     tradeoff::FILE,
     tradeoff::CSV_FILE,
+    ensemble::FILE,
+    ensemble::NUMBERS_FILE,
+    ensemble::STATISTICS_FILE,
+    ensemble::DIFFERENCES_FILE,
     report::PAGE,
 ];
 
@@ -297,28 +302,17 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
 /// # Errors
 /// `Format` for a folder without results, or with a file that is not as the run wrote it; `Io`.
 pub fn redraw(out: &Path, options: &report::ReportOptions) -> Result<PathBuf> {
-    let has = |file: &str| out.join(file).exists();
-    if has(crate::record::ensemble::FILE) && !has(results::FILE) {
-        return report::write_with(out, options);
-    }
-    if has(tradeoff::FILE) && !has(results::FILE) {
-        unchanged(out, &[tradeoff::FILE, SCENE_FILE])?;
-        let page = report::write_with(out, options)?;
-        list_files(out)?;
-        return Ok(page);
-    }
-    let _locked = checked(out)?;
+    let has = |file: &str| out.join(file).exists() && !out.join(results::FILE).exists();
+    let _locked = match [ensemble::FILE, tradeoff::FILE].into_iter().find(|file| has(file)) {
+        Some(table) => {
+            written::expect_table(out, table)?;
+            RunFolder::lock(out)?
+        }
+        None => checked(out)?.1,
+    };
     let page = report::write_with(out, options)?;
     list_files(out)?;
     Ok(page)
-}
-
-/// Refuses a folder in which one of `names` differs from the hash that the run wrote.
-fn unchanged(out: &Path, names: &[&str]) -> Result<()> {
-    match hashed::changed(out, names).first() {
-        Some(name) => Err(Error::format(out.join(name), "changed since the run wrote it", AS_WRITTEN)),
-        None => Ok(()),
-    }
 }
 
 /// Reads the results of a finished run folder, whose files are as they were written, and locks it.
@@ -326,11 +320,11 @@ fn unchanged(out: &Path, names: &[&str]) -> Result<()> {
 /// # Errors
 /// `Format`, which names the file and the remedy; `Io`.
 fn checked(out: &Path) -> Result<(Results, RunFolder)> {
-    unchanged(out, &[results::FILE, SCENE_FILE])?;
     // Before the lock, which leaves a file: a folder without results is none of ours.
-    let results = Results::read(out)?;
+    let (written, results) = WrittenFolder::run(out)?;
+    written::unchanged(out, SCENE_FILE)?;
     let folder = RunFolder::lock(out)?;
-    folder.check()?;
+    written.verify()?;
     Ok((results, folder))
 }
 

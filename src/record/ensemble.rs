@@ -11,6 +11,11 @@ use std::path::Path;
 /// Name of the file in the folder of a sweep.
 pub const FILE: &str = "ensemble.json";
 
+/// Tables next to it.
+pub const NUMBERS_FILE: &str = "numbers.csv";
+pub const STATISTICS_FILE: &str = "statistics.csv";
+pub const DIFFERENCES_FILE: &str = "differences.csv";
+
 /// Increased when a key changes its meaning.
 const SCHEMA: u32 = 2;
 

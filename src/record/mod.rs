@@ -13,4 +13,5 @@ pub mod netcdf;
 pub mod results;
 pub mod surface;
 pub mod tradeoff;
+pub mod written;
 pub mod xyz;

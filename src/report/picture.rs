@@ -116,12 +116,25 @@ pub fn map(small: &DownsampledMap, range: ColourRange) -> Picture {
     Picture::from_cells(small.nx, small.values.clone(), |i| colour(range.share(small.values[i])))
 }
 
+/// Refuses two maps that are drawn over one another and have different shapes.
+fn of_one_grid(one: &DownsampledMap, other: &DownsampledMap) -> Result<()> {
+    if (one.nx, one.ny) == (other.nx, other.ny) {
+        return Ok(());
+    }
+    let found = format!("maps of {} x {} and {} x {} cells", one.nx, one.ny, other.nx, other.ny);
+    Err(Error::format("two maps of one figure", found, "maps of the same grid"))
+}
+
 /// A gap map with contact (from the contact fraction of each cell) in black; small gaps are dark.
-pub fn gap(small: &DownsampledMap, range: ColourRange, contact: &DownsampledMap) -> Picture {
+///
+/// # Errors
+/// `Format` for maps of different shapes.
+pub fn gap(small: &DownsampledMap, range: ColourRange, contact: &DownsampledMap) -> Result<Picture> {
+    of_one_grid(small, contact)?;
     let values = small.values.iter().enumerate().map(|(i, v)| if touches(contact, i) { f64::NAN } else { *v });
-    Picture::from_cells(small.nx, values.collect(), |i| {
+    Ok(Picture::from_cells(small.nx, values.collect(), |i| {
         if touches(contact, i) { BLACK } else { over_contact(range.share(small.values[i])) }
-    })
+    }))
 }
 
 /// 1 for true; for maps of flags.
@@ -141,18 +154,20 @@ pub fn contact(small: &DownsampledMap, colour: Rgb) -> Picture {
     Picture { contact: Some(colour), ..picture }
 }
 
-/// Superposition of two contact maps of the same shape: black where both are in contact, orange for the continuum
-/// only, blue for the atoms only.
-pub fn superposed(continuum: &DownsampledMap, atoms: &DownsampledMap) -> Picture {
+/// Superposition of two contact maps: black where both are in contact, orange for the continuum only, blue for the atoms only.
+///
+/// # Errors
+/// `Format` for maps of different shapes.
+pub fn superposed(continuum: &DownsampledMap, atoms: &DownsampledMap) -> Result<Picture> {
+    of_one_grid(continuum, atoms)?;
     let code = |i| f64::from(u8::from(touches(continuum, i)) + 2 * u8::from(touches(atoms, i)));
-    Picture::from_cells(continuum.nx, (0..continuum.values.len()).map(code).collect(), |i| {
-        match (touches(continuum, i), touches(atoms, i)) {
-            (true, true) => BLACK,
-            (true, false) => ORANGE,
-            (false, true) => BLUE,
-            (false, false) => WHITE,
-        }
-    })
+    let colour = |i| match (touches(continuum, i), touches(atoms, i)) {
+        (true, true) => BLACK,
+        (true, false) => ORANGE,
+        (false, true) => BLUE,
+        (false, false) => WHITE,
+    };
+    Ok(Picture::from_cells(continuum.nx, (0..continuum.values.len()).map(code).collect(), colour))
 }
 
 impl Picture {
@@ -220,7 +235,8 @@ mod tests {
         assert!(greys.windows(2).all(|w| w[1] - w[0] > 0.2 * 255.0), "{greys:?}");
         let a = small(4, &[1.0, 1.0, 0.0, 0.4]);
         let b = small(4, &[0.5, 0.0, 1.0, 0.0]);
-        let picture = superposed(&a, &b);
+        let picture = superposed(&a, &b).unwrap();
+        assert!(superposed(&a, &small(2, &a.values)).unwrap_err().to_string().contains("4 x 1 and 2 x 2"));
         let quarter = picture.width / 4;
         assert_eq!([0, 1, 2, 3].map(|i| picture.at(i * quarter, 0)), [BLACK, ORANGE, BLUE, WHITE]);
     }
@@ -232,7 +248,7 @@ mod tests {
         let steps: Vec<f64> = (0..=20).map(|i| luma(over_contact(f64::from(i) / 20.0))).collect();
         assert!(steps[0] > 255.0 / 6.0 && steps.windows(2).all(|w| w[1] > w[0]), "{steps:?}");
         let range = ColourRange { low: 0.0, high: 1.0 };
-        let picture = gap(&small(2, &[0.0, 0.0, 1.0, 1.0]), range, &small(2, &[1.0, 0.0, 0.0, 0.0]));
+        let picture = gap(&small(2, &[0.0, 0.0, 1.0, 1.0]), range, &small(2, &[1.0, 0.0, 0.0, 0.0])).unwrap();
         assert_eq!([picture.at(0, 319), picture.at(319, 319)], [BLACK, over_contact(0.0)]);
     }
 

@@ -35,6 +35,7 @@ mod scenes;
 #[path = "../common/similar_crystal.rs"]
 mod similar_crystal;
 mod solve;
+mod strangers;
 mod sweep;
 #[path = "../common/tools.rs"]
 mod tools;

@@ -12,11 +12,22 @@ use std::path::Path;
 /// # Errors
 /// `Io`; `Lammps` if another program runs this job.
 pub fn remove_damaged(folder: &Path) -> Result<Option<String>> {
+    if !folder.join(LOAD_STEPS_FILE).is_file() {
+        return Ok(None);
+    }
+    let _lock = lock(folder)?;
+    repair(folder)
+}
+
+/// As [`remove_damaged`], in a folder that is locked.
+///
+/// # Errors
+/// `Io`.
+pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
     let table = folder.join(LOAD_STEPS_FILE);
     if !table.is_file() {
         return Ok(None);
     }
-    let _lock = lock(folder)?;
     let text = std::fs::read(&table).map_err(Error::io("read", &table))?;
     let mut lines = text.split_inclusive(|b| *b == b'\n').take_while(|line| line.ends_with(b"\n"));
     let head = lines.next();
@@ -90,5 +101,21 @@ mod tests {
             assert!(!path(&format!("frame.{kept}.dump")).exists() && !path(&format!("frame.{kept}.b3")).exists());
             assert_eq!(remove_damaged(folder.path()).expect("whole"), None);
         }
+    }
+
+    /// A job that is written again with fewer loads keeps the steps that both have, whatever became of the table meanwhile.
+    #[test]
+    fn a_damaged_table_is_cut_and_not_refused() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let path = |name: &str| folder.path().join(name);
+        for k in 0..4 {
+            std::fs::write(path(&format!("frame.{k}.dump")), "frame").expect("written");
+        }
+        std::fs::write(path(LOAD_STEPS_FILE), format!("{HEADER}\nnan\n1,\n\u{1}\n3,0\n")).expect("written");
+        super::super::load_history::keep_first(folder.path(), 2).expect("cut");
+        assert_eq!(std::fs::read_to_string(path(LOAD_STEPS_FILE)).expect("read"), format!("{HEADER}\nnan\n1,\n"));
+        assert!(path("frame.1.dump").exists() && !path("frame.2.dump").exists());
+        assert!(remove_damaged(folder.path()).expect("repaired").expect("damaged").contains("at step 0"));
+        assert!(!path(LOAD_STEPS_FILE).exists() && !path("frame.0.dump").exists());
     }
 }

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
 
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
 use super::indenter::Indenter;
@@ -14,14 +13,13 @@ const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 /// Writes the atoms as a LAMMPS data file and returns the BLAKE3 hash of the file. The box has space for an indenter
 /// that rises by `max_rise_angstrom` above its initial position.
 pub(super) fn write_data(
-    file: &Path,
+    file: File,
     block: &Block,
     indenter: &Indenter,
     max_rise_angstrom: f64,
     mass_u: f64,
 ) -> io::Result<String> {
-    let mut out =
-        BufWriter::with_capacity(1 << 16, Hashing { file: File::create(file)?, hasher: blake3::Hasher::new() });
+    let mut out = BufWriter::with_capacity(1 << 16, Hashing { file, hasher: blake3::Hasher::new() });
     let length = block.length();
     writeln!(out, "fcc block {0} x {0} x {1} cells under a rigid indenter", block.cells, block.depth_cells)?;
     writeln!(out, "\n{} atoms\n3 atom types\n", block.atoms() + indenter.atoms())?;

@@ -2,7 +2,6 @@
 //! checks.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::ErrorKind;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
@@ -11,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::block::BaseKind;
 use super::cost::Relaxer;
+use super::damage;
 use super::job::Job;
 use super::job_files::lock;
 use super::job_spec::Minimizer;
@@ -24,7 +24,7 @@ use super::styles::Styles;
 use crate::results::LoadStepResults;
 use asperity_grid::error::LammpsFailure;
 use asperity_grid::{Error, Result, sys};
-use asperity_surface::files::atomic_file::list;
+use asperity_surface::files::atomic_file::{self, list};
 
 /// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
 /// negligible cost.
@@ -351,7 +351,7 @@ impl LammpsEngine {
         let finished = load_history::prepare_resume(&job.folder)?;
         minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
         let screen_file = job.folder.join("log.screen");
-        let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
+        let screen = atomic_file::create(&screen_file)?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
         let mut watcher = Watcher::new(job, started, finished);
         let way = self.way_to_run(job, &mut watcher, watch)?;
@@ -371,7 +371,7 @@ impl LammpsEngine {
             let history = match LoadHistory::read(&job.folder) {
                 Err(e @ Error::Format { .. }) => {
                     drop(group);
-                    load_history::roll_back(&job.folder, verified_steps)?;
+                    damage::repair(&job.folder)?;
                     return Err(failed(job, format!("its load steps cannot be read: {e}")));
                 }
                 other => other?,
@@ -404,6 +404,10 @@ impl LammpsEngine {
         let (log, screen) = (read(&log_name(finished)), read("log.screen"));
         run_status(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen))
             .map_err(|f| failed(job, f))?;
+        // A program in place of LAMMPS may change what it has finished; the stage would then list it as whole.
+        if let Some(damage) = damage::repair(&job.folder)? {
+            return Err(failed(job, format!("{damage}; the same command computes it again")));
+        }
         check_load_steps(job)?;
         let not_harmonic = way.reason();
         Ok(Finished { peak_bytes, not_harmonic, ..Finished::collect(job, finished)? })
@@ -447,6 +451,8 @@ fn check_load_steps(job: &Job) -> Result<()> {
     let history = LoadHistory::read(&job.folder)?;
     let previous = job.atoms();
     if let Some(record) = history.steps.iter().find(|r| r.atoms != previous) {
+        // Otherwise every later run would find it again.
+        load_history::roll_back(&job.folder, record.step)?;
         return Err(failed(job, LammpsFailure::AtomCount { before: previous, after: record.atoms }));
     }
     if !is_complete(job)? {

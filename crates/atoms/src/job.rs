@@ -20,7 +20,7 @@ use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::{list, put, read_text};
+use asperity_surface::files::atomic_file::{self, list, put, read_text};
 use asperity_surface::files::hashed::file_hash;
 
 pub const DATA_FILE: &str = "block.data";
@@ -77,8 +77,8 @@ impl Job {
         put(folder, POTENTIAL_FILE, &table)?;
         let data = folder.join(DATA_FILE);
         let max_rise = if ramp.is_some_and(|r| r.unload) { MAX_RISE_ANGSTROM } else { 0.0 };
-        let data_hash =
-            write_data(&data, block, indenter, max_rise, crystal.mass_u).map_err(Error::io("write", &data))?;
+        let data_hash = write_data(atomic_file::create(&data)?, block, indenter, max_rise, crystal.mass_u)
+            .map_err(Error::io("write", &data))?;
         let protocol = match loading {
             Loading::Ramp(ramp) => LoadingProtocol::Ramp(ramp),
             Loading::Prescribed(list) => {

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use asperity_grid::{Error, Result};
 use asperity_surface::files::atomic_file::put;
-use asperity_surface::files::file_lock::try_lock;
+use asperity_surface::files::file_lock;
+use asperity_surface::files::inside::expect_plain;
 
 /// Command line by hand, and the `-var` arguments of the script in it.
 pub(super) const RUN_SCRIPT: &str = "run.sh";
@@ -57,12 +58,13 @@ const RETRY_AFTER: Duration = Duration::from_millis(40);
 /// Locks a job folder against a second program. The lock ends with the process.
 ///
 /// # Errors
-/// `Lammps` if another program has locked the folder, `Io`.
+/// `Lammps` if another program has locked the folder, `Format` for a link in it, `Io`.
 pub(super) fn lock(folder: &Path) -> Result<File> {
+    expect_plain(folder)?;
     let path = folder.join("job.lock");
-    let file = File::create(&path).map_err(Error::io("create", &path))?;
+    let file = file_lock::open(&path).map_err(Error::io("create", &path))?;
     for _ in 0..ATTEMPTS {
-        if try_lock(&file).map_err(Error::io("lock", &path))? {
+        if file_lock::try_lock(&file).map_err(Error::io("lock", &path))? {
             return Ok(file);
         }
         std::thread::sleep(RETRY_AFTER);

@@ -338,20 +338,20 @@ fn hash_of(file: &Path) -> Result<Option<String>> {
     }
 }
 
-/// Keeps the first `steps` steps of a folder and removes later checkpoints.
+/// Keeps the first `steps` steps of a folder and removes later checkpoints. A damaged table stays damaged: `damage::remove_damaged`
+/// repairs it, and says so.
 ///
 /// # Errors
-/// As [`prepare_resume`].
+/// `Io`.
 pub(super) fn keep_first(folder: &Path, steps: usize) -> Result<()> {
-    if LoadHistory::read(folder)?.steps.len() > steps {
-        shorten(folder, steps)?;
-        prepare_resume(folder)?;
+    if shorten(folder, steps)? {
+        remove_after(folder, steps.checked_sub(1))?;
     }
     minimizer_checkpoint::keep_first(folder, steps)
 }
 
-/// Truncates the table to its first `steps` steps.
-fn shorten(folder: &Path, steps: usize) -> Result<()> {
+/// Truncates the table to its first `steps` steps. Whether it had more.
+fn shorten(folder: &Path, steps: usize) -> Result<bool> {
     let file = folder.join(LOAD_STEPS_FILE);
     if file.is_file() {
         let text = std::fs::read(&file).map_err(Error::io("read", &file))?;
@@ -360,6 +360,22 @@ fn shorten(folder: &Path, steps: usize) -> Result<()> {
         if keep < text.len() {
             let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
             handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Removes frames and restart files of the steps after `last`, of all steps without it.
+fn remove_after(folder: &Path, last: Option<usize>) -> Result<()> {
+    for (name, path) in list(folder)? {
+        let step = name
+            .strip_prefix("frame.")
+            .or(name.strip_prefix("restart."))
+            .and_then(|remainder| remainder.split('.').next())
+            .and_then(|number| number.parse::<usize>().ok());
+        if step.is_some_and(|s| last.is_none_or(|last| s > last)) {
+            remove(&path)?;
         }
     }
     Ok(())
@@ -382,16 +398,7 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
             && frame_file(folder, record.step).and_then(read_frame).is_ok()
     };
     let last = history.steps.iter().rev().find(intact).map(|r| r.step);
-    for (name, path) in list(folder)? {
-        let step = name
-            .strip_prefix("frame.")
-            .or(name.strip_prefix("restart."))
-            .and_then(|remainder| remainder.split('.').next())
-            .and_then(|number| number.parse::<usize>().ok());
-        if step.is_some_and(|s| last.is_none_or(|last| s > last)) {
-            std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
-        }
-    }
+    remove_after(folder, last)?;
     shorten(folder, last.map_or(0, |l| l + 1))?;
     Ok(last)
 }

@@ -7,10 +7,11 @@ use asperity_contact::path::is_subsurface_map;
 use asperity_contact::problem::AccuracyResults;
 use asperity_surface::files::atomic_file::PARTIAL;
 use asperity_surface::files::hashed::{self, Stored};
-use asperity_surface::files::json;
+use asperity_surface::files::inside::expect_plain;
+use asperity_surface::files::{file_lock, json};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::fs::{self, File};
+use std::fs;
 use std::path::Path;
 
 /// Marks a folder that solves may clear.
@@ -64,8 +65,8 @@ pub(super) fn open(folder: &Path) -> Result<()> {
         let found = format!("{} (contains files that no solve wrote)", folder.display());
         return Err(Error::input("command line", "--out", found, "a new or empty folder, or that of an earlier solve"));
     }
-    File::create(&marker).map_err(Error::io("write", &marker))?;
-    Ok(())
+    expect_plain(folder)?;
+    file_lock::open(&marker).map(drop).map_err(Error::io("write", &marker))
 }
 
 /// Removes the states of an earlier solve, whole or partial, except the gap from which this one starts.

@@ -1,6 +1,6 @@
 //! Tables of a sweep.
 
-use crate::record::ensemble::{Ensemble, Observable, Sample};
+use crate::record::ensemble::{DIFFERENCES_FILE, Ensemble, NUMBERS_FILE, Observable, STATISTICS_FILE, Sample};
 use asperity_contact::load::Branch;
 use asperity_grid::error::Result;
 use asperity_surface::files::atomic_file::write_atomic;
@@ -25,7 +25,7 @@ pub(super) fn write(out: &Path, ensemble: &Ensemble) -> Result<()> {
         }));
     }
     let keys: Vec<&str> = ensemble.keys.iter().map(String::as_str).collect();
-    table(&out.join("numbers.csv"), &[&["point"], &keys[..], &OBSERVABLE, &["value"]].concat(), &rows)?;
+    table(&out.join(NUMBERS_FILE), &[&["point"], &keys[..], &OBSERVABLE, &["value"]].concat(), &rows)?;
     let named = |group: &[(String, Value)]| -> Vec<String> {
         groups.iter().map(|k| group.iter().find(|(g, _)| g == *k).map_or(String::new(), |(_, v)| cell(v))).collect()
     };
@@ -35,7 +35,7 @@ pub(super) fn write(out: &Path, ensemble: &Ensemble) -> Result<()> {
         .iter()
         .map(|s| [named(&s.group), of(&s.of, s.p_star), sample(Some(&s.sample))].concat())
         .collect();
-    table(&out.join("statistics.csv"), &[&keys[..], &OBSERVABLE, &SAMPLE].concat(), &rows)?;
+    table(&out.join(STATISTICS_FILE), &[&keys[..], &OBSERVABLE, &SAMPLE].concat(), &rows)?;
     let rows: Vec<Vec<String>> = ensemble
         .differences
         .iter()
@@ -46,7 +46,7 @@ pub(super) fn write(out: &Path, ensemble: &Ensemble) -> Result<()> {
         .collect();
     let relative = SAMPLE.map(|name| format!("relative_{name}"));
     let relative: Vec<&str> = relative.iter().map(String::as_str).collect();
-    table(&out.join("differences.csv"), &[&keys[..], &OBSERVABLE, &["reference"], &SAMPLE, &relative].concat(), &rows)
+    table(&out.join(DIFFERENCES_FILE), &[&keys[..], &OBSERVABLE, &["reference"], &SAMPLE, &relative].concat(), &rows)
 }
 
 const OBSERVABLE: [&str; 6] = ["source", "load", "branch", "quantity", "unit", "p_star"];

@@ -5,8 +5,10 @@ use super::files;
 use super::points::{Sweep, SweepPoint};
 use crate::compare::ensemble::evaluate;
 use crate::pipeline::RunFolder;
+use crate::pipeline::run::list_files;
 use crate::record::ensemble::{Ensemble, EnsemblePoint, FILE, PointStatus};
-use crate::record::results::Results;
+use crate::record::written::{self, WrittenFolder};
+use crate::report;
 use asperity_contact::quantity::Quantity;
 use asperity_contact::uncertainty::total;
 use asperity_grid::error::{Error, Result};
@@ -62,22 +64,30 @@ pub trait SweepListener: Sync {
     fn ended(&self, label: &str, failure: Option<&str>, done: usize, all: usize);
 
     fn stopping(&self) -> bool;
+
+    fn warn(&self, text: &str);
 }
 
-/// Creates the folder of a sweep, and locks it.
+/// Creates the folder of a sweep, and locks it. Tables that changed since they were written are named to `warn`: they are made again
+/// from the points.
 ///
 /// # Errors
 /// `Input` for the results of another sweep or other files in the folder; a folder in use; I/O errors.
-pub fn open(sweep: &Sweep, out: &Path, overwrite: bool) -> Result<RunFolder> {
+pub fn open(sweep: &Sweep, out: &Path, overwrite: bool, warn: &dyn Fn(&str)) -> Result<RunFolder> {
+    let locked = RunFolder::open(out)?;
     if out.join(FILE).exists() && !overwrite {
-        let known = Ensemble::read(out)?;
-        if known.keys != sweep.keys || known.name != sweep.name {
+        let known = written::unchanged(out, FILE).and_then(|()| Ensemble::read(out));
+        if let Err(e) = &known {
+            warn(&format!("{e}; the tables are made again from the points"));
+        }
+        if let Ok(known) = known
+            && (known.keys != sweep.keys || known.name != sweep.name)
+        {
             let found = format!("{} (contains the sweep {} over {})", out.display(), known.name, known.keys.join(", "));
             let accepted = "another folder, or --overwrite to replace its tables";
             return Err(Error::input("command line", "--out", found, accepted));
         }
     }
-    let locked = RunFolder::open(out)?;
     for folder in ["points", "scenes", "logs"] {
         let path = out.join(folder);
         std::fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
@@ -85,8 +95,8 @@ pub fn open(sweep: &Sweep, out: &Path, overwrite: bool) -> Result<RunFolder> {
     Ok(locked)
 }
 
-/// Runs all points that are not done, `at_once` at a time, and writes results and tables into `out`. Points that fail do not stop the
-/// others.
+/// Runs all points that are not done, `at_once` at a time, and writes results, tables and report into `out`. Points that fail do not
+/// stop the others. Returns the path of the report, too.
 ///
 /// # Errors
 /// `Interrupted`; I/O errors; the results of another sweep or other files in the folder; a folder in use.
@@ -96,8 +106,8 @@ pub fn run(
     (at_once, overwrite): (usize, bool),
     runner: &PointRunner,
     listener: &dyn SweepListener,
-) -> Result<Ensemble> {
-    let _locked = open(sweep, out, overwrite)?;
+) -> Result<(Ensemble, PathBuf)> {
+    let _locked = open(sweep, out, overwrite, &|text| listener.warn(text))?;
     let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let reached: Mutex<Vec<Option<EnsemblePoint>>> = Mutex::new(vec![None; sweep.points.len()]);
     let failure: Mutex<Option<Error>> = Mutex::new(None);
@@ -132,20 +142,26 @@ pub fn run(
     let points = reached.into_iter().zip(&sweep.points).map(|(outcome, p)| outcome.map_or_else(|| waiting(p), Ok));
     let points = points.collect::<Result<Vec<EnsemblePoint>>>()?;
     let is_interrupted = points.iter().any(|p| p.status == PointStatus::Waiting);
-    let ensemble = write_tables(out, (&sweep.name, &sweep.keys), points)?;
-    if is_interrupted { Err(Error::Interrupted) } else { Ok(ensemble) }
+    let written = write_tables(out, (&sweep.name, &sweep.keys), points)?;
+    if is_interrupted { Err(Error::Interrupted) } else { Ok(written) }
 }
 
-/// Evaluates the points, and writes results and tables into the folder of the sweep.
+/// Evaluates the points, and writes results, tables and report into the folder of the sweep.
 ///
 /// # Errors
 /// `Io`.
-pub fn write_tables(out: &Path, (name, keys): (&str, &[String]), points: Vec<EnsemblePoint>) -> Result<Ensemble> {
+pub fn write_tables(
+    out: &Path,
+    (name, keys): (&str, &[String]),
+    points: Vec<EnsemblePoint>,
+) -> Result<(Ensemble, PathBuf)> {
     let mut ensemble = Ensemble::new(name.to_string(), keys.to_vec(), points);
     evaluate(&mut ensemble);
     ensemble.write(out)?;
     files::write(out, &ensemble)?;
-    Ok(ensemble)
+    let page = report::write(out)?;
+    list_files(out)?;
+    Ok((ensemble, page))
 }
 
 /// A point with its numbers, which are read from its run folder if it is done.
@@ -171,7 +187,7 @@ pub fn point(
     if status != PointStatus::Done {
         return Ok(empty);
     }
-    let results = Results::read(&folder)?;
+    let (_, results) = WrittenFolder::run(&folder)?;
     let states = results.continuum.iter().flat_map(|c| &c.states);
     let uncertain = states.filter_map(|s| total(&s.uncertainty, Quantity::ContactArea));
     let area_uncertainty = uncertain.reduce(f64::max);

@@ -170,7 +170,7 @@ fn contacts(writer: &FigureWriter, both: &Both) -> Result<Option<Markup>> {
     let maps = [
         draw("without", "Without adhesion", &picture::contact(&plain, ORANGE))?,
         draw("with", "With adhesion", &picture::contact(&adhesive, BLUE))?,
-        draw("superposed", "Superposed", &picture::superposed(&plain, &adhesive))?,
+        draw("superposed", "Superposed", &picture::superposed(&plain, &adhesive)?)?,
     ];
     Ok(Some(html! {
         (panels(maps.len(), &maps))

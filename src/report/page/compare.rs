@@ -161,7 +161,7 @@ impl Maps<'_> {
                 return Err(Error::format(writer.field(&state.contact_map)?, found, accepted));
             }
             let (name, alt) = (format!("superposed-{number}"), "contact maps of continuum and atoms, superposed");
-            let image = writer.map((&name, alt), &picture::superposed(&map, &touching), length_m)?;
+            let image = writer.map((&name, alt), &picture::superposed(&map, &touching)?, length_m)?;
             drawn.push(panel("Superposed", image, agreement(m)));
         }
         let n = touching.factor;

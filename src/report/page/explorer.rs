@@ -127,33 +127,35 @@ fn smoothing(results: &Results) -> Option<f64> {
 fn drawings(writer: &FigureWriter, sources: &[Source], load: usize, length_m: f64) -> Result<Vec<(String, Markup)>> {
     let mut figures = Vec::new();
     for (k, view) in views(sources).iter().enumerate() {
-        let Some((name, title, picture)) = drawing(sources, (k, view), load) else { continue };
+        let Some((name, title, picture)) = drawing(sources, (k, view), load).transpose()? else { continue };
         figures.push((title.clone(), writer.map((&name, &title), &picture, length_m)?));
     }
     Ok(figures)
 }
 
 /// Name, title and picture of a view; `None` without its field.
-fn drawing(sources: &[Source], (k, view): (usize, &View), load: usize) -> Option<(String, String, Picture)> {
+fn drawing(sources: &[Source], (k, view): (usize, &View), load: usize) -> Option<Result<(String, String, Picture)>> {
     let source = &sources[view.layer];
     let (here, name) = (&source.fields[load], format!("first-{}", k + 1));
     let contact = here.contact.as_ref()?;
-    Some(match (view.quantity, view.over.and_then(|o| sources[o].fields[load].contact.as_ref())) {
+    let (name, title, picture) = match (view.quantity, view.over.and_then(|o| sources[o].fields[load].contact.as_ref()))
+    {
         (Some("gap"), _) => {
             let gap = here.gap.as_ref()?;
             ("first-gap".into(), "Gap".into(), picture::gap(gap, of_gap(&gap.values), contact))
         }
         (Some("stress"), _) => {
             let stress = here.stress.as_ref()?;
-            ("first-stress".into(), "Normal stress".into(), picture::map(stress, of_stress(&stress.values)))
+            ("first-stress".into(), "Normal stress".into(), Ok(picture::map(stress, of_stress(&stress.values))))
         }
         (_, Some(over)) if (contact.nx, contact.ny) != (over.nx, over.ny) => return None,
         (quantity, Some(over)) => {
             let title = if quantity.is_some() { "Superposed".into() } else { source.title_at(load) };
             (name, title, picture::superposed(contact, over))
         }
-        (_, None) => (name, source.title_at(load), picture::contact(contact, source.colour)),
-    })
+        (_, None) => (name, source.title_at(load), Ok(picture::contact(contact, source.colour))),
+    };
+    Some(picture.map(|picture| (name, title, picture)))
 }
 
 impl Source {

@@ -1,7 +1,7 @@
 //! Figures, tables and panels: drawings are written to `figures/` and returned as markup.
 
 use std::io::Write;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use maud::{Markup, PreEscaped, Render, html};
 
@@ -14,6 +14,7 @@ use crate::report::plot::{PANEL, Plot};
 use crate::report::svg::DrawingSize;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::inside::inside;
 
 /// Run folder and common data of its pictures.
 pub(super) struct FigureWriter<'a> {
@@ -49,14 +50,14 @@ pub(super) struct Values<'a> {
 }
 
 impl Values<'_> {
-    fn picture(&self) -> (Picture, Bar) {
+    fn picture(&self) -> Result<(Picture, Bar)> {
         let picture = match self.contact {
-            Some(contact) => picture::gap(self.small, self.range, contact),
+            Some(contact) => picture::gap(self.small, self.range, contact)?,
             None => picture::map(self.small, self.range),
         };
         let clipped = self.small.values.iter().any(|v| *v > self.range.high);
         let bar = Bar::new(self.quantity, self.range, self.unit);
-        (picture, Bar { clipped, over_contact: self.contact.is_some(), ..bar })
+        Ok((picture, Bar { clipped, over_contact: self.contact.is_some(), ..bar }))
     }
 }
 
@@ -64,12 +65,7 @@ impl FigureWriter<'_> {
     /// Path of a file named in `results.json`. It must be relative and inside the run folder, so that the folder can
     /// be moved.
     pub(super) fn field(&self, name: &str) -> Result<PathBuf> {
-        let inside = Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-        if name.is_empty() || !inside {
-            let accepted = "a path inside the run folder, relative to it";
-            return Err(Error::format(self.folder.join(FILE), format!("the field file {name:?}"), accepted));
-        }
-        Ok(self.folder.join(name))
+        inside(self.folder, FILE, name)
     }
 
     /// A stored field with at most `side` cells along a side; `of` is applied to each node first.
@@ -128,7 +124,7 @@ impl FigureWriter<'_> {
 
     /// A map of values with axes and colour bar.
     pub(super) fn values(&self, names: (&str, &str), values: &Values, length_m: f64) -> Result<Markup> {
-        let (picture, bar) = values.picture();
+        let (picture, bar) = values.picture()?;
         self.framed(names, (&picture, Some(bar)), length_m, map::IN_A_ROW)
     }
 
@@ -136,7 +132,7 @@ impl FigureWriter<'_> {
     pub(super) fn heights(&self, names: (&str, &str), heights: &DownsampledMap) -> Result<Markup> {
         let range = ColourRange::of(&heights.values, 0.0);
         let values = Values { quantity: "height", unit: "m", small: heights, range, contact: None };
-        let (picture, bar) = values.picture();
+        let (picture, bar) = values.picture()?;
         self.framed(names, (&picture, Some(bar)), self.scales.length_m, map::ALONE)
     }
 

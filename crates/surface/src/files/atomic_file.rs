@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_grid::error::{Error, Result};
+use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::Ranks;
 
 /// Beginning of the names of files that are not complete.
@@ -75,7 +76,7 @@ pub fn write_atomic_on_ranks(
     let run = ranks.gather(&[std::process::id()], &vec![1; ranks.count()])[0];
     let partial = path.with_file_name(format!("{PARTIAL}{run}-{name}"));
     let create = || {
-        let mut file = File::create(&partial)?;
+        let mut file = create_file(&partial, true)?;
         file.write_all(head)?;
         file.set_len(bytes)
     };
@@ -105,6 +106,22 @@ fn of_all(ranks: &Ranks, own: io::Result<()>) -> io::Result<()> {
     own.and(if lowest < 0.0 { Err(io::Error::from_raw_os_error(-lowest as i32)) } else { Ok(()) })
 }
 
+/// Creates a file, or empties it. A link in its place is an error: what it leads to is not this program's.
+///
+/// # Errors
+/// `Io`.
+pub fn create(path: &Path) -> Result<File> {
+    create_file(path, true).map_err(Error::io("create", path))
+}
+
+/// As [`create`]; without `truncate` the contents stay.
+pub(super) fn create_file(path: &Path, truncate: bool) -> io::Result<File> {
+    let mut options = File::options();
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    options.write(true).create(true).truncate(truncate).open(path)
+}
+
 /// Opens a file for reading and returns its length in bytes. A pipe or a device has no length; opening one may block, and
 /// reading one may not end.
 ///
@@ -119,12 +136,46 @@ pub fn open_regular(path: &Path) -> Result<(File, u64)> {
     Ok((File::open(path).map_err(Error::io("read", path))?, metadata.len()))
 }
 
+/// Bytes up to which a file is read without a look at the memory.
+const SMALL: u64 = 1 << 24;
+
+/// Opens a file that memory can hold with what is made of it.
+///
+/// # Errors
+/// As [`open_regular`]; `Memory`.
+fn open_whole(path: &Path) -> Result<File> {
+    let (file, bytes) = open_regular(path)?;
+    if bytes > SMALL {
+        expect_memory(path.display().to_string(), bytes.saturating_mul(2), "it is read whole")?;
+    }
+    Ok(file)
+}
+
+/// Refuses a file that memory cannot hold.
+///
+/// # Errors
+/// As [`open_regular`]; `Memory`.
+pub fn expect_to_hold(path: &Path) -> Result<()> {
+    open_whole(path).map(drop)
+}
+
+/// Reads a file whole.
+///
+/// # Errors
+/// As [`open_regular`]; `Memory`.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    let mut file = open_whole(path)?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(Error::io("read", path))?;
+    Ok(bytes)
+}
+
 /// Reads a text file; errors name the file, also if it is not UTF-8.
 ///
 /// # Errors
-/// As [`open_regular`].
+/// As [`read_bytes`].
 pub fn read_text(path: &Path) -> Result<String> {
-    let (mut file, _) = open_regular(path)?;
+    let mut file = open_whole(path)?;
     let mut text = String::new();
     file.read_to_string(&mut text).map_err(Error::io("read", path))?;
     Ok(text)
@@ -148,7 +199,7 @@ pub fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
 /// `Io`.
 pub fn put(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf> {
     let file = folder.join(name);
-    std::fs::write(&file, bytes).map_err(Error::io("write", &file)).map(|()| file)
+    create(&file)?.write_all(bytes.as_ref()).map_err(Error::io("write", &file)).map(|()| file)
 }
 
 /// Removes a file, if it is there.

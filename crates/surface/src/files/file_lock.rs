@@ -2,6 +2,17 @@
 
 use std::fs::{File, TryLockError};
 use std::io;
+use std::path::Path;
+
+use super::atomic_file::create_file;
+
+/// Opens the file of a lock, and creates it if need be. Its contents stay as they are.
+///
+/// # Errors
+/// Those of the file system; a link in its place.
+pub fn open(path: &Path) -> io::Result<File> {
+    create_file(path, false)
+}
 
 /// Locks a file; `false` if another program has locked it. A file system without locks, as some mounts of Lustre, cannot keep two programs
 /// apart; there the file counts as locked.

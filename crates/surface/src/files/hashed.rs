@@ -8,7 +8,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::atomic_file::{self, open_regular, write_atomic};
+use super::atomic_file::{self, open_regular, read_bytes, read_text, write_atomic};
+use super::inside::inside;
 use super::json;
 use asperity_grid::error::{Error, Result};
 
@@ -36,8 +37,11 @@ impl FileHash {
     }
 
     /// How the file in `folder` differs from this one; None if it is the same.
-    fn damage(&self, folder: &Path) -> Option<String> {
-        let path = folder.join(&self.name);
+    pub fn damage(&self, folder: &Path) -> Option<String> {
+        let path = match inside(folder, DONE_FILE, &self.name) {
+            Ok(path) => path,
+            Err(e) => return Some(e.to_string()),
+        };
         let what = match std::fs::metadata(&path) {
             Err(e) if e.kind() == ErrorKind::NotFound => "is missing".to_string(),
             Err(e) => format!("cannot be read ({e})"),
@@ -110,10 +114,40 @@ pub fn write<T: Serialize>(path: &Path, value: &T, files: &[FileHash]) -> Result
 
 /// Reads a file that [`write()`] wrote, and checks its own hash; with `verify` also the files that it lists.
 pub fn read<T: DeserializeOwned>(path: &Path, verify: bool) -> Stored<T> {
+    let (object, files) = match read_object(path) {
+        Stored::Valid(found) => found,
+        Stored::Absent => return Stored::Absent,
+        Stored::Damaged(what) => return Stored::Damaged(what),
+    };
+    if verify {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        if let Some(description) = files.iter().find_map(|f| f.damage(folder)) {
+            return Stored::Damaged(description);
+        }
+    }
+    match serde_json::from_value(Value::Object(object)) {
+        Ok(value) => Stored::Valid(value),
+        Err(_) => Stored::Absent,
+    }
+}
+
+/// The files that a file of [`write()`] lists.
+pub fn listed(path: &Path) -> Stored<Vec<FileHash>> {
+    match read_object(path) {
+        Stored::Valid((_, files)) => Stored::Valid(files),
+        Stored::Absent => Stored::Absent,
+        Stored::Damaged(what) => Stored::Damaged(what),
+    }
+}
+
+/// The object without its own hash, which is checked, and the files that it lists.
+fn read_object(path: &Path) -> Stored<(Map<String, Value>, Vec<FileHash>)> {
     let damaged = |description: &str| Stored::Damaged(format!("{} {description}", path.display()));
-    let bytes = match std::fs::read(path) {
+    let bytes = match read_bytes(path) {
         Ok(bytes) => bytes,
-        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Stored::Absent,
+        Err(Error::Io { source: e, .. }) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Stored::Absent;
+        }
         Err(e) => return damaged(&format!("cannot be read ({e})")),
     };
     let Ok(mut object) = serde_json::from_slice::<Map<String, Value>>(&bytes) else {
@@ -123,17 +157,8 @@ pub fn read<T: DeserializeOwned>(path: &Path, verify: bool) -> Stored<T> {
     if own != Value::String(hash_of(&object)) {
         return damaged("changed since it was written");
     }
-    let files = object.remove(FILES).and_then(|f| serde_json::from_value::<Vec<FileHash>>(f).ok());
-    if verify {
-        let folder = path.parent().unwrap_or(Path::new("."));
-        if let Some(description) = files.iter().flatten().find_map(|f| f.damage(folder)) {
-            return Stored::Damaged(description);
-        }
-    }
-    match serde_json::from_value(Value::Object(object)) {
-        Ok(value) => Stored::Valid(value),
-        Err(_) => Stored::Absent,
-    }
+    let files = object.remove(FILES).and_then(|f| serde_json::from_value(f).ok()).unwrap_or_default();
+    Stored::Valid((object, files))
 }
 
 /// List of the files of a run folder outside its stages, as `b3sum --check` reads it.
@@ -150,11 +175,14 @@ pub fn write_checksums(folder: &Path, names: &[&str]) -> Result<()> {
 
 /// Those of `names` that differ from [`CHECKSUMS`]. Files that it does not list are not judged.
 pub fn changed<'a>(folder: &Path, names: &[&'a str]) -> Vec<&'a str> {
-    let text = std::fs::read_to_string(folder.join(CHECKSUMS)).unwrap_or_default();
-    let listed = |name: &str| text.lines().filter_map(|l| l.split_once("  ")).find(|(_, n)| *n == name).map(|l| l.0);
-    let differs =
-        |name: &str| listed(name).is_some_and(|hash| file_hash(&folder.join(name)).ok().as_deref() != Some(hash));
-    names.iter().copied().filter(|name| differs(name)).collect()
+    names.iter().copied().filter(|name| as_listed(folder, name) == Some(false)).collect()
+}
+
+/// Whether a file is as [`CHECKSUMS`] lists it; `None` if it does not.
+pub fn as_listed(folder: &Path, name: &str) -> Option<bool> {
+    let text = read_text(&folder.join(CHECKSUMS)).ok()?;
+    let hash = text.lines().filter_map(|l| l.split_once("  ")).find(|(_, n)| *n == name)?.0;
+    Some(file_hash(&folder.join(name)).ok().as_deref() == Some(hash))
 }
 
 /// BLAKE3 hash of a file, hexadecimal.

@@ -1,4 +1,4 @@
-//! Files: atomic writing, JSON, arrays of numpy, NetCDF-4, CSV, hashes, locks, and the user's cache.
+//! Files: atomic writing, JSON, arrays of numpy, NetCDF-4, CSV, hashes, locks, folders of others, and the user's cache.
 //!
 //! All files are written atomically ([`atomic_file`]): a reader finds the old file or the complete new one.
 
@@ -6,6 +6,7 @@ pub mod atomic_file;
 pub mod csv;
 pub mod file_lock;
 pub mod hashed;
+pub mod inside;
 pub mod json;
 pub mod netcdf;
 pub mod npy;

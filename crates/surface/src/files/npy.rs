@@ -374,6 +374,40 @@ pub fn read(path: &Path) -> Result<NpyMap<f64>> {
     NpyReader::open(path)?.numbers()
 }
 
+/// Opens a map of this shape.
+fn open_on(path: &Path, [nx, ny]: [usize; 2]) -> Result<NpyReader> {
+    let reader = NpyReader::open(path)?;
+    if (reader.nx, reader.ny) != (nx, ny) {
+        let found = format!("{} x {} values", reader.nx, reader.ny);
+        return Err(Error::format(path, found, format!("{nx} x {ny}, as its grid has")));
+    }
+    Ok(reader)
+}
+
+/// The values of a map of flags with this shape.
+///
+/// # Errors
+/// `Format` for another shape, and for entries that are no flags.
+pub fn read_flags_on(path: &Path, shape: [usize; 2]) -> Result<Vec<u8>> {
+    open_on(path, shape).and_then(|_| read_flags(path)).map(|map| map.values)
+}
+
+/// As [`read`], of a map with this shape and finite values.
+///
+/// # Errors
+/// `Format` for another shape, and for a value that is not finite, with its place.
+pub fn read_on(path: &Path, [nx, ny]: [usize; 2]) -> Result<NpyMap<f64>> {
+    let map = open_on(path, [nx, ny])?.numbers()?;
+    match map.values.iter().position(|v| !v.is_finite()) {
+        None => Ok(map),
+        Some(i) => {
+            let (row, column) = (i / nx + 1, i % nx + 1);
+            let found = format!("{} in row {row}, column {column} (counted from 1)", map.values[i]);
+            Err(Error::format(path, found, "finite numbers"))
+        }
+    }
+}
+
 /// Returns an error if reading needs more than the available memory.
 pub(crate) fn fits(path: &Path, required: u64) -> Result<()> {
     expect_memory(format!("reading {}", path.display()), required, "a coarser map needs less")
