@@ -103,9 +103,9 @@ impl SurfaceFile {
     }
 
     /// Sets the extents. A unit is not needed where heights and extents have the same.
-    fn extents(&self, lab: &mut LaboratoryScene, heights_m: Option<f64>, list: &mut Vec<Complaint>) {
-        let declared = self.declared().extent.as_ref();
-        let own_unit = declared.and_then(|e| e.unit.as_deref());
+    fn extents(&mut self, lab: &mut LaboratoryScene, heights_m: Option<f64>, list: &mut Vec<Complaint>) {
+        let declared = self.declared().extent.clone();
+        let own_unit = declared.as_ref().and_then(|e| e.unit.as_deref());
         let scale = match (own_unit, lab.metres(heights_m)) {
             (Some(unit), Some(metres)) => metres_per(unit).map(|m| m / metres),
             // Lines of x y h in consistent units.
@@ -120,7 +120,19 @@ impl SurfaceFile {
                 None
             }
         };
-        let declared = declared.zip(scale).map(|(e, scale)| [e.x * scale, e.y * scale].map(|e| lab.of_number(e)));
+        let numbers = declared.as_ref().zip(scale).map(|(e, scale)| [e.x * scale, e.y * scale]);
+        let factor = numbers
+            .filter(|_| own_unit.is_none())
+            .zip(lab.length)
+            .and_then(|([x, _], given)| other_unit(given.over(lab.of_number(x))));
+        if let Some((given, [x, _])) = lab.length.zip(numbers).filter(|_| factor.is_some()) {
+            let own = rounded(lab.of_number(x));
+            let text = format!(
+                "the extents of the file have no unit: along x they are {given}, as laboratory.length has it, not {own}"
+            );
+            self.imported.warnings.push(text);
+        }
+        let declared = numbers.map(|both| both.map(|number| lab.of_number(number * factor.unwrap_or(1.0))));
         let Some([x, y]) = declared else {
             if lab.length.is_none() {
                 let (path, more) = (self.path.display(), self.not_understood());
@@ -269,6 +281,12 @@ impl SurfaceFile {
             version: env!("CARGO_PKG_VERSION").into(),
         })
     }
+}
+
+/// The ratio of two units of length that a ratio of extents is: a power of ten.
+fn other_unit(ratio: f64) -> Option<f64> {
+    let power = 10f64.powi(ratio.log10().round() as i32);
+    (ratio > 0.0 && power != 1.0 && !differs(ratio, power, EXTENT_TOLERANCE)).then_some(power)
 }
 
 fn differs(value: f64, declared: f64, tolerance: f64) -> bool {

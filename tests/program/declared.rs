@@ -220,15 +220,34 @@ fn unknown_units_of_coordinates_are_reported() {
     let unit = b"unit\0\0\0\x02\0\0\0\x02um";
     let places: Vec<usize> = (0..bytes.len() - unit.len()).filter(|i| bytes[*i..].starts_with(unit)).collect();
     assert!(places.len() > 2, "units of x, y and heights");
-    places.iter().for_each(|i| bytes[i + unit.len() - 2..][..2].copy_from_slice(b"pV"));
+    places.iter().for_each(|i| bytes[i + unit.len() - 2..][..2].copy_from_slice(b"qq"));
     std::fs::write(&path, &bytes).expect("written");
     let found = read(&path).expect("read");
     assert_eq!((&found.declared.extent, found.declared.unit_m()), (&None, None));
     assert!(
-        found.warnings.iter().any(|w| w.contains("extents in \"pV\"") && w.contains("--length")),
+        found.warnings.iter().any(|w| w.contains("extents in \"qq\"") && w.contains("--length")),
         "{:?}",
         found.warnings
     );
+}
+
+/// Coordinates without a unit are in that with which the given extent is theirs; any other extent is refused.
+#[test]
+fn coordinates_may_have_another_unit_than_heights() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("points.txt");
+    let point = |i: u32| format!("{} {} {}\n", 0.5 * f64::from(i % 24), 0.5 * f64::from(i / 24), i * i % 97);
+    std::fs::write(&path, (0..480).map(point).collect::<String>()).expect("written");
+    let surface = |length: &str| {
+        let command = ["--touching", "high-points", "--unit", "nm", "--length", length];
+        asperity().arg("surface").arg(&path).args(command).output().expect("started")
+    };
+    let output = surface("12um");
+    let (said, warned) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("24 x 20 points on 12 x 10 µm"), "{said}{warned}");
+    assert!(warned.contains("have no unit: along x they are 12 um, as --length has it"), "{warned}");
+    let refused = surface("13um");
+    assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("accepted: 0.012 um"));
 }
 
 /// Files that claim far more numbers than they have bytes for are refused before memory is allocated.

@@ -91,7 +91,7 @@ fn matlab_files_are_read_or_refused() {
     let extent = read("matlab.mat").expect("read").declared.extent.expect("coordinates");
     assert_eq!((extent.x, extent.y), (12.0, 8.0));
     let two = read("matlab-two.mat").expect_err("two matrices").to_string();
-    assert!(two.contains("2 two-dimensional arrays (a, b)") && two.contains("--dataset"), "{two}");
+    assert!(two.contains("2 two-dimensional arrays (a of ") && two.contains("--dataset"), "{two}");
     let cut = read("truncated.mat").expect_err("cut").to_string();
     assert!(cut.contains("bytes, damaged: its header states"), "{cut}");
 }
@@ -253,10 +253,10 @@ fn heights_that_were_not_measured_are_missing() {
 fn what_is_damaged_or_ambiguous_is_refused() {
     let series: &[&str] = &["--fourier", "series", "--grid", "8"];
     for (name, flags, pieces) in [
-        ("several.h5", &[][..], &["2 two-dimensional arrays (first, second)", "--dataset"][..]),
-        ("several.h5", &["--dataset", "third"], &["named \"third\"", "accepted: first, second"]),
-        ("several.npz", &[], &["2 two-dimensional arrays (a, b)", "--dataset"]),
-        ("cube.h5", &[], &["no two-dimensional array of numbers"]),
+        ("several.h5", &[][..], &["2 two-dimensional arrays (first of ", "--dataset"][..]),
+        ("several.h5", &["--dataset", "third"], &["named \"third\"", "accepted: first of ", ", second of "]),
+        ("several.npz", &[], &["2 two-dimensional arrays (a of ", "--dataset"]),
+        ("cube.h5", &[], &["2 two-dimensional arrays (surface[0] of 3 x 4, surface[1] of 3 x 4)", "--dataset"]),
         ("complex.h5", &[], &["no two-dimensional array of numbers"]),
         ("line.npz", &[], &["no two-dimensional array of numbers"]),
         ("lzf.h5", &[], &["filter"]),

@@ -163,8 +163,8 @@ fn inverted_surfaces_are_inverted() {
     }
 }
 
-/// The archive with one file changed.
-fn repacked(archive: &[u8], name: &str, mut change: impl FnMut(Vec<u8>) -> Vec<u8>) -> Vec<u8> {
+/// The archive with its files changed, by name and content.
+fn rebuilt(archive: &[u8], mut change: impl FnMut(String, Vec<u8>) -> Option<(String, Vec<u8>)>) -> Vec<u8> {
     let mut source = ZipArchive::new(std::io::Cursor::new(archive)).expect("an archive");
     let mut target = ZipWriter::new(std::io::Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
@@ -173,13 +173,57 @@ fn repacked(archive: &[u8], name: &str, mut change: impl FnMut(Vec<u8>) -> Vec<u
         let own = entry.name().expect("a name").into_owned();
         let mut content = Vec::new();
         std::io::Read::read_to_end(&mut entry, &mut content).expect("read");
-        if own == name {
-            content = change(content);
+        if let Some((name, content)) = change(own, content) {
+            target.start_file(name, options).expect("started");
+            target.write_all(&content).expect("written");
         }
-        target.start_file(own, options).expect("started");
-        target.write_all(&content).expect("written");
     }
     target.finish().expect("finished").into_inner()
+}
+
+/// The archive with one file changed.
+fn repacked(archive: &[u8], name: &str, mut change: impl FnMut(Vec<u8>) -> Vec<u8>) -> Vec<u8> {
+    rebuilt(archive, |own, content| {
+        let content = if own == name { change(content) } else { content };
+        Some((own, content))
+    })
+}
+
+/// Programs put the files of x3p into a folder of the archive, and write infinities for points that were not measured.
+#[test]
+fn folders_and_infinities_of_x3p_are_read() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("map");
+    let heights = |file: Vec<u8>| {
+        std::fs::write(&path, file).expect("written");
+        map(&import::read(&path, ImportOptions::default()).expect("read")).clone()
+    };
+    let original = bytes("float32.x3p");
+    let exact = heights(original.clone());
+    let packed = rebuilt(&original, |name, content| Some((format!("a folder/{name}"), content)));
+    let same = |a: &f64, b: &f64| a == b || a.is_nan() && b.is_nan();
+    assert!(heights(packed).heights.iter().zip(&exact.heights).all(|(a, b)| same(a, b)));
+    let lost = rebuilt(&original, |name, mut content| {
+        if name.ends_with(".bin") {
+            content[..8].copy_from_slice(&[f32::INFINITY.to_le_bytes(), f32::NEG_INFINITY.to_le_bytes()].concat());
+        }
+        let text = || String::from_utf8(content.clone()).expect("UTF-8").replace("MD5ChecksumPointData", "Other");
+        let content = if name == "main.xml" { text().into_bytes() } else { content };
+        (name != "md5checksum.hex").then_some((name, content))
+    });
+    let holes = heights(lost);
+    assert!(holes.heights[..2].iter().all(|h| h.is_nan()));
+    assert!(holes.heights[2..].iter().zip(&exact.heights[2..]).all(|(a, b)| same(a, b)));
+}
+
+/// A channel without a unit is read where no other has a unit of length; its unit is given.
+#[test]
+fn gwyddion_channels_without_a_unit_are_read() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("map.gwy");
+    std::fs::write(&path, replaced("one.gwy", "si_unit_z", "si_unit_x")).expect("written");
+    let found = import::read(&path, ImportOptions::default()).expect("read");
+    assert_eq!((map(&found).nx, found.declared.unit.as_deref()), (24, None));
 }
 
 /// float32.x3p with other words in main.xml.
@@ -298,7 +342,6 @@ fn bad_files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
             },
             "a mask of 24 x 18 points",
         ),
-        ("unit.gwy", replaced("one.gwy", "si_unit_z", "si_unit_x"), "no channel with a unit of length"),
         (
             "several.gwy",
             bytes("several.gwy"),

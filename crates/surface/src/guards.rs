@@ -159,16 +159,18 @@ fn oblong_warning(grid: Grid) -> Option<String> {
     })
 }
 
-/// Two or three columns (or rows), the first of which increases: a table of positions and heights.
+/// Two or three columns (or rows), the first of which increases, or decreases where high points touch first: a table of positions and
+/// heights.
 fn table_warning(grid: Grid, heights: &[f64]) -> Option<String> {
-    let increases = |positions: &mut dyn Iterator<Item = f64>| positions.is_sorted_by(|a, b| a < b);
+    let goes_on = |positions: &[f64]| positions.is_sorted_by(|a, b| a < b) || positions.is_sorted_by(|a, b| a > b);
     let table = |columns: usize, rows: usize| (2..=TABLE_COLUMNS).contains(&columns) && rows >= TABLE_ROWS;
-    let by_columns = table(grid.nx, grid.ny) && increases(&mut heights.iter().step_by(grid.nx).copied());
-    let by_rows = table(grid.ny, grid.nx) && increases(&mut heights[..grid.nx].iter().copied());
+    let column = || -> Vec<f64> { heights.iter().step_by(grid.nx).copied().collect() };
+    let by_columns = table(grid.nx, grid.ny) && goes_on(&column());
+    let by_rows = table(grid.ny, grid.nx) && goes_on(&heights[..grid.nx]);
     let (count, damage) = if by_columns { (grid.nx, "columns") } else { (grid.ny, "rows") };
     (by_columns || by_rows).then(|| {
         format!(
-            "a map of {count} {damage}, the first of which increases throughout, is probably a profile of positions and heights: it is read \
+            "a map of {count} {damage}, the first of which increases or decreases throughout, is probably a profile of positions and heights: it is read \
              as a map of heights [ny, nx], so give a map without positions (for a profile its heights in 16 equal {damage})"
         )
     })
@@ -326,7 +328,9 @@ mod tests {
         let by_columns = quality_warnings(Grid::unit(2, 100), &profile);
         let turned: Vec<f64> = (0..200).map(|k| profile[k % 100 * 2 + k / 100]).collect();
         let by_rows = quality_warnings(Grid::unit(100, 2), &turned);
-        for (actual, damage) in [(by_columns, "2 columns"), (by_rows, "2 rows")] {
+        let high: Vec<f64> = profile.iter().map(|h| 50.0 - h).collect();
+        let by_high_columns = quality_warnings(Grid::unit(2, 100), &high);
+        for (actual, damage) in [(by_columns, "2 columns"), (by_high_columns, "2 columns"), (by_rows, "2 rows")] {
             assert!(matches!(&actual[..], [one] if one.contains(damage) && one.contains("profile")), "{actual:?}");
         }
         let grid = Grid::unit(64, 64);

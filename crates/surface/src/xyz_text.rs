@@ -22,17 +22,33 @@ struct GridPositions {
 }
 
 impl Points {
-    /// From lines of `width` numbers; `columns`: those of x, y and the height.
+    /// From lines of `width` numbers; `columns`: those of x, y and the height. Lines without any of them are left out.
     pub(crate) fn of(values: &[f64], width: usize, columns: [usize; 3]) -> Self {
-        let [x, y, heights] = columns.map(|k| values.iter().skip(k).step_by(width).copied().collect());
-        Points { x, y, heights }
+        let lines = || values.chunks_exact(width).map(|line| columns.map(|k| line[k]));
+        Self::of_lines(lines().filter(|line| !line.iter().all(|v| v.is_nan())))
+    }
+
+    fn of_lines(lines: impl Iterator<Item = [f64; 3]>) -> Self {
+        let mut points = Points { x: Vec::new(), y: Vec::new(), heights: Vec::new() };
+        for [x, y, height] in lines {
+            points.x.push(x);
+            points.y.push(y);
+            points.heights.push(height);
+        }
+        points
     }
 
     /// A height map from three columns without names or blank lines. Returns an error if the first two are inconsistent coordinates, and
     /// `None` if they are heights.
     pub(crate) fn list(&self, path: &Path) -> Option<Result<(HeightMap, [f64; 2])>> {
-        if self.x.len() < 4 || self.x.iter().chain(&self.y).any(|v| !v.is_finite()) {
+        if self.x.len() < 4 {
             return None;
+        }
+        if self.x.iter().chain(&self.y).any(|v| !v.is_finite()) {
+            // Coordinates with gaps are refused where they are.
+            let lines = (0..self.x.len()).map(|k| [self.x[k], self.y[k], self.heights[k]]);
+            let whole = Self::of_lines(lines.filter(|[x, y, _]| x.is_finite() && y.is_finite()));
+            return whole.list(path).map(|_| self.grid(path));
         }
         let columns = [levels(&self.x), levels(&self.y)];
         let stays = (0..2).find(|&k| columns[k].0[0] == columns[k].0[1]);

@@ -309,9 +309,14 @@ impl<R: Read> NpyReader<R> {
             let accepted = "real numbers: floating-point or integer, 64 bits at most; convert with .astype(float)";
             Error::format(path, format!("entries of type {name}"), accepted)
         })?;
-        let (ny, nx) = match header.shape[..] {
+        // Dimensions of length 1 hold nothing.
+        let shape: Vec<usize> = header.shape.iter().copied().filter(|n| header.shape.len() == 2 || *n != 1).collect();
+        let (ny, nx) = match shape[..] {
             [ny, nx] if ny > 0 && nx > 0 && ny.checked_mul(nx).is_some_and(|n| n <= MOST_ENTRIES) => (ny, nx),
-            _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
+            _ => {
+                let accepted = "two dimensions, [ny, nx]: numpy.save('map.npy', array[0]) writes a plane of three";
+                return Err(Error::format(path, format!("shape {:?}", header.shape), accepted));
+            }
         };
         // Checked before allocation: a damaged header must not request more memory than the file has data.
         let (available, want) = (length.saturating_sub(start), (nx * ny * dtype.bytes) as u64);

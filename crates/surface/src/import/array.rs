@@ -8,29 +8,78 @@ use std::path::Path;
 /// Names preferred for heights in a file with several arrays.
 const USUAL: [&str; 3] = ["heights", "surface", "topography"];
 
-/// Selects an array: the one requested by name, the only one, or the only one with a usual name. `names`:
-/// two-dimensional numeric arrays.
-pub(super) fn choose<'a>(path: &Path, names: &'a [String], options: ImportOptions) -> Result<&'a str> {
-    let list = list(names);
+/// A map in a file: an array in two dimensions, or a part of one in three.
+#[derive(Debug)]
+pub(super) struct Plane {
+    /// Name of the array; with `[k]` where it has several planes.
+    pub(super) name: String,
+    pub(super) array: String,
+    /// Which of the planes along the first dimension.
+    pub(super) index: usize,
+    pub(super) shape: [usize; 2],
+}
+
+impl Plane {
+    /// The maps of an array: of one in more than two dimensions without those of length 1.
+    pub(super) fn of(array: &str, shape: &[u64]) -> Vec<Plane> {
+        /// Planes of one array that are named.
+        const MOST: u64 = 1 << 12;
+        let dimensions = map_dimensions(shape);
+        let (count, [ny, nx]) = match dimensions[..] {
+            [y, x] if shape[y] > 0 && shape[x] > 0 => (1, [shape[y], shape[x]]),
+            [n, y, x] if shape[n] <= MOST => (shape[n], [shape[y], shape[x]]),
+            _ => return Vec::new(),
+        };
+        let name = |k| if count == 1 { array.to_string() } else { format!("{array}[{k}]") };
+        let plane = |k: u64| Plane {
+            name: name(k),
+            array: array.to_string(),
+            index: k as usize,
+            shape: [ny as usize, nx as usize],
+        };
+        (0..count).map(plane).collect()
+    }
+
+    /// Its part of the values of the array.
+    pub(super) fn cut<T: Clone>(&self, values: &[T]) -> Vec<T> {
+        let points = self.shape[0] * self.shape[1];
+        values.get(self.index * points..(self.index + 1) * points).unwrap_or_default().to_vec()
+    }
+}
+
+/// The dimensions that make up a map, or several.
+pub(super) fn map_dimensions(shape: &[u64]) -> Vec<usize> {
+    (0..shape.len()).filter(|k| shape.len() == 2 || shape[*k] != 1).collect()
+}
+
+/// Selects a map: the one requested by name, the only one, or the only one with a usual name.
+pub(super) fn choose<'a>(path: &Path, planes: &'a [Plane], options: ImportOptions) -> Result<&'a Plane> {
+    let words = |p: &Plane| format!("{} of {} x {}", p.name, p.shape[0], p.shape[1]);
+    let list = list(&planes.iter().map(words).collect::<Vec<_>>());
     let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
     if let Some(requested) = options.dataset {
-        let found = names.iter().find(|n| n.trim_start_matches('/') == requested.trim_start_matches('/'));
-        return found.map(String::as_str).ok_or_else(|| {
+        let found = planes.iter().find(|p| p.name.trim_start_matches('/') == requested.trim_start_matches('/'));
+        return found.ok_or_else(|| {
             let accepted =
-                if names.is_empty() { "a file with a two-dimensional array of numbers".into() } else { list };
+                if planes.is_empty() { "a file with a two-dimensional array of numbers".into() } else { list };
             Error::format(path, format!("no two-dimensional array of numbers named {}", quoted(requested)), accepted)
         });
     }
-    let usual: Vec<&String> = names.iter().filter(|n| USUAL.contains(&last(n).as_str())).collect();
-    match (names, &usual[..]) {
+    let usual: Vec<&Plane> = planes.iter().filter(|p| USUAL.contains(&last(&p.name).as_str())).collect();
+    match (planes, &usual[..]) {
         ([], _) => Err(Error::format(path, "no two-dimensional array of numbers", "a file with one")),
         ([only], _) => Ok(only),
         (_, [only]) => Ok(only),
         _ => {
-            let found = format!("{} two-dimensional arrays ({list})", names.len());
+            let found = format!("{} two-dimensional arrays ({list})", planes.len());
             Err(Error::format(path, found, "the name of one of them as --dataset (surface.dataset)"))
         }
     }
+}
+
+/// Names for a message and the provenance.
+pub(super) fn names(planes: &[Plane]) -> Vec<String> {
+    planes.iter().map(|p| p.name.clone()).collect()
 }
 
 /// Index order of a stored array.

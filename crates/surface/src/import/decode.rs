@@ -36,6 +36,8 @@ pub(super) struct TextLines {
     source: Box<dyn BufRead>,
     path: std::path::PathBuf,
     bytes: Vec<u8>,
+    /// Where the next line begins in `bytes`: old programs end lines with a carriage return alone.
+    start: usize,
     /// Number of the line that was read last, from 1.
     pub(super) number: usize,
     /// Whether that line ends in a line break.
@@ -58,23 +60,28 @@ impl TextLines {
             }
             Box::new(source)
         };
-        Ok(TextLines { source, path: path.to_path_buf(), bytes: Vec::new(), number: 0, ended: true })
+        Ok(TextLines { source, path: path.to_path_buf(), bytes: Vec::new(), start: 0, number: 0, ended: true })
     }
 
     /// Replaces `line` by the next line, without its line break; `false` at the end of the file. A line that is not UTF-8 is Latin-1,
     /// in which instruments write `µ`.
     pub(super) fn next(&mut self, line: &mut String) -> Result<bool> {
         line.clear();
-        self.bytes.clear();
-        if self.source.read_until(b'\n', &mut self.bytes).map_err(Error::io("read", &self.path))? == 0 {
-            return Ok(false);
+        if self.start == self.bytes.len() {
+            self.bytes.clear();
+            self.start = 0;
+            if self.source.read_until(b'\n', &mut self.bytes).map_err(Error::io("read", &self.path))? == 0 {
+                return Ok(false);
+            }
         }
         self.number += 1;
-        self.ended = self.bytes.last() == Some(&b'\n');
-        let mut bytes = &self.bytes[..];
-        while let [rest @ .., b'\n' | b'\r'] = bytes {
-            bytes = rest;
-        }
+        let rest = &self.bytes[self.start..];
+        let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(rest.len());
+        let (bytes, after) = rest.split_at(end);
+        let returns = after.iter().take_while(|b| **b == b'\r').count();
+        let breaks = if after.get(returns) == Some(&b'\n') { returns + 1 } else { returns.min(1) };
+        self.ended = breaks > 0;
+        self.start += end + breaks;
         match std::str::from_utf8(bytes) {
             Ok(text) => line.push_str(text),
             Err(_) => line.extend(bytes.iter().map(|b| char::from(*b))),
@@ -111,6 +118,7 @@ mod tests {
         for bytes in [text.as_bytes().to_vec(), [BOM, text.as_bytes()].concat(), latin, utf16(true), utf16(false)] {
             assert_eq!(lines(&bytes).unwrap(), ["# unit: µm", "1 2", "3"]);
         }
+        assert_eq!(lines(b"1 2\r3 4\r\r\n5\n\n6\r").unwrap(), ["1 2", "3 4", "5", "", "6"]);
         let cut = &utf16(true)[..9];
         assert!(lines(cut).unwrap_err().to_string().contains("damaged UTF-16"));
     }

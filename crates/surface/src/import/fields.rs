@@ -1,5 +1,7 @@
 //! Numbers on a line of text: what separates them, decimal commas, and signs of missing heights.
 
+use super::halves::CommaHalves;
+use super::marks::{infinity, is_missing};
 use super::source::quoted;
 use asperity_grid::error::{Error, Result};
 use std::path::Path;
@@ -19,34 +21,48 @@ fn has_numbers_apart(field: &str) -> bool {
 }
 
 /// Splits a line into its fields. Semicolons separate before commas, commas before tabs and blanks, unless the commas are inside of what
-/// blanks separate on both sides (`1,5 2,5`): then they are decimal commas. A last separator without a field is ignored.
+/// blanks separate on both sides (`1,5 2,5`): then they are decimal commas. Between quotation marks nothing separates. A last separator
+/// without a field is ignored.
 pub(super) fn split(line: &str) -> (Vec<&str>, Separator) {
     let line = line.trim_matches(|c: char| c.is_whitespace() && c != '\t');
-    if line.contains(';') {
-        return (closed(line.split(';')), Separator::Semicolon);
-    }
-    if line.contains(',') {
-        let tokens: Vec<&str> = line.split_whitespace().collect();
-        let inside = tokens.iter().any(|w| w.trim_matches(',').contains(','));
-        let blank_between = tokens.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(','));
-        let begins = |w: &&str| w.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) || is_missing(w);
-        if !(inside && blank_between && tokens.iter().all(begins)) {
-            let fields = closed(line.split(','));
-            if fields.iter().any(|f| has_numbers_apart(f)) {
-                return (line.split([',', ' ', '\t']).filter(|w| !w.is_empty()).collect(), Separator::Comma);
-            }
-            return (fields, Separator::Comma);
+    for (separator, kind) in [(';', Separator::Semicolon), (',', Separator::Comma), ('\t', Separator::Tab)] {
+        let fields = unquoted(line, separator);
+        if fields.len() == 1 || kind == Separator::Comma && are_decimal(line) {
+            continue;
         }
-    }
-    if line.contains('\t') && !line.split('\t').any(has_numbers_apart) {
-        return (closed(line.split('\t')), Separator::Tab);
+        if kind != Separator::Semicolon && fields.iter().any(|f| has_numbers_apart(f)) {
+            if kind == Separator::Tab {
+                break;
+            }
+            return (line.split([',', ' ', '\t']).filter(|w| !w.is_empty()).collect(), kind);
+        }
+        return (closed(fields), kind);
     }
     (line.split_whitespace().collect(), Separator::Blank)
 }
 
+/// Whether commas are inside of what blanks separate on both sides.
+fn are_decimal(line: &str) -> bool {
+    let tokens: Vec<&str> = line.split_whitespace().collect();
+    let inside = tokens.iter().any(|w| w.trim_matches(',').contains(','));
+    let blank_between = tokens.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(','));
+    let begins = |w: &&str| w.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) || is_missing(w);
+    inside && blank_between && tokens.iter().all(begins)
+}
+
+/// The parts of a line between separators that are outside of quotation marks.
+fn unquoted(line: &str, separator: char) -> Vec<&str> {
+    let mut quoted = false;
+    let outside = |c: char| {
+        quoted ^= c == '"';
+        c == separator && !quoted
+    };
+    line.split(outside).collect()
+}
+
 /// Fields without blanks and quotation marks around them, and without an empty last one.
-fn closed<'a>(fields: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut fields: Vec<&str> = fields.map(|f| f.trim().trim_matches('"').trim()).collect();
+fn closed(fields: Vec<&str>) -> Vec<&str> {
+    let mut fields: Vec<&str> = fields.into_iter().map(|f| f.trim().trim_matches('"').trim()).collect();
     fields.pop_if(|last| last.is_empty());
     fields
 }
@@ -59,17 +75,18 @@ pub(super) struct Notation {
     comma: Option<(String, usize)>,
     /// Whether a comma cannot separate thousands.
     decimal: bool,
+    /// Of whole rows, and of rows without their first field, which may be a label.
+    halves: [CommaHalves; 2],
 }
 
 impl Notation {
     /// The number of a field; NaN for a missing height; `None` if it is neither.
-    pub(super) fn number(&mut self, field: &str, separator: Separator, line: usize) -> Option<f64> {
+    pub(super) fn number(&mut self, field: &str, line: usize) -> Option<f64> {
         if let Ok(value) = field.parse() {
             self.points |= field.contains('.');
             return Some(value);
         }
-        if separator != Separator::Comma
-            && let Some((whole, fraction)) = field.split_once(',')
+        if let Some((whole, fraction)) = field.split_once(',')
             && !fraction.contains([',', '.', '+'])
             && !whole.contains('.')
             && let Ok(value) = format!("{whole}.{fraction}").parse()
@@ -87,31 +104,34 @@ impl Notation {
             self.points = true;
             return format!("{mantissa}e{exponent}").parse().ok();
         }
-        is_missing(field).then_some(f64::NAN)
+        // The typographic minus sign.
+        if field.contains('\u{2212}') {
+            return self.number(&field.replace('\u{2212}', "-"), line);
+        }
+        infinity(field).or(is_missing(field).then_some(f64::NAN))
     }
 
+    /// Takes in a whole row.
+    pub(super) fn row(&mut self, fields: &[&str], separator: Separator, line: usize) {
+        if separator == Separator::Comma {
+            self.halves.iter_mut().enumerate().for_each(|(k, halves)| halves.row(&fields[k.min(fields.len())..], line));
+        }
+    }
+
+    /// A warning where commas may be decimal.
+    ///
     /// # Errors
-    /// Decimal points and decimal commas in one file; commas that may separate thousands.
-    pub(super) fn check(&self, path: &Path) -> Result<()> {
-        let Some((word, line)) = &self.comma else { return Ok(()) };
+    /// Decimal points and decimal commas in one file; commas that may separate thousands, or may be decimal between separating ones.
+    pub(super) fn check(&self, path: &Path) -> Result<Option<String>> {
+        let halves = || Ok(self.halves[0].check(path)?.or(self.halves[1].check(path)?));
+        let Some((word, line)) = &self.comma else { return halves() };
         let separators = match (self.points, self.decimal) {
             (true, _) => format!("{} on line {line} and decimal points elsewhere", quoted(word)),
             (_, false) => format!("{} on line {line}, a decimal comma or a separator of thousands", quoted(word)),
-            _ => return Ok(()),
+            _ => return halves(),
         };
         let accepted = "numbers with decimal points (1.5), apart by blanks, tabs, commas or semicolons";
         Err(Error::format(path, separators, accepted))
-    }
-}
-
-/// Marks that instruments and spreadsheets write for a height that was not measured.
-fn is_missing(field: &str) -> bool {
-    let all = |c: char| field.chars().all(|f| f == c);
-    match field.to_ascii_lowercase().as_str() {
-        "bad" | "-nan" | "nan(ind)" | "-nan(ind)" | "1.#qnan" | "-1.#ind" | "1.#ind" | "na" | "n/a" | "null"
-        | "none" | "invalid" | "missing" | "void" => true,
-        // Also of an empty field.
-        _ => all('*') || all('-'),
     }
 }
 
@@ -122,8 +142,8 @@ mod tests {
     /// Numbers of one line; NaN is printed as such.
     fn numbers(line: &str) -> Option<Vec<String>> {
         let mut notation = Notation::default();
-        let (fields, separator) = split(line);
-        fields.iter().map(|f| Some(notation.number(f, separator, 1)?.to_string())).collect()
+        let (fields, _) = split(line);
+        fields.iter().map(|f| Some(notation.number(f, 1)?.to_string())).collect()
     }
 
     #[test]
@@ -145,6 +165,11 @@ mod tests {
             ("1.5D+02 2d0", "150 2"),
             ("1e3\t2\t", "1000 2"),
             ("1 2\t3 4", "1 2 3 4"),
+            ("1,5 NaN 2,5", "1.5 NaN 2.5"),
+            ("\"26,33\",\"-53,4\"", "26.33 -53.4"),
+            ("\u{2212}1.5 2 \u{2212}3", "-1.5 2 -3"),
+            ("1.#QNAN 2 1.#INF", "NaN 2 inf"),
+            ("1,2,#N/A", "1 2 NaN"),
         ] {
             assert_eq!(numbers(line).expect(line).join(" "), expected, "{line}");
         }
@@ -166,15 +191,15 @@ mod tests {
         let check = |lines: &[&str]| {
             let mut notation = Notation::default();
             for line in lines {
-                let (fields, separator) = split(line);
-                fields.iter().for_each(|f| assert!(notation.number(f, separator, 1).is_some()));
+                let (fields, _) = split(line);
+                fields.iter().for_each(|f| assert!(notation.number(f, 1).is_some()));
             }
             notation.check(Path::new("a.txt")).map_err(|e| e.to_string())
         };
         assert!(check(&["1,234;2,345"]).unwrap_err().contains("separator of thousands"));
         assert!(check(&["1,5;2.5"]).unwrap_err().contains("decimal points elsewhere"));
         for lines in [&["1,234;0,345"][..], &["1,234;2,34"], &["1.5;2"], &["1234,567 2"]] {
-            assert_eq!(check(lines), Ok(()), "{lines:?}");
+            assert_eq!(check(lines), Ok(None), "{lines:?}");
         }
     }
 }

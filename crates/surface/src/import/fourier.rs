@@ -1,3 +1,4 @@
+use super::comments::comment_apart;
 use super::decode::TextLines;
 use super::fields::split;
 use super::source::quoted;
@@ -44,13 +45,13 @@ fn wave(path: &Path, line: usize, [kx, ky, re, im]: [f64; 4]) -> Result<Wave> {
     Ok(Wave { kx: mode("qX", kx)?, ky: mode("qY", ky)?, re, im })
 }
 
-/// Fourier coefficients from lines of text, read one by one; `#` starts a comment.
+/// Fourier coefficients from lines of text, read one by one.
 pub(super) fn read_text(path: &Path) -> Result<Vec<Wave>> {
     let mut waves = Vec::new();
     let (mut lines, mut text) = (TextLines::open(path)?, String::new());
     while lines.next(&mut text)? {
         let number = lines.number;
-        let (fields, _) = split(text.split('#').next().unwrap_or(""));
+        let (fields, _) = split(comment_apart(&text).0);
         let mut columns = [0.0; 4];
         for (k, word) in fields.iter().enumerate() {
             let value = word.parse().map_err(|_| {

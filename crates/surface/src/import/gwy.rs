@@ -161,7 +161,7 @@ impl GwyChannel<'_> {
 }
 
 /// Reads a channel of a Gwyddion file (`.gwy`): the one that [`ImportOptions::dataset`] names by title or number, otherwise the
-/// only one whose values have a unit of length. Masked points count as not measured.
+/// only one whose values have a unit of length, or without such a one the only one without a unit. Masked points count as not measured.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let bytes = bytes::whole(path)?;
     let mut remainder = Bytes::of(path, &bytes);
@@ -171,7 +171,11 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         return Err(Error::format(path, format!("an object {name:?} at the start"), "a GwyContainer"));
     }
     let all = channels(path, body)?;
-    let heights: Vec<&GwyChannel> = all.iter().filter(|c| is_length(&c.field.unit_z)).collect();
+    let mut heights: Vec<&GwyChannel> = all.iter().filter(|c| is_length(&c.field.unit_z)).collect();
+    if heights.is_empty() {
+        // Their unit is given with the file.
+        heights = all.iter().filter(|c| c.field.unit_z.is_empty()).collect();
+    }
     let chosen = choose(path, &all, &heights, options.dataset)?;
     let field = &chosen.field;
     let mut values = field.numbers(path)?;
@@ -195,7 +199,7 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         false => None,
     };
     let declared = Declared {
-        unit: Some(field.unit_z.clone()),
+        unit: Some(field.unit_z.clone()).filter(|unit| !unit.is_empty()),
         extent,
         channel: Some(chosen.title.clone()),
         channels: heights.iter().map(|c| c.title.clone()).collect(),
@@ -257,7 +261,7 @@ fn choose<'a, 'b>(
             return Err(Error::format(path, found, format!("the number of one of them: {list}")));
         }
     };
-    if !is_length(&chosen.field.unit_z) {
+    if !is_length(&chosen.field.unit_z) && !chosen.field.unit_z.is_empty() {
         let found = format!("channel {} in {:?}", chosen.words(), chosen.field.unit_z);
         return Err(Error::format(path, found, format!("a channel with a unit of length: {list}")));
     }

@@ -1,4 +1,4 @@
-use super::array::{MASK, Order, check_mask, choose};
+use super::array::{MASK, Order, Plane, check_mask, choose, names};
 use super::attributes::{Array, Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::Described;
@@ -35,7 +35,7 @@ pub(super) fn starts(start: &[u8]) -> bool {
     start.starts_with(b"MATLAB 7.3 MAT") || [0, 512, 1024, 2048].into_iter().any(after)
 }
 
-/// Reads a two-dimensional data set of an HDF5, NetCDF-4 or MATLAB file: `[ny, nx]` unless its dimensions are named x and y. MATLAB
+/// Reads a two-dimensional data set, or a plane of one in three dimensions, of an HDF5, NetCDF-4 or MATLAB file: `[ny, nx]` unless its dimensions are named x and y. MATLAB
 /// stores matrices by columns, so a matrix with one row per y is an array `[nx, ny]`. `length`: bytes of the file.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let (_, length) = open_regular(path)?;
@@ -47,37 +47,36 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         return Err(Error::format(path, found, "a whole HDF5 file"));
     }
     // A requested data set is opened directly, without a search of all groups.
-    let direct = options.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
-    let names;
-    let (name, dataset) = match direct {
-        Some((name, dataset)) => {
-            names = vec![name.trim_start_matches('/').to_string()];
-            (names[0].as_str(), dataset)
-        }
-        None => {
-            names = collect(path, &file)?.into_iter().filter(|n| last(n) != MASK).collect();
-            let name = choose(path, &names, options)?;
-            (name, file.dataset(name).map_err(damaged)?)
-        }
+    let direct = options.dataset.and_then(|name| {
+        let dataset = file.dataset(name).ok().filter(map_like)?;
+        Some(Plane::of(name.trim_start_matches('/'), dataset.shape())).filter(|planes| planes.len() == 1)
+    });
+    let planes = match direct {
+        Some(planes) => planes,
+        None => collect(path, &file)?.into_iter().filter(|p| last(&p.array) != MASK).collect(),
     };
+    let plane = choose(path, &planes, options)?;
+    let (name, array, shape) = (&*plane.name, &*plane.array, plane.shape);
+    let dataset = file.dataset(array).map_err(damaged)?;
     let kind = stored(dataset.dtype()).expect("chosen among numbers");
-    let (shape, mut values) = numbers(path, length, name, &dataset, kind)?;
+    let mut values = numbers(path, length, plane, &dataset, kind)?;
     // Plain HDF5 has no named dimensions and no default fill values.
     let is_netcdf = dataset.attributes().iter().any(|a| a.name == "DIMENSION_LIST");
     let own = attributes(dataset.attributes());
     own.unpack(&Array { path, name, stored: kind }, &mut values, is_netcdf)?;
-    let folder = &name[..name.len() - last(name).len()];
+    let folder = &array[..array.len() - last(array).len()];
     if let Ok(mask) = file.dataset(&format!("{folder}{MASK}"))
         && let Some(kind) = flags(mask.dtype()).or_else(|| stored(mask.dtype()))
-        && mask.ndim() == 2
+        && let masks = Plane::of(MASK, mask.shape())
+        && let Some(of) = masks.get(plane.index).or(masks.first())
     {
-        let (mask_shape, flags) = numbers(path, length, MASK, &mask, kind)?;
-        check_mask(path, "data set mask", mask_shape, (name, shape))?;
+        check_mask(path, "data set mask", of.shape, (name, shape))?;
+        let flags = numbers(path, length, of, &mask, kind)?;
         values.iter_mut().zip(flags).filter(|(_, m)| *m != 0.0).for_each(|(v, _)| *v = f64::NAN);
     }
     let is_matlab = matlab_class(&dataset).is_some();
     let (order, axes) = if is_netcdf {
-        scales(path, &file, name, folder)?
+        scales(path, &file, array, folder)?
     } else if is_matlab {
         (Order::RowsOfY, ["x", "y"].map(|axis| sibling(&file, folder, axis)))
     } else {
@@ -90,8 +89,9 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         true => format!("MATLAB matrix {name}, one row per y"),
         false => format!("HDF5 data set {name} {}", order.words()),
     };
-    let array = Described { path, channel: name, channels: &names, shape, order, own: &own, shared: &shared, axes };
-    array.imported(values, layout)
+    let channels = &names(&planes)[..];
+    let described = Described { path, channel: name, channels, shape, order, own: &own, shared: &shared, axes };
+    described.imported(values, layout)
 }
 
 fn damaged(path: &Path, e: hdf5_reader::error::Error) -> Error {
@@ -102,17 +102,18 @@ fn last(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 
-/// Shape and stored numbers of a data set in two dimensions.
-fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, dtype: DType) -> Result<([usize; 2], Vec<f64>)> {
-    let damaged = |e| damaged(path, e);
-    let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
+/// Stored numbers of a plane of a data set.
+fn numbers(path: &Path, length: u64, plane: &Plane, dataset: &Dataset, dtype: DType) -> Result<Vec<f64>> {
+    let (damaged, name) = (|e| damaged(path, e), &plane.array);
     refuse_large_chunks(path, name, dataset, dtype)?;
     // Memory of the stored bytes and of the converted numbers.
     let count = dataset.num_elements().map_err(damaged)?;
     check_ratio(path, name, count.saturating_mul(dtype.bytes as u64), length)?;
     fits(path, count.saturating_mul(dtype.bytes as u64 + 8))?;
     let bytes = dataset.read_raw_bytes().map_err(damaged)?;
-    Ok((shape, bytes.chunks_exact(dtype.bytes).map(|b| dtype.value(b)).collect()))
+    let points = plane.shape[0] * plane.shape[1];
+    let stored = bytes.chunks_exact(dtype.bytes).skip(plane.index * points).take(points);
+    Ok(stored.map(|b| dtype.value(b)).collect())
 }
 
 /// Index order and coordinates of a data set with dimension scales, which NetCDF-4 and xarray write.
@@ -127,12 +128,12 @@ fn scales(path: &Path, hdf5: &Hdf5File, name: &str, folder: &str) -> Result<(Ord
     let unread = |e: netcdf_reader::Error| damaged(e.to_string());
     let file = netcdf_reader::NcFile::open(path).map_err(unread)?;
     let variable = file.variable(name).map_err(unread)?;
-    for dimension in variable.dimensions() {
+    for dimension in netcdf::map_names(variable) {
         // The reader makes up names of dimensions whose scales it does not find.
         let above = folder.match_indices('/').map(|(i, _)| &folder[..=i]).chain([""]);
-        let is_there = |group: &str| hdf5.dataset(&format!("{group}{}", dimension.name)).is_ok_and(|d| d.ndim() == 1);
+        let is_there = |group: &str| hdf5.dataset(&format!("{group}{dimension}")).is_ok_and(|d| d.ndim() == 1);
         if !above.into_iter().any(is_there) {
-            return Err(damaged(format!("no data set for dimension {}", dimension.name)));
+            return Err(damaged(format!("no data set for dimension {dimension}")));
         }
     }
     Ok((netcdf::order(variable), netcdf::axes(path, &file, variable)?))
@@ -177,11 +178,12 @@ fn map_like(d: &Dataset) -> bool {
         Some(class) => (2, MATLAB_NUMBERS.contains(&class.as_str())),
         None => (1, true),
     };
-    is_number && d.ndim() == 2 && d.shape().iter().all(|n| *n >= smallest) && stored(d.dtype()).is_some()
+    let large_enough = d.ndim() >= 2 && (d.ndim() > 2 || d.shape().iter().all(|n| *n >= smallest));
+    is_number && large_enough && stored(d.dtype()).is_some()
 }
 
-/// Names of the candidate data sets, those of the root group first.
-fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
+/// The maps of the data sets, those of the root group first.
+fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<Plane>> {
     let damaged = |e: hdf5_reader::error::Error| {
         let accepted = "an HDF5 file, or a data set of it as --dataset (surface.dataset)";
         Error::format(path, format!("damaged, or not to be understood ({e})"), accepted)
@@ -189,10 +191,11 @@ fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
     let root = file.root_group().map_err(damaged)?;
     let mut seen = HashSet::from([root.address()]);
     let mut waiting = VecDeque::from([(root, String::new())]);
-    let mut names = Vec::new();
+    let mut planes = Vec::new();
     while let Some((group, above)) = waiting.pop_front() {
         let (groups, datasets) = group.members().map_err(damaged)?;
-        names.extend(datasets.iter().filter(|d| map_like(d)).map(|d| format!("{above}{}", d.name())));
+        let map_like = datasets.iter().filter(|d| map_like(d));
+        planes.extend(map_like.flat_map(|d| Plane::of(&format!("{above}{}", d.name()), d.shape())));
         for g in groups {
             if !seen.insert(g.address()) {
                 continue;
@@ -208,7 +211,7 @@ fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
             waiting.push_back((g, below));
         }
     }
-    Ok(names)
+    Ok(planes)
 }
 
 /// The reader limits the chunk size; its own error message suggests no remedy.

@@ -28,6 +28,33 @@ fn bare_pair(line: &str) -> Option<(&str, &str)> {
     })
 }
 
+/// The statements of a line: `h=20 w=24`, `Width: 12 um, Height: 10 um`. A further one begins with a known key behind a value.
+fn statements(line: &str) -> Vec<&str> {
+    let known = |name: &str| key(without_unit(name).0);
+    let is_text = |key| matches!(key, HeaderKey::Channel | HeaderKey::History | HeaderKey::Sign);
+    if pair(line).and_then(|(name, _)| known(name)).is_none_or(is_text) {
+        return vec![line];
+    }
+    let signs: Vec<usize> = line.match_indices(['=', ':']).map(|(i, _)| i).collect();
+    let mut parts = Vec::new();
+    let mut start = 0;
+    for ends in signs.windows(2) {
+        let [from, to] = [ends[0] + 1, ends[1]];
+        let between = &line[from..to];
+        let is_border = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '|');
+        let begins = |&(i, border): &(usize, &str)| {
+            let name = &between[i + border.len()..];
+            !between[..i].trim_matches(is_border).is_empty() && !name.starts_with(is_border) && known(name).is_some()
+        };
+        if let Some((i, border)) = between.match_indices(is_border).find(begins) {
+            parts.push(line[start..from + i].trim_end_matches(is_border));
+            start = from + i + border.len();
+        }
+    }
+    parts.push(&line[start..]);
+    parts
+}
+
 /// Whether a line outside of comments belongs to the header of a height file.
 pub(super) fn is_known(line: &str) -> bool {
     bare_pair(line).is_some_and(|(name, _)| key(without_unit(name).0).is_some())
@@ -138,11 +165,19 @@ impl ChannelHeader {
         pair(line).filter(|(name, _)| key(name) == Some(HeaderKey::Channel)).map(|(_, value)| value.trim())
     }
 
-    /// Takes in a line, `bare` if it is no comment; whether its key is known.
+    /// Takes in a line, `bare` if it is no comment; whether its first key is known.
     ///
     /// # Errors
     /// Values that are not of their kind: units of length that are not known, signs of extents, counts that are not whole.
     pub(super) fn read_key(&mut self, path: &Path, line: usize, text: &str, bare: bool) -> Result<bool> {
+        let mut known = false;
+        for statement in statements(text) {
+            known |= self.read_statement(path, line, statement, bare)?;
+        }
+        Ok(known)
+    }
+
+    fn read_statement(&mut self, path: &Path, line: usize, text: &str, bare: bool) -> Result<bool> {
         let Some((name, value)) = (if bare { bare_pair(text) } else { pair(text) }) else { return Ok(false) };
         let (name, unit_of_name) = without_unit(name);
         let value = value.trim();

@@ -74,6 +74,7 @@ fn whole(name: &str) -> Option<HeaderKey> {
         // Gwyddion's words for "value units".
         "jednotky hodnot"
         | "einheiten"
+        | "exported image units"
         | "unités"
         | "unità valore"
         | "値の単位"

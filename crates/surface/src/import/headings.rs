@@ -9,6 +9,10 @@ pub(super) struct Headings {
     units: Vec<Option<String>>,
 }
 
+/// Names of a column of heights.
+const HEIGHTS: [&str; 9] =
+    ["z", "h", "height", "heights", "höhe", "z coordinate", "z position", "topography", "elevation"];
+
 /// Columns of a list of points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PointColumns {
@@ -27,28 +31,25 @@ impl Headings {
         self.names.len()
     }
 
+    /// The only column with one of these names.
+    fn one(&self, known: &[&str]) -> Option<usize> {
+        let mut matching = self.names.iter().enumerate().filter(|(_, n)| known.contains(&n.as_str())).map(|(i, _)| i);
+        matching.next().filter(|_| matching.next().is_none())
+    }
+
     /// The columns of a list of points: exactly one named as x, one as y, one as height.
     pub(super) fn columns(&self) -> Option<PointColumns> {
-        let one = |known: &[&str]| {
-            let mut matching =
-                self.names.iter().enumerate().filter(|(_, n)| known.contains(&n.as_str())).map(|(i, _)| i);
-            matching.next().filter(|_| matching.next().is_none())
-        };
         Some(PointColumns {
-            x: one(&["x", "x coordinate", "x position", "x pos", "pos x", "x axis"])?,
-            y: one(&["y", "y coordinate", "y position", "y pos", "pos y", "y axis"])?,
-            height: one(&[
-                "z",
-                "h",
-                "height",
-                "heights",
-                "höhe",
-                "z coordinate",
-                "z position",
-                "topography",
-                "elevation",
-            ])?,
+            x: self.one(&["x", "x coordinate", "x position", "x pos", "pos x", "x axis"])?,
+            y: self.one(&["y", "y coordinate", "y position", "y pos", "pos y", "y axis"])?,
+            height: self.one(&HEIGHTS)?,
         })
+    }
+
+    /// Whether the columns are those of a profile: positions and heights.
+    pub(super) fn are_of_profile(&self) -> bool {
+        let positions = ["x", "x coordinate", "x position", "position", "distance", "x axis", "length", "s"];
+        self.len() == 2 && self.one(&positions).is_some() && self.one(&HEIGHTS).is_some()
     }
 
     pub(super) fn unit(&self, column: usize) -> Option<String> {
@@ -91,6 +92,7 @@ pub(super) struct Corner {
 impl Corner {
     /// `y\x`, `y (mm)\x (mm)`, `x/y [mm]`, `height [nm]`. The first name is that of the labels below it.
     pub(super) fn of(word: &str) -> Self {
+        let word = word.trim_start_matches('#');
         let mut corner = Corner::default();
         if let Some(unit) = length_unit(word) {
             let which = "that of the labels or of the heights";
@@ -138,6 +140,24 @@ pub(super) fn even(labels: &[f64]) -> Option<f64> {
     let step = (labels[steps] - labels[0]) / steps as f64;
     let is_close = |(i, v): (usize, &f64)| (v - labels[0] - i as f64 * step).abs() <= OFF * step.abs();
     (step != 0.0 && labels.iter().enumerate().all(is_close)).then_some(step)
+}
+
+/// The spacing of labels that are even as far as their digits go, in at least four steps.
+pub(super) fn even_as_written(labels: &[f64]) -> Option<f64> {
+    let steps = labels.len().checked_sub(1).filter(|n| *n >= 3)?;
+    let step = (labels[steps] - labels[0]) / steps as f64;
+    let largest = labels.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    if step == 0.0 || labels.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    // The last digit that any label has.
+    let first = -largest.log10().floor() as i32;
+    let is_whole = |v: f64| (v - v.round()).abs() < 1e-4;
+    let digit = (first..first + 9).map(|k| 10f64.powi(k)).find(|scale| labels.iter().all(|v| is_whole(v * scale)));
+    let exact = 1e-6 * step.abs();
+    let tolerance = digit.map(f64::recip).filter(|digit| step.abs() >= 2.0 * digit).unwrap_or(exact);
+    let is_close = |(i, v): (usize, &f64)| (v - labels[0] - i as f64 * step).abs() <= tolerance;
+    labels.iter().enumerate().all(is_close).then_some(step)
 }
 
 /// Whether numbers count from 0 or 1, or down to it: indices, not coordinates.

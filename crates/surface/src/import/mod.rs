@@ -7,6 +7,7 @@
 mod array;
 mod attributes;
 mod bytes;
+mod comments;
 mod content;
 mod declare;
 mod decode;
@@ -14,13 +15,17 @@ mod fields;
 mod foreign;
 mod fourier;
 mod gwy;
+mod halves;
 mod hdf5;
 mod header;
 mod header_key;
 mod headings;
 mod konfig;
+mod marks;
 mod netcdf;
 mod npz;
+mod packed;
+mod profile;
 mod sdf;
 mod section;
 mod source;
@@ -29,6 +34,7 @@ mod text;
 mod unit;
 mod x3p;
 mod x3p_header;
+mod zygo;
 
 pub use content::{Content, Fourier, ImportOptions, ImportedFile};
 
@@ -109,6 +115,10 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
         }
         FileKind::Konfig { nx, ny } => konfig::read(path, nx, ny)?,
     };
+    if let Some(unit) = imported.declared.unit.as_ref().filter(|unit| unit::is_other(unit)) {
+        let found = format!("values in {}, which are no heights", source::quoted(unit));
+        return Err(Error::format(path, found, unit::ACCEPTED));
+    }
     settle(path, imported, options.fourier)
 }
 
@@ -123,7 +133,8 @@ fn settle(path: &Path, imported: ImportedFile, fourier: Option<Fourier>) -> Resu
                 "--fourier (surface.fourier) that says which: series, fftw (with --fourier-points), or none",
             ))
         }
-        None | Some(Fourier::None) => Ok(imported),
+        None => profile::refuse(path, map).map(|()| imported),
+        Some(Fourier::None) => Ok(imported),
         Some(_) if map.nx == 4 => {
             let content = Content::Waves(fourier::of_columns(path, &map.heights)?);
             let layout = format!("{}, columns qX qY Re Im", imported.layout);
@@ -148,24 +159,31 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
         return Ok(true);
     }
     let text = decode::start_of_text(path, start);
-    let mut assigns = None;
-    for line in text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty()) {
-        // A scene has tables; before them, keys that no height file has.
+    let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let (mut assigns, mut has_table) = (None, false);
+    for line in text.lines().map(|l| comments::comment_apart(l).0.trim()).filter(|l| !l.is_empty()) {
+        // A scene has tables; before them, keys that no height file has. Height files may have sections of such names, and lines of numbers,
+        // which a scene has in lists only.
         let name = line.strip_prefix('[').and_then(|l| l.strip_suffix(']'));
         if name.is_some_and(|n| {
-            n.trim_matches(['[', ']']).chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '-'))
+            n.trim_matches(['[', ']']).chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '-' | ' '))
         }) {
-            return Ok(false);
+            if is_toml {
+                return Ok(false);
+            }
+            has_table = true;
+            continue;
         }
-        let numeric = fields::split(line).0.iter().all(|f| f.parse::<f64>().is_ok());
-        if numeric || header::is_known(line) {
+        let fields = fields::split(line).0;
+        let numeric = fields.iter().all(|f| f.parse::<f64>().is_ok() || marks::is_missing(f));
+        let in_list = has_table && (fields.len() < 2 || line.ends_with(','));
+        if numeric && !in_list || !has_table && header::is_known(line) {
             return Ok(true);
         }
         assigns.get_or_insert(line.contains('='));
     }
     // Assignments without a table: a scene by its name, otherwise a header whose keys are not known.
-    let is_scene = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    Ok(assigns.is_some_and(|assigns| !(assigns && is_scene)))
+    Ok(!has_table && assigns.is_some_and(|assigns| !(assigns && is_toml)))
 }
 
 /// A format that is no text: how a file of it begins, whether its arrays have names, and its reader.
@@ -175,15 +193,17 @@ struct Format {
     read: fn(&Path, ImportOptions) -> Result<ImportedFile>,
 }
 
-static FORMATS: [Format; 8] = [
+static FORMATS: [Format; 10] = [
     Format { starts: |_, s| s.starts_with(b"\x93NUMPY"), has_names: false, read: |path, _| npy(path) },
     Format { starts: x3p::starts, has_names: false, read: |path, _| x3p::read(path) },
-    Format { starts: |_, s| s.starts_with(ARCHIVE), has_names: true, read: npz::read },
+    Format { starts: |_, s| s.starts_with(ARCHIVE), has_names: true, read: |p, o| npz::read(p, o, read_any) },
     Format { starts: |_, s| hdf5::starts(s), has_names: true, read: hdf5::read },
     Format { starts: |_, s| netcdf::starts(s), has_names: true, read: netcdf::read },
     Format { starts: |_, s| sdf::starts(s), has_names: false, read: |path, _| sdf::read(path) },
     Format { starts: |_, s| sur::starts(s), has_names: false, read: |path, _| sur::read(path) },
     Format { starts: |_, s| gwy::starts(s), has_names: true, read: gwy::read },
+    Format { starts: |_, s| zygo::starts(s), has_names: false, read: |path, _| zygo::read(path) },
+    Format { starts: |_, s| packed::starts(s), has_names: true, read: |p, o| packed::gzip(p, o, read_any) },
 ];
 
 fn npy(path: &Path) -> Result<ImportedFile> {

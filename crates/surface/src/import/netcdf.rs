@@ -1,4 +1,4 @@
-use super::array::{MASK, Order, choose};
+use super::array::{MASK, Order, Plane, choose, map_dimensions, names};
 use super::attributes::{Array, Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::Described;
@@ -13,7 +13,7 @@ pub(super) fn starts(start: &[u8]) -> bool {
     matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..])
 }
 
-/// Reads a variable of a classic NetCDF file (NetCDF-3, as written by scipy and SurfaceTopography): `[ny, nx]`, or
+/// Reads a variable, or a plane of one in three dimensions, of a classic NetCDF file (NetCDF-3, as written by scipy and SurfaceTopography): `[ny, nx]`, or
 /// `[nx, ny]` if its dimensions are named x and y in this order. `length`: bytes of the file.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let (_, length) = open_regular(path)?;
@@ -22,26 +22,29 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     };
     let file = NcFile::open(path).map_err(damaged)?;
     let variables = file.variables().map_err(damaged)?;
-    let map_like =
-        |v: &&NcVariable| v.shape().len() == 2 && v.shape().iter().all(|n| *n > 0) && stored(v.dtype()).is_some();
-    let names: Vec<String> = variables.iter().filter(map_like).map(|v| v.name().to_string()).collect();
-    let (masks, names): (Vec<_>, Vec<_>) = names.into_iter().partition(|n| n == MASK);
-    let name = choose(path, &names, options)?;
-    let variable = file.variable(name).map_err(damaged)?;
+    let shape_of = |v: &NcVariable| v.shape().to_vec();
+    let numeric = variables.iter().filter(|v| v.shape().len() >= 2 && stored(v.dtype()).is_some());
+    let all: Vec<Plane> = numeric.flat_map(|v| Plane::of(v.name(), &shape_of(v))).collect();
+    let (masks, planes): (Vec<_>, Vec<_>) = all.into_iter().partition(|p| p.array == MASK);
+    let plane = choose(path, &planes, options)?;
+    let (name, shape) = (&*plane.name, plane.shape);
+    let variable = file.variable(&plane.array).map_err(damaged)?;
     let dtype = stored(variable.dtype()).expect("chosen among numbers");
-    let shape = variable.shape();
-    let shape = [shape[0] as usize, shape[1] as usize];
     // Two copies in f64: as read, and transposed.
-    let bytes = 16 * (shape[0] as u64).saturating_mul(shape[1] as u64);
+    let points = shape_of(variable).iter().fold(1_u64, |n, length| n.saturating_mul(*length));
+    let bytes = points.saturating_mul(16);
     check_ratio(path, name, bytes / 16 * dtype.bytes as u64, length)?;
     fits(path, bytes)?;
-    let mut values: Vec<f64> = file.read_variable_as_f64(name).map_err(damaged)?.iter().copied().collect();
+    let stored_values = |name: &str| -> Result<Vec<f64>> {
+        Ok(file.read_variable_as_f64(name).map_err(damaged)?.iter().copied().collect())
+    };
+    let mut values = plane.cut(&stored_values(&plane.array)?);
     let own = attributes(variable.attributes());
     own.unpack(&Array { path, name, stored: dtype }, &mut values, true)?;
-    for mask in masks {
-        let marked = file.read_variable_as_f64(&mask).map_err(damaged)?;
+    if let Some(mask) = masks.get(plane.index).or(masks.first()) {
+        let marked = mask.cut(&stored_values(MASK)?);
         if marked.len() != values.len() {
-            let found = format!("variable {mask} of {} flags", marked.len());
+            let found = format!("variable {MASK} of {} flags", marked.len());
             return Err(Error::format(path, found, format!("one flag for each of {} heights", values.len())));
         }
         values.iter_mut().zip(&marked).filter(|(_, m)| **m != 0.0).for_each(|(v, _)| *v = f64::NAN);
@@ -49,25 +52,26 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     let order = order(variable);
     let axes = axes(path, &file, variable)?;
     let shared = [attributes(file.global_attributes().map_err(damaged)?)];
-    let array = Described { path, channel: name, channels: &names, shape, order, own: &own, shared: &shared, axes };
+    let channels = &names(&planes)[..];
+    let array = Described { path, channel: name, channels, shape, order, own: &own, shared: &shared, axes };
     array.imported(values, format!("NetCDF variable {name} {}", order.words()))
 }
 
 /// Coordinates along x and y: the variables with the names of the dimensions.
 pub(super) fn axes(path: &Path, file: &NcFile, variable: &NcVariable) -> Result<[Option<Coordinate>; 2]> {
     let mut coordinates = [None, None];
-    for (k, dimension) in variable.dimensions().iter().enumerate() {
-        let Ok(coordinate) = file.coordinate_variable(&dimension.name) else { continue };
+    for (k, dimension) in map_names(variable).into_iter().enumerate() {
+        let Ok(coordinate) = file.coordinate_variable(dimension) else { continue };
         if coordinate.shape().len() != 1 || stored(coordinate.dtype()).is_none() {
             continue;
         }
-        let values = file.read_variable_as_f64(&dimension.name).map_err(|e| {
-            let found = format!("coordinates {} damaged, or not to be understood ({e})", dimension.name);
+        let values = file.read_variable_as_f64(dimension).map_err(|e| {
+            let found = format!("coordinates {dimension} damaged, or not to be understood ({e})");
             Error::format(path, found, "a NetCDF file")
         })?;
         let x_first = order(variable) == Order::RowsOfY;
         coordinates[if x_first { k } else { 1 - k }] = Some(Coordinate {
-            name: dimension.name.clone(),
+            name: dimension.to_string(),
             attributes: attributes(coordinate.attributes()),
             values: values.iter().copied().collect(),
         });
@@ -75,10 +79,17 @@ pub(super) fn axes(path: &Path, file: &NcFile, variable: &NcVariable) -> Result<
     Ok(coordinates)
 }
 
+/// Names of the two dimensions of a map.
+pub(super) fn map_names(variable: &NcVariable) -> Vec<&str> {
+    let shape: Vec<u64> = variable.shape().to_vec();
+    let kept = map_dimensions(&shape);
+    let last = &kept[kept.len().saturating_sub(2)..];
+    last.iter().map(|k| variable.dimensions()[*k].name.as_str()).collect()
+}
+
 /// Index order of a variable.
 pub(super) fn order(variable: &NcVariable) -> Order {
-    let names: Vec<&str> = variable.dimensions().iter().map(|d| d.name.as_str()).collect();
-    if names == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX }
+    if map_names(variable) == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX }
 }
 
 fn attributes(list: &[NcAttribute]) -> Attributes {

@@ -1,9 +1,10 @@
-use super::array::{MASK, Order, check_mask, choose};
+use super::array::{MASK, Order, Plane, check_mask, choose, names};
 use super::attributes::{Attributes, Coordinate};
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::Described;
 use super::foreign;
-use super::source::check_ratio;
+use super::packed;
+use super::source::{check_ratio, list};
 use crate::files::atomic_file::open_regular;
 use crate::files::npy::{self, DType};
 use asperity_grid::error::{Error, Result};
@@ -18,29 +19,52 @@ const SMALL: u64 = 1 << 20;
 
 type NpzArchive = ZipArchive<BufReader<File>>;
 
-/// Reads one array of a `.npz` archive, stored or deflated, and what arrays without a second dimension state of it.
-pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+/// Reads one array of a `.npz` archive, stored or deflated, and what arrays without a second dimension state of it. Of an archive
+/// without arrays a file is read by `inside`.
+pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) -> Result<ImportedFile> {
     let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
     let mut archive = ZipArchive::new(BufReader::new(open_regular(path)?.0)).map_err(damaged)?;
     let files: Vec<_> = archive.file_names().collect::<std::result::Result<_, _>>().map_err(damaged)?;
     if let Some((found, accepted)) = foreign::archive(files.iter().map(|n| &**n)) {
         return Err(Error::format(path, format!("{found}, which is not read"), accepted));
     }
+    if !files.iter().any(|n| n.ends_with(".npy")) {
+        let files: Vec<String> = files.iter().map(|n| n.to_string()).collect();
+        return packed::archive(path, &mut archive, &files, options, inside);
+    }
     let entries: Vec<String> = files.iter().filter_map(|n| n.strip_suffix(".npy").map(str::to_string)).collect();
-    let (mut names, mut has_mask) = (Vec::new(), false);
+    let (mut planes, mut has_mask, mut others) = (Vec::new(), false, Vec::new());
     let mut stated = Attributes::default();
     for name in entries {
         let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
         let length = entry.size();
         // Other arrays cause an error only if they are requested by name.
-        if options.dataset == Some(&name) || npy::NpyReader::of(entry, length, path).is_ok() {
-            if name == MASK { has_mask = true } else { names.push(name) }
-        } else if length <= SMALL {
-            let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
-            take_small(&mut stated, name, entry);
+        match npy::NpyReader::of(entry, length, path).map(|array| [array.ny, array.nx]) {
+            Ok(_) if name == MASK => has_mask = true,
+            Ok(shape) => planes.push(Plane { name: name.clone(), array: name, index: 0, shape }),
+            Err(error) if options.dataset == Some(&name) => return Err(error),
+            Err(_) => {
+                let mut entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
+                let shape = npy::read_header(&mut entry).map(|(header, _)| header.shape).unwrap_or_default();
+                if shape.len() > 2 {
+                    others.push(format!("{name} of shape {shape:?}"));
+                } else if length <= SMALL {
+                    drop(entry);
+                    let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
+                    take_small(&mut stated, name, entry);
+                }
+            }
         }
     }
-    let name = choose(path, &names, options)?;
+    if planes.is_empty() && !others.is_empty() {
+        let found = format!("no two-dimensional array, but {}", list(&others));
+        return Err(Error::format(
+            path,
+            found,
+            "two dimensions, [ny, nx]: numpy.save('map.npy', array[0]) writes a plane",
+        ));
+    }
+    let name = &choose(path, &planes, options)?.name;
     let field = reader(path, &mut archive, name)?.numbers()?;
     let shape = [field.ny, field.nx];
     let mut values = field.values;
@@ -57,7 +81,8 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         Some(Coordinate { name: name.to_string(), attributes: Attributes::default(), values })
     };
     let (axes, order) = ([axis("x"), axis("y")], Order::RowsOfX);
-    let array = Described { path, channel: name, channels: &names, shape, order, own: &stated, shared: &[], axes };
+    let channels = &names(&planes)[..];
+    let array = Described { path, channel: name, channels, shape, order, own: &stated, shared: &[], axes };
     array.imported(values, format!(".npz array {name} [ny, nx]"))
 }
 

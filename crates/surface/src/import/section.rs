@@ -1,8 +1,10 @@
 //! One channel of a text file: from its lines of numbers to a map.
 
 use super::content::ImportedFile;
+use super::fourier;
 use super::header::ChannelHeader;
-use super::headings::{Corner, Headings, counts, even};
+use super::headings::{Corner, Headings, counts, even, even_as_written};
+use super::profile::rises;
 use super::source::quoted;
 use crate::declared::Declared;
 use crate::height_map::HeightMap;
@@ -12,6 +14,12 @@ use std::path::Path;
 
 /// Longest side of a matrix in text, in points: that of the largest grids. A long list in few columns is no map.
 const LONGEST_SIDE: usize = 1 << 16;
+
+/// Numbers of a single line that may be a map.
+const SHORT: usize = 4;
+
+/// Numbers from which on positions that are not even are recognised.
+const LONG: usize = 12;
 
 /// Layout of a text file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +67,11 @@ pub(super) struct TextChannel {
     pub(super) first_line: usize,
     /// Word at the corner of row and column labels.
     pub(super) corner: Option<String>,
+    /// Lines that were passed over as comments or statements although all but their first field are those of a row: line, number of
+    /// fields, first field.
+    pub(super) passed: Vec<(usize, usize, String)>,
+    /// Whether a line ends in a separator that is not before a missing height.
+    pub(super) closed: bool,
     /// Lines whose first field is empty.
     pub(super) indented: usize,
     pub(super) channels: Vec<String>,
@@ -67,6 +80,10 @@ pub(super) struct TextChannel {
 impl TextChannel {
     pub(super) fn finish(mut self, path: &Path, heights_only: bool) -> Result<TextMap> {
         self.unindent();
+        if let Some((line, _, word)) = self.passed.iter().find(|(_, count, _)| *count == self.nx && self.nx > 3) {
+            let found = format!("{} on line {line}, column 1 (counted from 1)", quoted(word));
+            return Err(Error::format(path, found, "a number, or a comment of another number of words"));
+        }
         let labels = self.take_labels(path, heights_only)?;
         if let Some(missing) = self.header.missing {
             self.values.iter_mut().filter(|v| **v == missing).for_each(|v| *v = f64::NAN);
@@ -87,7 +104,31 @@ impl TextChannel {
                 return self.lines(path, map?);
             }
         }
+        if labels.is_none() && !heights_only && self.header.points == [None; 2] {
+            self.refuse_points(path)?;
+        }
         self.matrix(path, labels)
+    }
+
+    /// Refuses lines of x y h in other columns than the first three, or with further ones, whose columns have no names.
+    fn refuse_points(&self, path: &Path) -> Result<()> {
+        /// Most columns of such a list, and its least lines.
+        const COLUMNS: usize = 6;
+        const LINES: usize = 8;
+        // Whole numbers in the first two of four columns may be wave numbers.
+        let are_waves = self.nx == 4 && fourier::may_be(&self.values);
+        if !(3..=COLUMNS).contains(&self.nx) || self.ny < LINES || are_waves {
+            return Ok(());
+        }
+        let pairs = (0..self.nx).flat_map(|y| (0..y).map(move |x| [x, y]));
+        let is_grid = |[x, y]: &[usize; 2]| {
+            let height = (0..self.nx).find(|k| k != x && k != y).expect("a third column");
+            xyz_text::Points::of(&self.values, self.nx, [*x, *y, height]).list(path).is_some_and(|map| map.is_ok())
+        };
+        let Some([x, y]) = pairs.into_iter().find(is_grid) else { return Ok(()) };
+        let found = format!("{} columns, of which {} and {} are coordinates of an even grid", self.nx, x + 1, y + 1);
+        let accepted = "three columns x y h, names of the columns (# x y h), or --fourier none (surface.fourier) where all are heights";
+        Err(Error::format(path, found, accepted))
     }
 
     /// Drops a first column that is empty on all lines: tabs as indentation.
@@ -114,7 +155,7 @@ impl TextChannel {
         let columns = self.values[1..nx].to_vec();
         let spacing = even(&columns).zip(even(&rows)).filter(|_| self.corner.is_some() || self.has_bare_labels());
         let Some((x, y)) = spacing else {
-            let Some(corner) = &self.corner else { return Ok(None) };
+            let Some(corner) = &self.corner else { return self.take_labels_alone(path) };
             let found = format!("{} on line {line}, column 1 (counted from 1)", quoted(corner));
             return Err(Error::format(path, found, "a number, or evenly spaced labels of all rows and columns"));
         };
@@ -142,6 +183,68 @@ impl TextChannel {
         Ok(Some(spacings))
     }
 
+    /// Likewise of labels of the lines alone, or of the columns alone: evenly spaced numbers in the first column or on the first line,
+    /// where no other column or line is even.
+    ///
+    /// # Errors
+    /// Numbers that are not even and increase throughout, as no other column or line does.
+    fn take_labels_alone(&mut self, path: &Path) -> Result<Option<[Option<f64>; 2]>> {
+        let mut found = false;
+        for axis in [0, 1] {
+            let (nx, ny) = (self.nx, self.ny);
+            let column = |k: usize| -> Vec<f64> { self.values.iter().skip(k).step_by(nx).copied().collect() };
+            let row = |k: usize| self.values[k * nx..(k + 1) * nx].to_vec();
+            let list = |k: usize| if axis == 0 { column(k) } else { row(k) };
+            let (count, length) = if axis == 0 { (nx, ny) } else { (ny, nx) };
+            if count < 4 || self.header.points[axis] == Some(count) {
+                continue;
+            }
+            let labels = list(0);
+            let alone = |is: fn(&[f64]) -> bool| is(&labels) && !(1..count).any(|k| is(&list(k)));
+            let is_long = |labels: &[f64]| labels.len() >= LONG && rises(labels);
+            let place = ["in the first column".to_string(), format!("on line {}", self.first_line)][axis].clone();
+            // Four columns may also be Fourier coefficients, or x, y and heights behind a number.
+            let points = || xyz_text::Points::of(&self.values, nx, [1, 2, 3]).list(path);
+            if axis == 0 && nx == 4 && !(counts(&labels) && points().is_some_and(|map| map.is_ok())) {
+                continue;
+            }
+            if length < 4 || !alone(|l| even_as_written(l).is_some()) {
+                let last = list(count - 1);
+                let ends = length >= LONG && even_as_written(&last).is_some();
+                let place = match ends && !(0..count - 1).any(|k| even_as_written(&list(k)).is_some()) {
+                    true => ["in the last column", "on the last line"][axis].to_string(),
+                    false if alone(is_long) => place,
+                    false => continue,
+                };
+                let found =
+                    format!("numbers {place} that rise or fall throughout, as no others do: positions, not heights");
+                let accepted = "heights alone, or --fourier none (surface.fourier) where all are heights";
+                return Err(Error::format(path, found, accepted));
+            }
+            let whose = ["lines", "columns"][axis];
+            self.header.warnings.push(format!(
+                "evenly spaced numbers {place} are taken as labels of the {whose}, not as heights: `--fourier none` keeps them"
+            ));
+            if axis == 0 {
+                self.values = self.values.chunks_exact(nx).flat_map(|row| &row[1..]).copied().collect();
+                self.nx -= 1;
+                found |= nx > 4;
+            } else {
+                self.values.drain(..nx);
+                self.ny -= 1;
+                found = true;
+            }
+            let falls = labels[0] > labels[length - 1];
+            if falls && axis == 0 {
+                let rows: Vec<&[f64]> = self.values.chunks_exact(self.nx).rev().collect();
+                self.values = rows.concat();
+            } else if falls {
+                self.values.chunks_exact_mut(nx).for_each(<[f64]>::reverse);
+            }
+        }
+        Ok(found.then_some([None, None]))
+    }
+
     /// Whether the first line and column without a word in the corner are labels and not part of an even slope: the corner is empty, or
     /// does not continue their steps.
     fn has_bare_labels(&self) -> bool {
@@ -164,6 +267,10 @@ impl TextChannel {
             let found = format!("{} words on line {line} and {} numbers below", headings.len(), self.nx);
             let accepted = "a name for each column, key = value, or a comment (# in front)";
             return Err(Error::format(path, found, accepted));
+        }
+        if self.headings.as_ref().is_some_and(|(h, _)| h.are_of_profile() && self.nx == 2) {
+            let accepted = "a map, or columns without these names where all are heights";
+            return Err(Error::format(path, "columns of x and heights: a profile, which is no map", accepted));
         }
         self.shape(path)?;
         let (nx, ny) = (self.nx, self.ny);
@@ -197,9 +304,9 @@ impl TextChannel {
             let accepted = format!("{} lines of {}, as the header declares (or the file is cut off)", word(y), word(x));
             return Err(Error::format(path, found, accepted));
         }
-        let column = self.nx == 1 && self.ny > 1;
-        if [x, y] == [None; 2] && column {
-            let found = format!("a single column of {} numbers", self.values.len());
+        if [x, y] == [None; 2] && line && self.values.len() > if self.nx == 1 { 1 } else { SHORT } {
+            let found =
+                format!("a single {} of {} numbers", ["line", "column"][usize::from(self.nx == 1)], self.values.len());
             let accepted = "a map: one line per y, lines of x y h, or a header with x-pixels and y-pixels";
             return Err(Error::format(path, found, accepted));
         }

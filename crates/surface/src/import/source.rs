@@ -10,11 +10,11 @@ pub(super) const ARCHIVE: &[u8] = b"PK\x03\x04";
 const QUOTED: usize = 60;
 
 /// Packed data that unfold beyond this size, in bytes, are checked against [`LARGEST_RATIO`].
-const SMALL: u64 = 64 << 20;
+pub(super) const SMALL: u64 = 64 << 20;
 
 /// Largest accepted ratio of unfolded to stored bytes. Measured and synthesised heights are packed to a third at best; deflate reaches
 /// 1032 for zeros, and an HDF5 data set that was never written has no bound.
-const LARGEST_RATIO: u64 = 100;
+pub(super) const LARGEST_RATIO: u64 = 100;
 
 /// Refuses an array that claims far more numbers than the file has bytes for, before memory is allocated.
 pub(super) fn check_ratio(path: &Path, name: &str, unfolded: u64, stored_bytes: u64) -> Result<()> {

@@ -1,13 +1,15 @@
 //! Height maps in text: matrices, with or without labels, and lines of `x y h`, with headers of other programs.
 //!
-//! A matrix has one line per y, from y = 0, with the heights along x separated by blanks, tabs, commas or semicolons; `#` or `%` starts a
-//! comment. Several channels may follow each other, each with its header.
+//! A matrix has one line per y, from y = 0, with the heights along x separated by blanks, tabs, commas or semicolons; `#` between blanks, or `#` or `%` at the
+//! start of a line, begins a comment. Several channels may follow each other, each with its header.
 
+use super::comments::{comment_apart, fields_of};
 use super::content::{Fourier, ImportOptions};
 use super::decode::TextLines;
 use super::fields::{Notation, Separator, split};
 use super::header::ChannelHeader;
 use super::headings::Headings;
+use super::marks::is_value;
 use super::section::TextChannel;
 pub(super) use super::section::{TextLayout, TextMap};
 use super::source::{list, quoted};
@@ -35,8 +37,10 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<TextMap> {
             format!("line {} without a line break, and its last number is shorter than the others", lines.number);
         return Err(Error::format(path, found, "a whole file (this one is cut off)"));
     }
-    reader.notation.check(path)?;
-    choose(path, reader.sections, options)?.finish(path, options.fourier == Some(Fourier::None))
+    let doubt = reader.notation.check(path)?;
+    let mut text_map = choose(path, reader.sections, options)?.finish(path, options.fourier == Some(Fourier::None))?;
+    text_map.warnings.extend(doubt);
+    Ok(text_map)
 }
 
 /// Whether the last number of the last line has fewer digits than all numbers before, which have equally many.
@@ -97,14 +101,16 @@ struct TextReader<'a> {
 
 impl TextReader<'_> {
     fn line(&mut self, number: usize, line: &str) -> Result<()> {
-        let is_comment = line.trim_start().starts_with(['%', '!']) || line.trim_start().starts_with("//");
-        let (text, comment) = match line.split_once('#') {
-            _ if is_comment => ("", line.trim().trim_start_matches(['%', '!', '/'])),
-            Some((text, comment)) => (text, comment.trim_start_matches('#')),
-            None => (line, ""),
-        };
+        let (text, comment) = comment_apart(line);
+        if text.is_empty() && !comment.is_empty() {
+            self.pass(number, fields_of(line).0);
+        }
         if !comment.trim().is_empty() {
             self.comment(number, comment.trim())?;
+        }
+        if let Some(statement) = text.trim_start().strip_prefix('\\') {
+            // NanoScope's exports.
+            return self.comment(number, statement);
         }
         if text.trim().is_empty() {
             self.section().in_block &= !line.trim().is_empty();
@@ -113,10 +119,10 @@ impl TextReader<'_> {
         let (fields, separator) = split(text);
         let previous = self.section().values.len();
         for (i, field) in fields.iter().enumerate() {
-            match self.notation.number(field, separator, number) {
+            match self.notation.number(field, number) {
                 Some(value) if value.is_infinite() => {
                     let found = format!("{} on line {number}, column {} (counted from 1)", quoted(field), i + 1);
-                    return Err(Error::format(self.path, found, "finite numbers"));
+                    return Err(Error::format(self.path, found, "finite numbers, and nan where nothing was measured"));
                 }
                 Some(value) => self.section().values.push(value),
                 None => {
@@ -125,11 +131,24 @@ impl TextReader<'_> {
                 }
             }
         }
+        self.notation.row(&fields, separator, number);
         self.row(number, text, &fields, separator)
     }
 
     fn section(&mut self) -> &mut TextChannel {
         self.sections.last_mut().expect("never empty")
+    }
+
+    /// Remembers a line that is passed over although all but its first field are those of a row.
+    fn pass(&mut self, number: usize, text: &str) {
+        let text = text.trim();
+        let is_border = |c: char| c.is_whitespace() || matches!(c, ',' | ';');
+        let (first, rest) = text.split_at(text.find(is_border).unwrap_or(text.len()));
+        let rest = rest.trim_start();
+        let others = split(rest.strip_prefix([',', ';']).unwrap_or(rest)).0;
+        if others.len() > 1 && others.iter().all(|f| is_value(f) || *f == first) {
+            self.section().passed.push((number, others.len() + 1, first.to_string()));
+        }
     }
 
     fn comment(&mut self, number: usize, text: &str) -> Result<()> {
@@ -152,9 +171,12 @@ impl TextReader<'_> {
         let path = self.path;
         let section = self.section();
         let mut count = fields.len();
-        if count + 1 == section.nx && text.trim_end().ends_with([',', ';']) && separator != Separator::Blank {
+        let closed = separator != Separator::Blank && text.trim_end_matches(' ').ends_with([',', ';', '\t']);
+        if count + 1 == section.nx && closed && !section.closed {
             section.values.push(f64::NAN);
             count += 1;
+        } else {
+            section.closed |= closed;
         }
         if section.ny == 0 {
             section.first_line = number;
@@ -197,23 +219,33 @@ impl TextReader<'_> {
         {
             return Ok(());
         }
-        let numbers: Vec<Option<f64>> = fields.iter().map(|f| notation.number(f, separator, number)).collect();
-        // `key = value` and `key: value` of programs whose keys have no meaning here.
-        let mut signs = text.match_indices(['=', ':']).map(|(i, _)| i);
-        if let (Some(sign), None) = (signs.next(), signs.next())
-            && text.trim_start().starts_with(char::is_alphabetic)
-            && !text[sign + 1..].trim().is_empty()
-        {
+        let is_section = |name: &str| !name.is_empty() && !name.contains(['[', ']', ';', ',']);
+        if text.trim().strip_prefix('[').and_then(|t| t.strip_suffix(']')).is_some_and(is_section) {
             return Ok(());
         }
-        if numbers.iter().all(Option::is_none) {
+        let numbers: Vec<Option<f64>> = fields.iter().map(|f| notation.number(f, number)).collect();
+        let are_others_numbers = numbers.len() > 2 && numbers[1..].iter().all(Option::is_some);
+        // `key = value` and `key: value` of programs whose keys have no meaning here.
+        let mut signs = text.match_indices(['=', ':']).map(|(i, _)| i);
+        let statement = match (signs.next(), signs.next()) {
+            (Some(sign), None) => !text[sign + 1..].trim().is_empty(),
+            (first, _) => first.is_some() && numbers.iter().any(Option::is_some),
+        };
+        if statement && text.trim_start().starts_with(char::is_alphabetic) {
+            let key = text.split(['=', ':']).next().unwrap_or_default();
+            if !key.trim().is_empty() {
+                self.pass(number, text);
+                return Ok(());
+            }
+        }
+        if numbers.iter().zip(fields).all(|(number, field)| number.is_none() || field.is_empty()) {
+            if fields.len() > 1 && fields.iter().all(|f| *f == word || f.is_empty()) {
+                return Err(wrong());
+            }
             section.headings = Some((Headings::of(fields), Some(number)));
             return Ok(());
         }
-        if text.split_once(['=', ':']).is_some_and(|(key, _)| key.trim_start().starts_with(char::is_alphabetic)) {
-            return Ok(());
-        }
-        if column == 0 && fields.len() > 2 && numbers[1..].iter().all(Option::is_some) {
+        if column == 0 && are_others_numbers {
             section.corner = Some(word.to_string());
             section.values.push(f64::NAN);
             section.values.extend(numbers[1..].iter().flatten());
@@ -315,6 +347,8 @@ mod tests {
             ("1 2\n3 -inf\n", "\"-inf\" on line 2, column 2 (counted from 1); accepted: finite"),
             ("1 1e308\n-1e308 0\n", "heights from -1e308 to 1e308; accepted: heights whose range"),
             ("1\n2\n3\n", "a single column of 3 numbers"),
+            ("1 2 3 1 7\n", "a single line of 5 numbers"),
+            ("0 0 1\n1 0 2\n0 1 3\n1 1.#QNAN 4\n0 2 2\n1 2 7\n", "y = NaN at point 4"),
             ("# nx: 3\n1 2\n3 4\n", "2 lines of 2 numbers; accepted: any lines of 3"),
             ("# Width: 10 furlong\n1 2\n3 4\n", "Width = \"10 furlong\" on line 1; accepted: a unit of length"),
             ("# Value units: deg\n1 2\n3 4\n", "values in \"deg\" on line 1, which are no heights"),
@@ -322,6 +356,11 @@ mod tests {
             ("# length: 3,5 um\n1 2\n3 4\n", "accepted: one number, or two apart by a blank"),
             ("# length: 3 um\n# width: 2 um\n1 2\n3 4\n", "width = \"2 um\" on line 2; accepted: one statement"),
             ("a b c\n1 2\n3 4\n", "3 words on line 1 and 2 numbers below"),
+            ("OUT: 1 2 3\n4 5 6 7\n1 7 2 5\n", "\"OUT:\" on line 1, column 1"),
+            ("1 2 3 5\n#BUSY 5 6 7\n1 7 2 5\n", "\"#BUSY\" on line 2, column 1"),
+            ("1 2 3 5\n5 6 7 #BUSY\n1 7 2 5\n", "\"#BUSY\" on line 2, column 4"),
+            ("x x\n1 2\n3 4\n", "\"x\" on line 1"),
+            ("x[mm] z[um]\n1 2\n3 4\n", "columns of x and heights: a profile"),
             ("0,1,2,3\n0.5,1,1,1\n1,2,3,4\n", "numbers of the columns, not heights"),
             ("1.25 2.50\n3.75 4.00\n5.25 6.5", "line 3 without a line break"),
         ] {
@@ -373,6 +412,9 @@ mod tests {
             ("# Bildbreite: 6 µm\n# Bildhöhe: 4 µm\n# Höheneinheit: nm\n", "nm", extent(6.0, 4.0, Some("µm"))),
             ("# Messfeld: 6 x 4 µm\n# Einheit der Höhen: nm\n", "nm", extent(6.0, 4.0, Some("µm"))),
             ("# XY scale: 0.5 um/px\n# Z unit: nm\n# Image size: 3 x 2 px\n", "nm", extent(1.5, 1.0, Some("um"))),
+            // Several statements on a line.
+            ("h=2 w=3\npixel size=0.5 um data unit=nm\n", "nm", extent(1.5, 1.0, Some("um"))),
+            ("# Width: 6 µm, Height: 4 µm; Value units: nm\n", "nm", extent(6.0, 4.0, Some("µm"))),
             // Numbers of points are no extents.
             ("# Width: 3\n# Height: 2\n# dx: 2 nm\n# z-unit: nm\n", "nm", extent(6.0, 4.0, Some("nm"))),
         ] {
@@ -444,9 +486,14 @@ mod tests {
                 "1 2 3; 4 5 6; 7 8 9",
                 extent(1.5, 6.0, None),
             ),
+            // Labels of the lines or of the columns alone, also before x y h.
+            ("1,2,3,9,3\n2,4,5,5,1\n3,7,8,0,2\n4,1,0,7,7\n", "2 3 9 3; 4 5 5 1; 7 8 0 2; 1 0 7 7", None),
+            ("0 .5 1 1.5\n2 3 9 3\n4 5 5 1\n7 8 0 2\n1 0 7 7\n", "2 3 9 3; 4 5 5 1; 7 8 0 2; 1 0 7 7", None),
+            ("0 0 0 5\n1 1 0 4\n2 0 1 9\n3 1 1 7\n", "5 4; 9 7", extent(2.0, 2.0, None)),
             // An even slope is no frame of labels.
             ("0 1 2 3\n1 2 3 4\n2 3 4 5\n3 4 5 7\n", "0 1 2 3; 1 2 3 4; 2 3 4 5; 3 4 5 7", None),
             ("h0,h1\n1,2\n3,4\n", "1 2; 3 4", None),
+            (",x,y,z\n0,0,0,1\n1,1,0,2\n2,0,1,3\n3,1,1,4\n", "1 2; 3 4", extent(2.0, 2.0, None)),
             ("# x y z\n0 0 1\n1 0 2\n0 1 3\n1 1 4\n", "1 2; 3 4", extent(2.0, 2.0, None)),
             (
                 "Y[um];valid;X[um];Z[nm]\n0;1;0;1\n0;1;0,5;2\n2;1;0;3\n2;0;0,5;\n",

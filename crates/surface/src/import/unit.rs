@@ -30,6 +30,19 @@ pub(super) fn is_none(text: &str) -> bool {
     matches!(text.trim(), "" | "1" | "-" | "none" | "None" | "dimensionless" | "px" | "pixel" | "pixels")
 }
 
+/// Whether a unit is of another quantity than a length. Counts and unknown words may be heights whose unit is given.
+pub(super) fn is_other(text: &str) -> bool {
+    const BASES: [&str; 31] = [
+        "V", "A", "Hz", "N", "Pa", "K", "s", "J", "eV", "W", "F", "C", "T", "Ω", "Ohm", "rad", "g", "mol", "%", "°",
+        "deg", "degree", "degrees", "Deg", "°C", "dB", "percent", "Volt", "volt", "Volts", "volts",
+    ];
+    const PREFIXES: [&str; 13] = ["", "f", "p", "n", "u", "µ", "μ", "m", "k", "M", "G", "T", "c"];
+    let text = text.trim().trim_matches(['[', ']', '(', ')', '"']).trim();
+    let one = |word: &str| PREFIXES.iter().any(|p| word.strip_prefix(p).is_some_and(|base| BASES.contains(&base)));
+    // Products and quotients, as `V/m` and `N/m`.
+    length_unit(text).is_none() && text.split(['/', '*', '·']).next().is_some_and(|word| one(word.trim()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,5 +57,9 @@ mod tests {
             assert!(metres_per(&actual).is_some());
         }
         assert_eq!(["V", "deg", "", "cell extent in x"].map(length_unit), [None, None, None, None]);
+        ["V", "mV", "%", "[deg]", "°", "nA", "Hz", "V/m", "MPa"].iter().for_each(|u| assert!(is_other(u), "{u}"));
+        ["", "nm", "Å", "A", "counts", "a.u.", "cell extent in x", "m", "pm", "cm"]
+            .iter()
+            .for_each(|u| assert!(!is_other(u), "{u}"));
     }
 }

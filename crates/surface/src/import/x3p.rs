@@ -28,14 +28,27 @@ pub(super) fn starts(path: &Path, start: &[u8]) -> bool {
         return false;
     }
     match File::open(path).ok().and_then(|file| ZipArchive::new(BufReader::new(file)).ok()) {
-        Some(archive) => archive.index_for_name(MAIN).is_some(),
+        Some(archive) => folder_of(&archive).is_some(),
         None => start.windows(MAIN.len()).any(|w| w == MAIN.as_bytes()),
+    }
+}
+
+/// The folder of the description in the archive: programs that pack a folder put all files into it. `None` for several surfaces.
+fn folder_of(archive: &ZipArchive<BufReader<File>>) -> Option<String> {
+    let names: Vec<_> = archive.file_names().collect::<std::result::Result<_, _>>().ok()?;
+    let folders = names.iter().filter_map(|n| n.strip_suffix(MAIN)).filter(|f| f.is_empty() || f.ends_with('/'));
+    let folders: Vec<&str> = folders.filter(|f| !f.starts_with("__MACOSX/")).collect();
+    match folders[..] {
+        [only] => Some(only.to_string()),
+        _ => folders.contains(&"").then(String::new),
     }
 }
 
 /// An open archive.
 struct X3pArchive<'a> {
     path: &'a Path,
+    /// Folder of the files, with its `/`.
+    folder: String,
     zip: ZipArchive<BufReader<File>>,
 }
 
@@ -43,12 +56,18 @@ impl<'a> X3pArchive<'a> {
     fn open(path: &'a Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io("open", path))?;
         let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| damaged(path, e))?;
-        Ok(X3pArchive { path, zip })
+        let folder = folder_of(&zip).unwrap_or_default();
+        Ok(X3pArchive { path, folder, zip })
     }
 
     fn entry(&mut self, name: &str) -> Result<ZipFile<'_, BufReader<File>>> {
         let path = self.path;
-        self.zip.by_name(name).map_err(|e| match e {
+        // Links have either separator, and may start in the archive or in the folder.
+        let link = name.replace('\\', "/");
+        let link = link.trim_start_matches("./").trim_start_matches('/');
+        let inside = format!("{}{link}", self.folder);
+        let inside = if self.zip.index_for_name(&inside).is_some() { &inside } else { link };
+        self.zip.by_name(inside).map_err(|e| match e {
             ZipError::FileNotFound => Error::format(path, format!("no {name:?} in the archive"), "a whole .x3p file"),
             other => damaged(path, other),
         })
@@ -90,7 +109,7 @@ fn damaged(path: &Path, e: impl std::fmt::Display) -> Error {
 }
 
 /// Reads a surface of ISO 25178-72 (`.x3p`): an archive with `main.xml` and a matrix of heights, in m. Points that were not
-/// measured are NaN, or marked in a second file.
+/// measured are NaN or infinite, or marked in a second file.
 pub(super) fn read(path: &Path) -> Result<ImportedFile> {
     let mut archive = X3pArchive::open(path)?;
     let main = archive.bytes(MAIN, MOST_XML)?;
@@ -113,7 +132,8 @@ pub(super) fn read(path: &Path) -> Result<ImportedFile> {
     let scale = bytes::factor(path, "Increment of CZ", increment("CZ")?.unwrap_or(1.0))?;
     let offset = number(path, &xml, "Record1/Axes/CZ/Offset")?.unwrap_or(0.0);
     let mut heights = heights(&mut archive, &xml, &main, [nx, ny], stored)?;
-    heights.iter_mut().for_each(|h| *h = *h * scale + offset);
+    // Some programs write infinities for points that were not measured.
+    heights.iter_mut().for_each(|h| *h = if h.is_finite() { *h * scale + offset } else { f64::NAN });
     let map = HeightMap::with_missing(&path.display().to_string(), nx, ny, heights)?;
     let declared = Declared { unit: Some("m".into()), extent: Some(extent), ..Declared::default() };
     Ok(ImportedFile::map(map, declared, format!("x3p (ISO 25178-72), {type_name} [ny, nx]")))
@@ -196,7 +216,7 @@ fn checksum(path: &Path, stated: Option<&str>, name: &str, bytes: &[u8]) -> Resu
 fn checksum_file(archive: &mut X3pArchive, xml: &Elements, files: &[(&str, &[u8])]) -> Result<()> {
     const LONGEST: u64 = 1 << 16;
     let name = xml.text("Record4/ChecksumFile").filter(|n| !n.is_empty()).unwrap_or("md5checksum.hex");
-    if archive.zip.index_for_name(name).is_none() {
+    if archive.entry(name).is_err() {
         return Ok(());
     }
     let text = archive.bytes(name, LONGEST)?;
