@@ -327,7 +327,9 @@ impl<R: BufRead> BoundedLines<'_, R> {
                 "a LAMMPS setfl (eam/alloy) table, which is text",
             ));
         }
-        Ok((!bytes.is_empty()).then(|| String::from_utf8_lossy(&bytes).trim_end().to_owned()))
+        // LAMMPS takes typographic hyphens, dashes and minus signs for `-`.
+        let dash = |c: char| matches!(c, '\u{2010}'..='\u{2014}' | '\u{2212}');
+        Ok((!bytes.is_empty()).then(|| String::from_utf8_lossy(&bytes).trim_end().replace(dash, "-")))
     }
 
     fn comment(&mut self) -> Result<String> {
@@ -350,7 +352,7 @@ impl<R: BufRead> BoundedLines<'_, R> {
         word.parse().map_err(|_| self.refuse(word, accepted))
     }
 
-    /// Checks and skips `count` numbers; a table must end at the end of a line.
+    /// Checks and skips `count` numbers; a table must end at the end of a line, where LAMMPS reads over one number more.
     fn skip_values(&mut self, count: usize, description: &str) -> Result<()> {
         let mut seen = 0;
         while seen < count {
@@ -363,7 +365,7 @@ impl<R: BufRead> BoundedLines<'_, R> {
                 seen += 1;
             }
         }
-        if seen > count {
+        if seen > count + 1 {
             return Err(self.refuse(&format!("{} numbers too many", seen - count), description));
         }
         Ok(())
@@ -537,6 +539,13 @@ mod tests {
         assert!(!message.contains('\n'));
     }
 
+    /// One number more, and typographic minus signs, as LAMMPS reads them.
+    #[test]
+    fn what_lammps_reads_is_read() {
+        let more = TWO.replacen("1 2 3\n", "1 \u{2212}2 3 4\n", 1).replace("5 6\n", "5 \u{2013}6 0.0\n");
+        assert_eq!(read(more.as_bytes()).unwrap(), read(TWO.as_bytes()).unwrap());
+    }
+
     #[test]
     fn a_truncated_or_damaged_table_is_refused_in_one_line() {
         for end in 0..TWO.len() - 3 {
@@ -551,7 +560,7 @@ mod tests {
             ("2 Cd Ca", "-1", "number of elements"),
             ("48 112.4", "48 -1", "positive mass"),
             ("1 2 3\n", "1 inf 3\n", "embedding"),
-            ("1 2 3\n", "1 2 3 4\n", "too many"),
+            ("1 2 3\n", "1 2 3 4 5\n", "too many"),
         ];
         for (good, bad, expected) in damaged {
             let message = read(TWO.replacen(good, bad, 1).as_bytes()).unwrap_err().to_string();

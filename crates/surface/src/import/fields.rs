@@ -26,6 +26,9 @@ fn has_numbers_apart(field: &str) -> bool {
 pub(super) fn split(line: &str) -> (Vec<&str>, Separator) {
     let line = line.trim_matches(|c: char| c.is_whitespace() && c != '\t');
     for (separator, kind) in [(';', Separator::Semicolon), (',', Separator::Comma), ('\t', Separator::Tab)] {
+        if !line.contains(separator) {
+            continue;
+        }
         let fields = unquoted(line, separator);
         if fields.len() == 1 || kind == Separator::Comma && are_decimal(line) {
             continue;

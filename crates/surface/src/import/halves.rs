@@ -27,6 +27,9 @@ pub(super) struct CommaHalves {
 impl CommaHalves {
     /// Takes in a row of numbers and marks; a mark stands for both halves.
     pub(super) fn row(&mut self, fields: &[&str], line: usize) {
+        if self.fractions {
+            return;
+        }
         let fields: Vec<&&str> = fields.iter().filter(|f| !is_missing(f)).collect();
         let unsigned =
             |field: &str| field.strip_prefix(['-', '+', '\u{2212}']).map_or(field.to_string(), str::to_string);
@@ -35,8 +38,7 @@ impl CommaHalves {
         let is_whole = |f: &&&str| digits(f) > 0 && mantissa(f).bytes().all(|b| b.is_ascii_digit());
         let has_exponent = |f: &str| digits(f) < unsigned(f).len();
         let is_number = |f: &&&str| f.parse::<f64>().is_ok_and(f64::is_finite);
-        if fields.len() < 2 || self.fractions || fields.iter().any(|f| is_number(f) && !is_whole(f) || f.contains(','))
-        {
+        if fields.len() < 2 || fields.iter().any(|f| is_number(f) && !is_whole(f) || f.contains(',')) {
             self.fractions |= fields.len() > 1;
             return;
         }
