@@ -207,11 +207,17 @@ fn walls_of_any_stiffness() {
             _ => {}
         }
     }
-    // No method converges for a wall that is far stiffer than the stiffest mode of the grid; each reports it.
+    // No method whose unknown is the gap converges for a wall that is far stiffer than the stiffest mode of the grid; each reports
+    // it. `fast` solves for the stress.
     for id in METHODS {
         let wall =
             ReducedProblem { wall: Wall::Penalty(PenaltyWall { length: 1e-8 }), max_iterations: 200, ..p.clone() };
         let found = path(&wall, id, &[0.02]).remove(0);
+        if id == "fast" {
+            assert_eq!((found.stop, found.area), (Stop::Converged, hard.area));
+            assert!(near(found.energy, hard.energy, 1e-6), "{} {}", found.energy, hard.energy);
+            continue;
+        }
         assert!(found.stop != Stop::Converged && found.residual > wall.tolerance && found.is_finite(), "{id}");
     }
 }

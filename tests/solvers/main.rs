@@ -3,6 +3,7 @@
 mod adhesive_analytic;
 mod analytic;
 mod asperities;
+mod contact_stress;
 mod edges;
 mod estimates;
 mod extrapolation;

@@ -104,6 +104,10 @@ impl Law for AttractionLaw {
         of_law!(self, a => a.cutoff(), 0.0)
     }
 
+    fn linear_compliance(&self) -> Option<f64> {
+        matches!(self, AttractionLaw::None).then_some(0.0)
+    }
+
     fn max_slope(&self, lowest: f64) -> f64 {
         of_law!(self, a => a.max_slope(lowest), 0.0)
     }
@@ -235,6 +239,10 @@ impl Law for SoftWall {
     /// All walls vanish at zero gap.
     fn cutoff(&self) -> f64 {
         0.0
+    }
+
+    fn linear_compliance(&self) -> Option<f64> {
+        of_wall!(self, w => w.linear_compliance())
     }
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {

@@ -43,6 +43,10 @@ impl<L: Law> Law for Yielding<'_, L> {
         self.law.cutoff()
     }
 
+    fn linear_compliance(&self) -> Option<f64> {
+        self.law.linear_compliance()
+    }
+
     fn max_slope(&self, lowest: f64) -> f64 {
         self.law.max_slope(lowest.max(0.0))
     }
@@ -113,6 +117,10 @@ impl Law for YieldingWall {
 
     fn cutoff(&self) -> f64 {
         self.wall.cutoff()
+    }
+
+    fn linear_compliance(&self) -> Option<f64> {
+        self.wall.linear_compliance().filter(|_| self.hardness == f64::INFINITY)
     }
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {

@@ -51,6 +51,11 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
+    /// Compression per stress (L/E*) of a wall alone whose compression is proportional to the stress: zero for a hard wall.
+    fn linear_compliance(&self) -> Option<f64> {
+        None
+    }
+
     /// Gap below which an attraction combined with this wall stays constant. An exponentially growing attraction
     /// would otherwise overcome a wall whose repulsion is linear in the depth.
     fn adhesion_floor(&self) -> f64 {
@@ -175,6 +180,10 @@ impl Law for HardWall {
         0.0
     }
 
+    fn linear_compliance(&self) -> Option<f64> {
+        Some(0.0)
+    }
+
     fn max_slope(&self, _: f64) -> f64 {
         0.0
     }
@@ -205,6 +214,10 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
 
     fn slope(&self, g: f64) -> f64 {
         self.wall.slope(g) + if g < self.wall.adhesion_floor() { 0.0 } else { self.adhesion.slope(g) }
+    }
+
+    fn linear_compliance(&self) -> Option<f64> {
+        self.wall.linear_compliance().filter(|_| self.adhesion.range() == 0.0)
     }
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {

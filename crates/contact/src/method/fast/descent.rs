@@ -55,7 +55,7 @@ const ROUGH: f64 = 20.0;
 const INNER_LIMIT: usize = 40;
 
 /// Largest convergence rate per cycle that error estimates use.
-const SLOWEST_RATE: f64 = 0.9;
+pub(super) const SLOWEST_RATE: f64 = 0.9;
 
 /// Bounds of the stress scale under mean-gap control, over E* h_rms/L, the stress that flattens the longest waves.
 const STRESS_SCALE_BOUNDS: [f64; 2] = [1e-6, 1e-2];
@@ -200,6 +200,49 @@ pub(super) struct DescentSnapshot {
     phase: Option<SmoothingPhase>,
     cycle: Option<Cycle>,
     progress: ConvergenceMonitor,
+    /// Of a grid that is finished: the next one continues from its state.
+    #[serde(default)]
+    finished: Option<ErrorEstimates>,
+}
+
+impl DescentSnapshot {
+    /// Of a finished grid, after this number of iterations.
+    pub(super) fn after(
+        pressure: f64,
+        iterations: usize,
+        (fft_pairs, earlier_pairs): (f64, f64),
+        error_estimates: ErrorEstimates,
+    ) -> Self {
+        DescentSnapshot {
+            fft_pairs,
+            earlier_pairs,
+            finished: Some(error_estimates),
+            ..Self::fresh(pressure, iterations)
+        }
+    }
+
+    fn fresh(pressure: f64, iterations: usize) -> Self {
+        DescentSnapshot {
+            pressure,
+            iterations,
+            fft_pairs: 0.0,
+            earlier_pairs: 0.0,
+            search: GapSearch::default(),
+            smoothing: SMOOTHING,
+            careful: false,
+            precision: None,
+            last: 0.0,
+            phase: None,
+            cycle: None,
+            progress: ConvergenceMonitor::default(),
+            finished: None,
+        }
+    }
+
+    /// Error estimates and number of iterations of a finished grid.
+    pub(super) fn finished(&self) -> Option<(ErrorEstimates, usize)> {
+        self.finished.map(|estimates| (estimates, self.iterations))
+    }
 }
 
 /// Iterates on one grid until the tolerance is met.
@@ -277,22 +320,8 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let now = level.trial(0.0, precision);
         level.pending = 0.0;
         let untouched = resumed.is_none() && !task.pulled;
-        let fresh = DescentSnapshot {
-            pressure,
-            iterations: *iterations,
-            fft_pairs: 0.0,
-            earlier_pairs: 0.0,
-            search: GapSearch::default(),
-            smoothing: SMOOTHING,
-            careful: false,
-            precision: None,
-            last: 0.0,
-            phase: None,
-            cycle: None,
-            progress: ConvergenceMonitor::default(),
-        };
         let DescentSnapshot { smoothing, careful, last, phase, cycle, progress, iterations: done, fft_pairs, .. } =
-            resumed.unwrap_or(fresh);
+            resumed.unwrap_or_else(|| DescentSnapshot::fresh(pressure, *iterations));
         *iterations = done;
         level.fft_pairs += fft_pairs;
         Descent {
@@ -428,6 +457,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
                 phase: self.phase,
                 cycle: self.cycle,
                 progress: self.progress.at(&self.known),
+                finished: None,
             };
             observer.snapshot(SnapshotRef {
                 grid,

@@ -158,7 +158,7 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
 }
 
 /// The first bytes of a spectrum, as a spectrum in f32.
-fn first_bytes<T: Real>(spectrum: &mut HalfSpectrum<T>) -> &mut [Complex<f32>] {
+pub(super) fn first_bytes<T: Real>(spectrum: &mut HalfSpectrum<T>) -> &mut [Complex<f32>] {
     let len = spectrum.len();
     &mut bytemuck::cast_slice_mut(spectrum)[..len]
 }

@@ -335,6 +335,12 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
         Trial { residuals: self.residuals(&sums), rr: sums.1[0] / n, rr_old: sums.1[KKT - 1] / n }
     }
 
+    /// Evaluates the present gap: residuals of the last solve on this grid.
+    pub(super) fn evaluate(&mut self, precision: Precision) {
+        self.prepare();
+        self.last = self.trial(0.0, precision).residuals;
+    }
+
     /// Residuals per area of the facing nodes, from the sums over these and over the padding.
     fn residuals(&self, (elastic, sums): &StateSums) -> Residuals {
         let (facing, all) = (self.window().points(), self.grid().points());

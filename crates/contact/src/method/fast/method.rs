@@ -2,7 +2,7 @@
 
 use super::level::Level;
 use super::window::ComputationCell;
-use super::{Fast, FastRun, ID, shared};
+use super::{Fast, FastRun, ID, contact_stress, shared};
 use crate::interface::{HardWall, Kernel, Law};
 use crate::method::operator::{Build, dispatch};
 use crate::method::plastic::PlasticFlow;
@@ -63,7 +63,7 @@ impl ContactMethod for Fast {
         let yielding = PlasticFlow::<f64>::bytes(problem) + continued as u64;
         // With a GPU the host has the heights with their half spectrum, for first contact, and then gap and stress.
         let level = match Device::of(problem, &CARD) {
-            Device::Cpu => level,
+            Device::Cpu => level.max(contact_stress::bytes(problem, grid, real)),
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
         let level = shared::bytes(problem.ranks, grid, level);

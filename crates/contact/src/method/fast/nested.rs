@@ -1,6 +1,7 @@
 //! Nested iteration: each grid starts from the Fourier interpolation of the displacement on the one before.
 
 use super::FastRun;
+use super::contact_stress::StressSolved;
 use super::descent::{DescentSnapshot, Ended};
 use super::level::{Level, TANGENT_ACCURACY};
 use crate::interface::Law;
@@ -42,18 +43,58 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         resumed: Option<(Grid, Vec<T>, DescentSnapshot)>,
     ) -> (Level<'_, T, L>, Ended) {
         let grids = grids(self.cell.grid);
-        let (mut level, pause) = match resumed {
-            Some(snapshot) => self.continued(load, snapshot),
-            None => (self.begun(grids[0], load), None),
+        let (mut level, mut ended) = match resumed {
+            Some(snapshot) => {
+                let (mut level, pause) = self.continued(load, snapshot);
+                let ended = match pause.finished() {
+                    Some((error_estimates, done)) => {
+                        level.evaluate(self.problem.precision);
+                        *iterations = done;
+                        Ended { ending: Ending::Met, error_estimates }
+                    }
+                    None => self.solve_on(&mut level, load, iterations, Some(pause)),
+                };
+                (level, ended)
+            }
+            None => {
+                let solved = self.first_solved_for_stress(self.begun(grids[0], load), iterations);
+                self.evaluated(solved, load, iterations)
+            }
         };
         let first = level.grid();
-        let mut ended = self.solve_on(&mut level, load, iterations, pause);
         for grid in grids.into_iter().skip_while(|grid| *grid != first).skip(1) {
-            level = self.finer(grid, level, load, &ended);
             // After an interruption on a coarse grid its state is only interpolated to the finer ones.
-            if ended.ending != Ending::Stopped(Stop::Interrupted) {
-                ended = self.solve_on(&mut level, load, iterations, None);
+            let interrupted = ended.ending == Ending::Stopped(Stop::Interrupted);
+            self.conclude(&mut level, load, &ended);
+            let coarse = if interrupted { None } else { self.coarse_contact(&mut level, &ended, *iterations) };
+            level = self.finer(grid, level, load, &ended);
+            if interrupted {
+                continue;
             }
+            let solved = match coarse {
+                Some(coarse) => self.solved_for_stress(level, coarse, iterations),
+                None => StressSolved::untouched(level),
+            };
+            (level, ended) = self.evaluated(solved, load, iterations);
+        }
+        (level, ended)
+    }
+
+    /// Solves a grid for the gap, from the state of a solve for the contact stress.
+    fn evaluated<'s>(
+        &'s self,
+        solved: StressSolved<'s, T, L>,
+        load: Load,
+        iterations: &mut usize,
+    ) -> (Level<'s, T, L>, Ended) {
+        let StressSolved { mut level, error_estimates, stopped } = solved;
+        if stopped.is_break() {
+            return (level, Ended { ending: Ending::Stopped(Stop::Interrupted), error_estimates });
+        }
+        let mut ended = self.solve_on(&mut level, load, iterations, None);
+        // Those of the solve for the stress, where the gap needed no step.
+        if ended.error_estimates == ErrorEstimates::default() {
+            ended.error_estimates = error_estimates;
         }
         (level, ended)
     }
@@ -69,12 +110,21 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         &self,
         load: Load,
         (grid, gap, pause): (Grid, Vec<T>, DescentSnapshot),
-    ) -> (Level<'_, T, L>, Option<DescentSnapshot>) {
+    ) -> (Level<'_, T, L>, DescentSnapshot) {
         let mut level = Level::with_gap(grid, self.body(grid), self.cell, self.gpu.as_ref(), gap);
         self.set_load(&mut level, load);
         level.pressure = pause.pressure;
         self.earlier_pairs.set(pause.earlier_pairs);
-        (level, Some(pause))
+        (level, pause)
+    }
+
+    /// Tolerance of the residual on a grid.
+    pub(super) fn goal(&self, grid: Grid, load: Load) -> f64 {
+        if grid == self.cell.grid {
+            return self.tolerance(load);
+        }
+        let coarse = if self.is_next(grid) { NEXT_TOLERANCE } else { COARSE_TOLERANCE };
+        coarse.max(self.tolerance(load))
     }
 
     fn solve_on(
@@ -84,22 +134,21 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         iterations: &mut usize,
         pause: Option<DescentSnapshot>,
     ) -> Ended {
-        let goal = if level.grid() == self.cell.grid {
-            self.tolerance(load)
-        } else {
-            let coarse = if self.is_next(level.grid()) { NEXT_TOLERANCE } else { COARSE_TOLERANCE };
-            coarse.max(self.tolerance(load))
-        };
+        let goal = self.goal(level.grid(), load);
         level.prepare();
         self.solve_at(level, load, goal, iterations, pause)
     }
 
-    /// The next finer grid, from the state on a coarser one.
-    fn finer<'s>(&'s self, grid: Grid, mut level: Level<'s, T, L>, load: Load, ended: &Ended) -> Level<'s, T, L> {
+    /// Applies the last step of a coarse grid and reports its state.
+    fn conclude(&self, level: &mut Level<T, L>, load: Load, ended: &Ended) {
         level.apply_pending();
         if ended.ending == Ending::Met && !level.has_failed() {
-            self.report(&mut level, load, ended.error_estimates);
+            self.report(level, load, ended.error_estimates);
         }
+    }
+
+    /// The next finer grid, from the state on a coarser one.
+    fn finer<'s>(&'s self, grid: Grid, level: Level<'s, T, L>, load: Load, ended: &Ended) -> Level<'s, T, L> {
         let fraction = level.grid().points() as f64 / self.cell.grid.points() as f64;
         self.earlier_pairs.set(self.earlier_pairs.get() + level.fft_pairs * fraction);
         match ended.ending {

@@ -1,0 +1,184 @@
+//! Where a grid is first solved for the contact stress.
+
+use super::FastRun;
+use super::descent::{DescentSnapshot, Ended};
+use super::dual::{Contact, ContactStress, transferred};
+use super::level::Level;
+use crate::interface::{AttractionLaw, Law};
+use crate::method::{ErrorEstimates, Iteration, Load, Observer, ReducedProblem, SnapshotRef};
+use asperity_grid::sys::ranks::ALONE;
+use asperity_grid::{Grid, Real, mean};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// Largest share of nodes in contact: at a quarter a product with the sparse model costs as much as a transform pair. Behind a soft
+/// wall the solver for the gap takes 2 to 20 times the pairs.
+const CONTACT: f64 = 0.08;
+const CONTACT_OF_SOFT_WALL: f64 = 0.5;
+
+/// Share of the nodes that carry the load at first, on the coarsest grid.
+const LOWEST: f64 = 0.1;
+
+/// Largest ratio of the sides of a pixel.
+const OBLONG: f64 = 2.0;
+
+/// Estimated residual over the tolerance at which the state is left to the solver for the gap, which evaluates it.
+const ACCURATE: f64 = 0.5;
+
+/// Share of the nodes in contact that memory is planned for.
+const PLANNED: f64 = 0.03;
+
+/// Bytes of a solve for the contact stress on a grid with a state of `real` bytes a point, without the series of the heights; none
+/// where there is none.
+pub(super) fn bytes(problem: &ReducedProblem, grid: Grid, real: usize) -> u64 {
+    let soft = problem.wall.soft();
+    let linear = soft.is_none_or(|wall| wall.linear_compliance().is_some()) && problem.adhesion == AttractionLaw::None;
+    if !linear || problem.ranks.are_several() || grid != problem.grid {
+        return 0;
+    }
+    // Gap, spectrum, and the gap of the coarser grid.
+    let state = 2.25 * real as f64;
+    ((state + Contact::<f64>::BYTES + PLANNED * Contact::<f64>::BYTES_OF_CONTACT) * grid.points() as f64) as u64
+}
+
+/// State of a coarser grid.
+pub(super) struct CoarseContact<T> {
+    grid: Grid,
+    gap: Vec<T>,
+    stress: Vec<T>,
+    /// From which the next grid may continue.
+    snapshot: DescentSnapshot,
+}
+
+/// A grid that was solved for the contact stress.
+pub(super) struct StressSolved<'s, T: Real, L> {
+    pub level: Level<'s, T, L>,
+    pub error_estimates: ErrorEstimates,
+    /// `Break` where the observer stopped the solve.
+    pub stopped: ControlFlow<()>,
+}
+
+impl<'s, T: Real, L> StressSolved<'s, T, L> {
+    pub(super) fn untouched(level: Level<'s, T, L>) -> Self {
+        StressSolved { level, error_estimates: ErrorEstimates::default(), stopped: ControlFlow::Continue(()) }
+    }
+}
+
+impl<T: Real, L: Law> FastRun<'_, T, L> {
+    /// Whether grids may be solved for the contact stress.
+    fn takes_stress(&self, level: &Level<T, L>) -> bool {
+        let ratio = self.cell.grid.dx() / self.cell.grid.dy();
+        let apart = self.problem.ranks.are_several() || self.gpu.is_some() || self.cell.is_padded();
+        let fits = self.cell.grid.points() < u32::MAX as usize && ratio.max(1.0 / ratio) <= OBLONG;
+        let linear = self.law.linear_compliance().is_some() && level.spring.stiffness == 0.0;
+        !apart && fits && linear && level.pressure > 0.0
+    }
+
+    /// The coarsest grid behind a soft wall, from first contact: the lowest nodes carry the load.
+    pub(super) fn first_solved_for_stress<'s>(
+        &'s self,
+        mut level: Level<'s, T, L>,
+        iterations: &mut usize,
+    ) -> StressSolved<'s, T, L> {
+        if L::HARD || !self.takes_stress(&level) {
+            return StressSolved::untouched(level);
+        }
+        let mut sorted = level.gap().to_vec();
+        let count = (LOWEST * sorted.len() as f64).ceil() as usize;
+        let (_, &mut limit, _) = sorted.select_nth_unstable_by(count, |a, b| a.wide().total_cmp(&b.wide()));
+        let lowest = level.gap().iter().zip(0..).filter(|(g, _)| **g <= limit);
+        let nodes: Vec<u32> = lowest.map(|(_, i)| i).collect();
+        let start = ContactStress { values: vec![level.pressure; nodes.len()], nodes };
+        self.solved_from(level, &start, None, iterations)
+    }
+
+    /// The state of a grid from which the next one is solved for the contact stress; `None` where it is not: several ranks, a GPU, a padded
+    /// cell, adhesion, an imposed mean gap, flow, large contact.
+    pub(super) fn coarse_contact(
+        &self,
+        level: &mut Level<T, L>,
+        ended: &Ended,
+        iterations: usize,
+    ) -> Option<CoarseContact<T>> {
+        let limit = if L::HARD { CONTACT } else { CONTACT_OF_SOFT_WALL };
+        let few = level.last.contact > 0.0 && level.last.contact <= limit && level.last.flow == 0.0;
+        if !few || !self.takes_stress(level) {
+            return None;
+        }
+        let grid = level.grid();
+        let pairs = (level.fft_pairs, self.earlier_pairs.get());
+        let snapshot = DescentSnapshot::after(level.pressure, iterations, pairs, ended.error_estimates);
+        let stress = level.stress().1;
+        Some(CoarseContact { grid, gap: level.gap().to_vec(), stress, snapshot })
+    }
+
+    /// Solves a grid for the contact stress, from that of a coarser one.
+    pub(super) fn solved_for_stress<'s>(
+        &'s self,
+        mut level: Level<'s, T, L>,
+        mut coarse: CoarseContact<T>,
+        iterations: &mut usize,
+    ) -> StressSolved<'s, T, L> {
+        let closed = |gap: &T| if L::HARD { *gap == T::zero() } else { *gap < T::zero() };
+        let nodes: Vec<u32> = level.gap().iter().zip(0..).filter(|(g, _)| closed(g)).map(|(_, i)| i).collect();
+        if nodes.is_empty() {
+            return StressSolved::untouched(level);
+        }
+        let start = transferred((coarse.grid, &coarse.stress), (level.grid(), nodes), level.pressure);
+        coarse.stress = Vec::new();
+        self.solved_from(level, &start, Some(coarse), iterations)
+    }
+
+    /// The same from an initial stress. A snapshot is that of the coarser grid.
+    fn solved_from<'s>(
+        &'s self,
+        level: Level<'s, T, L>,
+        start: &ContactStress,
+        coarse: Option<CoarseContact<T>>,
+        iterations: &mut usize,
+    ) -> StressSolved<'s, T, L> {
+        let (grid, pressure, wall) = (level.grid(), level.pressure, self.law.linear_compliance().unwrap_or(0.0));
+        drop(level);
+        let contact = Contact { grid, kernel: &self.problem.kernel, heights: &self.heights, wall, pressure };
+        let tolerance = self.goal(grid, Load::Pressure(pressure));
+        let grid_fraction = grid.points() as f64 / self.cell.grid.points() as f64;
+        let before = *iterations;
+        let mut watch = |iteration: usize, residual: f64| {
+            let step = Iteration { iteration: before + iteration, residual, tolerance, grid_fraction };
+            let stopped = self.observer.iteration(step).is_break() || self.observer.stop_requested();
+            if let Some(coarse) = coarse.as_ref().filter(|_| stopped || self.observer.snapshot_due()) {
+                self.observer.snapshot(SnapshotRef {
+                    grid: coarse.grid,
+                    ranks: &ALONE,
+                    gap: T::lend(&coarse.gap),
+                    auxiliary: None,
+                    plastic: self.flow.lend(),
+                    progress: serde_json::to_value(&coarse.snapshot).expect("plain numbers"),
+                });
+            }
+            if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let solved = contact.solve(start, ACCURATE * tolerance, &mut watch);
+        *iterations += solved.iterations;
+        let finite = solved.stress.values.iter().all(|s| s.is_finite()) && mean(&solved.gap).is_finite();
+        let mut level = match (finite, coarse) {
+            (true, _) => self.at_gap(grid, (solved.gap, &solved.stress), wall),
+            (false, Some(coarse)) => self.interpolated(grid, coarse),
+            (false, None) => self.at_first_contact(grid),
+        };
+        (level.pressure, level.fft_pairs) = (pressure, solved.fft_pairs);
+        StressSolved { level, error_estimates: solved.error_estimates, stopped: solved.stopped }
+    }
+
+    fn interpolated(&self, grid: Grid, coarse: CoarseContact<T>) -> Level<'_, T, L> {
+        let level = Level::with_gap(coarse.grid, self.body(coarse.grid), self.cell, None, coarse.gap);
+        Level::refined(grid, self.law_on(grid), level)
+    }
+
+    /// A level with the gap of a contact stress: closed where the stress acts, without overlap elsewhere.
+    fn at_gap(&self, grid: Grid, (mut gap, stress): (Vec<T>, &ContactStress), wall: f64) -> Level<'_, T, L> {
+        gap.par_iter_mut().for_each(|g| *g = g.max(T::zero()));
+        stress.nodes.iter().zip(&stress.values).for_each(|(i, s)| gap[*i as usize] = T::of(-wall * s));
+        Level::with_gap(grid, self.body(grid), self.cell, None, gap)
+    }
+}
