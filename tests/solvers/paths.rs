@@ -6,7 +6,7 @@ use asperity::contact::interface::{
 use asperity::contact::method::{
     Heights, Iteration, Load, NoObserver, Observer, Precision, ReducedProblem, SnapshotRef, SolverSnapshot, Stop,
 };
-use asperity::contact::path::LoadPathSolver;
+use asperity::contact::path::{InitialState, LoadPathSolver};
 use asperity::contact::results::PullOff;
 use asperity::grid::Grid;
 use asperity::methods;
@@ -364,6 +364,54 @@ fn a_resumed_solve_has_the_same_bits() {
                     && state.plastic.map(|p| p.to_vec()) == plastic,
                 "{id} {adhesion:?} {last:?} after {after}"
             );
+        }
+    }
+}
+
+/// The stated errors of a load that was interrupted, on any grid, are those of an uninterrupted one: the results of coarser grids are
+/// in the snapshot.
+#[test]
+fn errors_do_not_change_by_an_interruption() {
+    let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series().clone();
+    let grid = Grid { nx: 256, ny: 192, lx: 1.0, ly: 0.75 };
+    let gamma: f64 = 4e-4;
+    let sticky = AttractionLaw::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 256.0).sqrt());
+    let fast = methods::find("fast").expect("it is there");
+    for (adhesion, hardness, load) in [
+        (AttractionLaw::None, None, 0.02),
+        (AttractionLaw::None, None, 0.2),
+        (AttractionLaw::None, Some(0.3.into()), 0.04),
+        (sticky, None, 0.02),
+    ] {
+        let p = ReducedProblem {
+            tolerance: 1e-6,
+            hardness,
+            stiffness: true,
+            ..problem(grid, Heights::Series(&modes), adhesion)
+        };
+        let loads = [Load::Pressure(load)];
+        let path = LoadPathSolver::new(p, fast, RangeChoice::Mesh, 0.0, &loads);
+        let stated = |begin: Option<InitialState>, observer: &dyn Observer| {
+            let mut found = None;
+            let ended = path.walk(begin, false, observer, |_, reached| {
+                let errors = format!("{:?} {:?}", reached.discretisation, reached.uncertainty);
+                found = Some((errors, reached.state.iterations, reached.state.error_estimates));
+                Ok(())
+            });
+            (found, ended.is_ok())
+        };
+        let (whole, _) = stated(None, &NoObserver);
+        let (errors, iterations, estimates) = whole.expect("a state");
+        assert!(errors.contains("Some"), "{errors}");
+        for share in [0.05, 0.3, 0.6, 0.8, 0.95] {
+            let left = AtomicI64::new((share * iterations as f64) as i64);
+            let stopper = Stopper { left, ..Stopper::default() };
+            assert!(!stated(None, &stopper).1, "{adhesion} {load}, {share}: not interrupted");
+            let kept = stopper.kept.into_inner().expect("one thread").expect("a snapshot");
+            let begin = InitialState::Snapshot { finished: 0, snapshot: Box::new(kept) };
+            let (again, _) = stated(Some(begin), &NoObserver);
+            let (found, _, estimated) = again.expect("a state");
+            assert_eq!((found, estimated), (errors.clone(), estimates), "{adhesion} {load}, after {share}");
         }
     }
 }

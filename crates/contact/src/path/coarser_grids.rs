@@ -5,7 +5,7 @@ use super::pull_off::{self, SeparationStart};
 use crate::interface::{AttractionLaw, Elastic, RangeChoice};
 use crate::method::{
     CoarseState, ContactMethod, Equilibrium, ErrorEstimates, Fast, Heights, Iteration, Load, Observer, ProblemScale,
-    ReducedProblem, SnapshotRef, SolverRun, Stop,
+    ReducedProblem, SnapshotRef, SolverRun, SolverSnapshot, Stop,
 };
 use crate::observe::{ContactArea, ELASTIC_EDGE};
 use crate::results::PullOff;
@@ -14,6 +14,7 @@ use crate::uncertainty::ValueWithError;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Grid, Series};
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -36,9 +37,19 @@ pub(super) fn grids(grid: Grid, count: usize) -> Vec<Grid> {
     std::iter::successors(Some(half(grid)), |g| Some(half(*g))).take_while(large_enough).take(count).collect()
 }
 
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Grid")]
+struct StoredGrid {
+    nx: usize,
+    ny: usize,
+    lx: f64,
+    ly: f64,
+}
+
 /// Results of one state on one grid, for comparison between grids.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct GridResult {
+    #[serde(with = "StoredGrid")]
     pub grid: Grid,
     pub range: f64,
     /// Contact area, and its uncertainty by edges.
@@ -275,6 +286,14 @@ pub(super) struct CoarseGridResults<'a> {
     done: AtomicBool,
 }
 
+/// Scalars of a snapshot, with the results of the coarser grids of its load: a resumed solve has the error of an uninterrupted one.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProgressWithGrids {
+    coarser: Vec<GridResult>,
+    method: serde_json::Value,
+}
+
 impl<'a> CoarseGridResults<'a> {
     pub(super) fn new(
         observer: &'a dyn Observer,
@@ -295,6 +314,17 @@ impl<'a> CoarseGridResults<'a> {
     pub(super) fn finish(&self, snapshot: SnapshotRef) {
         self.observer.snapshot(snapshot);
         self.done.store(true, Relaxed);
+    }
+
+    /// Takes the results of coarser grids out of a snapshot, which the method then resumes.
+    pub(super) fn resumed(&self, snapshot: SolverSnapshot) -> SolverSnapshot {
+        match serde_json::from_value(snapshot.progress.clone()) {
+            Ok(ProgressWithGrids { coarser, method }) => {
+                self.passed.lock().unwrap_or_else(|e| e.into_inner()).extend(coarser);
+                SolverSnapshot { progress: method, ..snapshot }
+            }
+            Err(_) => snapshot,
+        }
     }
 
     /// The finest result since the last call.
@@ -330,9 +360,18 @@ impl Observer for CoarseGridResults<'_> {
     }
 
     fn snapshot(&self, snapshot: SnapshotRef) {
-        if !self.done.load(Relaxed) {
-            self.observer.snapshot(snapshot);
+        if self.done.load(Relaxed) {
+            return;
         }
+        // A state without that of a solver begins its load anew.
+        let progress = match snapshot.progress {
+            serde_json::Value::Null => serde_json::Value::Null,
+            method => {
+                let coarser = self.passed.lock().unwrap_or_else(|e| e.into_inner()).clone();
+                serde_json::to_value(ProgressWithGrids { coarser, method }).expect("plain numbers")
+            }
+        };
+        self.observer.snapshot(SnapshotRef { progress, ..snapshot });
     }
 }
 

@@ -282,7 +282,7 @@ impl<'p> LoadPathSolver<'p> {
         let (waves, bound) = (LeftOutWaves::of(&self.problem), EnergyBound::of(&self.problem, self.method.card()));
         let rounding = (touch.abs().max(rms_height), self.problem.precision.epsilon());
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
-        let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
+        let (first, mut last) = self.begin((begin, scale), &mut *run, &mut coarse_solvers, &coarse_results)?;
         for (i, &load) in self.loads.iter().enumerate().skip(first) {
             let mut coarse: Vec<GridResult> = Vec::new();
             for solver in &mut coarse_solvers {
@@ -409,10 +409,10 @@ impl<'p> LoadPathSolver<'p> {
     /// from which an interrupted separation restarts.
     fn begin(
         &self,
-        begin: Option<InitialState>,
-        scale: ProblemScale,
+        (begin, scale): (Option<InitialState>, ProblemScale),
         run: &mut dyn SolverRun,
         coarse_solvers: &mut [CoarseSolver],
+        coarse_results: &CoarseGridResults,
     ) -> Result<(usize, Option<SeparationStart>)> {
         let (finished, snapshot) = match begin {
             None => return Ok((0, None)),
@@ -429,7 +429,7 @@ impl<'p> LoadPathSolver<'p> {
         }
         let unfinished = finished < self.loads.len();
         if unfinished && !snapshot.progress.is_null() {
-            run.resume(snapshot)?;
+            run.resume(coarse_results.resumed(snapshot))?;
             return Ok((finished, None));
         }
         if let Some(plastic) = &snapshot.plastic {
