@@ -1,6 +1,6 @@
 //! Grids that are solved for the contact stress: the states of the solver for the gap, in a fraction of its transform pairs.
 
-use crate::found::{Found, near, problem, rough};
+use crate::found::{Found, near, path, problem, rough};
 use asperity::contact::interface::{Base, Elastic, Layer, PenaltyWall, Wall};
 use asperity::contact::method::{Load, NoObserver, Precision, ReducedProblem, Stop};
 use asperity::grid::Grid;
@@ -59,7 +59,7 @@ fn stiff_walls_take_no_more_pairs_than_hard_ones() {
     let p = problem(grid, &heights);
     let (hard, pairs) = counted(&p, "fast", 0.01);
     assert!(pairs < PAIRS, "{pairs}");
-    for length in [1e-3, 1e-4, 1e-5, 1e-8] {
+    for length in [0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-8] {
         let wall = ReducedProblem { wall: Wall::Penalty(PenaltyWall { length }), ..p.clone() };
         let (found, pairs) = counted(&wall, "fast", 0.01);
         assert!(pairs < PAIRS, "ℓ = {length}: {pairs}");
@@ -67,7 +67,36 @@ fn stiff_walls_take_no_more_pairs_than_hard_ones() {
     }
 }
 
-/// In f32 the residual ends at its rounding error, and the state is that of f64.
+/// The limit of the iterations holds for both solvers together, and a state within it is not called converged.
+#[test]
+fn iterations_are_limited() {
+    let (grid, heights) = rough(256, 256, 1.0 / 24.0, 3);
+    for wall in [Wall::Hard, Wall::Penalty(PenaltyWall { length: 1e-4 })] {
+        for max_iterations in [1, 12] {
+            let p = ReducedProblem { max_iterations, wall, ..problem(grid, &heights) };
+            let found = path(&p, "fast", &[0.01]).remove(0);
+            assert_eq!(found.stop, Stop::IterationLimit, "{wall}, {max_iterations}");
+            assert!(found.iterations <= max_iterations && found.is_finite(), "{wall}: {}", found.iterations);
+        }
+    }
+}
+
+/// A hardness that is not reached changes neither a bit of the state nor its stiffness.
+#[test]
+fn an_unreached_hardness_keeps_the_stiffness() {
+    let (grid, heights) = rough(256, 192, 1.0 / 24.0, 5);
+    let elastic = ReducedProblem { stiffness: true, ..problem(grid, &heights) };
+    let stiffness = |p: &ReducedProblem| {
+        let mut run =
+            methods::find("fast").expect("a method").start(p, &NoObserver).expect("started").solver().unwrap();
+        let state = run.equilibrate(Load::Pressure(0.01)).expect("a state");
+        (state.stiffness.expect("a stiffness"), state.gap.to_vec())
+    };
+    let yielding = ReducedProblem { hardness: Some(50.0.into()), ..elastic.clone() };
+    assert_eq!(stiffness(&yielding), stiffness(&elastic));
+}
+
+/// In f32 the state is that of f64, also where the tolerance is below the rounding error.
 #[test]
 fn single_precision_has_the_same_contact() {
     let (grid, heights) = rough(256, 192, 1.0 / 24.0, 11);
@@ -77,4 +106,7 @@ fn single_precision_has_the_same_contact() {
     let (narrow, pairs) = counted(&single, "fast", 0.01);
     assert!(near(narrow.area, found.area, 2e-3) && near(narrow.mean_gap, found.mean_gap, 1e-4), "{pairs} pairs");
     assert!(pairs < 25.0, "{pairs}");
+    let exact = ReducedProblem { precision: Precision::F32, tolerance: 1e-9, ..problem(grid, &heights) };
+    let rounded = path(&exact, "fast", &[0.01]).remove(0);
+    assert!(rounded.stop == Stop::RoundingFloor && near(rounded.area, found.area, 2e-3), "{:?}", rounded.stop);
 }

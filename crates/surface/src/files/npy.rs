@@ -583,10 +583,8 @@ mod tests {
                 let rows = ranks.share(11);
                 let own = &values[rows.start * 5..rows.end * 5];
                 write_on_ranks(&ranks, &path, [5, 11], own.iter().copied()).unwrap();
-                (
-                    NpyReader::open(&path).unwrap().rows(rows).unwrap(),
-                    own.iter().map(|v| f64::from(*v)).collect::<Vec<_>>(),
-                )
+                let wide: Vec<f64> = own.iter().map(|v| f64::from(*v)).collect();
+                (NpyReader::open(&path).unwrap().rows(rows).unwrap(), wide)
             });
             assert!(read.into_iter().all(|(actual, own)| actual == own), "{count} ranks");
             assert!(std::fs::read(&path).unwrap() == std::fs::read(&alone).unwrap(), "{count} ranks");

@@ -104,10 +104,6 @@ impl Law for AttractionLaw {
         of_law!(self, a => a.cutoff(), 0.0)
     }
 
-    fn linear_compliance(&self) -> Option<f64> {
-        matches!(self, AttractionLaw::None).then_some(0.0)
-    }
-
     fn max_slope(&self, lowest: f64) -> f64 {
         of_law!(self, a => a.max_slope(lowest), 0.0)
     }

@@ -2,19 +2,23 @@
 
 use super::FastRun;
 use super::descent::{DescentSnapshot, Ended};
-use super::dual::{Contact, ContactStress, transferred};
+use super::dual::{Contact, ContactStress, LIMIT, Solved, transferred};
 use super::level::Level;
-use crate::interface::{AttractionLaw, Law};
+use crate::interface::{AttractionLaw, Elastic, Law};
+use crate::method::equilibrium_check::Ending;
 use crate::method::{ErrorEstimates, Iteration, Load, Observer, ReducedProblem, SnapshotRef};
 use asperity_grid::sys::ranks::ALONE;
 use asperity_grid::{Grid, Real, mean};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
-/// Largest share of nodes in contact: at a quarter a product with the sparse model costs as much as a transform pair. Behind a soft
+/// Largest share of nodes in contact: at a quarter a product with the sparse model costs as much as a transform pair. Behind a stiff
 /// wall the solver for the gap takes 2 to 20 times the pairs.
 const CONTACT: f64 = 0.08;
-const CONTACT_OF_SOFT_WALL: f64 = 0.5;
+const CONTACT_OF_STIFF_WALL: f64 = 0.5;
+
+/// Compliance of a wall times the stiffness of the stiffest wave up to which it counts as stiff.
+const STIFF: f64 = 4.0;
 
 /// Share of the nodes that carry the load at first, on the coarsest grid.
 const LOWEST: f64 = 0.1;
@@ -25,20 +29,31 @@ const OBLONG: f64 = 2.0;
 /// Estimated residual over the tolerance at which the state is left to the solver for the gap, which evaluates it.
 const ACCURATE: f64 = 0.5;
 
-/// Share of the nodes in contact that memory is planned for.
-const PLANNED: f64 = 0.03;
+/// Share of the nodes in contact that memory is planned for, and bytes that are taken without a plan.
+const PLANNED: f64 = 0.05;
+const UNPLANNED: f64 = 6.7e7;
 
-/// Bytes of a solve for the contact stress on a grid with a state of `real` bytes a point, without the series of the heights; none
-/// where there is none.
-pub(super) fn bytes(problem: &ReducedProblem, grid: Grid, real: usize) -> u64 {
+/// Whether a problem has grids that may be solved for the contact stress, but for its law and load.
+fn takes_stress(problem: &ReducedProblem) -> bool {
+    let ratio = problem.grid.dx() / problem.grid.dy();
+    let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
+    periodic
+        && !problem.ranks.are_several()
+        && problem.grid.points() < u32::MAX as usize
+        && ratio.max(1.0 / ratio) <= OBLONG
+}
+
+/// Bytes of a solve for the contact stress on a problem's grid, without the series of the heights; 0 where there is none.
+pub(super) fn bytes(problem: &ReducedProblem, real: usize) -> u64 {
     let soft = problem.wall.soft();
     let linear = soft.is_none_or(|wall| wall.linear_compliance().is_some()) && problem.adhesion == AttractionLaw::None;
-    if !linear || problem.ranks.are_several() || grid != problem.grid {
+    if !linear || !takes_stress(problem) {
         return 0;
     }
     // Gap, spectrum, and the gap of the coarser grid.
     let state = 2.25 * real as f64;
-    ((state + Contact::<f64>::BYTES + PLANNED * Contact::<f64>::BYTES_OF_CONTACT) * grid.points() as f64) as u64
+    let bytes = state + Contact::<f64>::BYTES + PLANNED * Contact::<f64>::BYTES_OF_CONTACT;
+    (bytes * problem.grid.points() as f64) as u64
 }
 
 /// State of a coarser grid.
@@ -65,26 +80,41 @@ impl<'s, T: Real, L> StressSolved<'s, T, L> {
 }
 
 impl<T: Real, L: Law> FastRun<'_, T, L> {
-    /// Whether grids may be solved for the contact stress.
-    fn takes_stress(&self, level: &Level<T, L>) -> bool {
-        let ratio = self.cell.grid.dx() / self.cell.grid.dy();
-        let apart = self.problem.ranks.are_several() || self.gpu.is_some() || self.cell.is_padded();
-        let fits = self.cell.grid.points() < u32::MAX as usize && ratio.max(1.0 / ratio) <= OBLONG;
-        let linear = self.law.linear_compliance().is_some() && level.spring.stiffness == 0.0;
-        !apart && fits && linear && level.pressure > 0.0
+    /// Whether grids may be solved for the contact stress at a load.
+    pub(super) fn takes_stress(&self, load: Load) -> bool {
+        let linear = self.law.linear_compliance().is_some();
+        let pressed = matches!(load, Load::Pressure(p) if p > 0.0);
+        linear && pressed && self.gpu.is_none() && takes_stress(self.problem)
+    }
+
+    fn is_stiff(&self, grid: Grid) -> bool {
+        let stiffest = ReducedProblem { grid, ..self.problem.clone() }.stiffest_mode();
+        self.law.linear_compliance().is_some_and(|wall| wall * stiffest <= STIFF)
+    }
+
+    /// Whether so many nodes in contact are few enough on the problem's grid, for time and for memory.
+    fn is_small(&self, contact: f64) -> bool {
+        let stiff = !L::HARD && self.is_stiff(self.cell.grid);
+        let nodes = contact * self.cell.grid.points() as f64;
+        let fits = contact <= PLANNED || nodes * Contact::<f64>::BYTES_OF_CONTACT <= UNPLANNED;
+        contact > 0.0
+            && contact <= if stiff { CONTACT_OF_STIFF_WALL } else { CONTACT }
+            && fits
+            && nodes < Contact::<f64>::MOST_NODES
     }
 
     /// The coarsest grid behind a soft wall, from first contact: the lowest nodes carry the load.
     pub(super) fn first_solved_for_stress<'s>(
         &'s self,
         mut level: Level<'s, T, L>,
+        load: Load,
         iterations: &mut usize,
     ) -> StressSolved<'s, T, L> {
-        if L::HARD || !self.takes_stress(&level) {
+        if L::HARD || !self.takes_stress(load) || !self.is_stiff(level.grid()) {
             return StressSolved::untouched(level);
         }
         let mut sorted = level.gap().to_vec();
-        let count = (LOWEST * sorted.len() as f64).ceil() as usize;
+        let count = ((LOWEST * sorted.len() as f64) as usize).min(sorted.len() - 1);
         let (_, &mut limit, _) = sorted.select_nth_unstable_by(count, |a, b| a.wide().total_cmp(&b.wide()));
         let lowest = level.gap().iter().zip(0..).filter(|(g, _)| **g <= limit);
         let nodes: Vec<u32> = lowest.map(|(_, i)| i).collect();
@@ -93,16 +123,15 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
     }
 
     /// The state of a grid from which the next one is solved for the contact stress; `None` where it is not: several ranks, a GPU, a padded
-    /// cell, adhesion, an imposed mean gap, flow, large contact.
+    /// cell, adhesion, an imposed mean gap, flow, large contact, and after a grid that was not solved.
     pub(super) fn coarse_contact(
         &self,
         level: &mut Level<T, L>,
-        ended: &Ended,
+        (load, ended): (Load, &Ended),
         iterations: usize,
     ) -> Option<CoarseContact<T>> {
-        let limit = if L::HARD { CONTACT } else { CONTACT_OF_SOFT_WALL };
-        let few = level.last.contact > 0.0 && level.last.contact <= limit && level.last.flow == 0.0;
-        if !few || !self.takes_stress(level) {
+        let met = ended.ending == Ending::Met && level.last.flow == 0.0;
+        if !met || !self.is_small(level.last.contact) || !self.takes_stress(load) {
             return None;
         }
         let grid = level.grid();
@@ -158,16 +187,38 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
             }
             if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let solved = contact.solve(start, ACCURATE * tolerance, &mut watch);
-        *iterations += solved.iterations;
-        let finite = solved.stress.values.iter().all(|s| s.is_finite()) && mean(&solved.gap).is_finite();
-        let mut level = match (finite, coarse) {
-            (true, _) => self.at_gap(grid, (solved.gap, &solved.stress), wall),
-            (false, Some(coarse)) => self.interpolated(grid, coarse),
-            (false, None) => self.at_first_contact(grid),
+        let mut solve = |start: &ContactStress, target: f64, iterations: &mut usize| {
+            let left = self.problem.max_iterations.saturating_sub(*iterations).min(LIMIT);
+            let Solved { gap, stress, error_estimates, fft_pairs, iterations: done, stopped } =
+                contact.solve(start, (target, left), &mut watch);
+            *iterations += done;
+            let finite = stress.values.iter().all(|s| s.is_finite()) && mean(&gap).is_finite();
+            let state = finite.then(|| self.at_gap(grid, (gap, &stress), wall));
+            (state, stress, (error_estimates, fft_pairs, stopped))
         };
-        (level.pressure, level.fft_pairs) = (pressure, solved.fft_pairs);
-        StressSolved { level, error_estimates: solved.error_estimates, stopped: solved.stopped }
+        let (mut state, stress, (mut error_estimates, mut fft_pairs, mut stopped)) =
+            solve(start, ACCURATE * tolerance, iterations);
+        // The solver for the gap is slow behind a stiff wall.
+        if let Some(level) = state.as_mut().filter(|_| !L::HARD && stopped.is_continue()) {
+            level.pressure = pressure;
+            level.evaluate(self.problem.precision);
+            let missing = level.last.residual / (pressure * tolerance);
+            fft_pairs += 1.0;
+            if missing > 1.0 && missing.is_finite() {
+                let pairs;
+                drop(state.take());
+                (state, _, (error_estimates, pairs, stopped)) =
+                    solve(&stress, ACCURATE * tolerance / missing, iterations);
+                fft_pairs += pairs;
+            }
+        }
+        let mut level = match (state, coarse) {
+            (Some(level), _) => level,
+            (None, Some(coarse)) => self.interpolated(grid, coarse),
+            (None, None) => self.at_first_contact(grid),
+        };
+        (level.pressure, level.fft_pairs) = (pressure, fft_pairs);
+        StressSolved { level, error_estimates, stopped }
     }
 
     fn interpolated(&self, grid: Grid, coarse: CoarseContact<T>) -> Level<'_, T, L> {
@@ -175,10 +226,16 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         Level::refined(grid, self.law_on(grid), level)
     }
 
-    /// A level with the gap of a contact stress: closed where the stress acts, without overlap elsewhere.
+    /// A level with the gap of a contact stress: closed where the stress acts, without overlap elsewhere. A wall that is softer than the
+    /// stiffest wave keeps its compression by the displacement, which has the smaller error.
     fn at_gap(&self, grid: Grid, (mut gap, stress): (Vec<T>, &ContactStress), wall: f64) -> Level<'_, T, L> {
+        let stiff = L::HARD || self.is_stiff(grid);
+        let compressed: Vec<T> = stress.nodes.iter().map(|i| gap[*i as usize]).collect();
         gap.par_iter_mut().for_each(|g| *g = g.max(T::zero()));
-        stress.nodes.iter().zip(&stress.values).for_each(|(i, s)| gap[*i as usize] = T::of(-wall * s));
+        for ((i, s), displaced) in stress.nodes.iter().zip(&stress.values).zip(compressed) {
+            // The sum makes any zero positive: a negative one flows.
+            gap[*i as usize] = if stiff { T::of(-wall * s) + T::zero() } else { displaced };
+        }
         Level::with_gap(grid, self.body(grid), self.cell, None, gap)
     }
 }

@@ -239,9 +239,9 @@ impl DescentSnapshot {
         }
     }
 
-    /// Error estimates and number of iterations of a finished grid.
-    pub(super) fn finished(&self) -> Option<(ErrorEstimates, usize)> {
-        self.finished.map(|estimates| (estimates, self.iterations))
+    /// Error estimates, number of iterations and transform pairs of a finished grid.
+    pub(super) fn finished(&self) -> Option<(ErrorEstimates, usize, f64)> {
+        self.finished.map(|estimates| (estimates, self.iterations, self.fft_pairs))
     }
 }
 

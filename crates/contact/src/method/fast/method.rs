@@ -63,7 +63,7 @@ impl ContactMethod for Fast {
         let yielding = PlasticFlow::<f64>::bytes(problem) + continued as u64;
         // With a GPU the host has the heights with their half spectrum, for first contact, and then gap and stress.
         let level = match Device::of(problem, &CARD) {
-            Device::Cpu => level.max(contact_stress::bytes(problem, grid, real)),
+            Device::Cpu => level.max(contact_stress::bytes(problem, real)),
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
         let level = shared::bytes(problem.ranks, grid, level);

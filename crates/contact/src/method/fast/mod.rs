@@ -310,7 +310,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         let mut iterations = 0;
         // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
         // nested iteration is faster than the start from the last load.
-        let warm = L::ACTIVE && self.law.linear_compliance().is_none() && !self.gap.is_empty();
+        let warm = L::ACTIVE && !self.takes_stress(load) && !self.gap.is_empty();
         let previous = std::mem::take(&mut self.gap);
         let start = if warm { previous } else { Vec::new() };
         let resumed = self.resumed.take();

@@ -47,9 +47,9 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
             Some(snapshot) => {
                 let (mut level, pause) = self.continued(load, snapshot);
                 let ended = match pause.finished() {
-                    Some((error_estimates, done)) => {
+                    Some((error_estimates, done, fft_pairs)) => {
                         level.evaluate(self.problem.precision);
-                        *iterations = done;
+                        (level.fft_pairs, *iterations) = (fft_pairs, done);
                         Ended { ending: Ending::Met, error_estimates }
                     }
                     None => self.solve_on(&mut level, load, iterations, Some(pause)),
@@ -57,7 +57,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
                 (level, ended)
             }
             None => {
-                let solved = self.first_solved_for_stress(self.begun(grids[0], load), iterations);
+                let solved = self.first_solved_for_stress(self.begun(grids[0], load), load, iterations);
                 self.evaluated(solved, load, iterations)
             }
         };
@@ -66,7 +66,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
             // After an interruption on a coarse grid its state is only interpolated to the finer ones.
             let interrupted = ended.ending == Ending::Stopped(Stop::Interrupted);
             self.conclude(&mut level, load, &ended);
-            let coarse = if interrupted { None } else { self.coarse_contact(&mut level, &ended, *iterations) };
+            let coarse = if interrupted { None } else { self.coarse_contact(&mut level, (load, &ended), *iterations) };
             level = self.finer(grid, level, load, &ended);
             if interrupted {
                 continue;

@@ -17,7 +17,7 @@ use crate::interface::Elastic;
 use crate::method::ErrorEstimates;
 use crate::method::sweep::sweep;
 use asperity_grid::{Grid, HalfSpectrum, Real, Series, SpectralFilter, Transform, mean};
-use factor::{ComplianceTable, InverseFactor};
+use factor::{ComplianceTable, InverseFactor, MOST_ENTRIES};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::ops::ControlFlow;
@@ -25,9 +25,9 @@ use step::{ModelStep, dot, model_step};
 
 pub(in crate::method::fast) use transfer::{ContactStress, transferred};
 
-/// Iterations after which the solve is left to the other solver, also in succession without a decrease of the residual by a tenth: the
-/// rounding error of f32 is reached.
-const LIMIT: usize = 80;
+/// Iterations at most, and in succession without a decrease of the residual by a tenth: the solver for the gap continues from the best
+/// state.
+pub(in crate::method::fast) const LIMIT: usize = 80;
 const PATIENCE: usize = 10;
 
 /// Initial scale of the model's steps, and the factors by which the length of a step may change it.
@@ -45,8 +45,8 @@ const TENSION: f64 = 3e-4;
 const CUT: f64 = 1e-3;
 
 /// Share of nodes that joined the factor, and of nodes without stress in it, above which it is built anew.
-const JOINED: f64 = 0.05;
-const WITHOUT_STRESS: f64 = 0.1;
+const JOINED: f64 = 0.1;
+const WITHOUT_STRESS: f64 = 0.25;
 
 /// A rigid rough surface on an elastic body under a mean pressure.
 pub(in crate::method::fast) struct Contact<'h, T> {
@@ -109,7 +109,8 @@ struct Solve<'s, 'h, T: Real> {
     last: Option<LastStep>,
     /// Scale of the model's steps.
     omega: f64,
-    /// Stress that was cut off since the displacement was computed, and the size of the last step.
+    /// Whether the gap was computed from the present stress; else the stress that was cut off since then, and the size of the last step.
+    is_exact: bool,
     cut: f64,
     size: f64,
     fft_pairs: f64,
@@ -133,16 +134,19 @@ fn forward<T: Real>(transform: &Transform<T>, spectrum: &mut [Complex<T>], order
 
 impl<T: Real> Contact<'_, T> {
     /// Bytes of a solve a point, without gap and spectrum: displacement of the last step, table, marks and cells; and of a node in contact:
-    /// 13 entries of the factor and of its transpose, and the vectors.
+    /// 17 entries of the factor while it is built, of its parts and of its transpose, and the vectors.
     pub(in crate::method::fast) const BYTES: f64 = 6.6;
-    pub(in crate::method::fast) const BYTES_OF_CONTACT: f64 = 330.0;
+    pub(in crate::method::fast) const BYTES_OF_CONTACT: f64 = 550.0;
 
-    /// Solves from an initial stress until the rms error of the stress is estimated at `tolerance` of the pressure. `watch` receives the
-    /// number of iterations and this estimate, and may stop the solve.
+    /// Most nodes in contact, whose entries have 32-bit numbers.
+    pub(in crate::method::fast) const MOST_NODES: f64 = (u32::MAX as usize / MOST_ENTRIES) as f64;
+
+    /// Solves from an initial stress until the rms error of the stress is estimated at `tolerance` of the pressure, in `limit` iterations at
+    /// most. `watch` receives the number of iterations and this estimate, and may stop the solve.
     pub(in crate::method::fast) fn solve(
         &self,
         start: &ContactStress,
-        tolerance: f64,
+        (tolerance, limit): (f64, usize),
         watch: &mut dyn FnMut(usize, f64) -> ControlFlow<()>,
     ) -> Solved<T> {
         let table = ComplianceTable::new(self.grid, self.kernel, self.wall);
@@ -151,28 +155,42 @@ impl<T: Real> Contact<'_, T> {
         let (mut iterations, mut level, mut stopped) = (0, 0.0, ControlFlow::Continue(()));
         // Residual, nodes with stress and common displacement of the last two states.
         let mut history = [[f64::NAN; 3]; 2];
-        let (mut best, mut since) = (f64::INFINITY, 0);
-        while iterations < LIMIT && stopped.is_continue() {
+        let (mut best, mut since, mut kept) = (f64::INFINITY, 0, start.clone());
+        loop {
             let r = solve.misfit();
             let deficit = self.pressure * points - solve.stress.iter().sum::<f64>();
             let step = model_step(&solve.factor, (&r, level), &solve.stress, solve.omega, deficit);
             level = step.level;
-            let residual = (step.square / points).sqrt() / self.pressure;
-            if solve.size > 0.0 || iterations == 0 {
-                history = [history[1], [residual, solve.contact_nodes() as f64, level]];
-            }
+            // The scale is that of long waves; the model is exact in short ones.
+            let residual = (step.square / points).sqrt() / (solve.omega.min(1.0) * self.pressure);
             if residual <= tolerance {
-                if solve.size == 0.0 {
+                let overlapping = solve.overlapping(-level);
+                let complete = overlapping.is_empty();
+                solve.admit(&table, overlapping);
+                if complete && solve.is_exact || iterations == limit {
                     break;
                 }
-                solve.deform();
+                if !solve.is_exact {
+                    solve.deform();
+                }
+                iterations += 1;
                 continue;
             }
-            (best, since) = if residual < 0.9 * best { (residual, 0) } else { (best, since + 1) };
-            if since > PATIENCE || !residual.is_finite() {
+            history = [history[1], [residual, solve.contact_nodes() as f64, level]];
+            since += 1;
+            if residual < 0.9 * best {
+                (best, since, kept) = (residual, 0, solve.contact_stress());
+            }
+            if since > PATIENCE || iterations == limit || !residual.is_finite() {
+                let fft_pairs = solve.fft_pairs;
+                (solve, level) = Solve::restored(self, &table, &kept);
+                solve.fft_pairs += fft_pairs;
                 break;
             }
             stopped = watch(iterations, residual);
+            if stopped.is_break() {
+                break;
+            }
             let entering = solve.advance(step, &r);
             solve.admit(&table, entering);
             if solve.cut > CUT * solve.size {
@@ -209,12 +227,31 @@ impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
             transform,
             last: None,
             omega: SCALE,
+            is_exact: false,
             cut: 0.0,
             size: 0.0,
             fft_pairs: 0.0,
         };
         solve.deform();
         solve
+    }
+
+    /// An earlier state, and its common displacement.
+    fn restored(contact: &'s Contact<'h, T>, table: &'s ComplianceTable, stress: &ContactStress) -> (Self, f64) {
+        let solve = Solve::new(contact, table, stress);
+        let step = model_step(&solve.factor, (&solve.misfit(), 0.0), &solve.stress, solve.omega, 0.0);
+        (solve, step.level)
+    }
+
+    /// The nodes outside of the factor with a gap below `limit`.
+    fn overlapping(&self, limit: f64) -> Vec<u32> {
+        let (nx, limit) = (self.contact.grid.nx, T::of(limit));
+        let of_row = |(y, row): (usize, &[T])| {
+            let below = row.iter().zip((y * nx) as u32..).filter(|(g, _)| **g < limit).map(|(_, index)| index);
+            below.filter(|index| !self.factor.nodes.contains(*index)).collect::<Vec<u32>>()
+        };
+        let rows: Vec<Vec<u32>> = self.gap.par_chunks(nx).enumerate().map(of_row).collect();
+        rows.concat()
     }
 
     /// Meets the load and computes the gap from the stress.
@@ -230,7 +267,7 @@ impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
             gap.copy_from_slice(&worker.row);
         });
         self.fft_pairs += 1.0;
-        (self.cut, self.size) = (0.0, 0.0);
+        (self.cut, self.size, self.is_exact) = (0.0, 0.0, true);
     }
 
     /// `-(h + Cσ + ℓσ)` on the nodes of the factor: the displacement that is missing but for a constant.
@@ -292,6 +329,7 @@ impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
             self.cut += (-to).max(0.0);
             *stress = if to <= 0.0 || *empty && to < 1e-6 * *stress { 0.0 } else { to };
         }
+        self.is_exact = false;
         self.last = Some(LastStep { change: total, displacement, curvature });
         self.displace((new as f32, old as f32), -level)
     }
@@ -327,8 +365,10 @@ impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
             self.stress = nodes.iter().map(|(_, stress)| *stress).collect();
             let indices: Vec<u32> = nodes.iter().map(|(index, _)| *index).collect();
             self.order = indices.iter().copied().zip(0..).collect();
-            self.factor = InverseFactor::new(table, self.contact.grid, &indices);
             self.last = None;
+            // Released before the new one is built.
+            self.factor = InverseFactor::new(table, Grid { nx: 1, ny: 1, ..self.contact.grid }, &[]);
+            self.factor = InverseFactor::new(table, self.contact.grid, &indices);
         } else if !entering.is_empty() {
             self.order.extend(entering.iter().copied().zip(self.stress.len() as u32..));
             self.order.sort();

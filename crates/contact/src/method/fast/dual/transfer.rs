@@ -52,3 +52,27 @@ pub(in crate::method::fast) fn transferred<T: Real>(
     });
     ContactStress { nodes, values }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The load is kept for any ratio of the grids, and where the stress varies little, so is the stress.
+    #[test]
+    fn loads_are_kept() {
+        for (coarse, fine) in [((16, 12), (32, 24)), ((15, 20), (24, 36)), ((7, 9), (14, 18))] {
+            let grid = |(nx, ny): (usize, usize)| Grid { nx, ny, lx: 1.0, ly: 0.8 };
+            let (coarse, fine) = (grid(coarse), grid(fine));
+            let wave = |x: usize, nx: usize| 1.5 + (std::f64::consts::TAU * x as f64 / nx as f64).sin();
+            let stress: Vec<f64> = (0..coarse.points()).map(|i| wave(i % coarse.nx, coarse.nx)).collect();
+            let nodes: Vec<u32> = (0..fine.points() as u32).collect();
+            let found = transferred((coarse, &stress), (fine, nodes), 1.5);
+            let mean = found.values.iter().sum::<f64>() / fine.points() as f64;
+            assert!((mean - 1.5).abs() < 1e-9, "{mean}");
+            for (i, value) in found.values.iter().enumerate() {
+                // Blocks of grids with other ratios hold unequal numbers of nodes.
+                assert!((value - wave(i % fine.nx, fine.nx)).abs() < 0.8, "{i}: {value}");
+            }
+        }
+    }
+}
