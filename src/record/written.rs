@@ -142,7 +142,8 @@ fn names_of_files<'a>(value: &'a Value, names: &mut Vec<&'a str>) {
     match value {
         Value::Array(list) => list.iter().for_each(|v| names_of_files(v, names)),
         Value::Object(map) => {
-            for (key, value) in map {
+            // Quantities that a method does not deliver have reasons in place of files.
+            for (key, value) in map.iter().filter(|(key, _)| *key != "missing") {
                 match value {
                     Value::String(text) if NAMES.contains(&key.as_str()) || key.ends_with("_map") => names.push(text),
                     _ => names_of_files(value, names),

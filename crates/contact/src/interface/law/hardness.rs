@@ -43,10 +43,6 @@ impl<L: Law> Law for Yielding<'_, L> {
         self.law.cutoff()
     }
 
-    fn linear_compliance(&self) -> Option<f64> {
-        self.law.linear_compliance()
-    }
-
     fn max_slope(&self, lowest: f64) -> f64 {
         self.law.max_slope(lowest.max(0.0))
     }

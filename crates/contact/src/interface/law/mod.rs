@@ -51,7 +51,7 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
-    /// Compression per stress (L/E*) of a wall alone whose compression is proportional to the stress: zero for a hard wall.
+    /// Compression per stress (L/E*) of a soft wall alone whose compression is proportional to the stress.
     fn linear_compliance(&self) -> Option<f64> {
         None
     }
@@ -178,10 +178,6 @@ impl Law for HardWall {
 
     fn cutoff(&self) -> f64 {
         0.0
-    }
-
-    fn linear_compliance(&self) -> Option<f64> {
-        Some(0.0)
     }
 
     fn max_slope(&self, _: f64) -> f64 {

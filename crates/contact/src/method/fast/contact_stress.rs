@@ -1,4 +1,4 @@
-//! Where a grid is first solved for the contact stress.
+//! Behind a stiff wall a grid is first solved for the contact stress.
 
 use super::FastRun;
 use super::descent::{DescentSnapshot, Ended};
@@ -12,12 +12,11 @@ use asperity_grid::{Grid, Real, mean};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
-/// Largest share of nodes in contact: at a quarter a product with the sparse model costs as much as a transform pair. Behind a stiff
-/// wall the solver for the gap takes 2 to 20 times the pairs.
-const CONTACT: f64 = 0.08;
-const CONTACT_OF_STIFF_WALL: f64 = 0.5;
+/// Largest share of nodes in contact, above which a product with the sparse model costs more than a transform pair.
+const CONTACT: f64 = 0.5;
 
-/// Compliance of a wall times the stiffness of the stiffest wave up to which it counts as stiff.
+/// Compliance of a wall times the stiffness of the stiffest wave up to which it counts as stiff. Behind stiff walls the solver for the gap
+/// takes 2 to 20 times the pairs.
 const STIFF: f64 = 4.0;
 
 /// Share of the nodes that carry the load at first, on the coarsest grid.
@@ -43,11 +42,15 @@ fn takes_stress(problem: &ReducedProblem) -> bool {
         && ratio.max(1.0 / ratio) <= OBLONG
 }
 
+fn is_stiff(problem: &ReducedProblem, wall: f64) -> bool {
+    wall * problem.stiffest_mode() <= STIFF
+}
+
 /// Bytes of a solve for the contact stress on a problem's grid, without the series of the heights; 0 where there is none.
 pub(super) fn bytes(problem: &ReducedProblem, real: usize) -> u64 {
-    let soft = problem.wall.soft();
-    let linear = soft.is_none_or(|wall| wall.linear_compliance().is_some()) && problem.adhesion == AttractionLaw::None;
-    if !linear || !takes_stress(problem) {
+    let linear = problem.wall.soft().and_then(|wall| wall.linear_compliance());
+    let stiff = linear.is_some_and(|wall| is_stiff(problem, wall)) && problem.adhesion == AttractionLaw::None;
+    if !stiff || problem.hardness.is_some() || !takes_stress(problem) {
         return 0;
     }
     // Gap, spectrum, and the gap of the coarser grid.
@@ -82,35 +85,26 @@ impl<'s, T: Real, L> StressSolved<'s, T, L> {
 impl<T: Real, L: Law> FastRun<'_, T, L> {
     /// Whether grids may be solved for the contact stress at a load.
     pub(super) fn takes_stress(&self, load: Load) -> bool {
-        let linear = self.law.linear_compliance().is_some();
+        let stiff = self.law.linear_compliance().is_some_and(|wall| is_stiff(self.problem, wall));
         let pressed = matches!(load, Load::Pressure(p) if p > 0.0);
-        linear && pressed && self.gpu.is_none() && takes_stress(self.problem)
-    }
-
-    fn is_stiff(&self, grid: Grid) -> bool {
-        let stiffest = ReducedProblem { grid, ..self.problem.clone() }.stiffest_mode();
-        self.law.linear_compliance().is_some_and(|wall| wall * stiffest <= STIFF)
+        stiff && pressed && self.gpu.is_none() && takes_stress(self.problem)
     }
 
     /// Whether so many nodes in contact are few enough on the problem's grid, for time and for memory.
     fn is_small(&self, contact: f64) -> bool {
-        let stiff = !L::HARD && self.is_stiff(self.cell.grid);
         let nodes = contact * self.cell.grid.points() as f64;
         let fits = contact <= PLANNED || nodes * Contact::<f64>::BYTES_OF_CONTACT <= UNPLANNED;
-        contact > 0.0
-            && contact <= if stiff { CONTACT_OF_STIFF_WALL } else { CONTACT }
-            && fits
-            && nodes < Contact::<f64>::MOST_NODES
+        contact > 0.0 && contact <= CONTACT && fits && nodes < Contact::<f64>::MOST_NODES
     }
 
-    /// The coarsest grid behind a soft wall, from first contact: the lowest nodes carry the load.
+    /// The coarsest grid, from first contact: the lowest nodes carry the load.
     pub(super) fn first_solved_for_stress<'s>(
         &'s self,
         mut level: Level<'s, T, L>,
         load: Load,
         iterations: &mut usize,
     ) -> StressSolved<'s, T, L> {
-        if L::HARD || !self.takes_stress(load) || !self.is_stiff(level.grid()) {
+        if !self.takes_stress(load) {
             return StressSolved::untouched(level);
         }
         let mut sorted = level.gap().to_vec();
@@ -122,15 +116,15 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         self.solved_from(level, &start, None, iterations)
     }
 
-    /// The state of a grid from which the next one is solved for the contact stress; `None` where it is not: several ranks, a GPU, a padded
-    /// cell, adhesion, an imposed mean gap, flow, large contact, and after a grid that was not solved.
+    /// The state of a grid from which the next one is solved for the contact stress; `None` where it is not: a wall that is not stiff and linear, several
+    /// ranks, a GPU, a padded cell, adhesion, an imposed mean gap, large contact, and after a grid that was not solved.
     pub(super) fn coarse_contact(
         &self,
         level: &mut Level<T, L>,
         (load, ended): (Load, &Ended),
         iterations: usize,
     ) -> Option<CoarseContact<T>> {
-        let met = ended.ending == Ending::Met && level.last.flow == 0.0;
+        let met = ended.ending == Ending::Met;
         if !met || !self.is_small(level.last.contact) || !self.takes_stress(load) {
             return None;
         }
@@ -148,8 +142,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         mut coarse: CoarseContact<T>,
         iterations: &mut usize,
     ) -> StressSolved<'s, T, L> {
-        let closed = |gap: &T| if L::HARD { *gap == T::zero() } else { *gap < T::zero() };
-        let nodes: Vec<u32> = level.gap().iter().zip(0..).filter(|(g, _)| closed(g)).map(|(_, i)| i).collect();
+        let nodes: Vec<u32> = level.gap().iter().zip(0..).filter(|(g, _)| **g < T::zero()).map(|(_, i)| i).collect();
         if nodes.is_empty() {
             return StressSolved::untouched(level);
         }
@@ -199,7 +192,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         let (mut state, stress, (mut error_estimates, mut fft_pairs, mut stopped)) =
             solve(start, ACCURATE * tolerance, iterations);
         // The solver for the gap is slow behind a stiff wall.
-        if let Some(level) = state.as_mut().filter(|_| !L::HARD && stopped.is_continue()) {
+        if let Some(level) = state.as_mut().filter(|_| stopped.is_continue()) {
             level.pressure = pressure;
             level.evaluate(self.problem.precision);
             let missing = level.last.residual / (pressure * tolerance);
@@ -226,16 +219,10 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         Level::refined(grid, self.law_on(grid), level)
     }
 
-    /// A level with the gap of a contact stress: closed where the stress acts, without overlap elsewhere. A wall that is softer than the
-    /// stiffest wave keeps its compression by the displacement, which has the smaller error.
+    /// A level with the gap of a contact stress: compressed where the stress acts, open elsewhere.
     fn at_gap(&self, grid: Grid, (mut gap, stress): (Vec<T>, &ContactStress), wall: f64) -> Level<'_, T, L> {
-        let stiff = L::HARD || self.is_stiff(grid);
-        let compressed: Vec<T> = stress.nodes.iter().map(|i| gap[*i as usize]).collect();
         gap.par_iter_mut().for_each(|g| *g = g.max(T::zero()));
-        for ((i, s), displaced) in stress.nodes.iter().zip(&stress.values).zip(compressed) {
-            // The sum makes any zero positive: a negative one flows.
-            gap[*i as usize] = if stiff { T::of(-wall * s) + T::zero() } else { displaced };
-        }
+        stress.nodes.iter().zip(&stress.values).for_each(|(i, s)| gap[*i as usize] = T::of(-wall * s));
         Level::with_gap(grid, self.body(grid), self.cell, None, gap)
     }
 }

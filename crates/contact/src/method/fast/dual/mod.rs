@@ -1,4 +1,4 @@
-//! Solution for the contact stress of a wall without attraction.
+//! Solution for the contact stress of a linear wall without attraction.
 //!
 //! The unknown is the stress `σ ≥ 0` of the nodes in contact. Its product with the compliance `C = K⁻¹`, one transform
 //! pair, gives the gap `h + Cσ + δ` everywhere: zero in contact (behind a soft wall of compliance ℓ, `-ℓσ`), positive
