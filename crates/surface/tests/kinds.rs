@@ -1,4 +1,4 @@
-//! Kinds of files that people have beside plain maps: packed ones, archives, arrays in three dimensions, profiles, values that are no
+//! Kinds of files that people have besides plain maps: packed ones, archives, arrays in three dimensions, profiles, values that are no
 //! heights. Each is read as the map that it is, or refused with the way.
 #![cfg(feature = "files")]
 
@@ -157,16 +157,16 @@ fn values_that_are_no_heights_are_refused() {
 #[test]
 fn sections_are_told_from_scenes() {
     let folder = tempfile::tempdir().expect("scratch");
-    let tells = |name: &str, text: &str| {
+    let is_heights = |name: &str, text: &str| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).expect("written");
         import::holds_numbers(&path).expect("read")
     };
     let sections = "[Header]\nWidth = 12 um\nValue units = nm\n[Data]\n1 2 3\n4 5 7\n";
-    assert!(tells("map.txt", sections));
+    assert!(is_heights("map.txt", sections));
     assert_eq!(map(sections.as_bytes()), "1 2 3; 4 5 7");
     let scene = "name = \"a\"\n[surface]\ngrid = 64\n[load]\np_star = [\n  0.01,\n  0.05\n]\n";
-    assert!(!tells("scene.toml", scene) && !tells("scene", scene));
+    assert!(!is_heights("scene.toml", scene) && !is_heights("scene", scene));
 }
 
 /// Waves at the limit of the grid are there, whatever the pixels are.

@@ -317,14 +317,15 @@ impl<'a> CoarseGridResults<'a> {
     }
 
     /// Takes the results of coarser grids out of a snapshot, which the method then resumes.
-    pub(super) fn resumed(&self, snapshot: SolverSnapshot) -> SolverSnapshot {
-        match serde_json::from_value(snapshot.progress.clone()) {
-            Ok(ProgressWithGrids { coarser, method }) => {
-                self.passed.lock().unwrap_or_else(|e| e.into_inner()).extend(coarser);
-                SolverSnapshot { progress: method, ..snapshot }
-            }
-            Err(_) => snapshot,
-        }
+    ///
+    /// # Errors
+    /// `Input` for a snapshot of something else.
+    pub(super) fn resumed(&self, snapshot: SolverSnapshot) -> Result<SolverSnapshot> {
+        let SolverSnapshot { progress, .. } = &snapshot;
+        let foreign = |e| Error::input("checkpoint", "progress", e, "that of a load path");
+        let ProgressWithGrids { coarser, method } = serde_json::from_value(progress.clone()).map_err(foreign)?;
+        self.passed.lock().unwrap_or_else(|e| e.into_inner()).extend(coarser);
+        Ok(SolverSnapshot { progress: method, ..snapshot })
     }
 
     /// The finest result since the last call.

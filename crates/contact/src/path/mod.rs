@@ -429,7 +429,7 @@ impl<'p> LoadPathSolver<'p> {
         }
         let unfinished = finished < self.loads.len();
         if unfinished && !snapshot.progress.is_null() {
-            run.resume(coarse_results.resumed(snapshot))?;
+            run.resume(coarse_results.resumed(snapshot)?)?;
             return Ok((finished, None));
         }
         if let Some(plastic) = &snapshot.plastic {

@@ -39,7 +39,7 @@ pub(super) fn infinity(field: &str) -> Option<f64> {
     (kind.starts_with("inf") || kind.starts_with('j')).then_some(sign * f64::INFINITY)
 }
 
-/// Whether a field is a number or a mark, as far as one field tells.
+/// Whether a field is a number or a mark by itself.
 pub(super) fn is_value(field: &str) -> bool {
     let plain = field.trim_matches('"').replace('\u{2212}', "-").replacen(',', ".", 1);
     plain.parse::<f64>().is_ok() || is_missing(&plain)

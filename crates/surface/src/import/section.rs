@@ -208,16 +208,23 @@ impl TextChannel {
             if axis == 0 && nx == 4 && !(counts(&labels) && points().is_some_and(|map| map.is_ok())) {
                 continue;
             }
-            if length < 4 || !alone(|l| even_as_written(l).is_some()) {
+            let [is_even, is_written]: [fn(&[f64]) -> bool; 2] =
+                [|l| even(l).is_some(), |l| even_as_written(l).is_some()];
+            // Few heights may be even by chance, or but for their last digit; hardly so from zero on.
+            let from_zero = counts(&labels) || labels[0] == 0.0 || labels[length - 1] == 0.0;
+            let is_sure = length >= LONG || length >= 4 && is_even(&labels) && from_zero;
+            let doubtful = length >= 4 && (alone(is_even) || alone(is_written));
+            if !(is_sure && alone(is_written)) {
                 let last = list(count - 1);
                 let ends = length >= LONG && even_as_written(&last).is_some();
                 let place = match ends && !(0..count - 1).any(|k| even_as_written(&list(k)).is_some()) {
                     true => ["in the last column", "on the last line"][axis].to_string(),
-                    false if alone(is_long) => place,
+                    false if doubtful || alone(is_long) => place,
                     false => continue,
                 };
-                let found =
-                    format!("numbers {place} that rise or fall throughout, as no others do: positions, not heights");
+                let found = format!(
+                    "numbers {place} that rise or fall evenly, as no others do: probably positions, not heights"
+                );
                 let accepted = "heights alone, or --fourier none (surface.fourier) where all are heights";
                 return Err(Error::format(path, found, accepted));
             }

@@ -237,10 +237,6 @@ impl Law for SoftWall {
         0.0
     }
 
-    fn linear_compliance(&self) -> Option<f64> {
-        of_wall!(self, w => w.linear_compliance())
-    }
-
     fn gap_at_pressure(&self, pressure: f64) -> f64 {
         of_wall!(self, w => w.gap_at_pressure(pressure))
     }

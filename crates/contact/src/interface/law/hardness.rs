@@ -115,10 +115,6 @@ impl Law for YieldingWall {
         self.wall.cutoff()
     }
 
-    fn linear_compliance(&self) -> Option<f64> {
-        self.wall.linear_compliance().filter(|_| self.hardness == f64::INFINITY)
-    }
-
     fn gap_at_pressure(&self, pressure: f64) -> f64 {
         self.wall.gap_at_pressure(pressure.min(self.repulsion))
     }

@@ -51,11 +51,6 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
-    /// Compression per stress (L/E*) of a soft wall alone whose compression is proportional to the stress.
-    fn linear_compliance(&self) -> Option<f64> {
-        None
-    }
-
     /// Gap below which an attraction combined with this wall stays constant. An exponentially growing attraction
     /// would otherwise overcome a wall whose repulsion is linear in the depth.
     fn adhesion_floor(&self) -> f64 {
@@ -210,10 +205,6 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
 
     fn slope(&self, g: f64) -> f64 {
         self.wall.slope(g) + if g < self.wall.adhesion_floor() { 0.0 } else { self.adhesion.slope(g) }
-    }
-
-    fn linear_compliance(&self) -> Option<f64> {
-        self.wall.linear_compliance().filter(|_| self.adhesion.range() == 0.0)
     }
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {

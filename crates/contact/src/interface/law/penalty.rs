@@ -33,10 +33,6 @@ impl Law for PenaltyWall {
         -pressure * self.length
     }
 
-    fn linear_compliance(&self) -> Option<f64> {
-        Some(self.length)
-    }
-
     /// The wall approximates a hard wall, so the attraction at negative gaps is that at zero gap.
     fn adhesion_floor(&self) -> f64 {
         0.0

@@ -4,7 +4,7 @@ use super::FastRun;
 use super::descent::{DescentSnapshot, Ended};
 use super::dual::{Contact, ContactStress, LIMIT, Solved, transferred};
 use super::level::Level;
-use crate::interface::{AttractionLaw, Elastic, Law};
+use crate::interface::{AttractionLaw, Elastic, Law, PenaltyWall, Wall};
 use crate::method::equilibrium_check::Ending;
 use crate::method::{ErrorEstimates, Iteration, Load, Observer, ReducedProblem, SnapshotRef};
 use asperity_grid::sys::ranks::ALONE;
@@ -32,25 +32,21 @@ const ACCURATE: f64 = 0.5;
 const PLANNED: f64 = 0.05;
 const UNPLANNED: f64 = 6.7e7;
 
-/// Whether a problem has grids that may be solved for the contact stress, but for its law and load.
-fn takes_stress(problem: &ReducedProblem) -> bool {
+/// Compliance (L/E*) of a stiff linear wall without attraction and hardness, behind which the grids of a problem are solved for the contact
+/// stress under a pressure. `None` for other walls, and with several ranks, a patch that is not periodic, and oblong pixels.
+fn stiff_wall(problem: &ReducedProblem) -> Option<f64> {
+    let Wall::Penalty(PenaltyWall { length }) = problem.wall else { return None };
     let ratio = problem.grid.dx() / problem.grid.dy();
+    let alone = problem.adhesion == AttractionLaw::None && problem.hardness.is_none();
     let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
-    periodic
-        && !problem.ranks.are_several()
-        && problem.grid.points() < u32::MAX as usize
-        && ratio.max(1.0 / ratio) <= OBLONG
-}
-
-fn is_stiff(problem: &ReducedProblem, wall: f64) -> bool {
-    wall * problem.stiffest_mode() <= STIFF
+    let fits = problem.grid.points() < u32::MAX as usize && ratio.max(1.0 / ratio) <= OBLONG;
+    let takes = alone && periodic && fits && !problem.ranks.are_several() && length * problem.stiffest_mode() <= STIFF;
+    takes.then_some(length)
 }
 
 /// Bytes of a solve for the contact stress on a problem's grid, without the series of the heights; 0 where there is none.
 pub(super) fn bytes(problem: &ReducedProblem, real: usize) -> u64 {
-    let linear = problem.wall.soft().and_then(|wall| wall.linear_compliance());
-    let stiff = linear.is_some_and(|wall| is_stiff(problem, wall)) && problem.adhesion == AttractionLaw::None;
-    if !stiff || problem.hardness.is_some() || !takes_stress(problem) {
+    if stiff_wall(problem).is_none() {
         return 0;
     }
     // Gap, spectrum, and the gap of the coarser grid.
@@ -83,11 +79,10 @@ impl<'s, T: Real, L> StressSolved<'s, T, L> {
 }
 
 impl<T: Real, L: Law> FastRun<'_, T, L> {
-    /// Whether grids may be solved for the contact stress at a load.
+    /// Whether grids are solved for the contact stress at a load.
     pub(super) fn takes_stress(&self, load: Load) -> bool {
-        let stiff = self.law.linear_compliance().is_some_and(|wall| is_stiff(self.problem, wall));
         let pressed = matches!(load, Load::Pressure(p) if p > 0.0);
-        stiff && pressed && self.gpu.is_none() && takes_stress(self.problem)
+        pressed && self.gpu.is_none() && stiff_wall(self.problem).is_some()
     }
 
     /// Whether so many nodes in contact are few enough on the problem's grid, for time and for memory.
@@ -116,8 +111,8 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         self.solved_from(level, &start, None, iterations)
     }
 
-    /// The state of a grid from which the next one is solved for the contact stress; `None` where it is not: a wall that is not stiff and linear, several
-    /// ranks, a GPU, a padded cell, adhesion, an imposed mean gap, large contact, and after a grid that was not solved.
+    /// The state of a grid from which the next one is solved for the contact stress; `None` where it is not, and at large contact and
+    /// after a grid that was not solved.
     pub(super) fn coarse_contact(
         &self,
         level: &mut Level<T, L>,
@@ -159,7 +154,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         coarse: Option<CoarseContact<T>>,
         iterations: &mut usize,
     ) -> StressSolved<'s, T, L> {
-        let (grid, pressure, wall) = (level.grid(), level.pressure, self.law.linear_compliance().unwrap_or(0.0));
+        let (grid, pressure, wall) = (level.grid(), level.pressure, stiff_wall(self.problem).unwrap_or(0.0));
         drop(level);
         let contact = Contact { grid, kernel: &self.problem.kernel, heights: &self.heights, wall, pressure };
         let tolerance = self.goal(grid, Load::Pressure(pressure));

@@ -55,7 +55,13 @@ const ROUGH: f64 = 20.0;
 const INNER_LIMIT: usize = 40;
 
 /// Largest convergence rate per cycle that error estimates use.
-pub(super) const SLOWEST_RATE: f64 = 0.9;
+const SLOWEST_RATE: f64 = 0.9;
+
+/// Remaining changes over the last ones, as of a geometric series with the rate of the residual, and at least 1.
+pub(super) fn remaining(now: f64, before: f64) -> f64 {
+    let rate = (now / before).min(SLOWEST_RATE);
+    (rate / (1.0 - rate)).max(1.0)
+}
 
 /// Bounds of the stress scale under mean-gap control, over E* h_rms/L, the stress that flattens the longest waves.
 const STRESS_SCALE_BOUNDS: [f64; 2] = [1e-6, 1e-2];
@@ -168,8 +174,8 @@ impl Cycle {
     /// area and mean gap at least the change of the last cycle, since long waves, which determine the mean gap, weigh
     /// little in the residual: without this bound 256² stopped with an error of 1.5e-4 at an estimate of 0.6e-4.
     fn error_estimates(&self, now: &Residuals) -> ErrorEstimates {
-        let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
-        let rest = |now: f64, then: f64| relative_change(now, then).map(|c| c * (rate / (1.0 - rate)).max(1.0));
+        let factor = remaining(now.residual, self.before.residual);
+        let rest = |now: f64, then: f64| relative_change(now, then).map(|change| change * factor);
         ErrorEstimates {
             area: rest(now.contact, self.before.contact),
             mean_gap: rest(now.mean_gap, self.before.mean_gap),

@@ -1,8 +1,7 @@
 //! Solution for the contact stress of a linear wall without attraction.
 //!
 //! The unknown is the stress `σ ≥ 0` of the nodes in contact. Its product with the compliance `C = K⁻¹`, one transform
-//! pair, gives the gap `h + Cσ + δ` everywhere: zero in contact (behind a soft wall of compliance ℓ, `-ℓσ`), positive
-//! elsewhere. The step of an iteration comes from a sparse model of `C⁻¹` on the nodes in contact ([`InverseFactor`]), whose
+//! pair, gives the gap `h + Cσ + δ` everywhere: `-ℓσ` in contact with a wall of compliance ℓ, positive elsewhere. The step of an iteration comes from a sparse model of `C⁻¹` on the nodes in contact ([`InverseFactor`]), whose
 //! products take no transform. It is combined with the last step so that both together minimise the energy.
 
 mod factor;
@@ -11,10 +10,11 @@ mod step;
 mod transfer;
 
 use super::column::{Factor, multiply};
-use super::descent::SLOWEST_RATE;
+use super::descent::remaining;
 use super::host::first_bytes;
 use crate::interface::Elastic;
 use crate::method::ErrorEstimates;
+use crate::method::iteration::relative_change;
 use crate::method::sweep::sweep;
 use asperity_grid::{Grid, HalfSpectrum, Real, Series, SpectralFilter, Transform, mean};
 use factor::{ComplianceTable, InverseFactor, MOST_ENTRIES};
@@ -53,7 +53,7 @@ pub(in crate::method::fast) struct Contact<'h, T> {
     pub grid: Grid,
     pub kernel: &'h Elastic,
     pub heights: &'h Series<T>,
-    /// Compliance of a soft wall, L/E*; 0 of a hard one.
+    /// Compliance of the wall, L/E*.
     pub wall: f64,
     /// Mean pressure, E*.
     pub pressure: f64,
@@ -201,16 +201,17 @@ impl<T: Real> Contact<'_, T> {
         let stress = solve.contact_stress();
         let Solve { mut gap, fft_pairs, .. } = solve;
         gap.par_iter_mut().for_each(|g| *g += T::of(level));
-        let error_estimates = remaining(history, mean(&gap));
+        let error_estimates = error_estimates(history, mean(&gap));
         Solved { gap, stress, error_estimates, fft_pairs, iterations, stopped }
     }
 }
 
-/// Remaining changes, at least as large as the last ones, by the rate of the residual.
-fn remaining([then, now]: [[f64; 3]; 2], mean_gap: f64) -> ErrorEstimates {
-    let rate = (now[0] / then[0]).min(SLOWEST_RATE);
-    let rest = |change: f64| Some(change.abs() * (rate / (1.0 - rate)).max(1.0)).filter(|change| change.is_finite());
-    ErrorEstimates { area: rest(now[1] / then[1] - 1.0), mean_gap: rest((now[2] - then[2]) / mean_gap) }
+/// Remaining changes, from the last two states.
+fn error_estimates([then, now]: [[f64; 3]; 2], mean_gap: f64) -> ErrorEstimates {
+    let factor = remaining(now[0], then[0]);
+    let rest = |change: Option<f64>| change.map(|c| c * factor).filter(|change| change.is_finite());
+    let gap_then = mean_gap + then[2] - now[2];
+    ErrorEstimates { area: rest(relative_change(now[1], then[1])), mean_gap: rest(relative_change(mean_gap, gap_then)) }
 }
 
 impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
