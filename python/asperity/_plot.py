@@ -55,3 +55,22 @@ def plot_curve(
     if unloading:
         axes.legend()
     return axes
+
+
+def plot_functions(surface: Any, *, axes: Any = None) -> Any:
+    """Profile spectra and scale-dependent slopes of a surface, on logarithmic axes."""
+    if axes is None:
+        axes = needed("matplotlib.pyplot").subplots(1, 2, layout="constrained", figsize=(9, 4))[1]
+    spectra, slopes = axes
+    unit = surface.unit
+    for axis in ("x", "y"):
+        spectra.loglog(*surface.power_spectrum(axis), label=f"along {axis}")
+        differences = surface.scale_dependent(axis)
+        slopes.loglog(differences["distance"], differences["slope"], marker=".", label=f"along {axis}")
+    spectra.set_xlabel(label("wave number", f"1/{unit}" if unit else ""))
+    spectra.set_ylabel(label("C1D", f"{unit}³" if unit else ""))
+    slopes.set_xlabel(label("distance", unit))
+    slopes.set_ylabel("rms slope over the distance")
+    for each in axes:
+        each.legend()
+    return axes

@@ -13,7 +13,7 @@ from . import _asperity
 from ._arguments import Map, real, real_map, whole
 from ._errors import InputError
 from ._html import table
-from ._plot import plot_map
+from ._plot import plot_functions, plot_map
 
 
 class Preparation(TypedDict, total=False):
@@ -26,7 +26,7 @@ class Preparation(TypedDict, total=False):
     fill: str
     """Replaces missing points (NaN): ``nearest`` or ``harmonic``."""
     detrend: str
-    """Subtracts ``mean``, ``plane`` or ``quadratic``."""
+    """Subtracts ``mean``, ``plane``, ``quadratic`` or ``facets``, or levels each line along x: ``line-median``, ``line-linear``, ``line-quadratic``."""
     low_pass: float
     """Wavelength below which waves are removed."""
     high_pass: float
@@ -124,7 +124,8 @@ class Surface:
 
         Examples
         --------
-        >>> import numpy as np, asperity
+        >>> import numpy as np
+        >>> import asperity
         >>> x = np.arange(64) / 64 * 2 * np.pi
         >>> surface = asperity.Surface.from_array(0.1 * np.cos(x)[:, None] * np.cos(x), 10.0, touching="high-points")
         >>> surface.shape, round(surface.rms_height, 3)
@@ -298,14 +299,58 @@ class Surface:
         return None if text is None else cast("dict[str, Any]", json.loads(text))
 
     def statistics(self) -> dict[str, Any]:
-        """Shape, extents, rms height, rms gradient and range of the heights."""
+        """Shape, extents, rms height, rms gradient and range of the heights, and parameters of ISO 25178-2: `sa`, `ssk` (peaks towards
+        the other body are positive), `sku`, `sdq` (differences between neighbours), `sdr`, `sal` and `str` (autocorrelation 0.2; None
+        where it does not decay). No filter is applied."""
         return {
             "shape": self.shape,
             "cell": self.cell,
             "rms_height": self.rms_height,
             "rms_gradient": self.rms_gradient,
             "height_range": float(np.ptp(self.heights)),
+            **dict(self._native.areal()),
         }
+
+    def power_spectrum(self, axis: str = "radius") -> tuple[Map, Map]:
+        """Wave numbers and power spectral density.
+
+        Along ``x`` or ``y`` the mean of the profiles, C1D = L |a|², and over the ``radius`` the mean of C2D = A |a|² in ten bins per decade,
+        of the Fourier coefficients a (https://doi.org/10.1088/2051-672X/aa51f8). A map that does not repeat is levelled and windowed
+        (Hann).
+
+        >>> import numpy as np
+        >>> import asperity
+        >>> x = np.arange(16) / 16
+        >>> surface = asperity.Surface.from_array(np.tile(np.cos(2 * np.pi * x), (16, 1)), 1.0, touching="low-points")
+        >>> q, density = surface.power_spectrum("x")
+        >>> print(f"{q[0] / (2 * np.pi):.3f} {density[0]:.3f} {abs(density[1:]).max():.3f}")
+        1.000 0.250 0.000
+        """
+        return self._native.power_spectrum(axis)
+
+    def scale_dependent(self, axis: str = "x") -> dict[str, Map]:
+        """Differences of heights over a distance along ``x`` or ``y``: `distance`, `structure_function` (mean square difference),
+        `slope` (rms difference over the distance) and `curvature` (rms second difference over a stencil of that length, NaN at odd numbers
+        of pixels)."""
+        return dict(zip(("distance", "structure_function", "slope", "curvature"), self._native.scale_dependent(axis), strict=True))
+
+    def tip(self, radius: float, *, half_angle: float = 0.0) -> dict[str, Any]:
+        """What the tip of a scanning probe, a ball of ``radius`` on a cone of ``half_angle`` (degrees), has left of this map.
+
+        `cutoff` is the length below which peaks are as sharp as half of the tip's curvature, or None
+        (https://doi.org/10.1016/j.apsadv.2021.100190). `heights` ``[ny, nx]`` is the surface that makes the same map and protrudes
+        most, `touched` where it is certain (https://doi.org/10.6028/jres.102.030).
+        """
+        angle = real("half_angle", half_angle)
+        if not real("radius", radius) > 0:
+            raise InputError(f"radius = {radius!r}; accepted: a positive number, in the unit of the surface")
+        if not 0 <= angle < 90:
+            raise InputError(f"half_angle = {half_angle!r}; accepted: 0 to below 90 degrees")
+        return dict(zip(("cutoff", "heights", "touched"), self._native.tip(radius, float(np.radians(angle))), strict=True))
+
+    def plot_functions(self, *, axes: Any = None) -> Any:
+        """Power spectra, and slope over distance, of both axes by matplotlib; returns the two axes."""
+        return plot_functions(self, axes=axes)
 
     def __repr__(self) -> str:
         (ny, nx), (x, y), unit = self.shape, self.cell, f" {self.unit}" if self.unit else ""

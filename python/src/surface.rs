@@ -1,11 +1,18 @@
 //! Surfaces from arrays, files and spectra.
 
 use crate::arrays::{EnteredMap, expect_memory};
-use crate::errors::{Raise, choice, in_python, optional};
+use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::pool::in_pool;
+use asperity::grid::{Error, Grid};
+use asperity::surface::{
+    AtDistance, Axis, PsdBin, Tip, areal, correlation_length, hann_windowed, profile_spectrum, psd, reconstruct,
+    scale_dependent, tip_cutoff,
+};
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
-use numpy::PyArray2;
+use ndarray::Array2;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 /// Named in errors.
@@ -40,6 +47,43 @@ impl Steps {
             filter: choice(py, PLACE, "filter", &self.filter)?,
             resample: self.resample,
             edges: optional(py, PLACE, "edges", self.edges.as_ref())?,
+        })
+    }
+}
+
+type TipMaps<'py> = (Option<f64>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<bool>>);
+
+/// Direction of a spectrum.
+enum Along {
+    Axis(Axis),
+    Radius,
+}
+
+impl Along {
+    fn of(py: Python<'_>, axis: &str) -> PyResult<Self> {
+        match axis {
+            "x" => Ok(Along::Axis(Axis::X)),
+            "y" => Ok(Along::Axis(Axis::Y)),
+            "radius" => Ok(Along::Radius),
+            other => {
+                Err(exception(py, &Error::input(PLACE, "axis", format!("{other:?}"), "\"x\", \"y\" or \"radius\"")))
+            }
+        }
+    }
+}
+
+impl Surface {
+    /// A value of the heights, in the unit of the length, and of whether they repeat.
+    fn of_heights<V: Send>(&self, py: Python<'_>, value: impl FnOnce(Grid, &[f64], bool) -> V + Send) -> PyResult<V> {
+        let grid = self.0.grid();
+        // Of a patch the autocorrelation takes four times the area; with its spectrum.
+        let bytes = (10 * size_of::<f64>() as u64).saturating_mul(grid.points() as u64);
+        expect_memory(py, format!("statistics of {} x {} nodes", grid.nx, grid.ny), bytes)?;
+        in_pool(py, 0, || {
+            let cell = self.0.cell();
+            let heights = self.0.heights();
+            let nodes = heights.as_slice().expect("row by row");
+            value(Grid { lx: cell.x, ly: cell.y, ..grid }, nodes, self.0.is_periodic())
         })
     }
 }
@@ -119,6 +163,68 @@ impl Surface {
 
     fn rms_gradient(&self, py: Python<'_>) -> PyResult<f64> {
         in_pool(py, 0, || self.0.rms_gradient())
+    }
+
+    /// Parameters of ISO 25178-2, by their symbols in lower case.
+    fn areal(&self, py: Python<'_>) -> PyResult<Vec<(&'static str, Option<f64>)>> {
+        self.of_heights(py, |grid, heights, periodic| {
+            let p = areal(grid, heights, periodic);
+            let length = correlation_length(grid, heights, periodic);
+            vec![
+                ("sa", Some(p.sa)),
+                ("ssk", Some(p.ssk)),
+                ("sku", Some(p.sku)),
+                ("sdq", Some(p.sdq)),
+                ("sdr", Some(p.sdr)),
+                ("sal", length.map(|l| l.fastest)),
+                ("str", length.and_then(|l| l.aspect)),
+            ]
+        })
+    }
+
+    /// Wave numbers and power spectral densities, of a patch under a Hann window.
+    fn power_spectrum<'py>(&self, py: Python<'py>, axis: &str) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
+        let along = Along::of(py, axis)?;
+        let list: Vec<(f64, f64)> = self.of_heights(py, |grid, heights, periodic| {
+            let windowed = (!periodic).then(|| hann_windowed(grid, heights));
+            let heights = windowed.as_deref().unwrap_or(heights);
+            match along {
+                Along::Axis(axis) => profile_spectrum(grid, heights, axis).iter().map(|p| (p.q, p.density)).collect(),
+                Along::Radius => {
+                    let scaled = |b: &PsdBin| (TAU * b.mode / grid.lx, b.power * grid.lx * grid.ly);
+                    psd(grid, heights, |_| 0.0).iter().map(scaled).collect()
+                }
+            }
+        })?;
+        let (q, density) = list.into_iter().unzip();
+        Ok([q, density].map(|values: Vec<f64>| PyArray1::from_vec(py, values)))
+    }
+
+    /// Distance, structure function, slope, curvature (NaN where there is none).
+    fn scale_dependent<'py>(&self, py: Python<'py>, axis: &str) -> PyResult<[Bound<'py, PyArray1<f64>>; 4]> {
+        let Along::Axis(axis) = Along::of(py, axis)? else {
+            return Err(exception(py, &Error::input(PLACE, "axis", "\"radius\"", "\"x\" or \"y\"")));
+        };
+        let list = self.of_heights(py, |grid, heights, periodic| scale_dependent(grid, heights, axis, periodic))?;
+        let column = |value: &dyn Fn(&AtDistance) -> f64| PyArray1::from_iter(py, list.iter().map(value));
+        Ok([
+            column(&|p| p.distance),
+            column(&|p| p.structure_function),
+            column(&|p| p.slope),
+            column(&|p| p.curvature.unwrap_or(f64::NAN)),
+        ])
+    }
+
+    /// Cut-off, reconstructed heights and touched points of a tip.
+    fn tip<'py>(&self, py: Python<'py>, radius: f64, half_angle: f64) -> PyResult<TipMaps<'py>> {
+        let tip = Tip { radius, half_angle };
+        let (cutoff, found) = self.of_heights(py, |grid, heights, periodic| {
+            (tip_cutoff(grid, heights, radius, periodic), reconstruct(grid, heights, tip, periodic))
+        })?;
+        let shape = self.0.shape();
+        let heights = Array2::from_shape_vec(shape, found.heights).expect("a value per node");
+        let touched = Array2::from_shape_vec(shape, found.touched).expect("a value per node");
+        Ok((cutoff, PyArray2::from_owned_array(py, heights), PyArray2::from_owned_array(py, touched)))
     }
 
     fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {

@@ -212,3 +212,34 @@ def test_unresolved_waves_are_a_warning() -> None:
 def test_maps_are_plotted(surface: Surface) -> None:
     assert surface.plot_map().get_xlabel() == "x"
     assert asperity.solve(surface, 1.0, pressure=0.1)[0].plot_map("contact").get_title() == "contact"
+
+
+def test_functions_of_a_wave() -> None:
+    """A wave of amplitude 1 along x, and what a blunt tip cannot see of it."""
+    x = 2 * np.pi * 3 * np.arange(60) / 60
+    surface = Surface.from_array(np.tile(np.cos(x), (20, 1)), 6.0, touching="high-points")
+    numbers = surface.statistics()
+    assert numbers["sku"] == pytest.approx(1.5) and numbers["ssk"] == pytest.approx(0, abs=1e-12)
+    assert numbers["sal"] == pytest.approx(np.arccos(0.2) / np.pi, rel=1e-2) and numbers["str"] is None
+    q, density = surface.power_spectrum("x")
+    assert q[2] == pytest.approx(np.pi) and density[2] == pytest.approx(6 / 4) and np.delete(density, 2).max() < 1e-20
+    assert surface.power_spectrum("y")[1].max() < 1e-20 and surface.power_spectrum()[1].max() > 0
+    differences = surface.scale_dependent("x")
+    half_wave = np.isclose(differences["distance"], 1.0)
+    assert differences["structure_function"][half_wave] == pytest.approx(2) and differences["slope"][half_wave] == pytest.approx(2**0.5)
+    assert np.isnan(differences["curvature"][0]) and surface.scale_dependent("y")["slope"].max() < 1e-12
+    for call in (lambda: surface.power_spectrum("z"), lambda: surface.scale_dependent("radius")):
+        with pytest.raises(InputError, match="axis"):
+            call()
+    sharp, blunt = (surface.tip(radius, half_angle=10) for radius in (0.04, 0.5))
+    assert sharp["cutoff"] is None and 0.2 < blunt["cutoff"] < 2
+    assert sharp["touched"].all() and not blunt["touched"].all()
+    # Low points touch first inside: the true surface is nowhere lower than the map.
+    assert (blunt["heights"] >= surface.heights - 1e-12).all()
+    for radius, angle in ((0, 0), (-1, 0), (1, 90), (1, -1)):
+        with pytest.raises(InputError, match="accepted"):
+            surface.tip(radius, half_angle=angle)
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    spectra, slopes = surface.plot_functions()
+    assert [len(axes.lines) for axes in (spectra, slopes)] == [2, 2]

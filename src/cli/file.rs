@@ -71,7 +71,7 @@ pub(super) struct MapFlags {
     /// Fill missing points.
     #[arg(long, value_enum)]
     pub fill: Option<Fill>,
-    /// Subtract the mean, the mean plane, or a polynomial of second order.
+    /// Subtract the mean, a plane or a polynomial of second order, or level each scan line.
     #[arg(long, value_enum)]
     pub detrend: Option<Detrend>,
     /// Remove wavelengths below this one.

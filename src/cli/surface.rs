@@ -1,6 +1,7 @@
 use super::file::{FileFlags, MapFlags, flag_of, refuse_grid, refused};
-use super::output;
-use crate::pipeline::statistics;
+use super::surface_tip::TipMarks;
+use super::{output, surface_functions, surface_survey};
+use crate::pipeline::{correlation_statistics, statistics};
 use crate::record::results::SurfaceStatistic;
 use crate::report::number::trimmed;
 use crate::scene::{Case, Length, Scene, Stress, SurfaceScene, rename_keys, rename_keys_in};
@@ -11,7 +12,7 @@ use asperity_grid::units::{Dimension, Measure};
 use asperity_surface::declared::{Declared, DeclaredExtent};
 use asperity_surface::heights::{self, HeightMap, Touching};
 use asperity_surface::import::{Fourier, holds_numbers};
-use asperity_surface::range;
+use asperity_surface::{Tip, range};
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
@@ -49,6 +50,15 @@ pub(super) struct SurfaceArgs {
     /// Write the prepared heights in µm with what they declare: .npy with a JSON file, .nc (NetCDF), otherwise an ASCII matrix with comments.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Write power spectra, structure functions, and slope and curvature over distance to tables in this folder.
+    #[arg(long, value_name = "DIR")]
+    functions: Option<PathBuf>,
+    /// Radius of the tip that measured the map, such as 20nm: prints which lengths and points have its shape.
+    #[arg(long, value_name = "R")]
+    tip_radius: Option<Measure>,
+    /// Half of the opening angle of the tip's cone, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, requires = "tip_radius")]
+    tip_angle: f64,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -81,7 +91,14 @@ impl SurfaceArgs {
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
         let names = &|key: &str| self.flag_of(key);
-        let case = Case::resolve(scene, &file).map_err(|e| rename_keys(e, names))?;
+        let unsigned = self.map.touching.is_none() && !self.map.flip && !self.json && self.out.is_none();
+        let heights = scene.surface.heights.clone().filter(|_| unsigned);
+        let case = Case::resolve(scene, &file).map_err(|e| rename_keys(e, names)).inspect_err(|e| {
+            if let Some(path) = heights.filter(|_| surface_survey::is_incomplete(e)) {
+                // What cannot be read is in the error already.
+                let _ = surface_survey::print(&path, &self.file);
+            }
+        })?;
         case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {}", rename_keys_in(w, names))));
         if let Some(provenance) = case.provenance().filter(|_| self.json) {
             output::eprint(&provenance.to_string());
@@ -91,12 +108,19 @@ impl SurfaceArgs {
 
     /// Writes the heights and prints the statistics.
     fn report(&self, case: &Case) -> Result<()> {
-        // Heights, their half spectrum while it is transformed, and the copy that is written.
+        // Heights, their half spectrum while it is transformed, and the copy that is written; the autocorrelation, of a patch in a cell of
+        // four times its area.
         let description = format!("a surface of {} x {} points", case.model.grid.nx, case.model.grid.ny);
-        expect_memory(description, 4 * 8 * case.model.grid.points() as u64, "a smaller --grid needs less")?;
+        let fields = if case.is_non_periodic() { 10 } else { 4 };
+        expect_memory(description, fields * 8 * case.model.grid.points() as u64, "a smaller --grid needs less")?;
         let heights = case.surface().heights(case.model.grid, 0.0);
         let length_um = case.laboratory.length().to("um");
-        let list = statistics(case, &heights);
+        let mut list = statistics(case, &heights);
+        list.extend(correlation_statistics(case, &heights));
+        if let Some(folder) = &self.functions {
+            surface_functions::write(folder, case, &heights)?;
+        }
+        let tip = self.tip(case, &heights)?;
         if let Some(out) = &self.out {
             let same = |file: &str| {
                 std::fs::canonicalize(file).ok().is_some_and(|f| Some(f) == std::fs::canonicalize(out).ok())
@@ -108,22 +132,34 @@ impl SurfaceArgs {
             write(out, case, &heights)?;
         }
         if self.json {
-            output::json_line(&self.json(case, &heights, &list))
+            output::json_line(&self.json(case, &heights, &list, tip))
         } else {
             let cell =
                 format!(", {} x {} points on {} µm", case.model.grid.nx, case.model.grid.ny, trimmed(length_um, 6));
             let cell = if case.provenance().is_some() { String::new() } else { cell };
             output::print(&format!("{}{cell}", case.surface().origin()));
             output::print(&output::statistics(&list));
+            if let Some(tip) = tip {
+                output::print(&tip.words());
+            }
             if let Some(out) = &self.out {
                 output::print(&format!("heights in µm, {}: {}", sign(case).words(), out.display()));
+            }
+            if let Some(folder) = &self.functions {
+                output::print(&format!("functions: {}", folder.display()));
             }
             Ok(())
         }
     }
 
     /// Everything about the surface, in SI units; low points touch first in a written file.
-    fn json(&self, case: &Case, heights: &[f64], list: &[SurfaceStatistic]) -> serde_json::Value {
+    fn json(
+        &self,
+        case: &Case,
+        heights: &[f64],
+        list: &[SurfaceStatistic],
+        tip: Option<TipMarks>,
+    ) -> serde_json::Value {
         let (metres, p) = (case.scales.length_m, case.provenance());
         let values = range(heights);
         let periodic = case.scene.continuum.is_periodic();
@@ -152,9 +188,25 @@ impl SurfaceArgs {
             "preparation": p.as_ref().map_or(&[][..], |p| &p.preparation),
             "version": env!("CARGO_PKG_VERSION"),
             "out": self.out,
+            "functions": self.functions,
             "statistics": list,
+            "tip": tip,
             "warnings": case.warnings,
         })
+    }
+
+    /// What the tip has left of the surface.
+    fn tip(&self, case: &Case, heights: &[f64]) -> Result<Option<TipMarks>> {
+        let Some(radius) = self.tip_radius else { return Ok(None) };
+        let metres = length("--tip-radius", radius)?.to("m");
+        if metres <= 0.0 {
+            return Err(refused("--tip-radius", radius, "a length above zero"));
+        }
+        if !(0.0..90.0).contains(&self.tip_angle) {
+            return Err(Error::input("command line", "--tip-angle", self.tip_angle, "0 to below 90 degrees"));
+        }
+        let tip = Tip { radius: metres / case.scales.length_m, half_angle: self.tip_angle.to_radians() };
+        Ok(Some(TipMarks::of(case, heights, tip)))
     }
 
     /// The flag of a key whose value came from a flag, or could: there is no scene, or another file than its own.

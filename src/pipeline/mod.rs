@@ -43,5 +43,5 @@ pub use plan::{RunPlan, plan};
 pub use progress::ProgressReporter;
 pub use run::{other_scene, rebuild_comparison, redraw, run};
 pub use stage::PlannedStage;
-pub use surface::statistics;
+pub use surface::{correlation_statistics, statistics};
 pub use tradeoff::{ExactSetting, TradeoffRequest, tradeoff};

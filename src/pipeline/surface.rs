@@ -11,7 +11,7 @@ use crate::scene::Case;
 use asperity_grid::{Grid, Transform};
 use asperity_surface::HeightSource;
 use asperity_surface::files::npy;
-use asperity_surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
+use asperity_surface::{Expected, areal, correlation_length, hann_windowed, moments, non_periodic_moments, psd, range};
 use std::path::Path;
 
 /// Time of synthesis and statistics on one thread, s per point; an order of magnitude.
@@ -93,13 +93,9 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<SurfaceStatistic> {
     };
     let line = |name: &str, symbol: &str, unit: &str, value: Option<&dyn Fn(&Expected) -> f64>, realised: f64| {
         SurfaceStatistic {
-            name: name.into(),
-            symbol: symbol.into(),
-            unit: unit.into(),
             expected: value.and_then(|value| expected.as_ref().map(value)),
             expected_on_grid: value.and_then(|value| on_grid.as_ref().map(value)),
-            realised,
-            band: None,
+            ..realised_statistic(name, symbol, unit, realised)
         }
     };
     let band = on_grid.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
@@ -130,6 +126,47 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<SurfaceStatistic> {
             m.full_contact_energy * um,
         ),
     ]
+    .into_iter()
+    .chain(areal_statistics(grid, heights, um, true))
+    .collect()
+}
+
+/// Parameters of ISO 25178-2 beside the rms height.
+fn areal_statistics(grid: Grid, heights: &[f64], um: f64, periodic: bool) -> impl Iterator<Item = SurfaceStatistic> {
+    let p = areal(grid, heights, periodic);
+    let gradient = periodic.then_some(("rms gradient between neighbours", "Sdq", "1", p.sdq));
+    let lines = [
+        ("mean absolute height", "Sa", "µm", p.sa * um),
+        ("skewness (peaks are positive)", "Ssk", "1", p.ssk),
+        ("kurtosis", "Sku", "1", p.sku),
+        ("developed area over projected area, minus one", "Sdr", "1", p.sdr),
+    ];
+    // On a patch that is its gradient.
+    gradient
+        .into_iter()
+        .chain(lines)
+        .map(|(name, symbol, unit, realised)| realised_statistic(name, symbol, unit, realised))
+}
+
+/// Correlation lengths: a transform more, and four times the points for a patch.
+pub fn correlation_statistics(case: &Case, heights: &[f64]) -> Vec<SurfaceStatistic> {
+    let um = case.scales.length_m * 1e6;
+    let Some(length) = correlation_length(case.model.grid, heights, !case.is_non_periodic()) else { return Vec::new() };
+    let aspect = length.aspect.map(|aspect| realised_statistic("texture aspect ratio", "Str", "1", aspect));
+    let fastest = realised_statistic("autocorrelation length (fastest decay to 0.2)", "Sal", "µm", length.fastest * um);
+    std::iter::once(fastest).chain(aspect).collect()
+}
+
+fn realised_statistic(name: &str, symbol: &str, unit: &str, realised: f64) -> SurfaceStatistic {
+    SurfaceStatistic {
+        name: name.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+        expected: None,
+        expected_on_grid: None,
+        realised,
+        band: None,
+    }
 }
 
 /// Statistics of non-periodic heights, without expected values.
@@ -148,15 +185,8 @@ fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<SurfaceStatisti
         .into_iter()
         // Heights without curvature have no finite radius.
         .filter(|line| line.3.is_finite())
-        .map(|(name, symbol, unit, realised)| SurfaceStatistic {
-            name: name.into(),
-            symbol: symbol.into(),
-            unit: unit.into(),
-            expected: None,
-            expected_on_grid: None,
-            realised,
-            band: None,
-        })
+        .map(|(name, symbol, unit, realised)| realised_statistic(name, symbol, unit, realised))
+        .chain(areal_statistics(grid, heights, um, false))
         .collect()
 }
 

@@ -17,7 +17,7 @@ use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
 use asperity_methods::REGISTRY;
 use asperity_surface::provenance::Provenance;
-use asperity_surface::{Edges, HeightSource, Spectrum, Surface};
+use asperity_surface::{HeightSource, Spectrum, Surface};
 use std::path::{Path, PathBuf};
 
 /// A scene, checked and resolved: its problem, and the same in reduced numbers.
@@ -195,12 +195,6 @@ impl Case {
             let list = self.warnings.iter().map(complaint).collect();
             return Err(Error::Input { place: self.file.display().to_string(), list });
         }
-        let mirrored = self.scene.surface.edges == Some(Edges::Mirror) && !self.scene.load.force.is_empty();
-        // A force on a map that is mirrored acts on the whole periodic cell.
-        self.warnings.extend(mirrored.then(|| {
-            "load.force acts on the mirrored cell, which has four times the area of the map: give four times the force on the map"
-                .to_string()
-        }));
         self.warnings.extend(self.problem.load_warnings(reduction));
         Ok(())
     }

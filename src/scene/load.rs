@@ -21,7 +21,7 @@ pub struct LoadScene {
     #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "List<dimension::Stress>")]
     pub pressure: Vec<Stress>,
-    /// Normal forces on the cell instead.
+    /// Normal forces on the map instead; a mirrored cell carries four times as much.
     #[serde(default, deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "List<dimension::Force>")]
     pub force: Vec<Force>,

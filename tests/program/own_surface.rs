@@ -373,17 +373,90 @@ fn contact_that_the_grid_does_not_resolve_is_a_warning() {
     }
 }
 
+/// The mirrored cell has four times the area of the map and carries four times the force, also where it was mirrored before.
 #[test]
-fn a_force_on_mirrored_edges_is_a_warning() {
+fn a_force_acts_on_the_measured_map() {
     let scratch = tempfile::tempdir().expect("scratch");
     let file = scratch.path().join("map.txt");
     export(&file, |x, y| waves(x, y) + 0.01 * x as f64);
-    let solve = |load: [&str; 2]| {
-        let map = ["solve", text(&file), "--touching", "low-points", "--modulus", "1GPa", "--edges", "mirror"];
-        let output = call(&[&map[..], &load].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
-        stderr(&output)
+    let pressure = |file: &Path, flags: &[&str]| {
+        let map = ["solve", text(file), "--modulus", "1GPa", "--force", "1mN", "--json"];
+        let found = answer(&[&map[..], flags].concat());
+        number(&found, "pressure")
     };
-    assert!(solve(["--force", "1mN"]).contains("--force acts on the mirrored cell"));
-    assert!(!solve(["--pressure", "1MPa"]).contains("mirrored cell"));
+    // 1 mN on 30 x 20 µm, in GPa.
+    let exact = 1e-3 / 600e-12 / 1e9;
+    let same = |found: f64, what: &str| assert!((found / exact - 1.0).abs() < ROUNDING, "{what}: {found} {exact}");
+    let low = ["--touching", "low-points"];
+    same(pressure(&file, &low), "as measured");
+    same(pressure(&file, &[&low[..], &["--edges", "mirror"]].concat()), "mirrored");
+    for name in ["p.nc", "p.npy", "p.txt"] {
+        let prepared = scratch.path().join(name);
+        let surface = ["surface", text(&file), "--edges", "mirror", "--out", text(&prepared)];
+        assert!(call(&[&surface[..], &low].concat()).status.success());
+        same(pressure(&prepared, &[]), name);
+        // A quarter of the mirrored cell is a map again.
+        same(pressure(&prepared, &["--crop", "0,0,60,40"]), name);
+    }
+}
+
+/// Before sign, unit and filling are chosen, everything else is said.
+#[test]
+fn a_survey_precedes_what_is_missing() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("map.txt");
+    let row = |y: usize| (0..40).map(|x| format!("{:.6}", waves(x, y) + 0.05 * x as f64)).collect::<Vec<_>>().join(" ");
+    let mut rows: Vec<String> = (0..40).map(row).collect();
+    rows[3] = rows[3].replacen(' ', " nan ", 1).rsplit_once(' ').expect("fields").0.to_string();
+    std::fs::write(&file, rows.join("\n")).expect("written");
+    let output = call(&["surface", text(&file)]);
+    let (said, told) = (stderr(&output), String::from_utf8_lossy(&output.stdout).into_owned());
+    assert_eq!(output.status.code(), Some(2));
+    for piece in ["40 x 40", "not declared (--touching)", "1 of 1600 points", "rms height about the plane"] {
+        assert!(told.contains(piece), "{piece}: {told}");
+    }
+    assert!(said.contains("does not repeat") && said.contains("--touching = not given"), "{said}");
+    // What is declared or given is not asked for, and nothing is printed beside JSON.
+    assert!(call(&["surface", text(&file), "--json"]).stdout.is_empty());
+    let given = ["surface", text(&file), "--touching", "high-points", "--unit", "um", "--length", "30um"];
+    let output = call(&given);
+    assert!(output.stdout.is_empty() && stderr(&output).contains("--fill"), "the sign was chosen");
+    assert!(call(&[&given[..], &["--fill", "nearest"]].concat()).status.success());
+}
+
+/// Tables of spectra and differences, in SI units: one wave of 0.2 µm and 10 µm along x.
+#[test]
+fn functions_of_a_surface_are_written() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (file, folder) = (scratch.path().join("map.txt"), scratch.path().join("functions"));
+    export(&file, |x, _| 0.2 * (TAU * 3.0 * x as f64 / NX as f64).cos());
+    let surface = ["surface", text(&file), "--touching", "low-points", "--functions", text(&folder), "--json"];
+    let found = answer(&surface);
+    let statistic = |symbol: &str| {
+        let list = found["statistics"].as_array().expect("statistics");
+        number(list.iter().find(|s| s["symbol"] == symbol).unwrap_or_else(|| panic!("{symbol}")), "realised")
+    };
+    let absolute = (0..20).map(|x| 0.01 * (TAU * f64::from(x) / 20.0).cos().abs()).sum::<f64>();
+    assert!((statistic("Sa") / absolute - 1.0).abs() < TEXT && (statistic("Sku") / 1.5 - 1.0).abs() < TEXT);
+    assert!((statistic("Sal") - 10.0 * 0.2f64.acos() / TAU).abs() < 0.02);
+    let table = |name: &str| -> Vec<Vec<f64>> {
+        let text = std::fs::read_to_string(folder.join(name)).expect("written");
+        text.lines().skip(1).map(|l| l.split(',').map(|v| v.parse().expect("a number")).collect()).collect()
+    };
+    // Tips more than twice as sharp as the wave's peaks, and as blunt: their radius is 1/(q² A) = 13 µm.
+    let with_tip =
+        |radius: &str| answer(&["surface", text(&file), "--touching", "low-points", "--tip-radius", radius, "--json"]);
+    assert_eq!(with_tip("5um")["tip"]["cutoff_m"], Value::Null);
+    let blunt = &with_tip("13um")["tip"];
+    assert!((2e-6..10e-6).contains(&number(blunt, "cutoff_m")) && number(blunt, "touched_share") < 0.6, "{blunt}");
+    // L |a|² with a = 0.1 µm.
+    let wave = &table("power_spectrum_x.csv")[2];
+    assert!((wave[1] - 1e-5).abs() < 1e-12 && (wave[2] / (30e-6 * 1e-14) - 1.0).abs() < TEXT, "{wave:?}");
+    assert!(table("power_spectrum_y.csv").iter().all(|row| row[2] < 1e-30));
+    let radial: f64 = table("power_spectrum_radial.csv").iter().map(|row| row[2]).fold(0.0, f64::max);
+    assert!(radial > 0.0);
+    // Half a wave apart heights differ by twice the amplitude at most: ⟨Δ²⟩ = A² (1 - cos π).
+    let half = table("scale_dependent_x.csv").into_iter().find(|row| (row[0] - 5e-6).abs() < 1e-9).expect("10 pixels");
+    assert!((half[1] / (2.0 * 0.04e-12) - 1.0).abs() < TEXT, "{half:?}");
+    assert!(table("scale_dependent_y.csv").iter().all(|row| row[1] < 1e-20));
 }

@@ -3,8 +3,8 @@
 use asperity::grid::Grid;
 use asperity::surface::height_map::HeightMap;
 use asperity::surface::{
-    Detrend, Edges, Fill, FilterKind, Preparation, PreparedMap, hann_windowed, moments, non_periodic_gradient, psd,
-    seam_warning,
+    Axis, Detrend, Edges, Fill, FilterKind, Preparation, PreparedMap, areal, hann_windowed, moments,
+    non_periodic_gradient, profile_spectrum, psd, scale_dependent, seam_warning,
 };
 use serde_json::Value;
 use std::sync::LazyLock;
@@ -295,4 +295,44 @@ fn no_step_changes_nothing_and_errors_name_the_place() {
         ..Preparation::default()
     };
     assert!(says(sharp).contains("--filter = sharp; accepted: gaussian"));
+}
+
+/// Parameters of ISO 25178-2, profile spectra, structure functions, slopes and curvatures over distance.
+#[test]
+fn functions_of_profiles_are_the_same() {
+    for ((case, map), periodic) in [(periodic(), true), (patch("heights"), false)] {
+        let expected = &case["functions"];
+        let [lx, ly] = extent(case);
+        let grid = Grid { nx: map.nx, ny: map.ny, lx, ly };
+        let p = areal(grid, &map.heights, periodic);
+        for (name, found) in
+            [("sq", p.sq), ("sa", p.sa), ("ssk", p.ssk), ("sku", p.sku), ("sdq", p.sdq), ("sdr", p.sdr)]
+        {
+            close(found, &expected[name], name);
+        }
+        for (name, axis) in [("x", Axis::X), ("y", Axis::Y)] {
+            let expected = &expected[name];
+            let list = scale_dependent(grid, &map.heights, axis, periodic);
+            for (i, distance) in numbers(&expected["distance"]).into_iter().enumerate() {
+                let p = list.iter().find(|p| (p.distance / distance - 1.0).abs() < SAME).expect("the same distances");
+                close(p.slope, &expected["slope"][i], "slope");
+                close(p.structure_function, &expected["structure_function"][i], "structure function");
+                if i > 0 {
+                    close(p.curvature.expect("an even number of pixels"), &expected["curvature"][i - 1], "curvature");
+                }
+            }
+            assert!(list.len() >= 5, "{list:?}");
+            if periodic {
+                let spectrum = profile_spectrum(grid, &map.heights, axis);
+                let (q, density) = (numbers(&expected["q"]), numbers(&expected["density"]));
+                assert!(q.len() >= 8 && spectrum.len() >= q.len());
+                for (p, (q, density)) in spectrum.iter().zip(q.iter().zip(density)) {
+                    assert!(
+                        (p.q / q - 1.0).abs() < SAME && (p.density / density - 1.0).abs() < SAME,
+                        "{p:?} {density}"
+                    );
+                }
+            }
+        }
+    }
 }

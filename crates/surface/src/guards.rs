@@ -1,6 +1,7 @@
 //! Warnings about maps that are probably not what their reader takes them for.
 
 use crate::preparation::{SUSPECT, suspected_outliers};
+use crate::scan_lines;
 use asperity_grid::{Grid, rms, sum_rows};
 
 /// Smaller side (points) below which a map resolves hardly any wave.
@@ -55,7 +56,12 @@ pub fn quality_warnings(grid: Grid, heights: &[f64]) -> Vec<String> {
         )
     });
     let pixels = swapped_warning(grid).or_else(|| oblong_warning(grid));
-    few.into_iter().chain(pixels).chain(terrace_warning(grid, heights)).chain(outlier_warning(grid, heights)).collect()
+    few.into_iter()
+        .chain(pixels)
+        .chain(terrace_warning(grid, heights))
+        .chain(outlier_warning(grid, heights))
+        .chain(scan_lines::warning(grid, heights))
+        .collect()
 }
 
 /// Warnings for rms gradients that suggest a wrong unit.
@@ -178,14 +184,26 @@ fn table_warning(grid: Grid, heights: &[f64]) -> Option<String> {
 
 fn outlier_warning(grid: Grid, heights: &[f64]) -> Option<String> {
     let outliers = suspected_outliers(grid, heights, false);
+    let scars = scan_lines::scars(grid, &outliers);
+    let points = outliers.len() - scars.iter().sum::<usize>();
     let largest = (SPIKES * (grid.points() as f64).sqrt()).max(1.0);
-    (outliers > 0 && outliers as f64 <= largest).then(|| {
-        let points = if outliers == 1 { "1 point deviates".to_string() } else { format!("{outliers} points deviate") };
+    let spikes = Some(points).filter(|n| *n > 0 && *n as f64 <= largest).map(|n| of(n, "point"));
+    let scars = scars.iter().max().map(|longest| {
+        format!("{} of scan lines (scars; the longest has {longest} points)", of(scars.len(), "segment"))
+    });
+    let found: Vec<String> = scars.into_iter().chain(spikes).collect();
+    let verb = if found.len() == 1 && found[0].starts_with("1 ") { "deviates" } else { "deviate" };
+    (!found.is_empty()).then(|| {
         format!(
-            "{points} from the median of their 5 x 5 neighbours by more than {SUSPECT} robust standard deviations, and spikes carry the first \
-             contact: `--remove-outliers {SUSPECT} --fill harmonic` replaces them"
+            "{} {verb} from the median of their 5 x 5 neighbours by more than {SUSPECT} robust standard deviations, and spikes carry the first \
+             contact: `--remove-outliers {SUSPECT} --fill harmonic` replaces them",
+            found.join(" and ")
         )
     })
+}
+
+fn of(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn terrace_warning(grid: Grid, heights: &[f64]) -> Option<String> {

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod areal;
 #[cfg(feature = "files")]
 pub mod declared;
 #[cfg(feature = "files")]
@@ -17,25 +18,31 @@ mod non_periodic;
 mod power_spectrum;
 mod preparation;
 pub mod provenance;
+mod scale_dependent;
+mod scan_lines;
 mod spectrum;
 mod statistics;
 mod summits;
 mod surface;
 mod synthesis;
+mod tip;
 #[cfg(feature = "files")]
 mod xyz_text;
 
+pub use areal::{ArealParameters, CorrelationLength, areal, correlation_length};
 pub use fourier::{FourierModes, Wave};
 pub use guards::{quality_warnings, seam_warning, slope_warnings};
 pub use height_source::HeightSource;
 pub use morphology::dilate_by_ball;
 pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_moments};
 pub use power_spectrum::{PowerSpectrum, Shell};
-pub use preparation::{
-    Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap, suspected_outliers,
-};
+pub use preparation::{Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap};
+pub use scale_dependent::{AtDistance, Axis, scale_dependent};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
-pub use statistics::{HeightRange, Moments, PsdBin, moments, non_periodic_gradient, psd, range};
+pub use statistics::{
+    HeightRange, Moments, PsdBin, SpectralDensity, moments, non_periodic_gradient, profile_spectrum, psd, range,
+};
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use surface::{Cell, MapOptions, Surface, SynthesisOptions};
 pub use synthesis::{Modes, lower_to_zero, resample};
+pub use tip::{Reconstruction, Tip, reconstruct, tip_cutoff};

@@ -1,3 +1,4 @@
+use crate::scale_dependent::Axis;
 use asperity_grid::{Grid, Transform, extent, mean, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
@@ -124,6 +125,37 @@ pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) ->
             expected: s[2] / s[0],
         })
         .collect()
+}
+
+/// A wave number and the power spectral density there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectralDensity {
+    pub q: f64,
+    pub density: f64,
+}
+
+/// One-dimensional power spectral density of the profiles along an axis, averaged over all of them: C(q) = L |a|² of the Fourier
+/// coefficients a at q = 2πk/L, the mean of q and -q, up to the Nyquist wave (doi:10.1088/2051-672X/aa51f8). The sum of 2 C Δq/2π is the
+/// mean square height but for constant profiles.
+pub fn profile_spectrum(grid: Grid, heights: &[f64], axis: Axis) -> Vec<SpectralDensity> {
+    let (n, length) = if axis == Axis::X { (grid.nx, grid.lx) } else { (grid.ny, grid.ly) };
+    let mut power = vec![0.0; n / 2 + 1];
+    let columns = of_mode_columns(grid, heights, |i, column| match axis {
+        Axis::X => vec![column.iter().map(Complex::norm_sqr).sum::<f64>()],
+        Axis::Y => column.iter().map(|a| grid.column_weight(i) * a.norm_sqr()).collect(),
+    });
+    for (i, column) in columns.iter().enumerate() {
+        match axis {
+            Axis::X => power[i] += column[0],
+            // Of both signs half.
+            Axis::Y => column
+                .iter()
+                .enumerate()
+                .for_each(|(j, c)| power[signed_mode(j, grid.ny).unsigned_abs() as usize] += 0.5 * c),
+        }
+    }
+    let density = |k: usize| SpectralDensity { q: 2.0 * PI * k as f64 / length, density: length * power[k] };
+    (1..n.div_ceil(2)).map(density).collect()
 }
 
 /// Ordered sums of `term(qx, qy, |a|²)` over every mode but the mean.

@@ -2,6 +2,7 @@
 
 use crate::height_map::{HeightMap, Touching};
 use crate::height_source::HeightSource;
+use crate::preparation::copies;
 use crate::provenance::Provenance;
 use crate::{FourierModes, Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
 use asperity_grid::{Error, Grid, Result, Series, rms};
@@ -224,6 +225,11 @@ impl Surface {
     /// Steps of preparation that were applied to the map, with their parameters.
     pub fn preparation_steps(&self) -> &[String] {
         self.provenance.as_ref().map_or(&self.steps, |p| &p.preparation)
+    }
+
+    /// Copies of the measured map in the cell: four of one that was mirrored, otherwise one. A force acts on each of them.
+    pub fn copies(&self) -> usize {
+        copies(self.preparation_steps())
     }
 
     /// Extent of the cell.

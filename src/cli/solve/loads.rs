@@ -15,7 +15,7 @@ pub(super) struct LoadFlags {
     /// adhesion only.
     #[arg(long, value_name = "P", allow_hyphen_values = true)]
     pub(super) pressure: Option<Measures>,
-    /// Normal forces on the cell instead: 5mN, or in the unit of modulus times length squared.
+    /// Normal forces on the map instead: 5mN, or in the unit of modulus times length squared. A mirrored cell carries four times as much.
     #[arg(long, value_name = "F", allow_hyphen_values = true)]
     pub(super) force: Option<Measures>,
     /// Mean pressures over E* times the rms gradient instead.

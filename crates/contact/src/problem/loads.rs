@@ -9,7 +9,7 @@ pub enum LoadKind {
     PStar,
     /// Mean pressure, in the unit of the modulus; compression is positive.
     Pressure,
-    /// Normal force on the cell, in the unit of modulus times length squared.
+    /// Normal force on the map, in the unit of modulus times length squared. A mirrored cell, of four maps, carries four times as much.
     Force,
     /// Mean gap, in the unit of the surface's length. It reaches states that are unstable under a prescribed pressure.
     MeanGap,

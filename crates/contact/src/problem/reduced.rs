@@ -166,10 +166,11 @@ impl Problem {
     fn steps(&self, loads: &Loads, gradient: f64, touch: f64) -> Vec<LoadStep> {
         let (grid, length, modulus) = (self.surface.grid(), self.surface.length(), self.modulus);
         let path = loads.path();
+        let mapped = length * (length * grid.ly) / self.surface.copies() as f64;
         let target = |value: f64| match loads.kind {
             LoadKind::PStar => Load::Pressure(value * gradient),
             LoadKind::Pressure => Load::Pressure(value / modulus),
-            LoadKind::Force => Load::Pressure(value / modulus / length / (length * grid.ly)),
+            LoadKind::Force => Load::Pressure(value / modulus / mapped),
             LoadKind::Contact => Load::Pressure(gradient * estimated_p_star(value)),
             LoadKind::MeanGap => Load::MeanGap(value / length),
             LoadKind::Displacement => Load::MeanGap(touch - value / length),

@@ -45,6 +45,16 @@ impl Edges {
     }
 }
 
+/// Copies of the measured map in the cell that steps of preparation made: four after each time it was mirrored. What is cropped from
+/// a mirrored cell counts as one.
+pub(crate) fn copies(history: &[String]) -> usize {
+    history.iter().fold(1, |copies, step| match step.split(':').next() {
+        Some("edges mirror") => 4 * copies,
+        Some("crop") => 1,
+        _ => copies,
+    })
+}
+
 /// Tukey's window at the centres of `n` pixels.
 fn window(n: usize) -> Vec<f64> {
     let value_at = |i: usize| {
@@ -86,6 +96,19 @@ mod tests {
         let first = [1.0, 2.0, 3.0, 3.0, 2.0, 1.0];
         let last = [4.0, 5.0, 6.0, 6.0, 5.0, 4.0];
         assert_eq!(heights, [first, last, last, first].concat());
+    }
+
+    #[test]
+    fn mirrored_maps_are_counted() {
+        let steps = [
+            "detrend plane: slopes 1 and 2",
+            "edges mirror: a cell of 8 x 8 points, twice the extents",
+            "crop: 2 x 2 points",
+        ];
+        let counts = [0, 1, 2, 3].map(|n| copies(&steps.map(String::from)[..n]));
+        assert_eq!(counts, [1, 1, 4, 1]);
+        let line = Edges::Mirror.line(Grid::unit(4, 4));
+        assert_eq!([copies(&[line.clone(), line]), copies(&[Edges::Taper.line(Grid::unit(4, 4))])], [16, 1]);
     }
 
     /// The inner part is bit-identical; the outermost points are nearly at the mean.

@@ -1,26 +1,30 @@
 //! Preparation of measured maps in explicit, recorded steps.
 
 mod crop;
+mod detrend;
 mod digits;
 mod edges;
+mod facets;
 mod fill;
 mod filter;
 mod harmonic;
+mod lines;
 mod outliers;
 mod regrid;
 mod rows;
 mod trend;
 
+pub use detrend::Detrend;
 pub use edges::Edges;
+pub(crate) use edges::copies;
 pub use fill::{Fill, MAX_FILLED_SHARE};
 pub use filter::FilterKind;
-pub(super) use outliers::SUSPECT;
-pub use outliers::suspected_outliers;
-pub use trend::Detrend;
+pub(super) use outliers::{SUSPECT, median, suspected_outliers};
 
 use crate::height_map::HeightMap;
 use asperity_grid::error::Result;
 use asperity_grid::{Grid, rms};
+use detrend::Form;
 use digits::digits;
 use filter::PassBand;
 
@@ -85,12 +89,16 @@ impl Preparation {
             history
                 .push(format!("outliers beyond {threshold} robust standard deviations: {removed} removed{fraction}"));
         }
-        let form = self.detrend.map(|kind| trend::Trend::fit(kind, grid, &heights));
+        let form = self.detrend.map(|kind| Form::fit(kind, grid, &heights));
+        if let Some(form) = form.as_ref().filter(|form| form.goes_before_fill()) {
+            form.subtract(grid, &mut heights);
+            history.push(form.line());
+        }
         let filled = fill::fill(self.fill, grid, &mut heights, repeats, fill::Origin { column, row, removed })?;
         if let Some(kind) = self.fill {
             history.push(format!("fill {}: {filled}{}", kind.word(), share(filled, grid)));
         }
-        if let Some(form) = form {
+        if let Some(form) = form.filter(|form| !form.goes_before_fill()) {
             form.subtract(grid, &mut heights);
             history.push(form.line());
         }

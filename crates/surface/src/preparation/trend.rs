@@ -1,27 +1,30 @@
-//! Least-squares forms.
+//! Polynomials of the whole map.
 
 use super::digits::digits;
 use asperity_grid::{Grid, sum_rows};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-/// Form that is subtracted from the heights, fitted by least squares to the measured points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum Detrend {
-    /// The mean height.
+/// Functions of the basis: 1, u, v, P₂(u), P₂(v), uv; the first of them are the mean, and the plane.
+const TERMS: usize = 6;
+
+/// Degree of a polynomial in x and y.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Degree {
     Mean,
-    /// The mean plane: removes tilt.
     Plane,
-    /// The polynomial of second order in x and y: removes tilt and curvature.
     Quadratic,
 }
 
-/// Functions of the basis: 1, u, v, P₂(u), P₂(v), uv.
-const TERMS: usize = 6;
+impl Degree {
+    fn terms(self) -> usize {
+        match self {
+            Degree::Mean => 1,
+            Degree::Plane => 3,
+            Degree::Quadratic => TERMS,
+        }
+    }
+}
 
 /// Eigenvalue of the normal equations, over the largest, below which the measured points do not determine a combination of terms
 /// (a single row has no slope along y). Rounding leaves 1e-15; a map whose measured points are all in a tenth of its width has 1e-6.
@@ -33,22 +36,18 @@ const PASSES: usize = 2;
 /// A polynomial in Legendre polynomials of coordinates from -1 to 1 over the map: orthogonal there up to the pixel size, whatever
 /// the unit. Heights enter relative to one of them, so that a large offset costs no digits.
 pub(super) struct Trend {
-    kind: Detrend,
+    degree: Degree,
     grid: Grid,
     offset: f64,
     coefficients: SVector<f64, TERMS>,
 }
 
 impl Trend {
-    /// Fits the form to the heights that are not NaN.
-    pub(super) fn fit(kind: Detrend, grid: Grid, heights: &[f64]) -> Self {
-        let used = match kind {
-            Detrend::Mean => 1,
-            Detrend::Plane => 3,
-            Detrend::Quadratic => TERMS,
-        };
+    /// Fits the polynomial by least squares to the heights that are not NaN.
+    pub(super) fn fit(degree: Degree, grid: Grid, heights: &[f64]) -> Self {
+        let used = degree.terms();
         let offset = heights.iter().copied().find(|h| h.is_finite()).unwrap_or_default();
-        let mut trend = Trend { kind, grid, offset, coefficients: SVector::zeros() };
+        let mut trend = Trend { degree, grid, offset, coefficients: SVector::zeros() };
         let products = SMatrix::<f64, TERMS, TERMS>::from_row_slice(&sum_rows(grid.ny, |y| {
             let mut sum = [0.0; TERMS * TERMS];
             for x in (0..grid.nx).filter(|x| !heights[y * grid.nx + x].is_nan()) {
@@ -80,6 +79,20 @@ impl Trend {
         trend
     }
 
+    /// The plane of given slopes through the mean of the heights that are not NaN.
+    pub(super) fn plane([x, y]: [f64; 2], grid: Grid, heights: &[f64]) -> Self {
+        let mut trend = Trend { degree: Degree::Plane, grid, offset: 0.0, coefficients: SVector::zeros() };
+        (trend.coefficients[1], trend.coefficients[2]) = (x * grid.lx / 2.0, y * grid.ly / 2.0);
+        let mut level = heights.to_vec();
+        trend.subtract(grid, &mut level);
+        trend.offset = Trend::fit(Degree::Mean, grid, &level).mean();
+        trend
+    }
+
+    fn mean(&self) -> f64 {
+        self.offset + self.coefficients[0]
+    }
+
     fn at(&self, basis: &[f64; TERMS]) -> f64 {
         self.coefficients.iter().zip(basis).map(|(c, b)| c * b).sum()
     }
@@ -92,17 +105,17 @@ impl Trend {
         });
     }
 
-    /// The line of the history. Slopes are those at the centre.
-    pub(super) fn line(&self) -> String {
+    /// Its values for the history. Slopes are those at the centre.
+    pub(super) fn words(&self) -> String {
         let c = &self.coefficients;
         // u = 2x/lx about the centre, P₂ = (3u² - 1)/2.
         let (per_x, per_y) = (2.0 / self.grid.lx, 2.0 / self.grid.ly);
         let slopes = format!("slopes {} in x, {} in y", digits(c[1] * per_x), digits(c[2] * per_y));
-        match self.kind {
-            Detrend::Mean => format!("detrend mean: {}", digits(self.offset + c[0])),
-            Detrend::Plane => format!("detrend plane: {slopes}"),
-            Detrend::Quadratic => format!(
-                "detrend quadratic: {slopes}, curvatures {} in x, {} in y, twist {}",
+        match self.degree {
+            Degree::Mean => digits(self.mean()),
+            Degree::Plane => slopes,
+            Degree::Quadratic => format!(
+                "{slopes}, curvatures {} in x, {} in y, twist {}",
                 digits(3.0 * c[3] * per_x * per_x),
                 digits(3.0 * c[4] * per_y * per_y),
                 digits(c[5] * per_x * per_y)
@@ -142,7 +155,7 @@ mod tests {
         /// An offset of 1e6 leaves ten digits of the heights.
         const OFFSET: f64 = 1e6;
         for (unit, offset, hole) in [(1.0, 0.0, false), (1e-9, 0.0, true), (1e6, 0.0, true), (1.0, OFFSET, true)] {
-            for (kind, used) in [(Detrend::Mean, 1), (Detrend::Plane, 3), (Detrend::Quadratic, 6)] {
+            for (kind, used) in [(Degree::Mean, 1), (Degree::Plane, 3), (Degree::Quadratic, 6)] {
                 let mut h = heights(unit, offset, hole);
                 let trend = Trend::fit(kind, GRID, &h);
                 trend.subtract(GRID, &mut h);
@@ -169,9 +182,9 @@ mod tests {
             5.0 + 0.012 * x - 0.003 * y + 0.5 * 0.2 * x * x - 0.5 * 0.1 * y * y + 0.04 * x * y
         };
         let mut h: Vec<f64> = (0..GRID.points()).map(value_at).collect();
-        let trend = Trend::fit(Detrend::Quadratic, GRID, &h);
-        let line = "detrend quadratic: slopes 0.012 in x, -0.003 in y, curvatures 0.2 in x, -0.1 in y, twist 0.04";
-        assert_eq!(trend.line(), line);
+        let trend = Trend::fit(Degree::Quadratic, GRID, &h);
+        let line = "slopes 0.012 in x, -0.003 in y, curvatures 0.2 in x, -0.1 in y, twist 0.04";
+        assert_eq!(trend.words(), line);
         trend.subtract(GRID, &mut h);
         assert!(h.iter().all(|h| h.abs() < 1e-14), "{h:?}");
     }
@@ -181,13 +194,13 @@ mod tests {
     fn undetermined_terms_vanish() {
         let row = Grid { nx: 20, ny: 1, lx: 1.0, ly: 0.05 };
         let mut h: Vec<f64> = (0..20).map(|i| 2.0 + 0.1 * f64::from(i)).collect();
-        let trend = Trend::fit(Detrend::Plane, row, &h);
+        let trend = Trend::fit(Degree::Plane, row, &h);
         trend.subtract(row, &mut h);
         assert!(h.iter().all(|h| h.abs() < 1e-14), "{h:?}");
-        assert_eq!(trend.line(), "detrend plane: slopes 2 in x, 0 in y");
+        assert_eq!(trend.words(), "slopes 2 in x, 0 in y");
         let mut one = vec![f64::NAN; GRID.points()];
         one[100] = 3.0;
-        let trend = Trend::fit(Detrend::Quadratic, GRID, &one);
+        let trend = Trend::fit(Degree::Quadratic, GRID, &one);
         trend.subtract(GRID, &mut one);
         assert!(one[100].abs() < 1e-14);
     }

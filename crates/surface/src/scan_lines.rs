@@ -1,0 +1,117 @@
+//! What scanning instruments leave in a map: steps between lines along x, and scars within them.
+
+use crate::preparation::median;
+use asperity_grid::{Grid, rms};
+use rayon::prelude::*;
+
+/// Points from which on a row of outliers is a scar.
+const SCAR: usize = 8;
+
+/// Lines that a scar is wide at most.
+const WIDE: usize = 2;
+
+/// Steps between rows, over those between columns, from which on they are probably those of scan lines. On 180 isotropic self-affine
+/// surfaces (H from 0.3 to 1, 64² to 512² points) the ratio was at most 1.7; with offsets of 0.3 of the rms height at least 2.8 from
+/// H = 0.5 on.
+const OFFSET: f64 = 2.5;
+
+/// Rows and columns from which on steps are compared.
+const LINES: usize = 32;
+
+/// Lengths of the scars among outliers, which are in ascending order: runs along x that are long and narrow.
+pub(crate) fn scars(grid: Grid, outliers: &[usize]) -> Vec<usize> {
+    let is_outlier = |node: usize| outliers.binary_search(&node).is_ok();
+    // Outliers above and below the middle of a run.
+    let width = |middle: usize| {
+        let up = (1..=WIDE).take_while(|k| is_outlier(middle + k * grid.nx)).count();
+        let down = (1..=WIDE).take_while(|k| middle.checked_sub(k * grid.nx).is_some_and(is_outlier)).count();
+        1 + up + down
+    };
+    outliers
+        .chunk_by(|a, b| *b == a + 1 && b % grid.nx != 0)
+        .filter(|run| run.len() >= SCAR && width(run[run.len() / 2]) <= WIDE)
+        .map(<[usize]>::len)
+        .collect()
+}
+
+/// Warning for rows of a map `[ny, nx]` that are offset against each other: medians of the differences between neighbouring rows scatter
+/// far more than those between columns. NaN are points that were not measured.
+pub(crate) fn warning(grid: Grid, heights: &[f64]) -> Option<String> {
+    if grid.nx.min(grid.ny) < LINES {
+        return None;
+    }
+    // A median scatters with the root of its number of points.
+    let [along, across] = [[0, 1], [1, 0]].map(|step| steps(grid, heights, step));
+    let across = across * (grid.ny as f64 / grid.nx as f64).sqrt();
+    (along > OFFSET * across && across > 0.0).then(|| {
+        format!(
+            "lines along x are offset against each other: medians of the steps between them are {:.0} times those between columns (rms), as scanning \
+             leaves it: `--detrend line-median` levels the lines; marks of grinding along x look alike, and are to be kept",
+            along / across
+        )
+    })
+}
+
+/// Scatter (rms about their mean) of the medians of differences between rows, `[0, 1]`, or between columns, `[1, 0]`.
+fn steps(grid: Grid, heights: &[f64], [dx, dy]: [usize; 2]) -> f64 {
+    let (lines, length) = if dy == 1 { (grid.ny, grid.nx) } else { (grid.nx, grid.ny) };
+    let node = |line: usize, k: usize| if dy == 1 { line * grid.nx + k } else { k * grid.nx + line };
+    let next = dx + dy * grid.nx;
+    let medians: Vec<f64> = (0..lines - 1)
+        .into_par_iter()
+        .filter_map(|line| {
+            let difference = |k: usize| heights[node(line, k) + next] - heights[node(line, k)];
+            let mut differences: Vec<f64> = (0..length).map(difference).filter(|d| !d.is_nan()).collect();
+            (!differences.is_empty()).then(|| median(&mut differences))
+        })
+        .collect();
+    let mean = asperity_grid::mean(&medians);
+    if medians.is_empty() { 0.0 } else { rms(&medians.iter().map(|m| m - mean).collect::<Vec<_>>()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Modes, Spectrum};
+
+    fn rough(seed: u64, hurst: f64, [nx, ny]: [usize; 2]) -> (Grid, Vec<f64>) {
+        let grid = Grid { ly: ny as f64 / nx as f64, ..Grid::unit(nx, ny) };
+        let spectrum = Spectrum { hurst, lambda_r: 0.4, lambda_s: 4.0 / nx as f64, ..Spectrum::CHALLENGE };
+        (grid, Modes::new(spectrum, seed, grid.ly).heights(grid, 0.0))
+    }
+
+    /// None of 150 isotropic surfaces has offset lines; with offsets of a part of their rms height all have.
+    #[test]
+    fn offset_lines_are_told_from_roughness() {
+        for seed in 0..30 {
+            for (hurst, nodes, part) in [
+                (0.3, [64, 64], 1.0),
+                (0.8, [128, 96], 0.3),
+                (1.0, [128, 128], 0.3),
+                (0.5, [96, 384], 0.3),
+                (0.8, [256, 256], 0.15),
+            ] {
+                let (grid, mut heights) = rough(seed, hurst, nodes);
+                assert_eq!(warning(grid, &heights), None, "{seed} {hurst}");
+                // A fixed sequence between -1 and 1.
+                let offset = |y: usize| ((y * 7919) % 101) as f64 / 50.0 - 1.0;
+                let step = part * rms(&heights);
+                heights.iter_mut().enumerate().for_each(|(i, h)| *h += step * offset(i / grid.nx));
+                assert!(warning(grid, &heights).is_some(), "{seed} {hurst}");
+            }
+        }
+    }
+
+    #[test]
+    fn scars_are_long_and_narrow() {
+        let grid = Grid::unit(20, 10);
+        let run = |y: usize, from: usize, count: usize| (0..count).map(move |k| y * 20 + from + k);
+        let narrow: Vec<usize> = run(3, 5, 12).chain(run(7, 0, 3)).collect();
+        assert_eq!(scars(grid, &narrow), [12]);
+        let wide: Vec<usize> = (3..6).flat_map(|y| run(y, 5, 12)).collect();
+        assert!(scars(grid, &wide).is_empty());
+        // Runs end at the end of a line.
+        let around: Vec<usize> = run(3, 14, 12).collect();
+        assert!(scars(grid, &around).is_empty());
+    }
+}
