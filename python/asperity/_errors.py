@@ -54,4 +54,5 @@ def needed(package: str) -> Any:
     try:
         return importlib.import_module(package)
     except ImportError as error:
-        raise ImportError(f'{package} is needed for this; `pip install {package}`, or `pip install "asperity[all]"`') from error
+        name = package.partition(".")[0]
+        raise ImportError(f'{name} is needed for this; `pip install {name}`, or `pip install "asperity[all]"`') from error

@@ -20,6 +20,9 @@ from ._errors import CLASSES, AsperityError, InputError, ResourceError
 from ._progress import visible
 from ._run import Run, Where
 
+#: Folders of programs of this installation. Threads that ask for them at once fail in CPython; an import is in one thread.
+SCRIPTS = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
+
 LOG = logging.getLogger("asperity")
 
 #: Exit code of an interrupted program.
@@ -38,8 +41,7 @@ def program() -> Path:
         If there is none.
     """
     given = os.environ.get("ASPERITY_PROGRAM")
-    schemes = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
-    installed = (str(Path(folder) / "asperity") for folder in schemes)
+    installed = (str(Path(folder) / "asperity") for folder in SCRIPTS)
     for path in [given] if given else [*installed, shutil.which("asperity")]:
         if path and os.access(path, os.X_OK):
             return Path(path)

@@ -7,6 +7,8 @@ import os
 import pickle
 import shutil
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -140,6 +142,23 @@ def test_messages_are_echoed_on_request(scene: Path, tmp_path: Path, capsys: pyt
     run = asperity.run(scene, tmp_path / "out", echo=True)
     assert "continuum" in capsys.readouterr().err
     assert pickle.loads(pickle.dumps(run)).name == run.name
+
+
+#: Threads that ask for the program first, in an interpreter that switches between them as often as it can.
+AT_ONCE = """
+import sys, threading
+from concurrent.futures import ThreadPoolExecutor
+from asperity._program import program
+sys.setswitchinterval(1e-6)
+together = threading.Barrier(16)
+with ThreadPoolExecutor(16) as pool:
+    assert len(set(pool.map(lambda _: together.wait() < 0 or program(), range(16)))) == 1
+"""
+
+
+def test_threads_find_the_program_at_once() -> None:
+    for _ in range(10):
+        subprocess.run([sys.executable, "-P", "-c", AT_ONCE], check=True)
 
 
 def test_a_missing_program_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:

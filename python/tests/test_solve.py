@@ -20,6 +20,8 @@ import pytest
 import asperity
 from asperity import Adhesion, AsperityWarning, Cubic, InputError, Layer, LoadPath, NonPeriodic, NotConverged, State, Surface, solve
 
+from asperity._errors import needed
+
 from conftest import rough
 
 #: Seconds after which an interrupted solve has returned; the issue is a prompt that waits.
@@ -195,9 +197,9 @@ def test_other_objects_are_no_surfaces() -> None:
 
 
 def test_states_before_a_failure_are_kept(surface: Surface) -> None:
-    needed = solve(surface, 1.0, pressure=0.01)[0].iterations
+    iterations = solve(surface, 1.0, pressure=0.01)[0].iterations
     with pytest.raises(NotConverged) as caught:
-        solve(surface, 1.0, pressure=[1e-6, 0.3, 0.001], max_iterations=needed // 2, method="gfmd")
+        solve(surface, 1.0, pressure=[1e-6, 0.3, 0.001], max_iterations=iterations // 2, method="gfmd")
     assert isinstance(caught.value.load_path, LoadPath)
     assert "converging" in str(caught.value)
 
@@ -214,6 +216,12 @@ def test_packages_that_are_missing_are_named(surface: Surface, monkeypatch: pyte
     monkeypatch.setitem(__import__("sys").modules, "pandas", None)
     with pytest.raises(ImportError, match="pip install pandas"):
         _ = solve(surface, 1.0, pressure=0.1).curve
+
+
+def test_packages_are_named_as_pip_knows_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "ase", None)
+    with pytest.raises(ImportError, match="^ase is needed for this; `pip install ase`,"):
+        needed("ase.io")
 
 
 def test_quick_solves_report_their_end(surface: Surface) -> None:

@@ -1,18 +1,22 @@
 //! Runs a point of a sweep, or another command, in a process of its own, with its output in a log.
 
-use super::progress;
+use super::{bug, progress};
 use crate::pipeline::sweep::{PointFolder, PointOutcome};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Device;
 use asperity_grid::error::Error;
 use asperity_surface::files::atomic_file;
 use std::ffi::OsStr;
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 /// Interval between looks at a running point.
 const POLL: Duration = Duration::from_millis(20);
+
+/// SIGKILL, which the kernel sends when memory runs out.
+const KILL: i32 = 9;
 
 /// How points are run.
 pub(super) struct PointCommand {
@@ -94,9 +98,14 @@ impl PointCommand {
             // 1: a statement of the challenge failed; the results are complete.
             Some(0 | 1) => (PointOutcome::Done, 0),
             Some(130) if stopping() || progress::stopping() => (PointOutcome::Interrupted, 130),
-            code => {
-                let code = code.and_then(|c| u8::try_from(c).ok()).unwrap_or(70);
+            Some(code) => {
+                let code = u8::try_from(code).unwrap_or(bug::EXIT_CODE);
                 failed(reason(log).unwrap_or_else(|| status.to_string()), code)
+            }
+            None => {
+                let signal = status.signal().unwrap_or_default();
+                let cause = if signal == KILL { ", as by a machine without free memory" } else { "" };
+                failed(format!("killed by signal {signal}{cause}; the same command runs it again"), 5)
             }
         }
     }

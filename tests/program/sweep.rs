@@ -89,6 +89,38 @@ fn a_failing_point_leaves_the_others() {
     assert!(groups.iter().all(|s| s["group"] == serde_json::json!([["continuum.max_iterations", 50000]])));
 }
 
+/// The process that runs a point.
+fn process_of(point: &Path) -> Option<String> {
+    std::fs::read_dir("/proc").ok()?.filter_map(Result::ok).find_map(|entry| {
+        let words = std::fs::read(entry.path().join("cmdline")).ok()?;
+        let is_run = words.split(|b| *b == 0).any(|word| word == point.as_os_str().as_encoded_bytes());
+        entry.file_name().into_string().ok().filter(|_| is_run)
+    })
+}
+
+/// As by a system that has run out of memory.
+#[test]
+fn a_killed_point_is_no_bug() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = written(scratch.path(), "large.toml", &SCENE.replace("grid = 32", "grid = 512"));
+    let out = scratch.path().join("out");
+    let ended = std::thread::scope(|scope| {
+        let sweep = scope.spawn(|| swept("ensemble", &scene, &out, &["--seeds", "1..2", "--jobs", "1"]));
+        let point = loop {
+            assert!(!sweep.is_finished(), "the sweep ended before its point was killed");
+            match process_of(&out.join("points/seed-1")) {
+                Some(point) => break point,
+                None => std::thread::sleep(std::time::Duration::from_millis(2)),
+            }
+        };
+        assert!(std::process::Command::new("kill").args(["-9", &point]).status().expect("sent").success());
+        sweep.join().expect("ended")
+    });
+    let (code, line, said) = ended;
+    assert_eq!((code, &line["done"], &line["failed"]), (Some(5), &1.into(), &1.into()), "{said}");
+    assert!(said.contains("killed by signal 9, as by a machine without free memory"), "{said}");
+}
+
 /// Values of a load belong to one curve, and realisations share an uncertainty that their scatter does not have.
 #[test]
 fn combinations_share_a_figure_and_a_warning() {
