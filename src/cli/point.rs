@@ -76,7 +76,7 @@ impl PointCommand {
         let mut command = Command::new(&self.program);
         command.args(arguments).args(&self.arguments).current_dir(from);
         command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
-        asperity_grid::sys::die_with_parent(&mut command);
+        asperity_grid::sys::group::die_with_parent(&mut command);
         let mut child = match command.spawn() {
             Ok(child) => child,
             Err(e) => return failed(format!("cannot start {}: {e}", self.program.display()), 5),
@@ -86,7 +86,7 @@ impl PointCommand {
                 Ok(Some(status)) => break status,
                 Ok(None) if stopping() || progress::stopping() => {
                     // Its own checkpoints are complete at any time.
-                    asperity_grid::sys::terminate(child.id());
+                    asperity_grid::sys::group::terminate(child.id());
                     let _ = child.wait();
                     return (PointOutcome::Interrupted, 130);
                 }

@@ -2,8 +2,7 @@
 
 use super::submission::is_number;
 use asperity_grid::error::{Error, Result};
-use asperity_grid::sys;
-use std::io::{Read, Seek};
+use asperity_grid::sys::group;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -140,12 +139,10 @@ fn parse(line: &str) -> Option<QueueState> {
     Some(QueueState { task, state: state.into(), reason: tokens.collect::<Vec<_>>().join(" ") })
 }
 
-fn call(mut command: Command) -> Result<String> {
+fn call(command: Command) -> Result<String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let failed = |message: String| Error::Cluster { program: program.clone(), said: message };
-    let mut words = tempfile::tempfile().map_err(|e| failed(e.to_string()))?;
-    command.stderr(words.try_clone().map_err(|e| failed(e.to_string()))?);
-    let printed = sys::probe(command, LIMIT, MOST_BYTES).map_err(|e| match e.kind() {
+    let printed = group::probe(command, Some(LIMIT), MOST_BYTES).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => Error::MissingProgram {
             program: program.clone(),
             how: "run this on a machine where Slurm's commands are installed".into(),
@@ -155,10 +152,7 @@ fn call(mut command: Command) -> Result<String> {
     if printed.status.success() {
         return Ok(String::from_utf8_lossy(&printed.stdout).into_owned());
     }
-    let mut message = String::new();
-    let read = words.rewind().and_then(|()| words.read_to_string(&mut message));
-    let line = message.lines().find(|l| !l.trim().is_empty()).filter(|_| read.is_ok());
-    Err(failed(line.unwrap_or(NO_REASON).trim().to_string()))
+    Err(failed(printed.complaint().unwrap_or_else(|| NO_REASON.into())))
 }
 
 #[cfg(test)]

@@ -179,7 +179,16 @@ pub fn run_lammps(engine: &LammpsEngine, job: &Job, listener: &dyn Listener) -> 
     }
     let mut reversed = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
     let relaxer = engine.relaxer(job.spec.settings.minimizer);
+    let mut was_silent = false;
     let mut watch = |p: Progress| {
+        if let Some(seconds) = p.silent_s.filter(|_| !was_silent) {
+            listener.warn(&format!(
+                "LAMMPS in {} has written nothing for {:.0} min and may hang; Ctrl-C stops it, and the same command resumes",
+                job.folder.display(),
+                seconds / 60.0
+            ));
+        }
+        was_silent = p.silent_s.is_some();
         if let Some(record) = &p.record {
             let (done, words) = progress_of((job, relaxer), &p, record, &mut reversed);
             listener.progress(done, &words);

@@ -6,7 +6,7 @@ use asperity_grid::sys;
 use asperity_grid::transformed_nodes;
 use asperity_surface::files::hashed::{self, Stored, file_hash};
 use asperity_surface::files::inside::expect_plain;
-use asperity_surface::files::{file_lock, json};
+use asperity_surface::files::{file_lock, json, processes};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
@@ -142,7 +142,9 @@ impl RunFolder {
         let path = root.join(MARKER);
         let lock = file_lock::open(&path).map_err(Error::io("write in the run folder", &path))?;
         if !file_lock::try_lock(&lock).map_err(Error::io("lock", &path))? {
-            return Err(Error::format(root, "in use by another run", "a folder that no other run is using"));
+            let holder = processes::with_file(&path).unwrap_or_else(|| "another run".into());
+            let accepted = "a folder that no other run is using: wait for its end, or end it";
+            return Err(Error::format(root, format!("in use by {holder}"), accepted));
         }
         Ok(RunFolder { root: root.to_path_buf(), verify: true, costs: Vec::new(), _lock: lock })
     }

@@ -229,6 +229,28 @@ fn killed_and_timed_out_on(engine: &LammpsEngine, base: BaseKind) {
     assert_eq!(finished.history, expected.history);
 }
 
+/// Time without a word of LAMMPS, which waits for up to 30 s.
+const SILENCE: Duration = Duration::from_millis(500);
+
+#[test]
+fn a_run_that_hangs_is_named() {
+    let Some(engine) = lammps(1) else { return };
+    for base in BASES {
+        let folder = tempfile::tempdir().expect("scratch");
+        let job = job_on(base, folder.path());
+        let wait = waiting_at(&job, 2);
+        let mut silent = None;
+        let mut watch = |p: Progress| {
+            let waits = p.record.as_ref().is_some_and(|r| r.step == 1);
+            silent = silent.or(p.silent_s.filter(|_| waits));
+            if silent.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let stopped = run_with_script(&engine.clone().with_silence_limit(SILENCE), &job, (MINIMIZE, &wait), &mut watch);
+        assert_eq!(stopped.exit_code(), 130, "{stopped}");
+        assert!(silent.is_some_and(|s| s > SILENCE.as_secs_f64()), "{silent:?}");
+    }
+}
+
 /// Makes writing a file of a later step fail as on a full disk.
 fn fill(folder: &Path, name: &str) {
     std::os::unix::fs::symlink("/dev/full", folder.join(name)).expect("linked");

@@ -106,7 +106,7 @@ fn an_interrupted_solve_resumes_on_another_number_of_ranks() {
     let mut running = command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("started");
     let mut lines = BufReader::new(running.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
     assert!(lines.any(|line| line.contains("fast on 512 x 512 points")), "the solve has not begun");
-    first_rank(&out).into_iter().for_each(asperity::grid::sys::terminate);
+    first_rank(&out).into_iter().for_each(asperity::grid::sys::group::terminate);
     lines.for_each(drop);
     running.wait().expect("ended");
     // One that had finished before the signal is read again, with the same results.

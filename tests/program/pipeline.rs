@@ -298,7 +298,7 @@ fn two_runs_in_one_folder_do_not_mix() {
     let first = bench.interrupted_start(&scene, "run");
     let second = bench.run(&scene, "run");
     assert_eq!(second.status.code(), Some(2), "{}", stderr(&second));
-    assert!(stderr(&second).contains("in use by another run"), "{}", stderr(&second));
+    assert!(stderr(&second).contains("in use by process "), "{}", stderr(&second));
     let first = first.wait_with_output().expect("ended");
     assert!(first.status.success(), "{}", stderr(&first));
     assert_eq!(worked(&json_line(&first)["results"]), STAGES);

@@ -4,6 +4,7 @@ use crate::folder::{fields, files, of_the_scene};
 use crate::lammps::lammps;
 use crate::measure;
 use crate::program::{asperity, json_line, stderr};
+use crate::tools;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -385,6 +386,9 @@ fn a_program_of_a_scene_is_executed_on_request_only() {
     // It is no LAMMPS, which is found by executing it.
     let allowed = run(&["--allow-program"]);
     assert!(allowed.status.code() == Some(5) && executed(), "{}", stderr(&allowed));
+    fs::write(&program, "#!/bin/sh\necho 'lmp: no room' >&2\nexit 127\n").expect("written");
+    let broken = stderr(&run(&["--allow-program"]));
+    assert!(broken.contains("lmp: no room") && !broken.contains("not found"), "{broken}");
     fs::write(&file, format!("{ATOMS}\"-in\"\n")).expect("written");
     let dashed = run(&["--allow-program"]);
     assert_eq!(dashed.status.code(), Some(2), "{}", stderr(&dashed));
@@ -443,6 +447,45 @@ fn a_run_that_has_not_begun_ends_at_the_first_signal() {
     while gone().is_some() {
         assert!(Instant::now() < deadline, "the probed program outlived its parent");
         std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Processes that work in a folder.
+fn working_in(folder: &Path) -> usize {
+    let processes = fs::read_dir("/proc").expect("listed").filter_map(Result::ok);
+    processes.filter(|p| fs::read_link(p.path().join("cwd")).is_ok_and(|at| at == folder)).count()
+}
+
+/// Behind a launcher that does not `exec`, and behind `mpirun`, whose ranks have process groups of their own.
+#[test]
+fn lammps_does_not_outlive_a_killed_run() {
+    let Some(_lammps) = lammps(2) else { return };
+    let scratch = tempfile::tempdir().expect("scratch");
+    let folder = scratch.path().canonicalize().expect("there");
+    let launcher = folder.join("launcher");
+    fs::write(&launcher, "#!/bin/sh\n\"$@\"\n").expect("written");
+    fs::set_permissions(&launcher, fs::Permissions::from_mode(0o755)).expect("executable");
+    let file = folder.join("a.toml");
+    fs::write(&file, ATOMS.replace("program = ", "").replace("cells = 10\n", "cells = 24\n")).expect("written");
+    let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
+    let ranks = ["--ranks", "2"];
+    let ways =
+        [Some(["--launcher", "./launcher"]), (cores > 1 && tools::program(&["mpirun"]).is_some()).then_some(ranks)];
+    for (way, flags) in ways.into_iter().flatten().enumerate() {
+        let out = folder.join(format!("out{way}"));
+        let mut command = asperity();
+        command.arg("run").arg(&file).arg("--out").arg(&out).args(flags).current_dir(&folder);
+        let mut first = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started");
+        let job = out.join("lammps");
+        // The launcher and what it started.
+        while working_in(&job) < 2 {
+            assert_eq!(first.try_wait().expect("asked"), None, "{flags:?}: it ended before it was killed");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        first.kill().and_then(|()| first.wait()).expect("killed");
+        let output = command.stderr(Stdio::piped()).output().expect("started");
+        assert!(output.status.success(), "{flags:?}: {}", stderr(&output));
+        assert_eq!(working_in(&job), 0, "{flags:?}");
     }
 }
 

@@ -207,7 +207,7 @@ fn ended(name: &str, status: ExitStatus) -> bool {
 
 fn quiet(mut command: Command) -> Command {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    sys::die_with_parent(&mut command);
+    sys::group::die_with_parent(&mut command);
     command
 }
 

@@ -56,7 +56,7 @@ fn solve<T: DeserializeOwned>(size: usize, flags: &[&str], threads: usize) -> Re
     command.args(["solve", "--challenge", &size.to_string(), "--seed", SEED, "--pressure", PRESSURE]);
     command.args(flags).args(["--json", "--threads", &threads.to_string()]);
     command.stdin(Stdio::null()).stderr(Stdio::inherit());
-    sys::die_with_parent(&mut command);
+    sys::group::die_with_parent(&mut command);
     let output = command.output().map_err(Error::io("start", program))?;
     // A solve that stopped above its tolerance (3) has results nevertheless: f32 on large grids.
     if !matches!(output.status.code(), Some(0 | 3)) {

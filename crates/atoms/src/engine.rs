@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use super::block::BaseKind;
@@ -18,11 +18,12 @@ use super::lammps_command::{LammpsCommand, without_relative_libraries};
 use super::lammps_host::{self, HostCommand};
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
-use super::progress::{Watch, Watcher};
+use super::progress::{SCREEN_FILE, Watch, Watcher, silence_limit};
 use super::search_path::{find_lammps, search_path};
 use super::styles::Styles;
 use crate::results::LoadStepResults;
 use asperity_grid::error::LammpsFailure;
+use asperity_grid::sys::group::{self, ProcessGroup};
 use asperity_grid::{Error, Result, sys};
 use asperity_surface::files::atomic_file::{self, list};
 
@@ -102,6 +103,7 @@ pub struct LammpsEngine {
     time_limit: Option<Duration>,
     host: Option<PathBuf>,
     checkpoint_interval: Duration,
+    silence_limit: Option<Duration>,
 }
 
 impl LammpsEngine {
@@ -125,16 +127,21 @@ impl LammpsEngine {
         };
         // The run has another working folder.
         let program = std::path::absolute(&program).map_err(Error::io("find", &program))?;
+        let unusable = |said: String| {
+            let how = "run it with -h, or give another LAMMPS with --lammps".into();
+            Error::Program { program: program.display().to_string(), said, how }
+        };
         let mut probe = Command::new(&program);
-        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat").stderr(Stdio::null());
-        let output = sys::probe(probe, PROBE_LIMIT, MOST_PROBE_BYTES).map_err(|e| match e.kind() {
-            ErrorKind::TimedOut => missing(&format!("LAMMPS as {} (-h took more than 10 s)", program.display())),
-            ErrorKind::FileTooLarge => missing(&format!("LAMMPS as {} (-h: {e})", program.display())),
-            _ => missing(&program.display().to_string()),
+        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat");
+        let output = group::probe(probe, Some(PROBE_LIMIT), MOST_PROBE_BYTES).map_err(|e| match e.kind() {
+            ErrorKind::NotFound => missing(&program.display().to_string()),
+            ErrorKind::TimedOut => unusable("with -h it took more than 10 s".into()),
+            _ => unusable(format!("with -h: {e}")),
         })?;
         let styles = Styles::parse(&String::from_utf8_lossy(&output.stdout));
         if styles.lists.is_empty() {
-            return Err(missing(&format!("LAMMPS as {}", program.display())));
+            let why = output.complaint().unwrap_or_else(|| output.status.to_string());
+            return Err(unusable(format!("with -h it lists no styles of LAMMPS ({why})")));
         }
         let description = format!("LAMMPS {}", styles.version);
         Ok(LammpsEngine {
@@ -145,6 +152,7 @@ impl LammpsEngine {
             time_limit: None,
             host: None,
             checkpoint_interval: minimizer_checkpoint::INTERVAL,
+            silence_limit: None,
         })
     }
 
@@ -192,6 +200,12 @@ impl LammpsEngine {
     /// Sets the time between two checkpoints of a load; the default is [`minimizer_checkpoint::INTERVAL`].
     pub fn with_checkpoint_interval(mut self, interval: Duration) -> Self {
         self.checkpoint_interval = interval;
+        self
+    }
+
+    /// Sets the time without a word of LAMMPS after which `watch` is told; the default is [`silence_limit`].
+    pub fn with_silence_limit(mut self, limit: Duration) -> Self {
+        self.silence_limit = Some(limit);
         self
     }
 
@@ -321,8 +335,7 @@ impl LammpsEngine {
             }
         }
         without_relative_libraries(&mut command);
-        command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
-        sys::die_with_parent(&mut command);
+        command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
         Ok(command)
     }
 }
@@ -340,7 +353,7 @@ impl LammpsEngine {
     /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
     pub fn run(&self, job: &Job, watch: &mut Watch) -> Result<Finished> {
         let started = Instant::now();
-        let _lock = lock(&job.folder)?;
+        let lock = lock(&job.folder)?;
         self.check_styles(job)?;
         job.check_inputs()?;
         if is_complete(job)? {
@@ -350,24 +363,24 @@ impl LammpsEngine {
         expect_memory(job, job.lammps_bytes(self.start.ranks()))?;
         let finished = load_history::prepare_resume(&job.folder)?;
         minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
-        let screen_file = job.folder.join("log.screen");
+        let screen_file = job.folder.join(SCREEN_FILE);
         let screen = atomic_file::create(&screen_file)?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
-        let mut watcher = Watcher::new(job, started, finished);
+        let limit = self.silence_limit.unwrap_or_else(|| silence_limit(job.atoms()));
+        let mut watcher = Watcher::new(job, started, finished, limit);
         let way = self.way_to_run(job, &mut watcher, watch)?;
         let mut command = self.command(job, &way, &LoadHistory::read(&job.folder)?.steps)?;
-        let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
-        let mut group = ProcessGroup { child, ended: false };
+        group::inherit(&mut command, &lock);
+        let mut group = ProcessGroup::start(command.stdout(screen).stderr(both), self.start.end())
+            .map_err(Error::io("start", &self.program))?;
         let mut verified_steps = finished.map_or(0, |k| k + 1);
         let mut peak_bytes = 0;
         let status = loop {
             if self.start.ranks() == 1 {
-                peak_bytes = sys::peak_rss_bytes_of(group.child.id()).max(peak_bytes);
+                peak_bytes = sys::peak_rss_bytes_of(group.id()).max(peak_bytes);
             }
             // In this order, so that a step finished just before the end is still reported.
-            let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
-            // Set before any other error can occur: the process id may be reused once the child has been waited for.
-            group.ended = ended.is_some();
+            let ended = group.try_wait().map_err(Error::io("wait for", &self.program))?;
             let history = match LoadHistory::read(&job.folder) {
                 Err(e @ Error::Format { .. }) => {
                     drop(group);
@@ -401,7 +414,7 @@ impl LammpsEngine {
             std::thread::sleep(POLL);
         };
         let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
-        let (log, screen) = (read(&log_name(finished)), read("log.screen"));
+        let (log, screen) = (read(&log_name(finished)), read(SCREEN_FILE));
         run_status(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen))
             .map_err(|f| failed(job, f))?;
         // A program in place of LAMMPS may change what it has finished; the stage would then list it as whole.
@@ -411,22 +424,6 @@ impl LammpsEngine {
         check_load_steps(job)?;
         let not_harmonic = way.reason();
         Ok(Finished { peak_bytes, not_harmonic, ..Finished::collect(job, finished)? })
-    }
-}
-
-/// A child process and its group; dropping it kills the group unless the child has ended.
-struct ProcessGroup {
-    child: Child,
-    ended: bool,
-}
-
-impl Drop for ProcessGroup {
-    fn drop(&mut self) {
-        if !self.ended {
-            sys::kill_process_group(self.child.id());
-            // A failed wait needs no action: the group has been killed.
-            let _ = self.child.wait();
-        }
     }
 }
 

@@ -9,6 +9,7 @@ use asperity_grid::{Error, Result};
 use asperity_surface::files::atomic_file::put;
 use asperity_surface::files::file_lock;
 use asperity_surface::files::inside::expect_plain;
+use asperity_surface::files::processes;
 
 /// Command line by hand, and the `-var` arguments of the script in it.
 pub(super) const RUN_SCRIPT: &str = "run.sh";
@@ -50,24 +51,32 @@ impl<W: Write> Write for Hashing<W> {
     }
 }
 
-/// Attempts to take the lock before it is assumed to belong to another program. A child process that another thread
-/// has just forked keeps all files of this process open until it calls exec.
-const ATTEMPTS: usize = 25;
+/// Attempts to take the lock before it is assumed to belong to another program. LAMMPS ends up to three seconds after an asperity that was
+/// killed, and has its lock until then.
+const ATTEMPTS: usize = 125;
 const RETRY_AFTER: Duration = Duration::from_millis(40);
 
-/// Locks a job folder against a second program. The lock ends with the process.
+/// Argument of LAMMPS in every run of a job, by `run.sh`, too.
+const OF_LAMMPS: &str = "-log";
+
+/// Locks a job folder against a second program. The lock ends with the process, and with the LAMMPS that inherited it. Launchers that close
+/// all files of what they start leave LAMMPS without it, as does a run by hand: it is found by its working folder on this machine.
 ///
 /// # Errors
-/// `Lammps` if another program has locked the folder, `Format` for a link in it, `Io`.
+/// `Lammps` if another program has locked the folder, which it names, `Format` for a link in it, `Io`.
 pub(super) fn lock(folder: &Path) -> Result<File> {
     expect_plain(folder)?;
     let path = folder.join("job.lock");
     let file = file_lock::open(&path).map_err(Error::io("create", &path))?;
+    let mut holder = None;
     for _ in 0..ATTEMPTS {
-        if file_lock::try_lock(&file).map_err(Error::io("lock", &path))? {
+        let is_locked = file_lock::try_lock(&file).map_err(Error::io("lock", &path))?;
+        holder = processes::working_in(folder, OF_LAMMPS);
+        if is_locked && holder.is_none() {
             return Ok(file);
         }
         std::thread::sleep(RETRY_AFTER);
     }
-    Err(Error::lammps(folder, "another program is writing or running this job"))
+    let holder = holder.or_else(|| processes::with_file(&path)).unwrap_or_else(|| "another program".into());
+    Err(Error::lammps(folder, format!("{holder} is writing or running this job: wait for its end, or end it")))
 }

@@ -2,6 +2,7 @@
 
 use super::search_path::search_path;
 use super::styles::Styles;
+use asperity_grid::sys::group::End;
 use asperity_grid::{Error, Result, sys};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -59,6 +60,11 @@ impl LammpsCommand {
         self.ranks.unwrap_or(1)
     }
 
+    /// How LAMMPS is ended: a launcher ends processes that it started elsewhere.
+    pub(super) fn end(&self) -> End {
+        if self.launcher.is_some() || self.ranks() > 1 { End::Gently } else { End::AtOnce }
+    }
+
     /// Whether the arguments choose the accelerated styles.
     pub(super) fn chooses_styles(&self) -> bool {
         self.args.iter().any(|a| SUFFIX.contains(&a.as_str()))
@@ -113,7 +119,7 @@ impl LammpsCommand {
             Some(launcher) => launcher.split_whitespace().next(),
             None => (ranks > 1).then_some("mpirun"),
         };
-        match first.filter(|word| search_path(Path::new(word)).is_none()) {
+        match first.filter(|word| launcher_program(word).is_none()) {
             Some("mpirun") => {
                 let remedy = "install an MPI (Debian: apt install openmpi-bin) or run one rank".into();
                 Err(Error::MissingProgram { program: "mpirun".into(), how: remedy })
@@ -136,7 +142,8 @@ impl LammpsCommand {
         };
         let mut tokens = launcher.split_whitespace().map(|word| word.replace(RANKS, &ranks));
         let Some(first) = tokens.next() else { return Command::new(program) };
-        let mut command = Command::new(first);
+        // The run has another working folder.
+        let mut command = Command::new(launcher_program(&first).unwrap_or_else(|| first.into()));
         if sys::is_root() {
             // Open MPI refuses to run as root without these variables; other launchers ignore them.
             command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
@@ -144,6 +151,13 @@ impl LammpsCommand {
         command.args(tokens).arg(program);
         command
     }
+}
+
+/// Path of the first word of a launcher: a file, if it has a separator, otherwise a program of the search path.
+fn launcher_program(word: &str) -> Option<PathBuf> {
+    let path = Path::new(word);
+    let found = if word.contains('/') { path.is_file().then(|| path.to_path_buf()) } else { search_path(path) };
+    std::path::absolute(found?).ok()
 }
 
 /// Removes empty and relative folders from the search path of libraries: they are the working folder, a job folder that may come from others.
@@ -159,21 +173,34 @@ mod tests {
     use super::*;
 
     fn words(lammps: &LammpsCommand) -> Vec<String> {
-        let command = lammps.start(Path::new("/opt/lmp"));
-        [command.get_program()]
-            .into_iter()
-            .chain(command.get_args())
-            .map(|w| w.to_string_lossy().into_owned())
-            .collect()
+        lammps.line(Path::new("/opt/lmp")).split(' ').map(str::to_string).collect()
     }
 
     #[test]
     fn the_launcher_receives_the_ranks() {
-        let launcher = Some("srun --mpi=pmix -n {ranks}".to_string());
-        let with = |ranks, launcher| LammpsCommand { ranks: Some(ranks), launcher, ..LammpsCommand::default() };
-        assert_eq!(words(&with(4, launcher)), ["srun", "--mpi=pmix", "-n", "4", "/opt/lmp"]);
-        assert_eq!(words(&with(2, None)), ["mpirun", "-np", "2", "/opt/lmp"]);
+        let with = |ranks, launcher: Option<&str>| LammpsCommand {
+            ranks: Some(ranks),
+            launcher: launcher.map(str::to_string),
+            ..LammpsCommand::default()
+        };
+        let launched = words(&with(4, Some("no-such-launcher --mpi=pmix -n {ranks}")));
+        assert_eq!(launched, ["no-such-launcher", "--mpi=pmix", "-n", "4", "/opt/lmp"]);
+        assert_eq!(words(&with(2, None))[1..], ["-np", "2", "/opt/lmp"]);
         assert_eq!(words(&with(1, None)), ["/opt/lmp"]);
+    }
+
+    /// The run has another working folder, so a path from here is made absolute.
+    #[test]
+    fn a_launcher_may_be_a_file() {
+        let here = std::env::current_dir().expect("a folder");
+        let file = tempfile::NamedTempFile::new_in(&here).expect("made");
+        let name = file.path().file_name().and_then(|n| n.to_str()).expect("UTF-8");
+        let command = |launcher: String| LammpsCommand { launcher: Some(launcher), ..LammpsCommand::default() };
+        let relative = command(format!("./{name} -n {{ranks}}"));
+        relative.check().expect("a file");
+        assert_eq!(words(&relative)[0], here.join(name).display().to_string());
+        assert!(command("./no-such-launcher".into()).check().is_err());
+        assert!(words(&command("sh".into()))[0].starts_with('/'));
     }
 
     /// Cores of this machine bound the ranks without a launcher only.

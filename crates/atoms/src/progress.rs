@@ -4,10 +4,13 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::job::Job;
-use super::load_history::{LoadHistory, StepRecord};
+use super::load_history::{LOAD_STEPS_FILE, LoadHistory, StepRecord};
+
+/// What LAMMPS prints.
+pub(super) const SCREEN_FILE: &str = "log.screen";
 
 /// Progress of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +24,34 @@ pub struct Progress {
     pub p_star: f64,
     /// Time since the start of `run`, seconds.
     pub elapsed_s: f64,
+    /// Time since LAMMPS last wrote something, seconds, once it is longer than [`silence_limit`].
+    pub silent_s: Option<f64>,
+}
+
+/// Time without a word of LAMMPS after which it may hang: ten minutes, or 0.1 ms for each atom. It writes at least every 25 iterations, of
+/// 2 to 4 µs for each atom.
+pub fn silence_limit(atoms: u64) -> Duration {
+    Duration::from_secs(600).max(Duration::from_micros(100 * atoms))
+}
+
+/// How long the files of a run have kept their size.
+struct Silence {
+    limit: Duration,
+    bytes: u64,
+    since: Instant,
+}
+
+impl Silence {
+    fn observe(&mut self, bytes: u64, now: Instant) {
+        if bytes != self.bytes {
+            (self.bytes, self.since) = (bytes, now);
+        }
+    }
+
+    fn seconds(&self, now: Instant) -> Option<f64> {
+        let silent = now.duration_since(self.since);
+        (silent > self.limit).then_some(silent.as_secs_f64())
+    }
 }
 
 /// Receives progress; `Break` stops the run.
@@ -32,17 +63,23 @@ pub(super) struct Watcher<'a> {
     pub(super) begun: Instant,
     seen: usize,
     iterations: usize,
+    silence: Silence,
 }
 
 impl<'a> Watcher<'a> {
-    pub(super) fn new(job: &'a Job, begun: Instant, finished: Option<usize>) -> Self {
-        Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), iterations: 0 }
+    pub(super) fn new(job: &'a Job, begun: Instant, finished: Option<usize>, limit: Duration) -> Self {
+        let silence = Silence { limit, bytes: 0, since: begun };
+        Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), iterations: 0, silence }
     }
 
     /// Reads the iteration count from the end of a log. LAMMPS counts iterations over all steps, across restarts.
     pub(super) fn read_progress(&mut self, history: &LoadHistory, log: &Path) {
         let earlier: usize = history.steps.iter().map(|r| r.iterations).sum();
         self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
+        let folder = &self.job.folder;
+        let files = [log.to_path_buf(), folder.join(SCREEN_FILE), folder.join(LOAD_STEPS_FILE)];
+        let bytes = files.iter().filter_map(|file| file.metadata().ok()).map(|m| m.len()).sum();
+        self.silence.observe(bytes, Instant::now());
     }
 
     /// One call per new step, or a single call without a new step.
@@ -65,6 +102,7 @@ impl<'a> Watcher<'a> {
             iterations: self.iterations,
             p_star: record.map_or(0.0, |r| r.load / settings.load_unit),
             elapsed_s: self.begun.elapsed().as_secs_f64(),
+            silent_s: self.silence.seconds(Instant::now()),
         }
     }
 }
@@ -96,6 +134,19 @@ fn iteration_of(tail: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn silence_begins_with_the_last_change_of_the_files() {
+        assert_eq!(silence_limit(1000), Duration::from_secs(600));
+        assert_eq!(silence_limit(20_000_000), Duration::from_secs(2000));
+        let begun = Instant::now();
+        let after = |seconds| begun + Duration::from_secs(seconds);
+        let mut silence = Silence { limit: Duration::from_secs(600), bytes: 0, since: begun };
+        assert_eq!([silence.seconds(after(600)), silence.seconds(after(601))], [None, Some(601.0)]);
+        silence.observe(10, after(601));
+        silence.observe(10, after(1000));
+        assert_eq!([silence.seconds(after(1201)), silence.seconds(after(1202))], [None, Some(601.0)]);
+    }
 
     #[test]
     fn the_iteration_is_read_from_the_end_of_a_log() {

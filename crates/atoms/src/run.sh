@@ -9,6 +9,14 @@ if [ -e load_steps.csv ]; then
     echo "run.sh: load_steps.csv has finished steps: asperity atoms run . continues after them; without this file the job begins anew" >&2
     exit 2
 fi
+# LAMMPS keeps the lock to its end.
+if command -v flock >/dev/null; then
+    exec 9>>job.lock
+    flock -n -E 75 9 || [ $? -ne 75 ] || {
+        echo "run.sh: another program is writing or running this job: wait for its end, or end it" >&2
+        exit 2
+    }
+fi
 LMP=${LMP:-$(command -v lmp || command -v lammps || echo lmp)}
 # One thread per process, and what this LAMMPS was built with.
 export OMP_NUM_THREADS=1

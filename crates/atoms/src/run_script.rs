@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use super::lammps_command::without_relative_libraries;
 use asperity_grid::error::{Error, LammpsFailure, Result};
-use asperity_grid::sys;
+use asperity_grid::sys::group;
 
 /// Runs LAMMPS scripts: the program, or a replay of recorded output.
 pub trait RunScript {
@@ -16,6 +16,9 @@ pub trait RunScript {
     /// `vars`; several words define an index variable. Returns the screen output of LAMMPS.
     fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String>;
 }
+
+/// Most bytes that a script may print: the largest prints 100 KB.
+const MOST_BYTES: u64 = 64 << 20;
 
 /// LAMMPS as a single process without a time limit.
 #[derive(Debug, Clone)]
@@ -28,14 +31,13 @@ impl RunScript for LmpCommand {
         let log = script.file_stem().map_or("log.lammps".into(), |s| format!("{}.log", s.to_string_lossy()));
         let mut command = Command::new(&self.program);
         // One thread: the cells are too small for more, and LAMMPS warns if the variable is not set.
-        command.current_dir(folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
+        command.current_dir(folder).env("OMP_NUM_THREADS", "1");
         command.arg("-in").arg(script).arg("-log").arg(log);
         without_relative_libraries(&mut command);
-        sys::die_with_parent(&mut command);
         for (name, value) in vars {
             command.arg("-var").arg(name).args(value.split_whitespace());
         }
-        let output = command.output().map_err(|source| match source.kind() {
+        let output = group::probe(command, None, MOST_BYTES).map_err(|source| match source.kind() {
             ErrorKind::NotFound if folder.is_dir() => Error::MissingProgram {
                 program: self.program.display().to_string(),
                 how: "install LAMMPS, or name its program".into(),

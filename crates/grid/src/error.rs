@@ -105,6 +105,9 @@ pub enum Error {
     /// A program is missing on this machine.
     #[error("{program} was not found; {how}")]
     MissingProgram { program: String, how: String },
+    /// A program of this machine does not start, or not as it should.
+    #[error("{program}: {}; {how}", one_line(.said))]
+    Program { program: String, said: String, how: String },
     /// A GPU failed.
     #[error("{name} failed: {}; --device cpu solves without it", one_line(.said))]
     Gpu { name: String, said: String },
@@ -193,7 +196,7 @@ impl Error {
             | Error::PullOff { .. }
             | Error::AuxiliarySolve { .. } => 3,
             Error::Lammps { .. } => 4,
-            Error::Memory { .. } | Error::MissingProgram { .. } | Error::Output { .. } => 5,
+            Error::Memory { .. } | Error::MissingProgram { .. } | Error::Program { .. } | Error::Output { .. } => 5,
             Error::Cluster { .. } | Error::Gpu { .. } => 5,
             Error::Io { source, .. } => match source.kind() {
                 StorageFull | QuotaExceeded | OutOfMemory => 5,

@@ -3,6 +3,7 @@
 
 #[cfg(feature = "cuda")]
 pub mod gpu;
+pub mod group;
 mod memory;
 pub mod ranks;
 pub mod threads;
@@ -217,25 +218,6 @@ pub fn prefetch<T>(start: *const T, len: usize) {
     let _ = (start, len);
 }
 
-/// Kills a process and everything it started, provided it leads its own process group
-/// (`CommandExt::process_group(0)`). A group that has already ended is no error.
-pub fn kill_process_group(leader: u32) {
-    send_signal(leader, |leader| -leader, libc::SIGKILL);
-}
-
-/// Sends SIGTERM to a process.
-pub fn terminate(process: u32) {
-    send_signal(process, |process| process, libc::SIGTERM);
-}
-
-fn send_signal(process: u32, target: fn(libc::pid_t) -> libc::pid_t, signal: libc::c_int) {
-    // 0 and 1 would address this process's own group and every process there is.
-    if let Some(process) = libc::pid_t::try_from(process).ok().filter(|p| *p > 1) {
-        // SAFETY: kill takes two integers and touches no memory of this process.
-        unsafe { libc::kill(target(process), signal) };
-    }
-}
-
 /// From now on SIGTERM ends this process at once, without a handler.
 pub fn end_at_termination() {
     // SAFETY: the default action replaces a handler; no code of this process runs.
@@ -260,134 +242,4 @@ pub fn note_user_signal() {
 /// Whether SIGUSR1 has come since [`note_user_signal`].
 pub fn user_signal() -> bool {
     USER_SIGNAL.load(std::sync::atomic::Ordering::Relaxed)
-}
-
-/// Makes the kernel kill the child when the thread that starts it ends: a killed program leaves no child that goes on writing
-/// into its folder. Linux only; no effect elsewhere.
-pub fn die_with_parent(command: &mut std::process::Command) {
-    #[cfg(target_os = "linux")]
-    {
-        use std::os::unix::process::CommandExt;
-        let parent = std::process::id();
-        // SAFETY: between fork and exec only prctl and getppid are called, which are async-signal-safe and take at most
-        // integers; no error made here allocates.
-        unsafe {
-            command.pre_exec(move || {
-                if libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL) != 0 {
-                    return Err(std::io::Error::last_os_error());
-                }
-                // A parent that ended before prctl sends no signal any more.
-                if std::os::unix::process::parent_id() == parent {
-                    Ok(())
-                } else {
-                    Err(std::io::ErrorKind::NotFound.into())
-                }
-            });
-        }
-    }
-    #[cfg(not(target_os = "linux"))]
-    let _ = command;
-}
-
-/// What a short run of a program printed on stdout, and how it ended.
-pub struct Printed {
-    pub status: std::process::ExitStatus,
-    pub stdout: Vec<u8>,
-}
-
-/// Runs a program whose answer is short and quick, with the stderr that `command` has. It has no stdin, and leads its own process group, which is killed at
-/// either limit.
-///
-/// # Errors
-/// `TimedOut` after `limit`; `FileTooLarge` if it prints more than `most_bytes`; those of starting it.
-pub fn probe(
-    mut command: std::process::Command,
-    limit: std::time::Duration,
-    most_bytes: u64,
-) -> std::io::Result<Printed> {
-    use std::io::{Error, ErrorKind, Read};
-    use std::os::unix::process::CommandExt;
-    use std::process::Stdio;
-    let started = std::time::Instant::now();
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0);
-    die_with_parent(&mut command);
-    let mut child = command.spawn()?;
-    let pipe = child.stdout.take().expect("a pipe");
-    let (send, receive) = std::sync::mpsc::channel();
-    // Ends when all members of the group have closed the pipe, at the latest when they are killed.
-    std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        let read = pipe.take(most_bytes + 1).read_to_end(&mut bytes).map(|_| bytes);
-        // Nobody listens any more after the time limit.
-        let _ = send.send(read);
-    });
-    let answer = receive.recv_timeout(limit);
-    let mut ended = || loop {
-        match child.try_wait()? {
-            None if started.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
-            ended => return ended.ok_or_else(|| Error::from(ErrorKind::TimedOut)),
-        }
-    };
-    let printed = match answer {
-        Err(_) => Err(ErrorKind::TimedOut.into()),
-        Ok(Ok(bytes)) if bytes.len() as u64 > most_bytes => {
-            Err(Error::new(ErrorKind::FileTooLarge, format!("it printed more than {most_bytes} bytes")))
-        }
-        Ok(read) => read.and_then(|stdout| Ok(Printed { status: ended()?, stdout })),
-    };
-    if printed.is_err() {
-        kill_process_group(child.id());
-        child.wait()?;
-    }
-    printed
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::os::unix::process::{CommandExt, ExitStatusExt};
-    use std::process::Command;
-
-    #[test]
-    fn killing_a_process_group_kills_its_members() {
-        let mut shell = Command::new("sh").args(["-c", "sleep 60 & wait"]).process_group(0).spawn().expect("a shell");
-        kill_process_group(shell.id());
-        assert_eq!(shell.wait().expect("waited").signal(), Some(libc::SIGKILL));
-        // Would be this process's own group.
-        kill_process_group(0);
-    }
-
-    /// A program that answers, one that hangs with a child that holds the pipe, and one that prints for ever.
-    #[test]
-    fn probes_have_a_limit_of_time_and_of_output() {
-        let shell = |script: &str, milliseconds| {
-            let mut command = Command::new("sh");
-            command.args(["-c", script]).stderr(std::process::Stdio::null());
-            probe(command, std::time::Duration::from_millis(milliseconds), 1000)
-        };
-        let answered = shell("echo yes; exit 3", 10_000).expect("answered");
-        assert_eq!((answered.stdout.as_slice(), answered.status.code()), (b"yes\n".as_slice(), Some(3)));
-        let started = std::time::Instant::now();
-        for (script, kind) in [
-            ("sleep 60 & wait", std::io::ErrorKind::TimedOut),
-            ("exec >&-; sleep 60", std::io::ErrorKind::TimedOut),
-            ("while :; do echo more; done", std::io::ErrorKind::FileTooLarge),
-        ] {
-            assert_eq!(shell(script, 500).err().map(|e| e.kind()), Some(kind), "{script}");
-        }
-        assert!(started.elapsed().as_secs() < 30, "a limit did not end its program");
-    }
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn a_child_is_killed_when_the_thread_that_started_it_ends() {
-        let started = std::thread::spawn(|| {
-            let mut command = Command::new("sleep");
-            command.arg("60");
-            die_with_parent(&mut command);
-            command.spawn().expect("a child")
-        });
-        let mut child = started.join().expect("joined");
-        assert_eq!(child.wait().expect("waited").signal(), Some(libc::SIGKILL));
-    }
 }

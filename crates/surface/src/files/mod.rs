@@ -10,4 +10,5 @@ pub mod inside;
 pub mod json;
 pub mod netcdf;
 pub mod npy;
+pub mod processes;
 pub mod user_cache;
