@@ -263,7 +263,7 @@ pub struct ContinuumScene {
     /// Floating-point numbers of the solver.
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; 1e-3 in f32, above 1024 × 1024 points in proportion to the
-    /// points per side.
+    /// root of their number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Iterations of a load after which the solver gives up.

@@ -80,9 +80,14 @@ impl LoadPathSolver<'_> {
         let smallest = self.problem.least_pressure();
         let below = |load: &&Load| matches!(load, Load::Pressure(p) if *p > 0.0 && *p < smallest);
         let Some(Load::Pressure(pressure)) = self.loads.iter().find(below) else { return Ok(()) };
-        let accepted = format!(
-            "at least {smallest:.1e} E*: rounding of the heights hides smaller stresses; check the units of load and modulus"
-        );
+        let accepted = match smallest.is_finite() {
+            true => format!(
+                "at least {smallest:.1e} E*: rounding of the heights hides smaller stresses; check the units of load and modulus"
+            ),
+            false => "none, since the stress of the shortest wave is no finite number; check the units of heights, length and \
+                      thickness"
+                .into(),
+        };
         Err(Error::input("problem", "pressure", format!("{pressure:e} E*"), accepted))
     }
 }
