@@ -65,14 +65,15 @@ fn declare(array: &Described) -> Result<(Declared, Vec<String>)> {
         }
     };
     let extent = array.extent(&mut warnings)?;
-    let history = array.words(&["preparation"]).map_or(Vec::new(), |text| text.lines().map(str::to_string).collect());
+    let lines = |text: String| text.lines().map(str::to_string).collect::<Vec<_>>();
+    let history = array.words(&["preparation"]).map_or(Vec::new(), lines);
     let declared = Declared {
         sign,
         unit,
         extent,
         periodic: array.periodic()?,
-        channel: Some(array.channel.to_string()),
-        channels: array.channels.to_vec(),
+        channel: Some(array.own.words_of(&["channel"]).unwrap_or_else(|| array.channel.to_string())),
+        channels: array.own.words_of(&["channels"]).map_or(array.channels.to_vec(), lines),
         history,
     };
     Ok((declared, warnings))
