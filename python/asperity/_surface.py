@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import sys
+from importlib.util import find_spec
 from typing import Any, TypedDict, cast, get_args, get_type_hints
 
 import numpy as np
@@ -148,6 +150,9 @@ class Surface:
     ) -> Surface:
         """A surface from a file: text, ``.npy``, ``.npz``, HDF5, NetCDF, ``.x3p``, ``.sdf``, ``.sur`` or ``.gwy``.
 
+        Other files of instruments, and containers of contact.engineering, are read by SurfaceTopography in another process of this Python
+        (``pip install "asperity[files]"``); high points touch first unless `touching` is given.
+
         What the file declares is used; what it does not declare is an argument. Lengths are in the unit of the heights.
 
         Parameters
@@ -159,7 +164,7 @@ class Surface:
         touching : {'high-points', 'low-points'}, optional
             Which points touch first, if the file does not declare it.
         dataset : str, optional
-            Name of the array or channel, in a file with several.
+            Name of the array or channel, in a file with several; by SurfaceTopography also its number, as text.
         unit : str, optional
             Label of the unit of lengths. Default: that of the file.
         preparation : Preparation, optional
@@ -171,7 +176,8 @@ class Surface:
             For files that cannot be read, and values that are missing or differ from those of the file.
         """
         steps = _steps(preparation)
-        native = _asperity.Surface.from_file(os.fspath(path), length, touching, dataset, steps)
+        python = sys.executable if sys.executable and find_spec("SurfaceTopography") else None
+        native = _asperity.Surface.from_file(os.fspath(path), length, touching, dataset, python, steps)
         surface = cls(native, unit)
         surface.unit = unit or str((surface.provenance or {}).get("unit") or "")
         return surface

@@ -27,7 +27,7 @@ mod _asperity {
     #[pymodule_export]
     use crate::solve::{dissipation, estimate, memory, solve, subsurface};
     #[pymodule_export]
-    use crate::surface::Surface;
+    use crate::surface::{Surface, formats};
 
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -8,6 +8,7 @@ use asperity::surface::{
     AtDistance, Axis, PsdBin, Tip, areal, correlation_length, hann_windowed, profile_spectrum, psd, reconstruct,
     scale_dependent, tip_cutoff,
 };
+use asperity::surface::import;
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
 use ndarray::Array2;
 use numpy::{PyArray1, PyArray2};
@@ -17,6 +18,13 @@ use std::path::PathBuf;
 
 /// Named in errors.
 const PLACE: &str = "surface";
+
+/// Name, extensions, and for those that are not read what is accepted instead.
+#[pyfunction]
+pub(crate) fn formats() -> Vec<(&'static str, &'static str, Option<&'static str>)> {
+    let read = import::formats().map(|(name, extensions)| (name, extensions, None));
+    read.chain(import::not_read().map(|(name, accepted)| (name, "", Some(accepted)))).collect()
+}
 
 #[pyclass(frozen, module = "asperity._asperity")]
 pub(crate) struct Surface(pub(crate) asperity::Surface);
@@ -114,10 +122,11 @@ impl Surface {
         length: Option<f64>,
         touching: Option<String>,
         dataset: Option<String>,
+        python: Option<PathBuf>,
         steps: Steps,
     ) -> PyResult<Self> {
         let touching = optional(py, PLACE, "touching", touching.as_ref())?;
-        let options = FileOptions { length, touching, dataset, preparation: steps.preparation(py)? };
+        let options = FileOptions { length, touching, dataset, python, preparation: steps.preparation(py)? };
         Ok(Surface(in_pool(py, 0, || asperity::read_surface(&path, &options))?.raise(py)?))
     }
 

@@ -1,11 +1,11 @@
 //! Surfaces from files.
 
-use crate::scene::{self, LaboratoryScene, Length, Scene, Stress, SurfaceFile, SurfaceScene};
+use crate::scene::{self, Converter, LaboratoryScene, Length, Scene, Stress, SurfaceFile, SurfaceScene};
 use crate::{Error, Result};
 use asperity_surface::heights::Touching;
-use asperity_surface::import::Content;
+use asperity_surface::import::{self, Content};
 use asperity_surface::{Preparation, Surface};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a file of heights does not declare, and the preparation of its map. Lengths are in the unit of the heights.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,6 +16,9 @@ pub struct FileOptions {
     pub touching: Option<Touching>,
     /// Name of the array or channel, in a file with several.
     pub dataset: Option<String>,
+    /// A Python in which asperity and SurfaceTopography are installed. It reads files that this crate does not: those of instruments, and
+    /// containers of contact.engineering.
+    pub python: Option<PathBuf>,
     /// Steps that the map goes through before it is solved.
     pub preparation: Preparation,
 }
@@ -47,7 +50,11 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
     let (length, modulus) = (options.length.map(Length::plain), Some(Stress::plain(1.0)));
     scene.laboratory = LaboratoryScene { length, modulus, ..LaboratoryScene::default() };
     options.length.iter().try_for_each(|l| positive("length", *l))?;
-    let Some(mut file) = SurfaceFile::read(&scene.surface, Path::new(""))? else { unreachable!("it has a file") };
+    let python = options.python.clone().filter(|_| import::is_of_instrument(path).unwrap_or(false));
+    let converter = python.map(|python| Converter { python, touching: options.touching });
+    let Some(mut file) = SurfaceFile::read_by(&scene.surface, Path::new(""), converter.as_ref())? else {
+        unreachable!("it has a file")
+    };
     if !matches!(file.imported.content, Content::Map(_)) {
         let accepted = "a height map (`asperity surface` makes one of them)";
         return Err(Error::format(path, "Fourier coefficients", accepted));

@@ -121,6 +121,7 @@ impl ChallengeArgs {
         }
         s.seed = self.seed.unwrap_or(s.seed);
         (s.dataset, s.fourier) = (self.file.dataset.clone(), self.file.fourier);
+        s.via_python = self.file.via_python;
         s.fourier_points = self.file.fourier_points;
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         if let Some(path) = &self.heights {

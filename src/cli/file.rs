@@ -1,9 +1,12 @@
-use crate::scene::{AccuracyScene, ContinuumScene, LaboratoryScene, Length, SurfaceScene, Time, last_part, metres_of};
+use crate::scene::{
+    AccuracyScene, ContinuumScene, Converter, LaboratoryScene, Length, SurfaceScene, Time, last_part, metres_of,
+    read_heights,
+};
 use crate::{Error, Result};
 use asperity_contact::problem::ErrorTargets;
 use asperity_grid::units::{Dimension, MAX_SECONDS, Measure};
 use asperity_surface::heights::Touching;
-use asperity_surface::import::{self, Fourier, ImportOptions};
+use asperity_surface::import::{Fourier, ImportOptions, ImportedFile};
 use asperity_surface::{Detrend, Edges, Fill, FilterKind};
 use std::path::Path;
 
@@ -26,6 +29,10 @@ pub(super) struct FileFlags {
     /// Name of the array or channel in a file with several.
     #[arg(long, value_name = "NAME")]
     pub dataset: Option<String>,
+    /// Read a file of an instrument, or a container of contact.engineering, by SurfaceTopography in the Python that ASPERITY_PYTHON names, or
+    /// python3: pip install "asperity[files]".
+    #[arg(long)]
+    pub via_python: bool,
     /// Kind of the coefficients in four columns qX qY Re Im; required for them.
     #[arg(long, value_enum)]
     pub fourier: Option<Fourier>,
@@ -37,6 +44,16 @@ pub(super) struct FileFlags {
 impl FileFlags {
     pub(super) fn are_waves(&self) -> bool {
         self.fourier.is_some_and(Fourier::are_waves)
+    }
+
+    /// The file as these flags have it.
+    ///
+    /// # Errors
+    /// Those of [`read_heights`].
+    pub(super) fn read(&self, file: &Path, touching: Option<Touching>) -> Result<ImportedFile> {
+        let options = ImportOptions { dataset: self.dataset.as_deref(), fourier: self.fourier };
+        let converter = self.via_python.then(|| Converter { touching, ..Converter::default() });
+        read_heights(file, options, converter.as_ref())
     }
 }
 
@@ -163,8 +180,7 @@ impl MapFlags {
     pub(super) fn heights_m(&self, file: Option<&Path>, file_flags: &FileFlags) -> Result<Option<f64>> {
         let given = self.unit.as_deref().and_then(metres_of);
         let Some(file) = file.filter(|_| given.is_none()) else { return Ok(given) };
-        let options = ImportOptions { dataset: file_flags.dataset.as_deref(), fourier: file_flags.fourier };
-        Ok(import::read(file, options)?.declared.unit_m())
+        Ok(file_flags.read(file, self.touching)?.declared.unit_m())
     }
 }
 

@@ -9,7 +9,7 @@ use asperity_grid::units::{Dimension, Measure, metres_per};
 use asperity_surface::declared::Declared;
 use asperity_surface::height_map::HeightMap;
 use asperity_surface::heights::Touching;
-use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
+use asperity_surface::import::{Content, ImportedFile};
 use asperity_surface::seam_warning;
 use serde_json::json;
 use std::fmt::{Display, Write};
@@ -132,8 +132,7 @@ impl InitArgs {
     }
 
     fn of_file(&self, file: &Path) -> Result<Draft> {
-        let options = ImportOptions { dataset: self.file_flags.dataset.as_deref(), fourier: self.file_flags.fourier };
-        let imported = import::read(file, options)?;
+        let imported = self.file_flags.read(file, self.touching)?;
         let stem = file.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
         let name: String =
             stem.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect();
@@ -190,6 +189,9 @@ impl InitArgs {
         draft.line(format!("\n[surface]\nheights = {}", quoted(self.relative(file)?.display())));
         if let Some(dataset) = &self.file_flags.dataset {
             draft.line(format!("dataset = {}", quoted(dataset)));
+        }
+        if self.file_flags.via_python {
+            draft.line("via_python = true");
         }
         match &declared.unit {
             Some(unit) if metres_per(unit).is_some() => {

@@ -251,6 +251,7 @@ impl SurfaceArgs {
             s.fourier_points = None;
         }
         s.dataset = self.file.dataset.clone().or(s.dataset.take());
+        s.via_python |= self.file.via_python;
         s.fourier = self.file.fourier.or(s.fourier);
         s.fourier_points = self.file.fourier_points.or(s.fourier_points);
         // Plain lengths are in the unit of the heights.

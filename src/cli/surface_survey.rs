@@ -6,7 +6,7 @@ use crate::report::number::trimmed;
 use crate::{Error, Result};
 use asperity_grid::{Grid, extent, rms};
 use asperity_surface::height_map::HeightMap;
-use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
+use asperity_surface::import::{Content, ImportedFile};
 use asperity_surface::{Detrend, Fill, Preparation, PreparedMap, quality_warnings, seam_warning};
 use std::path::Path;
 
@@ -18,8 +18,7 @@ pub(super) fn is_incomplete(error: &Error) -> bool {
 
 /// Prints the survey of a height map. Heights keep the sign and the unit of the file.
 pub(super) fn print(path: &Path, flags: &FileFlags) -> Result<()> {
-    let options = ImportOptions { dataset: flags.dataset.as_deref(), fourier: flags.fourier };
-    let ImportedFile { content, declared, layout, .. } = import::read(path, options)?;
+    let ImportedFile { content, declared, layout, .. } = flags.read(path, None)?;
     let Content::Map(map) = content else { return Ok(()) };
     let unit = declared.unit.clone().unwrap_or_default();
     let not_declared = |flag: &str| format!("not declared ({flag})");

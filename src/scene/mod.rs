@@ -22,6 +22,7 @@ mod repulsion;
 mod source;
 mod surface_file;
 mod syntax;
+mod via_python;
 
 pub use accuracy::AccuracyScene;
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
@@ -40,3 +41,4 @@ pub use quantity::{
 };
 pub use source::{ResolvedSurface, resolve as resolve_surface};
 pub use surface_file::{SurfaceFile, metres_of};
+pub use via_python::{Converter, read_heights};

@@ -108,6 +108,10 @@ pub struct SurfaceScene {
     /// Name of the array or channel in a file with several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dataset: Option<String>,
+    /// Read the file by SurfaceTopography, in the Python that `ASPERITY_PYTHON` names, or `python3`: files of instruments, containers of
+    /// contact.engineering. `dataset` is the name or number of a channel or measurement.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub via_python: bool,
     /// Kind of the coefficients in four columns qX qY Re Im; required for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fourier: Option<Fourier>,
@@ -167,6 +171,7 @@ impl Default for SurfaceScene {
             heights: None,
             unit: None,
             dataset: None,
+            via_python: false,
             fourier: None,
             fourier_points: None,
             touching: None,

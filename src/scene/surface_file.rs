@@ -2,6 +2,7 @@
 
 use super::check::word;
 use super::model::relative_to;
+use super::via_python::{Converter, read_heights};
 use super::{LaboratoryScene, Length, Scene, SurfaceScene};
 use crate::{Error, Result};
 use asperity_grid::error::Complaint;
@@ -10,7 +11,7 @@ use asperity_surface::Preparation;
 use asperity_surface::declared::Declared;
 use asperity_surface::files::hashed::file_hash;
 use asperity_surface::heights::HeightMap;
-use asperity_surface::import::{self, Content, ImportOptions, ImportedFile};
+use asperity_surface::import::{Content, ImportOptions, ImportedFile};
 use asperity_surface::provenance::Provenance;
 use std::path::{Path, PathBuf};
 
@@ -39,11 +40,21 @@ impl SurfaceFile {
     /// The file that a scene names, if it names one. `file`: the scene file.
     ///
     /// # Errors
-    /// Those of [`import::read`].
+    /// Those of [`read_heights`].
     pub fn read(s: &SurfaceScene, file: &Path) -> Result<Option<Self>> {
+        let converter = s.via_python.then(|| Converter { touching: s.touching, ..Converter::default() });
+        Self::read_by(s, file, converter.as_ref())
+    }
+
+    /// Likewise with a converter of files that are not read otherwise.
+    ///
+    /// # Errors
+    /// Those of [`read_heights`].
+    pub fn read_by(s: &SurfaceScene, file: &Path, converter: Option<&Converter>) -> Result<Option<Self>> {
         let Some(path) = &s.heights else { return Ok(None) };
         let path = relative_to(file, path);
-        let imported = import::read(&path, ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier })?;
+        let options = ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier };
+        let imported = read_heights(&path, options, converter)?;
         Ok(Some(SurfaceFile { path, periodicity_is_given: false, imported }))
     }
 

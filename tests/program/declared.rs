@@ -112,7 +112,7 @@ fn foreign_files_are_named_with_the_remedy() {
     for (bytes, what, remedy) in [
         (&b"Wyko ASCII Data File Format 0\t0\t1\nX Size\t4\n"[..], "Wyko ASCII", "Gwyddion"),
         (b"VK4_\0\0\0", "Keyence VK4", "Gwyddion"),
-        (b"\x88\x1b\x03\x6f\0", "Zygo MetroPro", "SurfaceTopography"),
+        (b"\x88\x1b\x03\x6f\0", "Zygo MetroPro", "python -m asperity.convert FILE out.nc"),
         (b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "a MATLAB file before version 7.3", "-v7.3"),
         (b"\x89PNG\r\n\x1a\n\0", "a PNG image", "no heights"),
         (&workbook, "a workbook or document of Office", "CSV"),

@@ -40,3 +40,4 @@ mod sweep;
 #[path = "../common/tools.rs"]
 mod tools;
 mod tradeoff;
+mod via_python;

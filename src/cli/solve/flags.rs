@@ -271,6 +271,7 @@ impl SolveArgs {
                 grid: n,
                 seed: self.seed,
                 dataset: self.file_flags.dataset.clone(),
+                via_python: self.file_flags.via_python,
                 fourier: self.file_flags.fourier,
                 fourier_points: self.file_flags.fourier_points,
                 ..standard
@@ -279,6 +280,7 @@ impl SolveArgs {
                 grid: self.grid.unwrap_or(0),
                 heights: self.surface_file().map(PathBuf::from),
                 dataset: self.file_flags.dataset.clone(),
+                via_python: self.file_flags.via_python,
                 fourier: self.file_flags.fourier,
                 fourier_points: self.file_flags.fourier_points,
                 ..standard

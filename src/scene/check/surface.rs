@@ -80,6 +80,7 @@ fn spectrum(c: &mut Complaints, scene: &Scene) {
     let s = &scene.surface;
     for (key, value) in [
         ("surface.dataset", s.dataset.is_some()),
+        ("surface.via_python", s.via_python),
         ("surface.fourier", s.fourier.is_some()),
         ("surface.fourier_points", s.fourier_points.is_some()),
         ("surface.low_pass", s.low_pass.is_some()),

@@ -1,34 +1,37 @@
 //! Files that are recognised and not read, with the way to convert them.
 
 /// Accepted formats of height files.
-pub(super) const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im), .npy, .npz, HDF5, NetCDF, x3p, SDF, .sur or .gwy; Gwyddion \
-                                (File, Save as .gwy) and SurfaceTopography (to_netcdf) convert files of instruments";
+pub(super) const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im), .npy, .npz, HDF5, NetCDF, x3p, SDF, .sur or .gwy; of an \
+                                instrument --via-python (surface.via_python), or what Gwyddion saves as .gwy";
 
-/// The way for a file of an instrument.
-const CONVERT: &str = "a file that Gwyddion saves (File, Save as .gwy), or NetCDF: pip install SurfaceTopography; python -c \"import \
-                       SurfaceTopography as s; s.read_topography('FILE').to_netcdf('map.nc')\"";
+/// The way for a file of an instrument that SurfaceTopography reads.
+const CONVERT: &str = "--via-python (surface.via_python), or NetCDF: pip install \"asperity[files]\"; python -m asperity.convert FILE \
+                       out.nc; or what Gwyddion saves as .gwy";
+
+/// The way for one that it does not read.
+const GWYDDION: &str = "a file that Gwyddion saves (File, Save as .gwy)";
 
 const IMAGE: &str = "heights in a table or in a file of the instrument: the grey levels of an image are no heights";
-const TIFF: &str = "of an instrument (JPK, Park, Olympus): what Gwyddion saves as .gwy, or SurfaceTopography by to_netcdf('map.nc'); of an \
-                    image: heights in a table, as grey levels are none";
-const OLE: &str = "of an instrument (Mountains, Olympus): a surface saved as .sur, or what Gwyddion saves as .gwy or SurfaceTopography by \
-                   to_netcdf('map.nc'); of Office: its table, saved as CSV";
-const MATLAB: &str = "save('map.mat', 'h', '-v7.3'), or writematrix(h, 'map.txt')";
+const TIFF: &str = "of an instrument (JPK, Park, Olympus): --via-python (surface.via_python), or pip install \"asperity[files]\"; python -m \
+                    asperity.convert FILE out.nc; or what Gwyddion saves as .gwy; of an image: heights in a table, as grey levels are none";
+const OLE: &str = "of an instrument (Mountains, Olympus): --via-python (surface.via_python), or pip install \"asperity[files]\"; python -m \
+                   asperity.convert FILE out.nc; or what Gwyddion saves as .gwy; of Office: its table, saved as CSV";
+const MATLAB: &str = "save('map.mat', 'h', '-v7.3'), writematrix(h, 'map.txt'), or --via-python (surface.via_python)";
 const TABLE: &str = "its table, saved as CSV";
 const POINTS: &str = "a map of heights on an even grid, or lines of x y h";
 
 /// First bytes, kind of file, and what is accepted instead.
 const KNOWN: &[(&[u8], &str, &str)] = &[
-    (b"Wyko ASCII", "Wyko ASCII", CONVERT),
+    (b"Wyko ASCII", "Wyko ASCII", GWYDDION),
     (b"\x01\x00Directory", "Wyko OPD", CONVERT),
     (b"VCA DATA", "Bruker OPDx", CONVERT),
     (b"\\*File list", "Nanoscope", CONVERT),
     (b"\\*EC File list", "Nanoscope (electrochemistry)", CONVERT),
-    (b"\\*Force file list", "a force curve of Nanoscope", CONVERT),
-    (b"?*File list", "Nanoscope", CONVERT),
-    (b"*File list", "Nanoscope", CONVERT),
+    (b"\\*Force file list", "a force curve of Nanoscope", GWYDDION),
+    (b"?*File list", "Nanoscope of another program", GWYDDION),
+    (b"*File list", "Nanoscope of another program", GWYDDION),
     (b"\x88\x1b\x03", "Zygo MetroPro", CONVERT),
-    (b"Zygo ASCII", "Zygo MetroPro in text", CONVERT),
+    (b"Zygo ASCII", "Zygo ASCII", GWYDDION),
     (b"VK3", "Keyence VK3", CONVERT),
     (b"VK4", "Keyence VK4", CONVERT),
     (b"VK6", "Keyence VK6", CONVERT),
@@ -37,19 +40,22 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"Alicona", "Alicona", CONVERT),
     (b"WSxM file", "WSxM", CONVERT),
     (b"[DataSet]", "Nanosurf", CONVERT),
-    (b"NSFN", "Nanosurf", CONVERT),
-    (b"p\0\0\0", "Leica LIF", CONVERT),
+    (b"NSFN", "Nanosurf NSF", GWYDDION),
+    (b"p\0\0\0", "Leica LIF", GWYDDION),
     (b"\x01\xb0\x93\xff", "NT-MDT", CONVERT),
-    (b":NANONIS_VERSION:", "Nanonis", CONVERT),
-    (b"ONTMATRX", "Omicron Matrix", CONVERT),
-    (b"FLAT0100", "Omicron flat file", CONVERT),
+    (b":NANONIS_VERSION:", "Nanonis", GWYDDION),
+    (b"ONTMATRX", "Omicron Matrix", GWYDDION),
+    (b"FLAT0100", "Omicron flat file", GWYDDION),
     (b"fileType      Image", "Agilent (Molecular Imaging)", CONVERT),
-    (b"[Paramco", "Createc", CONVERT),
+    (b"[Paramco", "Createc", GWYDDION),
     (b"fileformat = bcr", "BCR of Image Metrology", CONVERT),
+    (b"f\0i\0l\0e\0f\0o\0r\0m\0a\0t\0 \0=\0 \0b\0c\0r\0", "BCR of Image Metrology", CONVERT),
+    (b"\xff\xfef\0i\0l\0e\0f\0o\0r\0m\0a\0t\0 \0=\0 \0b\0c\0r\0", "BCR of Image Metrology", CONVERT),
+    (b"Binary TrueMap Data File", "TrueMap", CONVERT),
     (b"FRTM_GLIDERV", "FRT MicroProf", CONVERT),
     (b"OLYMPUSRAWFORMAT", "Olympus OIR", CONVERT),
-    (b"IGOR", "Igor text", CONVERT),
-    (b"ISO/TC 201 SPM", "ISO 28600", CONVERT),
+    (b"IGOR", "Igor text", GWYDDION),
+    (b"ISO/TC 201 SPM", "ISO 28600", GWYDDION),
     (b"\x89PNG", "a PNG image", IMAGE),
     (b"II*\0", "a TIFF file", TIFF),
     (b"MM\0*", "a TIFF file", TIFF),
@@ -74,6 +80,16 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
 
 /// Bytes of an Igor binary wave (version 2, and version 5) whose sum as 16-bit words is 0.
 const IGOR_HEADERS: [(u16, usize); 2] = [(2, 126), (5, 384)];
+
+/// Whether SurfaceTopography may read a file of which this is accepted instead.
+pub(super) fn is_convertible(accepted: &str) -> bool {
+    [CONVERT, TIFF, OLE, MATLAB].contains(&accepted)
+}
+
+/// Kinds of files that SurfaceTopography does not read either, with what is accepted instead.
+pub(super) fn not_converted() -> impl Iterator<Item = (&'static str, &'static str)> {
+    KNOWN.iter().map(|(_, kind, accepted)| (*kind, *accepted)).filter(|(_, accepted)| !is_convertible(accepted))
+}
 
 /// What a file is and what is accepted instead, by its first bytes.
 pub(super) fn known(start: &[u8]) -> Option<(&'static str, &'static str)> {
@@ -101,10 +117,12 @@ pub(super) fn archive<'a>(names: impl Iterator<Item = &'a str>) -> Option<(&'sta
     let has = |wanted: &str| names.iter().any(|n| n.rsplit('/').next() == Some(wanted));
     Some(if has("[Content_Types].xml") {
         ("a workbook or document of Office", TABLE)
+    } else if has("index.json") || has("meta.yml") {
+        ("a container of contact.engineering", CONVERT)
     } else if has("index.xml") {
         ("Sensofar PLUX, or another archive of an instrument", CONVERT)
     } else if has("header.properties") {
-        ("force curves of JPK", CONVERT)
+        ("force curves of JPK", GWYDDION)
     } else {
         return None;
     })
@@ -126,7 +144,11 @@ mod tests {
             (b"VK7\0", "Keyence"),
         ] {
             let (found, accepted) = known(start).expect(kind);
-            assert!(found.contains(kind) && accepted.contains(".gwy") && accepted.contains("to_netcdf"), "{found}");
+            assert!(found.contains(kind) && accepted.contains(".gwy") && is_convertible(accepted), "{found}");
+            assert!(
+                accepted.contains("--via-python") && accepted.contains("asperity.convert FILE out.nc"),
+                "{accepted}"
+            );
         }
         // A wave of version 5 whose checksum fits, in both byte orders, and one whose does not.
         let mut wave = vec![0; 384];
@@ -137,6 +159,7 @@ mod tests {
         wave[100] = 1;
         assert_eq!(known(&wave), None);
         let name = |names: &[&'static str]| archive(names.iter().copied()).map(|(kind, _)| kind);
+        assert!(name(&["index.json", "a.nc"]).is_some_and(|k| k.contains("contact.engineering")));
         assert!(name(&["x/index.xml"]).is_some_and(|k| k.contains("PLUX")) && name(&["map.txt"]).is_none());
     }
 }

@@ -186,24 +186,110 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     Ok(!has_table && assigns.is_some_and(|assigns| !(assigns && is_toml)))
 }
 
+/// Whether a file is not read, and may be one that SurfaceTopography reads: of an instrument, or a container of contact.engineering.
+///
+/// # Errors
+/// Those of opening and reading a regular file.
+pub fn is_of_instrument(path: &Path) -> Result<bool> {
+    let (file, _) = open_regular(path)?;
+    let mut source = BufReader::new(file);
+    let start = source.fill_buf().map_err(Error::io("read", path))?;
+    Ok(match kind(path, start) {
+        FileKind::Foreign(_, accepted) => foreign::is_convertible(accepted),
+        FileKind::Binary => true,
+        FileKind::Format(_) if start.starts_with(ARCHIVE) => npz::is_of_instrument(path)?,
+        FileKind::Format(_) | FileKind::Konfig { .. } | FileKind::Text => false,
+    })
+}
+
+/// Formats that are read: name, and usual extensions.
+pub fn formats() -> impl Iterator<Item = (&'static str, &'static str)> {
+    FORMATS.iter().map(|f| (f.name, f.extensions)).chain([
+        ("text: a matrix, or lines of x y h", ".txt .csv .asc .xyz .dat"),
+        ("konfig of contMech", ".dat"),
+        ("Fourier coefficients qX qY Re Im", ".txt .dat"),
+    ])
+}
+
+/// Kinds of files that are recognised and read neither here nor by SurfaceTopography, with what is accepted instead.
+pub fn not_read() -> impl Iterator<Item = (&'static str, &'static str)> {
+    foreign::not_converted()
+}
+
 /// A format that is no text: how a file of it begins, whether its arrays have names, and its reader.
 struct Format {
+    name: &'static str,
+    extensions: &'static str,
     starts: fn(&Path, &[u8]) -> bool,
     has_names: bool,
     read: fn(&Path, ImportOptions) -> Result<ImportedFile>,
 }
 
 static FORMATS: [Format; 10] = [
-    Format { starts: |_, s| s.starts_with(b"\x93NUMPY"), has_names: false, read: |path, _| npy(path) },
-    Format { starts: x3p::starts, has_names: false, read: |path, _| x3p::read(path) },
-    Format { starts: |_, s| s.starts_with(ARCHIVE), has_names: true, read: |p, o| npz::read(p, o, read_any) },
-    Format { starts: |_, s| hdf5::starts(s), has_names: true, read: hdf5::read },
-    Format { starts: |_, s| netcdf::starts(s), has_names: true, read: netcdf::read },
-    Format { starts: |_, s| sdf::starts(s), has_names: false, read: |path, _| sdf::read(path) },
-    Format { starts: |_, s| sur::starts(s), has_names: false, read: |path, _| sur::read(path) },
-    Format { starts: |_, s| gwy::starts(s), has_names: true, read: gwy::read },
-    Format { starts: |_, s| zygo::starts(s), has_names: false, read: |path, _| zygo::read(path) },
-    Format { starts: |_, s| packed::starts(s), has_names: true, read: |p, o| packed::gzip(p, o, read_any) },
+    Format {
+        name: "NumPy array",
+        extensions: ".npy",
+        starts: |_, s| s.starts_with(b"\x93NUMPY"),
+        has_names: false,
+        read: |path, _| npy(path),
+    },
+    Format {
+        name: "x3p (ISO 25178-72)",
+        extensions: ".x3p",
+        starts: x3p::starts,
+        has_names: false,
+        read: |path, _| x3p::read(path),
+    },
+    Format {
+        name: "NumPy archive, or one file in a ZIP archive",
+        extensions: ".npz .zip",
+        starts: |_, s| s.starts_with(ARCHIVE),
+        has_names: true,
+        read: |p, o| npz::read(p, o, read_any),
+    },
+    Format {
+        name: "HDF5, MATLAB from 7.3, NetCDF-4",
+        extensions: ".h5 .hdf5 .mat .nc",
+        starts: |_, s| hdf5::starts(s),
+        has_names: true,
+        read: hdf5::read,
+    },
+    Format {
+        name: "NetCDF-3",
+        extensions: ".nc",
+        starts: |_, s| netcdf::starts(s),
+        has_names: true,
+        read: netcdf::read,
+    },
+    Format {
+        name: "SDF (ISO 25178-71)",
+        extensions: ".sdf",
+        starts: |_, s| sdf::starts(s),
+        has_names: false,
+        read: |path, _| sdf::read(path),
+    },
+    Format {
+        name: "Digital Surf",
+        extensions: ".sur",
+        starts: |_, s| sur::starts(s),
+        has_names: false,
+        read: |path, _| sur::read(path),
+    },
+    Format { name: "Gwyddion", extensions: ".gwy", starts: |_, s| gwy::starts(s), has_names: true, read: gwy::read },
+    Format {
+        name: "Zygo MetroPro in text",
+        extensions: ".xyz",
+        starts: |_, s| zygo::starts(s),
+        has_names: false,
+        read: |path, _| zygo::read(path),
+    },
+    Format {
+        name: "a file of these, packed by gzip",
+        extensions: ".gz",
+        starts: |_, s| packed::starts(s),
+        has_names: true,
+        read: |p, o| packed::gzip(p, o, read_any),
+    },
 ];
 
 fn npy(path: &Path) -> Result<ImportedFile> {

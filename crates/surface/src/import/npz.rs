@@ -86,6 +86,14 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
     array.imported(values, format!(".npz array {name} [ny, nx]"))
 }
 
+/// Whether an archive is a container of maps, or of one, that SurfaceTopography reads.
+pub(super) fn is_of_instrument(path: &Path) -> Result<bool> {
+    let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole archive");
+    let archive = ZipArchive::new(BufReader::new(open_regular(path)?.0)).map_err(damaged)?;
+    let files: Vec<_> = archive.file_names().collect::<std::result::Result<_, _>>().map_err(damaged)?;
+    Ok(foreign::archive(files.iter().map(|n| &**n)).is_some_and(|(_, accepted)| foreign::is_convertible(accepted)))
+}
+
 fn reader<'a>(path: &Path, archive: &'a mut NpzArchive, name: &str) -> Result<npy::NpyReader<impl Read + use<'a>>> {
     let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
     let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
