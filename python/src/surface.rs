@@ -4,11 +4,11 @@ use crate::arrays::{EnteredMap, expect_memory};
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::pool::in_pool;
 use asperity::grid::{Error, Grid};
+use asperity::surface::import;
 use asperity::surface::{
     AtDistance, Axis, PsdBin, Tip, areal, correlation_length, hann_windowed, profile_spectrum, psd, reconstruct,
     scale_dependent, tip_cutoff,
 };
-use asperity::surface::import;
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
 use ndarray::Array2;
 use numpy::{PyArray1, PyArray2};
