@@ -320,8 +320,8 @@ class Surface:
     def power_spectrum(self, axis: str = "radius") -> tuple[Map, Map]:
         """Wave numbers and power spectral density.
 
-        Along ``x`` or ``y`` the mean of the profiles, C1D = L |a|², and over the ``radius`` the mean of C2D = A |a|² in ten bins per decade,
-        of the Fourier coefficients a (https://doi.org/10.1088/2051-672X/aa51f8). A map that does not repeat is levelled and windowed
+        Along ``x`` or ``y`` the mean of the profiles, ``L |a|²``, and over the ``radius`` the mean of ``A |a|²`` in ten bins per decade, of
+        the Fourier coefficients a, extents L and area A (https://doi.org/10.1088/2051-672X/aa51f8). A map that does not repeat is levelled and windowed
         (Hann).
 
         >>> import numpy as np
