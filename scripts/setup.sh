@@ -5,8 +5,8 @@
 #   scripts/setup.sh           fails without LAMMPS
 #   scripts/setup.sh --tests   prints a prominent message without LAMMPS and continues: its tests are skipped; also creates a Python
 #                              environment with the readers of results.nc and of frames, and installs Chromium for the tests of the report
-#                              and Slurm for those of sweeps on a cluster, MPI and libclang for those of several ranks; continues without
-#                              them, too
+#                              and Slurm for those of sweeps on a cluster, MPI and libclang for those of several ranks, and qemu for
+#                              those of other processors; continues without them, too
 set -eu
 
 case "${1-}" in
@@ -66,7 +66,12 @@ has_libclang() { find /usr/lib /usr/local/lib -name 'libclang*.so*' 2>/dev/null 
 has_mpi() { has mpicc && has mpirun && has_libclang; }
 wants_mpi() { [ "$need_lammps" = no ] && ! has_mpi; }
 
+# The emulator for the test of results on other processors (tests/program/processors.rs).
+has_qemu() { has qemu-x86_64 || has qemu-x86_64-static; }
+wants_qemu() { [ "$need_lammps" = no ] && [ "$(uname -m)" = x86_64 ] && ! has_qemu; }
+
 packages=""
+wants_qemu && packages="$packages qemu-user"
 wants_mpi && packages="$packages $mpi_packages"
 wants_slurm && packages="$packages $slurm_packages"
 wants_browser && packages="$packages chromium"

@@ -1,5 +1,5 @@
 //! Programs that some tests need. Without its program such a test passes unchecked; it says so on standard error and in
-//! `target/tmp/skipped`, which `make test` prints last. `ASPERITY_REQUIRE=lammps,python,browser,slurm,mpi` makes a missing program a
+//! `target/tmp/skipped`, which `make test` prints last. `ASPERITY_REQUIRE=lammps,python,browser,slurm,mpi,qemu` makes a missing program a
 //! failure. A program that exists and does not work is always one.
 
 use asperity::atoms::search_path::search_path;

@@ -26,6 +26,7 @@ mod pair_crystal;
 mod pipeline;
 mod plastic;
 mod potentials;
+mod processors;
 #[path = "../common/program.rs"]
 mod program;
 mod quickstart;
