@@ -9,6 +9,7 @@ RUN := runs/quickstart
 PREFIX ?= $(HOME)/.local
 SECONDS ?= 60
 INPUTS ?= 100000
+DAMAGES ?= 1000
 
 .PHONY: help install wheel manylinux docs demo test bench fuzz damage kills bench-peers claims errors lint
 
@@ -24,7 +25,7 @@ help:
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
 	@echo "make errors  test how often the stated errors cover the truth, and write docs/errors.md (half an hour)"
 	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
-	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000)"
+	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000), and damage 1000 folders (DAMAGES=10000)"
 	@echo "make kills  kill every long command, 200 times in all, and compare the results"
 	@echo "make lint   check formatting and clippy"
 
@@ -83,6 +84,7 @@ fuzz:
 
 damage:
 	cargo bench --locked --bench measure -- damage --inputs $(INPUTS)
+	cargo bench --locked --bench measure -- folders --damages $(DAMAGES)
 
 kills:
 	cargo bench --locked --bench measure -- kills $(SMALL)

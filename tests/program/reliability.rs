@@ -292,6 +292,13 @@ fn killed_commands_end_with_the_results_of_undisturbed_ones() {
     }
 }
 
+/// A random file or folder of what a command left is damaged. `cargo bench --bench measure -- folders` does so any number of times.
+#[test]
+fn damaged_folders_are_repaired_or_refused() {
+    let arguments = ["measure", "folders", "--damages", "40"];
+    measure::run(arguments.map(OsString::from)).expect("no damage is used");
+}
+
 /// A command that fails with exit code 2 within [`ANSWERED`]; its message names `what`.
 fn refused_quickly(arguments: &[&str], what: &str) -> String {
     let begun = Instant::now();

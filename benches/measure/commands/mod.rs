@@ -1,7 +1,9 @@
 //! One file per command. Solves run the program `asperity`.
 
 mod damage;
+mod folders;
 mod kills;
+mod long;
 mod methods;
 mod times;
 
@@ -18,7 +20,7 @@ const SEED: &str = "1";
 /// Load of every solve, over E*.
 const PRESSURE: &str = "0.01";
 
-/// Times of transforms and methods, damaged files, killed runs.
+/// Times of transforms and methods, damaged files and folders, killed runs.
 #[derive(Parser)]
 #[command(name = "measure", max_term_width = 110)]
 struct Arguments {
@@ -32,6 +34,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Measurement {
     Damage(damage::Damage),
+    Folders(folders::Folders),
     Kills(kills::Kills),
     Times(times::Times),
     Methods(methods::Methods),
@@ -41,6 +44,7 @@ enum Measurement {
 pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     match Arguments::parse_from(arguments).command {
         Measurement::Damage(c) => c.execute(),
+        Measurement::Folders(c) => c.execute(),
         Measurement::Kills(c) => c.execute(),
         Measurement::Times(c) => c.execute(),
         Measurement::Methods(c) => c.execute(),
