@@ -189,6 +189,11 @@ def _entries(path: str) -> list[_Entry]:
     return [e._replace(name=f"{e.name}#{k + 1}") if names.count(e.name) > 1 else e for k, e in enumerate(entries)]
 
 
+def _loaded(entry: _Entry) -> Channel:
+    """The map, under the name that selects it."""
+    return replace(entry.load(), name=entry.name)
+
+
 def channels(path: str | os.PathLike[str]) -> list[Channel]:
     """The channels of a file, or the measurements of a container.
 
@@ -199,7 +204,7 @@ def channels(path: str | os.PathLike[str]) -> list[Channel]:
     ResourceError
         Without SurfaceTopography.
     """
-    return [entry.load() for entry in _entries(os.fspath(path))]
+    return [_loaded(entry) for entry in _entries(os.fspath(path))]
 
 
 def _chosen(path: str, dataset: str | int | None) -> tuple[Channel, list[str]]:
@@ -218,7 +223,7 @@ def _chosen(path: str, dataset: str | int | None) -> tuple[Channel, list[str]]:
         if not (named or counted):
             raise InputError(f"{path}: dataset = {str(dataset)!r}; accepted: {listed}")
         entry = (named or counted)[0]
-    channel = entry.load()
+    channel = _loaded(entry)
     if not channel.is_map:
         is_line = len(channel.points) != 2
         found = f"a line of {channel.points[0]} points" if is_line else f"{channel.quantity}, no heights"
@@ -310,9 +315,12 @@ def _origin(path: str, channel: Channel) -> str:
 def _write(out: str, heights: Any, channel: Channel, lateral: str | None, stated: dict[str, str]) -> None:
     """NetCDF-3 as SurfaceTopography writes it: `heights[x, y]`; as a whole or not at all."""
     netcdf = importlib.import_module("scipy.io").netcdf_file
-    part = f"{out}.part-{os.getpid()}"
+    part, is_own = f"{out}.part-{os.getpid()}", False
     try:
-        with netcdf(part, "w", version=2) as file:
+        # A new file: a link of this name is not followed.
+        with open(part, "xb") as raw:
+            is_own = True
+            file = netcdf(raw, "w", version=2)
             for k, name in enumerate("xy"):
                 n = heights.shape[k]
                 file.createDimension(name, n)
@@ -331,11 +339,13 @@ def _write(out: str, heights: Any, channel: Channel, lateral: str | None, stated
                 variable.periodic = int(channel.periodic)
             for key, words in stated.items():
                 setattr(variable, key, words.encode())
+            file.flush()
         os.replace(part, out)
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error}); accepted: a path in a folder that exists") from error
     finally:
-        Path(part).unlink(missing_ok=True)
+        if is_own:
+            Path(part).unlink(missing_ok=True)
 
 
 def _listed(path: str) -> list[str]:
@@ -343,7 +353,7 @@ def _listed(path: str) -> list[str]:
     lines = []
     for k, entry in enumerate(_entries(path)):
         try:
-            lines.append(f"{k + 1}  {entry.load()}")
+            lines.append(f"{k + 1}  {_loaded(entry)}")
         except InputError as error:
             lines.append(f"{k + 1}  {entry.name}: {error}")
     return lines

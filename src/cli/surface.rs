@@ -92,11 +92,11 @@ impl SurfaceArgs {
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
         let names = &|key: &str| self.flag_of(key);
         let unsigned = self.map.touching.is_none() && !self.map.flip && !self.json && self.out.is_none();
-        let heights = scene.surface.heights.clone().filter(|_| unsigned);
+        let surface = Some(scene.surface.clone()).filter(|_| unsigned);
         let case = Case::resolve(scene, &file).map_err(|e| rename_keys(e, names)).inspect_err(|e| {
-            if let Some(path) = heights.filter(|_| surface_survey::is_incomplete(e)) {
+            if let Some(surface) = surface.filter(|_| surface_survey::is_incomplete(e)) {
                 // What cannot be read is in the error already.
-                let _ = surface_survey::print(&path, &self.file);
+                let _ = surface_survey::print(&surface, &file);
             }
         })?;
         case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {}", rename_keys_in(w, names))));

@@ -37,7 +37,7 @@ pub(super) fn write(folder: &Path, case: &Case, heights: &[f64]) -> Result<()> {
     let bins = psd(grid, &heights, |_| 0.0);
     let q: Vec<f64> = bins.iter().map(|b| TAU * b.mode / grid.lx).collect();
     let area: Vec<f64> = bins.iter().map(|b| b.power * grid.lx * grid.ly).collect();
-    // The profile spectrum of an isotropic surface that has this one.
+    // In the units of a profile's, as Jacobs et al. have it; the profiles of a self-affine surface have 0.8 to 1.2 times as much.
     let isotropic = q.iter().zip(&area).map(|(q, c)| q * c / PI).collect();
     spectrum(&folder.join("power_spectrum_radial.csv"), q, &[("c_2d_m4", area), ("c_iso_m3", isotropic)])
 }

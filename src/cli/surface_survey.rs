@@ -1,8 +1,8 @@
 //! What can be said about a file of heights before its sign, unit or filling are chosen.
 
-use super::file::FileFlags;
 use super::output;
 use crate::report::number::trimmed;
+use crate::scene::{SurfaceFile, SurfaceScene};
 use crate::{Error, Result};
 use asperity_grid::{Grid, extent, rms};
 use asperity_surface::height_map::HeightMap;
@@ -16,9 +16,11 @@ pub(super) fn is_incomplete(error: &Error) -> bool {
     list.iter().all(|c| c.found == "not given" || c.found.contains("were not measured"))
 }
 
-/// Prints the survey of a height map. Heights keep the sign and the unit of the file.
-pub(super) fn print(path: &Path, flags: &FileFlags) -> Result<()> {
-    let ImportedFile { content, declared, layout, .. } = flags.read(path, None)?;
+/// Prints the survey of the height map that a scene names; `scene` is its file. Heights keep the sign and the unit of the file.
+pub(super) fn print(surface: &SurfaceScene, scene: &Path) -> Result<()> {
+    let Some(file) = SurfaceFile::read(surface, scene)? else { return Ok(()) };
+    let path = file.path().to_path_buf();
+    let ImportedFile { content, declared, layout, .. } = file.imported;
     let Content::Map(map) = content else { return Ok(()) };
     let unit = declared.unit.clone().unwrap_or_default();
     let not_declared = |flag: &str| format!("not declared ({flag})");

@@ -40,7 +40,7 @@ impl TipMarks {
         };
         let touched = if self.touched_share < 1.0 {
             format!(
-                "it touched {} % of the points alone; at the others the surface lies deeper, by up to {} at least",
+                "it touched {} % of the points alone; the map is up to {} too high or low, and where it did not touch by more",
                 trimmed(100.0 * self.touched_share, 3),
                 nm(self.largest_correction_m)
             )

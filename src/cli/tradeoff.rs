@@ -99,7 +99,7 @@ impl TradeoffArgs {
         let allowed = self.stages.allow_program;
         let warnings = match crystals::settle(&mut scene, &self.scene, &machine.1.lammps, allowed) {
             // As for a scene with its constants, methods without atoms are compared.
-            Err(e @ Error::MissingProgram { .. }) if !with_blocks => {
+            Err(e @ (Error::MissingProgram { .. } | Error::Program { .. })) if !with_blocks => {
                 scene.atoms = None;
                 vec![format!("the atoms are left out: {e}")]
             }

@@ -219,9 +219,8 @@ pub fn keep_crystal(potential: &Path, element: &str, lammps: &str, crystal: &Mea
 fn is_of_machine(e: &Error) -> bool {
     let program = |c: &Complaint| c.key == "atoms.program";
     match e {
-        Error::MissingProgram { .. } | Error::Lammps { .. } => true,
         Error::Input { list, .. } => list.iter().all(program),
-        _ => false,
+        other => other.is_of_program(),
     }
 }
 

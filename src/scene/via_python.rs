@@ -58,14 +58,12 @@ pub fn read_heights(path: &Path, options: ImportOptions, converter: Option<&Conv
 impl Converter {
     /// Writes `map`, and returns the warnings.
     fn convert(&self, path: &Path, dataset: Option<&str>, map: &Path) -> Result<Vec<String>> {
-        let said = map.with_extension("said");
-        let stderr = std::fs::File::create(&said).map_err(Error::io("create", &said))?;
         // Relative names are those of this folder; the converter runs in an empty one, from which no module is imported.
         let file = std::path::absolute(path).map_err(Error::io("read", path))?;
         let is_path = self.python.components().nth(1).is_some();
         let python = if is_path { std::path::absolute(&self.python).ok() } else { None };
         let mut command = Command::new(python.as_ref().unwrap_or(&self.python));
-        command.args(["-m", "asperity.convert"].map(OsStr::new)).arg(&file).arg(map).stderr(stderr);
+        command.args(["-m", "asperity.convert"].map(OsStr::new)).arg(&file).arg(map);
         command.args(dataset.map(|name| format!("--dataset={name}")));
         let sign = if self.touching == Some(Touching::LowPoints) { "low-points" } else { "high-points" };
         command.arg(format!("--touching={sign}")).current_dir(map.parent().unwrap_or(Path::new("/")));
@@ -75,10 +73,12 @@ impl Converter {
                 program: self.python.display().to_string(),
                 how: "--via-python needs it; ASPERITY_PYTHON = a Python that is installed".into(),
             },
+            std::io::ErrorKind::TimedOut => {
+                Error::format(path, format!("no end of its conversion within {} s", LIMIT.as_secs()), "a smaller file")
+            }
             _ => Error::io("start", &self.python)(e),
         })?;
-        let said = std::fs::read(&said).map_err(Error::io("read", &said))?;
-        let said = String::from_utf8_lossy(&said);
+        let said = String::from_utf8_lossy(&printed.stderr);
         if printed.status.success() && map.exists() {
             return Ok(said.lines().filter_map(|l| Some(l.strip_prefix("warning: ")?.to_string())).collect());
         }

@@ -34,6 +34,7 @@ fn a_run_by_hand_and_one_of_the_engine_do_not_mix() {
     let mut hand = hand.arg(job.folder.join("run.sh")).env("LMP", &waiting).spawn().expect("bash starts");
     let name = format!("/proc/{}/comm", hand.id());
     while std::fs::read_to_string(&name).expect("it runs") != "sleep\n" {
+        assert!(hand.try_wait().expect("waited").is_none(), "run.sh has ended");
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
     let message = lammps.run(&job, &mut on).expect_err("in use").to_string();

@@ -134,7 +134,6 @@ impl LammpsEngine {
         let mut probe = Command::new(&program);
         probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat");
         let output = group::probe(probe, Some(PROBE_LIMIT), MOST_PROBE_BYTES).map_err(|e| match e.kind() {
-            ErrorKind::NotFound => missing(&program.display().to_string()),
             ErrorKind::TimedOut => unusable("with -h it took more than 10 s".into()),
             _ => unusable(format!("with -h: {e}")),
         })?;

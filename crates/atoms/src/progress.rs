@@ -28,10 +28,10 @@ pub struct Progress {
     pub silent_s: Option<f64>,
 }
 
-/// Time without a word of LAMMPS after which it may hang: ten minutes, or 0.1 ms for each atom. It writes at least every 25 iterations, of
-/// 2 to 4 µs for each atom.
+/// Time without a word of LAMMPS after which it may hang: ten minutes, or 4 ms for each atom. It writes at least every 25 iterations, in the
+/// run at constant temperature every 100 by default, of 2 to 4 µs for each atom: ten times the longest pause.
 pub fn silence_limit(atoms: u64) -> Duration {
-    Duration::from_secs(600).max(Duration::from_micros(100 * atoms))
+    Duration::from_secs(600).max(Duration::from_millis(4 * atoms))
 }
 
 /// How long the files of a run have kept their size.

@@ -185,6 +185,11 @@ impl Error {
         move |source| Error::Io { doing, path, source }
     }
 
+    /// Whether a program of this machine is missing, does not start or fails, as opposed to what it is asked for.
+    pub fn is_of_program(&self) -> bool {
+        matches!(self, Error::MissingProgram { .. } | Error::Program { .. } | Error::Lammps { .. })
+    }
+
     /// 2 bad input (also a path that is missing or may not be read or written), 3 not converged, 4 LAMMPS failed, 5 not
     /// possible on this machine (memory, a full disk, a missing program), 130 interrupted.
     pub fn exit_code(&self) -> u8 {

@@ -187,11 +187,11 @@ fn outlier_warning(grid: Grid, heights: &[f64]) -> Option<String> {
     let scars = scan_lines::scars(grid, &outliers);
     let points = outliers.len() - scars.iter().sum::<usize>();
     let largest = (SPIKES * (grid.points() as f64).sqrt()).max(1.0);
-    let spikes = Some(points).filter(|n| *n > 0 && *n as f64 <= largest).map(|n| of(n, "point"));
-    let scars = scars.iter().max().map(|longest| {
-        format!("{} of scan lines (scars; the longest has {longest} points)", of(scars.len(), "segment"))
+    let spikes = Some(points).filter(|n| *n > 0 && *n as f64 <= largest).map(|n| counted(n, "point"));
+    let segments = scars.iter().max().map(|longest| {
+        format!("{} of scan lines (scars; the longest has {longest} points)", counted(scars.len(), "segment"))
     });
-    let found: Vec<String> = scars.into_iter().chain(spikes).collect();
+    let found: Vec<String> = segments.into_iter().chain(spikes).collect();
     let verb = if found.len() == 1 && found[0].starts_with("1 ") { "deviates" } else { "deviate" };
     (!found.is_empty()).then(|| {
         format!(
@@ -202,7 +202,7 @@ fn outlier_warning(grid: Grid, heights: &[f64]) -> Option<String> {
     })
 }
 
-fn of(count: usize, what: &str) -> String {
+fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 

@@ -135,8 +135,7 @@ pub struct SpectralDensity {
 }
 
 /// One-dimensional power spectral density of the profiles along an axis, averaged over all of them: C(q) = L |a|² of the Fourier
-/// coefficients a at q = 2πk/L, the mean of q and -q, up to the Nyquist wave (doi:10.1088/2051-672X/aa51f8). The sum of 2 C Δq/2π is the
-/// mean square height but for constant profiles.
+/// coefficients a at q = 2πk/L, the mean of q and -q, below the Nyquist wave (doi:10.1088/2051-672X/aa51f8).
 pub fn profile_spectrum(grid: Grid, heights: &[f64], axis: Axis) -> Vec<SpectralDensity> {
     let (n, length) = if axis == Axis::X { (grid.nx, grid.lx) } else { (grid.ny, grid.ly) };
     let mut power = vec![0.0; n / 2 + 1];

@@ -227,8 +227,8 @@ impl Surface {
         self.provenance.as_ref().map_or(&self.steps, |p| &p.preparation)
     }
 
-    /// Copies of the measured map in the cell: four of one that was mirrored, otherwise one. A force acts on each of them.
-    pub fn copies(&self) -> usize {
+    /// Copies of the measured map in the cell: four of one that was mirrored, otherwise one, and of a part of a mirrored one as many as it holds. A force acts on each of them.
+    pub fn copies(&self) -> f64 {
         copies(self.preparation_steps())
     }
 

@@ -123,7 +123,7 @@ impl Sweep {
             let mut parsed = Scene::parse(&text, Path::new("scene")).map_err(|e| refused(&accepted_by(&e)))?;
             changes(&mut parsed, scene).map_err(|e| match e {
                 // What is missing here is no fault of the values.
-                Error::MissingProgram { .. } | Error::Lammps { .. } => e,
+                e if e.is_of_program() => e,
                 _ => refused(&accepted_by(&e)),
             })?;
             let case = Case::resolve(parsed, scene).map_err(|e| refused(&accepted_by(&e)))?;

@@ -166,7 +166,7 @@ impl Problem {
     fn steps(&self, loads: &Loads, gradient: f64, touch: f64) -> Vec<LoadStep> {
         let (grid, length, modulus) = (self.surface.grid(), self.surface.length(), self.modulus);
         let path = loads.path();
-        let mapped = length * (length * grid.ly) / self.surface.copies() as f64;
+        let mapped = length * (length * grid.ly) / self.surface.copies();
         let target = |value: f64| match loads.kind {
             LoadKind::PStar => Load::Pressure(value * gradient),
             LoadKind::Pressure => Load::Pressure(value / modulus),

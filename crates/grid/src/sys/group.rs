@@ -12,7 +12,7 @@ const GRACE: Duration = Duration::from_secs(3);
 const POLL: Duration = Duration::from_millis(2);
 
 /// Ends the group whose number is the first line on its input, unless a second line comes before the end of its input: a killed owner
-/// ends no group itself. The kernel ends the leader alone.
+/// ends no group itself. It alone sends SIGTERM: Open MPI's `mpirun` exits at a second one without ending its ranks.
 const GUARD: &str = r#"trap '' HUP INT TERM
 read -r group && ! read -r ended || exit 0
 kill -s TERM -- "-$group"
@@ -48,8 +48,10 @@ impl ProcessGroup {
         guard.args(["-c", GUARD]).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
         let named = |e: Error| Error::other(format!("/bin/sh: {e}"));
         let mut guard = guard.process_group(0).spawn().map_err(named)?;
-        let signal = if end == End::AtOnce { libc::SIGKILL } else { libc::SIGTERM };
-        signal_with_parent(command.process_group(0), signal);
+        command.process_group(0);
+        if end == End::AtOnce {
+            die_with_parent(command);
+        }
         match command.spawn() {
             Ok(leader) => {
                 let mut group = ProcessGroup { leader, guard, end, ended: false };
@@ -81,6 +83,8 @@ impl ProcessGroup {
             }
             // Before the leader is waited for: its number is nobody else's until then.
             kill_process_group(self.id());
+            // A guard that was killed needs no word.
+            let _ = self.tell_guard("ended\n");
             self.ended = true;
         }
         self.leader.wait().map(Some)
@@ -108,9 +112,9 @@ impl Drop for ProcessGroup {
     fn drop(&mut self) {
         if !self.ended {
             self.end_group();
+            let _ = self.tell_guard("ended\n");
         }
-        // A guard that was killed needs no word.
-        let _ = self.tell_guard("ended\n");
+        drop(self.guard.stdin.take());
         let _ = self.guard.wait();
     }
 }
@@ -148,10 +152,6 @@ fn send_signal(process: u32, target: fn(libc::pid_t) -> libc::pid_t, signal: lib
 /// Makes the kernel kill the child when the thread that starts it ends: a killed program leaves no child that goes on writing
 /// into its folder. Linux only; no effect elsewhere.
 pub fn die_with_parent(command: &mut Command) {
-    signal_with_parent(command, libc::SIGKILL);
-}
-
-fn signal_with_parent(command: &mut Command, signal: libc::c_int) {
     #[cfg(target_os = "linux")]
     {
         let parent = std::process::id();
@@ -159,7 +159,7 @@ fn signal_with_parent(command: &mut Command, signal: libc::c_int) {
         // integers; no error made here allocates.
         unsafe {
             command.pre_exec(move || {
-                if libc::prctl(libc::PR_SET_PDEATHSIG, signal) != 0 {
+                if libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL) != 0 {
                     return Err(Error::last_os_error());
                 }
                 // A parent that ended before prctl sends no signal any more.
@@ -168,7 +168,7 @@ fn signal_with_parent(command: &mut Command, signal: libc::c_int) {
         }
     }
     #[cfg(not(target_os = "linux"))]
-    let _ = (command, signal);
+    let _ = command;
 }
 
 /// Makes the child inherit a file, and with it a lock on it, which then lasts until both have closed it.

@@ -45,12 +45,19 @@ impl Edges {
     }
 }
 
-/// Copies of the measured map in the cell that steps of preparation made: four after each time it was mirrored. What is cropped from
-/// a mirrored cell counts as one.
-pub(crate) fn copies(history: &[String]) -> usize {
-    history.iter().fold(1, |copies, step| match step.split(':').next() {
-        Some("edges mirror") => 4 * copies,
-        Some("crop") => 1,
+/// Copies of the measured map in the cell that steps of preparation made: four times as many after each time it was mirrored, and after a
+/// crop as many as its part holds, at least one.
+pub(crate) fn copies(history: &[String]) -> f64 {
+    let numbers = |step: &str| -> Vec<f64> {
+        step.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse().ok()).collect()
+    };
+    history.iter().fold(1.0, |copies: f64, step| match step.split(':').next() {
+        Some("edges mirror") => 4.0 * copies,
+        // The line of the crop: points of the part, its place, points of the whole.
+        Some("crop") => match numbers(step)[..] {
+            [nx, ny, _, _, of_nx, of_ny] => (copies * nx * ny / (of_nx * of_ny)).max(1.0),
+            _ => copies,
+        },
         _ => copies,
     })
 }
@@ -100,15 +107,16 @@ mod tests {
 
     #[test]
     fn mirrored_maps_are_counted() {
-        let steps = [
-            "detrend plane: slopes 1 and 2",
-            "edges mirror: a cell of 8 x 8 points, twice the extents",
-            "crop: 2 x 2 points",
-        ];
-        let counts = [0, 1, 2, 3].map(|n| copies(&steps.map(String::from)[..n]));
-        assert_eq!(counts, [1, 1, 4, 1]);
-        let line = Edges::Mirror.line(Grid::unit(4, 4));
-        assert_eq!([copies(&[line.clone(), line]), copies(&[Edges::Taper.line(Grid::unit(4, 4))])], [16, 1]);
+        let crop = |part: &str| format!("crop: {part} points from column 3, row 1 of 8 x 8");
+        let plane = "detrend plane: slopes 1 and 2".to_string();
+        let mirrored = Edges::Mirror.line(Grid::unit(4, 4));
+        let count = |steps: &[&String]| copies(&steps.iter().map(|s| s.to_string()).collect::<Vec<_>>());
+        assert_eq!([count(&[]), count(&[&plane, &crop("2 x 2")]), count(&[&plane, &mirrored])], [1.0, 1.0, 4.0]);
+        assert_eq!(
+            ["8 x 8", "8 x 4", "4 x 4", "2 x 2"].map(|part| count(&[&mirrored, &crop(part)])),
+            [4.0, 2.0, 1.0, 1.0]
+        );
+        assert_eq!([count(&[&mirrored, &mirrored]), count(&[&Edges::Taper.line(Grid::unit(4, 4))])], [16.0, 1.0]);
     }
 
     /// The inner part is bit-identical; the outermost points are nearly at the mean.

@@ -2,7 +2,7 @@
 
 use asperity_grid::{Grid, sum_rows};
 
-/// Width of the weight over the rms slope. Smaller ones follow the noise of few facets, larger ones the mean plane; Gwyddion's facet
+/// Square of the width of the weight over the mean square slope. Smaller ones follow the noise of few facets, larger ones the mean plane; Gwyddion's facet
 /// levelling has 1/20 of the mean square slope, too (gwyddion.net, user guide, "Levelling").
 const WIDTH: f64 = 0.05;
 

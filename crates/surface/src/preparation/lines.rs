@@ -12,7 +12,7 @@ const UNDETERMINED: f64 = 1e-12;
 /// A polynomial of every row, in Legendre polynomials of a coordinate from -1 to 1 along it, relative to one of its heights.
 pub(super) struct Lines {
     nx: usize,
-    /// Height that enters first, and coefficients of 1, u, P₂(u).
+    /// Height that enters first, and coefficients of 1, u, P₂(u); NaN and 0 of a row without measured points.
     rows: Vec<(f64, [f64; 3])>,
 }
 
@@ -21,7 +21,7 @@ impl Lines {
     pub(super) fn medians(grid: Grid, heights: &[f64]) -> Self {
         let of_row = |row: &[f64]| {
             let mut measured: Vec<f64> = row.iter().copied().filter(|h| !h.is_nan()).collect();
-            (if measured.is_empty() { 0.0 } else { median(&mut measured) }, [0.0; 3])
+            (if measured.is_empty() { f64::NAN } else { median(&mut measured) }, [0.0; 3])
         };
         Lines { nx: grid.nx, rows: heights.par_chunks(grid.nx).map(of_row).collect() }
     }
@@ -29,7 +29,7 @@ impl Lines {
     /// Least squares with two terms (linear) or three (quadratic), over the measured points.
     pub(super) fn polynomials(terms: usize, grid: Grid, heights: &[f64]) -> Self {
         let of_row = |row: &[f64]| {
-            let offset = row.iter().copied().find(|h| !h.is_nan()).unwrap_or(0.0);
+            let offset = row.iter().copied().find(|h| !h.is_nan()).unwrap_or(f64::NAN);
             let (mut products, mut moments) = (Matrix3::zeros(), Vector3::zeros());
             for (x, h) in row.iter().enumerate().filter(|(_, h)| !h.is_nan()) {
                 let basis = Vector3::from_fn(|k, _| if k < terms { basis(x, grid.nx)[k] } else { 0.0 });
@@ -56,10 +56,11 @@ impl Lines {
 
     /// The levels of the lines, for the history.
     pub(super) fn words(&self) -> String {
-        let levels: Vec<f64> = self.rows.iter().map(|(offset, c)| offset + c[0]).collect();
+        let levels: Vec<f64> =
+            self.rows.iter().map(|(offset, c)| offset + c[0]).filter(|level| !level.is_nan()).collect();
         let steps: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let (level, step) = (mean(&levels), if steps.is_empty() { 0.0 } else { rms(&steps) });
-        format!("{} lines of mean level {}, steps {} (rms)", self.rows.len(), digits(level), digits(step))
+        format!("{} measured lines of mean level {}, steps {} (rms)", levels.len(), digits(level), digits(step))
     }
 }
 
