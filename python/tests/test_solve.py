@@ -219,7 +219,8 @@ def test_packages_that_are_missing_are_named(surface: Surface, monkeypatch: pyte
 
 
 def test_packages_are_named_as_pip_knows_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "ase", None)
+    for module in ("ase", "ase.io"):
+        monkeypatch.setitem(__import__("sys").modules, module, None)
     with pytest.raises(ImportError, match="^ase is needed for this; `pip install ase`,"):
         needed("ase.io")
 

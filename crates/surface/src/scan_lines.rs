@@ -15,6 +15,9 @@ const WIDE: usize = 2;
 /// H = 0.5 on.
 const OFFSET: f64 = 2.5;
 
+/// Correlation of successive steps from which on they belong to waves along y: one of six pixels has 0.5, offsets have −0.5 and drift 0.
+const SMOOTH: f64 = 0.5;
+
 /// Rows and columns from which on steps are compared.
 const LINES: usize = 32;
 
@@ -40,10 +43,13 @@ pub(crate) fn warning(grid: Grid, heights: &[f64]) -> Option<String> {
     if grid.nx.min(grid.ny) < LINES {
         return None;
     }
-    let [along, across] = [[0, 1], [1, 0]].map(|step| steps(grid, heights, step));
+    let [between_rows, between_columns] = [[0, 1], [1, 0]].map(|step| steps(grid, heights, step));
+    let along = rms(&between_rows);
     // Steps grow with the distance, and a median over a line scatters with the root of the waves on it.
-    let across = across * (grid.dy() / grid.dx()) * (grid.ly / grid.lx).sqrt();
-    (along > OFFSET * across && across > 0.0).then(|| {
+    let across = rms(&between_columns) * (grid.dy() / grid.dx()) * (grid.ly / grid.lx).sqrt();
+    let successive: f64 = between_rows.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let is_smooth = successive > SMOOTH * between_rows.iter().map(|step| step * step).sum::<f64>();
+    (along > OFFSET * across && across > 0.0 && !is_smooth).then(|| {
         format!(
             "lines along x are offset against each other: medians of the steps between them are {:.0} times those between columns (rms), as scanning \
              leaves it: `--detrend line-median` levels the lines; marks of grinding along x look alike, and are to be kept",
@@ -52,8 +58,8 @@ pub(crate) fn warning(grid: Grid, heights: &[f64]) -> Option<String> {
     })
 }
 
-/// Scatter (rms about their mean) of the medians of differences between rows, `[0, 1]`, or between columns, `[1, 0]`.
-fn steps(grid: Grid, heights: &[f64], [dx, dy]: [usize; 2]) -> f64 {
+/// Medians of differences between rows, `[0, 1]`, or between columns, `[1, 0]`, about their mean.
+fn steps(grid: Grid, heights: &[f64], [dx, dy]: [usize; 2]) -> Vec<f64> {
     let (lines, length) = if dy == 1 { (grid.ny, grid.nx) } else { (grid.nx, grid.ny) };
     let node = |line: usize, k: usize| if dy == 1 { line * grid.nx + k } else { k * grid.nx + line };
     let next = dx + dy * grid.nx;
@@ -66,7 +72,7 @@ fn steps(grid: Grid, heights: &[f64], [dx, dy]: [usize; 2]) -> f64 {
         })
         .collect();
     let mean = asperity_grid::mean(&medians);
-    if medians.is_empty() { 0.0 } else { rms(&medians.iter().map(|m| m - mean).collect::<Vec<_>>()) }
+    medians.into_iter().map(|m| m - mean).collect()
 }
 
 #[cfg(test)]
@@ -102,6 +108,18 @@ mod tests {
                 heights.iter_mut().enumerate().for_each(|(i, h)| *h += step * offset(i / grid.nx));
                 assert!(warning(grid, &heights).is_some(), "{seed} {hurst}");
             }
+        }
+    }
+
+    /// Waves along y of eight pixels and more are not offsets, however few there are along x.
+    #[test]
+    fn waves_along_y_are_no_offsets() {
+        let grid = Grid::unit(48, 64);
+        for waves in 1..=8 {
+            let phase = |i: usize| std::f64::consts::TAU * (waves * (i / 48)) as f64 / 64.0;
+            let heights: Vec<f64> =
+                (0..grid.points()).map(|i| phase(i).cos() + 0.01 * ((i % 48) as f64).sin()).collect();
+            assert_eq!(warning(grid, &heights), None, "{waves}");
         }
     }
 
