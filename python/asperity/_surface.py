@@ -25,10 +25,10 @@ class Preparation(TypedDict, total=False):
     """First column, first row, columns and rows of the part that is kept."""
     remove_outliers: float
     """Points that deviate from the median of their neighbourhood by more than this many robust standard deviations are removed."""
-    fill: str
-    """Replaces missing points (NaN): ``nearest`` or ``harmonic``."""
     detrend: str
     """Subtracts ``mean``, ``plane``, ``quadratic`` or ``facets``, or levels each line along x: ``line-median``, ``line-linear``, ``line-quadratic``."""
+    fill: str
+    """Replaces missing points (NaN): ``nearest`` or ``harmonic``."""
     low_pass: float
     """Wavelength below which waves are removed."""
     high_pass: float

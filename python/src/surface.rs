@@ -184,7 +184,7 @@ impl Surface {
                 ("ssk", Some(p.ssk)),
                 ("sku", Some(p.sku)),
                 ("sdq", Some(p.sdq)),
-                ("sdr", Some(p.sdr)),
+                ("sdr", Some(p.sdr).filter(|sdr| sdr.is_finite())),
                 ("sal", length.map(|l| l.fastest)),
                 ("str", length.and_then(|l| l.aspect)),
             ]

@@ -131,7 +131,7 @@ def test_preparation_removes_tilt_and_fills_holes() -> None:
     surface = of(tilted, periodic=False, preparation={"fill": "harmonic", "detrend": "plane", "edges": "mirror"})
     assert surface.shape == (48, 72)
     assert surface.rms_height < 1.1
-    assert [step.split()[0] for step in surface.preparation_steps] == ["fill", "detrend", "edges"]
+    assert [step.split()[0] for step in surface.preparation_steps] == ["detrend", "fill", "edges"]
 
 
 def test_masked_points_are_missing() -> None:

@@ -259,7 +259,7 @@ fn has_seam(map: &HeightMap) -> bool {
 fn preparation(draft: &mut Draft, missing: usize, seam: bool) {
     let optional = if seam { "" } else { "# " };
     draft.line(format!(
-        "# Preparation; missing points are filled before the form is subtracted. Form: \"mean\", \"plane\", \"quadratic\", \"facets\", or of each scan line \"line-median\", \"line-linear\", \"line-quadratic\".\n{optional}detrend = \"plane\""
+        "# Preparation; the form is fitted to the measured points and subtracted before missing ones are filled. Form: \"mean\", \"plane\", \"quadratic\", \"facets\", or of each scan line \"line-median\", \"line-linear\", \"line-quadratic\".\n{optional}detrend = \"plane\""
     ));
     let fillings = "\"harmonic\" continues the heights smoothly, \"nearest\" takes the nearest one";
     match missing {

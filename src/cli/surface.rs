@@ -117,9 +117,6 @@ impl SurfaceArgs {
         let length_um = case.laboratory.length().to("um");
         let mut list = statistics(case, &heights);
         list.extend(correlation_statistics(case, &heights));
-        if let Some(folder) = &self.functions {
-            surface_functions::write(folder, case, &heights)?;
-        }
         let tip = self.tip(case, &heights)?;
         if let Some(out) = &self.out {
             let same = |file: &str| {
@@ -130,6 +127,9 @@ impl SurfaceArgs {
                 return Err(Error::input("command line", "--out", found, "another file: the measured one is kept"));
             }
             write(out, case, &heights)?;
+        }
+        if let Some(folder) = &self.functions {
+            surface_functions::write(folder, case, &heights)?;
         }
         if self.json {
             output::json_line(&self.json(case, &heights, &list, tip))

@@ -5,9 +5,8 @@ use crate::report::number::trimmed;
 use crate::scene::{SurfaceFile, SurfaceScene};
 use crate::{Error, Result};
 use asperity_grid::{Grid, extent, rms};
-use asperity_surface::height_map::HeightMap;
 use asperity_surface::import::{Content, ImportedFile};
-use asperity_surface::{Detrend, Fill, Preparation, PreparedMap, quality_warnings, seam_warning};
+use asperity_surface::{Detrend, Fill, Preparation, PreparedMap, quality_warnings, seam_warning, subtract_form};
 use std::path::Path;
 
 /// Whether an error only names what the file does not declare, or missing points that nobody fills.
@@ -53,27 +52,30 @@ pub(super) fn print(surface: &SurfaceScene, scene: &Path) -> Result<()> {
     let (low, high) = extent(&map.heights);
     row("heights", format!("{} to {}", in_unit(low), in_unit(high)));
     let extents = declared.extent.map_or([map.nx as f64, map.ny as f64], |e| [e.x, e.y]);
+    let grid = Grid { nx: map.nx, ny: map.ny, lx: extents[0], ly: extents[1] };
     for (about, form) in [("mean", Detrend::Mean), ("plane", Detrend::Plane), ("parabola", Detrend::Quadratic)] {
-        if let Some(level) = levelled(&map, extents, form) {
-            row(&format!("rms height about the {about}"), in_unit(rms(&level.map.heights)));
+        let mut level = map.heights.clone();
+        let line = subtract_form(form, grid, &mut level);
+        level.retain(|h| !h.is_nan());
+        if form == Detrend::Plane {
+            row("tilt", line.trim_start_matches("detrend plane: ").to_string());
         }
+        row(&format!("rms height about the {about}"), in_unit(rms(&level)));
     }
-    output::print(&format!("{}, sign and unit as in the file:", path.display()));
+    output::print(&format!("{}, sign and unit as in the file, of the measured points:", path.display()));
     let wide = rows.iter().map(|[name, _]| name.chars().count()).max().unwrap_or_default();
     rows.iter().for_each(|[name, value]| output::print(&format!("  {name:wide$}  {value}")));
     // Warnings are about heights without holes.
-    if let Some(level) = levelled(&map, extents, Detrend::Mean) {
-        let grid = Grid { nx: map.nx, ny: map.ny, lx: extents[0], ly: extents[1] };
-        let seam = seam_warning(grid, &level.map.heights).filter(|_| declared.periodic != Some(false));
-        let warnings = quality_warnings(grid, &level.map.heights).into_iter().chain(seam);
-        warnings.for_each(|w| output::eprint(&format!("warning: {w}")));
-    }
+    let fill = (missing > 0).then_some(Fill::Nearest);
+    let filled = Preparation { fill, ..Preparation::default() }.apply(map, extents, false);
+    let Ok(PreparedMap { map, .. }) = filled else {
+        output::eprint(
+            "warning: more points are missing than are filled: spikes, steps and edges are not judged; --crop takes a part",
+        );
+        return Ok(());
+    };
+    let seam = seam_warning(grid, &map.heights).filter(|_| declared.periodic != Some(false));
+    let warnings = quality_warnings(grid, &map.heights).into_iter().chain(seam);
+    warnings.for_each(|w| output::eprint(&format!("warning: {w}")));
     Ok(())
-}
-
-/// `None` with more missing points than are filled.
-fn levelled(map: &HeightMap, extents: [f64; 2], form: Detrend) -> Option<PreparedMap> {
-    let fill = (map.missing() > 0).then_some(Fill::Nearest);
-    let preparation = Preparation { fill, detrend: Some(form), ..Preparation::default() };
-    preparation.apply(map.clone(), extents, false).ok()
 }

@@ -142,9 +142,11 @@ fn areal_statistics(grid: Grid, heights: &[f64], um: f64, periodic: bool) -> imp
         ("developed area over projected area, minus one", "Sdr", "1", p.sdr),
     ];
     // On a patch that is its gradient.
+    // A patch of one line has no area.
     gradient
         .into_iter()
         .chain(lines)
+        .filter(|line| line.3.is_finite())
         .map(|(name, symbol, unit, realised)| realised_statistic(name, symbol, unit, realised))
 }
 

@@ -193,7 +193,7 @@ fn coarser_pixels_agree() {
     same(&coarser.apply(map, extent(case), false).unwrap().map.heights, &case["averaged"], "averaged");
 }
 
-/// Fill, plane and mirror images together, and the statistics of the cell, which repeats.
+/// Plane, fill and mirror images together, and the statistics of the cell, which repeats.
 #[test]
 fn a_chain_of_steps_agrees() {
     let (case, map) = patch("holes");
@@ -211,10 +211,24 @@ fn a_chain_of_steps_agrees() {
     let expected = &case["chain_statistics"];
     close(moments(grid(&prepared), &prepared.map.heights).rms_height, &expected["sq"], "chain");
     assert_eq!(seam_warning(grid(&prepared), &prepared.map.heights), None);
-    let [fill, plane, mirror] = &prepared.history[..] else { panic!("{:?}", prepared.history) };
+    let [plane, fill, mirror] = &prepared.history[..] else { panic!("{:?}", prepared.history) };
     assert!(fill.starts_with(&format!("fill harmonic: {missing} of 576 points (")), "{fill}");
     assert!(plane.starts_with("detrend plane: slopes "), "{plane}");
     assert_eq!(mirror, "edges mirror: a cell of 48 x 48 points, twice the extents");
+}
+
+/// A corner that was not measured, of a tilted map, is filled on the level of the rest.
+#[test]
+fn filled_corners_of_a_tilted_map_are_level() {
+    let missing = |i: usize| i % 40 < 12 && i / 40 < 12;
+    let tilted = |i: usize| 0.1 * (i % 40) as f64 + 0.2 * (i / 40) as f64;
+    let heights = (0..1600).map(|i| if missing(i) { f64::NAN } else { tilted(i) }).collect();
+    let map = HeightMap::with_missing("tilted", 40, 40, heights).unwrap();
+    for fill in [Fill::Harmonic, Fill::Nearest] {
+        let steps = Preparation { fill: Some(fill), detrend: Some(Detrend::Plane), ..Preparation::default() };
+        let level = steps.apply(map.clone(), [40.0, 40.0], false).unwrap();
+        assert!(level.map.heights.iter().all(|h| h.abs() < SAME), "{fill:?}");
+    }
 }
 
 /// A tilted patch that is taken as periodic has a seam; new edges remove it.
@@ -260,7 +274,7 @@ fn all_steps_in_their_order() {
         let prepared = on(1);
         assert_eq!(prepared, on(3));
         assert!(prepared.map.heights.iter().all(|h| h.is_finite()));
-        let steps = ["crop: ", "outliers ", "fill nearest: ", "detrend quadratic: ", "low-pass 1 ", "high-pass 3 "];
+        let steps = ["crop: ", "outliers ", "detrend quadratic: ", "fill nearest: ", "low-pass 1 ", "high-pass 3 "];
         let steps = steps.iter().chain(&["resample: 22 x 20 to 33 x 10 ", "edges "]);
         assert!(prepared.history.iter().zip(steps.clone()).all(|(line, step)| line.starts_with(step)), "{prepared:?}");
         assert_eq!(prepared.history.len(), steps.count());

@@ -27,7 +27,8 @@ pub struct ArealParameters {
     pub sku: f64,
     /// Root mean square gradient, from differences between neighbouring points.
     pub sdq: f64,
-    /// Area of the surface over that of its projection, minus one: triangles between neighbouring points, mean of both diagonals.
+    /// Area of the surface over that of its projection, minus one: triangles between neighbouring points, mean of both diagonals. NaN of a
+    /// patch of one line.
     pub sdr: f64,
 }
 
@@ -76,7 +77,7 @@ fn developed_area(grid: Grid, heights: &[f64], periodic: bool) -> f64 {
         };
         [(0..columns).map(cell).sum::<f64>() / 4.0]
     });
-    if columns * rows == 0 { 0.0 } else { sum / (columns * rows) as f64 }
+    sum / (columns * rows) as f64
 }
 
 /// How far heights are correlated.

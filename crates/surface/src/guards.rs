@@ -195,8 +195,9 @@ fn outlier_warning(grid: Grid, heights: &[f64]) -> Option<String> {
     let verb = if found.len() == 1 && found[0].starts_with("1 ") { "deviates" } else { "deviate" };
     (!found.is_empty()).then(|| {
         format!(
-            "{} {verb} from the median of their 5 x 5 neighbours by more than {SUSPECT} robust standard deviations, and spikes carry the first \
-             contact: `--remove-outliers {SUSPECT} --fill harmonic` replaces them",
+            "{} {verb} from the median of their 5 x 5 neighbours by more than {SUSPECT} robust standard deviations: spikes of an \
+             instrument carry the first contact and `--remove-outliers {SUSPECT} --fill harmonic` replaces them; sharp peaks of the surface look alike, \
+             and are to be kept",
             found.join(" and ")
         )
     })

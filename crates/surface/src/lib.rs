@@ -36,7 +36,7 @@ pub use height_source::HeightSource;
 pub use morphology::dilate_by_ball;
 pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_moments};
 pub use power_spectrum::{PowerSpectrum, Shell};
-pub use preparation::{Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap};
+pub use preparation::{Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap, subtract_form};
 pub use scale_dependent::{AtDistance, Axis, scale_dependent};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{

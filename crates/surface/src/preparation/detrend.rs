@@ -28,6 +28,14 @@ pub enum Detrend {
     LineQuadratic,
 }
 
+/// Subtracts a form from the measured points of a map `[ny, nx]`; points that were not measured (NaN) stay so. Returns its line of the
+/// history.
+pub fn subtract_form(kind: Detrend, grid: Grid, heights: &mut [f64]) -> String {
+    let form = Form::fit(kind, grid, heights);
+    form.subtract(grid, heights);
+    form.line()
+}
+
 /// A form with its coefficients.
 pub(super) struct Form {
     kind: Detrend,
@@ -53,11 +61,6 @@ impl Form {
             Detrend::LineQuadratic => Shape::Lines(Lines::polynomials(3, grid, heights)),
         };
         Form { kind, shape }
-    }
-
-    /// Whether it is subtracted before points are filled: next to a step between lines their neighbours are not on one level.
-    pub(super) fn goes_before_fill(&self) -> bool {
-        matches!(self.shape, Shape::Lines(_))
     }
 
     pub(super) fn subtract(&self, grid: Grid, heights: &mut [f64]) {

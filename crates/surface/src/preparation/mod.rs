@@ -14,7 +14,7 @@ mod regrid;
 mod rows;
 mod trend;
 
-pub use detrend::Detrend;
+pub use detrend::{Detrend, subtract_form};
 pub use edges::Edges;
 pub(crate) use edges::copies;
 pub use fill::{Fill, MAX_FILLED_SHARE};
@@ -24,7 +24,6 @@ pub(super) use outliers::{SUSPECT, median, suspected_outliers};
 use crate::height_map::HeightMap;
 use asperity_grid::error::Result;
 use asperity_grid::{Grid, rms};
-use detrend::Form;
 use digits::digits;
 use filter::PassBand;
 
@@ -35,8 +34,8 @@ pub struct Preparation {
     pub crop: Option<[usize; 4]>,
     /// Points that deviate from the median of their neighbourhood by more than this many robust standard deviations become missing.
     pub remove_outliers: Option<f64>,
-    pub fill: Option<Fill>,
     pub detrend: Option<Detrend>,
+    pub fill: Option<Fill>,
     /// Cut-off wavelength below which waves are removed.
     pub low_pass: Option<f64>,
     /// Cut-off wavelength above which waves are removed.
@@ -89,18 +88,13 @@ impl Preparation {
             history
                 .push(format!("outliers beyond {threshold} robust standard deviations: {removed} removed{fraction}"));
         }
-        let form = self.detrend.map(|kind| Form::fit(kind, grid, &heights));
-        if let Some(form) = form.as_ref().filter(|form| form.goes_before_fill()) {
-            form.subtract(grid, &mut heights);
-            history.push(form.line());
+        // Before points are filled: at an edge the filled ones of a tilted map would stand out of the levelled one.
+        if let Some(kind) = self.detrend {
+            history.push(subtract_form(kind, grid, &mut heights));
         }
         let filled = fill::fill(self.fill, grid, &mut heights, repeats, fill::Origin { column, row, removed })?;
         if let Some(kind) = self.fill {
             history.push(format!("fill {}: {filled}{}", kind.word(), share(filled, grid)));
-        }
-        if let Some(form) = form.filter(|form| !form.goes_before_fill()) {
-            form.subtract(grid, &mut heights);
-            history.push(form.line());
         }
         filter::check(self.filter, self.low_pass, self.high_pass, grid, repeats)?;
         for band in [self.low_pass.map(PassBand::Long), self.high_pass.map(PassBand::Short)].into_iter().flatten() {
