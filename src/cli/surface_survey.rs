@@ -36,6 +36,11 @@ pub(super) fn print(surface: &SurfaceScene, scene: &Path) -> Result<()> {
         format!("{} x {} {unit}", trimmed(e.x, 6), trimmed(e.y, 6)).trim_end().to_string()
     });
     row("extents", extents.unwrap_or_else(|| not_declared("--length")));
+    let of_slope = match declared.extent.as_ref().map(|e| e.unit.as_deref().unwrap_or(&unit)) {
+        None => format!(" ({} per pixel)", if unit.is_empty() { "heights" } else { &unit }),
+        Some(lateral) if lateral == unit => String::new(),
+        Some(lateral) => format!(" ({unit} per {lateral})"),
+    };
     row("unit of the heights", declared.unit.clone().unwrap_or_else(|| not_declared("--unit")));
     row("touch first", declared.sign.map_or_else(|| not_declared("--touching"), |sign| sign.words().into()));
     let repeats = |periodic: bool| if periodic { "yes" } else { "no" }.to_string();
@@ -58,7 +63,7 @@ pub(super) fn print(surface: &SurfaceScene, scene: &Path) -> Result<()> {
         let line = subtract_form(form, grid, &mut level);
         level.retain(|h| !h.is_nan());
         if form == Detrend::Plane {
-            row("tilt", line.trim_start_matches("detrend plane: ").to_string());
+            row("tilt", format!("{}{of_slope}", line.trim_start_matches("detrend plane: ")));
         }
         row(&format!("rms height about the {about}"), in_unit(rms(&level)));
     }
