@@ -28,10 +28,10 @@ pub struct Progress {
     pub silent_s: Option<f64>,
 }
 
-/// Time without a word of LAMMPS after which it may hang: ten minutes, or 4 ms for each atom. It writes at least every 25 iterations, in the
-/// run at constant temperature every 100 by default, of 2 to 4 µs for each atom: ten times the longest pause.
+/// Time without a word of LAMMPS after which it may hang: ten minutes, or 1 ms for each atom. It writes at least every 25 iterations, in the
+/// run at constant temperature every 100 by default, of 2 to 4 µs for each atom: more than twice the longest pause.
 pub fn silence_limit(atoms: u64) -> Duration {
-    Duration::from_secs(600).max(Duration::from_millis(4 * atoms))
+    Duration::from_secs(600).max(Duration::from_millis(atoms))
 }
 
 /// How long the files of a run have kept their size.
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn silence_begins_with_the_last_change_of_the_files() {
         assert_eq!(silence_limit(1000), Duration::from_secs(600));
-        assert_eq!(silence_limit(20_000_000), Duration::from_secs(2000));
+        assert_eq!(silence_limit(20_000_000), Duration::from_secs(20_000));
         let begun = Instant::now();
         let after = |seconds| begun + Duration::from_secs(seconds);
         let mut silence = Silence { limit: Duration::from_secs(600), bytes: 0, since: begun };

@@ -50,6 +50,11 @@ mod tests {
         let mut sleep = Command::new("sleep");
         sleep.arg("60").current_dir(folder.path()).stdin(Stdio::from(file));
         let mut sleep = sleep.spawn().expect("started");
+        // The name of a process changes after its files are closed for the new program.
+        let name = format!("/proc/{}/comm", sleep.id());
+        while std::fs::read_to_string(&name).expect("it runs") != "sleep\n" {
+            assert!(sleep.try_wait().expect("waited").is_none(), "it has ended");
+        }
         let found = Some(format!("process {} (sleep)", sleep.id()));
         assert_eq!([with_file(&path), working_in(folder.path(), "60")], [found.clone(), found]);
         assert_eq!(working_in(folder.path(), "61"), None);
