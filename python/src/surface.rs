@@ -6,14 +6,13 @@ use crate::pool::in_pool;
 use asperity::grid::{Error, Grid};
 use asperity::surface::import;
 use asperity::surface::{
-    AtDistance, Axis, PsdBin, Tip, areal, correlation_length, hann_windowed, profile_spectrum, psd, reconstruct,
-    scale_dependent, tip_cutoff,
+    AtDistance, Axis, PowerSpectra, Tip, areal, correlation_length, power_spectra, reconstruct, scale_dependent,
+    tip_cutoff,
 };
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
 use ndarray::Array2;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 /// Named in errors.
@@ -61,23 +60,8 @@ impl Steps {
 
 type TipMaps<'py> = (Option<f64>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<bool>>);
 
-/// Direction of a spectrum.
-enum Along {
-    Axis(Axis),
-    Radius,
-}
-
-impl Along {
-    fn of(py: Python<'_>, axis: &str) -> PyResult<Self> {
-        match axis {
-            "x" => Ok(Along::Axis(Axis::X)),
-            "y" => Ok(Along::Axis(Axis::Y)),
-            "radius" => Ok(Along::Radius),
-            other => {
-                Err(exception(py, &Error::input(PLACE, "axis", format!("{other:?}"), "\"x\", \"y\" or \"radius\"")))
-            }
-        }
-    }
+fn no_axis(py: Python<'_>, axis: &str, accepted: &str) -> PyErr {
+    exception(py, &Error::input(PLACE, "axis", format!("{axis:?}"), accepted))
 }
 
 impl Surface {
@@ -193,26 +177,24 @@ impl Surface {
 
     /// Wave numbers and power spectral densities, of a patch under a Hann window.
     fn power_spectrum<'py>(&self, py: Python<'py>, axis: &str) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
-        let along = Along::of(py, axis)?;
-        let list: Vec<(f64, f64)> = self.of_heights(py, |grid, heights, periodic| {
-            let windowed = (!periodic).then(|| hann_windowed(grid, heights));
-            let heights = windowed.as_deref().unwrap_or(heights);
-            match along {
-                Along::Axis(axis) => profile_spectrum(grid, heights, axis).iter().map(|p| (p.q, p.density)).collect(),
-                Along::Radius => {
-                    let scaled = |b: &PsdBin| (TAU * b.mode / grid.lx, b.power * grid.lx * grid.ly);
-                    psd(grid, heights, |_| 0.0).iter().map(scaled).collect()
-                }
-            }
-        })?;
-        let (q, density) = list.into_iter().unzip();
+        let one_of = |spectra: PowerSpectra| match axis {
+            "x" => Some(spectra.x),
+            "y" => Some(spectra.y),
+            "radius" => Some(spectra.radial),
+            _ => None,
+        };
+        let list = self.of_heights(py, |grid, heights, periodic| one_of(power_spectra(grid, heights, periodic)))?;
+        let list = list.ok_or_else(|| no_axis(py, axis, "\"x\", \"y\" or \"radius\""))?;
+        let (q, density) = list.iter().map(|p| (p.q, p.density)).unzip();
         Ok([q, density].map(|values: Vec<f64>| PyArray1::from_vec(py, values)))
     }
 
     /// Distance, structure function, slope, curvature (NaN where there is none).
     fn scale_dependent<'py>(&self, py: Python<'py>, axis: &str) -> PyResult<[Bound<'py, PyArray1<f64>>; 4]> {
-        let Along::Axis(axis) = Along::of(py, axis)? else {
-            return Err(exception(py, &Error::input(PLACE, "axis", "\"radius\"", "\"x\" or \"y\"")));
+        let axis = match axis {
+            "x" => Axis::X,
+            "y" => Axis::Y,
+            other => return Err(no_axis(py, other, "\"x\" or \"y\"")),
         };
         let list = self.of_heights(py, |grid, heights, periodic| scale_dependent(grid, heights, axis, periodic))?;
         let column = |value: &dyn Fn(&AtDistance) -> f64| PyArray1::from_iter(py, list.iter().map(value));

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::scene::Case;
 use asperity_grid::Grid;
 use asperity_surface::files::csv;
-use asperity_surface::{Axis, hann_windowed, profile_spectrum, psd, scale_dependent};
+use asperity_surface::{AtDistance, Axis, power_spectra, scale_dependent};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
@@ -18,7 +18,7 @@ pub(super) fn write(folder: &Path, case: &Case, heights: &[f64]) -> Result<()> {
     let heights: Vec<f64> = heights.iter().map(|h| h * metres).collect();
     for (name, axis) in [("x", Axis::X), ("y", Axis::Y)] {
         let list = scale_dependent(grid, &heights, axis, periodic);
-        let column = |value: &dyn Fn(&asperity_surface::AtDistance) -> f64| list.iter().map(value).collect::<Vec<_>>();
+        let column = |value: &dyn Fn(&AtDistance) -> f64| list.iter().map(value).collect::<Vec<_>>();
         csv::write(
             &folder.join(format!("scale_dependent_{name}.csv")),
             &[
@@ -29,14 +29,12 @@ pub(super) fn write(folder: &Path, case: &Case, heights: &[f64]) -> Result<()> {
             ],
         )?;
     }
-    let heights = if periodic { heights } else { hann_windowed(grid, &heights) };
-    for (name, axis) in [("x", Axis::X), ("y", Axis::Y)] {
-        let (q, density) = profile_spectrum(grid, &heights, axis).iter().map(|p| (p.q, p.density)).unzip();
+    let spectra = power_spectra(grid, &heights, periodic);
+    for (name, list) in [("x", &spectra.x), ("y", &spectra.y)] {
+        let (q, density) = list.iter().map(|p| (p.q, p.density)).unzip();
         spectrum(&folder.join(format!("power_spectrum_{name}.csv")), q, &[("c_1d_m3", density)])?;
     }
-    let bins = psd(grid, &heights, |_| 0.0);
-    let q: Vec<f64> = bins.iter().map(|b| TAU * b.mode / grid.lx).collect();
-    let area: Vec<f64> = bins.iter().map(|b| b.power * grid.lx * grid.ly).collect();
+    let (q, area): (Vec<f64>, Vec<f64>) = spectra.radial.iter().map(|p| (p.q, p.density)).unzip();
     // In the units of a profile's, as Jacobs et al. have it; the profiles of a self-affine surface have 0.8 to 1.2 times as much.
     let isotropic = q.iter().zip(&area).map(|(q, c)| q * c / PI).collect();
     spectrum(&folder.join("power_spectrum_radial.csv"), q, &[("c_2d_m4", area), ("c_iso_m3", isotropic)])

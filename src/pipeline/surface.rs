@@ -131,7 +131,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<SurfaceStatistic> {
     .collect()
 }
 
-/// Parameters of ISO 25178-2 beside the rms height.
+/// Parameters of ISO 25178-2 other than the rms height.
 fn areal_statistics(grid: Grid, heights: &[f64], um: f64, periodic: bool) -> impl Iterator<Item = SurfaceStatistic> {
     let p = areal(grid, heights, periodic);
     let gradient = periodic.then_some(("rms gradient between neighbours", "Sdq", "1", p.sdq));

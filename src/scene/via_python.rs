@@ -17,7 +17,7 @@ const MOST_BYTES: u64 = 1 << 20;
 
 const INSTALL: &str = "pip install \"asperity[files]\" for it, or ASPERITY_PYTHON = a Python that has both";
 
-/// The Python that converts files, and what it is told about them.
+/// The Python that converts files, and its options.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Converter {
     /// The interpreter. Default: the one that the environment variable `ASPERITY_PYTHON` names, or `python3`.

@@ -410,13 +410,13 @@ fn a_survey_precedes_what_is_missing() {
     rows[3] = rows[3].replacen(' ', " nan ", 1).rsplit_once(' ').expect("fields").0.to_string();
     std::fs::write(&file, rows.join("\n")).expect("written");
     let output = call(&["surface", text(&file)]);
-    let (said, told) = (stderr(&output), String::from_utf8_lossy(&output.stdout).into_owned());
+    let (said, listed) = (stderr(&output), String::from_utf8_lossy(&output.stdout).into_owned());
     assert_eq!(output.status.code(), Some(2));
     for piece in ["40 x 40", "not declared (--touching)", "1 of 1600 points", "rms height about the plane"] {
-        assert!(told.contains(piece), "{piece}: {told}");
+        assert!(listed.contains(piece), "{piece}: {listed}");
     }
     assert!(said.contains("does not repeat") && said.contains("--touching = not given"), "{said}");
-    // What is declared or given is not asked for, and nothing is printed beside JSON.
+    // With --json there is no list.
     assert!(call(&["surface", text(&file), "--json"]).stdout.is_empty());
     let given = ["surface", text(&file), "--touching", "high-points", "--unit", "um", "--length", "30um"];
     let output = call(&given);

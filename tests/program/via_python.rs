@@ -66,7 +66,7 @@ fn a_converted_map_has_the_name_and_hash_of_its_file() {
         let output = folder.call(&python, arguments);
         assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
     }
-    // Which points touch is told to the converter, whose file declares it.
+    // The converter gets the sign, and its file declares it.
     let python = folder
         .python("sed 's/high points/low points/' \"${3%.ibw}.txt\" > \"$4\"; test \"$5\" = --touching=low-points");
     let low = ["surface", "map.ibw", "--via-python", "--touching", "low-points", "--json"];

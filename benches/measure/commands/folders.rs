@@ -1,4 +1,4 @@
-use super::long::{LongCommands, difference, quiet, results};
+use super::long::{Disturbance, LongCommands, difference, quiet, results};
 use asperity::{Error, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -17,14 +17,8 @@ pub(super) struct Folders {
     /// Damages in all, spread evenly over the commands.
     #[arg(long, default_value_t = 1000, value_name = "N")]
     damages: usize,
-    #[arg(long, default_value_t = 1, value_name = "SEED")]
-    seed: u64,
-    /// The program. Default: that of this build.
-    #[arg(long, default_value = env!("CARGO_BIN_EXE_asperity"), value_name = "FILE")]
-    program: PathBuf,
-    /// A folder to work in; a damaged folder that fails stays there.
-    #[arg(long, value_name = "DIR")]
-    folder: Option<PathBuf>,
+    #[command(flatten)]
+    with: Disturbance,
     /// Commands. Default: all without atoms.
     #[arg(value_parser = COMMANDS)]
     commands: Vec<String>,
@@ -82,14 +76,14 @@ impl Folders {
     /// A damage that is used, that no repetition repairs, or that reaches out of the folder; a bug; I/O.
     pub(super) fn execute(self) -> Result<()> {
         let scratch = tempfile::tempdir().map_err(Error::io("create", "a scratch folder"))?;
-        let folder = self.folder.clone().unwrap_or(scratch.path().to_path_buf());
+        let folder = self.with.folder.clone().unwrap_or(scratch.path().to_path_buf());
         fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
-        let long = LongCommands { program: self.program.clone(), small: true };
+        let long = LongCommands { program: self.with.program.clone(), small: true };
         long.write_scenes(&folder)?;
         let victims = Victims::create(&folder)?;
         let all = || COMMANDS[..WITHOUT_ATOMS].iter().map(|s| s.to_string()).collect();
         let names: Vec<String> = if self.commands.is_empty() { all() } else { self.commands.clone() };
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut random = ChaCha8Rng::seed_from_u64(self.with.seed);
         println!("{:>10} {:>8} {:>9} {:>8}", "command", "damages", "computed", "refused");
         for (i, name) in names.iter().enumerate() {
             let share = (i + 1) * self.damages / names.len() - i * self.damages / names.len();

@@ -1,9 +1,9 @@
-use super::long::{COMMANDS, LongCommands, difference, quiet, results};
+use super::long::{COMMANDS, Disturbance, LongCommands, difference, quiet, results};
 use asperity::{Error, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 /// Most kills of one run before it may end.
@@ -16,14 +16,8 @@ pub(super) struct Kills {
     /// Kills in all, spread evenly over the commands.
     #[arg(long, default_value_t = 200, value_name = "N")]
     kills: usize,
-    #[arg(long, default_value_t = 1, value_name = "SEED")]
-    seed: u64,
-    /// The program. Default: that of this build.
-    #[arg(long, default_value = env!("CARGO_BIN_EXE_asperity"), value_name = "FILE")]
-    program: PathBuf,
-    /// A folder to work in; that of a killed run whose results differ stays there.
-    #[arg(long, value_name = "DIR")]
-    folder: Option<PathBuf>,
+    #[command(flatten)]
+    with: Disturbance,
     /// Small problems of tenths of a second.
     #[arg(long)]
     small: bool,
@@ -37,13 +31,13 @@ impl Kills {
     /// A run that fails after a kill, or whose results differ; I/O.
     pub(super) fn execute(self) -> Result<()> {
         let scratch = tempfile::tempdir().map_err(Error::io("create", "a scratch folder"))?;
-        let folder = self.folder.clone().unwrap_or(scratch.path().to_path_buf());
+        let folder = self.with.folder.clone().unwrap_or(scratch.path().to_path_buf());
         fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
-        let long = LongCommands { program: self.program.clone(), small: self.small };
+        let long = LongCommands { program: self.with.program.clone(), small: self.small };
         long.write_scenes(&folder)?;
         let all = || COMMANDS.map(str::to_string).to_vec();
         let names = if self.commands.is_empty() { all() } else { self.commands.clone() };
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut random = ChaCha8Rng::seed_from_u64(self.with.seed);
         println!("{:>10} {:>8} {:>6} {:>6} {:>7}", "command", "whole/s", "kills", "runs", "fields");
         let mut sum = 0;
         for (i, name) in names.iter().enumerate() {

@@ -17,6 +17,19 @@ const SCENE: &str = "[laboratory]\nlength = \"100 um\"\nmodulus = \"25 MPa\"\n[l
 const ATOMS: &str = "[surface]\ngrid = 32\ncut_off_mode = 6\n[load]\np_star = [0.01, 0.03]\n\
                      [atoms]\ncells = 10\ndepth_cells = 4\n";
 
+/// What is random, what runs, and where.
+#[derive(clap::Args)]
+pub(super) struct Disturbance {
+    #[arg(long, default_value_t = 1, value_name = "SEED")]
+    pub seed: u64,
+    /// The program. Default: that of this build.
+    #[arg(long, default_value = env!("CARGO_BIN_EXE_asperity"), value_name = "FILE")]
+    pub program: PathBuf,
+    /// A folder to work in; one whose results differ stays there.
+    #[arg(long, value_name = "DIR")]
+    pub folder: Option<PathBuf>,
+}
+
 /// The program, and the size of the problems.
 pub(super) struct LongCommands {
     pub program: PathBuf,

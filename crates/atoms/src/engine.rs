@@ -23,7 +23,7 @@ use super::search_path::{find_lammps, search_path};
 use super::styles::Styles;
 use crate::results::LoadStepResults;
 use asperity_grid::error::LammpsFailure;
-use asperity_grid::sys::group::{self, ProcessGroup};
+use asperity_grid::sys::group::{self, LONGEST_LINE, ProcessGroup};
 use asperity_grid::{Error, Result, sys};
 use asperity_surface::files::atomic_file::{self, list};
 
@@ -202,7 +202,7 @@ impl LammpsEngine {
         self
     }
 
-    /// Sets the time without a word of LAMMPS after which `watch` is told; the default is [`silence_limit`].
+    /// Sets the time without a word of LAMMPS after which [`Progress::silent_s`](super::progress::Progress) has it; the default is [`silence_limit`].
     pub fn with_silence_limit(mut self, limit: Duration) -> Self {
         self.silence_limit = Some(limit);
         self
@@ -485,9 +485,6 @@ fn run_status(status: ExitStatus, log: &str, screen: &str) -> std::result::Resul
         }),
     }
 }
-
-/// Characters of a line of `log.screen` in a message.
-const LONGEST_LINE: usize = 200;
 
 /// Text of `ERROR: ...` or `ERROR on proc 3: ...` with the command; lost atoms are a separate failure.
 fn error_line(text: &str) -> Option<LammpsFailure> {

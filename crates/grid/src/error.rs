@@ -185,7 +185,7 @@ impl Error {
         move |source| Error::Io { doing, path, source }
     }
 
-    /// Whether a program of this machine is missing, does not start or fails, as opposed to what it is asked for.
+    /// Whether a program of this machine is missing, does not start or fails, as opposed to wrong input.
     pub fn is_of_program(&self) -> bool {
         matches!(self, Error::MissingProgram { .. } | Error::Program { .. } | Error::Lammps { .. })
     }

@@ -1,6 +1,6 @@
 //! Areal parameters of ISO 25178-2.
 
-use crate::scale_dependent::{Axis, mean_square_difference};
+use crate::statistics::difference_gradient;
 use asperity_grid::{Grid, Transform, mean, sum_rows};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -45,7 +45,6 @@ pub fn areal(grid: Grid, heights: &[f64], periodic: bool) -> ArealParameters {
         sum
     })
     .map(|sum| sum / points);
-    let slope = |axis, pixel: f64| mean_square_difference::<1>(grid, heights, axis, 1, periodic) / (pixel * pixel);
     let rounded = ROUNDED * middle.abs();
     let over = |value: f64, scale: f64| if second.sqrt() > rounded { value / scale } else { 0.0 };
     ArealParameters {
@@ -53,7 +52,7 @@ pub fn areal(grid: Grid, heights: &[f64], periodic: bool) -> ArealParameters {
         sa: absolute,
         ssk: over(third, second.powf(1.5)),
         sku: over(fourth, second.powi(2)),
-        sdq: (slope(Axis::X, grid.dx()) + slope(Axis::Y, grid.dy())).sqrt(),
+        sdq: difference_gradient(grid, heights, periodic),
         sdr: developed_area(grid, heights, periodic),
     }
 }

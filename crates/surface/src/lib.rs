@@ -40,7 +40,8 @@ pub use preparation::{Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Prepar
 pub use scale_dependent::{AtDistance, Axis, scale_dependent};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{
-    HeightRange, Moments, PsdBin, SpectralDensity, moments, non_periodic_gradient, profile_spectrum, psd, range,
+    HeightRange, Moments, PowerSpectra, PsdBin, SpectralDensity, moments, non_periodic_gradient, power_spectra, psd,
+    range,
 };
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use surface::{Cell, MapOptions, Surface, SynthesisOptions};

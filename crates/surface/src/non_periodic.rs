@@ -1,6 +1,7 @@
 //! Statistics of non-periodic heights: no difference is taken across an edge.
 
-use crate::statistics::{mean_square, non_periodic_gradient};
+use crate::scale_dependent::{Axis, mean_square_difference};
+use crate::statistics::non_periodic_gradient;
 use asperity_grid::{Grid, mean, rms};
 use std::f64::consts::TAU;
 
@@ -16,12 +17,8 @@ pub struct NonPeriodicMoments {
 }
 
 pub fn non_periodic_moments(grid: Grid, heights: &[f64]) -> NonPeriodicMoments {
-    let bends = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
-        let second = |i: usize| (heights[i + step] - 2.0 * heights[i] + heights[i - step]) / (d * d);
-        mean_square((0..heights.len()).filter(|&i| inside(i)).map(second))
-    };
-    let along_x = bends(1, grid.dx(), &|i| i % grid.nx != 0 && (i + 1) % grid.nx != 0);
-    let along_y = bends(grid.nx, grid.dy(), &|i| i >= grid.nx && i + grid.nx < grid.points());
+    let bends = |axis, pixel: f64| mean_square_difference::<2>(grid, heights, axis, 1, false) / pixel.powi(4);
+    let (along_x, along_y) = (bends(Axis::X, grid.dx()), bends(Axis::Y, grid.dy()));
     let rms_gradient = non_periodic_gradient(grid, heights);
     NonPeriodicMoments {
         rms_height: rms(heights),

@@ -50,7 +50,7 @@ pub(crate) fn warning(grid: Grid, heights: &[f64]) -> Option<String> {
     (found > OFFSET * expected && expected > 0.0 && !between_rows.are_smooth()).then(|| {
         format!(
             "lines along x are offset against each other: medians of the steps between them scatter {:.0} times as much as those between columns, as \
-             scanning leaves it: `--detrend line-median` levels the lines, of a tilted map after its plane; marks of grinding along x look alike, and \
+             scanning leaves it: `--detrend line-median` levels the lines; marks of grinding along x look alike, and \
              are to be kept",
             found / expected
         )
@@ -121,7 +121,7 @@ mod tests {
 
     /// None of 210 isotropic surfaces has offset lines; with offsets of a part of their rms height all have.
     #[test]
-    fn offset_lines_are_told_from_roughness() {
+    fn offset_lines_and_roughness_differ() {
         for seed in 0..30 {
             for (hurst, nodes, oblong, part) in [
                 (0.3, [64, 64], 1.0, 1.0),

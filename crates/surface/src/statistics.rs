@@ -1,4 +1,5 @@
-use crate::scale_dependent::Axis;
+use crate::non_periodic::hann_windowed;
+use crate::scale_dependent::{Axis, mean_square_difference};
 use asperity_grid::{Grid, Transform, extent, mean, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
@@ -60,18 +61,13 @@ pub fn moments(grid: Grid, heights: &[f64]) -> Moments {
 
 /// rms gradient of non-periodic heights `[ny, nx]`, from differences between neighbouring nodes.
 pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
-    let slopes = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
-        mean_square((0..heights.len()).filter(|&i| inside(i)).map(|i| (heights[i + step] - heights[i]) / d))
-    };
-    let along_x = slopes(1, grid.dx(), &|i| (i + 1) % grid.nx != 0);
-    let along_y = slopes(grid.nx, grid.dy(), &|i| i + grid.nx < grid.points());
-    (along_x + along_y).sqrt()
+    difference_gradient(grid, heights, false)
 }
 
-/// 0 of no values.
-pub(crate) fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
-    let (count, sum) = values.fold((0usize, 0.0), |(n, sum), v| (n + 1, sum + v.powi(2)));
-    sum / count.max(1) as f64
+/// rms gradient from differences between neighbouring nodes. `periodic`: across the edges, too.
+pub(crate) fn difference_gradient(grid: Grid, heights: &[f64], periodic: bool) -> f64 {
+    let slope = |axis, pixel: f64| mean_square_difference::<1>(grid, heights, axis, 1, periodic) / (pixel * pixel);
+    (slope(Axis::X, grid.dx()) + slope(Axis::Y, grid.dy())).sqrt()
 }
 
 /// A logarithmic bin of the radial power spectral density.
@@ -134,27 +130,39 @@ pub struct SpectralDensity {
     pub density: f64,
 }
 
-/// One-dimensional power spectral density of the profiles along an axis, averaged over all of them: C(q) = L |a|² of the Fourier
-/// coefficients a at q = 2πk/L, the mean of q and -q, below the Nyquist wave (doi:10.1088/2051-672X/aa51f8).
-pub fn profile_spectrum(grid: Grid, heights: &[f64], axis: Axis) -> Vec<SpectralDensity> {
-    let (n, length) = if axis == Axis::X { (grid.nx, grid.lx) } else { (grid.ny, grid.ly) };
-    let mut power = vec![0.0; n / 2 + 1];
-    let columns = of_mode_columns(grid, heights, |i, column| match axis {
-        Axis::X => vec![column.iter().map(Complex::norm_sqr).sum::<f64>()],
-        Axis::Y => column.iter().map(|a| grid.column_weight(i) * a.norm_sqr()).collect(),
-    });
+/// Power spectral densities of heights on their cell (doi:10.1088/2051-672X/aa51f8), of their Fourier coefficients a.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PowerSpectra {
+    /// C1D(q) = L |a|² of the profiles along x, averaged over all of them and over q and -q, below the Nyquist wave.
+    pub x: Vec<SpectralDensity>,
+    /// Likewise along y.
+    pub y: Vec<SpectralDensity>,
+    /// C2D(q) = A |a|², averaged over the waves of about ten bins per decade, at their mean wave number.
+    pub radial: Vec<SpectralDensity>,
+}
+
+/// Spectra of heights `[ny, nx]`, of a patch about its mean plane under a Hann window along both axes.
+pub fn power_spectra(grid: Grid, heights: &[f64], periodic: bool) -> PowerSpectra {
+    let windowed = (!periodic).then(|| hann_windowed(grid, heights));
+    let heights = windowed.as_deref().unwrap_or(heights);
+    let columns = of_mode_columns(grid, heights, |_, column| column.iter().map(Complex::norm_sqr).collect::<Vec<_>>());
+    let x = columns.iter().map(|column| column.iter().sum()).collect::<Vec<f64>>();
+    let mut y = vec![0.0; grid.ny / 2 + 1];
     for (i, column) in columns.iter().enumerate() {
-        match axis {
-            Axis::X => power[i] += column[0],
-            // Of both signs half.
-            Axis::Y => column
-                .iter()
-                .enumerate()
-                .for_each(|(j, c)| power[signed_mode(j, grid.ny).unsigned_abs() as usize] += 0.5 * c),
-        }
+        // Of both signs half.
+        let half = 0.5 * grid.column_weight(i);
+        column.iter().enumerate().for_each(|(j, c)| y[signed_mode(j, grid.ny).unsigned_abs() as usize] += half * c);
     }
-    let density = |k: usize| SpectralDensity { q: 2.0 * PI * k as f64 / length, density: length * power[k] };
-    (1..n.div_ceil(2)).map(density).collect()
+    let profile = |power: Vec<f64>, n: usize, length: f64| {
+        let density = |k: usize| SpectralDensity { q: 2.0 * PI * k as f64 / length, density: length * power[k] };
+        (1..n.div_ceil(2)).map(density).collect()
+    };
+    // The mean wave number of a bin is the mean of what is expected of its waves.
+    let radial = psd(grid, heights, |n| n)
+        .into_iter()
+        .map(|bin| SpectralDensity { q: 2.0 * PI * bin.expected / grid.lx, density: bin.power * grid.lx * grid.ly })
+        .collect();
+    PowerSpectra { x: profile(x, grid.nx, grid.lx), y: profile(y, grid.ny, grid.ly), radial }
 }
 
 /// Ordered sums of `term(qx, qy, |a|²)` over every mode but the mean.

@@ -200,8 +200,8 @@ impl Printed {
     }
 }
 
-/// Characters of a line of a complaint.
-const LONGEST_LINE: usize = 200;
+/// Characters of a line of a program in a message.
+pub const LONGEST_LINE: usize = 200;
 
 /// Reads at most so many bytes in a thread, and sends them.
 fn reader(pipe: impl Read + Send + 'static, most_bytes: u64) -> Receiver<Result<Vec<u8>>> {
@@ -315,6 +315,22 @@ mod tests {
         let (mut group, member) = launched(End::AtOnce, "sleep 60 & echo $!; wait");
         drop(group.guard.stdin.take());
         assert!(ends(member));
+    }
+
+    /// The end of the thread that started a launcher is none, and of the signals of its guard it gets one SIGTERM: `mpirun` exits at a second
+    /// one without ending its ranks.
+    #[test]
+    fn a_launcher_of_a_killed_owner_gets_one_sigterm() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let file = folder.path().join("signals");
+        let script =
+            format!("trap 'echo term >> {}' TERM; echo $$; while :; do sleep 60 & wait $!; done", file.display());
+        let started = std::thread::spawn(move || launched(End::Gently, &script));
+        let (mut group, leader) = started.join().expect("joined");
+        std::thread::sleep(Duration::from_millis(300));
+        drop(group.guard.stdin.take());
+        assert!(ends(leader));
+        assert_eq!(std::fs::read_to_string(&file).ok().as_deref(), Some("term\n"));
     }
 
     /// A program that answers, one that hangs with a child that holds the pipe, and one that prints for ever.

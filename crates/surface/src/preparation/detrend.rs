@@ -20,7 +20,7 @@ pub enum Detrend {
     Quadratic,
     /// The plane in which most of the surface lies: levels terraces, and ground between grains.
     Facets,
-    /// The median of each scan line: removes steps between lines.
+    /// The median of each scan line, about the slope along x that all have: removes steps between lines, and tilt.
     LineMedian,
     /// A straight line of each scan line.
     LineLinear,

@@ -17,11 +17,14 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The medians of the measured points. A row without any keeps its place.
+    /// The slope that all rows have along x, and the medians of their measured points about it: on a slope a scar or a hole would shift the
+    /// median of its row. A row without measured points keeps its place.
     pub(super) fn medians(grid: Grid, heights: &[f64]) -> Self {
+        let slope = slope(grid.nx, heights);
         let of_row = |row: &[f64]| {
-            let mut measured: Vec<f64> = row.iter().copied().filter(|h| !h.is_nan()).collect();
-            (if measured.is_empty() { f64::NAN } else { median(&mut measured) }, [0.0; 3])
+            let about = |(x, h): (usize, &f64)| h - slope * basis(x, grid.nx)[1];
+            let mut measured: Vec<f64> = row.iter().enumerate().map(about).filter(|h| !h.is_nan()).collect();
+            (if measured.is_empty() { f64::NAN } else { median(&mut measured) }, [0.0, slope, 0.0])
         };
         Lines { nx: grid.nx, rows: heights.par_chunks(grid.nx).map(of_row).collect() }
     }
@@ -62,6 +65,18 @@ impl Lines {
         let (level, step) = (mean(&levels), if steps.is_empty() { 0.0 } else { rms(&steps) });
         format!("{} measured lines of mean level {}, steps {} (rms)", levels.len(), digits(level), digits(step))
     }
+}
+
+/// The median slope of pairs of points in a row, a quarter of it apart, over the coordinate from -1 to 1: steps between rows are not in it,
+/// and neither features nor digits of the heights decide it.
+fn slope(nx: usize, heights: &[f64]) -> f64 {
+    let apart = nx / 4;
+    if apart == 0 {
+        return 0.0;
+    }
+    let pairs = heights.par_chunks(nx).flat_map_iter(|row| row[apart..].iter().zip(row).map(|(h, before)| h - before));
+    let mut differences: Vec<f64> = pairs.filter(|d| !d.is_nan()).collect();
+    if differences.is_empty() { 0.0 } else { median(&mut differences) * nx as f64 / (2.0 * apart as f64) }
 }
 
 /// The basis at the centre of a pixel.
@@ -106,6 +121,20 @@ mod tests {
         let mut curved = bowed(0.0, 3);
         Lines::polynomials(2, GRID, &curved).subtract(&mut curved);
         assert!(curved.iter().any(|h| h.abs() > 0.1));
+    }
+
+    /// On a tilt, scars and holes of less than half of their line leave it where it is.
+    #[test]
+    fn scarred_lines_of_a_tilted_map_are_level() {
+        let offset = |y: usize| ((7 * y) as f64).sin();
+        let tilted = |i: usize| offset(i / GRID.nx) + 3.0 * basis(i % GRID.nx, GRID.nx)[1];
+        let mut h: Vec<f64> = (0..GRID.points()).map(tilted).collect();
+        (25..40).for_each(|x| h[3 * GRID.nx + x] += 50.0);
+        (0..18).for_each(|x| h[8 * GRID.nx + x] = f64::NAN);
+        Lines::medians(GRID, &h).subtract(&mut h);
+        // An even number of points has the upper one of both in the middle.
+        let is_level = |(i, h): (usize, &f64)| h.is_nan() || h.abs() < 1e-12 || (i / GRID.nx == 3 && i % GRID.nx >= 25);
+        assert!(h.iter().enumerate().all(is_level), "{h:?}");
     }
 
     /// A median does not follow a high feature that a mean would follow.
