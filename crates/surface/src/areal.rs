@@ -1,6 +1,6 @@
 //! Areal parameters of ISO 25178-2.
 
-use crate::statistics::difference_gradient;
+use crate::scale_dependent::difference_gradient;
 use asperity_grid::{Grid, Transform, mean, sum_rows};
 use rayon::prelude::*;
 use std::f64::consts::PI;

@@ -34,15 +34,12 @@ pub use fourier::{FourierModes, Wave};
 pub use guards::{quality_warnings, seam_warning, slope_warnings};
 pub use height_source::HeightSource;
 pub use morphology::dilate_by_ball;
-pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_moments};
+pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_gradient, non_periodic_moments};
 pub use power_spectrum::{PowerSpectrum, Shell};
 pub use preparation::{Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap, subtract_form};
 pub use scale_dependent::{AtDistance, Axis, scale_dependent};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
-pub use statistics::{
-    HeightRange, Moments, PowerSpectra, PsdBin, SpectralDensity, moments, non_periodic_gradient, power_spectra, psd,
-    range,
-};
+pub use statistics::{HeightRange, Moments, PowerSpectra, PsdBin, SpectralDensity, moments, power_spectra, psd, range};
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use surface::{Cell, MapOptions, Surface, SynthesisOptions};
 pub use synthesis::{Modes, lower_to_zero, resample};

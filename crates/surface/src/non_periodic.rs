@@ -1,7 +1,6 @@
 //! Statistics of non-periodic heights: no difference is taken across an edge.
 
-use crate::scale_dependent::{Axis, mean_square_difference};
-use crate::statistics::non_periodic_gradient;
+use crate::scale_dependent::{Axis, difference_gradient, mean_square_difference};
 use asperity_grid::{Grid, mean, rms};
 use std::f64::consts::TAU;
 
@@ -26,6 +25,11 @@ pub fn non_periodic_moments(grid: Grid, heights: &[f64]) -> NonPeriodicMoments {
         m2: rms_gradient.powi(2) / 2.0,
         m4: (along_x + along_y) / 2.0,
     }
+}
+
+/// rms gradient of non-periodic heights `[ny, nx]`, from differences between neighbouring nodes.
+pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
+    difference_gradient(grid, heights, false)
 }
 
 /// Heights minus their least-squares plane, times a Hann window along both axes with mean square one, which repeats with the number of
@@ -85,5 +89,16 @@ mod tests {
         assert!((7.0..10.0).contains(&highest.0), "{clean:?}");
         let last = |bins: &[(f64, f64)]| bins[bins.len() - 1].1;
         assert!(last(&clean) < 1e-4 * last(&plain), "{} {}", last(&clean), last(&plain));
+    }
+
+    /// The gradient of a tilted plane. Its Fourier series contains the step at the boundary.
+    #[test]
+    fn non_periodic_gradient_of_a_plane_is_its_slope() {
+        let grid = Grid { nx: 7, ny: 5, lx: 1.0, ly: 0.5 };
+        let plane: Vec<f64> =
+            (0..35).map(|i| 0.3 * (i % 7) as f64 * grid.dx() - 0.4 * (i / 7) as f64 * grid.dy()).collect();
+        assert!((non_periodic_gradient(grid, &plane) - 0.5).abs() < 1e-12);
+        assert!(moments(grid, &plane).rms_gradient > 1.0);
+        assert_eq!(non_periodic_gradient(Grid::unit(1, 1), &[3.0]), 0.0);
     }
 }

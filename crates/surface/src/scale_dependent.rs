@@ -55,6 +55,12 @@ fn distances(longest: usize) -> Vec<usize> {
     list
 }
 
+/// rms gradient from differences between neighbouring nodes. `periodic`: across the edges, too.
+pub(crate) fn difference_gradient(grid: Grid, heights: &[f64], periodic: bool) -> f64 {
+    let slope = |axis, pixel: f64| mean_square_difference::<1>(grid, heights, axis, 1, periodic) / (pixel * pixel);
+    (slope(Axis::X, grid.dx()) + slope(Axis::Y, grid.dy())).sqrt()
+}
+
 /// Mean square of the first or second difference between points that are `step` pixels apart; 0 where no points are.
 pub(crate) fn mean_square_difference<const ORDER: usize>(
     grid: Grid,

@@ -1,5 +1,4 @@
 use crate::non_periodic::hann_windowed;
-use crate::scale_dependent::{Axis, mean_square_difference};
 use asperity_grid::{Grid, Transform, extent, mean, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
@@ -57,17 +56,6 @@ pub fn moments(grid: Grid, heights: &[f64]) -> Moments {
         m4,
         full_contact_energy: energy,
     }
-}
-
-/// rms gradient of non-periodic heights `[ny, nx]`, from differences between neighbouring nodes.
-pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
-    difference_gradient(grid, heights, false)
-}
-
-/// rms gradient from differences between neighbouring nodes. `periodic`: across the edges, too.
-pub(crate) fn difference_gradient(grid: Grid, heights: &[f64], periodic: bool) -> f64 {
-    let slope = |axis, pixel: f64| mean_square_difference::<1>(grid, heights, axis, 1, periodic) / (pixel * pixel);
-    (slope(Axis::X, grid.dx()) + slope(Axis::Y, grid.dy())).sqrt()
 }
 
 /// A logarithmic bin of the radial power spectral density.
@@ -230,16 +218,5 @@ mod tests {
         close(m.rms_gradient, a / 2.0 * kx.hypot(ky));
         close(m.m4, a * a / 4.0 * (kx.powi(4) + ky.powi(4)) / 2.0);
         close(m.full_contact_energy, kx.hypot(ky) / 4.0 * a * a / 4.0);
-    }
-
-    /// The gradient of a tilted plane. Its Fourier series contains the step at the boundary.
-    #[test]
-    fn non_periodic_gradient_of_a_plane_is_its_slope() {
-        let grid = Grid { nx: 7, ny: 5, lx: 1.0, ly: 0.5 };
-        let plane: Vec<f64> =
-            (0..35).map(|i| 0.3 * (i % 7) as f64 * grid.dx() - 0.4 * (i / 7) as f64 * grid.dy()).collect();
-        assert!((non_periodic_gradient(grid, &plane) - 0.5).abs() < 1e-12);
-        assert!(moments(grid, &plane).rms_gradient > 1.0);
-        assert_eq!(non_periodic_gradient(Grid::unit(1, 1), &[3.0]), 0.0);
     }
 }
