@@ -7,7 +7,7 @@ their product. Maps are arrays ``[ny, nx]``, x fastest.
 from __future__ import annotations
 
 from ._asperity import VERSION as __version__
-from ._body import Cubic, Layer, NonPeriodic
+from ._body import Cubic, Layer, NonPeriodic, contact_modulus
 from ._errors import AsperityError, AsperityWarning, InputError, LammpsError, NotConverged, ResourceError
 from ._law import Adhesion, TabulatedLaw
 from ._observe import (
@@ -69,6 +69,7 @@ __all__ = [
     "command",
     "compare_maps",
     "contact_area",
+    "contact_modulus",
     "estimate",
     "gap_distribution",
     "hydraulic_gap",

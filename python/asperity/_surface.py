@@ -39,6 +39,11 @@ class Preparation(TypedDict, total=False):
     """Columns and rows of the resampled map."""
     edges: str
     """Makes the map periodic: ``taper`` or ``mirror``."""
+    extend_to: float
+    """Shortest of the waves that are added below `low_pass`, down to which the map is trusted: a realisation of the self-affine spectrum that is fitted
+    to its waves above."""
+    seed: int
+    """Seed of these waves."""
 
 
 #: Type of the value of each step, in the order of the steps.
@@ -48,6 +53,8 @@ STEPS: dict[str, Any] = get_type_hints(Preparation)
 def _step(key: str, value: Any) -> Any:
     if STEPS[key] is float:
         return real(key, value)
+    if STEPS[key] is int:
+        return whole(key, value, 0)
     if STEPS[key] is str:
         if not isinstance(value, str):
             raise InputError(f"{key} = {value!r}; accepted: a word, as Preparation lists them")
@@ -145,6 +152,7 @@ class Surface:
         length: float | None = None,
         touching: str | None = None,
         dataset: str | None = None,
+        profile: bool = False,
         unit: str = "",
         preparation: Preparation | None = None,
     ) -> Surface:
@@ -165,6 +173,9 @@ class Surface:
             Which points touch first, if the file does not declare it.
         dataset : str, optional
             Name of the array or channel, in a file with several; by SurfaceTopography also its number, as text.
+        profile : bool
+            Whether the file is a profile: positions and heights in two columns, or one line of heights. The surface is uniform along y (line
+            contact).
         unit : str, optional
             Label of the unit of lengths. Default: that of the file.
         preparation : Preparation, optional
@@ -177,7 +188,7 @@ class Surface:
         """
         steps = _steps(preparation)
         python = sys.executable if sys.executable and find_spec("SurfaceTopography") else None
-        native = _asperity.Surface.from_file(os.fspath(path), length, touching, dataset, python, steps)
+        native = _asperity.Surface.from_file(os.fspath(path), length, touching, dataset, python, profile, steps)
         surface = cls(native, unit)
         surface.unit = unit or str((surface.provenance or {}).get("unit") or "")
         return surface
@@ -256,6 +267,47 @@ class Surface:
             unit=str(topography.unit or ""),
             preparation=preparation,
         )
+
+    def facing(
+        self, other: Surface, *, turned_over: bool = True, quarter_turns: int = 0, shift: tuple[float, float] = (0.0, 0.0)
+    ) -> Surface:
+        """The surface that presses on a flat body as this one presses on a second rough body: the sum of their heights.
+
+        Where both repeat, in one cell, the sum does; otherwise it is over the part where one map lies on the other.
+
+        Parameters
+        ----------
+        other : Surface
+            The second rough body, in the same unit of length.
+        turned_over : bool
+            Whether its map, seen as it was measured, is turned over about its y axis, as one that is laid face down.
+        quarter_turns : int
+            Quarter turns from x towards y, 0 to 3, after it is turned over.
+        shift : pair of float
+            Shift along x and y, after the turns. In a cell that repeats it is rounded to whole nodes.
+
+        Raises
+        ------
+        InputError
+            For cells that differ, maps that do not lie on each other, and values that are not accepted.
+
+        Examples
+        --------
+        >>> import asperity
+        >>> bodies = [asperity.Surface.from_spectrum(64, seed=seed, lambda_s=1 / 16, rms_gradient=0.1) for seed in (1, 2)]
+        >>> both = bodies[0].facing(bodies[1])
+        >>> 1.3 < both.rms_gradient / 0.1 < 1.5
+        True
+        """
+        if len(shift) != 2:
+            raise InputError(f"shift = {shift!r}; accepted: two lengths")
+        moved = [real("shift", s) for s in shift]
+        turns = whole("quarter_turns", quarter_turns, 0)
+        if turns > 3:
+            raise InputError(f"quarter_turns = {quarter_turns!r}; accepted: 0, 1, 2 or 3")
+        if self.unit and isinstance(other, Surface) and other.unit not in ("", self.unit):
+            raise InputError(f"other.unit = {other.unit!r}; accepted: that of this surface, {self.unit!r}")
+        return Surface(self._native.facing(native(other), (bool(turned_over), turns, moved)), self.unit)
 
     @property
     def shape(self) -> tuple[int, int]:

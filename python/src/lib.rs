@@ -27,7 +27,7 @@ mod _asperity {
     #[pymodule_export]
     use crate::solve::{dissipation, estimate, memory, solve, subsurface};
     #[pymodule_export]
-    use crate::surface::{Surface, formats};
+    use crate::surface::{Surface, contact_modulus, formats};
 
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");

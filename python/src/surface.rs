@@ -6,8 +6,8 @@ use crate::pool::in_pool;
 use asperity::grid::{Error, Grid};
 use asperity::surface::import;
 use asperity::surface::{
-    AtDistance, Axis, PowerSpectra, Tip, areal, correlation_length, power_spectra, reconstruct, scale_dependent,
-    tip_cutoff,
+    AtDistance, Axis, Placement, PowerSpectra, Tip, areal, correlation_length, power_spectra, reconstruct,
+    scale_dependent, tip_cutoff,
 };
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
 use ndarray::Array2;
@@ -25,6 +25,12 @@ pub(crate) fn formats() -> Vec<(&'static str, &'static str, Option<&'static str>
     read.chain(import::not_read().map(|(name, accepted)| (name, "", Some(accepted)))).collect()
 }
 
+/// Of one or two bodies, each Young's modulus and Poisson's ratio.
+#[pyfunction]
+pub(crate) fn contact_modulus(bodies: Vec<[f64; 2]>) -> f64 {
+    asperity::contact::problem::contact_modulus(&bodies)
+}
+
 #[pyclass(frozen, module = "asperity._asperity")]
 pub(crate) struct Surface(pub(crate) asperity::Surface);
 
@@ -40,6 +46,8 @@ pub(crate) struct Steps {
     filter: String,
     resample: Option<[usize; 2]>,
     edges: Option<String>,
+    extend_to: Option<f64>,
+    seed: Option<u64>,
 }
 
 impl Steps {
@@ -54,6 +62,8 @@ impl Steps {
             filter: choice(py, PLACE, "filter", &self.filter)?,
             resample: self.resample,
             edges: optional(py, PLACE, "edges", self.edges.as_ref())?,
+            extend_to: self.extend_to,
+            seed: self.seed.unwrap_or_default(),
         })
     }
 }
@@ -107,10 +117,11 @@ impl Surface {
         touching: Option<String>,
         dataset: Option<String>,
         python: Option<PathBuf>,
+        profile: bool,
         steps: Steps,
     ) -> PyResult<Self> {
         let touching = optional(py, PLACE, "touching", touching.as_ref())?;
-        let options = FileOptions { length, touching, dataset, python, preparation: steps.preparation(py)? };
+        let options = FileOptions { length, touching, dataset, profile, python, preparation: steps.preparation(py)? };
         Ok(Surface(in_pool(py, 0, || asperity::read_surface(&path, &options))?.raise(py)?))
     }
 
@@ -126,6 +137,12 @@ impl Surface {
         let spectrum = Spectrum { hurst, lambda_r, lambda_s, rms_gradient, amplitudes };
         let options = SynthesisOptions { nodes, length, seed };
         Ok(Surface(in_pool(py, 0, || asperity::Surface::from_spectrum(spectrum, options))?.raise(py)?))
+    }
+
+    fn facing(&self, py: Python<'_>, other: &Self, placement: (bool, u8, [f64; 2])) -> PyResult<Self> {
+        let (turned_over, quarter_turns, shift) = placement;
+        let placement = Placement { turned_over, quarter_turns, shift };
+        Ok(Surface(in_pool(py, 0, || self.0.facing(&other.0, &placement))?.raise(py)?))
     }
 
     fn heights<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {

@@ -245,3 +245,69 @@ def test_functions_of_a_wave() -> None:
     matplotlib.use("Agg")
     spectra, slopes = surface.plot_functions()
     assert [len(axes.lines) for axes in (spectra, slopes)] == [2, 2]
+
+
+def test_two_bodies_are_the_sum_of_their_heights() -> None:
+    first, other = of(HEIGHTS), of(RNG.normal(size=HEIGHTS.shape))
+    over = other.heights[:, (-np.arange(36)) % 36]
+    exact = first.heights + np.roll(over, (2, -5), (0, 1))
+    both = first.facing(other, shift=(-5.2, 1.9))
+    assert np.allclose(both.heights, exact - exact.min(), rtol=0, atol=20 * ROUNDING)
+    assert "turned over, shifted by -5 x 2" in both.preparation_steps[-1]
+    patches = [of(HEIGHTS, periodic=False), of(other.heights, periodic=False)]
+    common = patches[0].facing(patches[1], turned_over=False, shift=(3.0, -4.0))
+    exact = HEIGHTS[:20, 3:] + other.heights[4:, :33]
+    assert common.shape == (20, 33) and np.allclose(common.heights, exact - exact.min(), rtol=0, atol=20 * ROUNDING)
+    assert pickle.loads(pickle.dumps(both)).heights.tobytes() == both.heights.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"quarter_turns": 4}, "0, 1, 2 or 3"),
+        ({"shift": (1.0, 2.0, 3.0)}, "two lengths"),
+        ({"quarter_turns": 1}, "that of the first body"),
+        ({"shift": (np.nan, 0.0)}, "shift"),
+    ],
+)
+def test_bodies_that_do_not_fit_are_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        of(HEIGHTS).facing(of(HEIGHTS), **options)
+
+
+def test_units_of_two_bodies_are_equal() -> None:
+    with pytest.raises(InputError, match="accepted: that of this surface, 'um'"):
+        of(HEIGHTS, unit="um").facing(of(HEIGHTS, unit="nm"))
+
+
+def test_compliances_of_bodies_add_up() -> None:
+    assert asperity.contact_modulus((3.0, 0.5), (2.0, 0.0)) == pytest.approx(1 / (0.25 + 0.5), rel=1e-15)
+    for bodies, words in [((), "one or two"), (((1.0,),), "one or two"), (((0.0, 0.3),), "young"), (((1.0, 0.6),), "poisson")]:
+        with pytest.raises(InputError, match=words):
+            asperity.contact_modulus(*bodies)
+
+
+def test_profiles_are_surfaces_of_one_line(tmp_path: Path) -> None:
+    x = np.arange(100) * 0.5
+    z = np.cos(2 * np.pi * x / 50)
+    np.savetxt(tmp_path / "profile.txt", np.c_[x, z])
+    surface = Surface.from_file(tmp_path / "profile.txt", touching="high-points", profile=True)
+    assert surface.shape == (1, 100) and surface.cell == pytest.approx((50.0, 0.5))
+    assert surface.rms_height == pytest.approx(np.sqrt(0.5))
+    with pytest.raises(InputError, match="profile"):
+        Surface.from_file(tmp_path / "profile.txt", touching="high-points")
+
+
+def test_waves_below_the_measured_ones_follow_a_seed() -> None:
+    surface = Surface.from_spectrum(128, seed=1, lambda_s=1 / 32, rms_gradient=0.2)
+
+    def extended(seed: int) -> Surface:
+        steps: asperity.Preparation = {"low_pass": 0.06, "extend_to": 0.02, "seed": seed}
+        return Surface.from_array(surface.heights, 1.0, touching="low-points", preparation=steps)
+
+    one, two, again = map(extended, (1, 2, 1))
+    assert one.shape == (200, 200) and one.heights.tobytes() == again.heights.tobytes() != two.heights.tobytes()
+    assert one.rms_gradient > 1.05 * surface.rms_gradient
+    assert "seed 1" in one.preparation_steps[-1]
+    with pytest.raises(InputError, match="low-pass"):
+        Surface.from_array(surface.heights, 1.0, touching="low-points", preparation={"extend_to": 0.02})

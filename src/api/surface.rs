@@ -16,6 +16,8 @@ pub struct FileOptions {
     pub touching: Option<Touching>,
     /// Name of the array or channel, in a file with several.
     pub dataset: Option<String>,
+    /// The file is a profile, and the surface uniform along y.
+    pub profile: bool,
     /// A Python in which asperity and SurfaceTopography are installed. It reads files that this crate does not: those of instruments, and
     /// containers of contact.engineering.
     pub python: Option<PathBuf>,
@@ -33,6 +35,7 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
     let table = SurfaceScene {
         heights: Some(path.to_path_buf()),
         dataset: options.dataset.clone(),
+        profile: options.profile,
         touching: options.touching,
         fill: options.preparation.fill,
         crop: options.preparation.crop,
@@ -43,6 +46,8 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
         filter: Some(options.preparation.filter),
         resample: options.preparation.resample,
         edges: options.preparation.edges,
+        extend_to: options.preparation.extend_to.map(Length::plain),
+        seed: options.preparation.seed,
         ..SurfaceScene::default()
     };
     let mut scene = Scene::new("surface", table);
@@ -67,7 +72,7 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
     if !list.is_empty() {
         return Err(Error::Input { place: PLACE.into(), list });
     }
-    scene::resolve_surface(&scene, Some(file), PLACE).map(|resolved| resolved.surface)
+    scene::resolve_surface(&scene, Some(file), None, PLACE).map(|resolved| resolved.surface)
 }
 
 /// Named in errors.

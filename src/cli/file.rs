@@ -1,14 +1,14 @@
 use crate::scene::{
-    AccuracyScene, ContinuumScene, Converter, LaboratoryScene, Length, SurfaceScene, Time, last_part, metres_of,
-    read_heights,
+    AccuracyScene, ContinuumScene, Converter, LaboratoryScene, Length, OtherScene, SurfaceScene, Time, last_part,
+    metres_of, read_heights,
 };
 use crate::{Error, Result};
 use asperity_contact::problem::ErrorTargets;
-use asperity_grid::units::{Dimension, MAX_SECONDS, Measure};
+use asperity_grid::units::{Dimension, MAX_SECONDS, Measure, Measures};
 use asperity_surface::heights::Touching;
 use asperity_surface::import::{Fourier, ImportOptions, ImportedFile};
 use asperity_surface::{Detrend, Edges, Fill, FilterKind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub(super) const COMMAND_LINE: &str = "command line";
 
@@ -16,6 +16,9 @@ pub(super) const COMMAND_LINE: &str = "command line";
 pub(super) fn flag_of<A: clap::Args>(key: &str) -> Option<String> {
     let name = match key {
         "continuum.periodic" => "non-periodic".to_string(),
+        "surface.other" | "surface.other.heights" => "other".into(),
+        _ if key.starts_with("laboratory.bodies") => "body".into(),
+        _ if key.starts_with("surface.other.") => format!("other-{}", last_part(key).replace('_', "-")),
         _ => last_part(key).replace('_', "-"),
     };
     let command = A::augment_args(clap::Command::new(""));
@@ -33,6 +36,9 @@ pub(super) struct FileFlags {
     /// python3: pip install "asperity[files]".
     #[arg(long)]
     pub via_python: bool,
+    /// The file is a profile: positions and heights in two columns, or one line of heights. The surface is uniform along y (line contact).
+    #[arg(long)]
+    pub profile: bool,
     /// Kind of the coefficients in four columns qX qY Re Im; required for them.
     #[arg(long, value_enum)]
     pub fourier: Option<Fourier>,
@@ -51,7 +57,7 @@ impl FileFlags {
     /// # Errors
     /// Those of [`read_heights`].
     pub(super) fn read(&self, file: &Path, touching: Option<Touching>) -> Result<ImportedFile> {
-        let options = ImportOptions { dataset: self.dataset.as_deref(), fourier: self.fourier };
+        let options = ImportOptions { dataset: self.dataset.as_deref(), fourier: self.fourier, profile: self.profile };
         let converter = self.via_python.then(|| Converter { touching, ..Converter::default() });
         read_heights(file, options, converter.as_ref())
     }
@@ -106,9 +112,15 @@ pub(super) struct MapFlags {
     /// Make a map periodic that is not.
     #[arg(long, value_enum)]
     pub edges: Option<Edges>,
+    /// Add waves below --low-pass, down to which the map is trusted, to this wavelength: a realisation, by --seed, of the self-affine spectrum
+    /// that is fitted to its waves above.
+    #[arg(long, value_name = "LAMBDA", requires = "low_pass")]
+    pub extend_to: Option<Measure>,
     /// Warnings about the surface are errors, and so is an accuracy that is not reached.
     #[arg(long)]
     pub strict: bool,
+    #[command(flatten)]
+    pub other_body: OtherFlags,
 }
 
 impl MapFlags {
@@ -127,8 +139,9 @@ impl MapFlags {
             ("--filter", self.filter.is_some()),
             ("--resample", !self.resample.is_empty()),
             ("--edges", self.edges.is_some()),
+            ("--extend-to", self.extend_to.is_some()),
         ];
-        options.into_iter().find(|(_, options)| *options).map(|(flag, _)| flag)
+        options.into_iter().find(|(_, options)| *options).map(|(flag, _)| flag).or(self.other_body.given())
     }
 
     /// Sets the keys of a scene from the flags that are given.
@@ -145,7 +158,7 @@ impl MapFlags {
         let flip = self.flip.then_some(Touching::HighPoints);
         s.touching = self.touching.or(flip).or(s.touching);
         s.unit = self.unit.clone().or(s.unit.take());
-        let to = [&mut lab.length, &mut lab.length_y, &mut s.low_pass, &mut s.high_pass];
+        let to = [&mut lab.length, &mut lab.length_y, &mut s.low_pass, &mut s.high_pass, &mut s.extend_to];
         for ((flag, value), to) in self.lengths().into_iter().zip(to) {
             *to = value.map(|m| in_scene(flag, m)).transpose()?.or(*to);
         }
@@ -157,6 +170,7 @@ impl MapFlags {
         s.filter = self.filter.or(s.filter);
         s.edges = self.edges.or(s.edges);
         s.strict |= self.strict;
+        s.other = self.other_body.scene(in_scene)?.or(s.other.take());
         if self.non_periodic {
             continuum.periodic = Some(false);
         }
@@ -164,12 +178,13 @@ impl MapFlags {
     }
 
     /// The lengths of these flags.
-    pub(super) fn lengths(&self) -> [(&'static str, Option<Measure>); 4] {
+    pub(super) fn lengths(&self) -> [(&'static str, Option<Measure>); 5] {
         [
             ("--length", self.length),
             ("--length-y", self.length_y),
             ("--low-pass", self.low_pass),
             ("--high-pass", self.high_pass),
+            ("--extend-to", self.extend_to),
         ]
     }
 
@@ -181,6 +196,74 @@ impl MapFlags {
         let given = self.unit.as_deref().and_then(metres_of);
         let Some(file) = file.filter(|_| given.is_none()) else { return Ok(given) };
         Ok(file_flags.read(file, self.touching)?.declared.unit_m())
+    }
+}
+
+/// The map of a second rough body, which faces the first.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Other rough body")]
+pub(super) struct OtherFlags {
+    /// Height map of a second rough body, which faces the first: their heights are added. Steps of preparation are applied to both maps, but
+    /// --crop to the first, --resample and --edges to the sum.
+    #[arg(long, value_name = "FILE")]
+    other: Option<PathBuf>,
+    /// Unit of its heights. Default: what its file declares, or --unit.
+    #[arg(long, value_name = "UNIT", requires = "other")]
+    other_unit: Option<String>,
+    /// Its points that touch first. Default: what its file declares, or --touching.
+    #[arg(long, value_enum, requires = "other")]
+    other_touching: Option<Touching>,
+    /// Its extent in x. Default: what its file declares, or that of the first map, if both have as many points.
+    #[arg(long, value_name = "L", requires = "other")]
+    other_length: Option<Measure>,
+    /// Whether it is turned over about its y axis, as a body that is laid face down.
+    #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
+    other_turned_over: bool,
+    /// Quarter turns from x towards y, 0 to 3, after it is turned over.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    other_quarter_turns: u8,
+    /// Its shift along x and y, after the turns.
+    #[arg(long, value_name = "DX,DY", allow_hyphen_values = true, requires = "other")]
+    other_shift: Option<Measures>,
+}
+
+impl OtherFlags {
+    /// The first of these flags that is given.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        self.other.as_ref().map(|_| "--other")
+    }
+
+    /// The table of a scene.
+    ///
+    /// # Errors
+    /// A shift that is no pair, lengths whose unit cannot be converted.
+    pub(super) fn scene(&self, in_scene: &dyn Fn(&str, Measure) -> Result<Length>) -> Result<Option<OtherScene>> {
+        let Some(heights) = &self.other else { return Ok(None) };
+        let pair = |shift: &Measures| match shift.0[..] {
+            [x, y] => Ok([in_scene("--other-shift", x)?, in_scene("--other-shift", y)?]),
+            ref list => {
+                Err(Error::input(COMMAND_LINE, "--other-shift", format!("{} lengths", list.len()), "two: DX,DY"))
+            }
+        };
+        Ok(Some(OtherScene {
+            // As a file that is given here: relative to where the command runs.
+            heights: std::path::absolute(heights).unwrap_or_else(|_| heights.clone()),
+            unit: self.other_unit.clone(),
+            dataset: None,
+            via_python: false,
+            touching: self.other_touching,
+            length: self.other_length.map(|m| in_scene("--other-length", m)).transpose()?,
+            length_y: None,
+            turned_over: self.other_turned_over,
+            quarter_turns: self.other_quarter_turns,
+            shift: self.other_shift.as_ref().map(pair).transpose()?,
+        }))
+    }
+
+    /// The lengths of these flags.
+    pub(super) fn lengths(&self) -> Vec<(&'static str, Measure)> {
+        let shift = self.other_shift.iter().flat_map(|s| s.0.iter().map(|m| ("--other-shift", *m)));
+        self.other_length.map(|m| ("--other-length", m)).into_iter().chain(shift).collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Commands: arguments become a scene once; results go to stdout, everything else to stderr.
 
 mod atoms;
+mod body;
 pub mod bug;
 mod cancel;
 mod challenge;

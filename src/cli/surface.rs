@@ -252,10 +252,12 @@ impl SurfaceArgs {
         }
         s.dataset = self.file.dataset.clone().or(s.dataset.take());
         s.via_python |= self.file.via_python;
+        s.profile |= self.file.profile;
         s.fourier = self.file.fourier.or(s.fourier);
         s.fourier_points = self.file.fourier_points.or(s.fourier_points);
         // Plain lengths are in the unit of the heights.
-        let plain = self.map.lengths().into_iter().flat_map(|(_, m)| m).any(|m| m.unit.is_none());
+        let of_other = self.map.other_body.lengths().into_iter().map(|(_, m)| m);
+        let plain = self.map.lengths().into_iter().flat_map(|(_, m)| m).chain(of_other).any(|m| m.unit.is_none());
         let file = s.heights.clone().filter(|_| plain);
         let heights_m = self.map.heights_m(file.as_deref(), &self.file)?;
         let in_scene = |flag: &str, m: Measure| match (m.unit, heights_m) {

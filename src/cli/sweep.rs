@@ -81,9 +81,11 @@ impl EnsembleArguments {
     pub(super) fn execute(self) -> Result<ExitCode> {
         let wrong = || Error::input("command line", "--seeds", &self.seeds, RANGE);
         let seeds = whole_numbers(&self.seeds).filter(|s| s.iter().all(|s| *s >= 0)).ok_or_else(wrong)?;
-        if let Some(heights) = Scene::read(&self.scene)?.surface.heights {
+        let surface = Scene::read(&self.scene)?.surface;
+        if let Some(heights) = surface.heights.filter(|_| surface.extend_to.is_none()) {
             let found = format!("{} with surface.heights = {}", self.scene.display(), heights.display());
-            return Err(Error::input("command line", "--seeds", found, "a scene with a synthesised surface"));
+            let accepted = "a scene with a synthesised surface, or with surface.extend_to";
+            return Err(Error::input("command line", "--seeds", found, accepted));
         }
         let points = self.flags.with_changes(|changes| Points::ensemble(&self.scene, &seeds, changes))?;
         self.flags.execute(&points)

@@ -328,6 +328,11 @@ fn checked(out: &Path) -> Result<(Results, RunFolder)> {
     Ok((results, folder))
 }
 
+/// Of the files of the surface and of the other rough body.
 pub(super) fn heights_hash(case: &Case) -> Result<Option<String>> {
-    case.scene.surface.heights.as_ref().map(|p| StageKey::of_file(&case.resolve_path(p))).transpose()
+    let hash = |path: &PathBuf| StageKey::of_file(&case.resolve_path(path));
+    let surface = &case.scene.surface;
+    let own = surface.heights.as_ref().map(hash).transpose()?;
+    let other = surface.other.as_ref().map(|o| hash(&o.heights)).transpose()?;
+    Ok(own.map(|own| own + &other.unwrap_or_default()))
 }

@@ -3,6 +3,7 @@ use super::check::{complaints, missing_files};
 use super::hardness::HardnessFile;
 use super::model::relative_to;
 use super::names::Keys;
+use super::other_body::OtherFile;
 use super::source::{self, ResolvedSurface};
 use super::surface_file::{SurfaceFile, preparation_keys};
 use super::{ALL_METHODS, AtomsCase, LaboratoryScene, Length, Scene, problem};
@@ -77,13 +78,19 @@ impl Case {
         let place = file.display().to_string();
         let mut list = missing_files(&scene, file);
         let missing = list.len();
+        // A wrong key may be the reason.
+        let is_wrong = || missing + complaints(&scene).len() + issues_on_any_surface(&scene).len() > 0;
         let mut source = match SurfaceFile::read(&scene.surface, file) {
-            // A wrong key may be the reason.
-            Err(_) if missing + complaints(&scene).len() + issues_on_any_surface(&scene).len() > 0 => None,
+            Err(_) if is_wrong() => None,
             read => read?,
         };
-        // What the file does not declare is reported together with everything else.
-        let undeclared = source.iter_mut().flat_map(|s| s.complete(&mut scene)).collect();
+        let mut other = match OtherFile::read(&scene, file) {
+            Err(_) if is_wrong() => None,
+            read => read?,
+        };
+        // What the files do not declare is reported together with everything else.
+        let mut undeclared: Vec<Complaint> = source.iter_mut().flat_map(|s| s.complete(&mut scene)).collect();
+        undeclared.extend(other.iter_mut().flat_map(|o| o.complete(&scene, source.as_ref())));
         // What the file declares is checked as what is given.
         add(&mut list, complaints(&scene));
         add(&mut list, undeclared);
@@ -92,7 +99,7 @@ impl Case {
             add(&mut list, issues_on_any_surface(&scene));
             return Err(Error::Input { place, list });
         }
-        let ResolvedSurface { surface, laboratory, warnings } = source::resolve(&scene, source, &place)?;
+        let ResolvedSurface { surface, laboratory, warnings } = source::resolve(&scene, source, other, &place)?;
         let map = HardnessFile::read(&scene.continuum, &laboratory, surface.grid(), file)?;
         let (map, about) = map.map_or((None, None), |f| (Some(Hardness::from(f.map)), Some((f.path, f.hash))));
         let problem = problem::problem(&scene, &laboratory, surface, map);
@@ -358,6 +365,7 @@ impl Case {
         let absolute = |p: &PathBuf| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
         let mut scene = self.scene.clone();
         scene.surface.heights = scene.surface.heights.as_ref().map(absolute);
+        scene.surface.other.iter_mut().for_each(|o| o.heights = absolute(&o.heights));
         scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(absolute);
         scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(absolute);
         if let Some(atoms) = &mut scene.atoms {

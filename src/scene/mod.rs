@@ -15,6 +15,7 @@ mod load;
 mod model;
 mod names;
 mod nvt;
+mod other_body;
 mod potential;
 mod problem;
 mod quantity;
@@ -29,13 +30,14 @@ pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
 pub use atoms_scene::{AtomsScene, AtomsStart, Foundation, HALF_SPACE_EDGES, MOST_FOUNDATION_CELLS, Slope};
 pub use case::Case;
 pub use key_names::{NameOf, last_part, rename_keys, rename_keys_in};
-pub use laboratory::LaboratoryScene;
+pub use laboratory::{BodyScene, LaboratoryScene};
 pub use load::{LoadRange, LoadScene};
 pub use model::{
-    ALL_METHODS, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, REFERENCE_LOAD, Scene,
-    SubsurfaceScene, SurfaceScene, WallKind,
+    ALL_METHODS, AdhesionScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene, OtherScene, REFERENCE_LOAD,
+    Scene, SubsurfaceScene, SurfaceScene, WallKind,
 };
 pub use nvt::NvtScene;
+pub use other_body::OtherFile;
 pub use quantity::{
     Dimensional, Energy, Force, Fraction, Length, Number, Quantity, Stress, Temperature, Time, Work, dimension,
 };

@@ -53,6 +53,11 @@ impl Scene {
         self.accuracy.as_ref()?.asked()
     }
 
+    /// The hardness, or that of the softer body.
+    pub fn hardness(&self) -> Option<Stress> {
+        self.continuum.hardness.or(self.laboratory.hardness())
+    }
+
     /// A scene of a surface at the reference load, with all defaults.
     pub fn new(name: &str, surface: SurfaceScene) -> Self {
         Scene {
@@ -78,7 +83,7 @@ pub struct SurfaceScene {
     /// Points per side of the grid on which the continuum is solved (a synthesised surface, or one from Fourier coefficients;
     /// a height map keeps its points).
     pub grid: usize,
-    /// Seed of the random phases and amplitudes.
+    /// Seed of the random phases and amplitudes: of a synthesised surface, or of the waves that `extend_to` adds.
     pub seed: u64,
     /// Hurst exponent H, 0 < H ≤ 1.
     pub hurst: f64,
@@ -112,6 +117,9 @@ pub struct SurfaceScene {
     /// contact.engineering. `dataset` is the name or number of a channel or measurement.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub via_python: bool,
+    /// The file is a profile: positions and heights in two columns, or one line of heights. The surface is uniform along y (line contact).
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub profile: bool,
     /// Kind of the coefficients in four columns qX qY Re Im; required for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fourier: Option<Fourier>,
@@ -149,9 +157,56 @@ pub struct SurfaceScene {
     /// Makes a map periodic that is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edges: Option<Edges>,
+    /// Shortest of the waves that are added to a map below `low_pass`, down to which it is trusted: a realisation, by `seed`, of the self-affine
+    /// spectrum that is fitted to its waves above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extend_to: Option<Length>,
+    /// A second rough body, which faces this one. Default: it is flat.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other: Option<OtherScene>,
     /// Warnings about the surface are errors, and so is an accuracy that is not reached.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub strict: bool,
+}
+
+/// The height map of a second rough body. Its heights are added to those of the first. A crop is that of the first map, resampling and edges are
+/// those of the sum, and all other steps of preparation are applied to both.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OtherScene {
+    /// File of its height map. Relative to the scene file.
+    pub heights: PathBuf,
+    /// Unit of the heights in the file. Default: what the file declares, or `surface.unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Name of the array or channel in a file with several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dataset: Option<String>,
+    /// Read the file by SurfaceTopography, as `surface.via_python`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub via_python: bool,
+    /// Points of the file that touch first. Default: what the file declares, or `surface.touching`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touching: Option<Touching>,
+    /// Extent in x. Default: what the file declares, or that of the first map where both have as many points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<Length>,
+    /// Extent in y. Default: what the file declares, or square pixels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_y: Option<Length>,
+    /// Whether the map, seen as it was measured, is turned over about its y axis, as one that is laid face down: x is mirrored.
+    #[serde(default = "yes")]
+    pub turned_over: bool,
+    /// Quarter turns from x towards y, 0 to 3, after it is turned over.
+    #[serde(default)]
+    pub quarter_turns: u8,
+    /// Shift along x and y, after the turns. In a cell that repeats it is rounded to whole nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift: Option<[Length; 2]>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 impl Default for SurfaceScene {
@@ -172,6 +227,7 @@ impl Default for SurfaceScene {
             unit: None,
             dataset: None,
             via_python: false,
+            profile: false,
             fourier: None,
             fourier_points: None,
             touching: None,
@@ -184,6 +240,8 @@ impl Default for SurfaceScene {
             filter: None,
             resample: None,
             edges: None,
+            extend_to: None,
+            other: None,
             strict: false,
         }
     }

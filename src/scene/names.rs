@@ -58,7 +58,7 @@ impl Names for Keys<'_> {
             (Field::WorkOfAdhesion, _) => text(adhesion.as_ref().map(|a| a.work_of_adhesion)),
             (Field::Range, _) => text(adhesion.as_ref().map(|a| a.range)),
             (Field::PenaltyLength, _) => text(continuum.penalty_length),
-            (Field::Hardness, _) => text(continuum.hardness),
+            (Field::Hardness, _) => text(self.0.hardness()),
             (Field::Pressure, Some(i)) => load.text(LoadKind::Pressure, i),
             (Field::Force, Some(i)) => load.text(LoadKind::Force, i),
             (Field::MeanGap, Some(i)) => load.text(LoadKind::MeanGap, i),

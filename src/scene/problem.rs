@@ -33,7 +33,7 @@ pub(super) fn problem(scene: &Scene, lab: &LaboratoryScene, surface: Surface, ma
         body,
         adhesion: scene.adhesion.as_ref().map(|a| adhesion(a, a.range)),
         penalty_length: c.penalty_length.map(Length::si),
-        hardness: map.or(c.hardness.map(|h| h.si().into())),
+        hardness: map.or(scene.hardness().map(|h| h.si().into())),
         // An unknown one is a complaint of its own.
         method: asperity_methods::find(&c.method).unwrap_or(&Fast),
         precision: c.precision,

@@ -1,6 +1,7 @@
 //! The surface of a scene.
 
 use super::check::cut_offs;
+use super::other_body::OtherFile;
 use super::surface_file::{PreparedFile, SurfaceFile};
 use super::{LaboratoryScene, Scene};
 use crate::{Error, Result};
@@ -20,13 +21,18 @@ pub struct ResolvedSurface {
     pub warnings: Vec<String>,
 }
 
-/// The surface of a scene: synthesised, or that of its file, prepared, with the lowest point at 0 and low points touching first. The
-/// scene is complete ([`SurfaceFile::complete`]).
+/// The surface of a scene: synthesised, or that of its file, prepared, with low points touching first, and the heights of the other rough
+/// body added. The scene is complete ([`SurfaceFile::complete`]).
 ///
 /// # Errors
 /// Those of [`Preparation::apply`](asperity_surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
 /// does not hold, keys of maps for Fourier coefficients, a grid that does not hold every wave.
-pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, context: &str) -> Result<ResolvedSurface> {
+pub fn resolve(
+    scene: &Scene,
+    file: Option<SurfaceFile>,
+    other: Option<OtherFile>,
+    context: &str,
+) -> Result<ResolvedSurface> {
     let (s, mut laboratory) = (&scene.surface, scene.laboratory.clone());
     let square = Grid::unit(s.grid, s.grid);
     let Some(file) = file else {
@@ -38,7 +44,8 @@ pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, context: &str) -> Resul
         return Ok(ResolvedSurface { surface, laboratory, warnings: Vec::new() });
     };
     let touching = s.touching.unwrap_or(Touching::LowPoints);
-    let warnings = file.imported.warnings.clone();
+    let of_other = other.iter().flat_map(OtherFile::warnings);
+    let warnings = file.imported.warnings.iter().chain(of_other).cloned().collect();
     let (source, grid, provenance) = if let Content::Waves(_) = file.imported.content {
         let (modes, provenance) = series(scene, file, touching, context)?;
         if !modes.resolved_on(Grid::unit(s.grid.max(1), s.grid.max(1))) {
@@ -50,9 +57,12 @@ pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, context: &str) -> Resul
         let origin = format!("read from {provenance}; {}", modes.summary());
         (HeightSource::Fourier { modes, origin }, square, provenance)
     } else {
-        let PreparedFile { map, extent: [x, y], provenance } = file.prepare(scene)?;
+        let first = file.prepare(scene)?;
+        let PreparedFile { mut map, extent: [x, y], provenance } = match other {
+            Some(other) => other.added_to(first, scene, context)?,
+            None => first,
+        };
         (laboratory.length, laboratory.length_y) = (Some(laboratory.of_number(x)), Some(laboratory.of_number(y)));
-        let mut map = map.low_first(touching);
         map.heights.iter_mut().for_each(|h| *h *= 1.0 / x);
         let grid = Grid { ly: y / x, ..Grid::unit(map.nx, map.ny) };
         let origin = format!("read from {provenance}");

@@ -10,7 +10,7 @@ use asperity_grid::units::{Dimension, Measure, metres_per};
 use asperity_surface::Preparation;
 use asperity_surface::declared::Declared;
 use asperity_surface::files::hashed::file_hash;
-use asperity_surface::heights::HeightMap;
+use asperity_surface::heights::{HeightMap, Touching};
 use asperity_surface::import::{Content, ImportOptions, ImportedFile};
 use asperity_surface::provenance::Provenance;
 use std::path::{Path, PathBuf};
@@ -26,6 +26,8 @@ pub struct SurfaceFile {
     path: PathBuf,
     /// Whether the scene itself states whether the map is periodic.
     periodicity_is_given: bool,
+    /// Metres of the unit of lengths of a scene with plain numbers, where they are not in that of these heights.
+    pub(super) number_m: Option<f64>,
     pub imported: ImportedFile,
 }
 
@@ -53,9 +55,9 @@ impl SurfaceFile {
     pub fn read_by(s: &SurfaceScene, file: &Path, converter: Option<&Converter>) -> Result<Option<Self>> {
         let Some(path) = &s.heights else { return Ok(None) };
         let path = relative_to(file, path);
-        let options = ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier };
+        let options = ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier, profile: s.profile };
         let imported = read_heights(&path, options, converter)?;
-        Ok(Some(SurfaceFile { path, periodicity_is_given: false, imported }))
+        Ok(Some(SurfaceFile { path, periodicity_is_given: false, number_m: None, imported }))
     }
 
     /// Completes the scene with what the file declares: unit, extents, sign, periodicity. Returns what is missing in both, and what
@@ -70,7 +72,7 @@ impl SurfaceFile {
         list
     }
 
-    fn declared(&self) -> &Declared {
+    pub(super) fn declared(&self) -> &Declared {
         &self.imported.declared
     }
 
@@ -117,7 +119,7 @@ impl SurfaceFile {
     fn extents(&mut self, lab: &mut LaboratoryScene, heights_m: Option<f64>, list: &mut Vec<Complaint>) {
         let declared = self.declared().extent.clone();
         let own_unit = declared.as_ref().and_then(|e| e.unit.as_deref());
-        let scale = match (own_unit, lab.metres(heights_m)) {
+        let scale = match (own_unit, lab.metres(self.number_m.or(heights_m))) {
             (Some(unit), Some(metres)) => metres_per(unit).map(|m| m / metres),
             // Lines of x y h in consistent units.
             (None, None) => Some(1.0),
@@ -205,10 +207,19 @@ impl SurfaceFile {
         &self.path
     }
 
+    /// Metres of a unit of the heights, where it is known.
+    pub(super) fn heights_m(&self, scene: &Scene) -> Option<f64> {
+        scene.surface.unit.as_deref().and_then(metres_of).or(self.declared().unit_m())
+    }
+
     /// Unit of the heights in that of the scene's lengths.
     pub fn height_unit(&self, scene: &Scene) -> f64 {
-        let metres = || scene.surface.unit.as_deref().and_then(metres_of).or(self.declared().unit_m());
-        if scene.laboratory.is_plain() { 1.0 } else { metres().map_or(1.0, |m| m * 1e6) }
+        let metres = self.heights_m(scene);
+        match (scene.laboratory.is_plain(), self.number_m) {
+            (false, _) => metres.map_or(1.0, |m| m * 1e6),
+            (true, Some(number_m)) => metres.map_or(1.0, |m| m / number_m),
+            (true, None) => 1.0,
+        }
     }
 
     /// Keys of the scene that Fourier coefficients do not have.
@@ -222,11 +233,13 @@ impl SurfaceFile {
             ("surface.filter", s.filter.is_some()),
             ("surface.resample", s.resample.is_some()),
             ("surface.edges", s.edges.is_some()),
+            ("surface.extend_to", s.extend_to.is_some()),
         ];
         options.into_iter().filter(|(_, options)| *options).map(|(key, _)| key).collect()
     }
 
-    /// Heights in the unit of the scene's lengths, after the steps of preparation that the scene names. The scene is complete.
+    /// Heights in the unit of the scene's lengths, low points first, after the steps of preparation that the scene names; with
+    /// another rough body those of a single one. The scene is complete.
     ///
     /// # Errors
     /// Those of [`Preparation::apply`].
@@ -243,13 +256,17 @@ impl SurfaceFile {
         let extent = [x, lab.length_y.map_or(x * map.ny as f64 / map.nx as f64, |y| lab.number(y))];
         let (missing, points) = (map.missing(), map.heights.len());
         let repeats = self.declared().periodic.unwrap_or(scene.continuum.is_periodic() && s.edges.is_none());
-        let prepared = preparation(s, lab).apply(map, extent, repeats).map_err(|e| named(e, &self.path))?;
+        let (all, of_sum) = (preparation(s, lab), of_sum(s));
+        let own = Preparation { resample: None, edges: None, ..all.clone() };
+        let steps = if of_sum.is_some() { own } else { all };
+        let prepared = steps.apply(map, extent, repeats).map_err(|e| named(e, &self.path))?;
         let mut provenance = self.provenance(scene, [prepared.map.nx, prepared.map.ny], prepared.extent)?;
         provenance.missing_points = missing;
         provenance.filled_points = prepared.filled;
         provenance.filled_share = prepared.filled as f64 / points as f64;
         provenance.preparation.extend(prepared.history);
-        Ok(PreparedFile { map: prepared.map, extent: prepared.extent, provenance })
+        let map = prepared.map.low_first(s.touching.unwrap_or(Touching::LowPoints));
+        Ok(PreparedFile { map, extent: prepared.extent, provenance })
     }
 
     /// The provenance of Fourier coefficients, which are those of `series`.
@@ -262,14 +279,9 @@ impl SurfaceFile {
 
     fn provenance(&self, scene: &Scene, [nx, ny]: [usize; 2], [x, y]: [f64; 2]) -> Result<Provenance> {
         let (s, lab, declared) = (&scene.surface, &scene.laboratory, self.declared());
-        let heights_m = s.unit.as_deref().and_then(metres_of).or(declared.unit_m());
-        let metres = lab.metres(heights_m);
+        let metres = lab.metres(self.number_m.or(self.heights_m(scene)));
         let unit = declared.unit.clone().or(s.unit.clone());
-        let shown = match &unit {
-            _ if !lab.is_plain() => "µm",
-            Some(unit) => unit,
-            None => "(the unit of the heights)",
-        };
+        let shown = if lab.is_plain() { unit.as_deref() } else { Some("µm") };
         Ok(Provenance {
             hash: file_hash(&self.path)?,
             file: self.path.display().to_string(),
@@ -280,7 +292,7 @@ impl SurfaceFile {
             ny,
             length_x_m: metres.map(|m| x * m),
             length_y_m: metres.map(|m| y * m),
-            extent: format!("{} x {} {shown}", six_digits(x), six_digits(y)),
+            extent: extent_words([x, y], shown),
             unit,
             touching: s.touching.map_or(String::new(), |t| word(&t)),
             periodic: scene.continuum.is_periodic(),
@@ -289,6 +301,7 @@ impl SurfaceFile {
             filled_points: 0,
             filled_share: 0.0,
             preparation: declared.history.clone(),
+            other: None,
             version: env!("CARGO_PKG_VERSION").into(),
         })
     }
@@ -320,8 +333,18 @@ fn named(error: Error, path: &Path) -> Error {
 
 /// A text about the preparation with keys of scenes in place of flags.
 pub(super) fn preparation_keys(text: &str) -> String {
-    let of_surface =
-        ["crop", "remove-outliers", "fill", "detrend", "low-pass", "high-pass", "filter", "resample", "edges"];
+    let of_surface = [
+        "crop",
+        "remove-outliers",
+        "fill",
+        "detrend",
+        "low-pass",
+        "high-pass",
+        "filter",
+        "resample",
+        "edges",
+        "extend-to",
+    ];
     let text = text.replace("--non-periodic", "continuum.periodic = false");
     of_surface
         .iter()
@@ -332,6 +355,11 @@ pub(super) fn preparation_keys(text: &str) -> String {
 pub fn metres_of(unit: &str) -> Option<f64> {
     let measure = || unit.parse::<Measure>().ok()?.of(Dimension::Length).ok().filter(|m| m.unit.is_some());
     metres_per(unit).or_else(|| measure().map(Measure::si).filter(|m| *m > 0.0))
+}
+
+/// Steps of preparation of the sum with another body.
+pub(super) fn of_sum(s: &SurfaceScene) -> Option<Preparation> {
+    s.other.as_ref().map(|_| Preparation { resample: s.resample, edges: s.edges, ..Preparation::default() })
 }
 
 /// The steps that a scene names, with lengths as numbers.
@@ -346,7 +374,14 @@ fn preparation(s: &SurfaceScene, lab: &LaboratoryScene) -> Preparation {
         filter: s.filter.unwrap_or_default(),
         resample: s.resample,
         edges: s.edges,
+        extend_to: s.extend_to.map(|length| lab.number(length)),
+        seed: s.seed,
     }
+}
+
+/// Extents along x and y for a message.
+pub(super) fn extent_words([x, y]: [f64; 2], unit: Option<&str>) -> String {
+    format!("{} x {} {}", six_digits(x), six_digits(y), unit.unwrap_or("(the unit of the heights)"))
 }
 
 /// With six digits, for a message.

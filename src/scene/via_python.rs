@@ -43,13 +43,14 @@ pub fn read_heights(path: &Path, options: ImportOptions, converter: Option<&Conv
     let map = folder.path().join("map.nc");
     let warnings = converter.convert(path, options.dataset, &map)?;
     let fourier = Some(options.fourier.unwrap_or(Fourier::None));
-    let mut imported = import::read(&map, ImportOptions { dataset: None, fourier }).map_err(|e| match e {
-        Error::Format { found, accepted, .. } => Error::format(path, found, accepted),
-        Error::Height { row, column, value, .. } => {
-            Error::Height { place: path.display().to_string(), row, column, value }
-        }
-        other => other,
-    })?;
+    let mut imported =
+        import::read(&map, ImportOptions { fourier, ..ImportOptions::default() }).map_err(|e| match e {
+            Error::Format { found, accepted, .. } => Error::format(path, found, accepted),
+            Error::Height { row, column, value, .. } => {
+                Error::Height { place: path.display().to_string(), row, column, value }
+            }
+            other => other,
+        })?;
     imported.layout = "through SurfaceTopography".into();
     imported.warnings.splice(0..0, warnings);
     Ok(imported)

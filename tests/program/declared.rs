@@ -62,7 +62,7 @@ fn plane_free_rms(map: &HeightMap) -> f64 {
 fn files_declare_what_other_programs_read() {
     for s in stated() {
         let path = fixtures().join("declared").join(&s.file);
-        let options = ImportOptions { dataset: s.dataset.as_deref(), fourier: None };
+        let options = ImportOptions { dataset: s.dataset.as_deref(), ..ImportOptions::default() };
         let found = import::read(&path, options).unwrap_or_else(|e| panic!("{e}"));
         assert!(found.warnings.is_empty(), "{}: {:?}", s.file, found.warnings);
         let off = |a: f64, b: f64| (a / b - 1.0).abs();

@@ -65,7 +65,7 @@ fn every_format_gives_the_same_heights() {
         ("triples.txt", None, DOUBLE, "text, lines of x y h"),
         ("konfig.dat", None, DOUBLE, "konfig of contMech, lines of x y h"),
     ] {
-        let found = import::read(&fixture(name), ImportOptions { dataset, fourier: None }).expect(name);
+        let found = import::read(&fixture(name), ImportOptions { dataset, ..ImportOptions::default() }).expect(name);
         assert_eq!(found.layout, says, "{name}");
         let Content::Map(map) = found.content else { panic!("{name}") };
         assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
@@ -113,7 +113,8 @@ fn packed_heights_are_scaled_and_shifted() {
 #[test]
 fn links_in_circles_come_to_an_end() {
     for dataset in [None, Some("deep/surface"), Some("/deep/hard3/soft1/deep/surface")] {
-        let found = import::read(&fixture("circles.h5"), ImportOptions { dataset, fourier: None }).expect("read");
+        let found =
+            import::read(&fixture("circles.h5"), ImportOptions { dataset, ..ImportOptions::default() }).expect("read");
         let Content::Map(map) = found.content else { panic!("a map") };
         assert!((map.heights[1] - height(1, 0)).abs() < DOUBLE);
     }
@@ -353,7 +354,7 @@ fn a_table_of_four_columns_is_a_map_on_request() {
     let scratch = tempfile::tempdir().expect("scratch");
     let path = scratch.path().join("narrow.txt");
     std::fs::write(&path, "1 2 3 4\n2 3 4 1\n0 1 2 2\n").expect("written");
-    let read = |fourier| import::read(&path, ImportOptions { dataset: None, fourier });
+    let read = |fourier| import::read(&path, ImportOptions { fourier, ..ImportOptions::default() });
     assert!(read(None).is_err());
     let Content::Map(map) = read(Some(Fourier::None)).expect("a map").content else { panic!("a map") };
     assert_eq!((map.nx, map.ny), (4, 3));
@@ -366,7 +367,7 @@ fn layouts_of_text_are_recognised() {
     let path = scratch.path().join("some.txt");
     let read = |bytes: &[u8], fourier| {
         std::fs::write(&path, bytes).expect("written");
-        import::read(&path, ImportOptions { dataset: None, fourier }).map(|found| match found.content {
+        import::read(&path, ImportOptions { fourier, ..ImportOptions::default() }).map(|found| match found.content {
             Content::Map(map) => [map.nx, map.ny],
             Content::Waves(waves) => [waves.len(), 0],
         })

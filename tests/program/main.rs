@@ -27,6 +27,7 @@ mod pipeline;
 mod plastic;
 mod potentials;
 mod processors;
+mod profiles;
 #[path = "../common/program.rs"]
 mod program;
 mod quickstart;
@@ -41,4 +42,5 @@ mod sweep;
 #[path = "../common/tools.rs"]
 mod tools;
 mod tradeoff;
+mod two_bodies;
 mod via_python;

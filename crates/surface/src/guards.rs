@@ -48,7 +48,9 @@ pub fn quality_warnings(grid: Grid, heights: &[f64]) -> Vec<String> {
     if let Some(table) = table_warning(grid, heights) {
         return vec![table];
     }
-    let few = (grid.nx.min(grid.ny) < FEW_POINTS).then(|| {
+    // One line is a profile.
+    let shortest = if grid.nx.min(grid.ny) == 1 { grid.nx.max(grid.ny) } else { grid.nx.min(grid.ny) };
+    let few = (shortest < FEW_POINTS).then(|| {
         format!(
             "a map of {} x {} points: with fewer than {FEW_POINTS} points along a side hardly any wave is resolved, and results depend on the \
              grid",
@@ -153,7 +155,7 @@ fn swapped_warning(grid: Grid) -> Option<String> {
 fn oblong_warning(grid: Grid) -> Option<String> {
     let (dx, dy) = (grid.dx(), grid.dy());
     let ratio = dx.max(dy) / dx.min(dy);
-    (ratio > OBLONG).then(|| {
+    (ratio > OBLONG && grid.nx.min(grid.ny) > 1).then(|| {
         let square = |l: f64| (l / dx.max(dy)).round().max(1.0) as usize;
         let (long, short) = if dx > dy { ("x", "y") } else { ("y", "x") };
         format!(

@@ -3,6 +3,7 @@
 mod areal;
 #[cfg(feature = "files")]
 pub mod declared;
+mod facing;
 #[cfg(feature = "files")]
 pub mod files;
 mod fourier;
@@ -30,6 +31,7 @@ mod tip;
 mod xyz_text;
 
 pub use areal::{ArealParameters, CorrelationLength, areal, correlation_length};
+pub use facing::{Facing, Placement, RoughBody};
 pub use fourier::{FourierModes, Wave};
 pub use guards::{quality_warnings, seam_warning, slope_warnings};
 pub use height_source::HeightSource;

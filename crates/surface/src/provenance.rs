@@ -38,6 +38,9 @@ pub struct Provenance {
     pub filled_share: f64,
     /// Steps of preparation, those that the file records first.
     pub preparation: Vec<String>,
+    /// The map of the other rough body, which is part of the heights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other: Option<Box<Provenance>>,
     /// Version of the program that read the file.
     pub version: String,
 }
@@ -64,6 +67,10 @@ impl fmt::Display for Provenance {
         }
         self.preparation.iter().try_for_each(|step| write!(f, "; {step}"))?;
         let prepared = if self.preparation.is_empty() { ", " } else { "; prepared: " };
-        write!(f, "{prepared}{} x {} points on {}", self.nx, self.ny, self.extent)
+        write!(f, "{prepared}{} x {} points on {}", self.nx, self.ny, self.extent)?;
+        match &self.other {
+            Some(other) => write!(f, "; the other body: {other}"),
+            None => Ok(()),
+        }
     }
 }

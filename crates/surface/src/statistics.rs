@@ -9,7 +9,7 @@ use std::sync::Mutex;
 pub struct Moments {
     pub rms_height: f64,
     pub rms_gradient: f64,
-    /// Profile moments: m0 = ⟨h²⟩, m2 = ⟨|∇h|²⟩/2, m4 = (⟨h_xx²⟩ + ⟨h_yy²⟩)/2.
+    /// Moments of the profiles along both axes: m0 = ⟨h²⟩, m2 = ⟨|∇h|²⟩/2, m4 = (⟨h_xx²⟩ + ⟨h_yy²⟩)/2. Those of a single line are its own.
     pub m0: f64,
     pub m2: f64,
     pub m4: f64,
@@ -48,12 +48,14 @@ pub fn moments(grid: Grid, heights: &[f64]) -> Moments {
         let q2 = qx * qx + qy * qy;
         [power, q2 * power, (qx.powi(4) + qy.powi(4)) / 2.0 * power, q2.sqrt() / 4.0 * power]
     });
+    // A single line is its own profile.
+    let profiles = if grid.nx.min(grid.ny) == 1 { 1.0 } else { 2.0 };
     Moments {
         rms_height: m0.sqrt(),
         rms_gradient: gradient.sqrt(),
         m0,
-        m2: gradient / 2.0,
-        m4,
+        m2: gradient / profiles,
+        m4: m4 * 2.0 / profiles,
         full_contact_energy: energy,
     }
 }

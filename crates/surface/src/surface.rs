@@ -4,7 +4,10 @@ use crate::height_map::{HeightMap, Touching};
 use crate::height_source::HeightSource;
 use crate::preparation::copies;
 use crate::provenance::Provenance;
-use crate::{FourierModes, Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
+use crate::{
+    Facing, FourierModes, Modes, Placement, Preparation, PreparedMap, RoughBody, Spectrum, quality_warnings,
+    slope_warnings,
+};
 use asperity_grid::{Error, Grid, Result, Series, rms};
 #[cfg(feature = "files")]
 use ndarray::{Array2, ArrayView2};
@@ -127,13 +130,10 @@ impl Surface {
         let map = map()?;
         let extent = [length, length_y.unwrap_or(length * map.ny as f64 / map.nx as f64)];
         let PreparedMap { map, extent, history, .. } = preparation.apply(map, extent, periodic)?;
-        let mut map = map.low_first(touching);
-        let unit = 1.0 / extent[0];
-        map.heights.iter_mut().for_each(|h| *h *= unit);
-        let grid = Grid { ly: extent[1] / extent[0], ..Grid::unit(map.nx, map.ny) };
-        let source = HeightSource::Imported { grid, heights: Arc::new(map.heights), origin: "array".into() };
+        let grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
+        let body = RoughBody { grid, heights: map.low_first(touching).heights };
         let periodic = periodic || preparation.edges.is_some();
-        Ok(Surface { periodic, steps: history, ..Self::from_source(source, grid, extent[0]) })
+        Ok(Surface { periodic, steps: history, ..Self::of_map(body, "array".into(), extent[0]) })
     }
 
     /// A realisation of a self-affine spectrum. The seed determines the phases of the waves, whatever the grid.
@@ -174,6 +174,43 @@ impl Surface {
     pub fn with_provenance(self, provenance: Option<Provenance>) -> Self {
         let periodic = provenance.as_ref().is_none_or(|p| p.periodic);
         Surface { periodic, provenance, ..self }
+    }
+
+    /// The surface that presses on a flat body as this one presses on `other`: the sum of their heights. Both are in one unit of length.
+    /// Where both repeat, the sum does; otherwise it is over the part where one map lies on the other.
+    ///
+    /// # Errors
+    /// Those of [`RoughBody::facing`].
+    ///
+    /// ```
+    /// use asperity_surface::height_map::Touching;
+    /// use asperity_surface::{Placement, Surface};
+    /// use ndarray::Array2;
+    ///
+    /// let wave = Array2::from_shape_fn((1, 8), |(_, x)| (std::f64::consts::TAU * x as f64 / 8.0).cos());
+    /// let surface = Surface::from_array(wave.view(), 8.0, Touching::HighPoints)?;
+    /// let on_itself = surface.facing(&surface, &Placement::default())?;
+    /// assert!((on_itself.rms_height() / surface.rms_height() - 2.0).abs() < 1e-12);
+    /// # Ok::<(), asperity_grid::Error>(())
+    /// ```
+    pub fn facing(&self, other: &Surface, placement: &Placement) -> Result<Self> {
+        let body = |s: &Surface| RoughBody {
+            grid: Grid { lx: s.length, ly: s.grid.ly * s.length, ..s.grid },
+            heights: s.source.heights(s.grid, 0.0).iter().map(|h| h * s.length).collect(),
+        };
+        let periodic = self.periodic && other.periodic;
+        let Facing { sum, line } = body(self).facing(body(other), placement, periodic)?;
+        let length = sum.grid.lx;
+        let steps = self.preparation_steps().iter().cloned().chain([line]).collect();
+        Ok(Surface { periodic, steps, ..Self::of_map(sum, "sum of two bodies".into(), length) })
+    }
+
+    /// Heights with low points first, over extents in the same unit; the lowest is kept.
+    fn of_map(RoughBody { grid, mut heights }: RoughBody, origin: String, length: f64) -> Self {
+        let unit = 1.0 / grid.lx;
+        heights.iter_mut().for_each(|h| *h *= unit);
+        let grid = Grid { ly: grid.ly / grid.lx, ..Grid::unit(grid.nx, grid.ny) };
+        Self::from_source(HeightSource::Imported { grid, heights: Arc::new(heights), origin }, grid, length)
     }
 
     /// The same surface on other nodes of its cell: its waves that they hold. A map is interpolated by its Fourier series.

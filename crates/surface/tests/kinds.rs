@@ -36,7 +36,7 @@ fn refusal(bytes: &[u8]) -> String {
 }
 
 fn named(name: &str) -> ImportOptions<'_> {
-    ImportOptions { dataset: Some(name), fourier: None }
+    ImportOptions { dataset: Some(name), ..ImportOptions::default() }
 }
 
 fn packed(bytes: &[u8]) -> Vec<u8> {
@@ -140,7 +140,7 @@ fn profiles_are_no_maps() {
         let said = refusal(file);
         assert!(said.contains("probably a profile") && said.contains("--fourier none"), "{said}");
     }
-    let options = ImportOptions { fourier: Some(Fourier::None), dataset: None };
+    let options = ImportOptions { fourier: Some(Fourier::None), ..ImportOptions::default() };
     assert!(reads(up.as_bytes(), options).is_ok());
 }
 

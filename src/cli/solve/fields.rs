@@ -4,13 +4,14 @@ use super::SolveArgs;
 use crate::Result;
 use crate::scene::Case;
 use asperity_contact::interface::AttractionLaw;
-use asperity_contact::method::{Equilibrium, Stop};
+use asperity_contact::method::{Equilibrium, Heights, Stop};
 use asperity_contact::observe::contact_map;
 use asperity_contact::path::LoadPathSolver;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::units::Scales;
-use asperity_grid::{Field, Grid, sum_rows, sums_of_ranks};
+use asperity_grid::{Field, Grid, mean, sum_rows, sums_of_ranks};
 use asperity_surface::files::npy;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// What all ranks do with the fields of a state.
@@ -26,6 +27,8 @@ pub(super) struct FieldWriter<'a> {
     /// Those of the problem; a small grid is whole on each.
     ranks: &'a Ranks,
     scales: Scales,
+    /// Of two bodies each one's share in the deformation, with the heights on all nodes.
+    bodies: Option<(Vec<f64>, Cow<'a, [f64]>)>,
 }
 
 /// What the report needs of the fields of all ranks.
@@ -51,6 +54,11 @@ impl OfFields {
 
 impl<'a> FieldWriter<'a> {
     pub(super) fn new(solve: &'a SolveArgs, case: &Case, path: &LoadPathSolver<'a>, loads: usize) -> Self {
+        let problem = path.problem();
+        let nodes = || match problem.heights {
+            Heights::Nodes(nodes) => Cow::Borrowed(nodes),
+            ref series => Cow::Owned(series.on_nodes(problem.grid).into_owned()),
+        };
         FieldWriter {
             solve,
             out: solve.out.as_deref(),
@@ -60,6 +68,8 @@ impl<'a> FieldWriter<'a> {
             grid: path.problem().grid,
             ranks: path.problem().ranks,
             scales: case.scales,
+            bodies: (solve.body.len() == 2 && solve.out.is_some() && !problem.ranks.are_several())
+                .then(|| (case.laboratory.shares(), nodes())),
         }
     }
 
@@ -109,8 +119,23 @@ impl<'a> FieldWriter<'a> {
         if self.solve.elastic_stress {
             write("elastic-stress.npy", state.stress, modulus)?;
         }
+        if let Some((shares, heights)) = &self.bodies {
+            let displacement = displacement(state, heights);
+            for (k, share) in shares.iter().enumerate() {
+                write(&format!("displacement-{}.npy", k + 1), Field::F64(&displacement), share * length)?;
+            }
+        }
         npy::write_on_ranks(ranks, &path("contact.npy"), shape, contact_map(state.gap, 0.0))
     }
+}
+
+/// Elastic displacement into the bodies `[ny, nx]` about its mean: the gap without the heights and their plastic change.
+fn displacement(state: &Equilibrium, heights: &[f64]) -> Vec<f64> {
+    let plastic = |i: usize| state.plastic.map_or(0.0, |field| field.at(i));
+    let mut values: Vec<f64> = (0..heights.len()).map(|i| state.gap.at(i) - heights[i] - plastic(i)).collect();
+    let mean = mean(&values);
+    values.iter_mut().for_each(|v| *v -= mean);
+    values
 }
 
 /// Name of a file of load `i` of `count`. It distinguishes a state that did not converge.

@@ -2,6 +2,7 @@
 
 use super::loads::{LoadFlags, list};
 use super::units::SolveUnits;
+use crate::cli::body::BodyFlag;
 use crate::cli::file::{COMMAND_LINE, FileFlags, MapFlags, accuracy, flag_of, refuse_grid, refused};
 use crate::scene::{
     AdhesionScene, ContinuumScene, CrystalScene, LaboratoryScene, LayerScene, Length, LoadScene, Scene, Stress,
@@ -43,15 +44,20 @@ pub(crate) struct SolveArgs {
     /// Instead of a file: the challenge's spectrum on an N x N grid. The heights are never stored.
     #[arg(long, value_name = "N", help_heading = SURFACE)]
     pub(super) challenge: Option<usize>,
-    /// Seed of the challenge's surface.
-    #[arg(long, value_name = "N", default_value_t = SurfaceScene::default().seed, requires = "challenge", help_heading = SURFACE)]
-    pub(super) seed: u64,
+    /// Seed of the challenge's surface, or of the waves of --extend-to.
+    #[arg(long, value_name = "N", help_heading = SURFACE)]
+    pub(super) seed: Option<u64>,
     /// Short cut-off wavelength of the challenge's surface. Default: a thousandth of the cell's extent.
     #[arg(long, value_name = "LAMBDA", requires = "challenge", allow_hyphen_values = true, help_heading = SURFACE)]
     pub(super) cut_off: Option<Measure>,
     /// Contact modulus E* = E/(1-ν²), with or without a unit (2MPa); required for a file.
     #[arg(long, value_name = "E", allow_hyphen_values = true, help_heading = MODEL)]
     pub(super) modulus: Option<Measure>,
+    /// Instead of the modulus, an elastic body as E,NU or E,NU,HARDNESS (70GPa,0.33): once for a body against a rigid one, twice for two, of
+    /// which the first is that of the surface. The hardness of the softer body counts. With --out, the displacement of each of two bodies is
+    /// written, too (not on several ranks).
+    #[arg(long, value_name = "E,NU", conflicts_with_all = ["modulus", "challenge"], help_heading = MODEL)]
+    pub(super) body: Vec<BodyFlag>,
     #[command(flatten)]
     pub(super) loads: LoadFlags,
     /// Append the unloading branch: the same loads in reverse.
@@ -166,10 +172,18 @@ impl SolveArgs {
         if let Some(flag) = self.map.of_maps().filter(|_| self.challenge.is_some()) {
             return Err(Error::input(COMMAND_LINE, flag, "given", "only together with a file, not with --challenge"));
         }
+        if let Some(seed) = self.seed.filter(|_| self.challenge.is_none() && self.map.extend_to.is_none()) {
+            let accepted = "only together with --challenge or --extend-to";
+            return Err(Error::input(COMMAND_LINE, "--seed", seed, accepted));
+        }
         let units = self.solve_units()?;
         let mut laboratory = LaboratoryScene {
             // A missing modulus is reported with all else that is missing.
-            modulus: Some(self.modulus.map_or(Stress::plain(f64::NAN), |m| Stress::plain(m.value))),
+            modulus: self
+                .modulus
+                .map(|m| Stress::plain(m.value))
+                .or(self.body.is_empty().then(|| Stress::plain(f64::NAN))),
+            bodies: self.body.iter().map(|body| body.scene(units.stress_pa)).collect::<Result<_>>()?,
             ..LaboratoryScene::default()
         };
         if self.challenge.is_some() {
@@ -214,6 +228,8 @@ impl SolveArgs {
             ("--subsurface", &self.subsurface),
         ];
         let single = self.map.lengths().into_iter().chain(single).filter_map(|(flag, m)| Some((flag, m?)));
+        let single = single.chain(self.map.other_body.lengths());
+        let single = single.chain(self.body.iter().flat_map(BodyFlag::stresses).map(|m| ("--body", m)));
         let of_lists = lists
             .into_iter()
             .flat_map(|(flag, list)| list.iter().flat_map(move |l| l.0.iter().map(move |m| (flag, *m))));
@@ -227,7 +243,8 @@ impl SolveArgs {
         SolveUnits::refuse_mixed(&measures)?;
         let modulus =
             self.modulus.map(|m| m.of(Dimension::Stress).map_err(|accepted| refused("--modulus", m, accepted)));
-        let stress_pa = modulus.transpose()?.and_then(|m| Some(m.unit?.si));
+        let of_body = self.body.first().and_then(|body| Some(body.young.unit?.si));
+        let stress_pa = modulus.transpose()?.and_then(|m| Some(m.unit?.si)).or(of_body);
         let is_length = |m: &Measure| m.unit.is_some_and(|unit| unit.dimension != Dimension::Stress);
         let needed = measures.iter().any(|(_, m)| is_length(m));
         let length_m = match self.challenge {
@@ -269,18 +286,21 @@ impl SolveArgs {
         match self.challenge {
             Some(n) => SurfaceScene {
                 grid: n,
-                seed: self.seed,
+                seed: self.seed.unwrap_or(standard.seed),
                 dataset: self.file_flags.dataset.clone(),
                 via_python: self.file_flags.via_python,
+                profile: self.file_flags.profile,
                 fourier: self.file_flags.fourier,
                 fourier_points: self.file_flags.fourier_points,
                 ..standard
             },
             None => SurfaceScene {
                 grid: self.grid.unwrap_or(0),
+                seed: self.seed.unwrap_or(standard.seed),
                 heights: self.surface_file().map(PathBuf::from),
                 dataset: self.file_flags.dataset.clone(),
                 via_python: self.file_flags.via_python,
+                profile: self.file_flags.profile,
                 fourier: self.file_flags.fourier,
                 fourier_points: self.file_flags.fourier_points,
                 ..standard

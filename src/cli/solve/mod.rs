@@ -48,7 +48,7 @@ impl SolveArgs {
             Some(_) => unit(self.map.length),
             None => case.provenance().and_then(|p| p.unit.clone()),
         };
-        ResultUnits { length, stress: unit(self.modulus) }
+        ResultUnits { length, stress: unit(self.modulus.or(self.body.first().map(|body| body.young))) }
     }
 
     /// The case of these flags, checked and resolved as that of a scene.
@@ -59,13 +59,13 @@ impl SolveArgs {
             let missing = [
                 ("--grid", self.grid.is_none()),
                 ("--range", self.range.is_none()),
-                ("--modulus", self.modulus.is_none()),
+                ("--modulus", self.modulus.is_none() && self.body.is_empty()),
             ];
             if let Error::Input { list, .. } = &mut error {
                 let absent = |key: &str| missing.iter().any(|(flag, absent)| *flag == key && *absent);
                 list.iter_mut().filter(|c| absent(&c.key)).for_each(|c| c.found = "not given".into());
                 let modulus = list.iter_mut().filter(|c| c.key == "--modulus" && c.found == "not given");
-                modulus.for_each(|c| c.accepted = "the contact modulus E* = E/(1-ν²), such as 25MPa".into());
+                modulus.for_each(|c| c.accepted = "the contact modulus E* = E/(1-ν²), such as 25MPa, or --body".into());
                 let non_periodic = list.iter_mut().filter(|c| c.key == "--non-periodic");
                 non_periodic.for_each(|c| c.found = c.found.replacen("false", "given", 1));
             }
@@ -130,7 +130,10 @@ impl SolveArgs {
         let mut scene = self.scene()?;
         // What is an error does not change the results.
         scene.surface.strict = false;
-        // The contents of the map, wherever it is.
+        // The contents of the maps, wherever they are.
+        if let Some(other) = &mut scene.surface.other {
+            other.heights = file_hash(&other.heights)?.into();
+        }
         scene.continuum.hardness_map = self.hardness_map.as_deref().map(file_hash).transpose()?.map(PathBuf::from);
         let own = (scene, self.resolution, self.elastic_stress);
         Ok(StageKey::new("solve", &(own, heights?, initial_gap?, nodes), &[])?.with(""))

@@ -69,11 +69,11 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
         c.unless(is_map, "continuum.hardness_map_unit", unit, "only together with continuum.hardness_map");
         c.positive_quantity("continuum.hardness_map_unit", unit);
     }
-    if !is_map && m.hardness.is_none() {
+    if !is_map && scene.hardness().is_none() {
         return;
     }
     let key = if is_map { "continuum.hardness_map" } else { "continuum.hardness" };
-    c.unless(!is_map || m.hardness.is_none(), key, "given together with continuum.hardness", "one of the two");
+    c.unless(!is_map || scene.hardness().is_none(), key, "given together with a hardness", "one of the two");
     let capable: Vec<&str> =
         asperity_methods::REGISTRY.iter().map(|m| m.card()).filter(|m| m.capabilities.hardness).map(|m| m.id).collect();
     let accepted = format!("none, or a method that models plastic flow: {}", capable.join(", "));

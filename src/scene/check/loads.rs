@@ -28,7 +28,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     c.unless(!atoms || loads.kind == LoadKind::PStar, &key, "given with atoms", accepted);
     branches_of_atoms(c, scene);
     maps(c, scene);
-    let flows = scene.continuum.hardness.is_some() || scene.continuum.hardness_map.is_some();
+    let flows = scene.hardness().is_some() || scene.continuum.hardness_map.is_some();
     c.unless(
         !scene.load.unload || attracts || atoms || flows,
         "load.unload",

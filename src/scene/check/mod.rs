@@ -1,6 +1,7 @@
 //! Checks of a scene. Every complaint is collected, so that all are reported at once.
 
 mod atoms;
+mod bodies;
 mod challenge;
 mod complaints;
 mod continuum;
@@ -40,6 +41,7 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
     );
     c.positive_quantity("laboratory.length", scene.laboratory.length());
     c.positive_quantity("laboratory.modulus", scene.laboratory.modulus());
+    bodies::check(&mut c, scene);
     surface::check(&mut c, scene);
     loads::check(&mut c, scene);
     challenge::check(&mut c, scene);
@@ -71,6 +73,7 @@ fn adhesion(c: &mut Complaints, scene: &Scene) {
 pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = [
         ("surface.heights", scene.surface.heights.as_ref(), "a file of heights or of their Fourier coefficients"),
+        ("surface.other.heights", scene.surface.other.as_ref().map(|o| &o.heights), "a height map"),
         ("continuum.initial_gap", scene.continuum.initial_gap.as_ref(), "a gap (.npy)"),
         ("continuum.hardness_map", scene.continuum.hardness_map.as_ref(), "a map of the hardness"),
         ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),

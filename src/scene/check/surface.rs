@@ -2,6 +2,7 @@
 
 use super::complaints::Complaints;
 use crate::scene::{Length, Scene, SurfaceScene};
+use asperity_contact::method::{MethodCard, MethodKind};
 use asperity_surface::import::Fourier;
 use std::ops::RangeInclusive;
 
@@ -47,13 +48,14 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
 fn file(c: &mut Complaints, scene: &Scene) {
     let s = &scene.surface;
     c.unless(
-        scene.laboratory.modulus.is_some(),
+        scene.laboratory.modulus.is_some() || !scene.laboratory.bodies.is_empty(),
         "laboratory.modulus",
         "not given",
-        "the contact modulus E* = E/(1-ν²): an imported surface has none by default",
+        "laboratory.bodies, or the contact modulus E* = E/(1-ν²): an imported surface has none by default",
     );
     s.remove_outliers.iter().for_each(|sd| c.positive("surface.remove_outliers", *sd));
     s.high_pass.iter().for_each(|wave| c.positive_quantity("surface.high_pass", *wave));
+    s.extend_to.iter().for_each(|wave| c.positive_quantity("surface.extend_to", *wave));
     let transform = s.fourier == Some(Fourier::Fftw);
     c.unless(
         s.fourier_points.is_some() == transform,
@@ -68,6 +70,35 @@ fn file(c: &mut Complaints, scene: &Scene) {
         "2 to 65536 points per side",
     );
     let waves = s.fourier.is_some_and(Fourier::are_waves);
+    if s.profile {
+        c.unless(
+            s.fourier.is_none(),
+            "surface.fourier",
+            "given with surface.profile",
+            "none: a profile has positions and heights",
+        );
+        c.unless(
+            scene.continuum.is_periodic(),
+            "continuum.periodic",
+            "false with surface.profile",
+            "a profile that repeats: surface.edges makes it so. Uniform along y it has no edges there",
+        );
+        c.unless(scene.atoms.is_none(), "surface.profile", "given with [atoms]", "a map: the block of atoms is square");
+        c.unless(
+            scene.load.force.is_empty(),
+            "load.force",
+            "given with surface.profile",
+            "load.pressure: a profile has no width on which a force acts",
+        );
+        let estimates = |m: &MethodCard| m.kind == MethodKind::Estimate;
+        let own = asperity_methods::find(&scene.continuum.method).map(|m| m.card());
+        c.unless(
+            !own.is_some_and(estimates) && scene.continuum.compare_with.is_empty(),
+            "surface.profile",
+            "given with a method that estimates, or continuum.compare_with",
+            "a solver of the fields: estimates are for roughness along both axes",
+        );
+    }
     s.low_pass.iter().for_each(|wave| c.positive_quantity("surface.low_pass", *wave));
     if let Some(y) = scene.laboratory.length_y {
         c.positive_quantity("laboratory.length_y", y);
@@ -81,9 +112,11 @@ fn spectrum(c: &mut Complaints, scene: &Scene) {
     for (key, value) in [
         ("surface.dataset", s.dataset.is_some()),
         ("surface.via_python", s.via_python),
+        ("surface.profile", s.profile),
         ("surface.fourier", s.fourier.is_some()),
         ("surface.fourier_points", s.fourier_points.is_some()),
         ("surface.low_pass", s.low_pass.is_some()),
+        ("surface.extend_to", s.extend_to.is_some()),
     ] {
         c.unless(!value, key, "given", "only together with a file, surface.heights");
     }

@@ -97,6 +97,19 @@ pub enum Body {
     NonPeriodic,
 }
 
+/// Contact modulus E* of one elastic body against a rigid one, or of two: 1/E* = Σ (1-ν²)/E over `[Young's modulus, Poisson's ratio]`
+/// (Johnson, Contact Mechanics, 1985, eq. 4.20). A body's share in the deformation is E* over its own modulus against a rigid one.
+///
+/// ```
+/// use asperity_contact::problem::contact_modulus;
+///
+/// let steel = [210e9, 0.3];
+/// assert!((contact_modulus(&[steel, steel]) / contact_modulus(&[steel]) - 0.5).abs() < 1e-15);
+/// ```
+pub fn contact_modulus(bodies: &[[f64; 2]]) -> f64 {
+    1.0 / bodies.iter().map(|[young, poisson]| (1.0 - poisson * poisson) / young).sum::<f64>()
+}
+
 /// Decay of the attraction with the gap g.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]

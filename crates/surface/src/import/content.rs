@@ -32,6 +32,8 @@ pub struct ImportOptions<'a> {
     /// Name of the array or channel, for a file with several.
     pub dataset: Option<&'a str>,
     pub fourier: Option<Fourier>,
+    /// The file is a profile: positions and heights in two columns or lines, or one line of heights. It becomes a map of one line along x.
+    pub profile: bool,
 }
 
 /// Contents of a file.

@@ -46,10 +46,10 @@ impl Headings {
         })
     }
 
-    /// Whether the columns are those of a profile: positions and heights.
-    pub(super) fn are_of_profile(&self) -> bool {
+    /// The column of heights, if the two columns are those of a profile: positions and heights.
+    pub(super) fn heights_of_profile(&self) -> Option<usize> {
         let positions = ["x", "x coordinate", "x position", "position", "distance", "x axis", "length", "s"];
-        self.len() == 2 && self.one(&positions).is_some() && self.one(&HEIGHTS).is_some()
+        self.one(&HEIGHTS).filter(|_| self.len() == 2 && self.one(&positions).is_some())
     }
 
     pub(super) fn unit(&self, column: usize) -> Option<String> {

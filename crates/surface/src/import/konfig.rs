@@ -30,7 +30,9 @@ pub(super) fn read(path: &Path, nx: usize, ny: usize) -> Result<ImportedFile> {
     if layout != TextLayout::XyzLines || (map.nx, map.ny) != (nx + 1, ny + 1) {
         let found = match layout {
             TextLayout::XyzLines => format!("{} x {} points after the header #{nx} {ny}", map.nx, map.ny),
-            TextLayout::Matrix => format!("lines of {} numbers after the header #{nx} {ny}", map.nx),
+            TextLayout::Matrix | TextLayout::Profile => {
+                format!("lines of {} numbers after the header #{nx} {ny}", map.nx)
+            }
         };
         let accepted =
             format!("lines of x y h on {} x {} points: the first row and column again at the end", nx + 1, ny + 1);

@@ -119,13 +119,16 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
         let found = format!("values in {}, which are no heights", source::quoted(unit));
         return Err(Error::format(path, found, unit::ACCEPTED));
     }
-    settle(path, imported, options.fourier)
+    settle(path, imported, options)
 }
 
-/// Converts four columns to Fourier coefficients if requested; returns an error if they are ambiguous.
-fn settle(path: &Path, imported: ImportedFile, fourier: Option<Fourier>) -> Result<ImportedFile> {
+/// Converts a profile, or four columns to Fourier coefficients, if requested; returns an error if a table is ambiguous.
+fn settle(path: &Path, imported: ImportedFile, options: ImportOptions) -> Result<ImportedFile> {
+    if options.profile {
+        return profile::read(path, imported);
+    }
     let Content::Map(map) = &imported.content else { return Ok(imported) };
-    match fourier {
+    match options.fourier {
         None if map.nx == 4 && imported.declared.extent.is_none() && fourier::may_be(&map.heights) => {
             Err(Error::format(
                 path,

@@ -1,10 +1,11 @@
 //! One channel of a text file: from its lines of numbers to a map.
 
 use super::content::ImportedFile;
+use super::content::{Fourier, ImportOptions};
 use super::fourier;
 use super::header::ChannelHeader;
 use super::headings::{Corner, Headings, counts, even, even_as_written};
-use super::profile::rises;
+use super::profile::{self, rises};
 use super::source::quoted;
 use crate::declared::Declared;
 use crate::height_map::HeightMap;
@@ -26,6 +27,7 @@ const LONG: usize = 12;
 pub(super) enum TextLayout {
     Matrix,
     XyzLines,
+    Profile,
 }
 
 /// A map in text and what its header states.
@@ -44,6 +46,7 @@ impl From<TextMap> for ImportedFile {
         let words = match text.layout {
             TextLayout::Matrix => "text, one line per y",
             TextLayout::XyzLines => "text, lines of x y h",
+            TextLayout::Profile => "text, a profile",
         };
         let factor = if text.factor == 1.0 { String::new() } else { format!(", numbers times {:e}", text.factor) };
         let layout = format!("{words}{factor}");
@@ -78,8 +81,12 @@ pub(super) struct TextChannel {
 }
 
 impl TextChannel {
-    pub(super) fn finish(mut self, path: &Path, heights_only: bool) -> Result<TextMap> {
+    pub(super) fn finish(mut self, path: &Path, options: ImportOptions) -> Result<TextMap> {
         self.unindent();
+        if options.profile {
+            return self.profile(path);
+        }
+        let heights_only = options.fourier == Some(Fourier::None);
         if let Some((line, _, word)) = self.passed.iter().find(|(_, count, _)| *count == self.nx && self.nx > 3) {
             let found = format!("{} on line {line}, column 1 (counted from 1)", quoted(word));
             return Err(Error::format(path, found, "a number, or a comment of another number of words"));
@@ -262,6 +269,24 @@ impl TextChannel {
         corner.is_nan() || !slope && other
     }
 
+    /// A table of positions and heights, whose units the names of the columns may state, or one line of heights.
+    fn profile(mut self, path: &Path) -> Result<TextMap> {
+        if let Some(missing) = self.header.missing {
+            self.values.iter_mut().filter(|v| **v == missing).for_each(|v| *v = f64::NAN);
+        }
+        let headings = self.headings.take().map(|(h, _)| h).filter(|h| h.len() == 2 && self.nx == 2);
+        let heights_first = headings.as_ref().and_then(Headings::heights_of_profile).map(|column| column == 0);
+        let line = profile::line(path, [self.nx, self.ny], std::mem::take(&mut self.values), heights_first)?;
+        if let Some(headings) = headings {
+            let of_heights = headings.heights_of_profile().unwrap_or(1);
+            let lateral = headings.unit(1 - of_heights);
+            self.header.take_units([lateral.clone(), lateral], headings.unit(of_heights));
+        }
+        let mut done = self.done(path, line.map, line.extent, TextLayout::Profile)?;
+        done.warnings.extend(line.warning);
+        Ok(done)
+    }
+
     fn lines(self, path: &Path, (map, extent): (HeightMap, [f64; 2])) -> Result<TextMap> {
         self.done(path, map, Some(extent), TextLayout::XyzLines)
     }
@@ -275,8 +300,8 @@ impl TextChannel {
             let accepted = "a name for each column, key = value, or a comment (# in front)";
             return Err(Error::format(path, found, accepted));
         }
-        if self.headings.as_ref().is_some_and(|(h, _)| h.are_of_profile() && self.nx == 2) {
-            let accepted = "a map, or columns without these names where all are heights";
+        if self.nx == 2 && self.headings.as_ref().is_some_and(|(h, _)| h.heights_of_profile().is_some()) {
+            let accepted = "a map; --profile (surface.profile) for a surface that is uniform along y; or columns without these names where all are heights";
             return Err(Error::format(path, "columns of x and heights: a profile, which is no map", accepted));
         }
         self.shape(path)?;

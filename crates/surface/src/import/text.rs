@@ -4,7 +4,7 @@
 //! start of a line, begins a comment. Several channels may follow each other, each with its header.
 
 use super::comments::{comment_apart, fields_of};
-use super::content::{Fourier, ImportOptions};
+use super::content::ImportOptions;
 use super::decode::TextLines;
 use super::fields::{Notation, Separator, split};
 use super::header::ChannelHeader;
@@ -38,7 +38,7 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<TextMap> {
         return Err(Error::format(path, found, "a whole file (this one is cut off)"));
     }
     let doubt = reader.notation.check(path)?;
-    let mut text_map = choose(path, reader.sections, options)?.finish(path, options.fourier == Some(Fourier::None))?;
+    let mut text_map = choose(path, reader.sections, options)?.finish(path, options)?;
     text_map.warnings.extend(doubt);
     Ok(text_map)
 }
@@ -466,7 +466,7 @@ mod tests {
         assert_eq!(actual.declared.channels, ["Topo"]);
         let two = file.replace("deg", "nm");
         assert!(complaint(&two).contains("2 channels (Phase, Topo)"), "{}", complaint(&two));
-        let named = |name| text(two.as_bytes(), ImportOptions { dataset: Some(name), fourier: None });
+        let named = |name| text(two.as_bytes(), ImportOptions { dataset: Some(name), ..ImportOptions::default() });
         assert_eq!(named("Phase").unwrap().declared.unit.as_deref(), Some("nm"));
         assert_eq!(named("Phase").unwrap().declared.channels, ["Phase", "Topo"]);
         assert!(named("oak").err().unwrap().to_string().contains("no channel named \"oak\"; accepted: Phase, Topo"));

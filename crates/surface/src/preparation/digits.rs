@@ -1,5 +1,5 @@
 /// A number with three digits.
-pub(super) fn digits(value: f64) -> String {
+pub(crate) fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.2e}").parse().expect("a number that was just written");
     if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
 }

@@ -28,6 +28,14 @@ impl FilterKind {
             FilterKind::Sharp => "sharp",
         }
     }
+
+    /// Share of the amplitude of a wave that passes, by the number of waves per cut-off wavelength.
+    pub(super) fn transfer(self, n: f64) -> f64 {
+        match self {
+            FilterKind::Gaussian => (-LN_2 * n * n).exp(),
+            FilterKind::Sharp => f64::from(u8::from(n <= 1.0 + 1e-9)),
+        }
+    }
 }
 
 /// The waves that pass, by the cut-off wavelength.
@@ -87,8 +95,11 @@ pub(super) fn check(kind: FilterKind, low: Option<f64>, high: Option<f64>, grid:
 
 /// Lets the waves of a band pass. The mean belongs to the long waves.
 pub(super) fn apply(kind: FilterKind, band: PassBand, grid: Grid, heights: &mut [f64], periodic: bool) {
-    let smooth =
-        if periodic { waves(kind, band.cut_off(), grid, heights) } else { regression(band.cut_off(), grid, heights) };
+    let cut_off = band.cut_off();
+    let smooth = match periodic {
+        true => waves(|n| kind.transfer(n), cut_off, grid, heights),
+        false => regression(cut_off, grid, heights),
+    };
     heights.iter_mut().zip(smooth).for_each(|(h, s)| {
         *h = match band {
             PassBand::Long(_) => s,
@@ -97,14 +108,14 @@ pub(super) fn apply(kind: FilterKind, band: PassBand, grid: Grid, heights: &mut 
     });
 }
 
-/// The long waves of a periodic map, by its Fourier coefficients.
-fn waves(kind: FilterKind, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64> {
+/// The waves of a map that repeats with the power which a low-pass filter takes: 1 - T².
+pub(super) fn complement(kind: FilterKind, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64> {
+    waves(|n| (1.0 - kind.transfer(n).powi(2)).sqrt(), cut_off, grid, heights)
+}
+
+/// The waves of a map that repeats, each multiplied by its transfer, by its Fourier coefficients.
+fn waves(transfer: impl Fn(f64) -> f64 + Sync, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64> {
     let fraction = 1.0 / grid.points() as f64;
-    // Number of waves per cut-off wavelength.
-    let transfer = |n: f64| match kind {
-        FilterKind::Gaussian => (-LN_2 * n * n).exp(),
-        FilterKind::Sharp => f64::from(u8::from(n <= 1.0 + 1e-9)),
-    };
     let transform = Transform::<f64>::new(grid);
     let mut spectrum = transform.spectrum();
     // Without the mean, so that it costs the waves no digits.

@@ -4,6 +4,7 @@ mod crop;
 mod detrend;
 mod digits;
 mod edges;
+mod extend;
 mod facets;
 mod fill;
 mod filter;
@@ -15,16 +16,17 @@ mod rows;
 mod trend;
 
 pub use detrend::{Detrend, subtract_form};
+pub(super) use digits::digits;
 pub use edges::Edges;
 pub(crate) use edges::copies;
 pub use fill::{Fill, MAX_FILLED_SHARE};
 pub use filter::FilterKind;
 pub(super) use outliers::{SUSPECT, median, suspected_outliers};
+pub(super) use regrid::{regrid, sampled};
 
 use crate::height_map::HeightMap;
-use asperity_grid::error::Result;
+use asperity_grid::error::{Error, Result};
 use asperity_grid::{Grid, rms};
-use digits::digits;
 use filter::PassBand;
 
 /// Steps that a map goes through before it is solved, in the order of the fields. Lengths are in the unit of the extents.
@@ -44,6 +46,10 @@ pub struct Preparation {
     /// Columns and rows of the resampled map.
     pub resample: Option<[usize; 2]>,
     pub edges: Option<Edges>,
+    /// Shortest of the waves that are added below `low_pass`: a realisation of the self-affine spectrum that is fitted to the waves above it.
+    pub extend_to: Option<f64>,
+    /// Seed of these waves.
+    pub seed: u64,
 }
 
 /// A prepared map, without missing points.
@@ -105,13 +111,23 @@ impl Preparation {
         }
         if let Some(points) = self.resample {
             let (method, from) = (regrid::method(grid, points, repeats), [grid.nx, grid.ny]);
-            (grid, heights) = regrid::regrid(grid, heights, points, repeats)?;
+            (grid, heights) = regrid(grid, heights, points, repeats)?;
             history
                 .push(format!("resample: {} x {} to {} x {} points by {method}", from[0], from[1], grid.nx, grid.ny));
         }
         if let Some(kind) = self.edges {
             let line = kind.line(grid);
             (grid, heights) = kind.make(grid, heights);
+            history.push(line);
+        }
+        if let Some(to) = self.extend_to {
+            let Some(cut_off) = self.low_pass else {
+                let accepted = "only together with --low-pass, the wavelength down to which the map is trusted";
+                return Err(Error::input("preparation", "--extend-to", to, accepted));
+            };
+            let repeats = repeats || self.edges.is_some();
+            let line;
+            (grid, heights, line) = extend::extend((self.filter, cut_off), (to, self.seed), grid, heights, repeats)?;
             history.push(line);
         }
         let map = HeightMap::new("prepared map", grid.nx, grid.ny, heights)?;

@@ -20,7 +20,7 @@ pub(super) fn method(grid: Grid, points: [usize; 2], periodic: bool) -> &'static
 /// The map on `[columns, rows]` points of the same extents. A periodic map keeps its first node and its waves that both grids resolve.
 /// The pixels of a patch tile its extents: along an axis that is refined, heights at their centres are interpolated by cubic
 /// convolution; along one that is coarsened, they are means over the new pixels.
-pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic: bool) -> Result<(Grid, Vec<f64>)> {
+pub(crate) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic: bool) -> Result<(Grid, Vec<f64>)> {
     let [nx, ny] = points;
     if nx == 0 || ny == 0 {
         let found = format!("{nx} x {ny} points");
@@ -37,7 +37,21 @@ pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
         resampled.iter_mut().for_each(|h| *h += mean);
         return Ok((new, resampled));
     }
-    let taps = [taps(grid.nx, nx), taps(grid.ny, ny)];
+    let weights = [taps(grid.nx, nx), taps(grid.ny, ny)];
+    Ok((new, weighted(grid, &heights, &weights)))
+}
+
+/// Heights at positions along x and along y, in pixels from the first centre, by cubic convolution.
+pub(crate) fn sampled(grid: Grid, heights: &[f64], at: [&[f64]; 2]) -> Vec<f64> {
+    let taps = |axis: usize, n: usize| at[axis].iter().map(|u| cubic(*u, n)).collect();
+    weighted(grid, heights, &[taps(0, grid.nx), taps(1, grid.ny)])
+}
+
+/// Old points and their weights, for each new point of a line.
+type Taps = Vec<Vec<(usize, f64)>>;
+
+/// Sums along x, then along y.
+fn weighted(grid: Grid, heights: &[f64], taps: &[Taps; 2]) -> Vec<f64> {
     let apply = |axis: usize, from: &[f64], to: &mut [f64]| {
         // Relative to the first value, as weights add up to one but for rounding.
         let base = from[0];
@@ -45,11 +59,11 @@ pub(super) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
             *t = base + taps.iter().map(|(i, weight)| weight * (from[*i] - base)).sum::<f64>();
         }
     };
-    Ok((new, along_both(grid.nx, &heights, points, apply)))
+    along_both(grid.nx, heights, [taps[0].len(), taps[1].len()], apply)
 }
 
-/// Old points and their weights, for each of `new` pixels on a line of `old` ones.
-fn taps(old: usize, new: usize) -> Vec<Vec<(usize, f64)>> {
+/// Those of `new` pixels on a line of `old` ones.
+fn taps(old: usize, new: usize) -> Taps {
     let ratio = old as f64 / new as f64;
     (0..new)
         .map(|i| if new < old { mean_over(i, ratio, old) } else { cubic((i as f64 + 0.5) * ratio - 0.5, old) })

@@ -1,0 +1,278 @@
+//! Two rough surfaces that face each other. Only the sum of their heights matters to the contact of elastic half-spaces with small
+//! slopes (Johnson, Contact Mechanics, 1985, sec. 4.1): it is the surface of one of them on a flat other.
+
+use crate::lower_to_zero;
+use crate::preparation::{digits, regrid, sampled};
+use crate::scale_dependent::difference_gradient;
+use asperity_grid::{Error, Grid, Result, rms};
+
+/// How the other of two rough bodies lies on the first. Its map, seen from outside as it was measured, is turned over, then turned, then
+/// shifted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Whether the map is turned over about its y axis, as one that is laid face down: x is mirrored.
+    pub turned_over: bool,
+    /// Quarter turns from x towards y, 0 to 3.
+    pub quarter_turns: u8,
+    /// Shift along x and y, in the unit of the heights.
+    pub shift: [f64; 2],
+}
+
+impl Default for Placement {
+    /// Face down, the corners with the smallest coordinates above each other.
+    fn default() -> Self {
+        Placement { turned_over: true, quarter_turns: 0, shift: [0.0, 0.0] }
+    }
+}
+
+/// Heights `[ny, nx]` of a body, of which low points touch first, with the extents of its map in the same unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoughBody {
+    pub grid: Grid,
+    pub heights: Vec<f64>,
+}
+
+/// The sum of the heights of two bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facing {
+    /// Over the common grid; the lowest height is 0.
+    pub sum: RoughBody,
+    /// What was done, and statistics of both parts, in a line for people.
+    pub line: String,
+}
+
+/// Largest relative difference of the extents of two cells that are taken as one: that of extents which are written with five digits.
+const SAME_EXTENT: f64 = 1e-4;
+
+/// Offsets of two grids, in pixels, below which their nodes coincide.
+const SAME_NODE: f64 = 1e-6;
+
+/// Fewest nodes of the common part along an axis.
+const FEWEST: usize = 2;
+
+/// Names of the arguments, for messages.
+const PLACE: &str = "the other body";
+
+impl RoughBody {
+    /// Sum of the heights of two bodies. The finer of their grids is used along each axis.
+    ///
+    /// `periodic`: both repeat, in one cell; the other is shifted by whole nodes. Otherwise the sum is over the part where one map lies on
+    /// the other, at the nodes of the first; the other is interpolated by cubic convolution.
+    ///
+    /// # Errors
+    /// `Input`: periodic cells of different extents, maps that do not overlap, a placement that is not finite, no memory.
+    pub fn facing(self, other: RoughBody, placement: &Placement, periodic: bool) -> Result<Facing> {
+        let Placement { turned_over, quarter_turns, shift } = *placement;
+        if let Some(value) = shift.iter().find(|s| !s.is_finite()) {
+            return Err(Error::input(PLACE, "shift", value, "two finite lengths"));
+        }
+        if quarter_turns > 3 {
+            return Err(Error::input(PLACE, "quarter_turns", quarter_turns, "0, 1, 2 or 3"));
+        }
+        let parts = [&self, &other].map(RoughBody::statistics);
+        let other = other.placed(turned_over, quarter_turns, periodic);
+        let (mut sum, moved) = if periodic { self.cell(other, shift)? } else { self.overlap(other, shift)? };
+        lower_to_zero(&mut sum.heights);
+        let Grid { nx, ny, .. } = sum.grid;
+        let how = [
+            turned_over.then(|| "turned over".to_string()),
+            (quarter_turns > 0).then(|| format!("turned by {}°", 90 * u32::from(quarter_turns))),
+            (moved != [0.0, 0.0]).then(|| format!("shifted by {} x {}", digits(moved[0]), digits(moved[1]))),
+        ];
+        let how: String = how.into_iter().flatten().map(|text| text + ", ").collect();
+        let [first, other] = parts;
+        let line = format!("sum with the other body: {how}{nx} x {ny} points; first: {first}; other: {other}");
+        Ok(Facing { sum, line })
+    }
+
+    fn statistics(&self) -> String {
+        let gradient = difference_gradient(self.grid, &self.heights, false);
+        format!("rms height {}, rms gradient {}", digits(rms(&self.heights)), digits(gradient))
+    }
+
+    /// Turned over and turned. Nodes of a map that repeats are mirrored about the first, pixels of another about its middle.
+    fn placed(self, turned_over: bool, quarter_turns: u8, periodic: bool) -> RoughBody {
+        let mirrored = |i: usize, n: usize| if periodic { (n - i) % n } else { n - 1 - i };
+        let map = |grid: Grid, from: &dyn Fn(usize, usize) -> f64| RoughBody {
+            grid,
+            heights: (0..grid.points()).map(|i| from(i % grid.nx, i / grid.nx)).collect(),
+        };
+        let mut body = self;
+        if turned_over {
+            let Grid { nx, .. } = body.grid;
+            body = map(body.grid, &|x, y| body.heights[y * nx + mirrored(x, nx)]);
+        }
+        for _ in 0..quarter_turns {
+            let Grid { nx, ny, lx, ly } = body.grid;
+            // A point (x, y) goes to (-y, x).
+            let turned = Grid { nx: ny, ny: nx, lx: ly, ly: lx };
+            body = map(turned, &|x, y| body.heights[mirrored(x, ny) * nx + y]);
+        }
+        body
+    }
+
+    /// On `points` nodes of the same extents.
+    fn on(self, points: [usize; 2], periodic: bool) -> Result<RoughBody> {
+        if points == [self.grid.nx, self.grid.ny] {
+            return Ok(self);
+        }
+        let (grid, heights) = regrid(self.grid, self.heights, points, periodic)?;
+        Ok(RoughBody { grid, heights })
+    }
+
+    /// Two bodies in one periodic cell, and the shift that was made.
+    fn cell(self, other: RoughBody, shift: [f64; 2]) -> Result<(RoughBody, [f64; 2])> {
+        let (a, b) = (self.grid, other.grid);
+        let differ = |a: f64, b: f64| (a / b - 1.0).abs() > SAME_EXTENT;
+        if differ(a.lx, b.lx) || differ(a.ly, b.ly) {
+            let found = format!("a cell of {} x {}", digits(b.lx), digits(b.ly));
+            let accepted = format!(
+                "that of the first body, {} x {}, as both repeat; continuum.periodic = false or surface.edges take the part where one \
+                 map lies on the other",
+                digits(a.lx),
+                digits(a.ly)
+            );
+            return Err(Error::input(PLACE, "length", found, accepted));
+        }
+        let points = [a.nx.max(b.nx), a.ny.max(b.ny)];
+        let (mut sum, other) = (self.on(points, true)?, other.on(points, true)?);
+        let Grid { nx, ny, .. } = sum.grid;
+        let pixel = [sum.grid.dx(), sum.grid.dy()];
+        let nodes = [0, 1].map(|axis| (shift[axis] / pixel[axis]).round());
+        let [sx, sy] = [(nodes[0], nx), (nodes[1], ny)].map(|(s, n)| s.rem_euclid(n as f64) as usize);
+        for (i, h) in sum.heights.iter_mut().enumerate() {
+            *h += other.heights[(i / nx + ny - sy) % ny * nx + (i % nx + nx - sx) % nx];
+        }
+        Ok((sum, [nodes[0] * pixel[0], nodes[1] * pixel[1]]))
+    }
+
+    /// The part where one map lies on the other, at nodes of the first, and the shift.
+    fn overlap(self, other: RoughBody, shift: [f64; 2]) -> Result<(RoughBody, [f64; 2])> {
+        let (a, b) = (self.grid, other.grid);
+        let finest = |n: usize, length: f64, pixel: f64| n.max((length / pixel - SAME_NODE).ceil() as usize);
+        let first = self.on([finest(a.nx, a.lx, b.dx()), finest(a.ny, a.ly, b.dy())], false)?;
+        let grid = first.grid;
+        // Centres of the first's pixels, in pixels of the other from its first centre.
+        let places = |n: usize, pixel: f64, of_other: f64, shift: f64, n_other: usize| {
+            let place = |i: usize| ((i as f64 + 0.5) * pixel - shift) / of_other - 0.5;
+            let exact = |u: f64| if (u - u.round()).abs() < SAME_NODE { u.round() } else { u };
+            let inside = |u: f64| (0.0..=n_other as f64 - 1.0).contains(&u);
+            let list = (0..n).map(|i| (i, exact(place(i)))).filter(|(_, u)| inside(*u));
+            list.unzip::<usize, f64, Vec<_>, Vec<_>>()
+        };
+        let (columns, ux) = places(grid.nx, grid.dx(), b.dx(), shift[0], b.nx);
+        let (rows, uy) = places(grid.ny, grid.dy(), b.dy(), shift[1], b.ny);
+        let (nx, ny) = (columns.len(), rows.len());
+        if nx.min(ny) < FEWEST {
+            let found =
+                format!("{} x {}: the maps have {nx} x {ny} points in common", digits(shift[0]), digits(shift[1]));
+            return Err(Error::input(PLACE, "shift", found, "a shift after which the maps lie on each other"));
+        }
+        let (x0, y0) = (columns[0], rows[0]);
+        let mut heights = sampled(b, &other.heights, [&ux, &uy]);
+        for (k, row) in heights.chunks_mut(nx).enumerate() {
+            let own = &first.heights[(y0 + k) * grid.nx + x0..][..nx];
+            row.iter_mut().zip(own).for_each(|(h, own)| *h += own);
+        }
+        let common = Grid { nx, ny, lx: nx as f64 * grid.dx(), ly: ny as f64 * grid.dy() };
+        Ok((RoughBody { grid: common, heights }, shift))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// Rounding of heights up to 10.
+    const ROUNDING: f64 = 1e-13;
+
+    fn body(grid: Grid, value: impl Fn(f64, f64) -> f64) -> RoughBody {
+        let centre = |i: usize, d: f64| (i as f64 + 0.5) * d;
+        let heights = (0..grid.points()).map(|i| value(centre(i % grid.nx, grid.dx()), centre(i / grid.nx, grid.dy())));
+        RoughBody { grid, heights: heights.collect() }
+    }
+
+    fn equal(sum: &RoughBody, mut exact: Vec<f64>) {
+        lower_to_zero(&mut exact);
+        let largest = sum.heights.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(sum.heights.len() == exact.len() && largest < ROUNDING, "{largest}");
+    }
+
+    /// A surface is the sum of two of half its heights, however the second is turned before.
+    #[test]
+    fn two_halves_of_a_surface_give_the_surface() {
+        let grid = Grid { nx: 7, ny: 5, lx: 1.4, ly: 1.0 };
+        let whole: Vec<f64> = (0..35).map(|i: u32| f64::from(i * i % 17)).collect();
+        let half = RoughBody { grid, heights: whole.iter().map(|h| h / 2.0).collect() };
+        for periodic in [true, false] {
+            for (turned_over, quarter_turns) in [(true, 0), (false, 0), (true, 1), (true, 2), (false, 3)] {
+                // The turns that undo it: a map that was turned over turns the other way.
+                let back = if turned_over { quarter_turns } else { (4 - quarter_turns) % 4 };
+                let other = half.clone().placed(turned_over, back, periodic);
+                let placement = Placement { turned_over, quarter_turns, shift: [0.0, 0.0] };
+                let facing = half.clone().facing(other, &placement, periodic).unwrap();
+                assert_eq!(facing.sum.grid, grid);
+                equal(&facing.sum, whole.clone());
+            }
+        }
+    }
+
+    /// Waves of a cell on other nodes, turned over and shifted, by closed form.
+    #[test]
+    fn waves_of_one_cell_add_up() {
+        let on = |nx: usize, ny: usize, value: &dyn Fn(f64, f64) -> f64| RoughBody {
+            grid: Grid { nx, ny, lx: 2.0, ly: 1.0 },
+            heights: (0..nx * ny)
+                .map(|i| value(2.0 * (i % nx) as f64 / nx as f64, (i / nx) as f64 / ny as f64))
+                .collect(),
+        };
+        let first = |x: f64, y: f64| (TAU * x / 2.0).cos() + 0.5 * (TAU * y).sin();
+        let other = |x: f64, y: f64| (TAU * (x + y) + 0.3).cos();
+        let placement = Placement { shift: [0.51, -0.27], ..Placement::default() };
+        let facing = on(8, 16, &first).facing(on(16, 8, &other), &placement, true).unwrap();
+        // Whole nodes of the common grid: 0.5 and -0.25.
+        assert!(facing.line.contains("turned over, shifted by 0.5 x -0.25, 16 x 16 points"), "{}", facing.line);
+        let exact = on(16, 16, &|x, y| first(x, y) + other(-(x - 0.5), y + 0.25));
+        equal(&facing.sum, exact.heights);
+    }
+
+    /// Quadratic heights of maps with other extents, pixels and a shift are exact where both maps are.
+    #[test]
+    fn patches_add_up_where_they_lie_on_each_other() {
+        let first = body(Grid { nx: 12, ny: 8, lx: 2.4, ly: 1.6 }, |x, y| 1.0 + x - x * x + 0.3 * x * y);
+        let other = body(Grid { nx: 30, ny: 8, lx: 1.5, ly: 2.0 }, |x, y| y * y - 0.5 * x * y + 0.2 * x);
+        let placement = Placement { turned_over: true, quarter_turns: 1, shift: [0.13, 0.21] };
+        let Facing { sum, .. } = first.facing(other, &placement, false).unwrap();
+        // Turned over (x to 1.5 - x), then turned: (x, y) to (2 - y, x), on pixels of 0.25 x 0.05.
+        let exact = |x: f64, y: f64| {
+            let (u, v) = (x - 0.13, y - 0.21);
+            let (x2, y2) = (1.5 - v, 2.0 - u);
+            1.0 + x - x * x + 0.3 * x * y + y2 * y2 - 0.5 * x2 * y2 + 0.2 * x2
+        };
+        let Grid { nx, ny, .. } = sum.grid;
+        assert_eq!([sum.grid.dx(), sum.grid.dy()].map(|d| (d * 1e9).round()), [2e8, 5e7]);
+        // First centres of the first body that are within the centres of the other.
+        let (x0, y0) = (0.3, 0.275);
+        let heights = (0..nx * ny).map(|i| exact(x0 + 0.2 * (i % nx) as f64, y0 + 0.05 * (i / nx) as f64));
+        equal(&sum, heights.collect());
+        assert_eq!((nx, ny), (9, 27));
+    }
+
+    #[test]
+    fn bodies_that_do_not_fit_are_refused() {
+        let flat = |n: usize, length: f64| RoughBody {
+            grid: Grid { nx: n, ny: n, lx: length, ly: length },
+            heights: vec![0.0; n * n],
+        };
+        let message = |other: RoughBody, placement: Placement, periodic: bool| {
+            flat(8, 1.0).facing(other, &placement, periodic).unwrap_err().to_string()
+        };
+        let usual = Placement::default();
+        assert!(message(flat(8, 1.01), usual, true).contains("that of the first body, 1 x 1"));
+        let far = Placement { shift: [0.95, 0.0], ..usual };
+        assert!(message(flat(8, 1.0), far, false).contains("have 0 x 8 points in common"));
+        assert!(message(flat(8, 1.0), Placement { quarter_turns: 4, ..usual }, true).contains("0, 1, 2 or 3"));
+        assert!(message(flat(8, 1.0), Placement { shift: [f64::NAN, 0.0], ..usual }, true).contains("finite"));
+    }
+}

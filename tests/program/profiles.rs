@@ -1,0 +1,166 @@
+//! Profiles as surfaces that are uniform along y, and maps with waves below what was measured.
+
+use crate::program::{asperity, stderr};
+use asperity::surface::files::npy;
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Output;
+
+struct Files(tempfile::TempDir);
+
+impl Files {
+    fn new() -> Self {
+        Files(tempfile::tempdir().expect("scratch"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        self.path(name).to_str().expect("UTF-8").into()
+    }
+
+    fn write(&self, name: &str, contents: &str) -> String {
+        fs::write(self.path(name), contents).expect("written");
+        self.text(name)
+    }
+}
+
+fn run(command: &str, flags: &[&str]) -> Output {
+    asperity().arg(command).args(flags).output().expect("started")
+}
+
+fn json(command: &str, flags: &[&str]) -> Value {
+    let found = run(command, &[flags, &["--json"]].concat());
+    assert!(found.status.success(), "{flags:?}: {}", stderr(&found));
+    serde_json::from_slice(&found.stdout).expect("JSON")
+}
+
+fn number(line: &Value, key: &str) -> f64 {
+    line[key].as_f64().unwrap_or_else(|| panic!("{key} in {line}"))
+}
+
+/// Points of a profile, and their distance in µm.
+const N: usize = 240;
+const STEP: f64 = 0.25;
+
+/// In µm.
+fn height(i: usize) -> f64 {
+    let wave = |k: f64, phase: f64| (TAU * k * i as f64 / N as f64 + phase).cos();
+    0.2 * wave(1.0, 0.4) + 0.08 * wave(5.0, 1.0) + 0.05 * wave(13.0, 2.0)
+}
+
+fn table(separator: &str, header: &str, row: impl Fn(usize) -> (f64, f64)) -> String {
+    let line = |i: usize| format!("{:.4}{separator}{:.9}\n", row(i).0, row(i).1);
+    header.to_string() + &(0..N).map(line).collect::<String>()
+}
+
+/// Tables of positions and heights, with either order and with names of columns, are the line of heights that they hold, and a strip of
+/// many such lines.
+#[test]
+fn a_profile_is_a_surface_uniform_along_y() {
+    let files = Files::new();
+    npy::write(&files.path("strip.npy"), N, 6, (0..6 * N).map(|k| height(k % N))).expect("written");
+    let plain = |i: usize| (STEP * i as f64, height(i));
+    let reversed = |i: usize| (STEP * (N - 1 - i) as f64, height(N - 1 - i));
+    files.write("columns.txt", &table("\t", "", plain));
+    files.write("named.csv", &table(",", "X_(microns),Z_(microns)\n", plain));
+    files.write("reversed.txt", &table(" ", "", reversed));
+    files.write("line.txt", &(0..N).map(|i| format!("{:.9} ", height(i))).collect::<String>());
+    let usual = ["--touching", "high-points", "--modulus", "10MPa", "--pressure", "0.05MPa", "--unit", "um"];
+    let strip = json("solve", &[&[&files.text("strip.npy")[..], "--length", "60um"], &usual[..]].concat());
+    for (name, more) in [
+        ("columns.txt", &[][..]),
+        ("named.csv", &[]),
+        ("reversed.txt", &[]),
+        ("columns.txt", &["--length", "60um"]),
+        ("line.txt", &["--length", "60um"]),
+    ] {
+        let one = json("solve", &[&[&files.text(name)[..], "--profile"], more, &usual[..]].concat());
+        assert_eq!((number(&one, "nx"), number(&one, "ny")), (N as f64, 1.0), "{name}");
+        for key in ["contact_nodes", "mean_gap", "stiffness"] {
+            let (a, b) = (number(&one, key), number(&strip, key));
+            assert!((a / b - 1.0).abs() < 1e-6, "{name} {key}: {a} {b}");
+        }
+    }
+    // Rq and Rdq of the sum of three waves, by closed form.
+    let flags = [&files.text("columns.txt")[..], "--profile", "--touching", "high-points", "--unit", "um"];
+    let surface = json("surface", &flags);
+    let waves = [(0.2, 1.0), (0.08, 5.0), (0.05, 13.0)];
+    let rms = waves.map(|(a, _): (f64, f64)| a * a / 2.0).iter().sum::<f64>().sqrt() * 1e-6;
+    let slope = waves.map(|(a, k)| (TAU * k / (N as f64 * STEP) * a).powi(2) / 2.0).iter().sum::<f64>().sqrt();
+    assert!((number(&surface, "rms_height_m") / rms - 1.0).abs() < 1e-6, "{surface}");
+    assert!((number(&surface, "rms_gradient") / slope - 1.0).abs() < 1e-6, "{surface}");
+    // A run with its report.
+    let scene = "name = \"profile\"\n[laboratory]\nmodulus = \"10 MPa\"\n[surface]\nheights = \"columns.txt\"\nprofile = true\nunit = \
+                 \"um\"\ntouching = \"high-points\"\n[load]\npressure = \"50 kPa\"\n";
+    let scene = files.write("profile.toml", scene);
+    let out = files.text("out");
+    let results = json("run", &[&scene, "--out", &out]);
+    assert!(results.is_object() && files.path("out/report.html").exists());
+    let area = fs::read_to_string(files.path("out/results.json")).expect("results");
+    let area: Value = serde_json::from_str(&area).expect("JSON");
+    let area = number(&area["continuum"]["states"][0], "contact_nodes");
+    assert!((area / number(&strip, "contact_nodes") - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn what_is_no_profile_and_what_none_can_do_is_refused() {
+    let files = Files::new();
+    let profile = files.write("p.txt", &table(" ", "", |i| (STEP * i as f64, height(i))));
+    let back = files.write("back.txt", &table(" ", "", |i| (STEP * (i % 7) as f64, height(i))));
+    let map = files.write("map.txt", &format!("{}\n", "1 2 3 4 5\n".repeat(9)));
+    let usual = ["--touching", "high-points", "--modulus", "1", "--length", "60"];
+    for (flags, words) in [
+        (vec![&profile[..], "--pressure", "0.01"], "--profile"),
+        (vec![&profile, "--profile", "--pressure", "0.01", "--non-periodic"], "it has no edges there"),
+        (vec![&profile, "--profile", "--force", "0.01"], "no width on which a force acts"),
+        (vec![&back, "--profile", "--pressure", "0.01"], "neither rise nor fall"),
+        (vec![&profile, "--profile", "--pressure", "0.01", "--method", "persson"], "roughness along both axes"),
+        (vec![&map, "--profile", "--pressure", "0.01"], "a map of 5 x 9 points"),
+    ] {
+        let refused = run("solve", &[&flags[..], &usual].concat());
+        let said = stderr(&refused);
+        assert!(refused.status.code() == Some(2) && said.contains(words), "{flags:?}: {said}");
+    }
+}
+
+/// A map that is known down to a wavelength, alone and with waves below it: less contact under the same pressure, by how much depends on the
+/// seed. `ensemble` gives mean and error.
+#[test]
+fn waves_below_the_measured_ones_reduce_the_contact() {
+    let files = Files::new();
+    let made = ["--grid", "256", "--seed", "5", "--cut-off", "2um", "--rms-gradient", "0.2", "--out"];
+    let map = files.text("map.npy");
+    let found = run("surface", &[&made[..], &[&map]].concat());
+    assert!(found.status.success(), "{}", stderr(&found));
+    let solve = |more: &[&str]| {
+        let usual = [&map[..], "--modulus", "25MPa", "--pressure", "0.1MPa", "--low-pass", "5um"];
+        number(&json("solve", &[&usual[..], more].concat()), "contact_area")
+    };
+    let known = solve(&[]);
+    let [one, two, again] = ["1", "2", "1"].map(|seed| solve(&["--extend-to", "2um", "--seed", seed]));
+    assert!(one < 0.9 * known && two < 0.9 * known && one != two && one == again, "{known} {one} {two}");
+    let scene = "name = \"afm\"\n[laboratory]\nmodulus = \"25 MPa\"\n[surface]\nheights = \"map.npy\"\nlow_pass = \"5 um\"\nextend_to = \"2 \
+                 um\"\n[load]\npressure = \"0.1 MPa\"\n";
+    let scene = files.write("afm.toml", scene);
+    let found = run("ensemble", &[&scene, "--seeds", "1..2", "--out", &files.text("band")]);
+    assert!(found.status.success(), "{}", stderr(&found));
+    let text = fs::read_to_string(files.path("band/ensemble.json")).expect("results");
+    let all: Value = serde_json::from_str(&text).expect("JSON");
+    let of_area = |s: &&Value| s["source"] == "continuum" && s["quantity"] == "contact_area";
+    let mean = all["statistics"].as_array().expect("a list").iter().find(of_area).expect("the area")["mean"].as_f64();
+    assert!((mean.expect("a number") / ((one + two) / 2.0) - 1.0).abs() < 1e-9, "{mean:?} {one} {two}");
+    for (more, words) in [
+        (&["--extend-to", "2um", "--seed", "1"][..], "--low-pass"),
+        (&["--low-pass", "5um", "--seed", "1"], "--extend-to"),
+        (&["--low-pass", "5um", "--extend-to", "6um"], "to below --low-pass"),
+    ] {
+        let refused = run("solve", &[&[&map[..], "--modulus", "25MPa", "--pressure", "0.1MPa"], more].concat());
+        let said = stderr(&refused);
+        assert!(refused.status.code() == Some(2) && said.contains(words), "{more:?}: {said}");
+    }
+}
