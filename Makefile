@@ -23,7 +23,7 @@ help:
 	@echo "make bench  run the benchmarks"
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
-	@echo "make errors  test how often the stated errors cover the truth, and write docs/errors.md (half an hour)"
+	@echo "make errors  test how often the stated errors cover the truth, and write evidence/errors.md (half an hour)"
 	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
 	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000), and damage 1000 folders (DAMAGES=10000)"
 	@echo "make kills  kill every long command, 200 times in all, and compare the results"
@@ -77,7 +77,7 @@ claims:
 errors:
 	cargo build --release --locked
 	@scripts/setup.sh --tests
-	scripts/errors.py --asperity target/release/asperity --write docs/errors.md
+	scripts/errors.py --asperity target/release/asperity --write evidence/errors.md
 
 fuzz:
 	scripts/fuzz.sh $(SECONDS)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
-from pathlib import PurePosixPath
+from pathlib import Path
 
 from docutils import nodes
 from docutils.parsers.rst import Directive
+from sphinx import addnodes
 
 import asperity
 
@@ -69,13 +71,36 @@ def _commands(of: list[str] | None = None) -> list[list[str]]:
     return [words, *(found for name in names if name != "help" for found in _commands([*words, name]))]
 
 
-def _name_files(app: object, page: str, source: list[str]) -> None:
-    """Pages link to files of the repository outside this folder, which the site does not have: their paths take the place of the links."""
-    depth = len(PurePosixPath(page).parents)
-    outside = re.compile(r"\[([^]]+)\]\(" + depth * r"\.\./" + r"([^)#]+)(#[^)]*)?\)")
-    source[0] = outside.sub(r"\1 (`\2`)", source[0])
+_PAGES = Path(__file__).resolve().parent
+_EVIDENCE = _PAGES.parent / "evidence"
+
+
+def _relink(app: object, page: str, source: list[str]) -> None:
+    """Links between docs/ and evidence/, which the site has as one tree; of other files of the repository their paths take the place of the links."""
+    folder = _EVIDENCE.parent / page if page.startswith("evidence/") else _PAGES / page
+
+    def target(found: re.Match[str]) -> str:
+        label, path, anchor = found[1], found[2], found[3] or ""
+        if "://" in path:
+            return found[0]
+        file = Path(os.path.normpath(folder.parent / path))
+        for root, here in ((_PAGES, _PAGES), (_EVIDENCE, _PAGES / "evidence")):
+            if file.is_relative_to(root) and not file.is_dir():
+                return f"[{label}](/{here.relative_to(_PAGES) / file.relative_to(root)}{anchor})"
+        return f"{label} (`{file.relative_to(_PAGES.parent)}`)"
+
+    source[0] = re.sub(r"\[([^]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)", target, source[0])
+
+
+def _name_pages(app: object, doctree: nodes.document) -> None:
+    """Pages of evidence/ are read through a link of this folder, which Sphinx follows in references: they get their names in the site again."""
+    for reference in doctree.findall(addnodes.pending_xref):
+        page = Path(reference.get("reftarget", ""))
+        if page.is_relative_to(_EVIDENCE):
+            reference["reftarget"] = str("evidence" / page.relative_to(_EVIDENCE))
 
 
 def setup(app: object) -> None:
     app.add_directive("program-help", ProgramHelp)  # type: ignore[attr-defined]
-    app.connect("source-read", _name_files)  # type: ignore[attr-defined]
+    app.connect("source-read", _relink)  # type: ignore[attr-defined]
+    app.connect("doctree-read", _name_pages)  # type: ignore[attr-defined]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Repeats the commands behind the numbers in the documents and compares.
 
-docs/claims.toml lists runs (a command and its cost) and claims (a quotation of a document, the run behind it, and how its numbers
+evidence/claims.toml lists runs (a command and its cost) and claims (a quotation of a document, the run behind it, and how its numbers
 follow from the run's output). A claim holds if its quotation stands in the document, the document names the command, and every number
 in braces equals the run's within its tolerance: half a unit of its last printed digit where none is given.
 
@@ -167,7 +167,7 @@ def test_names():
         modules |= {part.removesuffix(".rs") for part in file.relative_to(ROOT).parts}
     binaries = {path.stem for path in ROOT.glob("tests/*") if path.is_dir() or path.suffix == ".rs"}
     absent = []
-    for document in sorted(ROOT.glob("docs/**/*.md")):
+    for document in sorted([*ROOT.glob("docs/*.md"), *ROOT.glob("evidence/**/*.md")]):
         text = document.read_text()
         # `solvers analytic::hertz`, `--lib kernel`, `atoms::damage::…`, and the tables of asperities, fields, statistical.
         for found in re.finditer(r"`(?:--test )?(?:(--lib|%s) )?((?:[a-z]\w*::)*[a-z]\w*?)(?:…|_…)?`" % "|".join(sorted(binaries)), text):
@@ -183,11 +183,12 @@ def test_names():
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--asperity", type=Path, default=ROOT / "target/release/asperity")
-    parser.add_argument("--table", type=Path, default=ROOT / "docs/claims.toml")
+    parser.add_argument("--table", type=Path, default=ROOT / "evidence/claims.toml")
     parser.add_argument("--cost", choices=COSTS, default="minutes", help="most expensive runs")
     parser.add_argument("--all", action="store_true", help="as --cost hours")
     parser.add_argument("--run", help="this run only, whatever it costs")
     parser.add_argument("--without", default="", help="programs that are missing here, separated by commas: lammps")
+    parser.add_argument("--quotations", action="store_true", help="only whether the quotations and commands stand in the documents")
     parser.add_argument("--names", action="store_true", help="only whether the tests that documents name exist")
     arguments = parser.parse_args()
     if arguments.names:
@@ -208,7 +209,9 @@ def main():
             if not own:
                 raise Damaged(f"run {name} has no claim")
             begun, finished = time.monotonic(), None
-            if name == arguments.run if arguments.run else COSTS.index(run["cost"]) <= most and not missing & set(run.get("needs", [])):
+            if arguments.quotations:
+                pass
+            elif name == arguments.run if arguments.run else COSTS.index(run["cost"]) <= most and not missing & set(run.get("needs", [])):
                 finished = execute(run["command"], scratch)
             else:
                 left_out.append(f"{name} ({run['cost']}): {'; '.join(run['command'].strip().splitlines())}")
@@ -235,5 +238,5 @@ if __name__ == "__main__":
     try:
         sys.exit(main())
     except Damaged as error:
-        print(f"docs/claims.toml: {error}", file=sys.stderr)
+        print(f"evidence/claims.toml: {error}", file=sys.stderr)
         sys.exit(2)

@@ -9,7 +9,7 @@ of the stated error, or where it decides the case in spite of its size; the othe
     scripts/errors.py --asperity target/release/asperity                        # all quantities, twenty minutes on two cores
     scripts/errors.py --asperity target/release/asperity --quantity leakage     # one of them
     scripts/errors.py --asperity target/release/asperity --cases 4 --seed 900   # few cases of other surfaces
-    scripts/errors.py --asperity target/release/asperity --write docs/errors.md
+    scripts/errors.py --asperity target/release/asperity --write evidence/errors.md
 
 Seed 1 is that of the published table. Errors were tuned on seeds from 900 on only. Exit code 1 if an error covers less than 19 of 20.
 Needs numpy: that of `make test`, in target/python, is used where the interpreter has none.

@@ -1,7 +1,7 @@
 //! Acceptance checks of the contact-mechanics challenge (Müser et al. 2017): statements of the paper against results of
 //! a run.
 //!
-//! Statements are numbered as in `docs/challenge.md`. A statement that the grid or the run cannot test is not assessed,
+//! Statements are numbered as in `evidence/challenge.md`. A statement that the grid or the run cannot test is not assessed,
 //! with the reason.
 
 mod area;

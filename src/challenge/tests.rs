@@ -169,7 +169,7 @@ fn results_that_agree_with_the_paper_pass() {
     assert!(list.iter().all(|j| j.status == CheckStatus::Pass), "{list:?}");
     let exact = list.iter().find(|j| j.id == "A03").and_then(|j| j.error).expect("an error");
     assert!(exact < 1e-6, "{exact}");
-    // Differences of two solutions of one surface have no error (docs/challenge.md); the synthetic states have none of their own.
+    // Differences of two solutions of one surface have no error (evidence/challenge.md); the synthetic states have none of their own.
     let errors: Vec<&str> = list.iter().filter(|j| j.error.is_some()).map(|j| j.id.as_str()).collect();
     for id in ["S12", "S16", "S17a", "S17b", "S18", "S21b", "S22", "S23a", "S23b"] {
         assert!(errors.contains(&id), "{id}: {errors:?}");
@@ -305,7 +305,7 @@ fn one_number_changed_fails_a_statement() {
     }
 }
 
-/// Accepted ranges of docs/challenge.md, for the paper's own surface.
+/// Accepted ranges of evidence/challenge.md, for the paper's own surface.
 #[test]
 fn accepted_ranges_are_those_of_the_documents() {
     /// The range of A03 holds two standard errors of its fit, which are below 1e-6 here.

@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 /// A statement of the challenge and the value found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AcceptanceCheck {
-    /// Identifier such as "S07" of docs/challenge.md.
+    /// Identifier such as "S07" of evidence/challenge.md.
     pub id: String,
     pub statement: String,
     /// Unit for display ("µm", "%", "1").
     pub unit: String,
     pub value: Option<f64>,
-    /// Error of the value in the same unit, where known; docs/challenge.md states how each is found.
+    /// Error of the value in the same unit, where known; evidence/challenge.md states how each is found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
     pub reference: Option<f64>,

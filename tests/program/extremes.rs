@@ -1,6 +1,6 @@
 //! The program with extreme input: units of any size, maps of any size, invalid files.
 //!
-//! `docs/extremes.md` lists all cases and their results.
+//! `evidence/extremes.md` lists all cases and their results.
 
 use crate::flags::dimensionless;
 use crate::program::{asperity, json_line, stderr};

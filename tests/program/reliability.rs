@@ -1,4 +1,4 @@
-//! Faults of disk, files, scenes and programs: what docs/reliability.md promises.
+//! Faults of disk, files, scenes and programs: what evidence/reliability.md promises.
 
 use crate::folder::{fields, files, of_the_scene};
 use crate::lammps::lammps;

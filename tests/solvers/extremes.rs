@@ -1,6 +1,6 @@
 //! Solvers at extreme loads, adhesion, walls, layers, grids and precisions.
 //!
-//! `docs/extremes.md` lists all cases and their results.
+//! `evidence/extremes.md` lists all cases and their results.
 
 use crate::found::{Found, near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};

@@ -1,7 +1,7 @@
 //! Solvers at extreme adhesion: ranges from a thousandth of the mesh size to a million times it, sixteen times the
 //! challenge's work of adhesion, tension up to and beyond pull-off.
 //!
-//! `docs/extremes.md` lists all cases and their results.
+//! `evidence/extremes.md` lists all cases and their results.
 
 use crate::found::{near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};

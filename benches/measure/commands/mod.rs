@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 use std::ffi::OsString;
 use std::process::{Command, ExitCode, Stdio};
 
-/// The surface that docs/performance.md was measured on.
+/// The surface that evidence/performance.md was measured on.
 const SEED: &str = "1";
 
 /// Load of every solve, over E*.

@@ -43,7 +43,7 @@ const LOADS: [f64; 12] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.14, 0.2, 0.3, 0.4, 0.
 const OPEN: usize = 6;
 
 impl MeasuredErrors {
-    /// Errors of contact area and mean gap on the surface of the challenge: `asperity tradeoff configs/challenge.toml`, docs/trade-off.md.
+    /// Errors of contact area and mean gap on the surface of the challenge: `asperity tradeoff configs/challenge.toml`, evidence/trade-off.md.
     pub const fn on_the_challenge(errors: &'static [MeasuredError], adhesive: bool) -> Self {
         MeasuredErrors {
             errors: Cow::Borrowed(errors),
