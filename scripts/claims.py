@@ -105,9 +105,14 @@ def execute(command, scratch):
     return Finished(folder, done.returncode, done.stdout, done.stderr)
 
 
+def read_document(claim):
+    """The text of a document, or of all that a pattern names."""
+    return "\n".join(file.read_text() for file in sorted(ROOT.glob(claim["document"])))
+
+
 def in_document(claim, run, documents):
     """What is wrong with the document's side of a claim, without running anything."""
-    text = documents.setdefault(claim["document"], spaces((ROOT / claim["document"]).read_text()))
+    text = documents.setdefault(claim["document"], spaces(read_document(claim)))
     wrong = []
     if "quote" in claim and spaces(re.sub(r"\{([^}]*)\}", r"\1", claim["quote"])) not in text:
         wrong.append("the quotation does not stand in the document")
@@ -127,13 +132,13 @@ def keys_of(value):
 def compare(claim, finished):
     """What differs between a claim and the run's output, and the number of compared numbers."""
     if "output" in claim:
-        document, out = (ROOT / claim["document"]).read_text(), finished.out
+        document, out = read_document(claim), finished.out
         if finished.code:
             return [f"exit code {finished.code}: {finished.err.strip()[-300:]}"], 1
         holds = {"equal": document == out, "contained": out.strip() in document}[claim["output"]]
         return [] if holds else ["the document and the output differ"], 1
     if "keys" in claim:
-        code = " ".join(re.findall(r"`([^`]*)`", (ROOT / claim["document"]).read_text()))
+        code = " ".join(re.findall(r"`([^`]*)`", read_document(claim)))
         keys = keys_of(finished.load(claim["keys"]))
         absent = sorted(key for key in keys if not re.search(rf"(?<!\w){re.escape(key)}(?!\w)", code))
         return ([f"the document lacks {', '.join(absent)}"] if absent else []), len(keys)

@@ -75,7 +75,7 @@ impl FinishedRun {
         self.map(state.stress_file(), self.modulus_pa)
     }
 
-    /// All of `results.json`, as docs/formats.md describes it.
+    /// All of `results.json`, as docs/result-files.md describes it.
     ///
     /// # Errors
     /// Those of reading the file.
