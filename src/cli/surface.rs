@@ -1,5 +1,5 @@
 use super::file::{FileFlags, MapFlags, flag_of, refuse_grid, refused};
-use super::surface_tip::TipMarks;
+use super::surface_instrument::{Noise, TipMarks};
 use super::{output, surface_functions, surface_survey};
 use crate::pipeline::{correlation_statistics, statistics};
 use crate::record::results::SurfaceStatistic;
@@ -117,7 +117,7 @@ impl SurfaceArgs {
         let length_um = case.laboratory.length().to("um");
         let mut list = statistics(case, &heights);
         list.extend(correlation_statistics(case, &heights));
-        let tip = self.tip(case, &heights)?;
+        let (tip, noise) = (self.tip(case, &heights)?, Noise::of(case, &heights));
         if let Some(out) = &self.out {
             let same = |file: &str| {
                 std::fs::canonicalize(file).ok().is_some_and(|f| Some(f) == std::fs::canonicalize(out).ok())
@@ -132,16 +132,17 @@ impl SurfaceArgs {
             surface_functions::write(folder, case, &heights)?;
         }
         if self.json {
-            output::json_line(&self.json(case, &heights, &list, tip))
+            output::json_line(&self.json(case, &heights, &list, (tip, noise)))
         } else {
             let cell =
                 format!(", {} x {} points on {} µm", case.model.grid.nx, case.model.grid.ny, trimmed(length_um, 6));
             let cell = if case.provenance().is_some() { String::new() } else { cell };
             output::print(&format!("{}{cell}", case.surface().origin()));
             output::print(&output::statistics(&list));
-            if let Some(tip) = tip {
-                output::print(&tip.words());
-            }
+            tip.map(|tip| tip.words())
+                .into_iter()
+                .chain(noise.map(|n| n.words()))
+                .for_each(|line| output::print(&line));
             if let Some(out) = &self.out {
                 output::print(&format!("heights in µm, {}: {}", sign(case).words(), out.display()));
             }
@@ -158,7 +159,7 @@ impl SurfaceArgs {
         case: &Case,
         heights: &[f64],
         list: &[SurfaceStatistic],
-        tip: Option<TipMarks>,
+        (tip, noise): (Option<TipMarks>, Option<Noise>),
     ) -> serde_json::Value {
         let (metres, p) = (case.scales.length_m, case.provenance());
         let values = range(heights);
@@ -191,6 +192,7 @@ impl SurfaceArgs {
             "functions": self.functions,
             "statistics": list,
             "tip": tip,
+            "noise": noise,
             "warnings": case.warnings,
         })
     }

@@ -449,6 +449,19 @@ fn functions_of_a_surface_are_written() {
     assert_eq!(with_tip("5um")["tip"]["cutoff_m"], Value::Null);
     let blunt = &with_tip("13um")["tip"];
     assert!((2e-6..10e-6).contains(&number(blunt, "cutoff_m")) && number(blunt, "touched_share") < 0.6, "{blunt}");
+    // White noise of 0.01 µm, uniform between equal limits, is told from the wave.
+    assert_eq!(found["noise"], Value::Null);
+    let mut random = 1u64;
+    let noise: Vec<f64> = std::iter::repeat_with(|| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        12f64.sqrt() * 0.01 * ((random >> 11) as f64 / (1u64 << 53) as f64 - 0.5)
+    })
+    .take(NX * NY)
+    .collect();
+    let noisy = scratch.path().join("noisy.txt");
+    export(&noisy, |x, y| 0.2 * (TAU * 3.0 * x as f64 / NX as f64).cos() + noise[y * NX + x]);
+    let noise = &answer(&["surface", text(&noisy), "--touching", "low-points", "--json"])["noise"];
+    assert!((number(noise, "rms_height_m") / 1e-8 - 1.0).abs() < 0.3, "{noise}");
     // L |a|² with a = 0.1 µm.
     let wave = &table("power_spectrum_x.csv")[2];
     assert!((wave[1] - 1e-5).abs() < 1e-12 && (wave[2] / (30e-6 * 1e-14) - 1.0).abs() < TEXT, "{wave:?}");

@@ -15,6 +15,7 @@ pub mod heights;
 #[cfg(feature = "files")]
 pub mod import;
 mod morphology;
+mod noise;
 mod non_periodic;
 mod power_spectrum;
 mod preparation;
@@ -36,6 +37,7 @@ pub use fourier::{FourierModes, Wave};
 pub use guards::{quality_warnings, seam_warning, slope_warnings};
 pub use height_source::HeightSource;
 pub use morphology::dilate_by_ball;
+pub use noise::{NoiseFloor, noise_floor};
 pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_gradient, non_periodic_moments};
 pub use power_spectrum::{PowerSpectrum, Shell};
 pub use preparation::{Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap, subtract_form};

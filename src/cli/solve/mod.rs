@@ -19,7 +19,7 @@ use super::{output, progress::TerminalProgress};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::pipeline::{Listener, ProgressReporter, StageKey, impose_contact};
 use crate::record::load_table::ResultUnits;
-use crate::report::number::memory;
+use crate::report::number::{memory, trimmed};
 use crate::scene::Case;
 use crate::scene::{rename_keys, rename_keys_in};
 use crate::{Error, Result};
@@ -39,6 +39,13 @@ use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use solved::Solved;
 use std::path::{Path, PathBuf};
+
+/// Contact modulus of the bodies, and their shares in the deformation.
+fn two_bodies(case: &Case) -> String {
+    let lab = &case.laboratory;
+    let shares: Vec<String> = lab.shares().iter().map(|share| format!("{} %", trimmed(100.0 * share, 3))).collect();
+    format!("contact modulus {}; deformation by body: {}", trimmed(lab.modulus().value(), 4), shares.join(", "))
+}
 
 impl SolveArgs {
     /// Units of the results, where they are known.
@@ -176,6 +183,9 @@ impl SolveArgs {
         warnings.for_each(|w| progress.warn(&rename_keys_in(w, &names)));
         if let Some(provenance) = case.provenance() {
             progress.note(&provenance.to_string());
+        }
+        if !self.body.is_empty() {
+            progress.note(&two_bodies(&case));
         }
         if let Some(accuracy) = accuracy {
             return self.solve_within(&case, &accuracy, &progress);

@@ -1,8 +1,8 @@
-//! What the tip of a scanning probe has left of a map.
+//! What an instrument has left of a surface: the tip of a scanning probe, and noise.
 
 use crate::report::number::trimmed;
 use crate::scene::Case;
-use asperity_surface::{Reconstruction, Tip, reconstruct, tip_cutoff};
+use asperity_surface::{Reconstruction, Tip, noise_floor, reconstruct, tip_cutoff};
 use serde::Serialize;
 
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -14,6 +14,35 @@ pub(super) struct TipMarks {
     touched_share: f64,
     /// Largest height of the map over the surface that it may be.
     largest_correction_m: f64,
+}
+
+/// Slope of the noise between neighbours, over the rms gradient, from which on it is named: rounding of the heights is below.
+const VISIBLE: f64 = 0.02;
+
+/// White noise of the instrument.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Noise {
+    rms_height_m: f64,
+    /// Shortest wavelength that stands out of it.
+    wavelength_m: f64,
+}
+
+impl Noise {
+    /// Of a measured map whose spectrum ends flat.
+    pub(super) fn of(case: &Case, heights: &[f64]) -> Option<Self> {
+        let (metres, grid) = (case.scales.length_m, case.model.grid);
+        let floor = case.provenance().and(noise_floor(grid, heights, !case.is_non_periodic()))?;
+        let steepens = floor.rms_height / grid.dx().min(grid.dy()) > VISIBLE * case.gradient;
+        steepens.then(|| Noise { rms_height_m: floor.rms_height * metres, wavelength_m: floor.wavelength * metres })
+    }
+
+    pub(super) fn words(&self) -> String {
+        let nm = |metres: f64| format!("{} nm", trimmed(metres * 1e9, 3));
+        let (rms, shortest) = (nm(self.rms_height_m), nm(self.wavelength_m));
+        format!(
+            "noise: the spectrum ends flat, as white noise of rms height {rms} does; waves from {shortest} on stand out of it (--low-pass)"
+        )
+    }
 }
 
 impl TipMarks {
