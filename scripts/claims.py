@@ -172,7 +172,7 @@ def test_names():
         modules |= {part.removesuffix(".rs") for part in file.relative_to(ROOT).parts}
     binaries = {path.stem for path in ROOT.glob("tests/*") if path.is_dir() or path.suffix == ".rs"}
     absent = []
-    for document in sorted([*ROOT.glob("docs/*.md"), *ROOT.glob("evidence/**/*.md")]):
+    for document in sorted([*ROOT.glob("docs/*.md"), *ROOT.glob("docs/how-to/*.md"), *ROOT.glob("evidence/**/*.md")]):
         text = document.read_text()
         # `solvers analytic::hertz`, `--lib kernel`, `atoms::damage::…`, and the tables of asperities, fields, statistical.
         for found in re.finditer(r"`(?:--test )?(?:(--lib|%s) )?((?:[a-z]\w*::)*[a-z]\w*?)(?:…|_…)?`" % "|".join(sorted(binaries)), text):

@@ -23,7 +23,7 @@ those in Python by `scripts/test-python.sh`.
 
 def statement(comment, name):
     """First sentence of a comment, in one line of a table."""
-    first = re.split(r"(?<=[.:;])\s", " ".join(comment.split()))[0] if comment else name.removeprefix("test_").replace("_", " ")
+    first = re.split(r"(?<=[.:;])(?<!et al\.)(?<!sec\.)(?<!eq\.)\s", " ".join(comment.split()))[0] if comment else name.removeprefix("test_").replace("_", " ")
     return first.rstrip(".:;").replace("|", "\\|")
 
 

@@ -71,6 +71,8 @@ def _steps(preparation: Preparation | None) -> dict[str, Any]:
     steps = {key: value for key, value in (preparation or {}).items() if value is not None}
     if unknown := sorted(set(steps) - set(STEPS)):
         raise InputError(f"preparation = {unknown}; accepted: {', '.join(STEPS)}")
+    if "extend_to" in steps and "seed" not in steps:
+        raise InputError("seed = None; accepted: a whole number with extend_to, the seed of its waves")
     return dict.fromkeys(STEPS) | {"filter": "gaussian"} | {key: _step(key, value) for key, value in steps.items()}
 
 
@@ -284,7 +286,7 @@ class Surface:
         quarter_turns : int
             Quarter turns from x towards y, 0 to 3, after it is turned over.
         shift : pair of float
-            Shift along x and y, after the turns. In a cell that repeats it is rounded to whole nodes.
+            Shift along x and y in the unit of the surfaces, after the turns.
 
         Raises
         ------
@@ -305,9 +307,10 @@ class Surface:
         turns = whole("quarter_turns", quarter_turns, 0)
         if turns > 3:
             raise InputError(f"quarter_turns = {quarter_turns!r}; accepted: 0, 1, 2 or 3")
-        if self.unit and isinstance(other, Surface) and other.unit not in ("", self.unit):
+        both = self._native.facing(native(other), (bool(turned_over), turns, moved))
+        if self.unit and other.unit and other.unit != self.unit:
             raise InputError(f"other.unit = {other.unit!r}; accepted: that of this surface, {self.unit!r}")
-        return Surface(self._native.facing(native(other), (bool(turned_over), turns, moved)), self.unit)
+        return Surface(both, self.unit or other.unit)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -251,7 +251,7 @@ def test_two_bodies_are_the_sum_of_their_heights() -> None:
     first, other = of(HEIGHTS), of(RNG.normal(size=HEIGHTS.shape))
     over = other.heights[:, (-np.arange(36)) % 36]
     exact = first.heights + np.roll(over, (2, -5), (0, 1))
-    both = first.facing(other, shift=(-5.2, 1.9))
+    both = first.facing(other, shift=(-5.0, 2.0))
     assert np.allclose(both.heights, exact - exact.min(), rtol=0, atol=20 * ROUNDING)
     assert "turned over, shifted by -5 x 2" in both.preparation_steps[-1]
     patches = [of(HEIGHTS, periodic=False), of(other.heights, periodic=False)]
@@ -310,4 +310,6 @@ def test_waves_below_the_measured_ones_follow_a_seed() -> None:
     assert one.rms_gradient > 1.05 * surface.rms_gradient
     assert "seed 1" in one.preparation_steps[-1]
     with pytest.raises(InputError, match="low-pass"):
-        Surface.from_array(surface.heights, 1.0, touching="low-points", preparation={"extend_to": 0.02})
+        Surface.from_array(surface.heights, 1.0, touching="low-points", preparation={"extend_to": 0.02, "seed": 1})
+    with pytest.raises(InputError, match="seed"):
+        Surface.from_array(surface.heights, 1.0, touching="low-points", preparation={"low_pass": 0.06, "extend_to": 0.02})

@@ -170,7 +170,7 @@ impl MapFlags {
         s.filter = self.filter.or(s.filter);
         s.edges = self.edges.or(s.edges);
         s.strict |= self.strict;
-        s.other = self.other_body.scene(in_scene)?.or(s.other.take());
+        s.other = self.other_body.scene(s.other.take(), in_scene)?;
         if self.non_periodic {
             continuum.periodic = Some(false);
         }
@@ -207,63 +207,92 @@ pub(super) struct OtherFlags {
     /// --crop to the first, --resample and --edges to the sum.
     #[arg(long, value_name = "FILE")]
     other: Option<PathBuf>,
+    /// Name of its array or channel in a file with several.
+    #[arg(long, value_name = "NAME")]
+    other_dataset: Option<String>,
+    /// Read its file by SurfaceTopography, as --via-python.
+    #[arg(long)]
+    other_via_python: bool,
     /// Unit of its heights. Default: what its file declares, or --unit.
-    #[arg(long, value_name = "UNIT", requires = "other")]
+    #[arg(long, value_name = "UNIT")]
     other_unit: Option<String>,
     /// Its points that touch first. Default: what its file declares, or --touching.
-    #[arg(long, value_enum, requires = "other")]
+    #[arg(long, value_enum)]
     other_touching: Option<Touching>,
     /// Its extent in x. Default: what its file declares, or that of the first map, if both have as many points.
-    #[arg(long, value_name = "L", requires = "other")]
+    #[arg(long, value_name = "L")]
     other_length: Option<Measure>,
-    /// Whether it is turned over about its y axis, as a body that is laid face down.
-    #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
-    other_turned_over: bool,
+    /// Its extent in y. Default: what its file declares, or square pixels.
+    #[arg(long, value_name = "L")]
+    other_length_y: Option<Measure>,
+    /// Whether it is turned over about its y axis, as a body that is laid face down. Default: true.
+    #[arg(long, value_name = "BOOL")]
+    other_turned_over: Option<bool>,
     /// Quarter turns from x towards y, 0 to 3, after it is turned over.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    other_quarter_turns: u8,
+    #[arg(long, value_name = "N")]
+    other_quarter_turns: Option<u8>,
     /// Its shift along x and y, after the turns.
-    #[arg(long, value_name = "DX,DY", allow_hyphen_values = true, requires = "other")]
+    #[arg(long, value_name = "DX,DY", allow_hyphen_values = true)]
     other_shift: Option<Measures>,
 }
 
 impl OtherFlags {
     /// The first of these flags that is given.
     pub(super) fn given(&self) -> Option<&'static str> {
-        self.other.as_ref().map(|_| "--other")
+        let flags = [
+            ("--other", self.other.is_some()),
+            ("--other-dataset", self.other_dataset.is_some()),
+            ("--other-via-python", self.other_via_python),
+            ("--other-unit", self.other_unit.is_some()),
+            ("--other-touching", self.other_touching.is_some()),
+            ("--other-turned-over", self.other_turned_over.is_some()),
+            ("--other-quarter-turns", self.other_quarter_turns.is_some()),
+        ];
+        let first = flags.into_iter().find(|(_, given)| *given).map(|(flag, _)| flag);
+        first.or(self.lengths().first().map(|(flag, _)| *flag))
     }
 
-    /// The table of a scene.
+    /// The table of a scene: that of another file, or `own` with what these flags give.
     ///
     /// # Errors
-    /// A shift that is no pair, lengths whose unit cannot be converted.
-    pub(super) fn scene(&self, in_scene: &dyn Fn(&str, Measure) -> Result<Length>) -> Result<Option<OtherScene>> {
-        let Some(heights) = &self.other else { return Ok(None) };
+    /// Flags without a file, a shift that is no pair, lengths whose unit cannot be converted.
+    fn scene(
+        &self,
+        own: Option<OtherScene>,
+        in_scene: &dyn Fn(&str, Measure) -> Result<Length>,
+    ) -> Result<Option<OtherScene>> {
+        // As a file that is given here: relative to where the command runs.
+        let given = self.other.as_ref().map(|path| std::path::absolute(path).unwrap_or_else(|_| path.clone()));
+        let Some(mut other) = given.map(OtherScene::new).or(own) else {
+            return match self.given() {
+                Some(flag) => Err(Error::input(COMMAND_LINE, flag, "given", "only together with --other")),
+                None => Ok(None),
+            };
+        };
         let pair = |shift: &Measures| match shift.0[..] {
             [x, y] => Ok([in_scene("--other-shift", x)?, in_scene("--other-shift", y)?]),
             ref list => {
                 Err(Error::input(COMMAND_LINE, "--other-shift", format!("{} lengths", list.len()), "two: DX,DY"))
             }
         };
-        Ok(Some(OtherScene {
-            // As a file that is given here: relative to where the command runs.
-            heights: std::path::absolute(heights).unwrap_or_else(|_| heights.clone()),
-            unit: self.other_unit.clone(),
-            dataset: None,
-            via_python: false,
-            touching: self.other_touching,
-            length: self.other_length.map(|m| in_scene("--other-length", m)).transpose()?,
-            length_y: None,
-            turned_over: self.other_turned_over,
-            quarter_turns: self.other_quarter_turns,
-            shift: self.other_shift.as_ref().map(pair).transpose()?,
-        }))
+        let length = |flag: &str, m: Option<Measure>| m.map(|m| in_scene(flag, m)).transpose();
+        other.dataset = self.other_dataset.clone().or(other.dataset);
+        other.via_python |= self.other_via_python;
+        other.unit = self.other_unit.clone().or(other.unit);
+        other.touching = self.other_touching.or(other.touching);
+        other.length = length("--other-length", self.other_length)?.or(other.length);
+        other.length_y = length("--other-length-y", self.other_length_y)?.or(other.length_y);
+        other.turned_over = self.other_turned_over.unwrap_or(other.turned_over);
+        other.quarter_turns = self.other_quarter_turns.unwrap_or(other.quarter_turns);
+        other.shift = self.other_shift.as_ref().map(pair).transpose()?.or(other.shift);
+        Ok(Some(other))
     }
 
     /// The lengths of these flags.
     pub(super) fn lengths(&self) -> Vec<(&'static str, Measure)> {
+        let extents = [("--other-length", self.other_length), ("--other-length-y", self.other_length_y)];
         let shift = self.other_shift.iter().flat_map(|s| s.0.iter().map(|m| ("--other-shift", *m)));
-        self.other_length.map(|m| ("--other-length", m)).into_iter().chain(shift).collect()
+        extents.into_iter().filter_map(|(flag, m)| Some((flag, m?))).chain(shift).collect()
     }
 }
 

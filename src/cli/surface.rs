@@ -268,7 +268,11 @@ impl SurfaceArgs {
             (None, None) if file.is_some() => Ok(Length::new(m.value, "um")),
             _ => length(flag, m),
         };
-        self.map.set(s, &mut scene.laboratory, &mut scene.continuum, &in_scene)
+        self.map.set(s, &mut scene.laboratory, &mut scene.continuum, &in_scene)?;
+        match self.seed.filter(|_| !s.has_seed()) {
+            Some(seed) => Err(Error::input("command line", "--seed", seed, "only without a file, or with --extend-to")),
+            None => Ok(()),
+        }
     }
 }
 

@@ -33,7 +33,7 @@ impl Noise {
         let (metres, grid) = (case.scales.length_m, case.model.grid);
         let floor = case.provenance().and(noise_floor(grid, heights, !case.is_non_periodic()))?;
         let steepens = floor.rms_height / grid.dx().min(grid.dy()) > VISIBLE * case.gradient;
-        steepens.then(|| Noise { rms_height_m: floor.rms_height * metres, wavelength_m: floor.wavelength * metres })
+        steepens.then_some(Noise { rms_height_m: floor.rms_height * metres, wavelength_m: floor.wavelength * metres })
     }
 
     pub(super) fn words(&self) -> String {

@@ -82,7 +82,7 @@ impl EnsembleArguments {
         let wrong = || Error::input("command line", "--seeds", &self.seeds, RANGE);
         let seeds = whole_numbers(&self.seeds).filter(|s| s.iter().all(|s| *s >= 0)).ok_or_else(wrong)?;
         let surface = Scene::read(&self.scene)?.surface;
-        if let Some(heights) = surface.heights.filter(|_| surface.extend_to.is_none()) {
+        if let Some(heights) = surface.heights.as_ref().filter(|_| !surface.has_seed()) {
             let found = format!("{} with surface.heights = {}", self.scene.display(), heights.display());
             let accepted = "a scene with a synthesised surface, or with surface.extend_to";
             return Err(Error::input("command line", "--seeds", found, accepted));

@@ -85,7 +85,7 @@ impl TradeoffArgs {
         let methods = methods(&self.methods)?;
         let blocks = (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?;
         let mut scene = Scene::read(&self.scene)?;
-        if let (Some(seed), Some(file)) = (self.seed, &scene.surface.heights) {
+        if let (Some(seed), Some(file), false) = (self.seed, &scene.surface.heights, scene.surface.has_seed()) {
             let accepted = format!("none: {} has the heights", file.display());
             return Err(Error::input(PLACE, "--seed", seed, accepted));
         }

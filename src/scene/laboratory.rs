@@ -69,7 +69,11 @@ impl LaboratoryScene {
 
     /// Hardness of the softer body.
     pub fn hardness(&self) -> Option<Stress> {
-        self.bodies.iter().filter_map(|body| body.hardness).reduce(|a, b| if a.over(b) <= 1.0 { a } else { b })
+        self.bodies
+            .iter()
+            .filter_map(|body| body.hardness)
+            .filter(|h| h.value() > 0.0)
+            .reduce(|a, b| if a.over(b) <= 1.0 { a } else { b })
     }
 
     /// Whether the numbers of the scene are plain, as those of `asperity solve` and the library: in consistent units, lengths in that of the

@@ -176,7 +176,7 @@ pub struct SurfaceScene {
 pub struct OtherScene {
     /// File of its height map. Relative to the scene file.
     pub heights: PathBuf,
-    /// Unit of the heights in the file. Default: what the file declares, or `surface.unit`.
+    /// Unit of the heights in the file. Default: what the file declares, or `surface.unit`, if that is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Name of the array or channel in a file with several.
@@ -185,7 +185,7 @@ pub struct OtherScene {
     /// Read the file by SurfaceTopography, as `surface.via_python`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub via_python: bool,
-    /// Points of the file that touch first. Default: what the file declares, or `surface.touching`.
+    /// Points of the file that touch first. Default: what the file declares, or `surface.touching`, if that is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touching: Option<Touching>,
     /// Extent in x. Default: what the file declares, or that of the first map where both have as many points.
@@ -200,13 +200,38 @@ pub struct OtherScene {
     /// Quarter turns from x towards y, 0 to 3, after it is turned over.
     #[serde(default)]
     pub quarter_turns: u8,
-    /// Shift along x and y, after the turns. In a cell that repeats it is rounded to whole nodes.
+    /// Shift along x and y, after the turns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shift: Option<[Length; 2]>,
 }
 
+impl OtherScene {
+    /// A file, turned over, with what it declares.
+    pub fn new(heights: PathBuf) -> Self {
+        OtherScene {
+            heights,
+            unit: None,
+            dataset: None,
+            via_python: false,
+            touching: None,
+            length: None,
+            length_y: None,
+            turned_over: true,
+            quarter_turns: 0,
+            shift: None,
+        }
+    }
+}
+
 fn yes() -> bool {
     true
+}
+
+impl SurfaceScene {
+    /// Whether its seed has a meaning.
+    pub fn has_seed(&self) -> bool {
+        self.heights.is_none() || self.extend_to.is_some()
+    }
 }
 
 impl Default for SurfaceScene {

@@ -1,6 +1,6 @@
 //! The file of a second rough body, which faces the first.
 
-use super::surface_file::{PreparedFile, SurfaceFile, extent_words, of_sum};
+use super::surface_file::{self, PreparedFile, SurfaceFile, extent_words, of_sum};
 use super::{LaboratoryScene, OtherScene, Scene, SurfaceScene};
 use crate::{Error, Result};
 use asperity_grid::Grid;
@@ -13,7 +13,7 @@ use std::path::Path;
 /// The file of the other body, as read.
 pub struct OtherFile {
     file: SurfaceFile,
-    /// The scene as it is for this file.
+    /// The scene as it is for this file: of the first body with what it states, not with what its file declares.
     scene: Scene,
 }
 
@@ -25,7 +25,7 @@ impl OtherFile {
     pub fn read(scene: &Scene, file: &Path) -> Result<Option<Self>> {
         let Some(other) = &scene.surface.other else { return Ok(None) };
         let surface = as_surface(&scene.surface, other);
-        let read = SurfaceFile::read(&surface, file)?;
+        let read = SurfaceFile::read(&surface, file).map_err(of_other)?;
         let scene = Scene { surface, ..scene.clone() };
         Ok(read.map(|file| OtherFile { file, scene }))
     }
@@ -46,25 +46,35 @@ impl OtherFile {
         };
         let same_points = (map.nx, map.ny) == (of_first.nx, of_first.ny);
         let declared = file.declared();
-        let has_extent = declared.extent.is_some();
-        if declared.unit_m().is_none() {
-            own.surface.unit = other.unit.clone().or(scene.surface.unit.clone());
+        if declared.unit_m().is_some() {
+            own.surface.unit = other.unit.clone();
         }
-        if declared.sign.is_none() {
-            own.surface.touching = other.touching.or(scene.surface.touching);
+        if declared.sign.is_some() {
+            own.surface.touching = other.touching;
         }
         let lab = &scene.laboratory;
         own.laboratory = LaboratoryScene { length: other.length, length_y: other.length_y, ..lab.clone() };
-        if same_points && !has_extent && other.length.is_none() {
-            (own.laboratory.length, own.laboratory.length_y) = (lab.length, lab.length_y);
+        if same_points && declared.extent.is_none() && other.length.is_none() {
+            own.laboratory.length = lab.length;
+            own.laboratory.length_y = other.length_y.or(lab.length_y);
         }
-        // Of a map that does not repeat a part is used, whether the other one repeats or not.
-        own.continuum.periodic = scene.continuum.periodic.filter(|periodic| *periodic);
+        // Of maps that do not repeat a part is used, whatever the other file declares.
+        own.continuum.periodic = match scene.continuum.is_periodic() {
+            true => scene.continuum.periodic,
+            false => declared.periodic.or(Some(false)),
+        };
         file.number_m = first.heights_m(scene);
         let mut list = Vec::new();
-        if lab.is_plain() && file.number_m.is_none() && file.heights_m(own).is_some() {
-            let accepted = format!("that of the heights of the first body, as {path} has a unit");
-            list.push(Complaint::new("surface.unit", "not given", accepted));
+        match (lab.is_plain(), file.number_m, file.heights_m(own)) {
+            (true, None, Some(_)) => {
+                let accepted = format!("that of the heights of the first body, as {path} has a unit");
+                list.push(Complaint::new("surface.unit", "not given", accepted));
+            }
+            (true, Some(_), None) => {
+                let accepted = format!("the unit of the heights (m, mm, um, nm, Å): {path} declares none");
+                list.push(Complaint::new("surface.other.unit", "not given", accepted));
+            }
+            _ => {}
         }
         let of_file = file
             .complete(own)
@@ -95,7 +105,7 @@ impl OtherFile {
         let facing = body.facing(of_other, &placement, periodic).map_err(|e| named(e, context))?;
         let Grid { nx, ny, lx, ly } = facing.sum.grid;
         let map = HeightMap::new("sum of two bodies", nx, ny, facing.sum.heights)?;
-        let sum = last.apply(map, [lx, ly], periodic)?;
+        let sum = last.apply(map, [lx, ly], periodic).map_err(|e| surface_file::named(e, Path::new(context)))?;
         let metres = provenance.length_x_m.map(|x| x / first.extent[0]);
         provenance.preparation.push(facing.line);
         provenance.preparation.extend(sum.history);
@@ -104,7 +114,8 @@ impl OtherFile {
         (provenance.nx, provenance.ny) = (sum.map.nx, sum.map.ny);
         [provenance.length_x_m, provenance.length_y_m] = sum.extent.map(|length| metres.map(|m| length * m));
         provenance.other = Some(Box::new(second.provenance));
-        Ok(PreparedFile { map: sum.map, extent: sum.extent, provenance })
+        let warnings = [first.warnings, second.warnings].concat();
+        Ok(PreparedFile { map: sum.map, extent: sum.extent, provenance, warnings })
     }
 }
 
@@ -116,10 +127,10 @@ fn body(map: HeightMap, [lx, ly]: [f64; 2]) -> RoughBody {
 fn as_surface(first: &SurfaceScene, other: &OtherScene) -> SurfaceScene {
     SurfaceScene {
         heights: Some(other.heights.clone()),
-        unit: other.unit.clone(),
+        unit: other.unit.clone().or(first.unit.clone()),
         dataset: other.dataset.clone(),
         via_python: other.via_python,
-        touching: other.touching,
+        touching: other.touching.or(first.touching),
         crop: None,
         ..first.clone()
     }
@@ -130,6 +141,20 @@ fn key(key: &str) -> Option<String> {
     const OWN: [&str; 5] = ["unit", "touching", "dataset", "length", "length_y"];
     let last = super::last_part(key);
     OWN.contains(&last).then(|| format!("surface.other.{last}"))
+}
+
+/// An error of reading the file, with the keys and flags of this table.
+fn of_other(error: Error) -> Error {
+    let words = |text: String| {
+        text.replace("--dataset (surface.dataset)", "--other-dataset (surface.other.dataset)")
+            .replace("--via-python", "--other-via-python")
+    };
+    match error {
+        Error::Format { file, found, accepted } => {
+            Error::Format { file, found: words(found), accepted: words(accepted) }
+        }
+        other => other,
+    }
 }
 
 /// An error about the sum, with the keys of scenes.

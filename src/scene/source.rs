@@ -45,7 +45,7 @@ pub fn resolve(
     };
     let touching = s.touching.unwrap_or(Touching::LowPoints);
     let of_other = other.iter().flat_map(OtherFile::warnings);
-    let warnings = file.imported.warnings.iter().chain(of_other).cloned().collect();
+    let mut warnings: Vec<String> = file.imported.warnings.iter().chain(of_other).cloned().collect();
     let (source, grid, provenance) = if let Content::Waves(_) = file.imported.content {
         let (modes, provenance) = series(scene, file, touching, context)?;
         if !modes.resolved_on(Grid::unit(s.grid.max(1), s.grid.max(1))) {
@@ -58,10 +58,11 @@ pub fn resolve(
         (HeightSource::Fourier { modes, origin }, square, provenance)
     } else {
         let first = file.prepare(scene)?;
-        let PreparedFile { mut map, extent: [x, y], provenance } = match other {
+        let PreparedFile { mut map, extent: [x, y], provenance, warnings: of_steps } = match other {
             Some(other) => other.added_to(first, scene, context)?,
             None => first,
         };
+        warnings.extend(of_steps);
         (laboratory.length, laboratory.length_y) = (Some(laboratory.of_number(x)), Some(laboratory.of_number(y)));
         map.heights.iter_mut().for_each(|h| *h *= 1.0 / x);
         let grid = Grid { ly: y / x, ..Grid::unit(map.nx, map.ny) };

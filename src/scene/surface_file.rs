@@ -36,6 +36,8 @@ pub struct PreparedFile {
     pub map: HeightMap,
     pub extent: [f64; 2],
     pub provenance: Provenance,
+    /// What is doubtful about the steps of preparation.
+    pub warnings: Vec<String>,
 }
 
 impl SurfaceFile {
@@ -266,7 +268,8 @@ impl SurfaceFile {
         provenance.filled_share = prepared.filled as f64 / points as f64;
         provenance.preparation.extend(prepared.history);
         let map = prepared.map.low_first(s.touching.unwrap_or(Touching::LowPoints));
-        Ok(PreparedFile { map, extent: prepared.extent, provenance })
+        let warnings = prepared.warnings.iter().map(|text| preparation_keys(text)).collect();
+        Ok(PreparedFile { map, extent: prepared.extent, provenance, warnings })
     }
 
     /// The provenance of Fourier coefficients, which are those of `series`.
@@ -281,7 +284,11 @@ impl SurfaceFile {
         let (s, lab, declared) = (&scene.surface, &scene.laboratory, self.declared());
         let metres = lab.metres(self.number_m.or(self.heights_m(scene)));
         let unit = declared.unit.clone().or(s.unit.clone());
-        let shown = if lab.is_plain() { unit.as_deref() } else { Some("µm") };
+        let shown = match (lab.is_plain(), self.number_m) {
+            (false, _) => Some("µm"),
+            (true, Some(_)) => Some("(the unit of the first map)"),
+            (true, None) => unit.as_deref(),
+        };
         Ok(Provenance {
             hash: file_hash(&self.path)?,
             file: self.path.display().to_string(),
@@ -318,7 +325,7 @@ fn differs(value: f64, declared: f64, tolerance: f64) -> bool {
 }
 
 /// An error of the preparation of a file, with the keys of scenes.
-fn named(error: Error, path: &Path) -> Error {
+pub(super) fn named(error: Error, path: &Path) -> Error {
     match error {
         Error::Input { mut list, .. } => {
             for complaint in &mut list {

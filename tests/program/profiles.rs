@@ -138,12 +138,15 @@ fn waves_below_the_measured_ones_reduce_the_contact() {
     let found = run("surface", &[&made[..], &[&map]].concat());
     assert!(found.status.success(), "{}", stderr(&found));
     let solve = |more: &[&str]| {
-        let usual = [&map[..], "--modulus", "25MPa", "--pressure", "0.1MPa", "--low-pass", "5um"];
+        let usual = [&map[..], "--modulus", "25MPa", "--pressure", "0.1MPa"];
         number(&json("solve", &[&usual[..], more].concat()), "contact_area")
     };
-    let known = solve(&[]);
-    let [one, two, again] = ["1", "2", "1"].map(|seed| solve(&["--extend-to", "2um", "--seed", seed]));
-    assert!(one < 0.9 * known && two < 0.9 * known && one != two && one == again, "{known} {one} {two}");
+    let (whole, known) = (solve(&[]), solve(&["--low-pass", "5um"]));
+    let extended = ["--low-pass", "5um", "--extend-to", "2um", "--seed"];
+    let [one, two, again] = ["1", "2", "1"].map(|seed| solve(&[&extended[..], &[seed]].concat()));
+    assert!(one != two && one == again && known > 1.2 * whole, "{whole} {known} {one} {two}");
+    // The error of the area of 1 % by H, fitted to waves of 5 to 14 µm of this surface, whose spectrum is flat from 20 µm on.
+    assert!([one, two].iter().all(|area| (area / whole - 1.0).abs() < 0.1), "{whole} {known} {one} {two}");
     let scene = "name = \"afm\"\n[laboratory]\nmodulus = \"25 MPa\"\n[surface]\nheights = \"map.npy\"\nlow_pass = \"5 um\"\nextend_to = \"2 \
                  um\"\n[load]\npressure = \"0.1 MPa\"\n";
     let scene = files.write("afm.toml", scene);

@@ -84,6 +84,20 @@ fn two_halves_are_the_whole() {
     let heights: Vec<f64> = (0..N * N).map(|i| -rough(i % N, i / N)).collect();
     let change: Vec<f64> = (0..N * N).map(|i| gap[i] - heights[i] - plastic[i]).collect();
     let mean = change.iter().sum::<f64>() / change.len() as f64;
+    // Into the bodies, 2/(E* q) times the contact stress, wave by wave.
+    let stress = of("stress");
+    for (k, l) in [(1, 0), (2, -3), (5, 4)] {
+        let wave = |field: &dyn Fn(usize) -> f64| {
+            (0..N * N).fold([0.0; 2], |[re, im], i| {
+                let phase = TAU * (f64::from(k) * (i % N) as f64 + f64::from(l) * (i / N) as f64) / N as f64;
+                [re + field(i) * phase.cos(), im + field(i) * phase.sin()]
+            })
+        };
+        let factor = 2.0 / (TAU / 10.0 * f64::from(k).hypot(f64::from(l)));
+        let (moved, pressed) = (wave(&|i| first[i] + other[i]), wave(&|i| factor * stress[i]));
+        let size = pressed[0].hypot(pressed[1]);
+        assert!((moved[0] - pressed[0]).hypot(moved[1] - pressed[1]) < 1e-5 * size, "{k} {l}: {moved:?} {pressed:?}");
+    }
     for i in 0..N * N {
         assert!((first[i] - other[i]).abs() < 1e-15 && (first[i] + other[i] - (change[i] - mean)).abs() < 1e-12, "{i}");
     }
@@ -147,12 +161,61 @@ fn patches_are_added_where_they_lie_on_each_other() {
     }
     let of_file = &two["surface"]["provenance"];
     let steps: Vec<&str> = of_file["preparation"].as_array().expect("steps").iter().filter_map(Value::as_str).collect();
-    assert!(steps.iter().any(|s| s.contains("turned over, shifted by 0.004 x -0.003, 16 x 13 points")), "{steps:?}");
+    assert!(
+        steps.iter().any(|s| s.contains("turned over, shifted by 0.004 x -0.003, 16 x 13 points on 0.65 of")),
+        "{steps:?}"
+    );
     assert!(of_file["other"]["file"].as_str().is_some_and(|f| f.ends_with("other.npy")), "{of_file}");
     // Another map at the same place is another problem.
     files.write("other.npy", [20, 16], |x, y| 1.2 * other(x, y));
     let (again, _) = run("two");
     assert_ne!(number(&loads(&again), "contact_area"), number(&loads(&two), "contact_area"));
+}
+
+/// Steps of preparation change a map as they do alone, whichever of the two bodies it is of; a flat one adds nothing. Profiles are added, too.
+#[test]
+fn a_flat_body_adds_nothing() {
+    let files = Files::new();
+    let ramp = |x: usize, y: usize| 0.1 * x as f64 + if (x * y).is_multiple_of(3) { 0.2 } else { 0.0 };
+    let map = files.write("map.npy", [40, 40], ramp);
+    let flat = files.write("flat.npy", [40, 40], |_, _| 0.0);
+    let shared = [
+        "--touching",
+        "high-points",
+        "--length",
+        "40",
+        "--modulus",
+        "1",
+        "--pressure",
+        "0.01",
+        "--other-turned-over",
+        "false",
+    ];
+    for steps in [
+        &["--non-periodic", "--low-pass", "8"][..],
+        &["--detrend", "plane", "--edges", "mirror", "--resample", "20,20"],
+    ] {
+        let alone = states(&[&[&map[..]], &shared[..8], steps].concat());
+        for (first, other) in [(&map, &flat), (&flat, &map)] {
+            let pair = states(&[&[&first[..], "--other", other], &shared[..], steps].concat());
+            for key in ["contact_area", "mean_gap", "stiffness"] {
+                let (a, b) = (number(&pair[0], key), number(&alone[0], key));
+                assert!((a / b - 1.0).abs() < ROUNDING, "{steps:?} {key}: {a} {b}");
+            }
+        }
+    }
+    let line = |name: &str, n: usize, height: f64| {
+        let wave = |x: usize| height * (TAU * x as f64 / n as f64).cos();
+        files.write(name, [n, 1], move |x, _| wave(x))
+    };
+    let (whole, half, coarse) = (line("a.npy", 64, 0.3), line("b.npy", 64, 0.15), line("c.npy", 32, 0.15));
+    let usual = ["--profile", "--touching", "high-points", "--length", "10", "--modulus", "1", "--pressure", "0.01"];
+    let alone = states(&[&[&whole[..]], &usual[..]].concat());
+    for other in [&half, &coarse] {
+        let pair = states(&[&[&half[..], "--other", other, "--other-length", "10"], &usual[..]].concat());
+        let (a, b) = (number(&pair[0], "mean_gap"), number(&alone[0], "mean_gap"));
+        assert!((a / b - 1.0).abs() < ROUNDING, "{a} {b}");
+    }
 }
 
 #[test]
@@ -171,7 +234,8 @@ fn bodies_that_do_not_fit_are_refused() {
         ),
         (vec!["--modulus", "1", "--other", &map, "--other-shift", "3"], "two: DX,DY"),
         (vec!["--modulus", "1", "--other", &map, "--other-shift", "11,0", "--non-periodic"], "0 x 48 points in common"),
-        (vec!["--modulus", "1", "--other-shift", "1,1"], "--other"),
+        (vec!["--modulus", "1", "--other-shift", "1,1"], "only together with --other"),
+        (vec!["--modulus", "1", "--other-quarter-turns", "1"], "only together with --other"),
         (vec!["--body", "1,0.3", "--modulus", "1"], "cannot be used with"),
         (vec!["--body", "1,0.3", "--body", "1,0.3", "--body", "1,0.3"], "--body = 3 bodies; accepted: one or two"),
         (vec!["--body", "1,0.6"], "a Poisson's ratio from 0 to 0.5"),

@@ -1,13 +1,16 @@
 //! Damage of a job folder between two runs.
 
 use super::job_files::lock;
-use super::load_history::{HEADER, LOAD_STEPS_FILE, StepRecord, frame_file, hashes_of_step, roll_back};
+use super::load_history::{
+    HEADER, LOAD_STEPS_FILE, StepRecord, frame_file, hashes_of_step, roll_back, verified_file, verify_step,
+};
 use asperity_grid::{Error, Result};
 use asperity_surface::files::atomic_file::remove;
 use std::path::Path;
 
 /// Removes the steps from the first damaged one on: one whose line cannot be read, or whose line or frame is not as
-/// `load_history::verify_step` found it. Returns what was damaged, in words that name the file.
+/// `load_history::verify_step` found it, or was not seen by it. A job of which no step was, as after `run.sh` by hand, is verified here as
+/// far as it can be: its frames are read whole. Returns what was damaged, in words that name the file.
 ///
 /// # Errors
 /// `Io`; `Lammps` if another program runs this job.
@@ -32,25 +35,22 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
     let mut lines = text.split_inclusive(|b| *b == b'\n').take_while(|line| line.ends_with(b"\n"));
     let head = lines.next();
     let mut damage = None;
+    let steps: Vec<&[u8]> = lines.collect();
+    let by_hand = (0..steps.len()).all(|step| !verified_file(folder, step).exists());
     if head.is_some_and(|line| line.trim_ascii_end() != HEADER.as_bytes()) {
         damage = Some((0, format!("{} is damaged in its first line", table.display())));
     }
-    for (step, line) in lines.enumerate() {
+    for (step, line) in steps.into_iter().enumerate() {
         if damage.is_some() {
             break;
         }
         let record = std::str::from_utf8(line).ok().and_then(StepRecord::parse);
         let frame = frame_file(folder, step);
-        let recorded = std::fs::read_to_string(folder.join(format!("frame.{step}.b3"))).ok();
+        let recorded = std::fs::read_to_string(verified_file(folder, step)).ok();
         damage = if record.is_none_or(|r| r.step != step) {
             Some((step, format!("{} is damaged at step {step}", table.display())))
         } else if let Ok(frame) = &frame {
-            let hashes = hashes_of_step(frame, line)?;
-            recorded.filter(|recorded| *recorded != hashes).map(|recorded| {
-                let same_line = recorded.rsplit(' ').next() == hashes.rsplit(' ').next();
-                let file = if same_line { frame } else { &table };
-                (step, format!("{} changed since step {step} was finished", file.display()))
-            })
+            changed_step(folder, (step, line), (frame, &table), recorded, by_hand)?.map(|what| (step, what))
         } else {
             Some((step, format!("the frame of step {step} is missing in {}", folder.display())))
         };
@@ -64,10 +64,70 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
     Ok(Some(description))
 }
 
+/// What of a step is not as it was when it was finished, or cannot be known to be.
+fn changed_step(
+    folder: &Path,
+    (step, line): (usize, &[u8]),
+    (frame, table): (&Path, &Path),
+    recorded: Option<String>,
+    by_hand: bool,
+) -> Result<Option<String>> {
+    let Some(recorded) = recorded else {
+        let unknown = format!("{} is missing or no text", verified_file(folder, step).display());
+        let read = if by_hand { verify_step(folder, step).map_err(|e| e.to_string()) } else { Err(unknown) };
+        return Ok(read.err());
+    };
+    let hashes = hashes_of_step(frame, line)?;
+    let same_line = recorded.rsplit(' ').next() == hashes.rsplit(' ').next();
+    let file = if same_line { frame } else { table };
+    Ok((recorded != hashes).then(|| format!("{} changed since step {step} was finished", file.display())))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::load_history::{LoadHistory, verify_step};
     use super::*;
+
+    fn job_of_three_steps() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("scratch");
+        let path = |name: &str| folder.path().join(name);
+        let line = |k| format!("{k},0.3,{k},-100.5,12,1.5e-03,{k},44.5,45.5,200,1,cg,0,\n");
+        let whole = format!("{HEADER}\n{}", (0..3).map(line).collect::<String>());
+        std::fs::write(path(LOAD_STEPS_FILE), &whole).expect("written");
+        for k in 0..3 {
+            let frame = format!(
+                "ITEM: TIMESTEP\n{k}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
+                 ITEM: ATOMS id type x y z\n1 1 5 5 20\n"
+            );
+            std::fs::write(path(&format!("frame.{k}.dump")), frame).expect("written");
+            std::fs::write(path(&format!("restart.{k}")), "state").expect("written");
+            verify_step(folder.path(), k).expect("whole");
+        }
+        folder
+    }
+
+    /// A step whose hashes are missing, or no text, is not known to be whole: it is computed again. A job without any is one of `run.sh` by hand,
+    /// whose frames are read.
+    #[test]
+    fn steps_without_hashes_are_removed() {
+        let folder = job_of_three_steps();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("frame.2.b3"), [0xFF, 0xFE]).expect("written");
+        let what = remove_damaged(folder.path()).expect("repaired").expect("damaged");
+        assert!(what.contains("frame.2.b3 is missing or no text"), "{what}");
+        remove(&path("frame.0.b3")).expect("removed");
+        let what = remove_damaged(folder.path()).expect("repaired").expect("damaged");
+        assert!(what.contains("frame.0.b3") && !path(LOAD_STEPS_FILE).exists(), "{what}");
+        let folder = job_of_three_steps();
+        let path = |name: &str| folder.path().join(name);
+        (0..3).for_each(|k| remove(&path(&format!("frame.{k}.b3"))).expect("removed"));
+        assert_eq!(remove_damaged(folder.path()).expect("whole"), None);
+        assert!((0..3).all(|k| path(&format!("frame.{k}.b3")).exists()));
+        std::fs::write(path("frame.1.dump"), "ITEM: TIMESTEP").expect("written");
+        (0..3).for_each(|k| remove(&path(&format!("frame.{k}.b3"))).expect("removed"));
+        assert!(remove_damaged(folder.path()).expect("repaired").is_some());
+        assert_eq!(LoadHistory::read(folder.path()).expect("good").steps.len(), 1);
+    }
 
     /// A changed digit of a frame or of the table is found, although both can be read; the steps before it stay.
     #[test]
@@ -77,20 +137,8 @@ mod tests {
             (LOAD_STEPS_FILE, ",2,-100", ",3,-100", 2),
             (LOAD_STEPS_FILE, "step,", "stop,", 0),
         ] {
-            let folder = tempfile::tempdir().expect("scratch");
+            let folder = job_of_three_steps();
             let path = |name: &str| folder.path().join(name);
-            let line = |k| format!("{k},0.3,{k},-100.5,12,1.5e-03,{k},44.5,45.5,200,1,cg,0,\n");
-            let whole = format!("{HEADER}\n{}", (0..3).map(line).collect::<String>());
-            std::fs::write(path(LOAD_STEPS_FILE), &whole).expect("written");
-            for k in 0..3 {
-                let frame = format!(
-                    "ITEM: TIMESTEP\n{k}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
-                     ITEM: ATOMS id type x y z\n1 1 5 5 20\n"
-                );
-                std::fs::write(path(&format!("frame.{k}.dump")), frame).expect("written");
-                std::fs::write(path(&format!("restart.{k}")), "state").expect("written");
-                verify_step(folder.path(), k).expect("whole");
-            }
             assert_eq!(remove_damaged(folder.path()).expect("whole"), None);
             let text = std::fs::read_to_string(path(damaged)).expect("read");
             assert!(text.contains(from), "{text}");

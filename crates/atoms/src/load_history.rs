@@ -296,7 +296,6 @@ pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
     let text = std::fs::read(&table).map_err(Error::io("read", &table))?;
     let line = text.split_inclusive(|b| *b == b'\n').nth(1 + step).unwrap_or_default();
     let hashes = hashes_of_step(&frame, line)?;
-    write_atomic(&folder.join(format!("frame.{step}.b3")), |w| w.write_all(hashes.as_bytes()))?;
     // With short steps LAMMPS may have removed the file already; two later files exist then.
     if let Some(hash) = hash_of(&folder.join(format!("restart.{step}")))? {
         write_atomic(&hash_file(folder, step), |w| w.write_all(hash.as_bytes()))?;
@@ -304,7 +303,13 @@ pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
     if let Some(old) = step.checked_sub(2) {
         remove(&hash_file(folder, old))?;
     }
-    Ok(())
+    // Last: it says that the step is verified.
+    write_atomic(&verified_file(folder, step), |w| w.write_all(hashes.as_bytes()))
+}
+
+/// Hashes of the frame and the line of a step that [`verify_step`] found whole.
+pub(super) fn verified_file(folder: &Path, step: usize) -> PathBuf {
+    folder.join(format!("frame.{step}.b3"))
 }
 
 /// Hashes of a frame and of its line in the table.

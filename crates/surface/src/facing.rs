@@ -2,7 +2,7 @@
 //! slopes (Johnson, Contact Mechanics, 1985, sec. 4.1): it is the surface of one of them on a flat other.
 
 use crate::lower_to_zero;
-use crate::preparation::{digits, regrid, sampled};
+use crate::preparation::{digits, regrid, sampled, shifted};
 use crate::scale_dependent::difference_gradient;
 use asperity_grid::{Error, Grid, Result, rms};
 
@@ -41,6 +41,10 @@ pub struct Facing {
     pub line: String,
 }
 
+/// Words of the line of [`Facing`].
+pub(crate) const LINE: &str = "sum with the other body";
+pub(crate) const SHARE: &str = " of the first map";
+
 /// Largest relative difference of the extents of two cells that are taken as one: that of extents which are written with five digits.
 const SAME_EXTENT: f64 = 1e-4;
 
@@ -56,7 +60,7 @@ const PLACE: &str = "the other body";
 impl RoughBody {
     /// Sum of the heights of two bodies. The finer of their grids is used along each axis.
     ///
-    /// `periodic`: both repeat, in one cell; the other is shifted by whole nodes. Otherwise the sum is over the part where one map lies on
+    /// `periodic`: both repeat, in one cell; the other is shifted by its Fourier coefficients. Otherwise the sum is over the part where one map lies on
     /// the other, at the nodes of the first; the other is interpolated by cubic convolution.
     ///
     /// # Errors
@@ -69,19 +73,20 @@ impl RoughBody {
         if quarter_turns > 3 {
             return Err(Error::input(PLACE, "quarter_turns", quarter_turns, "0, 1, 2 or 3"));
         }
-        let parts = [&self, &other].map(RoughBody::statistics);
+        let (parts, area) = ([&self, &other].map(RoughBody::statistics), self.grid.lx * self.grid.ly);
         let other = other.placed(turned_over, quarter_turns, periodic);
-        let (mut sum, moved) = if periodic { self.cell(other, shift)? } else { self.overlap(other, shift)? };
+        let mut sum = if periodic { self.cell(other, shift)? } else { self.overlap(other, shift)? };
         lower_to_zero(&mut sum.heights);
         let Grid { nx, ny, .. } = sum.grid;
         let how = [
             turned_over.then(|| "turned over".to_string()),
             (quarter_turns > 0).then(|| format!("turned by {}°", 90 * u32::from(quarter_turns))),
-            (moved != [0.0, 0.0]).then(|| format!("shifted by {} x {}", digits(moved[0]), digits(moved[1]))),
+            (shift != [0.0, 0.0]).then(|| format!("shifted by {} x {}", digits(shift[0]), digits(shift[1]))),
         ];
         let how: String = how.into_iter().flatten().map(|text| text + ", ").collect();
         let [first, other] = parts;
-        let line = format!("sum with the other body: {how}{nx} x {ny} points; first: {first}; other: {other}");
+        let share = (1e6 * sum.grid.lx * sum.grid.ly / area).round() / 1e6;
+        let line = format!("{LINE}: {how}{nx} x {ny} points on {share}{SHARE}; first: {first}; other: {other}");
         Ok(Facing { sum, line })
     }
 
@@ -120,11 +125,13 @@ impl RoughBody {
         Ok(RoughBody { grid, heights })
     }
 
-    /// Two bodies in one periodic cell, and the shift that was made.
-    fn cell(self, other: RoughBody, shift: [f64; 2]) -> Result<(RoughBody, [f64; 2])> {
+    /// Two bodies in one periodic cell.
+    fn cell(self, other: RoughBody, shift: [f64; 2]) -> Result<RoughBody> {
         let (a, b) = (self.grid, other.grid);
         let differ = |a: f64, b: f64| (a / b - 1.0).abs() > SAME_EXTENT;
-        if differ(a.lx, b.lx) || differ(a.ly, b.ly) {
+        // Of two profiles the extent along y is any.
+        let lines = a.ny == 1 && b.ny == 1;
+        if differ(a.lx, b.lx) || differ(a.ly, b.ly) && !lines {
             let found = format!("a cell of {} x {}", digits(b.lx), digits(b.ly));
             let accepted = format!(
                 "that of the first body, {} x {}, as both repeat; continuum.periodic = false or surface.edges take the part where one \
@@ -137,33 +144,42 @@ impl RoughBody {
         let points = [a.nx.max(b.nx), a.ny.max(b.ny)];
         let (mut sum, other) = (self.on(points, true)?, other.on(points, true)?);
         let Grid { nx, ny, .. } = sum.grid;
-        let pixel = [sum.grid.dx(), sum.grid.dy()];
-        let nodes = [0, 1].map(|axis| (shift[axis] / pixel[axis]).round());
-        let [sx, sy] = [(nodes[0], nx), (nodes[1], ny)].map(|(s, n)| s.rem_euclid(n as f64) as usize);
-        for (i, h) in sum.heights.iter_mut().enumerate() {
-            *h += other.heights[(i / nx + ny - sy) % ny * nx + (i % nx + nx - sx) % nx];
-        }
-        Ok((sum, [nodes[0] * pixel[0], nodes[1] * pixel[1]]))
+        let nodes = [shift[0] / sum.grid.dx(), shift[1] / sum.grid.dy()];
+        let whole = nodes.map(f64::round);
+        let heights = match [0, 1].iter().all(|k| (nodes[*k] - whole[*k]).abs() < SAME_NODE) {
+            true => {
+                let [sx, sy] = [(whole[0], nx), (whole[1], ny)].map(|(s, n)| s.rem_euclid(n as f64) as usize);
+                let from = |i: usize| (i / nx + ny - sy) % ny * nx + (i % nx + nx - sx) % nx;
+                (0..nx * ny).map(|i| other.heights[from(i)]).collect()
+            }
+            false => shifted(shift, sum.grid, &other.heights),
+        };
+        sum.heights.iter_mut().zip(&heights).for_each(|(h, other)| *h += other);
+        Ok(sum)
     }
 
-    /// The part where one map lies on the other, at nodes of the first, and the shift.
-    fn overlap(self, other: RoughBody, shift: [f64; 2]) -> Result<(RoughBody, [f64; 2])> {
+    /// The part where one map lies on the other, at nodes of the first.
+    fn overlap(self, other: RoughBody, shift: [f64; 2]) -> Result<RoughBody> {
         let (a, b) = (self.grid, other.grid);
-        let finest = |n: usize, length: f64, pixel: f64| n.max((length / pixel - SAME_NODE).ceil() as usize);
-        let first = self.on([finest(a.nx, a.lx, b.dx()), finest(a.ny, a.ly, b.dy())], false)?;
+        let lines = a.ny == 1 && b.ny == 1;
+        // Pixels that differ by rounding are equal.
+        let finest = |n: usize, length: f64, pixel: f64| n.max((length / pixel * (1.0 - SAME_EXTENT)).ceil() as usize);
+        let rows = if lines { 1 } else { finest(a.ny, a.ly, b.dy()) };
+        let first = self.on([finest(a.nx, a.lx, b.dx()), rows], false)?;
         let grid = first.grid;
         // Centres of the first's pixels, in pixels of the other from its first centre.
         let places = |n: usize, pixel: f64, of_other: f64, shift: f64, n_other: usize| {
             let place = |i: usize| ((i as f64 + 0.5) * pixel - shift) / of_other - 0.5;
             let exact = |u: f64| if (u - u.round()).abs() < SAME_NODE { u.round() } else { u };
-            let inside = |u: f64| (0.0..=n_other as f64 - 1.0).contains(&u);
+            let last = n_other as f64 - 1.0;
+            let inside = |u: f64| u >= -SAME_EXTENT * last && u <= last * (1.0 + SAME_EXTENT);
             let list = (0..n).map(|i| (i, exact(place(i)))).filter(|(_, u)| inside(*u));
             list.unzip::<usize, f64, Vec<_>, Vec<_>>()
         };
         let (columns, ux) = places(grid.nx, grid.dx(), b.dx(), shift[0], b.nx);
-        let (rows, uy) = places(grid.ny, grid.dy(), b.dy(), shift[1], b.ny);
+        let (rows, uy) = if lines { (vec![0], vec![0.0]) } else { places(grid.ny, grid.dy(), b.dy(), shift[1], b.ny) };
         let (nx, ny) = (columns.len(), rows.len());
-        if nx.min(ny) < FEWEST {
+        if nx < FEWEST || ny < FEWEST && !lines {
             let found =
                 format!("{} x {}: the maps have {nx} x {ny} points in common", digits(shift[0]), digits(shift[1]));
             return Err(Error::input(PLACE, "shift", found, "a shift after which the maps lie on each other"));
@@ -175,7 +191,7 @@ impl RoughBody {
             row.iter_mut().zip(own).for_each(|(h, own)| *h += own);
         }
         let common = Grid { nx, ny, lx: nx as f64 * grid.dx(), ly: ny as f64 * grid.dy() };
-        Ok((RoughBody { grid: common, heights }, shift))
+        Ok(RoughBody { grid: common, heights })
     }
 }
 
@@ -229,12 +245,15 @@ mod tests {
         };
         let first = |x: f64, y: f64| (TAU * x / 2.0).cos() + 0.5 * (TAU * y).sin();
         let other = |x: f64, y: f64| (TAU * (x + y) + 0.3).cos();
-        let placement = Placement { shift: [0.51, -0.27], ..Placement::default() };
-        let facing = on(8, 16, &first).facing(on(16, 8, &other), &placement, true).unwrap();
-        // Whole nodes of the common grid: 0.5 and -0.25.
-        assert!(facing.line.contains("turned over, shifted by 0.5 x -0.25, 16 x 16 points"), "{}", facing.line);
-        let exact = on(16, 16, &|x, y| first(x, y) + other(-(x - 0.5), y + 0.25));
-        equal(&facing.sum, exact.heights);
+        for shift in [[0.51, -0.27], [0.5, -0.25]] {
+            let placement = Placement { shift, ..Placement::default() };
+            let facing = on(8, 16, &first).facing(on(16, 8, &other), &placement, true).unwrap();
+            let line =
+                format!("turned over, shifted by {} x {}, 16 x 16 points on 1 of the first map", shift[0], shift[1]);
+            assert!(facing.line.contains(&line), "{}", facing.line);
+            let exact = on(16, 16, &|x, y| first(x, y) + other(-(x - shift[0]), y - shift[1]));
+            equal(&facing.sum, exact.heights);
+        }
     }
 
     /// Quadratic heights of maps with other extents, pixels and a shift are exact where both maps are.
@@ -257,6 +276,34 @@ mod tests {
         let heights = (0..nx * ny).map(|i| exact(x0 + 0.2 * (i % nx) as f64, y0 + 0.05 * (i / nx) as f64));
         equal(&sum, heights.collect());
         assert_eq!((nx, ny), (9, 27));
+    }
+
+    /// Extents that differ by rounding neither smooth nor crop a map; profiles have any extent along y.
+    #[test]
+    fn extents_that_differ_by_rounding_are_equal() {
+        let rough = |n: usize, ny: usize, length: f64, ly: f64| RoughBody {
+            grid: Grid { nx: n, ny, lx: length, ly },
+            heights: (0..n * ny).map(|i| f64::from((i * i % 17) as u32)).collect(),
+        };
+        let flat = |n: usize, ny: usize, length: f64, ly: f64| RoughBody {
+            heights: vec![0.0; n * ny],
+            ..rough(n, ny, length, ly)
+        };
+        for (first, other) in [
+            (rough(20, 20, 1.0, 1.0), flat(20, 20, 0.99999, 0.99999)),
+            (rough(20, 20, 1.0, 1.0), flat(20, 20, 1.00001, 1.00001)),
+            (rough(40, 1, 1.0, 0.025), flat(20, 1, 1.0, 0.05)),
+        ] {
+            for periodic in [false, true] {
+                let facing = first.clone().facing(other.clone(), &Placement::default(), periodic).unwrap();
+                if periodic || first.grid.ny > 1 {
+                    assert_eq!((facing.sum.grid, &facing.sum.heights), (first.grid, &first.heights));
+                } else {
+                    // Without the half pixel of the other at each end.
+                    assert_eq!((facing.sum.grid.nx, facing.sum.grid.ny), (38, 1));
+                }
+            }
+        }
     }
 
     #[test]

@@ -175,7 +175,11 @@ fn spectral_sums<const K: usize>(
 }
 
 /// A value of every column of the half spectrum, by its normalised amplitudes.
-fn of_mode_columns<V: Send>(grid: Grid, heights: &[f64], value: impl Fn(usize, &[Complex<f64>]) -> V + Sync) -> Vec<V> {
+pub(crate) fn of_mode_columns<V: Send>(
+    grid: Grid,
+    heights: &[f64],
+    value: impl Fn(usize, &[Complex<f64>]) -> V + Sync,
+) -> Vec<V> {
     let (per_point, columns) = (1.0 / grid.points() as f64, Mutex::new(Vec::with_capacity(grid.half())));
     let transform = Transform::<f64>::new(grid);
     let visit = |i: usize, column: &mut [Complex<f64>]| {

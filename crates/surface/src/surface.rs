@@ -31,8 +31,9 @@ pub struct Surface {
     length: f64,
     periodic: bool,
     provenance: Option<Provenance>,
-    /// Steps of preparation of a map from an array.
+    /// Steps of preparation of a map from an array, and what is doubtful about them.
     steps: Vec<String>,
+    doubts: Vec<String>,
 }
 
 /// How a spectrum becomes a surface.
@@ -129,11 +130,11 @@ impl Surface {
         length_y.iter().try_for_each(|l| positive("length_y", *l))?;
         let map = map()?;
         let extent = [length, length_y.unwrap_or(length * map.ny as f64 / map.nx as f64)];
-        let PreparedMap { map, extent, history, .. } = preparation.apply(map, extent, periodic)?;
+        let PreparedMap { map, extent, history, warnings, .. } = preparation.apply(map, extent, periodic)?;
         let grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
         let body = RoughBody { grid, heights: map.low_first(touching).heights };
         let periodic = periodic || preparation.edges.is_some();
-        Ok(Surface { periodic, steps: history, ..Self::of_map(body, "array".into(), extent[0]) })
+        Ok(Surface { periodic, steps: history, doubts: warnings, ..Self::of_map(body, "array".into(), extent[0]) })
     }
 
     /// A realisation of a self-affine spectrum. The seed determines the phases of the waves, whatever the grid.
@@ -161,7 +162,7 @@ impl Surface {
 
     /// Heights over the extent of the cell, which is `length` along x. `grid`: the nodes, on a cell of extent 1 along x.
     pub fn from_source(source: HeightSource, grid: Grid, length: f64) -> Self {
-        Surface { source, grid, length, periodic: true, provenance: None, steps: Vec::new() }
+        Surface { source, grid, length, periodic: true, provenance: None, steps: Vec::new(), doubts: Vec::new() }
     }
 
     /// One node at height 0.
@@ -201,7 +202,8 @@ impl Surface {
         let periodic = self.periodic && other.periodic;
         let Facing { sum, line } = body(self).facing(body(other), placement, periodic)?;
         let length = sum.grid.lx;
-        let steps = self.preparation_steps().iter().cloned().chain([line]).collect();
+        let of_other = other.preparation_steps().iter().map(|step| format!("the other body: {step}"));
+        let steps = self.preparation_steps().iter().cloned().chain(of_other).chain([line]).collect();
         Ok(Surface { periodic, steps, ..Self::of_map(sum, "sum of two bodies".into(), length) })
     }
 
@@ -316,6 +318,7 @@ impl Surface {
             HeightSource::Fourier { .. } => Vec::new(),
         };
         list.extend(slope_warnings(self.rms_gradient()));
+        list.extend(self.doubts.iter().cloned());
         list
     }
 

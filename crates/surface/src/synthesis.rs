@@ -93,10 +93,14 @@ impl Modes {
     /// Heights `[ny, nx]` with zero mean, of all modes below the Nyquist modes of the grid whose wavelength is at
     /// least `low_pass` (0 for all). The cell of the grid must have the aspect of these modes.
     pub fn heights<T: Real>(&self, grid: Grid, low_pass: f64) -> Vec<T> {
+        self.scaled_heights(grid, low_pass, self.scale())
+    }
+
+    /// The same with `scale²` times the relative power of the spectrum, whatever the rms gradient of this realisation.
+    pub(crate) fn scaled_heights<T: Real>(&self, grid: Grid, low_pass: f64, scale: f64) -> Vec<T> {
         let transform = Transform::<T>::new(grid);
         let mut spectrum = transform.spectrum();
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
-        let scale = self.scale();
         spectrum.par_chunks_mut(grid.pitch()).enumerate().for_each(|(j, row)| {
             let ky = signed_mode(j, grid.ny);
             if ky.abs() > ky_max || 2 * ky.unsigned_abs() as usize >= grid.ny && ky != 0 {

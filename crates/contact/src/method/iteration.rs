@@ -92,8 +92,8 @@ pub struct IterationControl<'o, 'p> {
     pub scale: f64,
     /// Relative residual due to rounding.
     pub floor: f64,
-    /// The same for the stall criterion; 0 disables it.
-    stall_floor: f64,
+    /// Whether an iteration that no longer improves near its rounding ends.
+    stalls: bool,
     clock: Instant,
     pub iterations: usize,
     pub monitor: ConvergenceMonitor,
@@ -112,7 +112,7 @@ impl<'o, 'p> IterationControl<'o, 'p> {
             case,
             scale: problem.stress_scale(case.rms_height, case.pressure),
             floor,
-            stall_floor: floor,
+            stalls: true,
             clock: Instant::now(),
             iterations: 0,
             before: monitor.mark(),
@@ -123,7 +123,7 @@ impl<'o, 'p> IterationControl<'o, 'p> {
 
     /// Without the stall criterion, for a method whose line search detects the rounding floor itself.
     pub fn without_stall_limit(self) -> Self {
-        IterationControl { stall_floor: 0.0, ..self }
+        IterationControl { stalls: false, ..self }
     }
 
     /// Continues the iteration of a snapshot.
@@ -167,7 +167,9 @@ impl<'o, 'p> IterationControl<'o, 'p> {
         if self.iterations >= self.problem.max_iterations {
             return Some(Ending::Stopped(Stop::IterationLimit));
         }
-        let stalled = self.monitor.stalled(self.relative(residuals), self.stall_floor);
+        let LoadCase { pressure, rms_height, .. } = self.case;
+        let floor = if self.stalls { self.problem.stall_floor(rms_height, residuals.mean_gap, pressure) } else { 0.0 };
+        let stalled = self.monitor.stalled(self.relative(residuals), floor);
         stalled.or_else(|| self.separated(residuals).then_some(Stop::Detached)).map(Ending::Stopped)
     }
 

@@ -39,7 +39,8 @@ impl Edges {
                 )
             }
             Edges::Mirror => {
-                format!("edges mirror: a cell of {} x {} points, twice the extents", 2 * grid.nx, 2 * grid.ny)
+                let cell = mirrored(grid);
+                format!("edges mirror: a cell of {} x {} points, twice the extents", cell.nx, cell.ny)
             }
         }
     }
@@ -58,6 +59,13 @@ pub(crate) fn copies(history: &[String]) -> f64 {
             [nx, ny, _, _, of_nx, of_ny] => (copies * nx * ny / (of_nx * of_ny)).max(1.0),
             _ => copies,
         },
+        // Of the first map a share lies below the other.
+        Some(crate::facing::LINE) => {
+            let share = step
+                .split_once(crate::facing::SHARE)
+                .and_then(|(before, _)| before.rsplit(' ').next()?.parse::<f64>().ok());
+            share.map_or(copies, |share| (copies * share).max(1.0))
+        }
         _ => copies,
     })
 }
@@ -83,12 +91,18 @@ fn taper(grid: Grid, mut heights: Vec<f64>) -> Vec<f64> {
     heights
 }
 
+/// A profile stays one line.
+fn mirrored(grid: Grid) -> Grid {
+    let cell = Grid { nx: 2 * grid.nx, lx: 2.0 * grid.lx, ..grid };
+    if grid.ny == 1 { cell } else { Grid { ny: 2 * grid.ny, ly: 2.0 * grid.ly, ..cell } }
+}
+
 /// Mirrored about the outer edges of the last pixels, so that no point is on a mirror plane.
 fn mirror(grid: Grid, heights: &[f64]) -> (Grid, Vec<f64>) {
-    let cell = Grid { nx: 2 * grid.nx, ny: 2 * grid.ny, lx: 2.0 * grid.lx, ly: 2.0 * grid.ly };
+    let cell = mirrored(grid);
     let rows = heights.chunks(grid.nx);
-    let mirrored = rows.clone().chain(rows.rev()).flat_map(|r| r.iter().chain(r.iter().rev()));
-    (cell, mirrored.copied().collect())
+    let rows = rows.clone().chain(rows.rev()).take(cell.ny);
+    (cell, rows.flat_map(|r| r.iter().chain(r.iter().rev())).copied().collect())
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ pub(super) fn check(kind: FilterKind, low: Option<f64>, high: Option<f64>, grid:
 pub(super) fn apply(kind: FilterKind, band: PassBand, grid: Grid, heights: &mut [f64], periodic: bool) {
     let cut_off = band.cut_off();
     let smooth = match periodic {
-        true => waves(|n| kind.transfer(n), cut_off, grid, heights),
+        true => waves(|qx, qy| kind.transfer(cut_off * qx.hypot(qy) / TAU), grid, heights),
         false => regression(cut_off, grid, heights),
     };
     heights.iter_mut().zip(smooth).for_each(|(h, s)| {
@@ -111,11 +111,27 @@ pub(super) fn apply(kind: FilterKind, band: PassBand, grid: Grid, heights: &mut 
 
 /// The waves of a map that repeats with the power which a low-pass filter takes: 1 - T².
 pub(super) fn complement(kind: FilterKind, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64> {
-    waves(|n| (1.0 - kind.transfer(n).powi(2)).sqrt(), cut_off, grid, heights)
+    waves(|qx, qy| (1.0 - kind.transfer(cut_off * qx.hypot(qy) / TAU).powi(2)).sqrt(), grid, heights)
+}
+
+/// A map that repeats, shifted along x and y by its Fourier coefficients.
+pub(crate) fn shifted(shift: [f64; 2], grid: Grid, heights: &[f64]) -> Vec<f64> {
+    let nyquist =
+        [(grid.nx, grid.dx()), (grid.ny, grid.dy())].map(|(n, d)| if n % 2 == 0 { PI / d } else { f64::INFINITY });
+    let along = |axis: usize, q: f64| match q.abs() < nyquist[axis] * (1.0 - 1e-9) {
+        true => Complex::cis(-q * shift[axis]),
+        // Both signs of a Nyquist wave are one.
+        false => Complex::from((q * shift[axis]).cos()),
+    };
+    waves(|qx, qy| along(0, qx) * along(1, qy), grid, heights)
 }
 
 /// The waves of a map that repeats, each multiplied by its transfer, by its Fourier coefficients.
-fn waves(transfer: impl Fn(f64) -> f64 + Sync, cut_off: f64, grid: Grid, heights: &[f64]) -> Vec<f64> {
+fn waves<T>(transfer: impl Fn(f64, f64) -> T + Sync, grid: Grid, heights: &[f64]) -> Vec<f64>
+where
+    Complex<f64>: std::ops::MulAssign<T>,
+    T: std::ops::Mul<f64, Output = T>,
+{
     let fraction = 1.0 / grid.points() as f64;
     let transform = Transform::<f64>::new(grid);
     let mut spectrum = transform.spectrum();
@@ -123,7 +139,7 @@ fn waves(transfer: impl Fn(f64) -> f64 + Sync, cut_off: f64, grid: Grid, heights
     let mean = mean(heights);
     let filter = |i: usize, column: &mut [Complex<f64>]| {
         for (j, a) in column.iter_mut().enumerate() {
-            *a *= fraction * transfer(cut_off * grid.qx(i).hypot(grid.qy(j)) / TAU);
+            *a *= transfer(grid.qx(i), grid.qy(j)) * fraction;
         }
         0.0
     };

@@ -21,6 +21,7 @@ pub use edges::Edges;
 pub(crate) use edges::copies;
 pub use fill::{Fill, MAX_FILLED_SHARE};
 pub use filter::FilterKind;
+pub(super) use filter::shifted;
 pub(super) use outliers::{SUSPECT, median, suspected_outliers};
 pub(super) use regrid::{regrid, sampled};
 
@@ -62,6 +63,8 @@ pub struct PreparedMap {
     pub filled: usize,
     /// One line per step that was applied, with its parameters and what it changed.
     pub history: Vec<String>,
+    /// What is doubtful about the steps.
+    pub warnings: Vec<String>,
 }
 
 impl Preparation {
@@ -79,7 +82,7 @@ impl Preparation {
     pub fn apply(&self, map: HeightMap, extent: [f64; 2], periodic: bool) -> Result<PreparedMap> {
         let mut grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
         let mut heights = map.heights;
-        let mut history = Vec::new();
+        let (mut history, mut warnings) = (Vec::new(), Vec::new());
         let [column, row, ..] = self.crop.unwrap_or_default();
         let repeats = periodic && self.edges.is_none() && self.crop.is_none_or(|c| c == [0, 0, grid.nx, grid.ny]);
         if let Some(part) = self.crop {
@@ -102,12 +105,21 @@ impl Preparation {
         if let Some(kind) = self.fill {
             history.push(format!("fill {}: {filled}{}", kind.word(), share(filled, grid)));
         }
+        if let Some(to) = self.extend_to.filter(|_| self.low_pass.is_none()) {
+            let accepted = "only together with --low-pass, the wavelength down to which the map is trusted";
+            return Err(Error::input("preparation", "--extend-to", to, accepted));
+        }
         filter::check(self.filter, self.low_pass, self.high_pass, grid, repeats)?;
+        let mut fit = None;
         for band in [self.low_pass.map(PassBand::Long), self.high_pass.map(PassBand::Short)].into_iter().flatten() {
             let previous = rms(&heights);
             filter::apply(self.filter, band, grid, &mut heights, repeats);
             let (previous, now) = (digits(previous), digits(rms(&heights)));
             history.push(format!("{} {}: rms height {previous} to {now}", band.words(), self.filter.word()));
+            // Before later steps change the spectrum.
+            if let (Some(_), PassBand::Long(cut_off)) = (self.extend_to, band) {
+                fit = Some(extend::fit((self.filter, cut_off), grid, &heights, repeats)?);
+            }
         }
         if let Some(points) = self.resample {
             let (method, from) = (regrid::method(grid, points, repeats), [grid.nx, grid.ny]);
@@ -120,18 +132,15 @@ impl Preparation {
             (grid, heights) = kind.make(grid, heights);
             history.push(line);
         }
-        if let Some(to) = self.extend_to {
-            let Some(cut_off) = self.low_pass else {
-                let accepted = "only together with --low-pass, the wavelength down to which the map is trusted";
-                return Err(Error::input("preparation", "--extend-to", to, accepted));
-            };
-            let repeats = repeats || self.edges.is_some();
+        if let (Some(to), Some(fit), Some(cut_off)) = (self.extend_to, fit, self.low_pass) {
+            let (repeats, law) = (repeats || self.edges.is_some(), (self.filter, cut_off));
             let line;
-            (grid, heights, line) = extend::extend((self.filter, cut_off), (to, self.seed), grid, heights, repeats)?;
+            (grid, heights, line) = fit.extend(law, (to, self.seed), grid, heights, repeats)?;
             history.push(line);
+            warnings.extend(fit.warning());
         }
         let map = HeightMap::new("prepared map", grid.nx, grid.ny, heights)?;
-        Ok(PreparedMap { map, extent: [grid.lx, grid.ly], filled, history })
+        Ok(PreparedMap { map, extent: [grid.lx, grid.ly], filled, history, warnings })
     }
 }
 

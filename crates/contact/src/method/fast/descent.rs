@@ -363,7 +363,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
 
     /// Relative residual due to rounding.
     fn floor(&self) -> f64 {
-        self.task.problem.rounding_floor(self.task.rms_height, self.scale())
+        self.task.problem.stall_floor(self.task.rms_height, self.now.residuals.mean_gap, self.scale())
     }
 
     /// Precision of the next trial.
