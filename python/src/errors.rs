@@ -23,6 +23,8 @@ const NAMES: [(&str, &str); 17] = [
     ("--low-pass", "low_pass"),
     ("--high-pass", "high_pass"),
     ("--resample", "resample"),
+    ("--extend-to", "extend_to"),
+    ("continuum.periodic = false or surface.edges take", "maps with periodic=False take"),
     ("--remove-outliers", "remove_outliers"),
 ];
 
