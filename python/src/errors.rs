@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
 /// Words of scenes, flags and the crate in messages, and their names in Python.
-const NAMES: [(&str, &str); 17] = [
+const NAMES: [(&str, &str); 19] = [
     ("`surface.edges taper|mirror`", "edges=\"taper\" or \"mirror\" in the preparation"),
     ("`surface.detrend plane`", "detrend=\"plane\""),
     ("`continuum.periodic = false`", "body=NonPeriodic()"),
