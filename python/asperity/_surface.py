@@ -190,7 +190,7 @@ class Surface:
         """
         steps = _steps(preparation)
         python = sys.executable if sys.executable and find_spec("SurfaceTopography") else None
-        native = _asperity.Surface.from_file(os.fspath(path), length, touching, dataset, python, profile, steps)
+        native = _asperity.Surface.from_file(os.fspath(path), length, touching, (dataset, python, profile), steps)
         surface = cls(native, unit)
         surface.unit = unit or str((surface.provenance or {}).get("unit") or "")
         return surface

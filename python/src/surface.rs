@@ -115,11 +115,10 @@ impl Surface {
         path: PathBuf,
         length: Option<f64>,
         touching: Option<String>,
-        dataset: Option<String>,
-        python: Option<PathBuf>,
-        profile: bool,
+        source: (Option<String>, Option<PathBuf>, bool),
         steps: Steps,
     ) -> PyResult<Self> {
+        let (dataset, python, profile) = source;
         let touching = optional(py, PLACE, "touching", touching.as_ref())?;
         let options = FileOptions { length, touching, dataset, profile, python, preparation: steps.preparation(py)? };
         Ok(Surface(in_pool(py, 0, || asperity::read_surface(&path, &options))?.raise(py)?))

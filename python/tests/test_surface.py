@@ -282,7 +282,8 @@ def test_units_of_two_bodies_are_equal() -> None:
 
 def test_compliances_of_bodies_add_up() -> None:
     assert asperity.contact_modulus((3.0, 0.5), (2.0, 0.0)) == pytest.approx(1 / (0.25 + 0.5), rel=1e-15)
-    for bodies, words in [((), "one or two"), (((1.0,),), "one or two"), (((0.0, 0.3),), "young"), (((1.0, 0.6),), "poisson")]:
+    wrong: list[tuple[Any, str]] = [((), "one or two"), (((1.0,),), "one or two"), (((0.0, 0.3),), "young"), (((1.0, 0.6),), "poisson")]
+    for bodies, words in wrong:
         with pytest.raises(InputError, match=words):
             asperity.contact_modulus(*bodies)
 
