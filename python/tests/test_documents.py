@@ -100,6 +100,12 @@ def commands(page: Path) -> Iterator[list[str]]:
             yield found[found.index("asperity") :]
 
 
+def test_the_list_of_tests_is_current(tmp_path: Path) -> None:
+    page = tmp_path / "tests.md"
+    subprocess.run([sys.executable, str(REPOSITORY / "scripts/list_tests.py"), "--write", str(page)], check=True)
+    assert page.read_text() == (REPOSITORY / "evidence/tests.md").read_text(), "scripts/list_tests.py --write evidence/tests.md"
+
+
 def test_pages_are_short() -> None:
     count = {page: words(text_of(page)) for page in [*WRITTEN, *TUTORIALS]}
     total = sum(count.values())

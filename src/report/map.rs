@@ -14,6 +14,9 @@ use super::svg::{self, DrawingSize, Ticks, css, escaped, half_width, text};
 pub(super) const ALONE: f64 = 500.0;
 pub(super) const IN_A_ROW: f64 = 235.0;
 
+/// Label of heights: those of results have the sign of the solver, whatever the file has.
+pub(super) const HEIGHT: &str = "height, low points touch first";
+
 const STOPS: u32 = 24;
 
 /// Quantity and unit of a colour bar.

@@ -34,6 +34,8 @@ mod quickstart;
 mod reliability;
 mod repulsion;
 mod scenes;
+#[path = "../common/scratch.rs"]
+mod scratch;
 #[path = "../common/similar_crystal.rs"]
 mod similar_crystal;
 mod solve;

@@ -449,7 +449,7 @@ fn functions_of_a_surface_are_written() {
     assert_eq!(with_tip("5um")["tip"]["cutoff_m"], Value::Null);
     let blunt = &with_tip("13um")["tip"];
     assert!((2e-6..10e-6).contains(&number(blunt, "cutoff_m")) && number(blunt, "touched_share") < 0.6, "{blunt}");
-    // White noise of 0.01 µm, uniform between equal limits, is told from the wave.
+    // White noise of 0.01 µm, uniform between equal limits, is found under the wave.
     assert_eq!(found["noise"], Value::Null);
     let mut random = 1u64;
     let noise: Vec<f64> = std::iter::repeat_with(|| {

@@ -1,33 +1,11 @@
 //! Profiles as surfaces that are uniform along y, and maps with waves below what was measured.
 
 use crate::program::{asperity, stderr};
-use asperity::surface::files::npy;
+use crate::scratch::Scratch;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fs;
-use std::path::PathBuf;
 use std::process::Output;
-
-struct Files(tempfile::TempDir);
-
-impl Files {
-    fn new() -> Self {
-        Files(tempfile::tempdir().expect("scratch"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn text(&self, name: &str) -> String {
-        self.path(name).to_str().expect("UTF-8").into()
-    }
-
-    fn write(&self, name: &str, contents: &str) -> String {
-        fs::write(self.path(name), contents).expect("written");
-        self.text(name)
-    }
-}
 
 fn run(command: &str, flags: &[&str]) -> Output {
     asperity().arg(command).args(flags).output().expect("started")
@@ -62,16 +40,16 @@ fn table(separator: &str, header: &str, row: impl Fn(usize) -> (f64, f64)) -> St
 /// many such lines.
 #[test]
 fn a_profile_is_a_surface_uniform_along_y() {
-    let files = Files::new();
-    npy::write(&files.path("strip.npy"), N, 6, (0..6 * N).map(|k| height(k % N))).expect("written");
+    let files = Scratch::new();
+    files.map("strip.npy", [N, 6], |x, _| height(x));
     let plain = |i: usize| (STEP * i as f64, height(i));
     let reversed = |i: usize| (STEP * (N - 1 - i) as f64, height(N - 1 - i));
-    files.write("columns.txt", &table("\t", "", plain));
-    files.write("named.csv", &table(",", "X_(microns),Z_(microns)\n", plain));
-    files.write("reversed.txt", &table(" ", "", reversed));
-    files.write("line.txt", &(0..N).map(|i| format!("{:.9} ", height(i))).collect::<String>());
+    files.text("columns.txt", &table("\t", "", plain));
+    files.text("named.csv", &table(",", "X_(microns),Z_(microns)\n", plain));
+    files.text("reversed.txt", &table(" ", "", reversed));
+    files.text("line.txt", &(0..N).map(|i| format!("{:.9} ", height(i))).collect::<String>());
     let usual = ["--touching", "high-points", "--modulus", "10MPa", "--pressure", "0.05MPa", "--unit", "um"];
-    let strip = json("solve", &[&[&files.text("strip.npy")[..], "--length", "60um"], &usual[..]].concat());
+    let strip = json("solve", &[&[&files.word("strip.npy")[..], "--length", "60um"], &usual[..]].concat());
     for (name, more) in [
         ("columns.txt", &[][..]),
         ("named.csv", &[]),
@@ -79,7 +57,7 @@ fn a_profile_is_a_surface_uniform_along_y() {
         ("columns.txt", &["--length", "60um"]),
         ("line.txt", &["--length", "60um"]),
     ] {
-        let one = json("solve", &[&[&files.text(name)[..], "--profile"], more, &usual[..]].concat());
+        let one = json("solve", &[&[&files.word(name)[..], "--profile"], more, &usual[..]].concat());
         assert_eq!((number(&one, "nx"), number(&one, "ny")), (N as f64, 1.0), "{name}");
         for key in ["contact_nodes", "mean_gap", "stiffness"] {
             let (a, b) = (number(&one, key), number(&strip, key));
@@ -87,7 +65,7 @@ fn a_profile_is_a_surface_uniform_along_y() {
         }
     }
     // Rq and Rdq of the sum of three waves, by closed form.
-    let flags = [&files.text("columns.txt")[..], "--profile", "--touching", "high-points", "--unit", "um"];
+    let flags = [&files.word("columns.txt")[..], "--profile", "--touching", "high-points", "--unit", "um"];
     let surface = json("surface", &flags);
     let waves = [(0.2, 1.0), (0.08, 5.0), (0.05, 13.0)];
     let rms = waves.map(|(a, _): (f64, f64)| a * a / 2.0).iter().sum::<f64>().sqrt() * 1e-6;
@@ -97,8 +75,8 @@ fn a_profile_is_a_surface_uniform_along_y() {
     // A run with its report.
     let scene = "name = \"profile\"\n[laboratory]\nmodulus = \"10 MPa\"\n[surface]\nheights = \"columns.txt\"\nprofile = true\nunit = \
                  \"um\"\ntouching = \"high-points\"\n[load]\npressure = \"50 kPa\"\n";
-    let scene = files.write("profile.toml", scene);
-    let out = files.text("out");
+    let scene = files.text("profile.toml", scene);
+    let out = files.word("out");
     let results = json("run", &[&scene, "--out", &out]);
     assert!(results.is_object() && files.path("out/report.html").exists());
     let area = fs::read_to_string(files.path("out/results.json")).expect("results");
@@ -109,10 +87,10 @@ fn a_profile_is_a_surface_uniform_along_y() {
 
 #[test]
 fn what_is_no_profile_and_what_none_can_do_is_refused() {
-    let files = Files::new();
-    let profile = files.write("p.txt", &table(" ", "", |i| (STEP * i as f64, height(i))));
-    let back = files.write("back.txt", &table(" ", "", |i| (STEP * (i % 7) as f64, height(i))));
-    let map = files.write("map.txt", &format!("{}\n", "1 2 3 4 5\n".repeat(9)));
+    let files = Scratch::new();
+    let profile = files.text("p.txt", &table(" ", "", |i| (STEP * i as f64, height(i))));
+    let back = files.text("back.txt", &table(" ", "", |i| (STEP * (i % 7) as f64, height(i))));
+    let map = files.text("map.txt", &format!("{}\n", "1 2 3 4 5\n".repeat(9)));
     let usual = ["--touching", "high-points", "--modulus", "1", "--length", "60"];
     for (flags, words) in [
         (vec![&profile[..], "--pressure", "0.01"], "--profile"),
@@ -132,9 +110,9 @@ fn what_is_no_profile_and_what_none_can_do_is_refused() {
 /// seed. `ensemble` gives mean and error.
 #[test]
 fn waves_below_the_measured_ones_reduce_the_contact() {
-    let files = Files::new();
+    let files = Scratch::new();
     let made = ["--grid", "256", "--seed", "5", "--cut-off", "2um", "--rms-gradient", "0.2", "--out"];
-    let map = files.text("map.npy");
+    let map = files.word("map.npy");
     let found = run("surface", &[&made[..], &[&map]].concat());
     assert!(found.status.success(), "{}", stderr(&found));
     let solve = |more: &[&str]| {
@@ -145,12 +123,12 @@ fn waves_below_the_measured_ones_reduce_the_contact() {
     let extended = ["--low-pass", "5um", "--extend-to", "2um", "--seed"];
     let [one, two, again] = ["1", "2", "1"].map(|seed| solve(&[&extended[..], &[seed]].concat()));
     assert!(one != two && one == again && known > 1.2 * whole, "{whole} {known} {one} {two}");
-    // The error of the area of 1 % by H, fitted to waves of 5 to 14 µm of this surface, whose spectrum is flat from 20 µm on.
+    // Within the uncertainty of H: few waves are between the cut-off and the roll-off at 20 µm.
     assert!([one, two].iter().all(|area| (area / whole - 1.0).abs() < 0.1), "{whole} {known} {one} {two}");
     let scene = "name = \"afm\"\n[laboratory]\nmodulus = \"25 MPa\"\n[surface]\nheights = \"map.npy\"\nlow_pass = \"5 um\"\nextend_to = \"2 \
                  um\"\n[load]\npressure = \"0.1 MPa\"\n";
-    let scene = files.write("afm.toml", scene);
-    let found = run("ensemble", &[&scene, "--seeds", "1..2", "--out", &files.text("band")]);
+    let scene = files.text("afm.toml", scene);
+    let found = run("ensemble", &[&scene, "--seeds", "1..2", "--out", &files.word("band")]);
     assert!(found.status.success(), "{}", stderr(&found));
     let text = fs::read_to_string(files.path("band/ensemble.json")).expect("results");
     let all: Value = serde_json::from_str(&text).expect("JSON");
@@ -161,9 +139,12 @@ fn waves_below_the_measured_ones_reduce_the_contact() {
         (&["--extend-to", "2um", "--seed", "1"][..], "--low-pass"),
         (&["--low-pass", "5um", "--seed", "1"], "--extend-to"),
         (&["--low-pass", "5um", "--extend-to", "6um"], "to below --low-pass"),
+        (&["--seed", "1"], "only together with --challenge or --extend-to"),
     ] {
         let refused = run("solve", &[&[&map[..], "--modulus", "25MPa", "--pressure", "0.1MPa"], more].concat());
         let said = stderr(&refused);
         assert!(refused.status.code() == Some(2) && said.contains(words), "{more:?}: {said}");
     }
+    let refused = run("surface", &[&map[..], "--seed", "1"]);
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("--extend-to"), "{}", stderr(&refused));
 }

@@ -1,11 +1,10 @@
 //! Two rough bodies: the sum of their heights, one contact modulus, the softer hardness, as flags and as keys.
 
 use crate::program::{asperity, stderr};
-use asperity::surface::files::npy;
+use crate::scratch::{Scratch, field};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Output;
 
 /// Points per side.
@@ -13,27 +12,6 @@ const N: usize = 48;
 
 /// Relative difference of equal problems whose heights differ by rounding.
 const ROUNDING: f64 = 1e-6;
-
-struct Files(tempfile::TempDir);
-
-impl Files {
-    fn new() -> Self {
-        Files(tempfile::tempdir().expect("scratch"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, [nx, ny]: [usize; 2], value: impl Fn(usize, usize) -> f64) -> String {
-        npy::write(&self.path(name), nx, ny, (0..nx * ny).map(|i| value(i % nx, i / nx))).expect("written");
-        self.text(name)
-    }
-
-    fn text(&self, name: &str) -> String {
-        self.path(name).to_str().expect("UTF-8").into()
-    }
-}
 
 fn solve(flags: &[&str]) -> Output {
     asperity().arg("solve").args(flags).output().expect("started")
@@ -49,10 +27,6 @@ fn number(line: &Value, key: &str) -> f64 {
     line[key].as_f64().unwrap_or_else(|| panic!("{key} in {line}"))
 }
 
-fn field(path: &Path) -> Vec<f64> {
-    npy::read(path).expect("a field").values
-}
-
 /// Heights of a cell of 10.
 fn rough(x: usize, y: usize) -> f64 {
     let wave = |k: f64, l: f64, phase: f64| (TAU * (k * x as f64 + l * y as f64) / N as f64 + phase).cos();
@@ -63,14 +37,14 @@ fn rough(x: usize, y: usize) -> f64 {
 /// compliances, and together they are the change of the gap.
 #[test]
 fn two_halves_are_the_whole() {
-    let files = Files::new();
-    let whole = files.write("whole.npy", [N, N], rough);
-    let half = files.write("half.npy", [N, N], |x, y| rough(x, y) / 2.0);
-    let over = files.write("over.npy", [N, N], |x, y| rough((N - x) % N, y) / 2.0);
+    let files = Scratch::new();
+    let whole = files.map("whole.npy", [N, N], rough);
+    let half = files.map("half.npy", [N, N], |x, y| rough(x, y) / 2.0);
+    let over = files.map("over.npy", [N, N], |x, y| rough((N - x) % N, y) / 2.0);
     let usual = ["--touching", "high-points", "--length", "10", "--pressure", "0.01,0.1"];
     // 1/E* = 0.75/1.5 + 0.91/1.82 = 1.
     let bodies = ["--body", "1.5,0.5,0.4", "--body", "1.82,0.3,0.15"];
-    let [out_pair, out_one] = ["pair", "one"].map(|name| files.text(name));
+    let [out_pair, out_one] = ["pair", "one"].map(|name| files.word(name));
     let pair = [&[&half[..], "--other", &over, "--out", &out_pair], &usual[..], &bodies].concat();
     let single = [&[&whole[..], "--modulus", "1", "--hardness", "0.15", "--out", &out_one], &usual[..]].concat();
     for (a, b) in states(&pair).iter().zip(states(&single)) {
@@ -108,10 +82,10 @@ fn two_halves_are_the_whole() {
 #[test]
 fn two_waves_are_westergaards() {
     const POINTS: usize = 512;
-    let files = Files::new();
+    let files = Scratch::new();
     let wave = |n: usize, amplitude: f64| move |x: usize, _| amplitude * (TAU * x as f64 / n as f64).cos();
-    let first = files.write("um.npy", [POINTS, 6], wave(POINTS, 0.03));
-    let other = files.write("nm.npy", [POINTS / 2, 3], wave(POINTS / 2, 20.0));
+    let first = files.map("um.npy", [POINTS, 6], wave(POINTS, 0.03));
+    let other = files.map("nm.npy", [POINTS / 2, 3], wave(POINTS / 2, 20.0));
     let full_contact = PI * 0.05 / 10.0;
     let pressure = (0.25 * full_contact).to_string() + "GPa";
     // Pixels of the other one are square.
@@ -127,15 +101,15 @@ fn two_waves_are_westergaards() {
 /// Maps that do not repeat: the common part, at the nodes of the first, then mirrored. A force acts on the part that was measured.
 #[test]
 fn patches_are_added_where_they_lie_on_each_other() {
-    let files = Files::new();
+    let files = Scratch::new();
     let (first, other) = (
         |x: usize, y: usize| 0.01 * (x * x + y) as f64 % 0.7,
         |x: usize, y: usize| 0.02 * ((3 * x + y * y) % 11) as f64,
     );
-    files.write("first.npy", [20, 16], first);
-    files.write("other.npy", [20, 16], other);
+    files.map("first.npy", [20, 16], first);
+    files.map("other.npy", [20, 16], other);
     // The other one, face down and shifted by 4 and -3 points, and the part that both have.
-    files.write("sum.npy", [16, 13], |x, y| first(x + 4, y) + other(19 - x, y + 3));
+    files.map("sum.npy", [16, 13], |x, y| first(x + 4, y) + other(19 - x, y + 3));
     let scene = |surface: &str| {
         format!(
             "name = \"two\"\n[laboratory]\nlength = \"LENGTH\"\nmodulus = \"2 GPa\"\n[load]\nforce = \"5 nN\"\n[surface]\nunit = \"nm\"\ntouching = \
@@ -162,12 +136,12 @@ fn patches_are_added_where_they_lie_on_each_other() {
     let of_file = &two["surface"]["provenance"];
     let steps: Vec<&str> = of_file["preparation"].as_array().expect("steps").iter().filter_map(Value::as_str).collect();
     assert!(
-        steps.iter().any(|s| s.contains("turned over, shifted by 0.004 x -0.003, 16 x 13 points on 0.65 of")),
+        steps.iter().any(|s| s.contains("turned over, shifted by 4e-3 x -3e-3, 16 x 13 points on 0.65 of")),
         "{steps:?}"
     );
     assert!(of_file["other"]["file"].as_str().is_some_and(|f| f.ends_with("other.npy")), "{of_file}");
     // Another map at the same place is another problem.
-    files.write("other.npy", [20, 16], |x, y| 1.2 * other(x, y));
+    files.map("other.npy", [20, 16], |x, y| 1.2 * other(x, y));
     let (again, _) = run("two");
     assert_ne!(number(&loads(&again), "contact_area"), number(&loads(&two), "contact_area"));
 }
@@ -175,10 +149,10 @@ fn patches_are_added_where_they_lie_on_each_other() {
 /// Steps of preparation change a map as they do alone, whichever of the two bodies it is of; a flat one adds nothing. Profiles are added, too.
 #[test]
 fn a_flat_body_adds_nothing() {
-    let files = Files::new();
+    let files = Scratch::new();
     let ramp = |x: usize, y: usize| 0.1 * x as f64 + if (x * y).is_multiple_of(3) { 0.2 } else { 0.0 };
-    let map = files.write("map.npy", [40, 40], ramp);
-    let flat = files.write("flat.npy", [40, 40], |_, _| 0.0);
+    let map = files.map("map.npy", [40, 40], ramp);
+    let flat = files.map("flat.npy", [40, 40], |_, _| 0.0);
     let shared = [
         "--touching",
         "high-points",
@@ -206,7 +180,7 @@ fn a_flat_body_adds_nothing() {
     }
     let line = |name: &str, n: usize, height: f64| {
         let wave = |x: usize| height * (TAU * x as f64 / n as f64).cos();
-        files.write(name, [n, 1], move |x, _| wave(x))
+        files.map(name, [n, 1], move |x, _| wave(x))
     };
     let (whole, half, coarse) = (line("a.npy", 64, 0.3), line("b.npy", 64, 0.15), line("c.npy", 32, 0.15));
     let usual = ["--profile", "--touching", "high-points", "--length", "10", "--modulus", "1", "--pressure", "0.01"];
@@ -220,9 +194,9 @@ fn a_flat_body_adds_nothing() {
 
 #[test]
 fn bodies_that_do_not_fit_are_refused() {
-    let files = Files::new();
-    let map = files.write("map.npy", [N, N], rough);
-    let small = files.write("small.npy", [N / 2, N / 2], rough);
+    let files = Scratch::new();
+    let map = files.map("map.npy", [N, N], rough);
+    let small = files.map("small.npy", [N / 2, N / 2], rough);
     let usual = ["--touching", "high-points", "--length", "10", "--pressure", "0.01"];
     for (flags, words) in [
         (vec!["--modulus", "1", "--other", "absent.npy"], "--other"),

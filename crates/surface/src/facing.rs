@@ -2,7 +2,7 @@
 //! slopes (Johnson, Contact Mechanics, 1985, sec. 4.1): it is the surface of one of them on a flat other.
 
 use crate::lower_to_zero;
-use crate::preparation::{digits, regrid, sampled, shifted};
+use crate::preparation::{digits, exact, regrid, sampled, shifted};
 use crate::scale_dependent::difference_gradient;
 use asperity_grid::{Error, Grid, Result, rms};
 
@@ -81,7 +81,7 @@ impl RoughBody {
         let how = [
             turned_over.then(|| "turned over".to_string()),
             (quarter_turns > 0).then(|| format!("turned by {}°", 90 * u32::from(quarter_turns))),
-            (shift != [0.0, 0.0]).then(|| format!("shifted by {} x {}", digits(shift[0]), digits(shift[1]))),
+            (shift != [0.0, 0.0]).then(|| format!("shifted by {} x {}", exact(shift[0]), exact(shift[1]))),
         ];
         let how: String = how.into_iter().flatten().map(|text| text + ", ").collect();
         let [first, other] = parts;

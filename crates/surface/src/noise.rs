@@ -71,7 +71,7 @@ mod tests {
     /// Noise is found with its rms height and the wavelength at which both spectra cross; a surface alone has none, whatever its exponent,
     /// whether it repeats or not.
     #[test]
-    fn noise_is_told_from_roughness() {
+    fn noise_and_roughness_differ() {
         // The noise stands out of the shortest waves.
         for (hurst, share) in [(0.3, 2.0), (0.5, 0.5), (0.8, 0.3), (1.0, 0.2)] {
             for (seed, periodic) in [(1, true), (2, true), (3, false)] {

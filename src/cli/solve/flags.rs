@@ -172,10 +172,6 @@ impl SolveArgs {
         if let Some(flag) = self.map.of_maps().filter(|_| self.challenge.is_some()) {
             return Err(Error::input(COMMAND_LINE, flag, "given", "only together with a file, not with --challenge"));
         }
-        if let Some(seed) = self.seed.filter(|_| self.challenge.is_none() && self.map.extend_to.is_none()) {
-            let accepted = "only together with --challenge or --extend-to";
-            return Err(Error::input(COMMAND_LINE, "--seed", seed, accepted));
-        }
         let units = self.solve_units()?;
         let mut laboratory = LaboratoryScene {
             // A missing modulus is reported with all else that is missing.
@@ -197,6 +193,10 @@ impl SolveArgs {
         let mut surface = self.surface();
         surface.cut_off = self.cut_off.map(|m| units.plain("--cut-off", m)).transpose()?;
         self.map.set(&mut surface, &mut laboratory, &mut continuum, &|flag, m| units.plain(flag, m))?;
+        if let Some(seed) = self.seed.filter(|_| !surface.has_seed()) {
+            let accepted = "only together with --challenge or --extend-to";
+            return Err(Error::input(COMMAND_LINE, "--seed", seed, accepted));
+        }
         Ok(Scene {
             load: LoadScene { unload: self.unload, pull_off: self.pull_off, ..loads },
             laboratory,

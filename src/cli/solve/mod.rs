@@ -40,13 +40,6 @@ use serde_json::{Value, json};
 use solved::Solved;
 use std::path::{Path, PathBuf};
 
-/// Contact modulus of the bodies, and their shares in the deformation.
-fn two_bodies(case: &Case) -> String {
-    let lab = &case.laboratory;
-    let shares: Vec<String> = lab.shares().iter().map(|share| format!("{} %", trimmed(100.0 * share, 3))).collect();
-    format!("contact modulus {}; deformation by body: {}", trimmed(lab.modulus().value(), 4), shares.join(", "))
-}
-
 impl SolveArgs {
     /// Units of the results, where they are known.
     fn units(&self, case: &Case) -> ResultUnits {
@@ -56,6 +49,20 @@ impl SolveArgs {
             None => case.provenance().and_then(|p| p.unit.clone()),
         };
         ResultUnits { length, stress: unit(self.modulus.or(self.body.first().map(|body| body.young))) }
+    }
+
+    /// Contact modulus of the bodies, and the shares of two in the deformation.
+    fn of_bodies(&self, case: &Case) -> String {
+        let lab = &case.laboratory;
+        let unit = self.units(case).stress.map_or(String::new(), |unit| format!(" {unit}"));
+        let modulus = format!("contact modulus {}{unit}", trimmed(lab.modulus().value(), 4));
+        match lab.shares()[..] {
+            [first, second] => {
+                let [first, second] = [first, second].map(|share| trimmed(100.0 * share, 3));
+                format!("{modulus}; the first body has {first} % of the deformation, the second {second} %")
+            }
+            _ => modulus,
+        }
     }
 
     /// The case of these flags, checked and resolved as that of a scene.
@@ -103,7 +110,9 @@ impl SolveArgs {
             false => subsurface_bytes(problem) + gathered(problem),
         };
         let planned = |problem: ReducedProblem| {
-            let after = if problem.ranks.is_first() { flow(&problem) + below(&problem) } else { 0 };
+            let moved =
+                if self.body.len() == 2 && self.out.is_some() { size_of::<f64>() * problem.grid.points() } else { 0 };
+            let after = if problem.ranks.is_first() { flow(&problem) + below(&problem) + moved as u64 } else { 0 };
             LoadPathSolver::new(problem, method, case.model.resolution, 0.0, loads).plan(self.pull_off).bytes + after
         };
         // Ranks on one machine share its memory.
@@ -185,7 +194,7 @@ impl SolveArgs {
             progress.note(&provenance.to_string());
         }
         if !self.body.is_empty() {
-            progress.note(&two_bodies(&case));
+            progress.note(&self.of_bodies(&case));
         }
         if let Some(accuracy) = accuracy {
             return self.solve_within(&case, &accuracy, &progress);

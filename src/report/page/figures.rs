@@ -8,7 +8,7 @@ use maud::{Markup, PreEscaped, Render, html};
 use super::printed::{self, Drawing, ReportOptions};
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{FILE, ScalesSi};
-use crate::report::map::{self, Bar, MapFigure};
+use crate::report::map::{self, Bar, HEIGHT, MapFigure};
 use crate::report::picture::{self, ColourRange, Picture, flag};
 use crate::report::plot::{PANEL, Plot};
 use crate::report::svg::DrawingSize;
@@ -131,7 +131,7 @@ impl FigureWriter<'_> {
     /// A map of the heights at full width.
     pub(super) fn heights(&self, names: (&str, &str), heights: &DownsampledMap) -> Result<Markup> {
         let range = ColourRange::of(&heights.values, 0.0);
-        let values = Values { quantity: "height", unit: "m", small: heights, range, contact: None };
+        let values = Values { quantity: HEIGHT, unit: "m", small: heights, range, contact: None };
         let (picture, bar) = values.picture()?;
         self.framed(names, (&picture, Some(bar)), self.scales.length_m, map::ALONE)
     }

@@ -9,7 +9,7 @@ use std::sync::{Arc, LazyLock};
 use serde_json::{Map, Value, json};
 use svg2pdf::usvg;
 
-use crate::report::map::MapFigure;
+use crate::report::map::{HEIGHT, MapFigure};
 use crate::report::number::si_scale;
 use crate::report::picture::{BLACK, BLUE, ORANGE, WHITE};
 use crate::report::plot::{Dash, Fill, Plot, Style};
@@ -236,7 +236,7 @@ impl Drawing for ReliefFigure<'_> {
         let ((_, height), (length, prefix)) =
             (si_scale(ends(self.heights_m.iter().copied()).1), si_scale(self.length_m));
         let (across, aspect) = (self.length_m / length, self.relief.aspect);
-        let [x, y, z] = [("x", prefix), ("y", prefix), ("height", height)].map(|(axis, p)| format!("{axis} ({p}m)"));
+        let [x, y, z] = [("x", prefix), ("y", prefix), (HEIGHT, height)].map(|(axis, p)| format!("{axis} ({p}m)"));
         let axes = json!({ "xlabel": x, "ylabel": y, "zlabel": z, "box_aspect": [1.0, aspect, 0.2] });
         let settings = json!({ "size": [width, width], "axes": axes, "extent": [across, across * aspect] });
         (settings, include_str!("redraw/relief.py"))

@@ -4,6 +4,12 @@ pub(crate) fn digits(value: f64) -> String {
     if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
 }
 
+/// A parameter with all its digits, with an exponent where that is shorter.
+pub(crate) fn exact(value: f64) -> String {
+    let (plain, exponent) = (format!("{value}"), format!("{value:e}"));
+    if exponent.len() < plain.len() { exponent } else { plain }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -12,5 +18,6 @@ mod tests {
     fn three_digits_and_exponents_only_where_they_are_shorter() {
         let written = [0.0, 0.01234, -0.003, 1.0167, 123_456.0, 3.2e-7, -1.2345e9].map(digits);
         assert_eq!(written, ["0", "0.0123", "-0.003", "1.02", "123000", "3.2e-7", "-1.23e9"]);
+        assert_eq!([1.2345, 0.0000013, 3e8, -0.25].map(exact), ["1.2345", "1.3e-6", "3e8", "-0.25"]);
     }
 }

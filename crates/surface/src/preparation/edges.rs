@@ -108,6 +108,7 @@ fn mirror(grid: Grid, heights: &[f64]) -> (Grid, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Placement, RoughBody};
 
     #[test]
     fn mirror_images_meet_without_a_step() {
@@ -130,6 +131,16 @@ mod tests {
             ["8 x 8", "8 x 4", "4 x 4", "2 x 2"].map(|part| count(&[&mirrored, &crop(part)])),
             [4.0, 2.0, 1.0, 1.0]
         );
+        // A quarter of a mirrored first map lies below the other body.
+        let body = |n: usize, length: f64| RoughBody {
+            grid: Grid { nx: n, ny: n, lx: length, ly: length },
+            heights: vec![0.0; n * n],
+        };
+        let sum = |n: usize, length: f64| {
+            body(8, 8.0).facing(body(n, length), &Placement::default(), false).expect("they overlap").line
+        };
+        assert_eq!([count(&[&mirrored, &sum(4, 4.0)]), count(&[&mirrored, &sum(8, 8.0)])], [1.0, 4.0]);
+        assert_eq!([count(&[&sum(4, 4.0)]), count(&[&sum(4, 4.0), &mirrored])], [1.0, 4.0]);
         assert_eq!([count(&[&mirrored, &mirrored]), count(&[&Edges::Taper.line(Grid::unit(4, 4))])], [16.0, 1.0]);
     }
 

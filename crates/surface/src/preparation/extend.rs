@@ -1,6 +1,6 @@
 //! Waves that a map does not have: a realisation of its own spectrum, continued.
 
-use super::digits::digits;
+use super::digits::{digits, exact};
 use super::filter::{FilterKind, complement};
 use super::regrid::regrid;
 use crate::non_periodic::hann_windowed;
@@ -19,8 +19,12 @@ const NARROWEST: f64 = 2.0;
 /// Difference of the exponents of both halves of a range, over its standard error, from which on the spectrum is no power law.
 const DIFFERENT: f64 = 3.0;
 
-/// Standard error of H from which on a warning says so: the power of waves of a tenth of the cut-off is uncertain by a factor of two.
-const UNCERTAIN: f64 = 0.15;
+/// Standard errors in the stated error of H, which covers it in 19 of 20 cases. With two it was 94 % where a roll-off
+/// shortens the range, as the same waves choose it.
+const STATED: f64 = 2.3;
+
+/// Stated error of H from which on a warning says so: the power of waves of a tenth of the cut-off is uncertain by a factor of four.
+const UNCERTAIN: f64 = 0.3;
 
 /// Fewest waves that a power law is fitted to.
 const FEWEST_WAVES: usize = 8;
@@ -41,7 +45,7 @@ const WINDOWED: f64 = 2.0;
 /// Least Hurst exponent. That of a surface is above 0.
 const LEAST_HURST: f64 = 0.01;
 
-/// Told apart from the seeds of synthesised surfaces: a map of the same seed would have the same phases.
+/// Changes the seed: waves of a synthesised map of the same seed have other phases.
 const OWN_STREAM: u64 = 0x0065_7874_656e_6400;
 
 /// A self-affine spectrum: A |a|² = `density` (q/q_c)^(-2-2H) of the waves of a map of area A, L |a|² with the exponent -1-2H of a profile.
@@ -49,8 +53,10 @@ const OWN_STREAM: u64 = 0x0065_7874_656e_6400;
 pub(super) struct SelfAffine {
     /// H, between `LEAST_HURST` and 1.
     hurst: f64,
-    /// H of the slope itself, and its standard error.
-    slope: [f64; 2],
+    /// H of the slope itself.
+    slope: f64,
+    /// Of the slope: it covers H in 19 of 20 cases.
+    error: f64,
     /// At the cut-off, for `hurst`.
     density: f64,
     /// Longest wavelength that was fitted.
@@ -100,7 +106,8 @@ pub(super) fn fit(
     let highest = TAU / cut_off;
     let waves = of_mode_columns(grid, windowed.as_deref().unwrap_or(heights), |i, column| {
         let waves = column.iter().enumerate().map(|(j, a)| (grid.qx(i).hypot(grid.qy(j)), a.norm_sqr()));
-        // Of the first column both signs of qy are there: each is counted, with half of the information.
+        // Of the first column both signs of qy are there, which are one wave.
+        let waves = waves.take(if i == 0 { grid.ny / 2 + 1 } else { grid.ny });
         let fitted = waves.filter(|(q, p)| (highest / range..=highest).contains(q) && *p > 0.0);
         fitted.map(|(q, p)| ((highest / q).ln(), p / kind.transfer(q / highest).powi(2))).collect::<Vec<_>>()
     });
@@ -124,24 +131,24 @@ pub(super) fn fit(
     let shift = of_profile(grid);
     let [exponent, error] = exponent(&waves);
     let error = if periodic { error } else { WINDOWED * error };
-    let slope = [exponent / 2.0 - 1.0 + shift, error / 2.0];
-    let hurst = slope[0].clamp(LEAST_HURST, 1.0);
+    let (slope, error) = (exponent / 2.0 - 1.0 + shift, STATED * error / 2.0);
+    let hurst = slope.clamp(LEAST_HURST, 1.0);
     // Next to the cut-off where H is not that of the slope.
     let power = |(x, p): &(f64, f64)| p * (-2.0 * (1.0 + hurst - shift) * x).exp();
     let near: Vec<f64> = waves.iter().filter(|w| w.0 <= NARROWEST.ln()).map(power).collect();
     let near = if near.len() < FEWEST_WAVES { waves.iter().map(power).collect() } else { near };
     let density = measure(grid) * near.iter().sum::<f64>() / near.len() as f64;
-    Ok(SelfAffine { hurst, slope, density, longest: cut_off * range.exp() })
+    Ok(SelfAffine { hurst, slope, error, density, longest: cut_off * range.exp() })
 }
 
 impl SelfAffine {
     /// What makes the extension a guess.
     pub(super) fn warning(&self) -> Option<String> {
-        let [slope, error] = self.slope;
+        let (slope, error) = (self.slope, self.error);
         let why = if self.hurst != slope {
             format!("their spectrum has the slope of H = {}, which is that of no self-affine surface", digits(slope))
         } else if error > UNCERTAIN {
-            format!("their H = {} has the standard error {}", digits(slope), digits(error))
+            format!("their H = {} has an error of {}", digits(slope), digits(error))
         } else {
             return None;
         };
@@ -172,7 +179,7 @@ impl SelfAffine {
         if !(least..cut_off).contains(&to) {
             let accepted =
                 format!("{} ({shortest} of the extent) to below --low-pass = {}", digits(least), digits(cut_off));
-            return refused("--extend-to", digits(to), accepted);
+            return refused("--extend-to", exact(to), accepted);
         }
         let axes = [(grid.nx, grid.lx), (grid.ny, grid.ly)];
         let pixel = axes.iter().filter(|(n, _)| *n > 1).map(|(n, length)| length / *n as f64).fold(0.0, f64::max);
@@ -209,11 +216,11 @@ impl SelfAffine {
         let waves = Modes::new(spectrum, seed ^ OWN_STREAM, aspect).scaled_heights(unit, 0.0, scale);
         let waves = complement(kind, cut_off, grid, &waves);
         heights.iter_mut().zip(waves).for_each(|(h, w)| *h += w);
-        let [slope, error] = self.slope.map(digits);
+        let (slope, error) = (digits(self.slope), digits(self.error));
         let line = format!(
             "extend from {} to {}: waves of seed {seed}, H = {} (fit {slope} ± {error} up to {}), {} x {} points",
-            digits(cut_off),
-            digits(to),
+            exact(cut_off),
+            exact(to),
             digits(self.hurst),
             digits(self.longest),
             grid.nx,
@@ -239,6 +246,14 @@ mod tests {
     fn surface(seed: u64, grid: Grid, (hurst, lambda_r): (f64, f64)) -> Vec<f64> {
         let spectrum = Spectrum { hurst, lambda_r, lambda_s: END, rms_gradient: 0.2, amplitudes: Amplitudes::Gaussian };
         Modes::new(spectrum, seed, grid.ly).heights(grid, 0.0)
+    }
+
+    /// A profile has |a|² as q^(-1-2H): the waves along x of a map with H - 1/2.
+    fn profile(seed: u64, grid: Grid, hurst: f64) -> Vec<f64> {
+        let unit = Grid { ly: grid.ly / grid.lx, ..Grid::unit(grid.nx, 1) };
+        let (lambda_r, lambda_s, amplitudes) = (0.5, END / grid.lx, Amplitudes::Gaussian);
+        let spectrum = Spectrum { hurst: hurst - 0.5, lambda_r, lambda_s, rms_gradient: 1.0, amplitudes };
+        Modes::new(spectrum, seed, unit.ly).scaled_heights(unit, 0.0, 1.0)
     }
 
     fn extended(
@@ -304,20 +319,11 @@ mod tests {
         for hurst in [0.3, 0.8] {
             let mut sum = [0.0; 2];
             for seed in 0..SEEDS {
-                // A profile has |a|² as q^(-1-2H): the waves along x of a map with H - 1/2.
-                let unit = Grid { ly: grid.ly / grid.lx, ..Grid::unit(grid.nx, 1) };
-                let spectrum = Spectrum {
-                    hurst: hurst - 0.5,
-                    lambda_r: 0.5,
-                    lambda_s: END / grid.lx,
-                    rms_gradient: 1.0,
-                    amplitudes: Amplitudes::Gaussian,
-                };
-                let whole: Vec<f64> = Modes::new(spectrum, seed, unit.ly).scaled_heights(unit, 0.0, 1.0);
+                let whole = profile(seed, grid, hurst);
                 let mut cut = whole.clone();
                 filter::apply(FilterKind::Gaussian, PassBand::Long(CUT_OFF), grid, &mut cut, true);
                 let (new, heights, fit) = extended(FilterKind::Gaussian, seed, grid, &cut, true);
-                assert!((fit.slope[0] - hurst).abs() < 4.0 * fit.slope[1] && fit.warning().is_none(), "{fit:?}");
+                assert!((fit.slope - hurst).abs() < 2.0 * fit.error && fit.warning().is_none(), "{fit:?}");
                 sum[0] += moments(new, &heights).m2;
                 sum[1] += moments(grid, &whole).m2;
             }
@@ -325,36 +331,52 @@ mod tests {
         }
     }
 
-    /// The stated error of H covers it, in a patch, too; few waves are a warning, and so is a spectrum that is no power law.
+    /// The stated error of H covers it in 19 of 20 cases of each kind: maps, with a roll-off within the fitted range, patches and profiles.
     #[test]
-    fn the_exponent_has_an_error() {
-        let grid = Grid::unit(512, 512);
-        let mut covered = [0; 2];
-        for seed in 0..20 {
-            let mut cut = surface(seed, grid, (0.7, 1.0));
-            filter::apply(FilterKind::Gaussian, PassBand::Long(CUT_OFF), grid, &mut cut, true);
-            let (.., fit) = extended(FilterKind::Gaussian, seed, grid, &cut, true);
-            covered[0] += usize::from((fit.slope[0] - 0.7).abs() < 2.0 * fit.slope[1]);
-            let part: Vec<f64> = (0..256 * 256).map(|i| cut[(i / 256) * 512 + i % 256]).collect();
-            let half = Grid { nx: 256, ny: 256, lx: 0.5, ly: 0.5 };
-            let (new, _, fit) = extended(FilterKind::Gaussian, seed, half, &part, false);
-            covered[1] += usize::from((fit.slope[0] - 0.7).abs() < 2.0 * fit.slope[1]);
-            assert_eq!((new.nx, new.ny), (256, 256));
-        }
-        assert!(covered.iter().all(|n| *n >= 18), "{covered:?} of 20");
-        let of = |value: &dyn Fn(usize) -> f64| {
-            fit((FilterKind::Gaussian, CUT_OFF), grid, &(0..512 * 512).map(value).collect::<Vec<_>>(), true)
+    fn the_error_of_the_exponent_covers_it() {
+        const SEEDS: u64 = 200;
+        let grid = Grid::unit(256, 256);
+        let half = Grid { nx: 128, ny: 128, lx: 0.5, ly: 0.5 };
+        let line = Grid { nx: 4096, ny: 1, lx: 16.0, ly: 1.0 / 256.0 };
+        let fitted = |grid: Grid, heights: &[f64], periodic: bool, hurst: f64| {
+            let fit = fit((FilterKind::Gaussian, CUT_OFF), grid, heights, periodic).unwrap();
+            usize::from((fit.slope - hurst).abs() < fit.error)
         };
+        for hurst in [0.3, 0.8] {
+            let mut covered = [0; 4];
+            for seed in 9000..9000 + SEEDS {
+                for (k, lambda_r) in [(0, 1.0), (1, 0.125)] {
+                    let mut cut = surface(seed, grid, (hurst, lambda_r));
+                    filter::apply(FilterKind::Gaussian, PassBand::Long(CUT_OFF), grid, &mut cut, true);
+                    covered[k] += fitted(grid, &cut, true, hurst);
+                    if k == 0 {
+                        let part: Vec<f64> = (0..128 * 128).map(|i| cut[i / 128 * 256 + i % 128]).collect();
+                        covered[2] += fitted(half, &part, false, hurst);
+                    }
+                }
+                let mut cut = profile(seed, line, hurst);
+                filter::apply(FilterKind::Gaussian, PassBand::Long(CUT_OFF), line, &mut cut, true);
+                covered[3] += fitted(line, &cut, true, hurst);
+            }
+            assert!(covered.iter().all(|n| 20 * n >= 19 * SEEDS as usize), "H = {hurst}: {covered:?} of {SEEDS}");
+        }
+    }
+
+    /// A spectrum that is no power law is a warning, and a flat map is refused.
+    #[test]
+    fn what_is_not_self_affine_is_named() {
+        let grid = Grid::unit(512, 512);
+        let of = |heights: &[f64]| fit((FilterKind::Gaussian, CUT_OFF), grid, heights, true);
         // White noise.
         let mut random = 1u64;
         let noise: Vec<f64> = std::iter::repeat_with(|| {
             random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (random >> 11) as f64 / (1u64 << 53) as f64
         })
-        .take(512 * 512)
+        .take(grid.points())
         .collect();
-        assert!(of(&|i| noise[i]).unwrap().warning().is_some_and(|w| w.contains("no self-affine surface")));
-        assert!(of(&|_| 0.0).unwrap_err().to_string().contains("0 waves to fit"));
+        assert!(of(&noise).unwrap().warning().is_some_and(|w| w.contains("no self-affine surface")));
+        assert!(of(&vec![0.0; grid.points()]).unwrap_err().to_string().contains("0 waves to fit"));
     }
 
     /// A coarse map gets the points that its shortest new waves need; a profile along x only.
@@ -365,7 +387,7 @@ mod tests {
         for (ny, points) in [(64, 400), (1, 1)] {
             let grid = Grid { nx: 64, ny, lx: 1.0, ly: ny as f64 / 64.0 };
             let heights = heights[..64 * ny].to_vec();
-            let fit = SelfAffine { hurst: 0.8, slope: [0.8, 0.1], density: 1e-8, longest: 0.5 };
+            let fit = SelfAffine { hurst: 0.8, slope: 0.8, error: 0.1, density: 1e-8, longest: 0.5 };
             let (new, ..) = fit.extend(law, (0.01, 1), grid, heights, true).unwrap();
             assert_eq!((new.nx, new.ny), (400, points));
         }
@@ -374,7 +396,7 @@ mod tests {
     #[test]
     fn what_cannot_be_extended_is_refused() {
         let (grid, heights) = (Grid::unit(64, 64), surface(3, Grid::unit(64, 64), (0.8, 0.25)));
-        let fit = SelfAffine { hurst: 0.8, slope: [0.8, 0.1], density: 1e-8, longest: 0.5 };
+        let fit = SelfAffine { hurst: 0.8, slope: 0.8, error: 0.1, density: 1e-8, longest: 0.5 };
         let said = |cut_off: f64, to: f64| {
             fit.extend((FilterKind::Gaussian, cut_off), (to, 1), grid, heights.clone(), true).unwrap_err().to_string()
         };

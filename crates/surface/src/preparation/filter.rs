@@ -1,6 +1,6 @@
 //! Filters that remove short or long waves.
 
-use super::digits::digits;
+use super::digits::exact;
 use super::rows::along_both;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::{Grid, Transform, mean, next_fast_len};
@@ -56,8 +56,8 @@ impl PassBand {
 
     pub(super) fn words(self) -> String {
         match self {
-            PassBand::Long(cut_off) => format!("low-pass {}", digits(cut_off)),
-            PassBand::Short(cut_off) => format!("high-pass {}", digits(cut_off)),
+            PassBand::Long(cut_off) => format!("low-pass {}", exact(cut_off)),
+            PassBand::Short(cut_off) => format!("high-pass {}", exact(cut_off)),
         }
     }
 }

@@ -16,7 +16,7 @@ mod rows;
 mod trend;
 
 pub use detrend::{Detrend, subtract_form};
-pub(super) use digits::digits;
+pub(super) use digits::{digits, exact};
 pub use edges::Edges;
 pub(crate) use edges::copies;
 pub use fill::{Fill, MAX_FILLED_SHARE};
