@@ -3,6 +3,7 @@
 mod numbers;
 
 use super::*;
+use crate::record::given_loads::GivenLoads;
 use crate::record::results::{
     CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, ScalesSi, SurfaceResults, SurfaceStatistic,
 };
@@ -129,6 +130,7 @@ fn agreeing() -> Results {
         name: String::new(),
         description: String::new(),
         scales: ScalesSi { length_m: LENGTH, modulus_pa: MODULUS },
+        loads: GivenLoads::PStar,
         surface: SurfaceResults {
             origin: String::new(),
             provenance: None,

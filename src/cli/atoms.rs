@@ -1,6 +1,6 @@
 use super::{crystals, output, progress::TerminalProgress};
 use crate::pipeline::{self, Listener};
-use crate::report::number::{count, percent, significant};
+use crate::report::number::{count, percent, significant, trimmed};
 use crate::scene::{AtomsCase, Case, Scene};
 use crate::{Error, Result};
 use asperity_atoms::engine::{LammpsEngine, ranks_warning};
@@ -173,7 +173,7 @@ fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: 
     }
     let rows = results.states.iter().map(|s| {
         vec![
-            s.p_star.to_string(),
+            trimmed(s.p_star, 4),
             s.contacts.to_string(),
             percent(s.contact_area),
             significant(s.mean_gap_angstrom, 4),

@@ -1,5 +1,6 @@
 //! The keys of a scene as Markdown tables, from its JSON Schema.
 
+use crate::scene::schema::resolved;
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -53,16 +54,6 @@ fn table(schema: &Value, node: &Value, path: &str, text: &mut String) {
     for (key, value) in tables {
         let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
         table(schema, resolved(schema, value), &inner, text);
-    }
-}
-
-/// The definition that a node refers to, or the node itself. `null` stands for a key that is absent.
-fn resolved<'a>(schema: &'a Value, node: &'a Value) -> &'a Value {
-    let present = node["anyOf"].as_array().map(|list| list.iter().filter(|n| n["type"] != "null").collect::<Vec<_>>());
-    match (node["$ref"].as_str(), present.as_deref()) {
-        (Some(name), _) => schema.pointer(name.trim_start_matches('#')).unwrap_or(node),
-        (None, Some([only])) => resolved(schema, only),
-        _ => node,
     }
 }
 

@@ -1,11 +1,12 @@
 //! Results on stdout, in words and tables.
 
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
+use crate::record::given_loads::GivenLoads;
 use crate::record::methods::MethodResults;
-use crate::record::results::{Overlap, Results, ScalesSi, SurfaceStatistic};
+use crate::record::results::{Overlap, Results, SurfaceStatistic};
 use crate::report::accuracy::{missed, summary};
 use crate::report::hysteresis::hysteresis_sentence;
-use crate::report::number::{change, duration, percent, significant, trimmed};
+use crate::report::number::{change, duration, length, percent, si, significant, trimmed, with_error};
 use crate::report::relaxation::relaxation_sentence;
 use crate::{Error, Result};
 use asperity_atoms::results::{AtomState, AtomsResults, AuditLine};
@@ -155,21 +156,22 @@ pub fn audit(lines: &[AuditLine]) -> String {
 
 /// Summary of a run: loads, areas, gaps, and atoms against continuum.
 pub fn results(results: &Results) {
+    let loads = results.named_loads();
     if let Some(c) = &results.continuum {
         print(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
-        states(c);
-        adhesion(c, results.scales);
-        hysteresis_sentence(c).iter().for_each(|sentence| print(sentence));
+        states(c, loads);
+        adhesion(c, loads);
+        hysteresis_sentence(c, loads).iter().for_each(|sentence| print(sentence));
     }
     results.accuracy.iter().for_each(|reached| print(&summary(reached)));
     let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
     let without = results.non_adhesive.iter().map(|c| ("without adhesion".to_string(), c));
     for (what, c) in without.chain(ranges) {
         print(&format!("{what}:"));
-        states(c);
+        states(c, loads);
     }
     if !results.methods.is_empty() {
-        methods(&results.methods);
+        methods(&results.methods, loads);
     }
     if !results.acceptance.is_empty() {
         print(&acceptance(&results.acceptance));
@@ -181,7 +183,7 @@ pub fn results(results: &Results) {
 }
 
 /// Results of the compared methods, one row per load.
-fn methods(list: &[MethodResults]) {
+fn methods(list: &[MethodResults], loads: GivenLoads) {
     let dash = || "-".to_string();
     let median = |s: &State| s.observed.as_ref()?.median_cluster_area;
     let lines = list.iter().flat_map(|m| {
@@ -189,7 +191,7 @@ fn methods(list: &[MethodResults]) {
         m.states.iter().map(move |s| {
             vec![
                 name.clone(),
-                trimmed(s.p_star, 4),
+                loads.value(s.p_star),
                 percent(s.contact_area),
                 s.mean_gap.map_or_else(dash, |g| significant(g * UM, 4)),
                 s.patches.map_or_else(dash, |n| n.to_string()),
@@ -198,7 +200,7 @@ fn methods(list: &[MethodResults]) {
             ]
         })
     });
-    let head = ["method", "p*", "contact", "mean gap / µm", "clusters", "median / µm²", "time"];
+    let head = ["method", loads.head(), "contact", "mean gap / µm", "clusters", "median / µm²", "time"];
     print(&table(&head, lines));
     for m in list {
         if let Some(reason) = &m.unavailable_reason {
@@ -208,10 +210,10 @@ fn methods(list: &[MethodResults]) {
 }
 
 /// States of a load path, with the change from half the points per side.
-fn states(c: &ContinuumResults) {
+fn states(c: &ContinuumResults, loads: GivenLoads) {
     let dash = || "-".to_string();
     let has_discretisation = c.states.iter().any(|s| s.discretisation.is_some());
-    let mut head = vec!["p*", "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
+    let mut head = vec![loads.head(), "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
     if has_discretisation {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
@@ -219,7 +221,7 @@ fn states(c: &ContinuumResults) {
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
-                trimmed(s.p_star, 4) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
+                loads.value(s.p_star) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
                 percent(s.contact_area),
                 s.mean_gap.map_or_else(dash, |g| significant(g * UM, 4)),
                 s.patches.map_or("-".into(), |n| n.to_string()),
@@ -239,18 +241,17 @@ fn states(c: &ContinuumResults) {
 }
 
 /// Adhesion range on the grid, numbers extrapolated to the true range, and pull-off.
-fn adhesion(c: &ContinuumResults, scales: ScalesSi) {
-    if let Some(r) = c.range {
-        let gamma = significant(r.gamma / (scales.modulus_pa * scales.length_m), 4);
-        let [requested, used] = [r.requested, r.used].map(|r| significant(r * UM * 1e3, 4));
-        print(&format!("adhesion: work γ = {gamma} E*L, range ρ = {requested} nm requested, {used} nm used"));
+fn adhesion(c: &ContinuumResults, loads: GivenLoads) {
+    if let Some(r) = c.range.filter(|r| r.used != r.requested) {
+        let [requested, used] = [r.requested, r.used].map(|r| length(r, 4));
+        print(&format!("adhesion: range ρ = {requested} requested, {used} used on this grid"));
     }
     for s in &c.states {
         if let Some(e) = s.extrapolated {
             let gap = e.mean_gap.map(|g| (significant(g.value * UM, 4), significant(g.error * UM, 2)));
             print(&format!(
-                "at p* = {}, extrapolated to the true range: contact ({} ± {}) % of the cell{}",
-                trimmed(s.p_star, 4),
+                "at {}, extrapolated to the true range: contact ({} ± {}) % of the cell{}",
+                loads.label(s.p_star),
                 significant(100.0 * e.area.value, 3),
                 significant(100.0 * e.area.error, 2),
                 gap.map_or(String::new(), |(gap, error)| format!(", mean gap {gap} ± {error} µm"))
@@ -258,11 +259,15 @@ fn adhesion(c: &ContinuumResults, scales: ScalesSi) {
         }
     }
     if let Some(p) = &c.pull_off {
-        let error = |e: Option<f64>| e.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-        let pull =
-            significant(-p.pressure / scales.modulus_pa, 4) + &error(p.pressure_error.map(|e| e / scales.modulus_pa));
-        let gap = significant(p.mean_gap * UM, 4) + &error(p.mean_gap_error.map(|e| e * UM));
-        print(&format!("pull-off: largest tension ({pull}) E*, at a mean gap of ({gap}) µm"));
+        let shown = |value: f64, error: Option<f64>, unit: &str| match error {
+            None => si(value, unit, 4),
+            Some(error) => {
+                let (value, error) = with_error(value, error, unit);
+                value + &error
+            }
+        };
+        let (pull, gap) = (shown(-p.pressure, p.pressure_error, "Pa"), shown(p.mean_gap, p.mean_gap_error, "m"));
+        print(&format!("pull-off: largest tension {pull}, at a mean gap of {gap}"));
     }
 }
 
@@ -273,7 +278,7 @@ pub fn comparison(results: &Results) {
     print("atoms against the continuum on the same profile, layer and load (in brackets: misaligned map)");
     let rows = c.loads.iter().flat_map(|load| {
         let atoms = vec![
-            load.p_star.to_string(),
+            trimmed(load.p_star, 4),
             format!("atoms: {}", load.atoms.criterion),
             percent(load.atoms.contact_area),
             "".into(),

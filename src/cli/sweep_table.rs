@@ -24,12 +24,23 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
         let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
         let error = s.sample.standard_error.map_or("-".into(), |e| significant(e, 2));
         let scatter = s.sample.standard_deviation.map_or("-".into(), |e| significant(e, 2));
-        let (p_star, mean) = (significant(s.p_star, 3), significant(s.sample.mean, 4));
+        let (loads, load) = s.load.given();
+        let (load, mean) = (loads.value(load), significant(s.sample.mean, 4));
         let n = s.sample.realisations.to_string();
         let (source, quantity) = (s.of.source.clone(), s.of.quantity.clone());
-        vec![group.join(", "), source, p_star, quantity, mean, error, scatter, n, s.of.unit.clone()]
+        vec![group.join(", "), source, load, quantity, mean, error, scatter, n, s.of.unit.clone()]
     });
-    let head = ["", "source", "p*", "quantity", "mean", "standard error", "standard deviation", "n", "unit"];
+    let head = [
+        "",
+        "source",
+        ensemble.loads().head(),
+        "quantity",
+        "mean",
+        "standard error",
+        "standard deviation",
+        "n",
+        "unit",
+    ];
     output::print(&output::table(&head, rows));
     ensemble.warnings().iter().for_each(|w| output::print(&format!("warning: {w}")));
     let failures = ensemble.points.iter().filter_map(|p| Some((&p.label, p.reason.as_ref()?)));

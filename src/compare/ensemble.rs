@@ -2,7 +2,7 @@
 //! realisations.
 
 use crate::record::ensemble::{
-    Difference, Ensemble, EnsemblePoint, EnsembleStatistic, Observable, Observation, PointStatus, Sample,
+    Difference, Ensemble, EnsembleLoad, EnsemblePoint, EnsembleStatistic, Observable, Observation, PointStatus, Sample,
 };
 use serde_json::Value;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -56,13 +56,8 @@ pub fn evaluate(ensemble: &mut Ensemble) {
             let observations: Vec<&Observation> = points.iter().filter_map(|p| find(p, &observable)).collect();
             let values =
                 |observable: fn(&Observation) -> f64| observations.iter().map(|o| observable(o)).collect::<Vec<f64>>();
-            if let (Some(sample), Some(p)) = (sample(&values(|o| o.value)), sample(&values(|o| o.p_star))) {
-                statistics.push(EnsembleStatistic {
-                    group: group.clone(),
-                    of: observable.clone(),
-                    p_star: p.mean,
-                    sample,
-                });
+            if let (Some(sample), Some(load)) = (sample(&values(|o| o.value)), mean_load(&observations)) {
+                statistics.push(EnsembleStatistic { group: group.clone(), of: observable.clone(), load, sample });
             }
             differences
                 .extend(references(&observable.source).filter_map(|r| difference(&group, &points, &observable, r)));
@@ -98,6 +93,10 @@ fn observables(points: &[&EnsemblePoint]) -> Vec<Observable> {
     list
 }
 
+fn mean_load(observations: &[&Observation]) -> Option<EnsembleLoad> {
+    EnsembleLoad::mean(observations.iter().map(|o| &o.load), |values| sample(values).map(|s| s.mean))
+}
+
 fn find<'a>(point: &'a EnsemblePoint, observable: &Observable) -> Option<&'a Observation> {
     point.numbers.iter().find(|o| o.of == *observable)
 }
@@ -120,12 +119,12 @@ fn difference(
         points.iter().filter_map(|p| Some((find(p, observable)?, find(p, &other)?.value))).collect();
     let difference: Vec<f64> = pairs.iter().map(|(a, b)| a.value - b).collect();
     let relative: Vec<f64> = pairs.iter().filter(|(_, b)| *b != 0.0).map(|(a, b)| a.value / b - 1.0).collect();
-    let p_star: Vec<f64> = pairs.iter().map(|(a, _)| a.p_star).collect();
+    let first: Vec<&Observation> = pairs.iter().map(|(a, _)| *a).collect();
     Some(Difference {
         group: group.to_vec(),
         of: observable.clone(),
         reference: reference.into(),
-        p_star: sample(&p_star)?.mean,
+        load: mean_load(&first)?,
         difference: sample(&difference)?,
         relative: sample(&relative).filter(|r| r.realisations == pairs.len()),
     })
@@ -134,6 +133,7 @@ fn difference(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::given_loads::GivenLoads;
 
     #[test]
     fn the_mean_of_equal_values_is_that_value() {
@@ -170,6 +170,11 @@ mod tests {
         assert!(sample(&[]).is_none());
     }
 
+    /// A pressure of 100 MPa is p* = 1.
+    fn at(p_star: f64) -> EnsembleLoad {
+        EnsembleLoad::of(GivenLoads::Pressure(1e8), p_star)
+    }
+
     fn number(source: &str, value: f64) -> Observation {
         let observable = Observable {
             source: source.into(),
@@ -178,7 +183,7 @@ mod tests {
             quantity: "contact_area".into(),
             unit: "1".into(),
         };
-        Observation { of: observable, p_star: 0.01, value }
+        Observation { of: observable, load: at(0.01), value }
     }
 
     /// Differences are paired by realisation: their scatter is not that of the realisations. Failed points do not count.
@@ -192,7 +197,7 @@ mod tests {
             warnings: Vec::new(),
             area_uncertainty: None,
             numbers: vec![
-                Observation { p_star: 0.01 * seed as f64, ..number("atoms", atoms) },
+                Observation { load: at(0.01 * seed as f64), ..number("atoms", atoms) },
                 number("compliant wall", wall),
             ],
         };
@@ -211,7 +216,12 @@ mod tests {
         assert!((relative.mean - 0.1).abs() < 1e-12 && relative.standard_deviation.expect("scatter") < 1e-12);
         assert!((wide[0].difference.mean - 0.02).abs() < 1e-15);
         // The mean load of the first of both sources.
-        assert!((wide[0].p_star - 0.02).abs() < 1e-15 && (ensemble.statistics[0].p_star - 0.02).abs() < 1e-15);
+        let loads = [wide[0].load, ensemble.statistics[0].load];
+        assert!(loads.iter().all(|l| (l.p_star - 0.02).abs() < 1e-15), "{loads:?}");
+        assert!(
+            loads.iter().all(|l| (l.given().1 - 2e6).abs() < 1e-6 && l.given().0 != GivenLoads::PStar),
+            "{loads:?}"
+        );
         assert_eq!(wide[0].group, [("surface.hurst".to_string(), Value::from(0.8))]);
         assert_eq!(ensemble.statistics.len(), 4);
         assert_eq!(ensemble.statistics[2].sample.realisations, 1);

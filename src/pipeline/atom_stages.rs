@@ -18,6 +18,7 @@ use asperity_atoms::potential::CALCIUM;
 use asperity_atoms::results::{AtomsResults, NvtResults};
 use asperity_atoms::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
 use asperity_atoms::unloading::STEP_REFINEMENT;
+use asperity_contact::load::LoadStep;
 use asperity_methods::all_atom;
 use std::path::Path;
 
@@ -173,7 +174,8 @@ impl Stage for LammpsStage<'_> {
         let history = StageKey::new("load steps", &(program, steps), &[geometry])?;
         let key = match atoms.start {
             AtomsStart::Continuum => {
-                StageKey::new(LAMMPS, &(case.scene.load.p_star_path(), atoms.nvt.is_some()), &[&history, matched])?
+                let loads: Vec<f64> = case.load_steps().iter().map(LoadStep::imposed_p_star).collect();
+                StageKey::new(LAMMPS, &(loads, atoms.nvt.is_some()), &[&history, matched])?
             }
             // A ramp depends on the loads only through the highest one, where the loading branch ends.
             AtomsStart::Touch => StageKey::new(LAMMPS, &(case.highest_p_star(), atoms.unload), &[&history])?,

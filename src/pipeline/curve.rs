@@ -1,7 +1,8 @@
 //! `curve.csv` and `pull-off.csv` of a run: the loads of its continuum in µm and MPa.
 
 use crate::Result;
-use crate::record::load_table::{self, ResultUnits};
+use crate::record::given_loads::GivenLoads;
+use crate::record::load_table::{self, ForceUnit, ResultUnits};
 use crate::record::results::Results;
 use asperity_contact::state::State;
 use std::path::Path;
@@ -13,8 +14,15 @@ const UNITS: [f64; 2] = [1e6, 1e-6];
 pub(super) fn write(out: &Path, results: &Results) -> Result<()> {
     let Some(continuum) = &results.continuum else { return Ok(()) };
     let [um, mpa] = UNITS;
-    let units = ResultUnits { length: Some("um".into()), stress: Some("MPa".into()) };
     let states: Vec<State> = continuum.states.iter().map(|s| s.clone().in_units(um, mpa)).collect();
+    let of_pressure = states.iter().map(|s| s.p_star / s.pressure).find(|ratio| ratio.is_finite());
+    let force = match (results.loads, of_pressure) {
+        (GivenLoads::Force(newton), Some(ratio)) => {
+            Some(ForceUnit { unit: Some("N".into()), of_pressure: newton * ratio })
+        }
+        _ => None,
+    };
+    let units = ResultUnits { length: Some("um".into()), stress: Some("MPa".into()), force };
     load_table::write(out, &states, &units)?;
     let Some(pull_off) = &continuum.pull_off else { return Ok(()) };
     load_table::write_pull_off(out, &pull_off.clone().in_units(um, mpa).curve, &units)

@@ -2,6 +2,7 @@
 
 use super::matched::Matched;
 use crate::record::results::{CriterionMatch, LoadComparison, Overlap};
+use crate::report::number::trimmed;
 use crate::scene::{AtomsCase, Case};
 use asperity_atoms::block::{BaseKind, Block};
 use asperity_atoms::results::{AtomState, AtomsResults, PlasticityResults};
@@ -56,7 +57,7 @@ fn of_hardness(load: &LoadComparison, hardness: f64, walls: [(&CriterionMatch, S
     format!(
         "p* = {}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % (the atoms deviate by {over}), κ = {}, \
          mean gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {over_without}, κ = {}, the mean gap {:.3} Å.",
-        load.p_star,
+        trimmed(load.p_star, 4),
         100.0 * adhesive.contact_area,
         kappa(adhesive),
         load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
@@ -87,7 +88,7 @@ pub(super) fn findings(
              wall, with the contact criterion of the atoms: {} (deviation {}), κ = {}, for a misaligned map {}. {}. The mean \
              contact stress of {:.1} GPa compresses the wall by {:.2} Å. Offset wall, shifted by {:.2} Å: {} (deviation {}), \
              κ = {}.",
-            load.p_star,
+            trimmed(load.p_star, 4),
             percent(load.atoms.contact_area),
             percent(hard.contact_area),
             percent(over(hard)),
@@ -110,7 +111,7 @@ pub(super) fn findings(
         if load.registration != [0, 0] {
             list.push(format!(
                 "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; correct maps fit without a shift.",
-                load.p_star, load.registration, atoms.matched.nx
+                trimmed(load.p_star, 4), load.registration, atoms.matched.nx
             ));
         }
     }
@@ -149,8 +150,8 @@ const FEW_CONTACTS: usize = 30;
 pub(super) fn few_contact_atoms(states: &[AtomState]) -> Option<String> {
     let few: Vec<String> = (states.iter().filter(|s| s.contacts < FEW_CONTACTS))
         .map(|s| match s.contacts {
-            0 => format!("none at p* = {}", s.p_star),
-            n => format!("{n} at p* = {} (counting error {:.0} %)", s.p_star, 100.0 / (n as f64).sqrt()),
+            0 => format!("none at p* = {}", trimmed(s.p_star, 4)),
+            n => format!("{n} at p* = {} (counting error {:.0} %)", trimmed(s.p_star, 4), 100.0 / (n as f64).sqrt()),
         })
         .collect();
     (!few.is_empty()).then(|| {
@@ -183,7 +184,9 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
         Some(s) => format!(
             "Atoms have changed layers at p* = {}: {} of {} contact atoms did not start in the surface layer. At higher loads the \
              atoms' area is that of a plastic contact, which no elastic continuum follows.",
-            s.p_star, s.contacts_below_surface, s.contacts
+            trimmed(s.p_star, 4),
+            s.contacts_below_surface,
+            s.contacts
         ),
         None => format!(
             "At most {} % of the contact atoms come from below the surface layer, at a mean contact stress of up to \

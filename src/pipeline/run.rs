@@ -87,6 +87,7 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
         name: case.scene.name.clone(),
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
+        loads: stages::given_loads(case),
         surface: made.surface.expect("every run has this stage"),
         continuum: made.primary,
         accuracy,

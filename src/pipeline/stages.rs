@@ -7,13 +7,14 @@ use super::laboratory::{SolveStage, SolvedHeights, Variant, variants};
 use super::methods::{self, MethodStage};
 use super::stage::Stage;
 use super::surface::SurfaceStage;
+use crate::record::given_loads::GivenLoads;
 use crate::record::methods::MethodResults;
 use crate::record::results::{ComparisonResults, SurfaceResults};
-use crate::report::number::trimmed;
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
 use asperity_contact::path::unresolved_contact;
+use asperity_contact::problem::LoadKind;
 use asperity_contact::results::ContinuumResults;
 use std::path::Path;
 
@@ -85,6 +86,19 @@ pub(super) fn visit(
     Ok(Outputs { surface: output(surface), ..outputs })
 }
 
+/// How the loads were given. A flat surface has no p*, by whose multiples they are named.
+pub(super) fn given_loads(case: &Case) -> GivenLoads {
+    let (kind, pascal) = (case.scene.load.loads().kind, case.gradient * case.scales.modulus_pa);
+    match kind {
+        _ if pascal == 0.0 => GivenLoads::PStar,
+        LoadKind::PStar => GivenLoads::PStar,
+        LoadKind::Force => GivenLoads::Force(pascal * case.problem.surface.mapped_area()),
+        LoadKind::Pressure | LoadKind::MeanGap | LoadKind::Displacement | LoadKind::Contact => {
+            GivenLoads::Pressure(pascal)
+        }
+    }
+}
+
 /// Solves the scene's problem and its variants, and runs the comparison methods.
 fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visitor) -> Result<Outputs> {
     let (heights, after) = (SolvedHeights::new(case), keys(&[surface]));
@@ -93,8 +107,9 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         outputs.primary =
             output(visitor.visit(&SolveStage { case, variant: Variant::Primary }, &after, Some(&heights))?);
         let states = outputs.primary.iter().flat_map(|solved| &solved.states);
-        let loads = states.map(|s| (trimmed(s.p_star, 4), s.contact_area, s.discretisation.as_ref()));
-        unresolved_contact("p* = ", loads).into_iter().for_each(|text| visitor.warn(text));
+        let named = if case.atoms.is_some() { GivenLoads::PStar } else { given_loads(case) };
+        let loads = states.map(|s| (named.value(s.p_star), s.contact_area, s.discretisation.as_ref()));
+        unresolved_contact(named.symbol(), loads).into_iter().for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);
     left_out.into_iter().for_each(|text| visitor.warn(text));

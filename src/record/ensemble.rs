@@ -1,5 +1,6 @@
 //! `ensemble.json`: the points of a sweep with their results, and statistics over the realisations.
 
+use super::given_loads::GivenLoads;
 use asperity_contact::load::Branch;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::{read_text, write_atomic};
@@ -17,7 +18,7 @@ pub const STATISTICS_FILE: &str = "statistics.csv";
 pub const DIFFERENCES_FILE: &str = "differences.csv";
 
 /// Increased when a key changes its meaning.
-const SCHEMA: u32 = 2;
+const SCHEMA: u32 = 3;
 
 /// Results of a sweep over keys of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,12 +74,55 @@ pub struct Observable {
     pub unit: String,
 }
 
+/// A load, also in the quantity in which the scene gave it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EnsembleLoad {
+    pub p_star: f64,
+    /// Mean pressure, Pa.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<f64>,
+    /// Normal force on the map, N.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<f64>,
+}
+
+impl EnsembleLoad {
+    pub fn of(loads: GivenLoads, p_star: f64) -> Self {
+        let [mut pressure, mut force] = [None, None];
+        match loads {
+            GivenLoads::PStar => {}
+            GivenLoads::Pressure(pascal) => pressure = Some(p_star * pascal),
+            GivenLoads::Force(newton) => force = Some(p_star * newton),
+        }
+        EnsembleLoad { p_star, pressure, force }
+    }
+
+    /// The mean of loads; `None` without any.
+    pub fn mean<'a>(
+        loads: impl Iterator<Item = &'a EnsembleLoad> + Clone,
+        mean: fn(&[f64]) -> Option<f64>,
+    ) -> Option<Self> {
+        let of = |value: fn(&EnsembleLoad) -> Option<f64>| mean(&loads.clone().filter_map(value).collect::<Vec<_>>());
+        Some(EnsembleLoad { p_star: of(|l| Some(l.p_star))?, pressure: of(|l| l.pressure), force: of(|l| l.force) })
+    }
+
+    /// Its quantity, and its value in Pa, in N or as p*.
+    pub fn given(&self) -> (GivenLoads, f64) {
+        match (self.pressure, self.force) {
+            (Some(pascal), _) => (GivenLoads::Pressure(1.0), pascal),
+            (_, Some(newton)) => (GivenLoads::Force(1.0), newton),
+            _ => (GivenLoads::PStar, self.p_star),
+        }
+    }
+}
+
 /// A number of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Observation {
     #[serde(flatten)]
     pub of: Observable,
-    pub p_star: f64,
+    #[serde(flatten)]
+    pub load: EnsembleLoad,
     pub value: f64,
 }
 
@@ -90,7 +134,8 @@ pub struct EnsembleStatistic {
     #[serde(flatten)]
     pub of: Observable,
     /// Mean over the realisations.
-    pub p_star: f64,
+    #[serde(flatten)]
+    pub load: EnsembleLoad,
     #[serde(flatten)]
     pub sample: Sample,
 }
@@ -118,13 +163,19 @@ pub struct Difference {
     #[serde(flatten)]
     pub of: Observable,
     pub reference: String,
-    pub p_star: f64,
+    #[serde(flatten)]
+    pub load: EnsembleLoad,
     pub difference: Sample,
     /// Over the reference; absent where that is zero.
     pub relative: Option<Sample>,
 }
 
 impl Ensemble {
+    /// The quantity of the loads.
+    pub fn loads(&self) -> GivenLoads {
+        self.statistics.first().map_or(GivenLoads::PStar, |s| s.load.given().0)
+    }
+
     pub fn new(name: String, keys: Vec<String>, points: Vec<EnsemblePoint>) -> Self {
         Ensemble { schema: SCHEMA, name, keys, points, statistics: Vec::new(), differences: Vec::new() }
     }

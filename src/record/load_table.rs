@@ -3,6 +3,7 @@
 use crate::Result;
 use asperity_contact::load::Branch;
 use asperity_contact::state::State;
+use asperity_grid::units::Unit;
 use asperity_surface::files::csv;
 use std::path::Path;
 
@@ -14,6 +15,22 @@ pub const PULL_OFF_FILE: &str = "pull-off.csv";
 pub struct ResultUnits {
     pub length: Option<String>,
     pub stress: Option<String>,
+    /// Where forces were given.
+    pub force: Option<ForceUnit>,
+}
+
+/// Normal forces on the map: their unit, and the force under a pressure of one.
+#[derive(Debug, Clone)]
+pub struct ForceUnit {
+    pub unit: Option<String>,
+    pub of_pressure: f64,
+}
+
+impl ForceUnit {
+    /// The force of a state.
+    pub fn of(&self, s: &State) -> f64 {
+        s.pressure * self.of_pressure
+    }
 }
 
 /// Dimension of a column.
@@ -78,6 +95,18 @@ impl ResultUnits {
         }
     }
 
+    /// SI units of one unit of a dimension, where it is known.
+    pub fn si(&self, dimension: Dimension) -> Option<f64> {
+        let [length, stress] = [&self.length, &self.stress].map(|unit| Some(Unit::find(unit.as_ref()?)?.si));
+        match dimension {
+            Dimension::None | Dimension::Time => Some(1.0),
+            Dimension::Length => length,
+            Dimension::Stress => stress,
+            Dimension::Work => Some(stress? * length?),
+            Dimension::Stiffness => Some(stress? / length?),
+        }
+    }
+
     /// A name with the unit of its dimension.
     fn header(&self, name: &str, dimension: Dimension) -> String {
         self.of(dimension).map_or(name.to_string(), |unit| format!("{name}_{unit}"))
@@ -92,6 +121,10 @@ impl ResultUnits {
 pub fn write(folder: &Path, states: &[State], units: &ResultUnits) -> Result<()> {
     let numbers: Vec<f64> = (1..=states.len()).map(|n| n as f64).collect();
     let mut columns = vec![("load".to_string(), numbers)];
+    if let Some(force) = &units.force {
+        let head = force.unit.as_ref().map_or("force".to_string(), |unit| format!("force_{unit}"));
+        columns.push((head, states.iter().map(|s| force.of(s)).collect()));
+    }
     for (key, dimension, of) in COLUMNS {
         let values: Vec<Option<f64>> = states.iter().map(of).collect();
         if values.iter().any(Option::is_some) {

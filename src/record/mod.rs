@@ -6,6 +6,7 @@ pub mod acceptance;
 pub mod comparison;
 pub mod downsample;
 pub mod ensemble;
+pub mod given_loads;
 pub mod load_table;
 pub mod mcap;
 pub mod methods;

@@ -12,6 +12,7 @@ pub use super::surface::{
 };
 
 use super::acceptance::AcceptanceCheck;
+use super::given_loads::GivenLoads;
 use super::methods::MethodResults;
 use asperity_atoms::results::AtomsResults;
 use asperity_contact::problem::AccuracyResults;
@@ -22,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
-pub const SCHEMA: u32 = 4;
+pub const SCHEMA: u32 = 5;
 
 /// Name of the file in a run folder.
 pub const FILE: &str = "results.json";
@@ -39,6 +40,7 @@ pub struct Results {
     /// Description in the scene, printed at the top of the report.
     pub description: String,
     pub scales: ScalesSi,
+    pub loads: GivenLoads,
     pub surface: SurfaceResults,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
@@ -73,6 +75,11 @@ pub struct Results {
 }
 
 impl Results {
+    /// How loads are named. Atoms are compared at equal p*: their pressures are others.
+    pub fn named_loads(&self) -> GivenLoads {
+        if self.atoms.is_some() { GivenLoads::PStar } else { self.loads }
+    }
+
     /// Reads `results.json` of a run folder.
     ///
     /// # Errors

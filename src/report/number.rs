@@ -1,5 +1,6 @@
 //! Number formatting: significant digits, SI prefixes, powers of ten. The space before a unit is non-breaking.
 
+use crate::record::given_loads::GivenLoads;
 use crate::record::results::ScalesSi;
 use asperity_contact::quantity::Quantity;
 
@@ -54,7 +55,57 @@ pub fn with_unit(x: f64, n: usize, unit: &str) -> String {
 
 /// `p* = 0.01`.
 pub fn load_label(p_star: f64) -> String {
-    format!("p* = {}", trimmed(p_star, 4))
+    GivenLoads::PStar.label(p_star)
+}
+
+impl GivenLoads {
+    /// Head of a column of loads.
+    pub fn head(self) -> &'static str {
+        match self {
+            GivenLoads::PStar => "p*",
+            GivenLoads::Pressure(_) => "pressure",
+            GivenLoads::Force(_) => "force",
+        }
+    }
+
+    /// A load in such a column: `0.01`, `10 MPa`, `5 µN`.
+    pub fn value(self, p_star: f64) -> String {
+        match self.in_si() {
+            None => trimmed(p_star, 4),
+            Some((of_p_star, unit)) => si_given(p_star * of_p_star, unit),
+        }
+    }
+
+    /// What a value follows in a sentence: `p* = `, or nothing.
+    pub fn symbol(self) -> &'static str {
+        if self == GivenLoads::PStar { "p* = " } else { "" }
+    }
+
+    /// A load in a sentence: `p* = 0.01`, `10 MPa`.
+    pub fn label(self, p_star: f64) -> String {
+        self.symbol().to_string() + &self.value(p_star)
+    }
+
+    /// The scale of an axis on which `largest` is the largest p*: its unit in multiples of p*, and its label.
+    pub fn axis(self, largest: f64) -> (f64, String) {
+        let name = match self {
+            GivenLoads::PStar => "reduced load p*",
+            GivenLoads::Pressure(_) => "mean pressure",
+            GivenLoads::Force(_) => "normal force",
+        };
+        let Some((of_p_star, unit)) = self.in_si() else { return (1.0, name.into()) };
+        let (scale, prefix) = si_scale(largest * of_p_star);
+        (scale / of_p_star, format!("{name} ({prefix}{unit})"))
+    }
+
+    /// p* = 1 in a unit; none of p* itself.
+    fn in_si(self) -> Option<(f64, &'static str)> {
+        match self {
+            GivenLoads::PStar => None,
+            GivenLoads::Pressure(pascal) => Some((pascal, "Pa")),
+            GivenLoads::Force(newton) => Some((newton, "N")),
+        }
+    }
 }
 
 impl ScalesSi {

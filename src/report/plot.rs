@@ -9,6 +9,7 @@ use super::picture::{self, Rgb};
 use super::scale::PlotAxis;
 pub use super::scale::{AxisScale, linear, log};
 use super::svg::{self, CHARACTER, DrawingSize, Ticks, css, escaped, half_width, text};
+use crate::record::given_loads::GivenLoads;
 
 /// Height of a row of the legend, and length of a line sample, in text heights.
 const LEGEND_ROW: f64 = 1.45;
@@ -175,6 +176,20 @@ impl PlotLayout {
 }
 
 impl Plot {
+    /// A plot against p* with the axis in the quantity in which the loads were given.
+    pub fn against(self, loads: GivenLoads) -> Self {
+        let largest = self.curves.iter().flat_map(|c| &c.points).map(|p| p.0.abs()).fold(0.0, f64::max);
+        let (unit, label) = loads.axis(largest);
+        let at = |(p_star, y): (f64, f64)| (p_star / unit, y);
+        let in_unit = |curve: Curve| Curve { points: curve.points.into_iter().map(at).collect(), ..curve };
+        Plot {
+            x: AxisScale { label, ..self.x },
+            curves: self.curves.into_iter().map(in_unit).collect(),
+            include: self.include.into_iter().map(at).collect(),
+            ..self
+        }
+    }
+
     /// A frame of default proportions around its curves.
     pub fn new(x: AxisScale, y: AxisScale, curves: Vec<Curve>) -> Self {
         Plot { x, y, curves, include: Vec::new(), proportion: 0.6, width: WHOLE }

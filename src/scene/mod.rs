@@ -20,6 +20,7 @@ mod potential;
 mod problem;
 mod quantity;
 mod repulsion;
+pub mod schema;
 mod source;
 mod surface_file;
 mod syntax;

@@ -1,6 +1,7 @@
 //! Reading a scene file. Errors of syntax and of types name key, value and accepted values, with the line.
 
 use super::model::Scene;
+use super::schema::tables_with;
 use crate::{Error, Result};
 use asperity_surface::files::atomic_file::read_text;
 use asperity_surface::import::holds_numbers;
@@ -27,11 +28,6 @@ impl Scene {
 
     pub fn parse(text: &str, path: &Path) -> Result<Scene> {
         toml::from_str(text).map_err(|e| syntax_error(e, text, path))
-    }
-
-    /// JSON Schema of scene files, for editors.
-    pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(Scene).to_value()
     }
 }
 
@@ -182,8 +178,8 @@ fn complaint_of(error: &toml::de::Error, text: &str, tree: Option<&DeTable>) -> 
         match message.rsplit_once(", expected ") {
             Some((what, known)) if what.starts_with("unknown field") => {
                 let known = list(known).replace('`', "");
-                let suggestion =
-                    nearest(&key, &known).map_or(String::new(), |suggestion| format!(" ({suggestion} is one)"));
+                let near = nearest(&key, &known).map(str::to_string).or_else(|| elsewhere(&key));
+                let suggestion = near.map_or(String::new(), |suggestion| format!(" ({suggestion} is one)"));
                 format!("{key} is no key of a scene{suggestion}; accepted: {known}")
             }
             Some((what, known)) if what.starts_with("unknown variant") => {
@@ -234,6 +230,13 @@ fn nearest<'k>(key: &str, known: &'k str) -> Option<&'k str> {
     let names = known.split(", ").flat_map(|name| name.split(" or "));
     let scored = names.map(|name| (strsim::jaro_winkler(key, name), name));
     scored.filter(|(like, _)| *like >= LIKE).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
+}
+
+/// The dotted keys of other tables with the name of a misplaced one.
+fn elsewhere(key: &str) -> Option<String> {
+    let name = key.rsplit('.').next()?;
+    let keys: Vec<String> = tables_with(name).into_iter().map(|table| format!("{table}.{name}")).collect();
+    (!keys.is_empty()).then(|| keys.join(" or "))
 }
 
 /// A Rust type in plain words.
@@ -333,6 +336,11 @@ mod tests {
                 "name = \"a\"\n[load]\np_stars = [1]",
                 "line 3: load.p_stars is no key of a scene (p_star is one); accepted: p_star, p_star_range, pressure, force, \
                  mean_gap, displacement, contact, unload, maps_at, pull_off",
+            ),
+            (
+                "name = \"a\"\n[laboratory]\nwork_of_adhesion = \"5 mJ/m2\"",
+                "line 3: laboratory.work_of_adhesion is no key of a scene (adhesion.work_of_adhesion is one); accepted: length, length_y, \
+                 modulus, bodies",
             ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
         ] {

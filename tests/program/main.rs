@@ -17,6 +17,7 @@ mod instrument_files;
 #[path = "../common/lammps.rs"]
 mod lammps;
 mod library;
+mod loads;
 #[path = "../../benches/measure/commands/mod.rs"]
 mod measure;
 mod methods;

@@ -260,6 +260,22 @@ fn loads_are_pressures_forces_gaps_or_contact_areas() {
         let [named, plain] = [&named, &plain].map(|states| number(&states[0], key));
         assert!((named / plain - 1.0).abs() < ROUNDING, "{key}: {named} {plain}");
     }
+    // Loads are shown as they were given; numbers for programs have the units of modulus and heights.
+    for (load, head, shown) in [("pressure", "pressure / kPa", "10000.0"), ("force", "force / mN", "6.00000")] {
+        let loads = if load == "pressure" { "10000kPa,20000kPa" } else { "6mN,12mN" };
+        let out = call(&[
+            "solve",
+            text(&file),
+            "--touching",
+            "high-points",
+            "--modulus",
+            "2GPa",
+            &format!("--{load}"),
+            loads,
+        ]);
+        let table = String::from_utf8(out.stdout).expect("UTF-8");
+        assert!(table.contains(head) && table.contains(shown), "{table}");
+    }
     // Ranges, and the unloading branch.
     let range = solve(&["--modulus", "2GPa", "--pressure", "log:1MPa:100MPa:3", "--work-of-adhesion", "0J/m2"]);
     let pressures: Vec<f64> = range.iter().map(|s| number(s, "pressure")).collect();

@@ -13,6 +13,7 @@ use asperity::contact::state::*;
 use asperity::contact::uncertainty::ValueWithError;
 use asperity::contact::uncertainty::{UncertaintyComponent, UncertaintySource};
 use asperity::grid::Field;
+use asperity::record::given_loads::GivenLoads;
 use asperity::record::results::*;
 use asperity::surface::files::npy;
 
@@ -372,6 +373,7 @@ pub(crate) fn run_folder(folder: &Path) -> Results {
         name: "A made-up <run>".into(),
         description: "Fields of a few waves, for looking at the report; no solver has seen them.".into(),
         scales: ScalesSi { length_m: LABORATORY[0], modulus_pa: LABORATORY[1] },
+        loads: GivenLoads::PStar,
         surface: SurfaceResults {
             origin: "Synthesised, seed 1".into(),
             provenance: None,

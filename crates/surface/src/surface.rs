@@ -271,6 +271,11 @@ impl Surface {
         copies(self.preparation_steps())
     }
 
+    /// Area of the measured map, on which a force acts.
+    pub fn mapped_area(&self) -> f64 {
+        self.length * (self.length * self.grid.ly) / self.copies()
+    }
+
     /// Extent of the cell.
     pub fn cell(&self) -> Cell {
         Cell { x: self.length, y: self.grid.ly * self.length }

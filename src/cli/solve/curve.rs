@@ -1,12 +1,20 @@
 //! The loads of a solve as a table on the terminal: one row per load.
 
-use crate::record::load_table::{Dimension, ResultUnits};
-use crate::report::number::significant;
+use crate::record::load_table::{Dimension, ForceUnit, ResultUnits};
+use crate::report::number::{si, significant};
 use asperity_contact::load::Stop;
 use asperity_contact::state::State;
 
-/// A value with its unit, for people.
+/// A value with its unit, for people. Stresses and works have the prefix that suits them, where their units are known.
 pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> String {
+    let si_unit = match dimension {
+        Dimension::Stress => "Pa",
+        Dimension::Work => "J/m²",
+        _ => "",
+    };
+    if let Some(of_unit) = units.si(dimension).filter(|_| !si_unit.is_empty()) {
+        return si(value * of_unit, si_unit, 6);
+    }
     let number = significant(value, 6);
     match units.of(dimension) {
         Some(unit) => format!("{number} {}", unit.replace('_', " ")),
@@ -28,9 +36,10 @@ pub(super) fn head(units: &ResultUnits) -> String {
     let named = |name: &str, dimension| {
         units.of(dimension).map_or(name.to_string(), |unit| format!("{name} / {}", unit.replace('_', " ")))
     };
+    let of_force = |force: &ForceUnit| force.unit.as_ref().map_or("force".into(), |unit| format!("force / {unit}"));
     let cells = [
         "load".to_string(),
-        named("pressure", Dimension::Stress),
+        units.force.as_ref().map_or_else(|| named("pressure", Dimension::Stress), of_force),
         "contact area".into(),
         named("mean gap", Dimension::Length),
         named("stiffness", Dimension::Stiffness),
@@ -41,7 +50,7 @@ pub(super) fn head(units: &ResultUnits) -> String {
 }
 
 /// A load as a row of that table.
-pub(super) fn line(number: usize, s: &State) -> String {
+pub(super) fn line(number: usize, s: &State, units: &ResultUnits) -> String {
     let dash = || "–".to_string();
     // Separated surfaces have no equilibrium: the last iterate is no result.
     let separated = s.stop == Stop::Detached;
@@ -52,7 +61,7 @@ pub(super) fn line(number: usize, s: &State) -> String {
         |e: Option<f64>| e.filter(|_| !separated).map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
     let cells = row(&[
         number.to_string(),
-        significant(s.pressure, 6),
+        significant(units.force.as_ref().map_or(s.pressure, |force| force.of(s)), 6),
         text(Some(s.contact_area), &|_| share(s)),
         text(s.mean_gap, &|v| significant(v, 6)) + &error(s.mean_gap_error),
         text(s.stiffness, &|v| significant(v, 4)) + &error(s.stiffness_error),

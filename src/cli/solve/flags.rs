@@ -173,19 +173,17 @@ impl SolveArgs {
             return Err(Error::input(COMMAND_LINE, flag, "given", "only together with a file, not with --challenge"));
         }
         let units = self.solve_units()?;
+        let modulus: Option<Stress> = self.modulus.map(|m| units.plain("--modulus", m)).transpose()?;
         let mut laboratory = LaboratoryScene {
             // A missing modulus is reported with all else that is missing.
-            modulus: self
-                .modulus
-                .map(|m| Stress::plain(m.value))
-                .or(self.body.is_empty().then(|| Stress::plain(f64::NAN))),
+            modulus: modulus.or(self.body.is_empty().then(|| Stress::plain(f64::NAN))),
             bodies: self.body.iter().map(|body| body.scene(units.stress_pa)).collect::<Result<_>>()?,
             ..LaboratoryScene::default()
         };
         if self.challenge.is_some() {
             // Reduced units.
             laboratory.length = Some(Length::plain(1.0));
-            laboratory.modulus = Some(Stress::plain(self.modulus.map_or(1.0, |m| m.value)));
+            laboratory.modulus = Some(modulus.unwrap_or(Stress::plain(1.0)));
         }
         let loads = self.loads.scene(&units)?;
         let adhesion = self.adhesion(&units)?;
@@ -236,15 +234,17 @@ impl SolveArgs {
         single.chain(of_lists).collect()
     }
 
+    /// The unit of stresses, which is that of the modulus.
+    pub(super) fn stress_unit(&self) -> Option<&'static Unit> {
+        self.modulus.or(self.body.first().map(|body| body.young))?.unit
+    }
+
     /// # Errors
     /// A modulus that is no stress; values with units together with others without.
     fn solve_units(&self) -> Result<SolveUnits> {
         let measures = self.measures();
         SolveUnits::refuse_mixed(&measures)?;
-        let modulus =
-            self.modulus.map(|m| m.of(Dimension::Stress).map_err(|accepted| refused("--modulus", m, accepted)));
-        let of_body = self.body.first().and_then(|body| Some(body.young.unit?.si));
-        let stress_pa = modulus.transpose()?.and_then(|m| Some(m.unit?.si)).or(of_body);
+        let stress_pa = self.stress_unit().map(|unit| unit.si);
         let is_length = |m: &Measure| m.unit.is_some_and(|unit| unit.dimension != Dimension::Stress);
         let needed = measures.iter().any(|(_, m)| is_length(m));
         let length_m = match self.challenge {

@@ -18,7 +18,7 @@ use super::file::COMMAND_LINE;
 use super::{output, progress::TerminalProgress};
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::pipeline::{Listener, ProgressReporter, StageKey, impose_contact};
-use crate::record::load_table::ResultUnits;
+use crate::record::load_table::{Dimension, ForceUnit, ResultUnits};
 use crate::report::number::{memory, trimmed};
 use crate::scene::Case;
 use crate::scene::{rename_keys, rename_keys_in};
@@ -28,9 +28,10 @@ use asperity_contact::method::{ContactMethod, Device, MethodKind, Precision, Red
 use asperity_contact::observe::leakage_bytes;
 use asperity_contact::path::{InitialState, LoadPathSolver, subsurface_bytes};
 use asperity_contact::problem::{AccuracyResults, LentHeights};
+use asperity_contact::state::State;
 use asperity_grid::Grid;
 use asperity_grid::sys::ranks::Ranks;
-use asperity_grid::units::Measure;
+use asperity_grid::units::{Measure, Measures};
 use asperity_surface::files::hashed::file_hash;
 use cache::SolveCache;
 use fields::file_name;
@@ -48,7 +49,32 @@ impl SolveArgs {
             Some(_) => unit(self.map.length),
             None => case.provenance().and_then(|p| p.unit.clone()),
         };
-        ResultUnits { length, stress: unit(self.modulus.or(self.body.first().map(|body| body.young))) }
+        let stress = self.stress_unit().map(|unit| unit.to_string());
+        let units = ResultUnits { length, stress, force: None };
+        let of_force = |given: &Measures| {
+            let unit = given.0.iter().find_map(|m| m.unit);
+            let of_unit = match unit {
+                None => 1.0,
+                // Lengths and stresses have units, too.
+                Some(unit) => units.si(Dimension::Work)? * units.si(Dimension::Length)? / unit.si,
+            };
+            let of_pressure = case.problem.surface.mapped_area() * of_unit;
+            Some(ForceUnit { unit: unit.map(|unit| unit.to_string()), of_pressure })
+        };
+        let force = self.loads.force.as_ref().and_then(of_force);
+        ResultUnits { force, ..units }
+    }
+
+    /// A state with its stresses in the unit in which pressures were given.
+    fn in_unit_of_loads(&self, state: &State, units: &ResultUnits) -> (State, ResultUnits) {
+        let given = self.loads.pressure.iter().flat_map(|list| &list.0).find_map(|m| m.unit);
+        match given.zip(units.si(Dimension::Stress)) {
+            Some((unit, of_stress)) => {
+                let units = ResultUnits { stress: Some(unit.to_string()), ..units.clone() };
+                (state.clone().in_units(1.0, of_stress / unit.si), units)
+            }
+            None => (state.clone(), units.clone()),
+        }
     }
 
     /// Contact modulus of the bodies, and the shares of two in the deformation.

@@ -282,10 +282,11 @@ fn show_state(
         output::print(&table(state, line, solve.resolution, units));
         return Ok(());
     }
+    let (state, units) = solve.in_unit_of_loads(state, units);
     if i == 0 {
-        output::print(&curve::head(units));
+        output::print(&curve::head(&units));
     }
-    output::print(&curve::line(i + 1, state));
+    output::print(&curve::line(i + 1, &state, &units));
     Ok(())
 }
 
@@ -383,6 +384,10 @@ fn table(s: &State, line: &Value, range: RangeChoice, units: &ResultUnits) -> St
         ("contact is", s.criterion.clone()),
         ("contact area", of_contact(share(s) + " of the cell")),
     ];
+    if let Some(force) = &units.force {
+        let unit = force.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+        rows.insert(0, ("normal force", significant(force.of(s), 6) + &unit));
+    }
     rows.extend(s.contact_nodes.map(|n| ("contact nodes", of_contact(percent(n)))));
     rows.extend(s.contact_nodes_compressive.map(|n| ("part under compression", of_contact(percent(n)))));
     let with_error = |value: f64, error, dimension| of_contact(with_error(value, error, (units, dimension)));
@@ -405,9 +410,12 @@ fn table(s: &State, line: &Value, range: RangeChoice, units: &ResultUnits) -> St
     }
     rows.extend(at_the_true_range(s, line, range));
     if line["range"].is_object() {
-        rows.push(("work of adhesion", significant(number(&line["gamma"]), 4)));
-        rows.push(("requested range of adhesion", significant(number(&line["range"]["requested"]), 4)));
-        rows.push(("range used on this grid", significant(number(&line["range"]["used"]), 4)));
+        rows.push(("work of adhesion", in_unit(units, number(&line["gamma"]), Dimension::Work)));
+        rows.push((
+            "requested range of adhesion",
+            in_unit(units, number(&line["range"]["requested"]), Dimension::Length),
+        ));
+        rows.push(("range used on this grid", in_unit(units, number(&line["range"]["used"]), Dimension::Length)));
     }
     let memory = memory(line["peak_rss_bytes"].as_u64().unwrap_or_default());
     rows.push(("rms gradient on this grid", significant(number(&line["resolved_gradient"]), 4)));

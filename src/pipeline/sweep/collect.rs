@@ -1,7 +1,8 @@
 //! Numbers of a finished point.
 
 use crate::record::comparison::ComparisonResults;
-use crate::record::ensemble::{Observable, Observation};
+use crate::record::ensemble::{EnsembleLoad, Observable, Observation};
+use crate::record::given_loads::GivenLoads;
 use crate::record::methods::MethodResults;
 use crate::record::results::Results;
 use asperity_contact::load::Branch;
@@ -17,10 +18,10 @@ pub(super) fn numbers(results: &Results) -> Vec<Observation> {
         ("cross check", &results.cross_check),
     ];
     for (source, c) in solved.into_iter().filter_map(|(source, c)| Some((source, c.as_ref()?))) {
-        continuum(&mut list, source, c);
+        continuum(&mut list, source, c, results.loads);
     }
-    results.methods.iter().for_each(|m| method(&mut list, m));
-    results.comparison.iter().for_each(|c| comparison(&mut list, c));
+    results.methods.iter().for_each(|m| method(&mut list, m, results.loads));
+    results.comparison.iter().for_each(|c| comparison(&mut list, c, results.loads));
     list.retain(|o| o.value.is_finite());
     list
 }
@@ -28,24 +29,29 @@ pub(super) fn numbers(results: &Results) -> Vec<Observation> {
 /// Adds values with quantity and unit at a load.
 fn add(
     list: &mut Vec<Observation>,
-    (source, load, branch, p_star): (&str, usize, Branch, f64),
+    (source, index, branch, load): (&str, usize, Branch, EnsembleLoad),
     values: &[(&str, &str, Option<f64>)],
 ) {
     for (quantity, unit, value) in values {
-        let observable =
-            Observable { source: source.into(), load, branch, quantity: quantity.to_string(), unit: unit.to_string() };
-        list.extend(value.map(|value| Observation { of: observable, p_star, value }));
+        let observable = Observable {
+            source: source.into(),
+            load: index,
+            branch,
+            quantity: quantity.to_string(),
+            unit: unit.to_string(),
+        };
+        list.extend(value.map(|value| Observation { of: observable, load, value }));
     }
 }
 
 /// Micrometres of a metre, and megapascals of a pascal.
 const UNITS: [f64; 2] = [1e6, 1e-6];
 
-fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults) {
+fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, loads: GivenLoads) {
     let [um, mpa] = UNITS;
-    let load_of = |s: &State| (s.index, s.branch, s.p_star);
+    let load_of = |s: &State| (s.index, s.branch, EnsembleLoad::of(loads, s.p_star));
     for s in &c.states {
-        let (load, branch, p_star) = load_of(s);
+        let (index, branch, load) = load_of(s);
         let observed = s.observed.as_ref();
         let values = [
             ("contact_area", "1", Some(s.contact_area)),
@@ -59,15 +65,15 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults) {
             ("hydraulic_gap", "um", observed.and_then(|o| Some(o.hydraulic_gap? * um))),
             ("displacement", "um", s.displacement.map(|d| d * um)),
         ];
-        add(list, (source, load, branch, p_star), &values);
+        add(list, (source, index, branch, load), &values);
     }
     if let (Some(p), Some(last)) = (&c.pull_off, c.states.last()) {
-        let (load, _, p_star) = load_of(last);
-        add(list, (source, load, Branch::Unloading, p_star), &[("pull_off_pressure", "MPa", Some(p.pressure * mpa))]);
+        let (index, _, load) = load_of(last);
+        add(list, (source, index, Branch::Unloading, load), &[("pull_off_pressure", "MPa", Some(p.pressure * mpa))]);
     }
 }
 
-fn method(list: &mut Vec<Observation>, m: &MethodResults) {
+fn method(list: &mut Vec<Observation>, m: &MethodResults, loads: GivenLoads) {
     let [um, mpa] = UNITS;
     for s in &m.states {
         let values = [
@@ -77,19 +83,20 @@ fn method(list: &mut Vec<Observation>, m: &MethodResults) {
             ("clusters", "1", s.patches.map(|n| n as f64)),
             ("median_cluster_area", "um2", s.observed.as_ref().and_then(|o| Some(o.median_cluster_area? * um * um))),
         ];
-        add(list, (&m.method, s.index, Branch::Loading, s.p_star), &values);
+        add(list, (&m.method, s.index, Branch::Loading, EnsembleLoad::of(loads, s.p_star)), &values);
     }
 }
 
 /// Atoms and continuum at the same loads, with the agreement of their contact maps.
-fn comparison(list: &mut Vec<Observation>, c: &ComparisonResults) {
-    for (load, l) in c.loads.iter().enumerate() {
+fn comparison(list: &mut Vec<Observation>, c: &ComparisonResults, loads: GivenLoads) {
+    for (index, l) in c.loads.iter().enumerate() {
+        let load = EnsembleLoad::of(loads, l.p_star);
         let values = [
             ("contact_area", "1", Some(l.atoms.contact_area)),
             ("mean_gap", "angstrom", Some(l.atoms_mean_gap_angstrom)),
             ("clusters", "1", Some(l.atoms_patches as f64)),
         ];
-        add(list, ("atoms", load, Branch::Loading, l.p_star), &values);
+        add(list, ("atoms", index, Branch::Loading, load), &values);
         for m in &l.continuum {
             let values = [
                 ("contact_area", "1", Some(m.contact_area)),
@@ -98,7 +105,7 @@ fn comparison(list: &mut Vec<Observation>, c: &ComparisonResults) {
                 ("jaccard", "1", Some(m.overlap.jaccard)),
                 ("kappa_misaligned", "1", Some(m.shifted.kappa)),
             ];
-            add(list, (m.label(), load, Branch::Loading, l.p_star), &values);
+            add(list, (m.label(), index, Branch::Loading, load), &values);
         }
     }
 }

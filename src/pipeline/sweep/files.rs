@@ -1,6 +1,9 @@
 //! Tables of a sweep.
 
-use crate::record::ensemble::{DIFFERENCES_FILE, Ensemble, NUMBERS_FILE, Observable, STATISTICS_FILE, Sample};
+use crate::record::ensemble::{
+    DIFFERENCES_FILE, Ensemble, EnsembleLoad, NUMBERS_FILE, Observable, STATISTICS_FILE, Sample,
+};
+use crate::record::given_loads::GivenLoads;
 use asperity_contact::load::Branch;
 use asperity_grid::error::Result;
 use asperity_surface::files::atomic_file::write_atomic;
@@ -11,6 +14,8 @@ use std::path::Path;
 /// `numbers.csv`: one row for each number of each point. `statistics.csv` and `differences.csv`: one for each mean.
 pub(super) fn write(out: &Path, ensemble: &Ensemble) -> Result<()> {
     let groups: Vec<&String> = ensemble.keys.iter().filter(|k| *k != crate::compare::ensemble::SEED).collect();
+    let loads = ensemble.loads();
+    let observable = [&OBSERVABLE[..], column(loads)].concat();
     let mut rows = Vec::new();
     for point in &ensemble.points {
         let values: Vec<String> = point.values.iter().map(cell).collect();
@@ -18,14 +23,14 @@ pub(super) fn write(out: &Path, ensemble: &Ensemble) -> Result<()> {
             [
                 vec![cell(&point.label.clone().into())],
                 values.clone(),
-                of(&o.of, o.p_star),
+                of(&o.of, &o.load, loads),
                 vec![format!("{:?}", o.value)],
             ]
             .concat()
         }));
     }
     let keys: Vec<&str> = ensemble.keys.iter().map(String::as_str).collect();
-    table(&out.join(NUMBERS_FILE), &[&["point"], &keys[..], &OBSERVABLE, &["value"]].concat(), &rows)?;
+    table(&out.join(NUMBERS_FILE), &[&["point"], &keys[..], &observable, &["value"]].concat(), &rows)?;
     let named = |group: &[(String, Value)]| -> Vec<String> {
         groups.iter().map(|k| group.iter().find(|(g, _)| g == *k).map_or(String::new(), |(_, v)| cell(v))).collect()
     };
@@ -33,34 +38,45 @@ pub(super) fn write(out: &Path, ensemble: &Ensemble) -> Result<()> {
     let rows: Vec<Vec<String>> = ensemble
         .statistics
         .iter()
-        .map(|s| [named(&s.group), of(&s.of, s.p_star), sample(Some(&s.sample))].concat())
+        .map(|s| [named(&s.group), of(&s.of, &s.load, loads), sample(Some(&s.sample))].concat())
         .collect();
-    table(&out.join(STATISTICS_FILE), &[&keys[..], &OBSERVABLE, &SAMPLE].concat(), &rows)?;
+    table(&out.join(STATISTICS_FILE), &[&keys[..], &observable, &SAMPLE].concat(), &rows)?;
     let rows: Vec<Vec<String>> = ensemble
         .differences
         .iter()
         .map(|d| {
             let parts = [sample(Some(&d.difference)), sample(d.relative.as_ref())].concat();
-            [named(&d.group), of(&d.of, d.p_star), vec![d.reference.clone()], parts].concat()
+            [named(&d.group), of(&d.of, &d.load, loads), vec![d.reference.clone()], parts].concat()
         })
         .collect();
     let relative = SAMPLE.map(|name| format!("relative_{name}"));
     let relative: Vec<&str> = relative.iter().map(String::as_str).collect();
-    table(&out.join(DIFFERENCES_FILE), &[&keys[..], &OBSERVABLE, &["reference"], &SAMPLE, &relative].concat(), &rows)
+    table(&out.join(DIFFERENCES_FILE), &[&keys[..], &observable, &["reference"], &SAMPLE, &relative].concat(), &rows)
 }
 
 const OBSERVABLE: [&str; 6] = ["source", "load", "branch", "quantity", "unit", "p_star"];
 const SAMPLE: [&str; 8] =
     ["realisations", "mean", "standard_deviation", "standard_error", "confidence_low", "confidence_high", "min", "max"];
 
+/// The load as the scene gave it.
+fn column(loads: GivenLoads) -> &'static [&'static str] {
+    match loads {
+        GivenLoads::PStar => &[],
+        GivenLoads::Pressure(_) => &["pressure_Pa"],
+        GivenLoads::Force(_) => &["force_N"],
+    }
+}
+
 /// The load is counted from 1, as in `curve.csv`.
-fn of(o: &Observable, p_star: f64) -> Vec<String> {
+fn of(o: &Observable, load: &EnsembleLoad, loads: GivenLoads) -> Vec<String> {
     let branch = match o.branch {
         Branch::Loading => "loading",
         Branch::Unloading => "unloading",
     };
-    let load = (o.load + 1).to_string();
-    vec![o.source.clone(), load, branch.into(), o.quantity.clone(), o.unit.clone(), format!("{p_star:?}")]
+    let given = (loads != GivenLoads::PStar).then(|| format!("{:?}", load.given().1));
+    let (index, p_star) = ((o.load + 1).to_string(), format!("{:?}", load.p_star));
+    let cells = [o.source.clone(), index, branch.into(), o.quantity.clone(), o.unit.clone(), p_star];
+    cells.into_iter().chain(given).collect()
 }
 
 /// Empty where there is no value.

@@ -9,12 +9,12 @@ const LONG_PATH: f64 = 30.0;
 /// The figures; `None` without any load.
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let compared = results.comparison.is_some();
-    let caption = html! { "Contact area against reduced load"
+    let caption = html! { "Contact area against load"
     @if compared { "; at the atoms’ scale fractions of the surface sites, for comparison with the atoms" }
     ". erf: Persson’s theory without adhesion, at the rms gradient that the grid" @if compared { " or the block of atoms" } " resolves." };
-    let area = Figure::new("area", caption, area_plot(results));
-    let gap = results.continuum.as_ref().map(|c| mean_gap(c, results.non_adhesive.as_ref()));
-    let stiffness = results.continuum.as_ref().and_then(contact_stiffness);
+    let area = Figure::new("area", caption, area_plot(results).against(results.named_loads()));
+    let gap = results.continuum.as_ref().map(|c| mean_gap(c, results.non_adhesive.as_ref(), results.named_loads()));
+    let stiffness = results.continuum.as_ref().and_then(|c| contact_stiffness(c, results.named_loads()));
     let figures = writer.figures([Some(area), gap, stiffness].into_iter().flatten())?;
     Ok(Some(figures).filter(|f| !f.0.is_empty()))
 }
@@ -72,7 +72,7 @@ fn area_plot(results: &Results) -> Plot {
     let ((lower, largest), (smallest, _)) = (ends(all().map(|p| p.0)), ends(all().map(|p| p.1)));
     // On linear axes the low loads of a long load path would not be distinguishable.
     let axis = if lower > 0.0 && smallest > 0.0 && largest > LONG_PATH * lower { log::<&str> } else { linear };
-    let x = axis("reduced load p*");
+    let x = axis("");
     let include = if x.log { vec![] } else { vec![(0.0, 0.0)] };
     let matched = results.comparison.as_ref().map(|c| &c.hard_wall);
     let laboratory = results.continuum.iter().map(|c| (c, EXPECTED, results.scales.modulus_pa));
@@ -98,7 +98,7 @@ fn load_axis(c: &ContinuumResults, label: &str) -> AxisScale {
 }
 
 /// Contact stiffness of the solved states against p*, with bars of its error.
-fn contact_stiffness(c: &ContinuumResults) -> Option<Figure> {
+fn contact_stiffness(c: &ContinuumResults, loads: GivenLoads) -> Option<Figure> {
     let available: Vec<State> = c.states.iter().filter(|s| s.stiffness.is_some()).cloned().collect();
     if available.len() < 2 {
         return None;
@@ -116,7 +116,7 @@ fn contact_stiffness(c: &ContinuumResults) -> Option<Figure> {
     let caption = "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error.";
     let label = format!("contact stiffness ({prefix}Pa/m)");
     let y = if load_axis(c, "").log { log(label) } else { linear(label) };
-    Some(Figure::new("stiffness", caption, Plot::new(load_axis(c, "reduced load p*"), y, curves)))
+    Some(Figure::new("stiffness", caption, Plot::new(load_axis(c, ""), y, curves).against(loads)))
 }
 
 /// The theory at the rms gradient that the atoms' scale resolves.
@@ -163,7 +163,10 @@ fn criteria(c: &ComparisonResults) -> Vec<Curve> {
 
 /// The area–load curve of the first screen.
 pub(super) fn first_screen(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
-    writer.curves("first-area", &Plot { width: FIRST, proportion: 0.72, ..area_plot(results) })
+    writer.curves(
+        "first-area",
+        &Plot { width: FIRST, proportion: 0.72, ..area_plot(results).against(results.named_loads()) },
+    )
 }
 
 /// Width of the curve of the first screen, px.
@@ -180,13 +183,13 @@ fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
 }
 
 /// Mean gap against the logarithm of the load, on which rough surfaces follow nearly a straight line.
-fn mean_gap(c: &ContinuumResults, other: Option<&ContinuumResults>) -> Figure {
+fn mean_gap(c: &ContinuumResults, other: Option<&ContinuumResults>, loads: GivenLoads) -> Figure {
     let (scale, prefix) = si_scale(c.states.iter().filter_map(|s| s.mean_gap).fold(0.0, f64::max));
     let point = |s: &State| (s.p_star, s.mean_gap.unwrap_or(f64::NAN) / scale);
     let mut curves = branches(c, (&c.method, LABORATORY), &point);
     curves.extend(other.map(|c| without(c, point)));
-    let plot = Plot::new(load_axis(c, "p*"), linear(format!("mean gap ({prefix}m)")), curves);
-    let caption = html! { "Mean gap against reduced load at the laboratory scale."
+    let plot = Plot::new(load_axis(c, ""), linear(format!("mean gap ({prefix}m)")), curves).against(loads);
+    let caption = html! { "Mean gap against load at the laboratory scale."
     @if plot.x.log { " At light loads the mean gap is about linear in the logarithm of the load." } };
     Figure::new("mean-gap", caption, plot)
 }

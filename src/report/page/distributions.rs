@@ -7,10 +7,12 @@ use crate::challenge::SIZE_EXPONENT;
 use crate::report::number::stiffness;
 
 /// Styles of the loads drawn, first to last. Both colour and dash pattern identify a load.
-pub(super) const LOOKS: [Style; 4] = [
+pub(super) const LOOKS: [Style; 6] = [
     Style { marker: Marker::None, ..ATOMS },
     Style { marker: Marker::None, ..WITHOUT },
     Style { marker: Marker::None, ..HARD },
+    Style { colour: GREEN, dash: Dash::Solid, marker: Marker::None },
+    Style { colour: PURPLE, dash: Dash::Dashed, marker: Marker::None },
     Style { dash: Dash::Solid, marker: Marker::None, ..LABORATORY },
 ];
 
@@ -26,7 +28,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     let (unit_pa, prefix) = si_scale(largest);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
         let shown = LOOKS.into_iter().zip(spread(all.len(), LOOKS.len()));
-        shown.map(|(look, i)| Curve::new(load_label(all[i].0.p_star), look, points(all[i].1))).collect()
+        shown.map(|(look, i)| Curve::new(writer.loads.label(all[i].0.p_star), look, points(all[i].1))).collect()
     };
     let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um2, d / um2)).collect());
     for (curve, i) in sizes.iter_mut().zip(spread(all.len(), LOOKS.len())) {
@@ -70,11 +72,12 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     Ok(html! {
         (numbers(writer, &all))
         @if let Some([open, sealed]) = c.percolation {
-            p { "The gap percolates along both axes up to p* = " (trimmed(open, 4)) " and not from p* = "
-                (trimmed(sealed, 4)) " on: the percolation load, at which leakage along at least one axis ends, is between them. The effective medium, which seals "
+            p { "The gap percolates along both axes up to " (writer.loads.label(open)) " and not from "
+                (writer.loads.label(sealed)) " on: the percolation load, at which leakage along at least one axis ends, is between them. The effective medium, which seals "
                 "at half contact, does not describe this." }
         }
         (writer.figures(figures)?)
+        @if all.len() > LOOKS.len() { p.quiet { "The figures show " (LOOKS.len()) " of " (all.len()) " loads, the lowest and the highest among them." } }
     })
 }
 
@@ -98,7 +101,7 @@ fn numbers(writer: &FigureWriter, all: &[(&State, &Observed)]) -> Markup {
     let area = |a: f64| with_unit(a * UM * UM, 3, "µm²");
     html! {
         (columns!("numbers", all, |(s, o)| {
-            "p*" => load(s),
+            writer.loads.head() => load(s, writer.loads),
             "mean contact pressure" => or_dash(o.mean_contact_pressure.map(|p| stress(p, 3))),
             "median cluster area" => or_dash(o.median_cluster_area.map(area)),
             "contact stiffness" => or_dash(s.stiffness.map(|k| stiffness(k, cell, 3))),

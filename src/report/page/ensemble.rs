@@ -5,7 +5,9 @@ use serde_json::Value;
 use super::document::{PageSection, document};
 use super::prelude::*;
 use super::summary::warnings;
-use crate::record::ensemble::{Ensemble, EnsemblePoint, EnsembleStatistic, FILE, Observable, PointStatus, Sample};
+use crate::record::ensemble::{
+    Ensemble, EnsembleLoad, EnsemblePoint, EnsembleStatistic, FILE, Observable, PointStatus, Sample,
+};
 
 const COLOURS: [Rgb; 6] = [BLUE, ORANGE, GREEN, VERMILION, BLACK, PURPLE];
 
@@ -49,13 +51,13 @@ fn summary(e: &Ensemble) -> Markup {
     let largest = e.differences.iter().filter(|d| d.of.quantity == "contact_area" && d.of.branch == Branch::Loading);
     html! {
         @if let Some((d, r)) = largest.clone().filter_map(|d| Some((d, d.relative.as_ref()?))).next_back() {
-            p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } ", at p* = "
-                (significant(d.p_star, 3)) ", mean ± standard error, and extremes." }
+            p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } ", at "
+                (label(&d.load)) ", mean ± standard error, and extremes." }
         }
         @else if !highest_loads(e).is_empty() {
             p.found {
                 @for s in highest_loads(e) {
-                    "Contact at " (load_label(s.p_star)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
+                    "Contact at " (label(&s.load)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
                     strong { (of_cell(&s.sample)) } " (" (s.of.source) ", " (s.sample.realisations) " realisations, "
                     (extremes(&s.sample)) "). "
                 }
@@ -68,7 +70,7 @@ fn summary(e: &Ensemble) -> Markup {
         ul {
             @for d in largest {
                 @if let Some(r) = &d.relative {
-                    li { "Contact area, " (d.of.source) " over " (d.reference) " at p* = " (significant(d.p_star, 3))
+                    li { "Contact area, " (d.of.source) " over " (d.reference) " at " (label(&d.load))
                         @if !d.group.is_empty() { " (" (name(&d.group)) ")" } ": " (deviation(r)) "." }
                 }
             }
@@ -81,7 +83,7 @@ fn highest_loads(e: &Ensemble) -> Vec<&EnsembleStatistic> {
     let mut list: Vec<&EnsembleStatistic> = Vec::new();
     for s in e.statistics.iter().filter(|s| s.of.quantity == "contact_area" && s.of.branch == Branch::Loading) {
         match list.iter_mut().find(|l| l.group == s.group && l.of.source == s.of.source) {
-            Some(known) if s.p_star > known.p_star => *known = s,
+            Some(known) if s.load.p_star > known.load.p_star => *known = s,
             Some(_) => {}
             None => list.push(s),
         }
@@ -119,12 +121,15 @@ fn name(group: &VariedValues) -> String {
 }
 
 /// Curves of means on the loading branch with their standard errors, and dotted extremes.
-fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sample)>, factor: f64) -> Vec<Curve> {
+fn curves<'a>(
+    samples: impl Iterator<Item = (&'a Observable, String, EnsembleLoad, &'a Sample)>,
+    factor: f64,
+) -> Vec<Curve> {
     let mut lists: Vec<(String, Vec<(f64, Sample)>)> = Vec::new();
-    for (_, label, p_star, sample) in samples.filter(|(observable, ..)| observable.branch == Branch::Loading) {
+    for (_, label, load, sample) in samples.filter(|(observable, ..)| observable.branch == Branch::Loading) {
         match lists.iter_mut().find(|(l, _)| *l == label) {
-            Some((_, list)) => list.push((p_star, *sample)),
-            None => lists.push((label, vec![(p_star, *sample)])),
+            Some((_, list)) => list.push((load.given().1, *sample)),
+            None => lists.push((label, vec![(load.given().1, *sample)])),
         }
     }
     let of_list = |(i, (label, mut list)): (usize, (String, Vec<(f64, Sample)>))| {
@@ -147,10 +152,14 @@ fn means(e: &Ensemble, (k, group): (usize, &VariedValues), (quantity, label, axi
     let units = distinct(e.statistics.iter().filter(matches).map(|s| s.of.unit.as_str()));
     let one = |(i, unit): (usize, &str)| {
         let list = e.statistics.iter().filter(matches).filter(|s| s.of.unit == unit);
-        let all = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
+        let all = curves(list.map(|s| (&s.of, s.of.source.clone(), s.load, &s.sample)), 1.0);
         let label = in_unit(label, unit);
         let caption = html! { (capitalised(&label)) " against load" (of_group(group)) "." };
-        Figure::new(format!("ensemble-{k}-{quantity}-{i}"), caption, Plot::new(log("p*"), axis(label), all))
+        Figure::new(
+            format!("ensemble-{k}-{quantity}-{i}"),
+            caption,
+            Plot::new(log(""), axis(label), all).against(e.loads()),
+        )
     };
     units.into_iter().enumerate().map(one).collect()
 }
@@ -176,10 +185,14 @@ fn together(e: &Ensemble, groups: &[&VariedValues], (quantity, label, axis): Dra
         return None;
     }
     let list = all().filter(|s| s.of.source == *source && s.of.unit == *unit);
-    let lines = curves(list.map(|s| (&s.of, named(&s.group), s.p_star, &s.sample)), 1.0);
+    let lines = curves(list.map(|s| (&s.of, named(&s.group), s.load, &s.sample)), 1.0);
     let label = in_unit(label, unit);
     let caption = html! { (capitalised(&label)) " (" (source) ") against load, all combinations of the varied keys." };
-    Some(Figure::new(format!("ensemble-{quantity}"), caption, Plot::new(log("p*"), axis(label), lines)))
+    Some(Figure::new(
+        format!("ensemble-{quantity}"),
+        caption,
+        Plot::new(log(""), axis(label), lines).against(e.loads()),
+    ))
 }
 
 /// `mean gap (µm)`.
@@ -190,8 +203,9 @@ fn in_unit(label: &str, unit: &str) -> String {
 fn differences(e: &Ensemble, (k, group): (usize, &VariedValues)) -> Figure {
     let list = e.differences.iter().filter(|d| d.group == *group && d.of.quantity == "contact_area");
     let relative = list
-        .filter_map(|d| Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.p_star, d.relative.as_ref()?)));
-    let plot = Plot::new(log("p*"), linear("deviation of the contact area (%)"), curves(relative, 100.0));
+        .filter_map(|d| Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.load, d.relative.as_ref()?)));
+    let plot =
+        Plot::new(log(""), linear("deviation of the contact area (%)"), curves(relative, 100.0)).against(e.loads());
     let caption = html! { "Relative differences of the contact area on the same realisations" (of_group(group)) "." };
     Figure::new(format!("ensemble-{k}-differences"), caption, plot)
 }
@@ -207,9 +221,16 @@ fn shown(unit: &str) -> &str {
     }
 }
 
+/// A load in a sentence.
+fn label(load: &EnsembleLoad) -> String {
+    let (loads, value) = load.given();
+    loads.label(value)
+}
+
 /// Load and branch.
-fn load(of: &Observable, p_star: f64) -> String {
-    significant(p_star, 3) + if of.branch == Branch::Unloading { ", unloading" } else { "" }
+fn load(of: &Observable, load: &EnsembleLoad) -> String {
+    let (loads, value) = load.given();
+    loads.value(value) + if of.branch == Branch::Unloading { ", unloading" } else { "" }
 }
 
 fn mean_table(e: &Ensemble) -> Markup {
@@ -217,7 +238,7 @@ fn mean_table(e: &Ensemble) -> Markup {
     columns!("numbers", &e.statistics, |s| {
         "" => name(&s.group),
         "source" => s.of.source,
-        "p*" => load(&s.of, s.p_star),
+        e.loads().head() => load(&s.of, &s.load),
         "quantity" => s.of.quantity.replace('_', " "),
         "mean" => significant(s.sample.mean, 4),
         "standard error" => number(s.sample.standard_error),
@@ -231,7 +252,7 @@ fn difference_table(e: &Ensemble) -> Markup {
     columns!("numbers", &e.differences, |d| {
         "" => name(&d.group),
         "source" => d.of.source,
-        "p*" => load(&d.of, d.p_star),
+        e.loads().head() => load(&d.of, &d.load),
         "quantity" => d.of.quantity.replace('_', " "),
         "reference" => d.reference,
         "mean difference" => significant(d.difference.mean, 3),

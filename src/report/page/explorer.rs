@@ -272,7 +272,7 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
             stress: stress.map(|f| writer.load(f, SIDE, in_unit)).transpose()?,
         });
         let branch = if state.branch == Branch::Unloading { ", unloading" } else { "" };
-        loads.push(load_label(state.p_star) + branch);
+        loads.push(writer.loads.label(state.p_star) + branch);
     }
     let units = [format!("{gap_prefix}m"), format!("{stress_prefix}Pa")];
     let source = Source { title: "Contact".into(), colour: BLACK, fields };

@@ -7,6 +7,7 @@ use maud::{Markup, PreEscaped, Render, html};
 
 use super::printed::{self, Drawing, ReportOptions};
 use crate::record::downsample::DownsampledMap;
+use crate::record::given_loads::GivenLoads;
 use crate::record::results::{FILE, ScalesSi};
 use crate::report::map::{self, Bar, HEIGHT, MapFigure};
 use crate::report::picture::{self, ColourRange, Picture, flag};
@@ -22,6 +23,7 @@ pub(super) struct FigureWriter<'a> {
     /// Extent in y over extent in x; pictures have the shape of the cell even if pixels are not square.
     pub aspect: f64,
     pub scales: ScalesSi,
+    pub loads: GivenLoads,
     pub options: &'a ReportOptions,
 }
 

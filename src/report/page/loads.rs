@@ -14,9 +14,9 @@ const LOADS_SHOWN: usize = 4;
 pub(super) fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         (setting(continuum))
-        (states(continuum, &|gap| length(gap, 4)))
-        (plasticity(continuum))
-        @if let Some(said) = hysteresis_sentence(continuum) { p { (said) } }
+        (states(continuum, writer.loads, &|gap| length(gap, 4)))
+        (plasticity(continuum, writer.loads))
+        @if let Some(said) = hysteresis_sentence(continuum, writer.loads) { p { (said) } }
         (uncertainty::section(writer, continuum)?)
         (gallery(writer, continuum)?)
     })
@@ -31,7 +31,7 @@ pub(super) fn setting(c: &ContinuumResults) -> Markup {
 }
 
 /// Table of the plastic flow; empty for an elastic body.
-fn plasticity(c: &ContinuumResults) -> Markup {
+fn plasticity(c: &ContinuumResults, loads: GivenLoads) -> Markup {
     let Some(hardness) = c.hardness else { return html! {} };
     let largest = match &c.hardness_map {
         None => format!("the hardness of {}", stress(hardness, 3)),
@@ -43,7 +43,7 @@ fn plasticity(c: &ContinuumResults) -> Markup {
     html! {
         h3 { "Plastic flow" }
         (columns!("numbers", c.states.iter().filter_map(|s| Some((s, s.plasticity?))), |(s, p)| {
-            "p*" => load(s),
+            loads.head() => load(s, loads),
             "flowing" => percent(p.flowing),
             "displaced" => percent(p.displaced),
             "mean plastic displacement" => length(p.displacement, 3),
@@ -55,15 +55,19 @@ fn plasticity(c: &ContinuumResults) -> Markup {
 }
 
 /// The table of states; `gap` formats a mean gap, m.
-pub(super) fn states(c: &ContinuumResults, gap: &dyn Fn(f64) -> String) -> Markup {
+pub(super) fn states(c: &ContinuumResults, loads: GivenLoads, gap: &dyn Fn(f64) -> String) -> Markup {
     // Separated surfaces have no equilibrium, so the last iterate is meaningless.
     let known = |s: &State, number: String| or_dash((s.stop != Stop::Detached).then_some(number));
     let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
     criteria.dedup();
+    // Of p* and the mean pressure, the one that the loads are not named by.
+    let by_pressure = matches!(loads, GivenLoads::Pressure(_));
+    let other = if by_pressure { "p*" } else { "mean pressure" };
+    let second = |s: &State| if by_pressure { trimmed(s.p_star, 4) } else { stress(s.pressure, 3) };
     html! {
         (columns!("numbers", &c.states, |s| {
-            "p*" => load(s),
-            "mean pressure" => stress(s.pressure, 3),
+            loads.head() => load(s, loads),
+            other => second(s),
             "contact area" => known(s, {
                 let error = s.contact_area_error.map_or(String::new(), |e| format!(" ± {}", significant(100.0 * e, 2)));
                 format!("{}{error} %", significant(100.0 * s.contact_area, 3))
@@ -86,8 +90,8 @@ pub(super) fn states(c: &ContinuumResults, gap: &dyn Fn(f64) -> String) -> Marku
 }
 
 /// The load of a state and whether it is on the unloading branch.
-pub(super) fn load(s: &State) -> String {
-    trimmed(s.p_star, 4) + back(s)
+pub(super) fn load(s: &State, loads: GivenLoads) -> String {
+    loads.value(s.p_star) + back(s)
 }
 
 /// Label of a load on the unloading branch.
@@ -147,7 +151,7 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     for (i, state) in c.states.iter().enumerate() {
         let title = |description: &str| {
             let mark = if state.stop == Stop::Converged { "" } else { " (not converged)" };
-            format!("{description} at {}{}{mark}", load_label(state.p_star), back(state))
+            format!("{description} at {}{}{mark}", writer.loads.label(state.p_star), back(state))
         };
         let mut add = |row: usize, title: &str, image: Markup, below: Markup| {
             rows[row].extend(shown.contains(&i).then(|| panel(title, image, below)));

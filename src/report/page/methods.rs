@@ -72,7 +72,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         let figures = shown.map(|kind| page.figure(kind, Some((index, p)))).collect::<Result<Vec<_>>>()?;
         of_loads.push(html! {
             details open[k == nearest] {
-                summary { (load_label(p)) @if figures.is_empty() { " (table only)" } }
+                summary { (writer.loads.label(p)) @if figures.is_empty() { " (table only)" } }
                 (page.numbers(Some(index)))
                 (each(&figures))
             }
@@ -113,7 +113,7 @@ impl Page<'_> {
             }
         }
         let caption = html! {
-            (kind.caption) @if let Some((_, p)) = load { ", at " (load_label(p)) }
+            (kind.caption) @if let Some((_, p)) = load { ", at " (self.writer.loads.label(p)) }
             ". Grey: " (own_name(self.results)) " (The paper’s figure " (kind.number) ".)"
             @for (why, titles) in &empty { br; "Not available (" (why) "): " (titles.join(", ")) "." }
         };
@@ -217,6 +217,7 @@ impl Page<'_> {
         }
         curves.extend(drawn_curves);
         let plot = Plot { width: PANEL, proportion: PROPORTION, curves, ..plot };
+        let plot = if kind.is_path() { plot.against(self.writer.loads) } else { plot };
         let of_load = load.map_or(String::new(), |(k, _)| format!("-load-{}", k + 1));
         Ok(match self.writer.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
             Some(drawn) => FigurePanel::Panel(panel(&title, drawn, reasons)),

@@ -64,22 +64,22 @@ pub fn write(run_folder: &Path) -> Result<PathBuf> {
 /// `results.json` is missing, damaged or of another schema; a field file is missing or has an unexpected shape; a PDF is
 /// requested on a machine without fonts.
 pub fn write_with(folder: &Path, options: &ReportOptions) -> Result<PathBuf> {
-    let writer = |aspect, scales| FigureWriter { folder, aspect, scales, options };
+    let writer = |aspect, scales, loads| FigureWriter { folder, aspect, scales, loads, options };
     if folder.join(crate::record::ensemble::FILE).exists() {
         let ensemble = Ensemble::read(folder)?;
-        let writer = writer(1.0, ScalesSi { length_m: 1.0, modulus_pa: 1.0 });
+        let writer = writer(1.0, ScalesSi { length_m: 1.0, modulus_pa: 1.0 }, GivenLoads::PStar);
         return place(folder, || ensemble::page(&writer, &ensemble));
     }
     if !folder.join(FILE).exists() && folder.join(crate::record::tradeoff::FILE).exists() {
         let tradeoff = TradeoffResults::read(&folder.join(crate::record::tradeoff::FILE))?;
-        let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales);
+        let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales, GivenLoads::PStar);
         return place(folder, || tradeoff::page(&writer, &tradeoff));
     }
     let results = Results::read(folder)?;
     if results.comparison.is_some() && results.atoms.is_none() {
         return Err(Error::format(folder.join(FILE), "a comparison without atoms", "both or neither"));
     }
-    let writer = writer(results.surface.aspect, results.scales);
+    let writer = writer(results.surface.aspect, results.scales, results.named_loads());
     place(folder, || page(&writer, &results))
 }
 
@@ -122,7 +122,7 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         let has_depth = |s: &State| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(writer, atoms, comparison)?)
-            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall)) }
+            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall, GivenLoads::PStar)) }
         };
         add("comparison", "Continuum against atoms", body);
     }

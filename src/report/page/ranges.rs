@@ -12,7 +12,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
     solved.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Loads are matched by index: with prescribed mean gaps the pressures differ between ranges.
     let label = |k: usize| match distinct(solved.iter().map(|(_, c)| c.states.get(k).map(|s| s.p_star)))[..] {
-        [Some(imposed)] => load_label(imposed),
+        [Some(imposed)] => writer.loads.label(imposed),
         _ => format!("load {}", k + 1),
     };
     let shown = spread(results.other_ranges[0].states.len(), LOOKS.len());
@@ -48,7 +48,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
             "range" => length(range, 4),
             "Tabor parameter" => significant(*mu, 3),
             "resolution" => significant(resolved, 3),
-            "p*" => trimmed(s.p_star, 4),
+            writer.loads.head() => writer.loads.value(s.p_star),
             "contact area" => percent(s.contact_area),
             "mean gap" => or_dash(s.mean_gap.map(|g| length(g, 4))),
         }))

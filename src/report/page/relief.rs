@@ -65,7 +65,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
         html! {
             "The surface upside down, so that the points that touch first are on top; heights are enlarged " (trimmed(enlarged, 3)) " times."
             @if compared { " Contact at the atoms’ sites." }
-            @if let Some(p) = p_star { span.still-only { " Contact at p* = " (trimmed(p, 4)) "." } }
+            @if let Some(p) = p_star { span.still-only { " Contact at " (writer.loads.label(p)) "." } }
         },
     )))
 }

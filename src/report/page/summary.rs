@@ -142,21 +142,22 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
         // The error is left out if no component is known.
         let error = |q| total(first, q).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)));
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(error);
-        let (contact, at) = (percent(first.contact_area), load_label(first.p_star));
+        let (contact, at) = (percent(first.contact_area), results.named_loads().label(first.p_star));
         format!(
             "the contact fraction is {contact}{of_area} at {at}, the mean gap {}{of_gap}",
             first.mean_gap.map_or("–".into(), |g| length(g, 3))
         )
     } else {
-        let loads = span(values_of(|s| s.p_star), |p| trimmed(p, 4));
+        let named = results.named_loads();
+        let loads = span(values_of(|s| s.p_star), |p| named.value(p));
         let contact = span(values_of(|s| s.contact_area), percent);
         let both = turned(c).map_or(String::new(), |(loading, unloading)| {
             let [up, down] = [loading, unloading].map(|s| percent(s.contact_area));
-            format!("; at {} it is {up} on loading and {down} on unloading", load_label(unloading.p_star))
+            format!("; at {} it is {up} on loading and {down} on unloading", named.label(unloading.p_star))
         });
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
         let gaps = span(values_of(|s| -s.mean_gap.unwrap_or(f64::NAN)), |g| length(-g, 3));
-        format!("at p* = {loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}")
+        format!("at {}{loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}", named.symbol())
     };
     let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);
     Some(capitalised(&sentence))

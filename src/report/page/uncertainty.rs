@@ -17,8 +17,8 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
                 (significant(r.used / r.requested, 3)) " times because this grid does not resolve it: cohesive resolution "
                 (significant(r.resolution_requested, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
-        @if c.states.iter().any(|s| s.discretisation.is_some()) { (errors(c)) }
-        (budgets(c))
+        @if c.states.iter().any(|s| s.discretisation.is_some()) { (errors(c, writer.loads)) }
+        (budgets(c, writer.loads))
         @if let Some(reason) = &c.pull_off_failure {
             p { (bad("The pull-off was not found: ")) (reason) ". The loads above are not affected." }
         }
@@ -26,17 +26,17 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
     })
 }
 
-fn errors(c: &ContinuumResults) -> Markup {
+fn errors(c: &ContinuumResults, loads: GivenLoads) -> Markup {
     let extrapolated = c.states.iter().any(|s| s.extrapolated.is_some());
     let branches = c.states.iter().any(|s| s.branch == Branch::Unloading);
-    let mut head = vec!["p*"];
+    let mut head = vec![loads.head()];
     head.extend(branches.then_some("branch"));
     head.extend(["relative error of contact area", "relative error of mean gap", "energy above its minimum"]);
     if extrapolated {
         head.extend(["contact at the requested range", "mean gap at the requested range"]);
     }
     let row = |s: &State| {
-        let mut row = row![trimmed(s.p_star, 4)];
+        let mut row = row![loads.value(s.p_star)];
         row.extend(branches.then(|| if s.branch == Branch::Unloading { "unloading" } else { "loading" }.render()));
         let d = s.discretisation;
         row.extend(row![
@@ -68,7 +68,7 @@ const COLOURS: [&str; 6] = ["#0072b2", "#56b4e9", "#cc79a7", "#009e73", "#e69f00
 
 /// Uncertainty budget of area and mean gap: a bar chart for the load nearest to the reference, and a table of all
 /// loads.
-pub(super) fn budgets(c: &ContinuumResults) -> Markup {
+pub(super) fn budgets(c: &ContinuumResults, loads: GivenLoads) -> Markup {
     let near = |s: &&State| (s.p_star / REFERENCE_LOAD).ln().abs();
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
@@ -87,9 +87,9 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
         let part = |source| s.uncertainty.iter().find(|p| p.quantity == quantity && p.source == source);
         let known = |r: Option<f64>, bound| r.map_or("not known".into(), |r| change(Some(r), bound));
         let parts = sources().map(|source| or_dash(part(source).map(|p| known(p.relative, p.is_bound))));
-        row![trimmed(s.p_star, 4), quantity.name()].into_iter().chain(parts).collect()
+        row![loads.value(s.p_star), quantity.name()].into_iter().chain(parts).collect()
     };
-    let head: Vec<&str> = ["p*", "of"].into_iter().chain(sources().map(UncertaintySource::name)).collect();
+    let head: Vec<&str> = [loads.head(), "of"].into_iter().chain(sources().map(UncertaintySource::name)).collect();
     let longest = quantities.map(|q| parts(shown, q).iter().map(|p| p.1).sum()).into_iter().fold(0.0, f64::max);
     html! {
         h3 { "Uncertainty budget" }
@@ -99,7 +99,7 @@ pub(super) fn budgets(c: &ContinuumResults) -> Markup {
             summary { "All loads" }
             (table("numbers", &head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q)))))
         }
-        p.quiet { "At " (load_label(shown.p_star)) ", relative. Grid: from the change to the grid with half the points per side. " @if waves { "Waves beyond the grid: from the rms gradient and height that "
+        p.quiet { "At " (loads.label(shown.p_star)) ", relative. Grid: from the change to the grid with half the points per side. " @if waves { "Waves beyond the grid: from the rms gradient and height that "
             "they have. " } "Solver and "
             "precision: the effect of a load error as large as the residual, or as the round-off of the fields. " @if depth { "Finite depth: the change from a "
             "half-space. " } "Unknown components are not in the bars." }

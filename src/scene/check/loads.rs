@@ -24,8 +24,9 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         let accepted = "a positive number: only the method \"fast\" solves first contact";
         c.unless(!first || scene.continuum.compare_with.is_empty(), &format!("{key}[{i}]"), 0, accepted);
     }
-    let accepted = "load.p_star: atoms are under load control in p*";
-    c.unless(!atoms || loads.kind == LoadKind::PStar, &key, "given with atoms", accepted);
+    let accepted = "load.p_star, load.pressure or load.force: atoms are under load control";
+    let presses = matches!(loads.kind, LoadKind::PStar | LoadKind::Pressure | LoadKind::Force);
+    c.unless(!atoms || presses, &key, "given with atoms", accepted);
     branches_of_atoms(c, scene);
     maps(c, scene);
     let flows = scene.hardness().is_some() || scene.continuum.hardness_map.is_some();
@@ -75,18 +76,19 @@ fn load_range(c: &mut Complaints, r: &LoadRange) {
 
 /// Atoms are pressed to the highest load and unloaded once, and each load is read on its branch.
 fn branches_of_atoms(c: &mut Complaints, scene: &Scene) {
-    let (p, atoms) = (&scene.load.p_star, scene.atoms.is_some());
+    let (loads, atoms) = (scene.load.loads(), scene.atoms.is_some());
+    let (p, key) = (&loads.values, Keys(scene).name(loads.kind.field()));
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
     let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
-    if let Some(i) = falls.filter(|_| atoms && attracts && !scene.load.loads().is_closed()) {
+    if let Some(i) = falls.filter(|_| atoms && attracts && !loads.is_closed()) {
         c.unless(
             false,
-            &format!("load.p_star[{i}]"),
+            &format!("{key}[{i}]"),
             p[i],
             "no less than the load before, or load.unload: with adhesion atoms unload on another branch",
         );
     }
-    let path = scene.load.p_star_path();
+    let path = loads.path();
     let there = &path[..path.len().div_ceil(2)];
     c.unless(
         !(atoms && scene.load.unload) || there.is_sorted_by(|a, b| a < b),

@@ -1,3 +1,4 @@
+use super::constants::Constants;
 use super::cubic::CubicHalfSpace;
 use super::kernel::{Base, HalfSpace, Kernel, Layer};
 use super::non_periodic::NonPeriodic;
@@ -34,20 +35,27 @@ impl Kernel for Elastic {
     }
 }
 
-impl std::fmt::Display for Elastic {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl Elastic {
+    /// The body in words, its lengths as `constants` writes them.
+    pub fn described(&self, constants: &Constants) -> String {
         match self {
-            Elastic::HalfSpace => write!(f, "half-space"),
-            Elastic::NonPeriodic(_) => write!(f, "half-space, loaded on this area alone (not periodic)"),
-            Elastic::Cubic(c) => write!(f, "half-space of a cubic crystal, (001), Zener ratio {:.3}", c.zener),
+            Elastic::HalfSpace => "half-space".into(),
+            Elastic::NonPeriodic(_) => "half-space, loaded on this area alone (not periodic)".into(),
+            Elastic::Cubic(c) => format!("half-space of a cubic crystal, (001), Zener ratio {:.3}", c.zener),
             Elastic::Layer(l) => {
                 let base = match l.base {
                     Base::Bonded => "bonded to a rigid base",
                     Base::ConstantStress => "on a base of constant stress",
                 };
-                write!(f, "layer {:.4} L thick, ν = {:.3}, {base}", l.thickness, l.poisson)
+                format!("layer {} thick, ν = {:.3}, {base}", (constants.length)(l.thickness), l.poisson)
             }
         }
+    }
+}
+
+impl std::fmt::Display for Elastic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.described(&Constants::REDUCED))
     }
 }
 

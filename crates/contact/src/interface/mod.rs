@@ -1,5 +1,6 @@
 //! Interactions between the surfaces and the response of the elastic body: adhesion laws, walls, elastic kernels.
 
+mod constants;
 mod cubic;
 mod elastic;
 mod hardness;
@@ -17,6 +18,7 @@ mod rectangle;
 mod subsurface;
 mod surface_response;
 
+pub use constants::Constants;
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use elastic::Elastic;
 pub use hardness::{HardnessMap, NodalHardness};

@@ -15,6 +15,7 @@ use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::{Error, Result};
 use asperity_grid::{Field, Grid, Series};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -173,8 +174,11 @@ pub fn unresolved_contact<'a>(
     loads: impl Iterator<Item = (String, f64, Option<&'a Discretisation>)>,
 ) -> Option<String> {
     let is_unresolved = |contact: f64, d: &Discretisation| contact > 0.0 && d.area.is_none_or(|a| a > UNRESOLVED);
-    let names: Vec<String> =
+    let mut names: Vec<String> =
         loads.filter(|(_, contact, d)| d.is_some_and(|d| is_unresolved(*contact, d))).map(|l| l.0).collect();
+    // A load of both branches is named once.
+    let mut named = BTreeSet::new();
+    names.retain(|name| named.insert(name.clone()));
     (!names.is_empty()).then(|| {
         format!(
             "{kind}{}: the grid does not resolve the contact: the error of its area by the grid is above 30 %, \

@@ -164,9 +164,8 @@ impl Problem {
 
     /// The load steps. A flat surface has no p*.
     fn steps(&self, loads: &Loads, gradient: f64, touch: f64) -> Vec<LoadStep> {
-        let (grid, length, modulus) = (self.surface.grid(), self.surface.length(), self.modulus);
+        let (length, modulus, mapped) = (self.surface.length(), self.modulus, self.surface.mapped_area());
         let path = loads.path();
-        let mapped = length * (length * grid.ly) / self.surface.copies();
         let target = |value: f64| match loads.kind {
             LoadKind::PStar => Load::Pressure(value * gradient),
             LoadKind::Pressure => Load::Pressure(value / modulus),

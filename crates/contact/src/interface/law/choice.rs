@@ -1,6 +1,7 @@
 use super::{
     Dugdale, Exponential, Law, LennardJonesWall, PenaltyWall, PowerLaw93, PowerLawWall, TabulatedLaw, TabulatedWall,
 };
+use crate::interface::constants::Constants;
 
 /// Adhesion law of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,17 +128,24 @@ impl Law for AttractionLaw {
     }
 }
 
+impl AttractionLaw {
+    /// The law in words, its work and range as `constants` writes them.
+    pub fn described(&self, constants: &Constants) -> String {
+        let (gamma, rho) = ((constants.work)(self.work_of_adhesion()), (constants.length)(self.range()));
+        let name = match self {
+            AttractionLaw::None => return "none".into(),
+            AttractionLaw::Exponential(_) => "exponential".into(),
+            AttractionLaw::Dugdale(a) => format!("Dugdale tapered over ±{} ρ", a.taper),
+            AttractionLaw::PowerLaw93(_) => "9-3 power law".into(),
+            AttractionLaw::Tabulated(_) => "tabulated".to_string(),
+        };
+        format!("{name}, γ = {gamma}, ρ = {rho}")
+    }
+}
+
 impl std::fmt::Display for AttractionLaw {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (gamma, rho) = (self.work_of_adhesion(), self.range());
-        let constants = format_args!("γ = {gamma:.4e} E*L, ρ = {rho:.4e} L").to_string();
-        match self {
-            AttractionLaw::None => write!(f, "none"),
-            AttractionLaw::Exponential(_) => write!(f, "exponential, {constants}"),
-            AttractionLaw::Dugdale(a) => write!(f, "Dugdale tapered over ±{} ρ, {constants}", a.taper),
-            AttractionLaw::PowerLaw93(_) => write!(f, "9-3 power law, {constants}"),
-            AttractionLaw::Tabulated(_) => write!(f, "tabulated, {constants}"),
-        }
+        f.write_str(&self.described(&Constants::REDUCED))
     }
 }
 
@@ -178,15 +186,23 @@ impl Wall {
     }
 }
 
+impl Wall {
+    /// The wall in words, its constants as `constants` writes them.
+    pub fn described(&self, constants: &Constants) -> String {
+        let (length, work) = (constants.length, constants.work);
+        match self {
+            Wall::Hard => "hard wall".into(),
+            Wall::LennardJones(w) => format!("Lennard-Jones wall, σ = {}", length(w.sigma)),
+            Wall::PowerLaw(w) => format!("9-3 power-law wall, γ = {}, ρ = {}", work(w.gamma), length(w.rho)),
+            Wall::Penalty(w) => format!("penalty wall, ℓ = {}", length(w.length)),
+            Wall::Tabulated(w) => format!("wall from a table, E*/10 at a gap of {}", length(w.gap_at_pressure(0.1))),
+        }
+    }
+}
+
 impl std::fmt::Display for Wall {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Wall::Hard => write!(f, "hard wall"),
-            Wall::LennardJones(w) => write!(f, "Lennard-Jones wall, σ = {:.4e} L", w.sigma),
-            Wall::PowerLaw(w) => write!(f, "9-3 power-law wall, γ = {:.4e} E*L, ρ = {:.4e} L", w.gamma, w.rho),
-            Wall::Penalty(w) => write!(f, "penalty wall, ℓ = {:.4e} L", w.length),
-            Wall::Tabulated(w) => write!(f, "wall from a table, E*/10 at a gap of {:.4e} L", w.gap_at_pressure(0.1)),
-        }
+        f.write_str(&self.described(&Constants::REDUCED))
     }
 }
 

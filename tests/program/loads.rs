@@ -1,0 +1,109 @@
+//! Loads are named by the quantity in which they were given.
+
+use crate::program::asperity;
+use crate::scratch::Scratch;
+use serde_json::Value;
+use std::fs;
+
+/// A small surface whose rms gradient differs between seeds, under `loads`.
+fn scene(files: &Scratch, name: &str, loads: &str, more: &str) {
+    let text = format!(
+        "name = \"{name}\"\n[laboratory]\nlength = \"20 um\"\nmodulus = \"2 GPa\"\n[surface]\ngrid = 32\nroll_off = \"20 um\"\ncut_off = \"3 um\"\n\
+         rms_gradient = 0.1\nseed = 1\n[load]\n{loads}\n{more}"
+    );
+    fs::write(files.path(&format!("{name}.toml")), text).expect("written");
+}
+
+/// What a run prints, and its report.
+fn run(files: &Scratch, name: &str) -> (String, String) {
+    let out = files.path(name);
+    let ran = asperity()
+        .arg("run")
+        .arg(files.path(&format!("{name}.toml")))
+        .arg("--out")
+        .arg(&out)
+        .output()
+        .expect("started");
+    let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+    assert!(ran.status.success(), "{said}");
+    (String::from_utf8(ran.stdout).expect("UTF-8"), fs::read_to_string(out.join("report.html")).expect("a report"))
+}
+
+/// On the terminal, in the sentences, tables and axes of the report, and in the tables for programs.
+#[test]
+fn loads_are_named_as_they_were_given() {
+    let files = Scratch::new();
+    let adhesion = "unload = true\n[adhesion]\nwork_of_adhesion = \"5 mJ/m2\"\nrange = \"500 nm\"\n[continuum]\ncompare_with = [\"winkler\"]";
+    // 20 µm squared: 4e-10 m².
+    for (name, loads, head, shown, axis) in [
+        ("pressure", "pressure = [\"2 MPa\", \"10 MPa\"]", "pressure", "10\u{a0}MPa", "mean pressure (MPa)"),
+        ("force", "force = [\"0.8 mN\", \"4 mN\"]", "force", "4\u{a0}mN", "normal force (mN)"),
+        ("reduced", "p_star = [0.01, 0.05]", "p*", "p* = 0.05", "reduced load p*"),
+    ] {
+        scene(&files, name, loads, adhesion);
+        let (printed, page) = run(&files, name);
+        assert!(printed.lines().any(|l| l.trim_start().starts_with(head)), "{name}: {printed}");
+        assert!(printed.contains("γ = 5\u{a0}mJ/m², ρ = 500\u{a0}nm"), "{name}: {printed}");
+        assert!(printed.contains(shown.trim_start_matches("p* = ")) && page.contains(shown), "{name}: {printed}");
+        let [area, gap] = ["area", "mean-gap"]
+            .map(|figure| fs::read_to_string(files.path(name).join(format!("figures/{figure}.svg"))).expect("drawn"));
+        assert!(area.contains(axis) && gap.contains(axis), "{name}");
+        // The constants of winkler were fitted at a p*.
+        let others = page.matches("p* = ").count() > 1 || page.contains("reduced load p*");
+        assert_eq!(others, name == "reduced", "{name}");
+        let curve = fs::read_to_string(files.path(name).join("curve.csv")).expect("a table");
+        assert_eq!(curve.starts_with("load,force_N,"), name == "force", "{curve}");
+    }
+}
+
+/// Means over surfaces of different gradients have one pressure, and different p*.
+#[test]
+fn means_over_surfaces_are_at_the_given_load() {
+    let files = Scratch::new();
+    scene(&files, "pressure", "pressure = [\"2 MPa\", \"10 MPa\"]", "");
+    let out = files.path("seeds");
+    let ran = asperity()
+        .arg("ensemble")
+        .arg(files.path("pressure.toml"))
+        .args(["--seeds", "1..3", "--out"])
+        .arg(&out)
+        .output();
+    let printed = String::from_utf8(ran.expect("started").stdout).expect("UTF-8");
+    assert!(printed.contains("10\u{a0}MPa") && !printed.contains("p*"), "{printed}");
+    let text = fs::read_to_string(out.join("ensemble.json")).expect("read");
+    let ensemble: Value = serde_json::from_str(&text).expect("JSON");
+    let loads = ensemble["statistics"].as_array().expect("a list").iter();
+    for statistic in loads {
+        let pascal = [2e6, 1e7][statistic["load"].as_u64().expect("a load") as usize];
+        assert!((statistic["pressure"].as_f64().expect("a pressure") / pascal - 1.0).abs() < 1e-12, "{statistic}");
+    }
+    let csv = fs::read_to_string(out.join("statistics.csv")).expect("read");
+    assert!(csv.starts_with("source,load,branch,quantity,unit,p_star,pressure_Pa,"), "{csv}");
+    let drawing = fs::read_to_string(out.join("figures/ensemble-0-contact_area-0.svg")).expect("drawn");
+    assert!(drawing.contains("mean pressure (MPa)"), "{drawing}");
+}
+
+/// Atoms are under load control: a pressure is the p* that it is on this surface, a gap is refused.
+#[test]
+fn atoms_take_pressures_and_forces() {
+    let files = Scratch::new();
+    let atoms = "[atoms]\ncells = 8\ndepth_cells = 6";
+    // E* times the rms gradient is 200 MPa.
+    let planned = ["p_star = [0.01, 0.05]", "pressure = [\"2 MPa\", \"10 MPa\"]", "force = [\"0.8 mN\", \"4 mN\"]"]
+        .map(|loads| {
+            scene(&files, "atoms", loads, atoms);
+            let out = asperity().args(["run", "--dry-run"]).arg(files.path("atoms.toml")).output().expect("started");
+            assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+            let plan = String::from_utf8(out.stdout).expect("UTF-8");
+            plan.lines().find(|l| l.starts_with(" load ")).expect("the scaled load").to_string()
+        });
+    assert!(planned[0].contains("0.05000") && planned[1] == planned[0] && planned[2] == planned[0], "{planned:?}");
+    scene(&files, "atoms", "mean_gap = [\"50 nm\"]", atoms);
+    let refused = asperity().arg("run").arg(files.path("atoms.toml")).output().expect("started");
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(
+        refused.status.code() == Some(2)
+            && said.contains("load.mean_gap = given with atoms; accepted: load.p_star, load.pressure"),
+        "{said}"
+    );
+}
