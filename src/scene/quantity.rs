@@ -184,7 +184,7 @@ impl<'de, D: Dimensional> Visitor<'de> for Entry<D> {
     }
 }
 
-/// Reads a list, or the text of one; its schema is that of both.
+/// Reads a list, the text of one, or one value; its schema is that of all.
 pub(super) struct List<D>(PhantomData<D>);
 
 impl<D: Dimensional> List<D> {
@@ -215,7 +215,11 @@ impl<D: Dimensional> JsonSchema for List<D> {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let items = generator.subschema_for::<Quantity<D>>();
         let range = json_schema!({ "type": "string", "format": "range", "examples": [Self::range()] });
-        json_schema!({ "anyOf": [{ "type": "array", "items": items }, range] })
+        let list = json_schema!({ "type": "array", "items": items });
+        match Self::VALUES {
+            (_, "") => json_schema!({ "anyOf": [list, range, { "type": "number" }] }),
+            _ => json_schema!({ "anyOf": [list, range] }),
+        }
     }
 }
 
@@ -232,6 +236,15 @@ impl<'de, D: Dimensional> Visitor<'de> for List<D> {
         Entry(PhantomData).visit_str(text)
     }
 
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        let written = Quantity::written(Measure::plain(value)).map(|one| vec![one]);
+        written.ok_or_else(|| E::invalid_type(Unexpected::Float(value), &self))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        self.visit_f64(value as f64)
+    }
+
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
         let mut entries = Vec::new();
         while let Some(entry) = list.next_element_seed(Entry(PhantomData))? {
@@ -241,7 +254,7 @@ impl<'de, D: Dimensional> Visitor<'de> for List<D> {
     }
 }
 
-/// Reads quantities: a list of them and of ranges, or the text of one.
+/// Reads quantities: a list of them and of ranges, the text of one, or one number that needs no unit.
 pub(super) fn list<'de, D: Dimensional, S: Deserializer<'de>>(from: S) -> Result<Vec<Quantity<D>>, S::Error> {
     from.deserialize_any(List(PhantomData))
 }
@@ -291,6 +304,7 @@ mod tests {
         let again = toml::to_string(&table).expect("a table");
         assert_eq!(read(&again), Ok(table));
         assert_eq!(read("pressure = \"lin:1MPa:3MPa:3\"").map(|t| t.pressure.len()), Ok(3));
+        assert_eq!(read("contact = 0.1").map(|t| t.contact), Ok(vec![0.1]));
     }
 
     #[test]

@@ -306,8 +306,8 @@ mod tests {
                 "line 3: surface.touching = \"all\"; accepted: \"low-points\" or \"high-points\"",
             ),
             (
-                "name = \"a\"\n[surface]\n[load]\np_star = 1",
-                "line 4: load.p_star = 1; accepted: a list of numbers, as [0.01, 0.03], or a range, as \"log:0.01:0.1:5\"",
+                "name = \"a\"\n[surface]\n[load]\np_star = true",
+                "line 4: load.p_star = true; accepted: a list of numbers, as [0.01, 0.03], or a range, as \"log:0.01:0.1:5\"",
             ),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = [\n  1,\n  \"x\",\n]",
