@@ -15,7 +15,7 @@ use crate::report::number::{memory, significant};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_grid::sys;
-use asperity_surface::files::atomic_file::put;
+use asperity_surface::files::atomic_file::{create_folder, put};
 use serde_json::json;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -132,10 +132,7 @@ pub(super) fn program_of(machine: &Machine) -> Result<PathBuf> {
 }
 
 fn create_folders(out: &Path) -> Result<()> {
-    ["points", TURNS].iter().try_for_each(|folder| {
-        let path = out.join(FOLDER).join(folder);
-        std::fs::create_dir_all(&path).map_err(Error::io("create", &path))
-    })
+    ["points", TURNS].iter().try_for_each(|folder| create_folder(&out.join(FOLDER).join(folder)))
 }
 
 fn write_script(out: &Path, name: &str, text: &str) -> Result<PathBuf> {

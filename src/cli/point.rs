@@ -6,6 +6,8 @@ use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Device;
 use asperity_grid::error::Error;
 use asperity_surface::files::atomic_file;
+use asperity_surface::files::atomic_file::read_bytes;
+use asperity_surface::files::beneath;
 use std::ffi::OsStr;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -76,6 +78,7 @@ impl PointCommand {
         let mut command = Command::new(&self.program);
         command.args(arguments).args(&self.arguments).current_dir(from);
         command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
+        beneath::share(&mut command);
         asperity_grid::sys::group::die_with_parent(&mut command);
         let mut child = match command.spawn() {
             Ok(child) => child,
@@ -113,7 +116,7 @@ impl PointCommand {
 
 /// The last error of a log.
 fn reason(log: &Path) -> Option<String> {
-    let text = String::from_utf8_lossy(&std::fs::read(log).ok()?).into_owned();
+    let text = String::from_utf8_lossy(&read_bytes(log).ok()?).into_owned();
     let last = text.lines().rfind(|l| l.contains("error: "))?;
     Some(last.split_once("error: ").map_or(last, |(_, reason)| reason).to_string())
 }

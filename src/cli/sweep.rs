@@ -14,7 +14,7 @@ use crate::report::number::{duration, memory};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use asperity_contact::method::Device;
-use asperity_surface::files::atomic_file::put;
+use asperity_surface::files::atomic_file::{create_folder, put};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -134,7 +134,7 @@ impl SweepFlags {
         for point in &sweep.points {
             let folder = PointFolder::of(out, &point.label);
             folder.write_scene(&point.scene)?;
-            std::fs::create_dir_all(&folder.out).map_err(Error::io("create", &folder.out))?;
+            create_folder(&folder.out)?;
         }
         let command = own_command(results::FILE)?;
         let program = program_of(machine)?;

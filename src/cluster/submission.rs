@@ -4,7 +4,8 @@ use super::machine::Machine;
 use crate::pipeline::sweep::PointFolder;
 use crate::record::{results, written};
 use asperity_grid::error::{Error, Result};
-use asperity_surface::files::atomic_file::remove;
+use asperity_surface::files::atomic_file::{list, read_text, remove};
+use asperity_surface::files::beneath::reach;
 use asperity_surface::files::hashed::{self, Stored};
 use asperity_surface::files::inside::expect_plain_in;
 use asperity_surface::files::json;
@@ -281,15 +282,15 @@ impl Turn {
     /// # Errors
     /// Those of the file system.
     pub fn append(&self, out: &Path, task: usize) -> std::io::Result<()> {
-        let path = out.join(FOLDER).join(TURNS).join(format!("{task}.csv"));
+        let path = reach(&out.join(FOLDER).join(TURNS).join(format!("{task}.csv")))?;
         let mut file = std::fs::OpenOptions::new().create(true).append(true).open(path)?;
         writeln!(file, "{},{:.1},{}", self.node, self.seconds, self.outcome)
     }
 
     /// Seconds of all turns of all tasks.
     pub fn total_seconds(out: &Path) -> f64 {
-        let Ok(folder) = std::fs::read_dir(out.join(FOLDER).join(TURNS)) else { return 0.0 };
-        let tables = folder.flatten().filter_map(|f| std::fs::read_to_string(f.path()).ok());
+        let Ok(tables) = list(&out.join(FOLDER).join(TURNS)) else { return 0.0 };
+        let tables = tables.iter().filter_map(|(_, file)| read_text(file).ok());
         let seconds_in = |table: String| {
             table
                 .lines()

@@ -1,20 +1,19 @@
 //! Progress of a task within a turn.
 
 use asperity_atoms::minimizer_checkpoint;
-use std::path::Path;
+use asperity_surface::files::atomic_file::{list, read_text};
+use std::path::{Path, PathBuf};
 
 /// A number that changes when a run folder gains work that a later turn continues: finished stages and, where stages are continued, load
 /// steps of LAMMPS, finished loads of estimators, checkpoints.
 pub fn progress_of(run: &Path, continues_stages: bool) -> u64 {
-    let Ok(entries) = std::fs::read_dir(run) else { return 0 };
-    let progress_in = |entry: std::fs::DirEntry| -> u64 {
-        let Ok(meta) = entry.metadata() else { return 0 };
-        if meta.is_dir() {
-            return progress_of(&entry.path(), continues_stages);
+    let Ok(entries) = list(run) else { return 0 };
+    let progress_in = |(name, path): (String, PathBuf)| -> u64 {
+        if path.is_dir() {
+            return progress_of(&path, continues_stages);
         }
-        let (path, name) = (entry.path(), entry.file_name());
-        let text = || std::fs::read_to_string(&path).unwrap_or_default();
-        let state = match name.to_string_lossy().as_ref() {
+        let text = || read_text(&path).unwrap_or_default();
+        let state = match name.as_str() {
             "done.json" => text(),
             _ if !continues_stages => return 0,
             // A continued run writes these anew, without progress.
@@ -29,7 +28,7 @@ pub fn progress_of(run: &Path, continues_stages: bool) -> u64 {
         u64::from_le_bytes(hash.as_bytes()[..8].try_into().expect("eight bytes"))
     };
     // A sum, so that the order of the entries does not count.
-    entries.flatten().map(progress_in).fold(0, u64::wrapping_add)
+    entries.into_iter().map(progress_in).fold(0, u64::wrapping_add)
 }
 
 /// Whether a file holds a finished load of an estimator: load-3.json.

@@ -25,7 +25,7 @@ use asperity_atoms::run_script::LmpCommand;
 use asperity_atoms::{centro_symmetry, damage, load_history, speed as measured};
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::Grid;
-use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::atomic_file::{create_folder, write_atomic};
 use asperity_surface::files::csv;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -45,7 +45,7 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path, listener: &dyn L
         return write_job(case, atoms, folder, None);
     }
     let inside = folder.join(CONTINUUM);
-    std::fs::create_dir_all(&inside).map_err(Error::io("create", &inside))?;
+    create_folder(&inside)?;
     let key = StageKey::new(CONTINUUM, &case.portable_scene(), &[])?;
     let solved = compliant_wall(case, atoms, &StageContext { folder: &inside, stage: CONTINUUM, key: &key, listener })?;
     write_job(case, atoms, folder, Some((&solved, folder)))
@@ -60,7 +60,7 @@ pub(super) fn write_job(
     solved: Option<(&ContinuumResults, &Path)>,
 ) -> Result<Job> {
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
-    std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    create_folder(folder)?;
     let potential = potential_file(atoms, folder)?;
     let grid = Grid::unit(atoms.points, atoms.points);
     let heights = atoms.heights_angstrom(case.surface(), grid);

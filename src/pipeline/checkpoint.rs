@@ -5,6 +5,7 @@ use asperity_contact::method::{Equilibrium, SnapshotRef, SolverSnapshot};
 use asperity_contact::path::{InitialState, is_subsurface_map};
 use asperity_grid::sys::ranks::{ALONE, Ranks};
 use asperity_grid::{Grid, sharing};
+use asperity_surface::files::atomic_file::remove;
 use asperity_surface::files::hashed::{self, FileHash, Stored};
 use asperity_surface::files::npy;
 use serde::{Deserialize, Serialize};
@@ -252,7 +253,7 @@ impl CheckpointWriter {
             ["", "-auxiliary", "-plastic"].into_iter().flat_map(|kind| [0, 1].map(|turn| format!("{kind}-{turn}.npy")));
         for end in fields.chain([".json".to_string()]) {
             // Missing files are not an error.
-            let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
+            let _ = remove(&self.folder.join(format!("{}{end}", self.stem)));
         }
     }
 }

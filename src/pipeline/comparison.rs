@@ -15,6 +15,7 @@ use asperity_contact::observe::{Connectivity, along_y, cluster_sizes, column_at}
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::units::{ANGSTROM_M, GPA_PER_EV_A3};
 use asperity_grid::{Field, Grid, bilinear, mean};
+use asperity_surface::files::atomic_file::create_folder;
 use asperity_surface::files::npy;
 use std::path::{Path, PathBuf};
 
@@ -68,7 +69,7 @@ pub(super) fn compare(
     stage: &str,
 ) -> Result<ComparisonResults> {
     let folder = root.join(stage);
-    std::fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
+    create_folder(&folder)?;
     let surface = atoms.block.surface();
     let length = atoms.block.length();
     let nearest = |x: f64, y: f64| surface.nearest(x * length, y * length);

@@ -4,6 +4,7 @@ use crate::record::{ensemble, tradeoff};
 use crate::{Error, Result};
 use asperity_grid::sys;
 use asperity_grid::transformed_nodes;
+use asperity_surface::files::atomic_file::{create_folder, list, open_regular, remove, remove_folder};
 use asperity_surface::files::hashed::{self, Stored, file_hash};
 use asperity_surface::files::inside::expect_plain;
 use asperity_surface::files::{file_lock, json, processes};
@@ -122,7 +123,7 @@ impl RunFolder {
     /// `Input` for a folder with other contents; `Format` if another run uses the folder; `Io`.
     pub fn open<'a>(folder: impl Into<OutFolder<'a>>) -> Result<Self> {
         let OutFolder { path: root, verify } = folder.into();
-        fs::create_dir_all(root).map_err(Error::io("create the run folder", root))?;
+        create_folder(root)?;
         let path = root.join(MARKER);
         // Stages delete the contents of their subfolders, so a folder with other files is refused.
         let mut entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
@@ -199,17 +200,15 @@ impl RunFolder {
         };
         let same = damage.is_none() && json::read::<String>(&key_file).is_ok_and(|k| k == kept.0);
         if folder.exists() && !(same && policy != ResumePolicy::Restart) {
-            fs::remove_dir_all(&folder).map_err(Error::io("clear", &folder))?;
+            remove_folder(&folder)?;
         }
-        fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
+        create_folder(&folder)?;
         let earlier = spent(&folder);
         json::write(&folder.join(SPENT), &earlier)?;
         // The modification time of this file marks the start of the attempt.
         json::write(&key_file, &kept.0)?;
         // The completed result of another key is no longer valid.
-        if done_file.exists() {
-            fs::remove_file(&done_file).map_err(Error::io("remove", &done_file))?;
-        }
+        remove(&done_file)?;
         if listener.stopping() {
             return Err(Error::Interrupted);
         }
@@ -262,14 +261,14 @@ fn is_ours(root: &Path) -> Result<bool> {
     if holds_a_stage(root)? || tables.iter().any(|file| hashed::as_listed(root, file) == Some(true)) {
         return Ok(true);
     }
-    let points = fs::read_dir(root.join("points")).into_iter().flatten().flatten().map(|point| point.path());
+    let points = list(&root.join("points")).unwrap_or_default().into_iter().map(|(_, point)| point);
     Ok(points.into_iter().any(|point| point.join(MARKER).exists() || holds_a_stage(&point).unwrap_or(false)))
 }
 
 /// Whether a folder without a marker holds a stage that this program completed.
 fn holds_a_stage(root: &Path) -> Result<bool> {
-    let entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
-    Ok(entries.flatten().any(|e| hashed::read::<StageRecord>(&e.path().join(DONE), false).valid().is_some()))
+    let is_stage = |folder: &Path| hashed::read::<StageRecord>(&folder.join(DONE), false).valid().is_some();
+    Ok(list(root)?.iter().any(|(_, folder)| is_stage(folder)))
 }
 
 /// Time that earlier attempts spent on a stage folder, s. A killed attempt does not record its end: its time is the
@@ -278,10 +277,10 @@ fn spent(folder: &Path) -> f64 {
     if let Ok(record) = json::read::<StageRecord>(&folder.join(DONE)) {
         return record.seconds;
     }
-    let written = |path: &Path| fs::metadata(path).and_then(|m| m.modified()).ok();
+    let written = |path: &Path| open_regular(path).ok()?.0.metadata().and_then(|m| m.modified()).ok();
     let Some(start) = written(&folder.join(KEY)) else { return 0.0 };
-    let files = fs::read_dir(folder).into_iter().flatten().flatten();
-    let last = files.filter_map(|f| written(&f.path())).max().unwrap_or(start);
+    let files = list(folder).unwrap_or_default();
+    let last = files.iter().filter_map(|(_, file)| written(file)).max().unwrap_or(start);
     let earlier = json::read::<f64>(&folder.join(SPENT)).unwrap_or(0.0);
     earlier + last.duration_since(start).map_or(0.0, |d| d.as_secs_f64())
 }

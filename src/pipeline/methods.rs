@@ -18,6 +18,7 @@ use asperity_contact::path::EstimatorInput;
 use asperity_contact::state::{Map, State};
 use asperity_grid::{Field, Grid};
 use asperity_methods::all_atom;
+use asperity_surface::files::atomic_file::remove;
 use asperity_surface::files::hashed::{self, Stored};
 use asperity_surface::files::npy;
 use std::path::{Path, PathBuf};
@@ -226,7 +227,7 @@ pub(super) fn run(
     }
     for i in 0..case.loading_steps().len() {
         // Only estimators write these files; a missing file is no error.
-        let _ = std::fs::remove_file(finished(folder, i));
+        let _ = remove(&finished(folder, i));
     }
     results.cpu_seconds = asperity_grid::sys::cpu_seconds() - cpu;
     Ok(results)

@@ -20,7 +20,7 @@ use crate::{Error, Result, challenge, report};
 use asperity_contact::method::Device;
 use asperity_contact::problem::{Accuracy, AccuracyResults, GridErrors, SolvedGrid};
 use asperity_contact::results::PullOff;
-use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::atomic_file::{list, read_text, remove, remove_folder, rename, write_atomic};
 use asperity_surface::files::{hashed, json};
 use std::path::{Path, PathBuf};
 
@@ -151,14 +151,12 @@ fn settle(
         for stage in [SurfaceStage { case }.name(), SolveStage { case, variant: Variant::Primary }.name()] {
             let to = out.join(&stage);
             if to.exists() {
-                std::fs::remove_dir_all(&to).map_err(Error::io("clear", &to))?;
+                remove_folder(&to)?;
             }
-            std::fs::rename(last.join(&stage), &to).map_err(Error::io("write", &to))?;
+            rename(&last.join(&stage), &to)?;
         }
-        for entry in std::fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
-            if entry.path().is_dir() {
-                std::fs::remove_dir_all(entry.path()).map_err(Error::io("clear", &entry.path()))?;
-            }
+        for (_, path) in list(folder)?.into_iter().filter(|(_, path)| path.is_dir()) {
+            remove_folder(&path)?;
         }
         Ok(reached)
     };
@@ -258,16 +256,12 @@ pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Re
     let text = toml::to_string_pretty(&case.portable_scene())
         .map_err(|e| Error::format("scene", e, "a scene that TOML can hold"))?;
     let file = out.join(SCENE_FILE);
-    if std::fs::read_to_string(&file).is_ok_and(|earlier| earlier == text) {
+    if read_text(&file).is_ok_and(|earlier| earlier == text) {
         return Ok(());
     }
     let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, RECORDING_FILE, report::PAGE];
     for name in [hashed::CHECKSUMS].into_iter().chain(results) {
-        let path = out.join(name);
-        match std::fs::remove_file(&path) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io("remove", &path)(e)),
-            _ => {}
-        }
+        remove(&out.join(name))?;
     }
     write_atomic(&file, |w| std::io::Write::write_all(w, text.as_bytes()))
 }

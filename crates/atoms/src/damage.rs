@@ -4,8 +4,8 @@ use super::job_files::lock;
 use super::load_history::{
     HEADER, LOAD_STEPS_FILE, StepRecord, frame_file, hashes_of_step, roll_back, verified_file, verify_step,
 };
-use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::remove;
+use asperity_grid::Result;
+use asperity_surface::files::atomic_file::{read_bytes, read_text, remove};
 use std::path::Path;
 
 /// Removes the steps from the first damaged one on: one whose line cannot be read, or whose line or frame is not as
@@ -31,7 +31,7 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
     if !table.is_file() {
         return Ok(None);
     }
-    let text = std::fs::read(&table).map_err(Error::io("read", &table))?;
+    let text = read_bytes(&table)?;
     let mut lines = text.split_inclusive(|b| *b == b'\n').take_while(|line| line.ends_with(b"\n"));
     let head = lines.next();
     let mut damage = None;
@@ -46,7 +46,7 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
         }
         let record = std::str::from_utf8(line).ok().and_then(StepRecord::parse);
         let frame = frame_file(folder, step);
-        let recorded = std::fs::read_to_string(verified_file(folder, step)).ok();
+        let recorded = read_text(&verified_file(folder, step)).ok();
         damage = if record.is_none_or(|r| r.step != step) {
             Some((step, format!("{} is damaged at step {step}", table.display())))
         } else if let Ok(frame) = &frame {

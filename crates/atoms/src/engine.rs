@@ -25,7 +25,7 @@ use crate::results::LoadStepResults;
 use asperity_grid::error::LammpsFailure;
 use asperity_grid::sys::group::{self, LONGEST_LINE, ProcessGroup};
 use asperity_grid::{Error, Result, sys};
-use asperity_surface::files::atomic_file::{self, list};
+use asperity_surface::files::atomic_file::{self, list, read_bytes};
 
 /// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
 /// negligible cost.
@@ -412,7 +412,7 @@ impl LammpsEngine {
             self.check_time(job, started)?;
             std::thread::sleep(POLL);
         };
-        let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
+        let read = |name: &str| read_bytes(&job.folder.join(name)).unwrap_or_default();
         let (log, screen) = (read(&log_name(finished)), read(SCREEN_FILE));
         run_status(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen))
             .map_err(|f| failed(job, f))?;
@@ -519,7 +519,7 @@ fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
     logs.sort();
     let mut counts = BTreeMap::new();
     for (_, path) in logs {
-        let text = std::fs::read(&path).map_err(Error::io("read", &path))?;
+        let text = read_bytes(&path)?;
         counts.extend(load_history::evaluations(&String::from_utf8_lossy(&text)));
     }
     Ok(counts)

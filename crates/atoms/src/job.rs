@@ -20,7 +20,8 @@ use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::{self, list, put, read_text};
+use asperity_surface::files::atomic_file::{self, create_folder, list, put, read_bytes, read_text, remove};
+use asperity_surface::files::beneath::reach;
 use asperity_surface::files::hashed::file_hash;
 
 pub const DATA_FILE: &str = "block.data";
@@ -71,7 +72,7 @@ impl Job {
         let folder = folder.as_ref();
         let ramp = if let Loading::Ramp(ramp) = &loading { Some(ramp) } else { None };
         check(&interaction, &settings, ramp, crystal.element, crystal.mass_u)?;
-        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+        create_folder(folder)?;
         let _lock = lock(folder)?;
         let table = std::fs::read(crystal.potential).map_err(Error::io("read", crystal.potential))?;
         put(folder, POTENTIAL_FILE, &table)?;
@@ -111,7 +112,7 @@ impl Job {
     /// # Errors
     /// `Io`; `Format` if `relaxed` has no such states.
     pub fn write_nvt(folder: &Path, relaxed: &Job, block: &Block, settings: &NvtSettings) -> Result<Job> {
-        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+        create_folder(folder)?;
         let _lock = lock(folder)?;
         let history = LoadHistory::read(&relaxed.folder)?;
         let loads = relaxed.spec.protocol.prescribed().filter(|l| history.steps.len() > l.peak());
@@ -120,11 +121,11 @@ impl Job {
             Error::format(&relaxed.folder, "no relaxed states at prescribed loads", accepted)
         })?;
         let place = |from: PathBuf, to: PathBuf| {
-            let _ = std::fs::remove_file(&to);
+            remove(&to)?;
+            let io = || Error::io("copy", &from);
+            let (from, to) = (reach(&from).map_err(io())?, reach(&to).map_err(io())?);
             // A hard link needs no disk space; file systems without links get a copy.
-            std::fs::hard_link(&from, &to)
-                .or_else(|_| std::fs::copy(&from, &to).map(drop))
-                .map_err(Error::io("copy", &from))
+            std::fs::hard_link(&from, &to).or_else(|_| std::fs::copy(&from, &to).map(drop)).map_err(io())
         };
         let count = loads.peak();
         for k in 0..count {
@@ -133,7 +134,7 @@ impl Job {
         }
         place(relaxed.folder.join(POTENTIAL_FILE), folder.join(POTENTIAL_FILE))?;
         let file = relaxed.folder.join(LOAD_STEPS_FILE);
-        let steps = std::fs::read(&file).map_err(Error::io("read", &file))?;
+        let steps = read_bytes(&file)?;
         let hash = blake3::hash(&steps).to_hex().to_string();
         let run = NvtRun::new(settings, block, loads.loads[..count].iter().map(|l| l.load), hash);
         let spec =
@@ -420,7 +421,7 @@ fn remove_states(folder: &Path) -> Result<()> {
         if name == LOAD_STEPS_FILE
             || ["frame.", "restart.", "log.", minimizer_checkpoint::PREFIX].iter().any(|start| name.starts_with(start))
         {
-            std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
+            remove(&path)?;
         }
     }
     Ok(())

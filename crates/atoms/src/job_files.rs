@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::put;
+use asperity_surface::files::atomic_file::{put, remove};
 use asperity_surface::files::file_lock;
 use asperity_surface::files::inside::expect_plain;
 use asperity_surface::files::processes;
@@ -29,7 +29,7 @@ pub(super) fn write_run_script(folder: &Path, script: &str, variables: &[(String
 pub(super) fn remove_run_script(folder: &Path) {
     for name in [VARIABLES_FILE, RUN_SCRIPT] {
         // Usually there is none.
-        let _ = std::fs::remove_file(folder.join(name));
+        let _ = remove(&folder.join(name));
     }
 }
 

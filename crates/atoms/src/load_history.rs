@@ -11,7 +11,9 @@ use super::dump::{DumpFrame, read_frame};
 use super::minimizer_checkpoint;
 use crate::results::{LoadStepResults, StepMinimizer};
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::{list, remove, write_atomic};
+use asperity_surface::files::atomic_file::{
+    list, open_kept, open_regular, read_bytes, read_text, remove, write_atomic,
+};
 use asperity_surface::files::hashed::file_hash;
 
 pub const LOAD_STEPS_FILE: &str = "load_steps.csv";
@@ -142,10 +144,12 @@ impl LoadHistory {
     /// `Io` and `Format`.
     pub fn read(folder: &Path) -> Result<Self> {
         let file = folder.join(LOAD_STEPS_FILE);
-        match std::fs::read_to_string(&file) {
+        match read_text(&file) {
             Ok(text) => LoadHistory::parse(&text, &file),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(LoadHistory::default()),
-            Err(e) => Err(Error::io("read", &file)(e)),
+            Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                Ok(LoadHistory::default())
+            }
+            Err(e) => Err(e),
         }
     }
 
@@ -293,7 +297,7 @@ pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
     let frame = frame_file(folder, step)?;
     read_frame(&frame)?;
     let table = folder.join(LOAD_STEPS_FILE);
-    let text = std::fs::read(&table).map_err(Error::io("read", &table))?;
+    let text = read_bytes(&table)?;
     let line = text.split_inclusive(|b| *b == b'\n').nth(1 + step).unwrap_or_default();
     let hashes = hashes_of_step(&frame, line)?;
     // With short steps LAMMPS may have removed the file already; two later files exist then.
@@ -359,11 +363,11 @@ pub(super) fn keep_first(folder: &Path, steps: usize) -> Result<()> {
 fn shorten(folder: &Path, steps: usize) -> Result<bool> {
     let file = folder.join(LOAD_STEPS_FILE);
     if file.is_file() {
-        let text = std::fs::read(&file).map_err(Error::io("read", &file))?;
+        let text = read_bytes(&file)?;
         let lines = if steps == 0 { 0 } else { 1 + steps };
         let keep: usize = text.split_inclusive(|b| *b == b'\n').take(lines).map(<[u8]>::len).sum();
         if keep < text.len() {
-            let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
+            let handle = open_kept(&file)?;
             handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
             return Ok(true);
         }
@@ -396,9 +400,9 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
     let history = LoadHistory::read(folder)?;
     let intact = |record: &&StepRecord| {
         let restart = folder.join(format!("restart.{}", record.step));
-        let written = std::fs::read_to_string(hash_file(folder, record.step)).ok();
+        let written = read_text(&hash_file(folder, record.step)).ok();
         let sound = || written.is_none_or(|hash| hash_of(&restart).is_ok_and(|stored| stored == Some(hash)));
-        std::fs::metadata(&restart).is_ok_and(|m| m.len() > 0)
+        open_regular(&restart).is_ok_and(|(_, bytes)| bytes > 0)
             && sound()
             && frame_file(folder, record.step).and_then(read_frame).is_ok()
     };

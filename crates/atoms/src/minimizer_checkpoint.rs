@@ -4,14 +4,13 @@
 //! The result agrees with that of an uninterrupted run within the force tolerance, but not bit by bit: the minimiser
 //! restarts without its momentum.
 
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use super::cost::SECONDS_PER_ATOM_EVALUATION;
-use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::list;
+use asperity_grid::Result;
+use asperity_surface::files::atomic_file::{list, open_regular, remove};
 
 /// Computing time between two checkpoints, the most that a kill can lose. Writing three million atoms takes a second.
 pub const INTERVAL: Duration = Duration::from_secs(60);
@@ -42,7 +41,7 @@ fn files(folder: &Path, step: usize) -> [PathBuf; 2] {
 pub fn newest(folder: &Path, step: usize, from: u64) -> Option<PathBuf> {
     let written = |file: &PathBuf| -> Option<SystemTime> {
         let used = iteration(file)? >= from;
-        used.then(|| std::fs::metadata(file).and_then(|m| m.modified()).ok()).flatten()
+        used.then(|| open_regular(file).ok()?.0.metadata().and_then(|m| m.modified()).ok()).flatten()
     };
     let candidates = files(folder, step).into_iter().filter_map(|file| Some((written(&file)?, file)));
     candidates.max().map(|(_, file)| file)
@@ -51,11 +50,10 @@ pub fn newest(folder: &Path, step: usize, from: u64) -> Option<PathBuf> {
 /// The iteration of a complete restart file. After a kill or on a full disk LAMMPS may leave a truncated file without an
 /// error; it lacks the end marker.
 pub fn iteration(file: &Path) -> Option<u64> {
-    let ends = || -> std::io::Result<[Vec<u8>; 2]> {
-        let mut handle = File::open(file)?;
+    let (mut handle, length) = open_regular(file).ok()?;
+    let mut ends = || -> std::io::Result<[Vec<u8>; 2]> {
         let (mut head, mut tail) = (Vec::new(), Vec::new());
         (&mut handle).take(512).read_to_end(&mut head)?;
-        let length = handle.metadata()?.len();
         handle.seek(SeekFrom::Start(length.saturating_sub(64)))?;
         handle.read_to_end(&mut tail)?;
         Ok([head, tail])
@@ -109,7 +107,7 @@ fn keep(folder: &Path, keep: impl Fn(usize) -> bool) -> Result<()> {
         let Some(remainder) = name.strip_prefix(PREFIX) else { continue };
         let step = remainder.split('.').next().and_then(|number| number.parse().ok());
         if !step.is_some_and(&keep) {
-            std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
+            remove(&path)?;
         }
     }
     Ok(())
@@ -118,6 +116,7 @@ fn keep(folder: &Path, keep: impl Fn(usize) -> bool) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::File;
 
     /// Header of LAMMPS 29Sep2021: version, four sizes of integers, units, iteration.
     fn restart_file(iteration: u64, size: i32) -> Vec<u8> {

@@ -1,6 +1,6 @@
 //! Progress of a running job, read from its load steps and the end of its log.
 
-use std::fs::File;
+use asperity_surface::files::atomic_file::open_regular;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -112,8 +112,7 @@ const LOG_TAIL: u64 = 400;
 
 /// First column of the last complete line of numbers at the end of a log, if there is one.
 fn last_iteration(log: &Path) -> Option<usize> {
-    let mut file = File::open(log).ok()?;
-    let length = file.metadata().ok()?.len();
+    let (mut file, length) = open_regular(log).ok()?;
     file.seek(SeekFrom::Start(length.saturating_sub(LOG_TAIL))).ok()?;
     let mut tail = Vec::new();
     file.read_to_end(&mut tail).ok()?;

@@ -14,8 +14,8 @@ use asperity_contact::load::Load;
 use asperity_contact::method::Device;
 use asperity_contact::problem::{Accuracy, AccuracyResults, ErrorCost, SolvedGrid};
 use asperity_grid::sys::ranks::ALONE;
+use asperity_surface::files::atomic_file::{list, rename};
 use serde_json::{Value, json};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folder of a grid's solve in that of the results, while it is not known whether it is the last.
@@ -113,13 +113,8 @@ impl SolveArgs {
 /// Moves the results of the last grid into the folder, and removes those of the others.
 fn keep(out: &Path, last: &Path) -> Result<()> {
     cache::clear_states(out, None)?;
-    for entry in fs::read_dir(last).map_err(Error::io("read", last))?.flatten() {
-        if entry.file_name().to_str().is_some_and(cache::is_result) {
-            let to = out.join(entry.file_name());
-            fs::rename(entry.path(), &to).map_err(Error::io("write", &to))?;
-        }
-    }
-    Ok(())
+    let mut results = list(last)?.into_iter().filter(|(name, _)| cache::is_result(name));
+    results.try_for_each(|(name, path)| rename(&path, &out.join(name)))
 }
 
 /// The line of JSON.

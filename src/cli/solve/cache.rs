@@ -5,7 +5,7 @@ use crate::scene::Scene;
 use crate::{Error, Result};
 use asperity_contact::path::is_subsurface_map;
 use asperity_contact::problem::AccuracyResults;
-use asperity_surface::files::atomic_file::PARTIAL;
+use asperity_surface::files::atomic_file::{PARTIAL, create_folder, list, remove, remove_folder};
 use asperity_surface::files::hashed::{self, Stored};
 use asperity_surface::files::inside::expect_plain;
 use asperity_surface::files::{file_lock, json};
@@ -57,7 +57,7 @@ pub(super) struct SolveCache {
 /// # Errors
 /// If it contains files that no solve wrote.
 pub(super) fn open(folder: &Path) -> Result<()> {
-    fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    create_folder(folder)?;
     let marker = folder.join(MARKER);
     let own = || marker.exists() || SolveCache::read(folder, false).valid().is_some();
     let mut entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
@@ -79,13 +79,11 @@ pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
 pub(super) fn clear_states(folder: &Path, start: Option<&Path>) -> Result<()> {
     SolveCache::forget(folder);
     let start = start.and_then(|file| fs::canonicalize(file).ok());
-    for entry in fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
-        let name = entry.file_name();
-        let Some(name) = name.to_str() else { continue };
-        let is_start = || start.is_some() && fs::canonicalize(entry.path()).ok() == start;
+    for (name, path) in list(folder)? {
+        let is_start = || start.is_some() && fs::canonicalize(&path).ok() == start;
         // What an interrupted write has left.
-        if (is_result(name) || name.starts_with(PARTIAL)) && !is_start() {
-            fs::remove_file(entry.path()).map_err(Error::io("remove", &entry.path()))?;
+        if (is_result(&name) || name.starts_with(PARTIAL)) && !is_start() {
+            remove(&path)?;
         }
     }
     Ok(())
@@ -98,10 +96,9 @@ pub(super) fn is_result(name: &str) -> bool {
 
 /// Removes the solves of single grids.
 pub(super) fn remove_grids(folder: &Path) -> Result<()> {
-    for entry in fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
-        let path = entry.path();
-        if entry.file_name().to_str().is_some_and(|name| name.starts_with(GRID)) && path.join(MARKER).exists() {
-            fs::remove_dir_all(&path).map_err(Error::io("remove", &path))?;
+    for (name, path) in list(folder)? {
+        if name.starts_with(GRID) && path.join(MARKER).exists() {
+            remove_folder(&path)?;
         }
     }
     Ok(())
@@ -149,7 +146,7 @@ impl SolveCache {
     /// Before any of its fields is replaced.
     pub(super) fn forget(folder: &Path) {
         // A missing file is fine.
-        let _ = fs::remove_file(folder.join(FILE));
+        let _ = remove(&folder.join(FILE));
     }
 
     pub(super) fn write(folder: &Path, cache: &SolveCache) -> Result<()> {

@@ -12,7 +12,7 @@ use crate::report;
 use asperity_contact::quantity::Quantity;
 use asperity_contact::uncertainty::total;
 use asperity_grid::error::{Error, Result};
-use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::atomic_file::{create_folder, read_bytes, write_atomic};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -40,7 +40,7 @@ impl PointFolder {
     /// # Errors
     /// `Io`.
     pub fn write_scene(&self, text: &str) -> Result<()> {
-        if std::fs::read(&self.scene).is_ok_and(|earlier| earlier == text.as_bytes()) {
+        if read_bytes(&self.scene).is_ok_and(|earlier| earlier == text.as_bytes()) {
             return Ok(());
         }
         write_atomic(&self.scene, |w| w.write_all(text.as_bytes()))
@@ -89,8 +89,7 @@ pub fn open(sweep: &Sweep, out: &Path, overwrite: bool, warn: &dyn Fn(&str)) -> 
         }
     }
     for folder in ["points", "scenes", "logs"] {
-        let path = out.join(folder);
-        std::fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
+        create_folder(&out.join(folder))?;
     }
     Ok(locked)
 }

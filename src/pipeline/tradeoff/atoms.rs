@@ -19,7 +19,7 @@ use asperity_contact::method::Precision;
 use asperity_grid::sys;
 use asperity_methods::all_atom;
 use asperity_surface::HeightSource;
-use asperity_surface::files::atomic_file::list;
+use asperity_surface::files::atomic_file::{create_folder, list, open_regular, remove_folder};
 use std::path::Path;
 use std::time::Instant;
 
@@ -198,7 +198,7 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
     let root = dir.parent().unwrap_or(dir);
     let [job_folder, read_folder] = [JOB, ANALYSIS].map(|name| dir.join(name));
     for folder in [&job_folder, &read_folder] {
-        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+        create_folder(folder)?;
     }
     let growth = sys::MemoryGrowth::begin();
     let largest_child = sys::children_peak_rss_bytes();
@@ -239,7 +239,7 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
             frame_bytes: frame_bytes(&job.folder)?,
         }),
     };
-    std::fs::remove_dir_all(&job.folder).map_err(Error::io("remove", &job.folder))?;
+    remove_folder(&job.folder)?;
     let Block { cells, depth_cells, foundation_cells, base, .. } = atoms.block;
     let elastic_base = base == BaseKind::Elastic;
     let minimizer = job.spec.settings.minimizer;
@@ -255,7 +255,7 @@ pub(super) fn run_block(case: &Case, engine: &LammpsEngine, context: &StageConte
 /// Bytes of the frames in a job folder.
 pub(super) fn frame_bytes(folder: &Path) -> Result<u64> {
     let frames = list(folder)?.into_iter().filter(|(name, _)| name.starts_with("frame."));
-    frames.map(|(_, path)| Ok(std::fs::metadata(&path).map_err(Error::io("read", &path))?.len())).sum()
+    frames.map(|(_, path)| Ok(open_regular(&path)?.1)).sum()
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ use crate::{Error, Result};
 use asperity_contact::method::Precision;
 use asperity_grid::Series;
 use asperity_grid::sys;
+use asperity_surface::files::atomic_file::{remove, remove_folder};
 use std::cell::OnceCell;
 use std::time::{Duration, Instant};
 
@@ -206,12 +207,10 @@ impl<'a> BenchmarkRunner<'a> {
             let resolved = resolved.as_ref().map_or(Ok(Vec::new()), |(other, _)| against(other))?;
             let states = &measured.results.states;
             for map in states.iter().flat_map(|s| [s.gap_file(), s.stress_file(), s.contact_file()]).flatten() {
-                let path = root.join(map);
-                std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
+                remove(&root.join(map))?;
             }
             if point.block.is_some() {
-                let atoms = dir.join(atoms::ANALYSIS);
-                std::fs::remove_dir_all(&atoms).map_err(Error::io("remove", &atoms))?;
+                remove_folder(&dir.join(atoms::ANALYSIS))?;
             }
             Ok(MeasuredPoint { maps, resolved, ..measured })
         })?;

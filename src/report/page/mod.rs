@@ -42,7 +42,7 @@ use crate::record::ensemble::Ensemble;
 use crate::record::tradeoff::TradeoffResults;
 use asperity_contact::uncertainty::UncertaintySource;
 use asperity_grid::error::Error;
-use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::atomic_file::{create_folder, write_atomic};
 use document::{PageSection, document, linked};
 use prelude::*;
 pub use printed::{PrintedFigures, ReportOptions};
@@ -86,7 +86,7 @@ pub fn write_with(folder: &Path, options: &ReportOptions) -> Result<PathBuf> {
 /// Creates the figures folder, and writes the page.
 fn place(run_folder: &Path, page: impl FnOnce() -> Result<Markup>) -> Result<PathBuf> {
     let figures = run_folder.join("figures");
-    std::fs::create_dir_all(&figures).map_err(Error::io("create", &figures))?;
+    create_folder(&figures)?;
     let page = page()?.into_string();
     let path = run_folder.join(PAGE);
     write_atomic(&path, |w| w.write_all(page.as_bytes()))?;

@@ -17,7 +17,7 @@ use crate::report::relief::ReliefFigure;
 use crate::report::scale::ends;
 use crate::report::svg::{DrawingSize, css};
 use asperity_grid::error::{Error, Result};
-use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::atomic_file::{create_folder, write_atomic};
 
 /// Options of a report.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -89,7 +89,7 @@ pub(super) fn store(run: &Path, printed: &PrintedFigures, name: &str, drawing: &
     let Some(svg) = drawing.svg(&png.unwrap_or_default(), DrawingSize::printed(printed.width_mm)) else {
         return Ok(());
     };
-    std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    create_folder(folder)?;
     if printed.svg {
         store(".svg", svg.as_bytes())?;
     }

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use super::beneath::{Reached, create_folders, reach, reach_folder};
 use asperity_grid::error::{Error, Result};
 use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::Ranks;
@@ -15,26 +16,29 @@ pub const PARTIAL: &str = ".partial-";
 pub struct AtomicFile {
     path: PathBuf,
     file: BufWriter<tempfile::NamedTempFile>,
+    /// Where it is renamed to; after the file, which is removed by way of this folder.
+    reached: Reached,
 }
 
 impl AtomicFile {
     /// Opens a temporary file in the folder of `path`: a rename cannot cross file systems.
     pub fn open(path: &Path) -> Result<Self> {
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let reached = reach(path).map_err(Error::io("create", path))?;
+        let folder = reached.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
         builder.prefix(PARTIAL);
         // The default mode of a temporary file is 0600; these files are for others, so the umask decides.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let file = builder.tempfile_in(folder).map_err(Error::io("create", path))?;
-        Ok(AtomicFile { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file) })
+        Ok(AtomicFile { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file), reached })
     }
 
     /// Syncs to disk and renames: after a power failure the file has either the old or the new contents, complete.
     pub fn commit(self) -> Result<()> {
         let file = self.file.into_inner().map_err(|e| Error::io("write", &self.path)(e.into_error()))?;
         file.as_file().sync_data().map_err(Error::io("write", &self.path))?;
-        file.persist(&self.path).map_err(|e| Error::io("write", &self.path)(e.error))?;
+        file.persist(&self.reached).map_err(|e| Error::io("write", &self.path)(e.error))?;
         Ok(())
     }
 }
@@ -81,7 +85,7 @@ pub fn write_atomic_on_ranks(
         file.set_len(bytes)
     };
     let write = || {
-        let mut file = File::options().write(true).open(&partial)?;
+        let mut file = create_file(&partial, false)?;
         file.seek(SeekFrom::Start(start))?;
         let mut file = BufWriter::with_capacity(1 << 18, file);
         fill(&mut file)?;
@@ -90,9 +94,9 @@ pub fn write_atomic_on_ranks(
     let written = of_all(ranks, if ranks.is_first() { create() } else { Ok(()) }).and_then(|()| of_all(ranks, write()));
     let done = match &written {
         _ if !ranks.is_first() => Ok(()),
-        Ok(()) => std::fs::rename(&partial, path),
+        Ok(()) => reach(&partial).and_then(|from| std::fs::rename(from, reach(path)?)),
         // There may be none.
-        Err(_) => std::fs::remove_file(&partial).or(Ok(())),
+        Err(_) => reach(&partial).and_then(std::fs::remove_file).or(Ok(())),
     };
     written.and(of_all(ranks, done)).map_err(Error::io("write", path))
 }
@@ -114,12 +118,20 @@ pub fn create(path: &Path) -> Result<File> {
     create_file(path, true).map_err(Error::io("create", path))
 }
 
+/// As [`create`], with the contents as they are.
+///
+/// # Errors
+/// `Io`.
+pub fn open_kept(path: &Path) -> Result<File> {
+    create_file(path, false).map_err(Error::io("open", path))
+}
+
 /// As [`create`]; without `truncate` the contents stay.
 pub(super) fn create_file(path: &Path, truncate: bool) -> io::Result<File> {
     let mut options = File::options();
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
-    options.write(true).create(true).truncate(truncate).open(path)
+    options.write(true).create(true).truncate(truncate).open(reach(path)?)
 }
 
 /// Opens a file for reading and returns its length in bytes. A pipe or a device has no length; opening one may block, and
@@ -128,12 +140,29 @@ pub(super) fn create_file(path: &Path, truncate: bool) -> io::Result<File> {
 /// # Errors
 /// `Format` for folders, pipes, sockets and devices; `Io`.
 pub fn open_regular(path: &Path) -> Result<(File, u64)> {
-    let metadata = std::fs::metadata(path).map_err(Error::io("read", path))?;
-    if !metadata.is_file() {
-        let kind = if metadata.is_dir() { "a folder" } else { "a pipe, socket or device" };
-        return Err(Error::format(path, kind, "a regular file (the output of a pipe can be written into one)"));
+    let io = || Error::io("read", path);
+    let reached = reach(path).map_err(io())?;
+    let metadata = if reached.is_guarded() { reached.symlink_metadata() } else { reached.metadata() }.map_err(io())?;
+    let mut options = File::options();
+    // Something else may have been put in its place.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(
+        &mut options,
+        libc::O_NONBLOCK | if reached.is_guarded() { libc::O_NOFOLLOW } else { 0 },
+    );
+    let opened = metadata.is_file().then(|| options.read(true).open(&reached)).transpose().map_err(io())?;
+    let metadata = opened.as_ref().map_or(Ok(metadata), File::metadata).map_err(io())?;
+    match opened {
+        Some(file) if metadata.is_file() => Ok((file, metadata.len())),
+        _ => {
+            let kind = match metadata {
+                m if m.is_dir() => "a folder",
+                m if m.is_symlink() => "a link",
+                _ => "a pipe, socket or device",
+            };
+            Err(Error::format(path, kind, "a regular file (the output of a pipe can be written into one)"))
+        }
     }
-    Ok((File::open(path).map_err(Error::io("read", path))?, metadata.len()))
 }
 
 /// Bytes up to which a file is read without a look at the memory.
@@ -187,10 +216,11 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// `Io`.
 pub fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let named = |entry: io::Result<std::fs::DirEntry>| match entry {
-        Ok(entry) => entry.file_name().into_string().ok().map(|name| Ok((name, entry.path()))),
+        Ok(entry) => entry.file_name().into_string().ok().map(|name| Ok((name.clone(), folder.join(name)))),
         Err(e) => Some(Err(Error::io("list", folder)(e))),
     };
-    std::fs::read_dir(folder).map_err(Error::io("list", folder))?.filter_map(named).collect()
+    let reached = reach_folder(folder).map_err(Error::io("list", folder))?;
+    std::fs::read_dir(&reached).map_err(Error::io("list", folder))?.filter_map(named).collect()
 }
 
 /// Writes a file of a folder, and returns its path.
@@ -207,10 +237,35 @@ pub fn put(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf
 /// # Errors
 /// `Io`.
 pub fn remove(file: &Path) -> Result<()> {
-    match std::fs::remove_file(file) {
+    match reach(file).and_then(std::fs::remove_file) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::io("remove", file)(e)),
         _ => Ok(()),
     }
+}
+
+/// Creates a folder and those above it.
+///
+/// # Errors
+/// `Io`.
+pub fn create_folder(folder: &Path) -> Result<()> {
+    create_folders(folder).map_err(Error::io("create", folder))
+}
+
+/// Removes a folder with what is in it.
+///
+/// # Errors
+/// `Io`.
+pub fn remove_folder(folder: &Path) -> Result<()> {
+    // A link in place of the folder is no folder for it.
+    reach(folder).and_then(std::fs::remove_dir_all).map_err(Error::io("remove", folder))
+}
+
+/// Moves a file or folder within a file system.
+///
+/// # Errors
+/// `Io`.
+pub fn rename(from: &Path, to: &Path) -> Result<()> {
+    reach(from).and_then(|from| std::fs::rename(from, reach(to)?)).map_err(Error::io("write", to))
 }
 
 /// I/O error for an iterator with too few or too many values.

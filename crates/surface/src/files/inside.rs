@@ -3,14 +3,17 @@
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
+use super::beneath::guard;
 use asperity_grid::error::{Error, Result};
 
 /// Refuses a folder in which something else than files and folders lies: a link would lead a reader or a writer out of it, a pipe would
 /// keep a reader waiting, a device would never end. The folder itself may be reached by a link. Hidden folders belong to other programs.
+/// From now on everything in the folder is reached through no link ([`super::beneath`]), whatever becomes of it.
 ///
 /// # Errors
 /// `Format`, which names the first; `Io`.
 pub fn expect_plain(root: &Path) -> Result<()> {
+    guard(root);
     let mut folders = plain_folders(root, root)?;
     while let Some(folder) = folders.pop() {
         folders.extend(plain_folders(root, &folder)?);
@@ -24,6 +27,7 @@ pub fn expect_plain(root: &Path) -> Result<()> {
 /// # Errors
 /// As [`expect_plain`].
 pub fn expect_plain_in(root: &Path, below: &[&str]) -> Result<()> {
+    guard(root);
     plain_folders(root, root)?;
     below.iter().try_for_each(|name| expect_plain(&root.join(name)))
 }

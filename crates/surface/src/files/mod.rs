@@ -3,6 +3,7 @@
 //! All files are written atomically ([`atomic_file`]): a reader finds the old file or the complete new one.
 
 pub mod atomic_file;
+pub mod beneath;
 pub mod csv;
 pub mod file_lock;
 pub mod hashed;
