@@ -299,8 +299,7 @@ impl SlurmTaskArgs {
             _ => "interrupted",
         };
         let turn = Turn { node, seconds: started.elapsed().as_secs_f64(), outcome };
-        let append = turn.append(out, self.task);
-        append.map_err(Error::io("write the turns in", out))?;
+        turn.append(out, self.task)?;
         if interrupted == 0 {
             return Ok(ExitCode::from(worst));
         }

@@ -78,7 +78,7 @@ impl PointCommand {
         let mut command = Command::new(&self.program);
         command.args(arguments).args(&self.arguments).current_dir(from);
         command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
-        beneath::share(&mut command);
+        beneath::share(&mut command, log);
         asperity_grid::sys::group::die_with_parent(&mut command);
         let mut child = match command.spawn() {
             Ok(child) => child,

@@ -4,13 +4,11 @@ use super::machine::Machine;
 use crate::pipeline::sweep::PointFolder;
 use crate::record::{results, written};
 use asperity_grid::error::{Error, Result};
-use asperity_surface::files::atomic_file::{list, read_text, remove};
-use asperity_surface::files::beneath::reach;
+use asperity_surface::files::atomic_file::{append, list, read_text, remove};
 use asperity_surface::files::hashed::{self, Stored};
 use asperity_surface::files::inside::expect_plain_in;
 use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Folder of the files of the cluster in that of the sweep.
@@ -280,11 +278,10 @@ impl Turn {
     /// Appends the turn to the table of its task, which no other process writes.
     ///
     /// # Errors
-    /// Those of the file system.
-    pub fn append(&self, out: &Path, task: usize) -> std::io::Result<()> {
-        let path = reach(&out.join(FOLDER).join(TURNS).join(format!("{task}.csv")))?;
-        let mut file = std::fs::OpenOptions::new().create(true).append(true).open(path)?;
-        writeln!(file, "{},{:.1},{}", self.node, self.seconds, self.outcome)
+    /// `Io`.
+    pub fn append(&self, out: &Path, task: usize) -> Result<()> {
+        let file = out.join(FOLDER).join(TURNS).join(format!("{task}.csv"));
+        append(&file, format!("{},{:.1},{}\n", self.node, self.seconds, self.outcome))
     }
 
     /// Seconds of all turns of all tasks.

@@ -4,13 +4,13 @@ use crate::record::{ensemble, tradeoff};
 use crate::{Error, Result};
 use asperity_grid::sys;
 use asperity_grid::transformed_nodes;
-use asperity_surface::files::atomic_file::{create_folder, list, open_regular, remove, remove_folder};
+use asperity_surface::files::atomic_file::{create_folder, is_empty, list, open_regular, remove, remove_folder};
 use asperity_surface::files::hashed::{self, Stored, file_hash};
 use asperity_surface::files::inside::expect_plain;
 use asperity_surface::files::{file_lock, json, processes};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -126,8 +126,7 @@ impl RunFolder {
         create_folder(root)?;
         let path = root.join(MARKER);
         // Stages delete the contents of their subfolders, so a folder with other files is refused.
-        let mut entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
-        if !path.exists() && entries.next().is_some() && !is_ours(root)? {
+        if !path.exists() && !is_empty(root)? && !is_ours(root)? {
             let accepted = "a new or empty folder, or that of an earlier run";
             return Err(Error::input(root.display(), "--out", "a folder with other contents", accepted));
         }
@@ -289,6 +288,7 @@ fn spent(folder: &Path) -> f64 {
 mod tests {
     use super::*;
     use crate::pipeline::Silent;
+    use std::fs;
 
     /// The time of an interrupted attempt is measured from its key file to its last file; a complete stage has a
     /// recorded time.

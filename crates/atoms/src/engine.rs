@@ -26,6 +26,7 @@ use asperity_grid::error::LammpsFailure;
 use asperity_grid::sys::group::{self, LONGEST_LINE, ProcessGroup};
 use asperity_grid::{Error, Result, sys};
 use asperity_surface::files::atomic_file::{self, list, read_bytes};
+use asperity_surface::files::beneath::reach_folder;
 
 /// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
 /// negligible cost.
@@ -334,7 +335,7 @@ impl LammpsEngine {
             }
         }
         without_relative_libraries(&mut command);
-        command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
+        command.env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
         Ok(command)
     }
 }
@@ -370,6 +371,9 @@ impl LammpsEngine {
         let way = self.way_to_run(job, &mut watcher, watch)?;
         let mut command = self.command(job, &way, &LoadHistory::read(&job.folder)?.steps)?;
         group::inherit(&mut command, &lock);
+        // LAMMPS opens its files in the folder that was looked at, also if another is in its place now.
+        let place = reach_folder(&job.folder).map_err(Error::io("open", &job.folder))?;
+        command.current_dir(&place);
         let mut group = ProcessGroup::start(command.stdout(screen).stderr(both), self.start.end())
             .map_err(Error::io("start", &self.program))?;
         let mut verified_steps = finished.map_or(0, |k| k + 1);

@@ -10,7 +10,7 @@ use super::run_script::{RunScript, results};
 use asperity_contact::interface::{Bond, LatticeConstants};
 use asperity_grid::units::GPA_PER_EV_A3;
 use asperity_grid::{Error, Result, bisect};
-use asperity_surface::files::atomic_file::{put, read_text};
+use asperity_surface::files::atomic_file::{put, read_text, remove};
 use asperity_surface::files::hashed::file_hash;
 use asperity_surface::files::user_cache::UserCache;
 
@@ -160,13 +160,13 @@ impl ForceConstants {
 }
 
 fn measure_all(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInput) -> Result<Vec<Strained>> {
-    let folder = &folder.canonicalize().map_err(Error::io("open", folder))?;
+    let folder = &std::path::absolute(folder).map_err(Error::io("open", folder))?;
     let script = put(folder, SCRIPT.0, SCRIPT.1)?;
     let files_of = |number: usize| {
         ["crystal", "cut", "crystal_forces", "cut_forces"].map(|body| folder.join(format!("{body}.{number}.dump")))
     };
-    let remove = || (0..STRAINS.len()).flat_map(files_of).for_each(|f| std::fs::remove_file(f).unwrap_or(()));
-    remove();
+    let clear = || (0..STRAINS.len()).flat_map(files_of).for_each(|f| remove(&f).unwrap_or(()));
+    clear();
     let reach = reach(crystal.cutoff_angstrom, crystal.a0_angstrom);
     let cells = (4.0 * crystal.cutoff_angstrom / crystal.a0_angstrom) as usize + 1;
     let vars = [
@@ -192,7 +192,7 @@ fn measure_all(lammps: &dyn RunScript, folder: &Path, crystal: &ForceConstantInp
         Ok(Strained { pressure: bars * EV_A3_PER_BAR, constants })
     });
     let measured = measured.collect::<Result<Vec<_>>>()?;
-    remove();
+    clear();
     Ok(measured)
 }
 

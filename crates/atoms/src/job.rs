@@ -20,8 +20,9 @@ use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use asperity_grid::{Error, Result};
-use asperity_surface::files::atomic_file::{self, create_folder, list, put, read_bytes, read_text, remove};
-use asperity_surface::files::beneath::reach;
+use asperity_surface::files::atomic_file::{
+    self, create_folder, link_or_copy, list, put, read_bytes, read_text, remove,
+};
 use asperity_surface::files::hashed::file_hash;
 
 pub const DATA_FILE: &str = "block.data";
@@ -120,13 +121,7 @@ impl Job {
             let accepted = "a job with prescribed loads that has run";
             Error::format(&relaxed.folder, "no relaxed states at prescribed loads", accepted)
         })?;
-        let place = |from: PathBuf, to: PathBuf| {
-            remove(&to)?;
-            let io = || Error::io("copy", &from);
-            let (from, to) = (reach(&from).map_err(io())?, reach(&to).map_err(io())?);
-            // A hard link needs no disk space; file systems without links get a copy.
-            std::fs::hard_link(&from, &to).or_else(|_| std::fs::copy(&from, &to).map(drop)).map_err(io())
-        };
+        let place = |from: PathBuf, to: PathBuf| remove(&to).and_then(|()| link_or_copy(&from, &to));
         let count = loads.peak();
         for k in 0..count {
             let state = relaxed.folder.join(format!("restart.{}", k + 1));

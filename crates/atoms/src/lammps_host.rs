@@ -22,6 +22,7 @@ use super::scripts::{SETUP, Script};
 use super::search_path::search_path;
 use crate::lammps_library::{self, LammpsInstance};
 use asperity_grid::{Error, Result};
+use asperity_surface::files::beneath::guard;
 use asperity_surface::files::json;
 
 /// Id of the fix of the base in `setup.in`.
@@ -47,6 +48,7 @@ impl HostRun {
     /// `MissingProgram` without a library, `Lammps` if LAMMPS reports an error or has another version, `Format`, `Io`.
     pub fn run(&self) -> Result<()> {
         let folder = Path::new(".");
+        guard(folder);
         let job = Job::open(folder)?;
         let constants: ForceConstants = json::read(&folder.join(force_constants::FILE))?;
         let mut lammps = LammpsInstance::open(&self.library, &self.args).map_err(missing_library)?;

@@ -9,6 +9,7 @@ use std::process::Command;
 use super::lammps_command::without_relative_libraries;
 use asperity_grid::error::{Error, LammpsFailure, Result};
 use asperity_grid::sys::group;
+use asperity_surface::files::beneath::reach_folder;
 
 /// Runs LAMMPS scripts: the program, or a replay of recorded output.
 pub trait RunScript {
@@ -31,7 +32,8 @@ impl RunScript for LmpCommand {
         let log = script.file_stem().map_or("log.lammps".into(), |s| format!("{}.log", s.to_string_lossy()));
         let mut command = Command::new(&self.program);
         // One thread: the cells are too small for more, and LAMMPS warns if the variable is not set.
-        command.current_dir(folder).env("OMP_NUM_THREADS", "1");
+        let place = reach_folder(folder).map_err(Error::io("open", folder))?;
+        command.current_dir(&place).env("OMP_NUM_THREADS", "1");
         command.arg("-in").arg(script).arg("-log").arg(log);
         without_relative_libraries(&mut command);
         for (name, value) in vars {

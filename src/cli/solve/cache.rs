@@ -5,7 +5,7 @@ use crate::scene::Scene;
 use crate::{Error, Result};
 use asperity_contact::path::is_subsurface_map;
 use asperity_contact::problem::AccuracyResults;
-use asperity_surface::files::atomic_file::{PARTIAL, create_folder, list, remove, remove_folder};
+use asperity_surface::files::atomic_file::{PARTIAL, create_folder, is_empty, list, remove, remove_folder};
 use asperity_surface::files::hashed::{self, Stored};
 use asperity_surface::files::inside::expect_plain;
 use asperity_surface::files::{file_lock, json};
@@ -60,8 +60,7 @@ pub(super) fn open(folder: &Path) -> Result<()> {
     create_folder(folder)?;
     let marker = folder.join(MARKER);
     let own = || marker.exists() || SolveCache::read(folder, false).valid().is_some();
-    let mut entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
-    if entries.next().is_some() && !own() {
+    if !is_empty(folder)? && !own() {
         let found = format!("{} (contains files that no solve wrote)", folder.display());
         return Err(Error::input("command line", "--out", found, "a new or empty folder, or that of an earlier solve"));
     }

@@ -32,6 +32,7 @@ use asperity_contact::state::State;
 use asperity_grid::Grid;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::units::{Measure, Measures};
+use asperity_surface::files::beneath::guard;
 use asperity_surface::files::hashed::file_hash;
 use cache::SolveCache;
 use fields::file_name;
@@ -247,6 +248,8 @@ impl SolveArgs {
         let path = LoadPathSolver::new(problem.clone(), method, case.model.resolution, 0.0, &loads);
         let path = path.with_stiffness().with_leakage(self.leakage);
         if !ranks.is_first() {
+            // As the first one, which opens it.
+            self.out.iter().for_each(|out| guard(out));
             return self.follow(case, &path, ranks).map(|()| Solved::default());
         }
         let mut reporter = SolveReporter::new((self, shows), case, &problem, &path, loads.len(), previous);

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use asperity_grid::error::{Error, Result};
+use asperity_grid::error::Result;
+use asperity_surface::files::atomic_file::read_bytes;
 
 /// A section of the page: anchor, title, contents.
 pub(super) struct PageSection {
@@ -23,7 +24,7 @@ pub(super) fn document(
     sections: &[PageSection],
     source: &Path,
 ) -> Result<Markup> {
-    let hash = blake3::hash(&std::fs::read(source).map_err(Error::io("read", source))?).to_hex();
+    let hash = blake3::hash(&read_bytes(source)?).to_hex();
     let from = source.file_name().map_or_else(String::new, |f| f.to_string_lossy().into_owned());
     let version = concat!("asperity ", env!("CARGO_PKG_VERSION"));
     // Texts in margins of printed pages; the script adds the date of printing.

@@ -1,6 +1,6 @@
 //! Atomic file writes: a file appears under its name only when it is complete.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -30,7 +30,7 @@ impl AtomicFile {
         // The default mode of a temporary file is 0600; these files are for others, so the umask decides.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file = builder.tempfile_in(folder).map_err(Error::io("create", path))?;
+        let file = builder.tempfile_in(folder).map_err(|e| Error::io("create", path)(without_path(&e)))?;
         Ok(AtomicFile { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file), reached })
     }
 
@@ -41,6 +41,12 @@ impl AtomicFile {
         file.persist(&self.reached).map_err(|e| Error::io("write", &self.path)(e.error))?;
         Ok(())
     }
+}
+
+/// An error of a temporary file without its path, which nobody knows.
+fn without_path(error: &io::Error) -> io::Error {
+    let text = error.to_string();
+    io::Error::new(error.kind(), text.split(" at path ").next().unwrap_or_default())
 }
 
 impl Write for AtomicFile {
@@ -126,12 +132,24 @@ pub fn open_kept(path: &Path) -> Result<File> {
     create_file(path, false).map_err(Error::io("open", path))
 }
 
+/// Writes at the end of a file, which is created if need be, without following a link in its place.
+///
+/// # Errors
+/// `Io`.
+pub fn append(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
+    let write = || open_to_write(File::options().append(true), path)?.write_all(bytes.as_ref());
+    write().map_err(Error::io("write", path))
+}
+
 /// As [`create`]; without `truncate` the contents stay.
 pub(super) fn create_file(path: &Path, truncate: bool) -> io::Result<File> {
-    let mut options = File::options();
+    open_to_write(File::options().write(true).truncate(truncate), path)
+}
+
+fn open_to_write(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
-    options.write(true).create(true).truncate(truncate).open(reach(path)?)
+    std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    options.create(true).open(reach(path)?)
 }
 
 /// Opens a file for reading and returns its length in bytes. A pipe or a device has no length; opening one may block, and
@@ -221,6 +239,26 @@ pub fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     };
     let reached = reach_folder(folder).map_err(Error::io("list", folder))?;
     std::fs::read_dir(&reached).map_err(Error::io("list", folder))?.filter_map(named).collect()
+}
+
+/// Whether nothing lies in a folder.
+///
+/// # Errors
+/// `Io`.
+pub fn is_empty(folder: &Path) -> Result<bool> {
+    let entries = reach_folder(folder).and_then(|folder| std::fs::read_dir(&folder));
+    entries.map(|mut entries| entries.next().is_none()).map_err(Error::io("list", folder))
+}
+
+/// Gives a file a second name, which needs no disk space; file systems without links get a copy.
+///
+/// # Errors
+/// As [`open_regular`].
+pub fn link_or_copy(from: &Path, to: &Path) -> Result<()> {
+    let (mut file, _) = open_regular(from)?;
+    let link = || std::fs::hard_link(reach(from)?, reach(to)?);
+    let copy = |_| io::copy(&mut file, &mut create_file(to, true)?).map(drop);
+    link().or_else(copy).map_err(Error::io("copy", from))
 }
 
 /// Writes a file of a folder, and returns its path.

@@ -1,42 +1,56 @@
 //! Folders whose files are opened relative to them, through no link: another program may put a link in place of a folder after it was looked at.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::io;
 use std::ops::Deref;
 use std::path::{Component, Path, PathBuf};
 use std::process::Command;
-use std::sync::{LazyLock, PoisonError, RwLock};
+use std::sync::{LazyLock, PoisonError, RwLock, RwLockWriteGuard};
 
-/// Folders in use, absolute; the first are those of the program that started this one.
-static ROOTS: LazyLock<RwLock<BTreeSet<PathBuf>>> = LazyLock::new(|| {
-    let given = std::env::var_os(VARIABLE).unwrap_or_default();
-    RwLock::new(std::env::split_paths(&given).filter(|root| root.is_absolute()).collect())
+/// Folders in use, absolute, and how often each was opened. The first is that of the program that started this one.
+static ROOTS: LazyLock<RwLock<BTreeMap<PathBuf, usize>>> = LazyLock::new(|| {
+    let given = std::env::var_os(VARIABLE).map(PathBuf::from).filter(|root| root.is_absolute());
+    RwLock::new(given.into_iter().map(|root| (root, 1)).collect())
 });
 
-/// Names the folders to a process that this one starts for a part of its work.
+/// Names the folder to a process that this one starts for a part of its work.
 const VARIABLE: &str = "ASPERITY_BENEATH";
 
+fn roots() -> RwLockWriteGuard<'static, BTreeMap<PathBuf, usize>> {
+    ROOTS.write().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// From now on, whatever lies below `root` is reached through no link. The path to `root`, which the user gave, may hold some.
-pub(super) fn guard(root: &Path) {
-    let Ok(root) = std::path::absolute(root) else { return };
-    if guarded(&root).is_none() {
-        ROOTS.write().unwrap_or_else(PoisonError::into_inner).insert(root);
+pub fn guard(root: &Path) {
+    if let Ok(root) = std::path::absolute(root) {
+        *roots().entry(root).or_default() += 1;
     }
 }
 
-/// Guards the same folders in another process of this program: to it, the folder of a point of a sweep is one that the user gave.
-pub fn share(command: &mut Command) {
-    let roots = ROOTS.read().unwrap_or_else(PoisonError::into_inner);
-    // A folder with a colon in its path cannot be named: the process then guards its own only.
-    if let Ok(roots) = std::env::join_paths(roots.iter()) {
-        command.env(VARIABLE, roots);
+/// Takes one [`guard`] back: the folder was refused, and its links are those of its owner.
+pub(super) fn release(root: &Path) {
+    let Ok(root) = std::path::absolute(root) else { return };
+    let mut roots = roots();
+    if let Some(count) = roots.get_mut(&root) {
+        *count -= 1;
+        if *count == 0 {
+            roots.remove(&root);
+        }
+    }
+}
+
+/// Guards the same folder in another process of this program, which works on `file`: to it, the folder of a point of a sweep is one that the
+/// user gave.
+pub fn share(command: &mut Command, file: &Path) {
+    if let Some(root) = std::path::absolute(file).ok().and_then(|file| guarded(&file).map(Path::to_path_buf)) {
+        command.env(VARIABLE, root);
     }
 }
 
 /// The outermost guarded folder of an absolute path, which all below it is relative to.
 fn guarded(path: &Path) -> Option<&Path> {
     let roots = ROOTS.read().unwrap_or_else(PoisonError::into_inner);
-    path.ancestors().filter(|folder| roots.contains(*folder)).last()
+    path.ancestors().filter(|folder| roots.contains_key(*folder)).last()
 }
 
 /// A path for system calls, which must not follow its last part. The folder of a guarded one stays open while this value lives, so that
@@ -96,7 +110,7 @@ fn reach_with(path: &Path, open: Open) -> io::Result<Reached> {
 ///
 /// # Errors
 /// As [`reach`].
-pub(super) fn reach_folder(path: &Path) -> io::Result<Reached> {
+pub fn reach_folder(path: &Path) -> io::Result<Reached> {
     // The folder of an entry of any name.
     let reached = reach(&path.join("entry"))?;
     let path =
@@ -109,10 +123,10 @@ pub(super) fn reach_folder(path: &Path) -> io::Result<Reached> {
 /// # Errors
 /// Those of the file system; a link in place of one of them, below a guarded folder.
 pub fn create_folders(path: &Path) -> io::Result<()> {
-    if !reach(path).is_ok_and(|found| !found.is_guarded()) {
-        return create_guarded(path);
+    if path.as_os_str().is_empty() || reach(path).is_ok_and(|found| !found.is_guarded()) {
+        return std::fs::create_dir_all(path);
     }
-    std::fs::create_dir_all(path)
+    create_guarded(path)
 }
 
 fn create_guarded(path: &Path) -> io::Result<()> {
@@ -228,6 +242,7 @@ mod tests {
         for folder in [real.join("a"), real.join("a/b"), victim.clone(), victim.join("b")] {
             fs::write(folder.join("file"), "precious").expect("written");
         }
+        fs::write(real.join("kept"), "kept").expect("written");
         // The way to the folder may hold a link.
         let root = scratch.path().join("way");
         symlink(&real, &root).expect("linked");
@@ -254,7 +269,10 @@ mod tests {
                 assert!(read_text(&file).is_err() && write_atomic(&file, |w| w.write_all(b"lost")).is_err());
                 assert!(atomic_file::create(&file).is_err() && atomic_file::remove(&file).is_err());
                 assert!(atomic_file::list(file.parent().expect("has one")).is_err());
-                assert!(atomic_file::remove_folder(&file).is_err());
+                assert!(atomic_file::remove_folder(&file).is_err() && atomic_file::append(&file, "lost").is_err());
+                assert!(atomic_file::is_empty(file.parent().expect("has one")).is_err());
+                assert!(atomic_file::link_or_copy(&file, &root.join("moved")).is_err());
+                assert!(atomic_file::link_or_copy(&root.join("kept"), &file).is_err());
                 assert!(create_folders(&file).is_err() && atomic_file::rename(&file, &root.join("moved")).is_err());
             }
             fs::remove_file(real.join(place)).expect("removed");
@@ -265,6 +283,7 @@ mod tests {
         symlink(victim.join("file"), real.join("a/file")).expect("linked");
         let file = root.join("a/file");
         assert!(read_text(&file).is_err() && atomic_file::create(&file).is_err());
+        assert!(atomic_file::append(&file, "lost").is_err() && !root.join("moved").exists());
         for folder in [victim.clone(), victim.join("b")] {
             assert_eq!(fs::read_to_string(folder.join("file")).expect("read"), "precious");
         }
@@ -272,5 +291,68 @@ mod tests {
             (fs::read_dir(&victim).expect("listed").count(), fs::read_dir(victim.join("b")).expect("listed").count()),
             (2, 1)
         );
+        assert_eq!(descriptors(&real), 0);
+    }
+
+    /// Files and folders below `folder` that this process has open.
+    fn descriptors(folder: &Path) -> usize {
+        let open = fs::read_dir("/proc/self/fd").expect("listed").flatten();
+        open.filter(|entry| fs::read_link(entry.path()).is_ok_and(|to| to.starts_with(folder))).count()
+    }
+
+    /// A process that works on a file below is told of the outermost folder, also one with a colon in its name.
+    #[test]
+    fn a_process_guards_the_folder_of_its_file() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let root = scratch.path().join("a:b");
+        let told = |file: &Path| {
+            let mut command = Command::new("true");
+            share(&mut command, file);
+            command.get_envs().find_map(|(name, value)| (name == VARIABLE).then(|| value.map(PathBuf::from)).flatten())
+        };
+        for folder in [root.join("points/1"), root.clone()] {
+            assert_eq!(told(&scratch.path().join("log")), None);
+            guard(&folder);
+            assert_eq!(told(&root.join("points/1/log")), Some(folder));
+        }
+    }
+
+    /// Folders above, and those that make the path absolute, may be reached by `..` and by links, and a file needs no folder.
+    #[test]
+    fn ways_of_the_user_to_a_folder_stay_as_they_are() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        fs::create_dir_all(scratch.path().join("a/run")).expect("made");
+        symlink(scratch.path().join("a"), scratch.path().join("link")).expect("linked");
+        for way in ["a/../a/run", "link/run", "link/../a/./run/"] {
+            let root = scratch.path().join(way);
+            guard(&root);
+            create_folders(&root.join("stage")).expect("made");
+            write_atomic(&root.join("stage/file"), |w| w.write_all(way.as_bytes())).expect("written");
+            assert_eq!(read_text(&root.join("stage/file")).expect("read"), way);
+            assert_eq!(read_text(&scratch.path().join("a/run/../run/stage/file")).expect("read"), way);
+            assert!(reach(&root.join("stage/file")).expect("reached").is_guarded(), "{way}");
+        }
+        create_folders(Path::new("")).expect("the working folder");
+        assert!(atomic_file::list(&scratch.path().join("link")).is_ok());
+    }
+
+    /// Errors name files as the user does, and not by what leads to them.
+    #[test]
+    fn errors_name_the_file_and_no_descriptor() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        guard(scratch.path());
+        fs::write(scratch.path().join("file"), "text").expect("written");
+        let below = scratch.path().join("file/name");
+        let none = scratch.path().join("none/name");
+        for file in [&below, &none] {
+            let said = [
+                write_atomic(file, |_| Ok(())).expect_err("no folder").to_string(),
+                read_text(file).expect_err("no file").to_string(),
+                atomic_file::list(file).expect_err("no folder").to_string(),
+            ];
+            for said in said {
+                assert!(said.contains(&file.display().to_string()) && !said.contains("/proc/"), "{said}");
+            }
+        }
     }
 }

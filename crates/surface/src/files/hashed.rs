@@ -32,7 +32,7 @@ pub struct FileHash {
 impl FileHash {
     pub fn of(folder: &Path, name: &str) -> Result<FileHash> {
         let path = folder.join(name);
-        let bytes = std::fs::metadata(&path).map_err(Error::io("read", &path))?.len();
+        let (_, bytes) = open_regular(&path)?;
         Ok(FileHash { name: name.into(), bytes, blake3: file_hash(&path)? })
     }
 
@@ -42,11 +42,11 @@ impl FileHash {
             Ok(path) => path,
             Err(e) => return Some(e.to_string()),
         };
-        let what = match std::fs::metadata(&path) {
-            Err(e) if e.kind() == ErrorKind::NotFound => "is missing".to_string(),
-            Err(e) => format!("cannot be read ({e})"),
+        let what = match open_regular(&path) {
+            Err(Error::Io { source: e, .. }) if e.kind() == ErrorKind::NotFound => "is missing".to_string(),
+            Err(e) => return Some(e.to_string()),
             // The size is compared first: it costs no reading.
-            Ok(m) if m.len() != self.bytes => format!("has {} bytes instead of {}", m.len(), self.bytes),
+            Ok((_, bytes)) if bytes != self.bytes => format!("has {bytes} bytes instead of {}", self.bytes),
             Ok(_) => match file_hash(&path) {
                 Ok(hash) if hash == self.blake3 => return None,
                 Ok(_) => "changed since it was written".to_string(),

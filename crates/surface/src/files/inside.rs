@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
-use super::beneath::guard;
+use super::beneath::{guard, reach_folder, release};
 use asperity_grid::error::{Error, Result};
 
 /// Refuses a folder in which something else than files and folders lies: a link would lead a reader or a writer out of it, a pipe would
@@ -13,12 +13,13 @@ use asperity_grid::error::{Error, Result};
 /// # Errors
 /// `Format`, which names the first; `Io`.
 pub fn expect_plain(root: &Path) -> Result<()> {
-    guard(root);
-    let mut folders = plain_folders(root, root)?;
-    while let Some(folder) = folders.pop() {
-        folders.extend(plain_folders(root, &folder)?);
-    }
-    Ok(())
+    guarded(root, || {
+        let mut folders = plain_folders(root, root)?;
+        while let Some(folder) = folders.pop() {
+            folders.extend(plain_folders(root, &folder)?);
+        }
+        Ok(())
+    })
 }
 
 /// As [`expect_plain`], of what lies in the folder itself and below those of its folders that `below` names: the others may hold
@@ -27,15 +28,22 @@ pub fn expect_plain(root: &Path) -> Result<()> {
 /// # Errors
 /// As [`expect_plain`].
 pub fn expect_plain_in(root: &Path, below: &[&str]) -> Result<()> {
+    guarded(root, || {
+        plain_folders(root, root)?;
+        below.iter().try_for_each(|name| expect_plain(&root.join(name)))
+    })
+}
+
+/// Guards a folder before `check` looks at it, and no longer if it is refused: another part of the program may have to do with its links.
+fn guarded(root: &Path, check: impl FnOnce() -> Result<()>) -> Result<()> {
     guard(root);
-    plain_folders(root, root)?;
-    below.iter().try_for_each(|name| expect_plain(&root.join(name)))
+    check().inspect_err(|_| release(root))
 }
 
 /// The folders in a folder, in which nothing else than these and files lies.
 fn plain_folders(root: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut folders = Vec::new();
-    let entries = match std::fs::read_dir(folder) {
+    let entries = match reach_folder(folder).and_then(|folder| std::fs::read_dir(&folder)) {
         // Those who read the folder say what it lacks.
         Err(e) if [ErrorKind::NotFound, ErrorKind::NotADirectory].contains(&e.kind()) => return Ok(folders),
         entries => entries.map_err(Error::io("list", folder))?,
@@ -46,13 +54,13 @@ fn plain_folders(root: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
         let Ok(kind) = entry.file_type() else { continue };
         if kind.is_dir() {
             if !entry.file_name().as_encoded_bytes().starts_with(b".") {
-                folders.push(entry.path());
+                folders.push(folder.join(entry.file_name()));
             }
         } else if !kind.is_file() {
             let found = if kind.is_symlink() { "a link" } else { "a pipe, socket or device" };
             let accepted =
                 format!("files and folders only below {}: remove it, or put a copy in its place", root.display());
-            return Err(Error::format(entry.path(), found, accepted));
+            return Err(Error::format(folder.join(entry.file_name()), found, accepted));
         }
     }
     Ok(folders)
@@ -98,5 +106,27 @@ mod tests {
             assert!(inside(&root, "results.json", name).is_err(), "{name}");
         }
         assert!(inside(&root, "results.json", "stage/deep/file").is_ok());
+    }
+
+    /// Links below a folder that was refused are followed as before: a notebook may read its own data after a wrong path.
+    #[test]
+    fn a_refused_folder_is_not_guarded() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let (root, data) = (scratch.path().join("root"), scratch.path().join("data"));
+        for folder in [&root, &data] {
+            std::fs::create_dir(folder).expect("made");
+        }
+        std::fs::write(data.join("file"), "text").expect("written");
+        let read = || super::super::atomic_file::read_text(&root.join("link/file"));
+        std::os::unix::fs::symlink(&data, root.join("link")).expect("linked");
+        for _ in 0..2 {
+            assert!(expect_plain(&root).is_err() && expect_plain_in(&root, &[]).is_err());
+            assert_eq!(read().expect("its own link"), "text");
+        }
+        std::fs::remove_file(root.join("link")).expect("removed");
+        expect_plain(&root).expect("plain");
+        std::os::unix::fs::symlink(&data, root.join("link")).expect("linked");
+        assert!(expect_plain(&root).is_err());
+        assert!(read().is_err(), "guarded as long as it is used");
     }
 }
