@@ -26,7 +26,7 @@ help:
 	@echo "make errors  test how often the stated errors cover the truth, and write evidence/errors.md (half an hour)"
 	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
 	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000), and damage 1000 folders (DAMAGES=10000)"
-	@echo "make kills  kill every long command, 200 times in all, and compare the results"
+	@echo "make kills  interrupt every long command, 200 times in all, and compare the results"
 	@echo "make lint   check formatting and clippy"
 
 install:

@@ -1,4 +1,4 @@
-use super::long::{Disturbance, LongCommands, difference, quiet, results};
+use super::long::{Disturbance, LongCommands, difference, entries, quiet, remove, replace, results};
 use asperity::{Error, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -24,16 +24,19 @@ pub(super) struct Folders {
     commands: Vec<String>,
 }
 
-const COMMANDS: [&str; 5] = ["run", "solve", "sweep", "tradeoff", "run-atoms"];
+const COMMANDS: [&str; 6] = ["run", "solve", "sweep", "tradeoff", "submission", "run-atoms"];
 
 /// The last one needs LAMMPS.
-const WITHOUT_ATOMS: usize = 4;
+const WITHOUT_ATOMS: usize = 5;
 
 /// Longest time of a command, which takes tenths of a second.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// What links lead to.
 const VICTIM: &str = "keep";
+
+/// Files, and what they hold.
+type Tree = Vec<(PathBuf, Vec<u8>)>;
 
 #[derive(Debug, Clone, Copy)]
 enum Damage {
@@ -88,16 +91,17 @@ impl Folders {
         for (i, name) in names.iter().enumerate() {
             let share = (i + 1) * self.damages / names.len() - i * self.damages / names.len();
             let (whole, _) = long.undisturbed(name, &folder)?;
+            let out = folder.join("out");
+            let outside = victims.outside(&out)?;
             let mut refusals = 0;
             for _ in 0..share {
-                let out = folder.join("out");
                 replace(&folder.join("whole"), &out)?;
                 let (place, damage) = victims.damage(&out, &mut random)?;
                 let fail = |what: String| {
                     let found = format!("{name}: {damage:?} {}: {what}", place.display());
                     Err(Error::format(&out, found, "the results of folder whole, or a refusal"))
                 };
-                if matches!(name.as_str(), "run" | "sweep" | "run-atoms") {
+                if matches!(name.as_str(), "run" | "sweep" | "submission" | "run-atoms") {
                     let mut report = Command::new(&long.program);
                     report.arg("report").arg(&out);
                     let (code, said) = ended(report)?;
@@ -117,7 +121,7 @@ impl Folders {
                 if let Some(what) = difference(&whole, &results(name, &out)?) {
                     return fail(what);
                 }
-                if !victims.are_whole() {
+                if victims.outside(&out)? != outside {
                     return fail("a file outside of the folder was changed".to_string());
                 }
             }
@@ -128,15 +132,17 @@ impl Folders {
     }
 }
 
-/// A file and a folder outside, to which links lead.
+/// A file and a folder outside, to which links lead, and all that lies next to the damaged folder.
 struct Victims {
     file: PathBuf,
     folder: PathBuf,
+    all: PathBuf,
 }
 
 impl Victims {
     fn create(folder: &Path) -> Result<Self> {
-        let victims = Victims { file: folder.join("victim"), folder: folder.join("victims") };
+        let victims =
+            Victims { file: folder.join("victim"), folder: folder.join("victims"), all: folder.to_path_buf() };
         fs::create_dir_all(&victims.folder).map_err(Error::io("create", &victims.folder))?;
         for file in [&victims.file, &victims.folder.join("file")] {
             fs::write(file, VICTIM).map_err(Error::io("write", file))?;
@@ -144,10 +150,14 @@ impl Victims {
         Ok(victims)
     }
 
-    fn are_whole(&self) -> bool {
-        let is_whole = |file: &Path| fs::read(file).is_ok_and(|bytes| bytes == VICTIM.as_bytes());
-        let only = fs::read_dir(&self.folder).is_ok_and(|entries| entries.count() == 1);
-        only && is_whole(&self.file) && is_whole(&self.folder.join("file"))
+    /// Everything but the damaged folder.
+    fn outside(&self, out: &Path) -> Result<Tree> {
+        let mut tree = Tree::new();
+        for place in entries(&self.all).into_iter().filter(|place| !place.starts_with(out)) {
+            let bytes = if place.is_file() { fs::read(&place).map_err(Error::io("read", &place))? } else { Vec::new() };
+            tree.push((place, bytes));
+        }
+        Ok(tree)
     }
 
     /// Damages a random entry below a folder.
@@ -190,41 +200,6 @@ impl Victims {
         .map_err(io)?;
         Ok((place, damage))
     }
-}
-
-/// Files and folders below a folder, sorted.
-fn entries(folder: &Path) -> Vec<PathBuf> {
-    let mut list = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(next) = folders.pop() {
-        for entry in fs::read_dir(&next).into_iter().flatten().flatten() {
-            folders.extend(entry.path().is_dir().then(|| entry.path()));
-            list.push(entry.path());
-        }
-    }
-    list.sort();
-    list
-}
-
-fn remove(place: &Path) -> Result<()> {
-    match fs::symlink_metadata(place) {
-        Err(_) => Ok(()),
-        Ok(data) if data.is_dir() => fs::remove_dir_all(place),
-        Ok(_) => fs::remove_file(place),
-    }
-    .map_err(Error::io("remove", place))
-}
-
-/// A copy of a folder in place of another.
-fn replace(from: &Path, to: &Path) -> Result<()> {
-    remove(to)?;
-    fs::create_dir(to).map_err(Error::io("create", to))?;
-    for entry in entries(from) {
-        let place = to.join(entry.strip_prefix(from).expect("below"));
-        let copied = if entry.is_dir() { fs::create_dir(&place) } else { fs::copy(&entry, &place).map(|_| ()) };
-        copied.map_err(Error::io("copy", &entry))?;
-    }
-    Ok(())
 }
 
 /// Exit code of a command and the last line that it said; `None` for one that a signal ended, or that did not end in time.

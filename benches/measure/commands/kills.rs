@@ -3,17 +3,19 @@ use asperity::{Error, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::fs;
+use std::io;
 use std::path::Path;
+use std::process::{Child, Command};
 use std::time::Duration;
 
 /// Most kills of one run before it may end.
 const MOST_KILLS: usize = 4;
 
-/// Kill every long command with SIGKILL at random times, repeat it until it ends, and compare its results with those of
-/// an undisturbed run.
+/// Interrupt every long command at random times by SIGKILL, SIGTERM or SIGSTOP and SIGCONT, repeat it until it ends, and compare its
+/// results with those of an undisturbed run.
 #[derive(clap::Args)]
 pub(super) struct Kills {
-    /// Kills in all, spread evenly over the commands.
+    /// Interruptions in all, spread evenly over the commands.
     #[arg(long, default_value_t = 200, value_name = "N")]
     kills: usize,
     #[command(flatten)]
@@ -38,7 +40,7 @@ impl Kills {
         let all = || COMMANDS.map(str::to_string).to_vec();
         let names = if self.commands.is_empty() { all() } else { self.commands.clone() };
         let mut random = ChaCha8Rng::seed_from_u64(self.with.seed);
-        println!("{:>10} {:>8} {:>6} {:>6} {:>7}", "command", "whole/s", "kills", "runs", "fields");
+        println!("{:>10} {:>8} {:>6} {:>6} {:>7}", "command", "whole/s", "stops", "runs", "fields");
         let mut sum = 0;
         for (i, name) in names.iter().enumerate() {
             let share = (i + 1) * self.kills / names.len() - i * self.kills / names.len();
@@ -60,13 +62,41 @@ impl Kills {
             println!("{name:>10} {seconds:>8.2} {kills:>6} {runs:>6} {:>7}", whole.0.len());
             sum += kills;
         }
-        println!("{sum} kills, all results identical");
+        println!("{sum} interruptions, all results identical");
         Ok(())
     }
 }
 
-/// Kills the command up to `most` times, each at a random part of the time of a whole run, and lets it end. Returns
-/// how often it was killed: some runs end before.
+/// How a command is interrupted.
+#[derive(Clone, Copy)]
+enum Signal {
+    Kill,
+    Term,
+    /// It goes on after [`STOPPED`].
+    Stop,
+}
+
+const SIGNALS: [Signal; 3] = [Signal::Kill, Signal::Term, Signal::Stop];
+
+const STOPPED: Duration = Duration::from_millis(50);
+
+impl Signal {
+    fn send(self, child: &mut Child) -> io::Result<()> {
+        let by_name = |name: &str| Command::new("kill").args([name, &child.id().to_string()]).status().map(drop);
+        match self {
+            Signal::Kill => child.kill(),
+            Signal::Term => by_name("-TERM"),
+            Signal::Stop => {
+                by_name("-STOP")?;
+                std::thread::sleep(STOPPED);
+                by_name("-CONT")
+            }
+        }
+    }
+}
+
+/// Interrupts the command up to `most` times, each at a random part of the time of a whole run, and lets it end. Returns
+/// how often it was interrupted: some runs end before.
 fn disturbed(
     long: &LongCommands,
     name: &str,
@@ -81,11 +111,12 @@ fn disturbed(
         let mut child = quiet(long.command(name, folder, &out)).spawn().map_err(Error::io("start", &long.program))?;
         std::thread::sleep(Duration::from_secs_f64(seconds * random.random_range(0.0..1.0)));
         let ended = child.try_wait().map_err(Error::io("wait for", &long.program))?;
-        child.kill().and_then(|()| child.wait()).map_err(Error::io("kill", &long.program))?;
-        match ended {
-            None => kills += 1,
-            Some(_) => break,
+        if ended.is_some() {
+            break;
         }
+        let signal = SIGNALS[random.random_range(0..SIGNALS.len())];
+        signal.send(&mut child).and_then(|()| child.wait()).map_err(Error::io("interrupt", &long.program))?;
+        kills += 1;
     }
     long.to_the_end(name, long.command(name, folder, &out))?;
     Ok(kills)

@@ -2,14 +2,25 @@
 
 use super::super::folder::{fields, of_the_scene};
 use asperity::grid::sys;
+use asperity::surface::files::hashed;
 use asperity::{Error, Result};
 use serde_json::Value;
-use std::fs;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::Instant;
 
-pub(super) const COMMANDS: [&str; 7] = ["run", "run-atoms", "solve", "sweep", "tradeoff", "challenge", "atoms-run"];
+pub(super) const COMMANDS: [&str; 10] =
+    ["run", "run-atoms", "solve", "pull-off", "sweep", "tradeoff", "challenge", "atoms-run", "report", "compare"];
+
+/// Submits a sweep to a Slurm whose programs answer and start nothing, runs its tasks and collects the results. A folder that is damaged
+/// fails in one of them.
+const SUBMISSION: &str = "\"$0\" sweep sweep.toml --machine cluster --out \"$1\" || exit\n\
+                          for task in 0 1; do \"$0\" slurm-task \"$1\" $task; done\n\
+                          exec \"$0\" collect \"$1\"";
+
+const MACHINES: &str = "[cluster]\nengine = \"slurm\"\npack_minutes = 0.0\n";
 
 const SCENE: &str = "[laboratory]\nlength = \"100 um\"\nmodulus = \"25 MPa\"\n[load]\np_star = [0.02, 0.05, 0.1]\n\
                      [continuum]\nmethod = \"gfmd\"\ncompare_with = [\"winkler\", \"fast\", \"icha\"]\n[surface]\n";
@@ -46,9 +57,16 @@ impl LongCommands {
             ("point.toml", format!("name = \"point\"\n{SCENE}{point}")),
             ("atoms.toml", format!("name = \"atoms\"\n{ATOMS}")),
             ("sweep.toml", "scene = \"point.toml\"\n[over]\nsurface.seed = \"1..3\"\n".to_string()),
+            ("machines.toml", MACHINES.to_string()),
+            ("sbatch", "#!/bin/sh\necho 7\n".to_string()),
+            ("squeue", "#!/bin/sh\n".to_string()),
         ] {
             let file = folder.join(name);
             fs::write(&file, text).map_err(Error::io("write", &file))?;
+        }
+        for name in ["sbatch", "squeue"] {
+            let file = folder.join(name);
+            fs::set_permissions(&file, Permissions::from_mode(0o755)).map_err(Error::io("write", &file))?;
         }
         Ok(())
     }
@@ -61,6 +79,14 @@ impl LongCommands {
         match name {
             "run" => command.arg("run").arg(scene("scene.toml")),
             "run-atoms" => command.arg("run").arg(scene("atoms.toml")),
+            "report" | "compare" => {
+                command.arg(name).arg(out);
+                return command;
+            }
+            "submission" => return self.submission(folder, out),
+            "pull-off" => command
+                .args(["solve", "--challenge", size, "--cut-off", "0.1", "--pressure", "0.01,0.02"])
+                .args(["--gamma", "0.2", "--pull-off"]),
             "sweep" => command.arg("sweep").arg(scene("sweep.toml")),
             "solve" => command.args(["solve", "--challenge", size, "--cut-off", "0.03", "--method", "gfmd"]).args([
                 "--pressure",
@@ -83,23 +109,42 @@ impl LongCommands {
         command
     }
 
+    fn submission(&self, folder: &Path, out: &Path) -> Command {
+        let mut command = Command::new("sh");
+        let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default());
+        command.args(["-c", SUBMISSION]).arg(&self.program).arg(out).current_dir(folder).env("PATH", path);
+        command
+    }
+
     fn atoms_run(&self, job: &Path) -> Command {
         let mut command = Command::new(&self.program);
         command.args(["atoms", "run"]).arg(job);
         command
     }
 
-    /// Starts from an empty folder, or from the job that `atoms build` writes.
+    /// Starts from an empty folder, from the job that `atoms build` writes, or from a finished run.
     pub(super) fn prepare(&self, name: &str, folder: &Path, out: &Path) -> Result<()> {
-        if out.exists() {
-            fs::remove_dir_all(out).map_err(Error::io("remove", out))?;
+        remove(out)?;
+        match name {
+            "atoms-run" => {
+                let mut build = Command::new(&self.program);
+                build.args(["atoms", "build"]).arg(folder.join("atoms.toml")).arg("--out").arg(out);
+                self.to_the_end(name, build)
+            }
+            "report" => self.place_finished("run", folder, out),
+            "compare" => self.place_finished("run-atoms", folder, out),
+            _ => Ok(()),
         }
-        if name == "atoms-run" {
-            let mut build = Command::new(&self.program);
-            build.args(["atoms", "build"]).arg(folder.join("atoms.toml")).arg("--out").arg(out);
-            self.to_the_end(name, build)?;
+    }
+
+    /// The same run each time: its page names the hash of results with times.
+    fn place_finished(&self, name: &str, folder: &Path, out: &Path) -> Result<()> {
+        let finished = folder.join(format!("finished-{name}"));
+        if !finished.exists() {
+            self.to_the_end(name, self.command(name, folder, out))?;
+            fs::rename(out, &finished).map_err(Error::io("rename", out))?;
         }
-        Ok(())
+        replace(&finished, out)
     }
 
     /// Results and time of a command that is not disturbed; its folder becomes `whole`.
@@ -111,9 +156,7 @@ impl LongCommands {
         let seconds = begun.elapsed().as_secs_f64();
         let found = results(name, &out)?;
         let whole = folder.join("whole");
-        if whole.exists() {
-            fs::remove_dir_all(&whole).map_err(Error::io("remove", &whole))?;
-        }
+        remove(&whole)?;
         // The paths that a result names are the same in both.
         fs::rename(&out, &whole).map_err(Error::io("rename", &out))?;
         Ok((found, seconds))
@@ -175,7 +218,9 @@ pub(super) fn results(name: &str, out: &Path) -> Result<Found> {
     };
     let value = match name {
         "solve" => (1..=4).map(|k| json(&format!("load-{k}-solve.json"))).collect::<Result<Value>>()?,
-        "sweep" => json("ensemble.json")?,
+        "pull-off" => json("done.json")?["states"].clone(),
+        "report" => hashed::file_hash(&out.join("report.html"))?.into(),
+        "sweep" | "submission" => json("ensemble.json")?,
         // Costs and what is derived from them differ; states are among the fields.
         "tradeoff" => {
             let points = json("tradeoff.json")?["points"].as_array().cloned().unwrap_or_default();
@@ -183,7 +228,7 @@ pub(super) fn results(name: &str, out: &Path) -> Result<Found> {
             points.iter().map(|p| kept(p).into_iter().collect::<Value>()).collect()
         }
         "atoms-run" => Value::Null,
-        "run-atoms" => {
+        "run-atoms" | "compare" => {
             let found = json("results.json")?;
             // Peak memory of LAMMPS and times of its steps differ between runs.
             [found["atoms"]["states"].clone(), found["comparison"].clone(), found["continuum"].clone()]
@@ -193,4 +238,39 @@ pub(super) fn results(name: &str, out: &Path) -> Result<Found> {
         _ => json("results.json")?,
     };
     Ok((fields(out), of_the_scene(&value)))
+}
+
+/// Files and folders below a folder, sorted.
+pub(super) fn entries(folder: &Path) -> Vec<PathBuf> {
+    let mut list = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).into_iter().flatten().flatten() {
+            folders.extend(entry.path().is_dir().then(|| entry.path()));
+            list.push(entry.path());
+        }
+    }
+    list.sort();
+    list
+}
+
+pub(super) fn remove(place: &Path) -> Result<()> {
+    match fs::symlink_metadata(place) {
+        Err(_) => Ok(()),
+        Ok(data) if data.is_dir() => fs::remove_dir_all(place),
+        Ok(_) => fs::remove_file(place),
+    }
+    .map_err(Error::io("remove", place))
+}
+
+/// A copy of a folder in place of another.
+pub(super) fn replace(from: &Path, to: &Path) -> Result<()> {
+    remove(to)?;
+    fs::create_dir(to).map_err(Error::io("create", to))?;
+    for entry in entries(from) {
+        let place = to.join(entry.strip_prefix(from).expect("below"));
+        let copied = if entry.is_dir() { fs::create_dir(&place) } else { fs::copy(&entry, &place).map(|_| ()) };
+        copied.map_err(Error::io("copy", &entry))?;
+    }
+    Ok(())
 }

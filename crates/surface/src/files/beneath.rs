@@ -317,6 +317,62 @@ mod tests {
         }
     }
 
+    /// Another program changes a folder into a link and back, as fast as it can, while files are written, read and removed.
+    #[test]
+    fn links_that_come_and_go_lead_nowhere() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let (root, victim) = (scratch.path().join("root"), scratch.path().join("victim"));
+        for folder in [root.join("stage"), victim.clone()] {
+            fs::create_dir_all(&folder).expect("made");
+            fs::write(folder.join("file"), "precious").expect("written");
+        }
+        guard(&root);
+        let (stage, aside) = (root.join("stage"), root.join("aside"));
+        let change = || {
+            fs::rename(&stage, &aside).expect("moved");
+            symlink(&victim, &stage).expect("linked");
+            fs::remove_file(&stage).expect("removed");
+            fs::rename(&aside, &stage).expect("moved");
+        };
+        let use_files = || {
+            let file = stage.join("file");
+            let _ = write_atomic(&file, |w| w.write_all(b"written"));
+            let _ = read_text(&file);
+            let _ = atomic_file::put(&stage, "new", "lost").and_then(|new| atomic_file::remove(&new));
+            let _ = create_folders(&stage.join("deep/er"))
+                .and_then(|()| Ok(atomic_file::remove_folder(&stage.join("deep"))));
+        };
+        let users: Vec<_> = std::thread::scope(|scope| {
+            let users: Vec<_> = (0..2).map(|_| scope.spawn(|| (0..500).for_each(|_| use_files()))).collect();
+            while !users.iter().all(std::thread::ScopedJoinHandle::is_finished) {
+                change();
+            }
+            users.into_iter().map(std::thread::ScopedJoinHandle::join).collect()
+        });
+        assert!(users.iter().all(Result::is_ok));
+        assert_eq!(fs::read_to_string(victim.join("file")).expect("read"), "precious");
+        assert_eq!(fs::read_dir(&victim).expect("listed").count(), 1);
+        assert_eq!(read_text(&stage.join("file")).expect("read"), "written");
+    }
+
+    /// As LAMMPS does, whose files are its own: nothing in place of its folder changes where it works.
+    #[test]
+    fn a_process_starts_in_the_folder_that_was_opened() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let (root, victim) = (scratch.path().join("root"), scratch.path().join("victim"));
+        for folder in [root.join("stage/job"), victim.join("job")] {
+            fs::create_dir_all(folder).expect("made");
+        }
+        guard(&root);
+        let place = reach_folder(&root.join("stage/job")).expect("opened");
+        fs::rename(root.join("stage"), root.join("aside")).expect("moved");
+        symlink(&victim, root.join("stage")).expect("linked");
+        let ended = Command::new("/bin/sh").args(["-c", "echo text > log"]).current_dir(&place).status();
+        assert!(ended.expect("started").success());
+        assert!(root.join("aside/job/log").exists() && !victim.join("job/log").exists());
+        assert!(reach_folder(&root.join("stage/job")).is_err());
+    }
+
     /// Folders above, and those that make the path absolute, may be reached by `..` and by links, and a file needs no folder.
     #[test]
     fn ways_of_the_user_to_a_folder_stay_as_they_are() {
