@@ -340,6 +340,7 @@ fn a_resumed_solve_has_the_same_bits() {
         }
         let whole = run.equilibrate(*last).expect("a load");
         let (gap, stress, iterations) = (whole.gap.to_vec(), whole.stress.to_vec(), whole.iterations);
+        let work = (iterations, whole.fft_pairs);
         let plastic = whole.plastic.map(|p| p.to_vec());
         assert_eq!(plastic.is_some(), hardness.is_some());
         for share in [0.0, 0.3, 0.6, 0.9] {
@@ -364,6 +365,7 @@ fn a_resumed_solve_has_the_same_bits() {
                     && state.plastic.map(|p| p.to_vec()) == plastic,
                 "{id} {adhesion:?} {last:?} after {after}"
             );
+            assert_eq!((state.iterations, state.fft_pairs), work, "{id} {adhesion:?} {last:?} after {after}");
         }
     }
 }

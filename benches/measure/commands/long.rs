@@ -17,7 +17,7 @@ pub(super) const COMMANDS: [&str; 10] =
 /// Submits a sweep to a Slurm whose programs answer and start nothing, runs its tasks and collects the results. A folder that is damaged
 /// fails in one of them.
 const SUBMISSION: &str = "\"$0\" sweep sweep.toml --machine cluster --out \"$1\" || exit\n\
-                          for task in 0 1; do \"$0\" slurm-task \"$1\" $task; done\n\
+                          for task in 0 1 2; do \"$0\" slurm-task \"$1\" $task; done\n\
                           exec \"$0\" collect \"$1\"";
 
 const MACHINES: &str = "[cluster]\nengine = \"slurm\"\npack_minutes = 0.0\n";
@@ -86,7 +86,7 @@ impl LongCommands {
             "submission" => return self.submission(folder, out),
             "pull-off" => command
                 .args(["solve", "--challenge", size, "--cut-off", "0.1", "--pressure", "0.01,0.02"])
-                .args(["--gamma", "0.2", "--pull-off"]),
+                .args(["--gamma", "0.02", "--range", "0.05", "--pull-off"]),
             "sweep" => command.arg("sweep").arg(scene("sweep.toml")),
             "solve" => command.args(["solve", "--challenge", size, "--cut-off", "0.03", "--method", "gfmd"]).args([
                 "--pressure",

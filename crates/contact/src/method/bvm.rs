@@ -112,6 +112,9 @@ struct BvmRun<'p, T: Real, K, L> {
 #[derive(Clone, Serialize, Deserialize)]
 struct BvmSnapshot {
     iterations: usize,
+    /// Transform pairs of this load, with that of the present residuals.
+    #[serde(default)]
+    fft_pairs: f64,
     /// Weight of the last direction in the next one.
     beta: f64,
     /// Remaining gradient steps of safe length.
@@ -249,25 +252,31 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for BvmRun<'_, T, K, L> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
-        let fft_pairs_before = self.operator.fft_pairs;
+        let mut fft_pairs_before = self.operator.fft_pairs;
         // A load that is refused must not lose the flow.
         self.operator.control(load, self.observer, CARD.id)?;
         let mut flow = std::mem::take(&mut self.flow);
         let observer = WithPlastic { observer: self.observer, plastic: flow.lend() };
         let mut control = self.operator.control(load, &observer, CARD.id)?;
         let (mut beta, mut safe) = (0.0, 0);
-        if let Some(pause) = self.paused.take() {
+        let paused = self.paused.take().map(|pause| {
             (beta, safe) = (pause.beta, pause.safe);
             control.resume(pause.iterations, pause.progress);
-        }
+            pause.fft_pairs
+        });
         let pressure = self.operator.pressure;
         let (mut residuals, ..) = self.advance(0.0);
+        if let Some(fft_pairs) = paused {
+            fft_pairs_before = self.operator.fft_pairs - fft_pairs;
+        }
         let ending = loop {
             if let Some(ending) = control.ended(&residuals) {
                 break ending;
             }
+            let fft_pairs = self.operator.fft_pairs - fft_pairs_before;
             let pause = |c: &IterationControl| BvmSnapshot {
                 iterations: c.iterations,
+                fft_pairs,
                 beta,
                 safe,
                 progress: c.monitor_before(),

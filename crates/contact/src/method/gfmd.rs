@@ -111,6 +111,9 @@ struct GfmdRun<'p, T: Real, K, L> {
 #[derive(Clone, Serialize, Deserialize)]
 struct GfmdSnapshot {
     iterations: usize,
+    /// Transform pairs of this load.
+    #[serde(default)]
+    fft_pairs: f64,
     progress: ConvergenceMonitor,
 }
 
@@ -203,7 +206,7 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for GfmdRun<'_, T, K, L> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<Equilibrium<'_>> {
-        let fft_pairs_before = self.operator.fft_pairs;
+        let mut fft_pairs_before = self.operator.fft_pairs;
         // A load that is refused must not lose the flow.
         self.operator.control(load, self.observer, CARD.id)?;
         let mut flow = std::mem::take(&mut self.flow);
@@ -216,7 +219,8 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for GfmdRun<'_, T, K, L> {
         let slowest = wave.min(approach);
         match self.paused.take() {
             None => self.rest(),
-            Some(GfmdSnapshot { iterations, progress }) => {
+            Some(GfmdSnapshot { iterations, fft_pairs, progress }) => {
+                fft_pairs_before -= fft_pairs;
                 control.resume(iterations, progress);
                 self.transform_displacement();
             }
@@ -239,8 +243,12 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for GfmdRun<'_, T, K, L> {
             if let Some(ending) = control.failed(&residuals) {
                 break (ending, residuals);
             }
-            let pause =
-                |c: &IterationControl| GfmdSnapshot { iterations: c.iterations + 1, progress: c.monitor.clone() };
+            let fft_pairs = self.operator.fft_pairs - fft_pairs_before;
+            let pause = |c: &IterationControl| GfmdSnapshot {
+                iterations: c.iterations + 1,
+                fft_pairs,
+                progress: c.monitor.clone(),
+            };
             if control.checkpoint_or_interrupt(&residuals, (&self.gap, &self.velocity), pause) {
                 break (Ending::Stopped(Stop::Interrupted), residuals);
             }

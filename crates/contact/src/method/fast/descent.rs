@@ -326,10 +326,12 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         let now = level.trial(0.0, precision);
         level.pending = 0.0;
         let untouched = resumed.is_none() && !task.pulled;
+        // The pairs of a snapshot include those of the trial, which is repeated.
+        let counted = if resumed.is_some() { 0.0 } else { level.fft_pairs };
         let DescentSnapshot { smoothing, careful, last, phase, cycle, progress, iterations: done, fft_pairs, .. } =
             resumed.unwrap_or_else(|| DescentSnapshot::fresh(pressure, *iterations));
         *iterations = done;
-        level.fft_pairs += fft_pairs;
+        level.fft_pairs = counted + fft_pairs;
         Descent {
             task,
             level,
