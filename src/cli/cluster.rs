@@ -58,8 +58,9 @@ impl Request<'_> {
         let machine = with_ranks(self.machine, sweep.ranks());
         let mut submission = Submission::new(&sweep.name, &sweep.keys, machine, self.flags);
         submission.points = sweep.points.iter().map(submitted).collect();
+        let is_done = |p| submission.end_of(out, p).is_some_and(|end| end.outcome == TurnOutcome::Done);
         let missing: Vec<(usize, f64)> = (submission.points.iter().enumerate())
-            .filter(|(_, p)| submission.end_of(out, p).is_none_or(|end| end.outcome != TurnOutcome::Done))
+            .filter(|(_, p)| !is_done(p) || !submission.is_whole(out, p))
             .map(|(i, p)| (i, p.seconds))
             .collect();
         submission.tasks = pack(&missing, &submission.machine);

@@ -2,6 +2,7 @@
 
 use super::machine::Machine;
 use crate::pipeline::sweep::PointFolder;
+use crate::record::written::WrittenFolder;
 use crate::record::{results, written};
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::{append, list, read_text, remove};
@@ -200,6 +201,12 @@ impl Submission {
             Some(reason) => EndedPoint { outcome: TurnOutcome::Failed, code: DAMAGED, reason: Some(reason), ..end },
             None => end,
         })
+    }
+
+    /// Whether results, fields and other files of the stages of a point are as its run wrote them. All are read.
+    pub fn is_whole(&self, out: &Path, point: &SubmittedPoint) -> bool {
+        let verified = WrittenFolder::run(&self.place(out, point).0).and_then(|(folder, _)| folder.verify());
+        verified.is_ok()
     }
 
     /// Points that are not done.

@@ -262,6 +262,30 @@ fn damaged_points_of_a_cluster_are_not_collected() {
     assert!(call(&["status", "out"]).status.success());
 }
 
+/// The command that submitted a sweep submits a point again whose stages or fields changed, as the message of those who refuse it says.
+#[test]
+fn damaged_stages_of_a_cluster_are_submitted_again() {
+    let scratch = Scratch::new();
+    let path = scratch.stand_ins(&[("sbatch", "echo 7"), ("squeue", "exit 0")]);
+    let call = |arguments: &[&str]| scratch.with_path(arguments, &path);
+    let submitted = |points: usize| {
+        let answer = call(&["sweep", "sweep.toml", "--machine", "cluster", "--out", "out", "--json"]);
+        let said = String::from_utf8_lossy(&answer.stdout).into_owned();
+        assert!(said.contains(&format!("\"submitted\":{points}")), "{said} {}", stderr(&answer));
+        for task in (0..points).map(|task| task.to_string()) {
+            assert!(call(&["slurm-task", "out", &task]).status.success());
+        }
+        assert!(call(&["collect", "out"]).status.success());
+    };
+    submitted(2);
+    submitted(0);
+    for file in ["continuum/done.json", "continuum/load-1-gap.npy"] {
+        flip(&scratch.path("out/points/seed-1").join(file));
+        submitted(1);
+    }
+    submitted(0);
+}
+
 /// Only a job with a number, the name and the folder of the submission is cancelled.
 #[test]
 fn only_the_own_job_is_cancelled() {
