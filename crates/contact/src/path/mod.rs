@@ -298,6 +298,7 @@ impl<'p> LoadPathSolver<'p> {
                 None if converged && coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
                 known => known.filter(|_| converged),
             };
+            let converged = self.is_complete(&mut state, observer);
             let coarser_gaps = next.and_then(|next| waves.coarser_gaps(&next, state.mean_gap));
             let fine = GridResult::new(&state, self.problem.grid, self.problem.adhesion.range(), &area);
             let errors = converged.then(|| self.errors(load, next, &coarse, fine, (rms_height, resolved)));
@@ -305,9 +306,8 @@ impl<'p> LoadPathSolver<'p> {
             if pulls_off && converged && i + 1 == self.loads.len() {
                 last = Some(SeparationStart::of(&state, &self.problem));
             }
-            let errors = (discretisation, extrapolated);
             let reached = Reached {
-                uncertainty: self.uncertainty((&state, &area), (rms_height, waves), errors),
+                uncertainty: self.uncertainty((&state, &area), (rms_height, waves), (discretisation, extrapolated)),
                 energy_bound: bound.as_ref().and_then(|bound| bound.at(self.problem.grid, &state)),
                 displacement: displacement(touch, state.separation, rounding),
                 state,
@@ -324,6 +324,15 @@ impl<'p> LoadPathSolver<'p> {
         let Some(last) = last.filter(|_| pulls_off) else { return Ok(None) };
         coarse_results.finish(last.snapshot(self.problem.grid));
         self.separate((&mut *run, last), coarse_solvers.first_mut(), (scale, observer)).map(Some)
+    }
+
+    /// Whether a state has converged. A stop may have left out its stiffness, or what coarser grids say of its errors: its load is then
+    /// interrupted, and solved again. Several ranks may not agree on a stop here.
+    fn is_complete(&self, state: &mut Equilibrium, observer: &dyn Observer) -> bool {
+        if state.stop == Stop::Converged && self.problem.ranks.count() == 1 && observer.stop_requested() {
+            state.stop = Stop::Interrupted;
+        }
+        state.stop == Stop::Converged
     }
 
     /// Separates the surfaces from a state, here and on the coarser grid.
