@@ -7,7 +7,7 @@ use super::solved::{Solved, state_of_line};
 use crate::Result;
 use crate::cli::output;
 use crate::record::load_table::{self, Dimension, ResultUnits};
-use crate::report::number::{change, duration, memory, percent, significant};
+use crate::report::number::{self, change, duration, memory, percent, significant};
 use crate::scene::{Case, rename_keys_in};
 use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
 use asperity_contact::load::{LoadStep, Stop};
@@ -297,6 +297,10 @@ pub(super) fn show_pull_off(as_json: bool, units: &ResultUnits, line: &Value) ->
     }
     let number = |key: &str| line[key].as_f64();
     let with_error = |value: f64, error: Option<f64>, (digits, dimension): (usize, Dimension)| {
+        if let (Dimension::Stress, Some(pascal), Some(error)) = (dimension, units.si(dimension), error) {
+            let (value, error) = number::with_error(value * pascal, error * pascal, "Pa");
+            return value + &error;
+        }
         let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
         let unit = units.of(dimension).map_or(String::new(), |unit| format!(" {unit}"));
         format!("{}{error}{unit}", significant(value, digits))

@@ -298,7 +298,7 @@ impl<'p> LoadPathSolver<'p> {
                 None if converged && coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
                 known => known.filter(|_| converged),
             };
-            let converged = self.is_complete(&mut state, observer);
+            let converged = self.is_complete(&state, observer)?;
             let coarser_gaps = next.and_then(|next| waves.coarser_gaps(&next, state.mean_gap));
             let fine = GridResult::new(&state, self.problem.grid, self.problem.adhesion.range(), &area);
             let errors = converged.then(|| self.errors(load, next, &coarse, fine, (rms_height, resolved)));
@@ -326,13 +326,17 @@ impl<'p> LoadPathSolver<'p> {
         self.separate((&mut *run, last), coarse_solvers.first_mut(), (scale, observer)).map(Some)
     }
 
-    /// Whether a state has converged. A stop may have left out its stiffness, or what coarser grids say of its errors: its load is then
-    /// interrupted, and solved again. Several ranks may not agree on a stop here.
-    fn is_complete(&self, state: &mut Equilibrium, observer: &dyn Observer) -> bool {
-        if state.stop == Stop::Converged && self.problem.ranks.count() == 1 && observer.stop_requested() {
-            state.stop = Stop::Interrupted;
+    /// Whether a state has converged.
+    ///
+    /// # Errors
+    /// `Interrupted` after a stop, which may have left out its stiffness, or what coarser grids say of its errors: the path continues from
+    /// an earlier checkpoint. Several ranks may not agree on a stop here.
+    fn is_complete(&self, state: &Equilibrium, observer: &dyn Observer) -> Result<bool> {
+        let converged = state.stop == Stop::Converged;
+        if converged && self.problem.ranks.count() == 1 && observer.stop_requested() {
+            return Err(Error::Interrupted);
         }
-        state.stop == Stop::Converged
+        Ok(converged)
     }
 
     /// Separates the surfaces from a state, here and on the coarser grid.
