@@ -46,10 +46,10 @@ impl Headings {
         })
     }
 
-    /// The column of heights, if the two columns are those of a profile: positions and heights.
-    pub(super) fn heights_of_profile(&self) -> Option<usize> {
+    /// The columns of positions and of heights of a profile. Others, such as an index, have other names.
+    pub(super) fn columns_of_profile(&self) -> Option<[usize; 2]> {
         let positions = ["x", "x coordinate", "x position", "position", "distance", "x axis", "length", "s"];
-        self.one(&HEIGHTS).filter(|_| self.len() == 2 && self.one(&positions).is_some())
+        Some([self.one(&positions)?, self.one(&HEIGHTS)?])
     }
 
     pub(super) fn unit(&self, column: usize) -> Option<String> {

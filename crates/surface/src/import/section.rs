@@ -274,16 +274,15 @@ impl TextChannel {
         if let Some(missing) = self.header.missing {
             self.values.iter_mut().filter(|v| **v == missing).for_each(|v| *v = f64::NAN);
         }
-        let headings = self.headings.take().map(|(h, _)| h).filter(|h| h.len() == 2 && self.nx == 2);
-        let heights_first = headings.as_ref().and_then(Headings::heights_of_profile).map(|column| column == 0);
-        let line = profile::line(path, [self.nx, self.ny], std::mem::take(&mut self.values), heights_first)?;
-        if let Some(headings) = headings {
-            let of_heights = headings.heights_of_profile().unwrap_or(1);
-            let lateral = headings.unit(1 - of_heights);
-            self.header.take_units([lateral.clone(), lateral], headings.unit(of_heights));
+        let headings = self.headings.take().map(|(h, _)| h).filter(|h| h.len() == self.nx);
+        let named = headings.as_ref().and_then(Headings::columns_of_profile);
+        let line = profile::line(path, [self.nx, self.ny], std::mem::take(&mut self.values), named)?;
+        if let (Some(headings), Some([positions, heights])) = (headings, line.columns) {
+            let lateral = headings.unit(positions);
+            self.header.take_units([lateral.clone(), lateral], headings.unit(heights));
         }
         let mut done = self.done(path, line.map, line.extent, TextLayout::Profile)?;
-        done.warnings.extend(line.warning);
+        done.warnings.extend(line.warnings);
         Ok(done)
     }
 
@@ -300,7 +299,8 @@ impl TextChannel {
             let accepted = "a name for each column, key = value, or a comment (# in front)";
             return Err(Error::format(path, found, accepted));
         }
-        if self.nx == 2 && self.headings.as_ref().is_some_and(|(h, _)| h.heights_of_profile().is_some()) {
+        let names = self.headings.as_ref().map(|(h, _)| h).filter(|h| h.len() == self.nx);
+        if names.is_some_and(|names| names.columns_of_profile().is_some()) {
             let accepted = "a map; --profile (surface.profile) for a surface that is uniform along y; or columns without these names where all are heights";
             return Err(Error::format(path, "columns of x and heights: a profile, which is no map", accepted));
         }

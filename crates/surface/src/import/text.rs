@@ -159,7 +159,7 @@ impl TextReader<'_> {
         let section = self.section();
         if !section.header.read_key(path, number, text, false)? && section.ny == 0 {
             let headings = Headings::of(&split(text).0);
-            let are_names = headings.columns().is_some() || headings.heights_of_profile().is_some();
+            let are_names = headings.columns().is_some() || headings.columns_of_profile().is_some();
             if are_names && !text.contains('=') {
                 section.headings = Some((headings, None));
             }
