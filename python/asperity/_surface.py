@@ -26,7 +26,8 @@ class Preparation(TypedDict, total=False):
     remove_outliers: float
     """Points that deviate from the median of their neighbourhood by more than this many robust standard deviations are removed."""
     detrend: str
-    """Subtracts ``mean``, ``plane``, ``quadratic`` or ``facets``, or levels each line along x: ``line-median``, ``line-linear``, ``line-quadratic``."""
+    """Subtracts ``mean``, ``plane``, ``quadratic`` or ``facets``, or levels each line along x: ``line-median``, ``line-linear``, ``line-quadratic``; or
+    subtracts the plane through the mean heights next to three points, in lengths from the first point: ``three-points=1,1;9,1;5,8``."""
     fill: str
     """Replaces missing points (NaN): ``nearest`` or ``harmonic``."""
     low_pass: float
@@ -42,8 +43,10 @@ class Preparation(TypedDict, total=False):
     extend_to: float
     """Shortest of the waves that are added below `low_pass`, down to which the map is trusted: a realisation of the self-affine spectrum that is fitted
     to its waves above."""
+    isotropic_map: bool
+    """Whether a profile, one line of heights, becomes a square map: a realisation of the isotropic random surface whose profiles have its spectrum."""
     seed: int
-    """Seed of these waves."""
+    """Seed of the waves that are added, or of the isotropic map."""
 
 
 #: Type of the value of each step, in the order of the steps.
@@ -53,6 +56,10 @@ STEPS: dict[str, Any] = get_type_hints(Preparation)
 def _step(key: str, value: Any) -> Any:
     if STEPS[key] is float:
         return real(key, value)
+    if STEPS[key] is bool:
+        if not isinstance(value, bool):
+            raise InputError(f"{key} = {value!r}; accepted: True or False")
+        return value
     if STEPS[key] is int:
         return whole(key, value, 0)
     if STEPS[key] is str:
@@ -71,8 +78,8 @@ def _steps(preparation: Preparation | None) -> dict[str, Any]:
     steps = {key: value for key, value in (preparation or {}).items() if value is not None}
     if unknown := sorted(set(steps) - set(STEPS)):
         raise InputError(f"preparation = {unknown}; accepted: {', '.join(STEPS)}")
-    if "extend_to" in steps and "seed" not in steps:
-        raise InputError("seed = None; accepted: a whole number with extend_to, the seed of its waves")
+    if ("extend_to" in steps or steps.get("isotropic_map")) and "seed" not in steps:
+        raise InputError("seed = None; accepted: a whole number with extend_to or isotropic_map, the seed of its waves")
     return dict.fromkeys(STEPS) | {"filter": "gaussian"} | {key: _step(key, value) for key, value in steps.items()}
 
 
@@ -177,7 +184,7 @@ class Surface:
             Name of the array or channel, in a file with several; by SurfaceTopography also its number, as text.
         profile : bool
             Whether the file is a profile: positions and heights in two columns, or one line of heights. The surface is uniform along y (line
-            contact).
+            contact), or with ``isotropic_map`` in the preparation one realisation of an isotropic one.
         unit : str, optional
             Label of the unit of lengths. Default: that of the file.
         preparation : Preparation, optional

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
 /// Words of scenes, flags and the crate in messages, and their names in Python.
-const NAMES: [(&str, &str); 19] = [
+const NAMES: [(&str, &str); 21] = [
     ("`surface.edges taper|mirror`", "edges=\"taper\" or \"mirror\" in the preparation"),
     ("`surface.detrend plane`", "detrend=\"plane\""),
     ("`continuum.periodic = false`", "body=NonPeriodic()"),
@@ -24,6 +24,8 @@ const NAMES: [(&str, &str); 19] = [
     ("--high-pass", "high_pass"),
     ("--resample", "resample"),
     ("--extend-to", "extend_to"),
+    ("--isotropic-map", "isotropic_map"),
+    ("a profile (--profile)", "a profile"),
     ("continuum.periodic = false or surface.edges take", "maps with periodic=False take"),
     ("--remove-outliers", "remove_outliers"),
 ];

@@ -3,13 +3,15 @@
 use crate::arrays::{EnteredMap, expect_memory};
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::pool::in_pool;
+use asperity::grid::units::Measure;
 use asperity::grid::{Error, Grid};
+use asperity::scene::DetrendScene;
 use asperity::surface::import;
 use asperity::surface::{
     AtDistance, Axis, Placement, PowerSpectra, Tip, areal, correlation_length, power_spectra, reconstruct,
     scale_dependent, tip_cutoff,
 };
-use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
+use asperity::{Amplitudes, Detrend, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
 use ndarray::Array2;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -47,6 +49,7 @@ pub(crate) struct Steps {
     resample: Option<[usize; 2]>,
     edges: Option<String>,
     extend_to: Option<f64>,
+    isotropic_map: Option<bool>,
     seed: Option<u64>,
 }
 
@@ -56,16 +59,30 @@ impl Steps {
             crop: self.crop,
             remove_outliers: self.remove_outliers,
             fill: optional(py, PLACE, "fill", self.fill.as_ref())?,
-            detrend: optional(py, PLACE, "detrend", self.detrend.as_ref())?,
+            detrend: self.detrend.as_ref().map(|text| form(py, text)).transpose()?,
             low_pass: self.low_pass,
             high_pass: self.high_pass,
             filter: choice(py, PLACE, "filter", &self.filter)?,
             resample: self.resample,
             edges: optional(py, PLACE, "edges", self.edges.as_ref())?,
             extend_to: self.extend_to,
+            isotropic_map: self.isotropic_map.unwrap_or_default(),
             seed: self.seed.unwrap_or_default(),
         })
     }
+}
+
+/// The form of its text. Lengths are numbers in the unit of the surface.
+fn form(py: Python<'_>, text: &str) -> PyResult<Detrend> {
+    let parsed =
+        text.parse::<DetrendScene<Measure>>().and_then(|form| match form.lengths().iter().all(|m| m.unit.is_none()) {
+            true => Ok(form.form(|m| m.value)),
+            false => Err("expected numbers without a unit, in that of the surface".into()),
+        });
+    parsed.map_err(|why| {
+        let accepted = why.strip_prefix("expected ").unwrap_or(&why);
+        exception(py, &Error::input(PLACE, "detrend", format!("{text:?}"), accepted))
+    })
 }
 
 type TipMaps<'py> = (Option<f64>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<bool>>);

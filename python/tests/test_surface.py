@@ -314,3 +314,30 @@ def test_waves_below_the_measured_ones_follow_a_seed() -> None:
         Surface.from_array(surface.heights, 1.0, touching="low-points", preparation={"extend_to": 0.02, "seed": 1})
     with pytest.raises(InputError, match="seed"):
         Surface.from_array(surface.heights, 1.0, touching="low-points", preparation={"low_pass": 0.06, "extend_to": 0.02})
+
+
+def test_a_profile_is_one_realisation_of_an_isotropic_map() -> None:
+    profile = Surface.from_spectrum(128, seed=1, lambda_r=0.1, lambda_s=1 / 32, rms_gradient=0.2).heights[:1]
+
+    def isotropic(seed: int) -> Surface:
+        steps: asperity.Preparation = {"isotropic_map": True, "seed": seed}
+        return Surface.from_array(profile, 1.0, touching="low-points", periodic=False, preparation=steps)
+
+    one, two, again = map(isotropic, (1, 2, 1))
+    assert one.shape == (128, 128) and one.periodic and one.cell == (1.0, 1.0)
+    assert one.heights.tobytes() == again.heights.tobytes() != two.heights.tobytes()
+    assert 0.1 < one.rms_gradient < 0.3
+    assert "one realisation, of seed 1" in one.preparation_steps[-1]
+    with pytest.raises(InputError, match="isotropic_map = 24 x 36 points|isotropic_map = 36 x 24 points"):
+        of(HEIGHTS, preparation={"isotropic_map": True, "seed": 1})
+    with pytest.raises(InputError, match="seed"):
+        of(HEIGHTS[:1], preparation={"isotropic_map": True})
+
+
+def test_three_points_level_a_map() -> None:
+    tilted = HEIGHTS + 3.0 * np.arange(36)
+    surface = Surface.from_array(tilted, 36.0, touching="low-points", preparation={"detrend": "three-points=5,5;30,6;10,20"})
+    assert surface.rms_height < 3.0 and "means of 21, 21, 21 points" in surface.preparation_steps[0]
+    for points, words in (("three-points=5,5;30,6", "X1,Y1"), ("three-points=5um,5um;30um,6um;1um,1um", "without a unit"), ("tilt", "facets")):
+        with pytest.raises(InputError, match=words):
+            of(tilted, preparation={"detrend": points})

@@ -16,7 +16,7 @@ pub struct FileOptions {
     pub touching: Option<Touching>,
     /// Name of the array or channel, in a file with several.
     pub dataset: Option<String>,
-    /// The file is a profile, and the surface uniform along y.
+    /// The file is a profile, and the surface uniform along y, unless `preparation.isotropic_map`.
     pub profile: bool,
     /// A Python in which asperity and SurfaceTopography are installed. It reads files that this crate does not: those of instruments, and
     /// containers of contact.engineering.
@@ -40,13 +40,14 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
         fill: options.preparation.fill,
         crop: options.preparation.crop,
         remove_outliers: options.preparation.remove_outliers,
-        detrend: options.preparation.detrend,
+        detrend: options.preparation.detrend.map(Into::into),
         low_pass: options.preparation.low_pass.map(Length::plain),
         high_pass: options.preparation.high_pass.map(Length::plain),
         filter: Some(options.preparation.filter),
         resample: options.preparation.resample,
         edges: options.preparation.edges,
         extend_to: options.preparation.extend_to.map(Length::plain),
+        isotropic_map: options.preparation.isotropic_map,
         seed: options.preparation.seed,
         ..SurfaceScene::default()
     };

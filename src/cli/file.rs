@@ -1,13 +1,13 @@
 use crate::scene::{
-    AccuracyScene, ContinuumScene, Converter, LaboratoryScene, Length, OtherScene, SurfaceScene, Time, last_part,
-    metres_of, read_heights,
+    AccuracyScene, ContinuumScene, Converter, DetrendScene, LaboratoryScene, Length, OtherScene, SurfaceScene, Time,
+    last_part, metres_of, read_heights,
 };
 use crate::{Error, Result};
 use asperity_contact::problem::ErrorTargets;
 use asperity_grid::units::{Dimension, MAX_SECONDS, Measure, Measures};
 use asperity_surface::heights::Touching;
 use asperity_surface::import::{Fourier, ImportOptions, ImportedFile};
-use asperity_surface::{Detrend, Edges, Fill, FilterKind};
+use asperity_surface::{Edges, Fill, FilterKind};
 use std::path::{Path, PathBuf};
 
 pub(super) const COMMAND_LINE: &str = "command line";
@@ -94,9 +94,11 @@ pub(super) struct MapFlags {
     /// Fill missing points.
     #[arg(long, value_enum)]
     pub fill: Option<Fill>,
-    /// Subtract the mean, a plane or a polynomial of second order, or level each scan line.
-    #[arg(long, value_enum)]
-    pub detrend: Option<Detrend>,
+    /// Subtract the mean, plane, quadratic (polynomial of second order) or facets (plane in which most of the surface lies); level each scan
+    /// line by line-median, line-linear or line-quadratic; or subtract the plane three-points=X1,Y1;X2,Y2;X3,Y3 through the mean heights next
+    /// to three points, from the first point of the map.
+    #[arg(long, value_name = "FORM")]
+    pub detrend: Option<DetrendScene<Measure>>,
     /// Remove wavelengths below this one.
     #[arg(long, value_name = "LAMBDA")]
     pub low_pass: Option<Measure>,
@@ -116,6 +118,10 @@ pub(super) struct MapFlags {
     /// that is fitted to its waves above.
     #[arg(long, value_name = "LAMBDA", requires = "low_pass")]
     pub extend_to: Option<Measure>,
+    /// Instead of a surface that is uniform along y, of a --profile: one realisation, by --seed, of the isotropic random surface whose profiles
+    /// have its spectrum. The cell is a square of its length, and repeats.
+    #[arg(long)]
+    pub isotropic_map: bool,
     /// Warnings about the surface are errors, and so is an accuracy that is not reached.
     #[arg(long)]
     pub strict: bool,
@@ -140,6 +146,7 @@ impl MapFlags {
             ("--resample", !self.resample.is_empty()),
             ("--edges", self.edges.is_some()),
             ("--extend-to", self.extend_to.is_some()),
+            ("--isotropic-map", self.isotropic_map),
         ];
         options.into_iter().find(|(_, options)| *options).map(|(flag, _)| flag).or(self.other_body.given())
     }
@@ -166,9 +173,12 @@ impl MapFlags {
         s.resample = numbers("--resample", &self.resample, "two numbers: NX,NY")?.or(s.resample);
         s.remove_outliers = self.remove_outliers.or(s.remove_outliers);
         s.fill = self.fill.or(s.fill);
-        s.detrend = self.detrend.or(s.detrend);
+        if let Some(form) = self.detrend {
+            s.detrend = Some(form.try_map(|m| in_scene("--detrend", m))?);
+        }
         s.filter = self.filter.or(s.filter);
         s.edges = self.edges.or(s.edges);
+        s.isotropic_map |= self.isotropic_map;
         s.strict |= self.strict;
         s.other = self.other_body.scene(s.other.take(), in_scene)?;
         if self.non_periodic {
@@ -186,6 +196,12 @@ impl MapFlags {
             ("--high-pass", self.high_pass),
             ("--extend-to", self.extend_to),
         ]
+    }
+
+    /// The points of the form, and the lengths of the other body.
+    pub(super) fn further_lengths(&self) -> Vec<(&'static str, Measure)> {
+        let points = self.detrend.iter().flat_map(DetrendScene::lengths).map(|m| ("--detrend", m));
+        points.chain(self.other_body.lengths()).collect()
     }
 
     /// Metres of one unit of the heights, where it is known: of the given one, or the one that the file declares.

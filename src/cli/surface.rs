@@ -258,8 +258,8 @@ impl SurfaceArgs {
         s.fourier = self.file.fourier.or(s.fourier);
         s.fourier_points = self.file.fourier_points.or(s.fourier_points);
         // Plain lengths are in the unit of the heights.
-        let of_other = self.map.other_body.lengths().into_iter().map(|(_, m)| m);
-        let plain = self.map.lengths().into_iter().flat_map(|(_, m)| m).chain(of_other).any(|m| m.unit.is_none());
+        let further = self.map.further_lengths().into_iter().map(|(_, m)| m);
+        let plain = self.map.lengths().into_iter().flat_map(|(_, m)| m).chain(further).any(|m| m.unit.is_none());
         let file = s.heights.clone().filter(|_| plain);
         let heights_m = self.map.heights_m(file.as_deref(), &self.file)?;
         let in_scene = |flag: &str, m: Measure| match (m.unit, heights_m) {
@@ -270,7 +270,12 @@ impl SurfaceArgs {
         };
         self.map.set(s, &mut scene.laboratory, &mut scene.continuum, &in_scene)?;
         match self.seed.filter(|_| !s.has_seed()) {
-            Some(seed) => Err(Error::input("command line", "--seed", seed, "only without a file, or with --extend-to")),
+            Some(seed) => Err(Error::input(
+                "command line",
+                "--seed",
+                seed,
+                "only without a file, or with --extend-to or --isotropic-map",
+            )),
             None => Ok(()),
         }
     }

@@ -84,7 +84,7 @@ impl EnsembleArguments {
         let surface = Scene::read(&self.scene)?.surface;
         if let Some(heights) = surface.heights.as_ref().filter(|_| !surface.has_seed()) {
             let found = format!("{} with surface.heights = {}", self.scene.display(), heights.display());
-            let accepted = "a scene with a synthesised surface, or with surface.extend_to";
+            let accepted = "a scene with a synthesised surface, or with surface.extend_to or surface.isotropic_map";
             return Err(Error::input("command line", "--seeds", found, accepted));
         }
         let points = self.flags.with_changes(|changes| Points::ensemble(&self.scene, &seeds, changes))?;

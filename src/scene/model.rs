@@ -2,6 +2,7 @@
 
 use super::accuracy::AccuracyScene;
 use super::atoms_scene::AtomsScene;
+use super::detrend::DetrendScene;
 use super::laboratory::LaboratoryScene;
 use super::load::LoadScene;
 use super::quantity::{Length, List, Stress, Work, dimension, list, unit};
@@ -10,7 +11,7 @@ use asperity_contact::method::{Precision, Settings};
 use asperity_contact::problem::{Accuracy, AdhesionLaw, MAX_ITERATIONS};
 use asperity_surface::heights::Touching;
 use asperity_surface::import::Fourier;
-use asperity_surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
+use asperity_surface::{Amplitudes, Edges, Fill, FilterKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -83,7 +84,7 @@ pub struct SurfaceScene {
     /// Points per side of the grid on which the continuum is solved (a synthesised surface, or one from Fourier coefficients;
     /// a height map keeps its points).
     pub grid: usize,
-    /// Seed of the random phases and amplitudes: of a synthesised surface, or of the waves that `extend_to` adds.
+    /// Seed of the random phases and amplitudes: of a synthesised surface, of the waves that `extend_to` adds, or of `isotropic_map`.
     pub seed: u64,
     /// Hurst exponent H, 0 < H ≤ 1.
     pub hurst: f64,
@@ -139,9 +140,10 @@ pub struct SurfaceScene {
     /// How missing points of a map are filled. Default: a map with missing points is refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
-    /// Form that is subtracted from a map.
+    /// Form that is subtracted from a map. Three points are lengths along x and y from the first point of the map, or of the part that is kept; the
+    /// plane goes through the mean heights of the measured points next to them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub detrend: Option<Detrend>,
+    pub detrend: Option<DetrendScene>,
     /// Shortest wavelength kept of Fourier coefficients or of a map.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<Length>,
@@ -161,6 +163,10 @@ pub struct SurfaceScene {
     /// spectrum that is fitted to its waves above.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extend_to: Option<Length>,
+    /// Instead of a surface that is uniform along y, of a profile: one realisation, by `seed`, of the isotropic random surface whose profiles have
+    /// its spectrum. The cell is a square of its length, and repeats.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub isotropic_map: bool,
     /// A second rough body, which faces this one. Default: it is flat.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other: Option<OtherScene>,
@@ -230,7 +236,7 @@ fn yes() -> bool {
 impl SurfaceScene {
     /// Whether its seed has a meaning.
     pub fn has_seed(&self) -> bool {
-        self.heights.is_none() || self.extend_to.is_some()
+        self.heights.is_none() || self.extend_to.is_some() || self.isotropic_map
     }
 }
 
@@ -266,6 +272,7 @@ impl Default for SurfaceScene {
             resample: None,
             edges: None,
             extend_to: None,
+            isotropic_map: false,
             other: None,
             strict: false,
         }

@@ -191,7 +191,7 @@ impl SurfaceFile {
     /// A map that does not repeat is made to by its edges, or it is solved as a non-periodic surface.
     fn periodicity(&self, scene: &mut Scene, list: &mut Vec<Complaint>) {
         let given = &mut scene.continuum.periodic;
-        let made = scene.surface.edges.is_some();
+        let made = scene.surface.edges.is_some() || scene.surface.isotropic_map;
         match (*given, self.declared().periodic) {
             (Some(true), Some(false)) if !made => {
                 let accepted = self.declares("false") + ", or surface.edges that make the map repeat";
@@ -236,6 +236,7 @@ impl SurfaceFile {
             ("surface.resample", s.resample.is_some()),
             ("surface.edges", s.edges.is_some()),
             ("surface.extend_to", s.extend_to.is_some()),
+            ("surface.isotropic_map", s.isotropic_map),
         ];
         options.into_iter().filter(|(_, options)| *options).map(|(key, _)| key).collect()
     }
@@ -257,7 +258,8 @@ impl SurfaceFile {
         let x = lab.number(lab.length());
         let extent = [x, lab.length_y.map_or(x * map.ny as f64 / map.nx as f64, |y| lab.number(y))];
         let (missing, points) = (map.missing(), map.heights.len());
-        let repeats = self.declared().periodic.unwrap_or(scene.continuum.is_periodic() && s.edges.is_none());
+        let made = s.edges.is_some() || s.isotropic_map;
+        let repeats = self.declared().periodic.unwrap_or(scene.continuum.is_periodic() && !made);
         let (all, of_sum) = (preparation(s, lab), of_sum(s));
         let own = Preparation { resample: None, edges: None, ..all.clone() };
         let steps = if of_sum.is_some() { own } else { all };
@@ -303,7 +305,10 @@ impl SurfaceFile {
             unit,
             touching: s.touching.map_or(String::new(), |t| word(&t)),
             periodic: scene.continuum.is_periodic(),
-            periodicity_is_known: declared.periodic.is_some() || s.edges.is_some() || self.periodicity_is_given,
+            periodicity_is_known: declared.periodic.is_some()
+                || s.edges.is_some()
+                || s.isotropic_map
+                || self.periodicity_is_given,
             missing_points: 0,
             filled_points: 0,
             filled_share: 0.0,
@@ -351,6 +356,8 @@ pub(super) fn preparation_keys(text: &str) -> String {
         "resample",
         "edges",
         "extend-to",
+        "isotropic-map",
+        "profile",
     ];
     let text = text.replace("--non-periodic", "continuum.periodic = false");
     of_surface
@@ -375,13 +382,14 @@ fn preparation(s: &SurfaceScene, lab: &LaboratoryScene) -> Preparation {
         crop: s.crop,
         remove_outliers: s.remove_outliers,
         fill: s.fill,
-        detrend: s.detrend,
+        detrend: s.detrend.map(|form| form.form(|length| lab.number(length))),
         low_pass: s.low_pass.map(|length| lab.number(length)),
         high_pass: s.high_pass.map(|length| lab.number(length)),
         filter: s.filter.unwrap_or_default(),
         resample: s.resample,
         edges: s.edges,
         extend_to: s.extend_to.map(|length| lab.number(length)),
+        isotropic_map: s.isotropic_map,
         seed: s.seed,
     }
 }

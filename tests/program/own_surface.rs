@@ -148,6 +148,33 @@ fn a_tilted_map_is_named_and_levelled() {
     assert!(prepared["preparation"][0].as_str().is_some_and(|step| step.contains("plane")), "{prepared}");
 }
 
+/// A map on a tilted ground is levelled at three points of it, in the units of the flags and of a scene.
+#[test]
+fn three_points_level_the_ground() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("step.txt");
+    // Steps of 0.5 µm, 30 x 20 µm.
+    export(&file, |x, y| 0.02 * x as f64 - 0.01 * y as f64 + if (25..45).contains(&x) { 0.5 } else { 0.0 });
+    let points = "three-points=2um,1um;28um,4000nm;5um,18um";
+    let flags = ["--touching", "high-points", "--detrend", points];
+    for read in read_by_all(&file, &flags, &format!("touching = \"high-points\"\ndetrend = {points:?}")) {
+        let step = read["preparation"][0].as_str().expect("a step");
+        // Places are in metres where the heights are and lengths have units.
+        let [slopes, means] = ["slopes 0.04 in x, -0.02 in y, through 2", "means of 21, 21, 21 points"];
+        assert!(step.starts_with("detrend three-points") && step.contains(slopes) && step.ends_with(means), "{step}");
+    }
+    let level = answer(&[&["surface", text(&file), "--json"], &flags[..]].concat());
+    assert!((number(&level, "height_range_m") / 0.5e-6 - 1.0).abs() < TEXT, "{level}");
+    for (points, pieces) in [
+        ("three-points=2um,1um;28um,4um", &["--detrend", "X1,Y1;X2,Y2;X3,Y3"][..]),
+        ("three-points=2um,1um;31um,4um;1um,2um", &["detrend", "31,4", "0 to 30 along x, 0 to 20 along y"]),
+        ("three-points=2um,1um;4um,2um;6um,3um", &["detrend", "on one line"]),
+        ("planes", &["--detrend", "mean, plane, quadratic"]),
+    ] {
+        refused(&["surface", text(&file), "--touching", "high-points", "--detrend", points], pieces);
+    }
+}
+
 /// One per cent of the points was not measured: refused with the remedy, or filled and said.
 #[test]
 fn a_map_with_holes_is_filled_on_request() {

@@ -50,8 +50,14 @@ fn a_profile_is_a_surface_uniform_along_y() {
     files.text("line.txt", &(0..N).map(|i| format!("{:.9} ", height(i))).collect::<String>());
     let usual = ["--touching", "high-points", "--modulus", "10MPa", "--pressure", "0.05MPa", "--unit", "um"];
     let strip = json("solve", &[&[&files.word("strip.npy")[..], "--length", "60um"], &usual[..]].concat());
+    let numbered = |i: usize| format!("{} {:.4} {:.9}\n", i + 1, plain(i).0, plain(i).1);
+    files.text("index.txt", &(0..N).map(numbered).collect::<String>());
+    let quality = |i: usize| format!("{:.4}\t{}\t{:.9}\n", plain(i).0, i % 7, plain(i).1);
+    files.text("quality.txt", &("x [um]\tquality\tz [um]\n".to_string() + &(0..N).map(quality).collect::<String>()));
     for (name, more) in [
         ("columns.txt", &[][..]),
+        ("index.txt", &[]),
+        ("quality.txt", &[]),
         ("named.csv", &[]),
         ("reversed.txt", &[]),
         ("columns.txt", &["--length", "60um"]),
@@ -91,6 +97,7 @@ fn what_is_no_profile_and_what_none_can_do_is_refused() {
     let profile = files.text("p.txt", &table(" ", "", |i| (STEP * i as f64, height(i))));
     let back = files.text("back.txt", &table(" ", "", |i| (STEP * (i % 7) as f64, height(i))));
     let map = files.text("map.txt", &format!("{}\n", "1 2 3 4 5\n".repeat(9)));
+    let three = files.text("three.txt", &table(" ", "", |i| (STEP * i as f64, height(i))).replace('\n', " 5\n"));
     let usual = ["--touching", "high-points", "--modulus", "1", "--length", "60"];
     for (flags, words) in [
         (vec![&profile[..], "--pressure", "0.01"], "--profile"),
@@ -99,6 +106,9 @@ fn what_is_no_profile_and_what_none_can_do_is_refused() {
         (vec![&back, "--profile", "--pressure", "0.01"], "neither rise nor fall"),
         (vec![&profile, "--profile", "--pressure", "0.01", "--method", "persson"], "roughness along both axes"),
         (vec![&map, "--profile", "--pressure", "0.01"], "a map of 5 x 9 points"),
+        (vec![&three, "--profile", "--pressure", "0.01"], "# index x z"),
+        (vec![&profile, "--isotropic-map", "--seed", "1", "--pressure", "0.01"], "only together with --profile"),
+        (vec![&profile, "--profile", "--isotropic-map", "--edges", "mirror", "--pressure", "0.01"], "which repeats"),
     ] {
         let refused = run("solve", &[&flags[..], &usual].concat());
         let said = stderr(&refused);
@@ -139,7 +149,7 @@ fn waves_below_the_measured_ones_reduce_the_contact() {
         (&["--extend-to", "2um", "--seed", "1"][..], "--low-pass"),
         (&["--low-pass", "5um", "--seed", "1"], "--extend-to"),
         (&["--low-pass", "5um", "--extend-to", "6um"], "to below --low-pass"),
-        (&["--seed", "1"], "only together with --challenge or --extend-to"),
+        (&["--seed", "1"], "only together with --challenge, --extend-to or --isotropic-map"),
     ] {
         let refused = run("solve", &[&[&map[..], "--modulus", "25MPa", "--pressure", "0.1MPa"], more].concat());
         let said = stderr(&refused);
@@ -147,4 +157,39 @@ fn waves_below_the_measured_ones_reduce_the_contact() {
     }
     let refused = run("surface", &[&map[..], "--seed", "1"]);
     assert!(refused.status.code() == Some(2) && stderr(&refused).contains("--extend-to"), "{}", stderr(&refused));
+}
+
+/// A profile as one realisation of an isotropic surface: it says so, has the seed's heights, and what needs roughness along both axes is solved.
+#[test]
+fn a_profile_gives_an_isotropic_map() {
+    let files = Scratch::new();
+    let made =
+        ["--grid", "256", "--seed", "3", "--roll-off", "12.5um", "--cut-off", "2um", "--rms-gradient", "0.1", "--out"];
+    let map = files.word("map.txt");
+    assert!(run("surface", &[&made[..], &[&map]].concat()).status.success());
+    let text = fs::read_to_string(&map).expect("a map");
+    let row = text.lines().find(|line| !line.starts_with('#')).expect("a row");
+    let step = 100.0 / 256.0;
+    let lines = row.split_whitespace().enumerate().map(|(i, z)| format!("{:.5} {z}\n", step * i as f64));
+    let profile = files.text("profile.txt", &("# x [um] z [um]\n".to_string() + &lines.collect::<String>()));
+    let isotropic =
+        [&profile[..], "--profile", "--unit", "um", "--touching", "high-points", "--isotropic-map", "--seed"];
+    let surface = |seed: &str| json("surface", &[&isotropic[..], &[seed]].concat());
+    let [one, two, again] = ["1", "2", "1"].map(surface);
+    assert!(one["rms_height_m"] == again["rms_height_m"] && one["rms_height_m"] != two["rms_height_m"]);
+    assert_eq!(
+        (number(&one, "nx"), number(&one, "ny"), number(&one, "length_y_m")),
+        (256.0, 256.0, number(&one, "length_x_m"))
+    );
+    assert!((number(&one, "rms_gradient") / 0.1 - 1.0).abs() < 0.3, "{one}");
+    let step = one["preparation"][0].as_str().expect("a step");
+    for words in ["one realisation, of seed 1", "Hann window", "rms height", "rms gradient"] {
+        assert!(step.contains(words), "{step}");
+    }
+    let loads = ["--modulus", "25MPa", "--pressure", "0.05MPa"];
+    for more in [&["--method", "persson"][..], &["--force", "0.1mN"], &[]] {
+        let loads = if more.first() == Some(&"--force") { &loads[..2] } else { &loads[..] };
+        let solved = json("solve", &[&isotropic[..], &["1"], loads, more].concat());
+        assert!((0.001..0.9).contains(&number(&solved, "contact_area")), "{more:?}: {solved}");
+    }
 }

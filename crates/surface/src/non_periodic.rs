@@ -37,6 +37,10 @@ pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
 /// to two modes.
 pub fn hann_windowed(grid: Grid, heights: &[f64]) -> Vec<f64> {
     let hann = |n: usize| -> Vec<f64> {
+        // A profile has no window across it.
+        if n == 1 {
+            return vec![1.0];
+        }
         let w: Vec<f64> = (0..n).map(|i| 1.0 - (TAU * i as f64 / n as f64).cos()).collect();
         let square = w.iter().map(|v| v * v).sum::<f64>() / n as f64;
         w.into_iter().map(|v| v / square.sqrt()).collect()
@@ -89,6 +93,16 @@ mod tests {
         assert!((7.0..10.0).contains(&highest.0), "{clean:?}");
         let last = |bins: &[(f64, f64)]| bins[bins.len() - 1].1;
         assert!(last(&clean) < 1e-4 * last(&plain), "{} {}", last(&clean), last(&plain));
+    }
+
+    /// Along a profile the window is that along x of a map of the same rows.
+    #[test]
+    fn a_profile_is_windowed_along_itself() {
+        let heights: Vec<f64> = (0..64).map(|i| (0.7 * f64::from(i)).sin() + 0.1 * f64::from(i)).collect();
+        let line = hann_windowed(Grid { ny: 1, ..Grid::unit(64, 1) }, &heights);
+        let square = line.iter().map(|h| h * h).sum::<f64>() / 64.0;
+        assert!((square - 0.5).abs() < 0.05, "{square}");
+        assert!(line[0].abs() < 1e-15 && line.iter().sum::<f64>().abs() < 1.0);
     }
 
     /// The gradient of a tilted plane. Its Fourier series contains the step at the boundary.

@@ -133,7 +133,7 @@ impl Surface {
         let PreparedMap { map, extent, history, warnings, .. } = preparation.apply(map, extent, periodic)?;
         let grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
         let body = RoughBody { grid, heights: map.low_first(touching).heights };
-        let periodic = periodic || preparation.edges.is_some();
+        let periodic = periodic || preparation.repeats();
         Ok(Surface { periodic, steps: history, doubts: warnings, ..Self::of_map(body, "array".into(), extent[0]) })
     }
 

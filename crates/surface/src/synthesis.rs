@@ -49,20 +49,7 @@ impl Modes {
         if power == 0.0 {
             return Complex::default();
         }
-        let mirrored = kx < 0 || (kx == 0 && ky < 0);
-        let (cx, cy) = if mirrored { (-kx, -ky) } else { (kx, ky) };
-        let mut stream = ChaCha8Rng::seed_from_u64(self.seed);
-        stream.set_stream((cx as u32 as u64) << 32 | cy as u32 as u64);
-        stream.set_word_pos(0);
-        let (u1, u2) = (uniform(stream.next_u64()), uniform(stream.next_u64()));
-        // Box–Muller with libm: the same bits on every platform. -ln(u) is the exponentially distributed |a|²/C.
-        let modulus = match self.spectrum.amplitudes {
-            Amplitudes::Gaussian => (-libm::log(u1)).sqrt(),
-            Amplitudes::Fixed => 1.0,
-        };
-        let (sin, cos) = libm::sincos(2.0 * PI * u2);
-        let a = Complex::new(cos, sin) * (modulus * power.sqrt() * scale);
-        if mirrored { a.conj() } else { a }
+        random(self.seed, self.spectrum.amplitudes, kx, ky) * (power.sqrt() * scale)
     }
 
     /// rms gradient of the modes with wavelength of at least `low_pass` (0 for all).
@@ -179,6 +166,24 @@ pub fn resample(from: Grid, heights: &[f64], to: Grid, low_pass: f64) -> Vec<f64
     };
     interpolate(&transform, &source, &target, &mut target.spectrum(), &mut resampled, keep);
     resampled
+}
+
+/// Random number of mode (kx, ky), whose square modulus is 1 in the mean: that of -(kx, ky) is its conjugate.
+pub(crate) fn random(seed: u64, amplitudes: Amplitudes, kx: i64, ky: i64) -> Complex<f64> {
+    let mirrored = kx < 0 || (kx == 0 && ky < 0);
+    let (cx, cy) = if mirrored { (-kx, -ky) } else { (kx, ky) };
+    let mut stream = ChaCha8Rng::seed_from_u64(seed);
+    stream.set_stream((cx as u32 as u64) << 32 | cy as u32 as u64);
+    stream.set_word_pos(0);
+    let (u1, u2) = (uniform(stream.next_u64()), uniform(stream.next_u64()));
+    // Box–Muller with libm: the same bits on every platform. -ln(u) is the exponentially distributed |a|²/C.
+    let modulus = match amplitudes {
+        Amplitudes::Gaussian => (-libm::log(u1)).sqrt(),
+        Amplitudes::Fixed => 1.0,
+    };
+    let (sin, cos) = libm::sincos(2.0 * PI * u2);
+    let a = Complex::new(cos, sin) * modulus;
+    if mirrored { a.conj() } else { a }
 }
 
 /// A uniform number in (0, 1] from 64 random bits; never 0, whose logarithm Box–Muller takes.

@@ -44,7 +44,7 @@ pub(crate) struct SolveArgs {
     /// Instead of a file: the challenge's spectrum on an N x N grid. The heights are never stored.
     #[arg(long, value_name = "N", help_heading = SURFACE)]
     pub(super) challenge: Option<usize>,
-    /// Seed of the challenge's surface, or of the waves of --extend-to.
+    /// Seed of the challenge's surface, of the waves of --extend-to, or of --isotropic-map.
     #[arg(long, value_name = "N", help_heading = SURFACE)]
     pub(super) seed: Option<u64>,
     /// Short cut-off wavelength of the challenge's surface. Default: a thousandth of the cell's extent.
@@ -192,7 +192,7 @@ impl SolveArgs {
         surface.cut_off = self.cut_off.map(|m| units.plain("--cut-off", m)).transpose()?;
         self.map.set(&mut surface, &mut laboratory, &mut continuum, &|flag, m| units.plain(flag, m))?;
         if let Some(seed) = self.seed.filter(|_| !surface.has_seed()) {
-            let accepted = "only together with --challenge or --extend-to";
+            let accepted = "only together with --challenge, --extend-to or --isotropic-map";
             return Err(Error::input(COMMAND_LINE, "--seed", seed, accepted));
         }
         Ok(Scene {
@@ -226,7 +226,7 @@ impl SolveArgs {
             ("--subsurface", &self.subsurface),
         ];
         let single = self.map.lengths().into_iter().chain(single).filter_map(|(flag, m)| Some((flag, m?)));
-        let single = single.chain(self.map.other_body.lengths());
+        let single = single.chain(self.map.further_lengths());
         let single = single.chain(self.body.iter().flat_map(BodyFlag::stresses).map(|m| ("--body", m)));
         let of_lists = lists
             .into_iter()

@@ -1,7 +1,7 @@
 //! Checks of two bodies: their elastic constants, and the surface of the second.
 
 use super::complaints::Complaints;
-use crate::scene::{BodyScene, Scene};
+use crate::scene::{BodyScene, DetrendScene, Scene};
 use asperity_surface::import::Fourier;
 
 pub(super) fn check(c: &mut Complaints, scene: &Scene) {
@@ -46,6 +46,19 @@ fn other(c: &mut Complaints, scene: &Scene) {
         "surface.extend_to",
         "given with surface.other",
         "none: `asperity surface --extend-to --out` extends each map, with a seed of its own",
+    );
+    c.unless(
+        !scene.surface.isotropic_map,
+        "surface.isotropic_map",
+        "given with surface.other",
+        "none: `asperity surface --isotropic-map --out` makes each map, with a seed of its own",
+    );
+    let points = matches!(scene.surface.detrend, Some(DetrendScene::ThreePoints(_)));
+    c.unless(
+        !points,
+        "surface.detrend",
+        "three points given with surface.other",
+        "another form: `asperity surface --detrend three-points=… --out` levels each map",
     );
     let lengths = [("length", other.length), ("length_y", other.length_y)];
     lengths.into_iter().filter_map(|(key, l)| Some((key, l?))).for_each(|(key, l)| {

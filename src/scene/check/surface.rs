@@ -70,40 +70,60 @@ fn file(c: &mut Complaints, scene: &Scene) {
         "2 to 65536 points per side",
     );
     let waves = s.fourier.is_some_and(Fourier::are_waves);
+    c.unless(
+        !s.isotropic_map || s.profile,
+        "surface.isotropic_map",
+        "given",
+        "only together with surface.profile: a profile has one line of heights",
+    );
     if s.profile {
-        c.unless(
-            s.fourier.is_none(),
-            "surface.fourier",
-            "given with surface.profile",
-            "none: a profile has positions and heights",
-        );
-        c.unless(
-            scene.continuum.is_periodic(),
-            "continuum.periodic",
-            "false with surface.profile",
-            "a profile that repeats: surface.edges makes it so. Uniform along y it has no edges there",
-        );
-        c.unless(scene.atoms.is_none(), "surface.profile", "given with [atoms]", "a map: the block of atoms is square");
-        c.unless(
-            scene.load.force.is_empty(),
-            "load.force",
-            "given with surface.profile",
-            "load.pressure: a profile has no width on which a force acts",
-        );
-        let estimates = |m: &MethodCard| m.kind == MethodKind::Estimate;
-        let own = asperity_methods::find(&scene.continuum.method).map(|m| m.card());
-        c.unless(
-            !own.is_some_and(estimates) && scene.continuum.compare_with.is_empty(),
-            "surface.profile",
-            "given with a method that estimates, or continuum.compare_with",
-            "a solver of the fields: estimates are for roughness along both axes",
-        );
+        profile(c, scene);
     }
     s.low_pass.iter().for_each(|wave| c.positive_quantity("surface.low_pass", *wave));
     if let Some(y) = scene.laboratory.length_y {
         c.positive_quantity("laboratory.length_y", y);
         c.unless(!waves, "laboratory.length_y", y, "none: the cell of Fourier coefficients is square");
     }
+}
+
+/// A profile, which is uniform along y unless a map is made of it.
+fn profile(c: &mut Complaints, scene: &Scene) {
+    let s = &scene.surface;
+    c.unless(
+        s.fourier.is_none(),
+        "surface.fourier",
+        "given with surface.profile",
+        "none: a profile has positions and heights",
+    );
+    if s.isotropic_map {
+        return;
+    }
+    c.unless(
+        scene.continuum.is_periodic(),
+        "continuum.periodic",
+        "false with surface.profile",
+        "a profile that repeats: surface.edges makes it so. Uniform along y it has no edges there",
+    );
+    c.unless(
+        scene.atoms.is_none(),
+        "surface.profile",
+        "given with [atoms]",
+        "a map, as of surface.isotropic_map: the block of atoms is square",
+    );
+    c.unless(
+        scene.load.force.is_empty(),
+        "load.force",
+        "given with surface.profile",
+        "load.pressure: a profile has no width on which a force acts, unless surface.isotropic_map gives it one",
+    );
+    let estimates = |m: &MethodCard| m.kind == MethodKind::Estimate;
+    let own = asperity_methods::find(&scene.continuum.method).map(|m| m.card());
+    c.unless(
+        !own.is_some_and(estimates) && scene.continuum.compare_with.is_empty(),
+        "surface.profile",
+        "given with a method that estimates, or continuum.compare_with",
+        "a solver of the fields, or surface.isotropic_map: estimates are for roughness along both axes",
+    );
 }
 
 /// A surface from its spectrum.
@@ -117,6 +137,7 @@ fn spectrum(c: &mut Complaints, scene: &Scene) {
         ("surface.fourier_points", s.fourier_points.is_some()),
         ("surface.low_pass", s.low_pass.is_some()),
         ("surface.extend_to", s.extend_to.is_some()),
+        ("surface.isotropic_map", s.isotropic_map),
     ] {
         c.unless(!value, key, "given", "only together with a file, surface.heights");
     }

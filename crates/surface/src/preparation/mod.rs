@@ -9,10 +9,12 @@ mod facets;
 mod fill;
 mod filter;
 mod harmonic;
+mod isotropic;
 mod lines;
 mod outliers;
 mod regrid;
 mod rows;
+mod three_points;
 mod trend;
 
 pub use detrend::{Detrend, subtract_form};
@@ -49,7 +51,9 @@ pub struct Preparation {
     pub edges: Option<Edges>,
     /// Shortest of the waves that are added below `low_pass`: a realisation of the self-affine spectrum that is fitted to the waves above it.
     pub extend_to: Option<f64>,
-    /// Seed of these waves.
+    /// A square map in place of a profile, one line of points: a realisation of the isotropic random surface whose profiles have its spectrum.
+    pub isotropic_map: bool,
+    /// Seed of the waves that are added, and of the isotropic map.
     pub seed: u64,
 }
 
@@ -68,6 +72,11 @@ pub struct PreparedMap {
 }
 
 impl Preparation {
+    /// Whether the steps make a map that repeats.
+    pub fn repeats(&self) -> bool {
+        self.edges.is_some() || self.isotropic_map
+    }
+
     /// Applies the steps to a map `[ny, nx]` with the extents `[x, y]`, in the unit of the caller; heights have the same unit.
     ///
     /// `periodic`: the map repeats as it is. Filters, resampling and fill then continue across its edges. A cropped map, and
@@ -78,7 +87,8 @@ impl Preparation {
     ///
     /// # Errors
     /// Missing points without a fill, and too many with one; a crop outside of the map; cut-offs that the map does not resolve;
-    /// a sharp filter of a map that does not repeat; a resampled map without points or beyond the memory.
+    /// a sharp filter of a map that does not repeat; a resampled map without points or beyond the memory; an isotropic map of more than a line,
+    /// or with edges; three points that give no plane.
     pub fn apply(&self, map: HeightMap, extent: [f64; 2], periodic: bool) -> Result<PreparedMap> {
         let mut grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
         let mut heights = map.heights;
@@ -90,6 +100,11 @@ impl Preparation {
             (grid, heights) = crop::crop(grid, &heights, part)?;
             history.push(format!("{line} of {} x {}", map.nx, map.ny));
         }
+        if let Some(edges) = self.edges.filter(|_| self.isotropic_map) {
+            let found = format!("{edges:?}").to_lowercase();
+            let accepted = "none with --isotropic-map, which repeats";
+            return Err(Error::input("preparation", "--edges", found, accepted));
+        }
         let mut removed = 0;
         if let Some(threshold) = self.remove_outliers {
             removed = outliers::remove(grid, &mut heights, repeats, threshold)?;
@@ -99,7 +114,7 @@ impl Preparation {
         }
         // Before points are filled: at an edge the filled ones of a tilted map would stand out of the levelled one.
         if let Some(kind) = self.detrend {
-            history.push(subtract_form(kind, grid, &mut heights));
+            history.push(subtract_form(kind, grid, &mut heights)?);
         }
         let filled = fill::fill(self.fill, grid, &mut heights, repeats, fill::Origin { column, row, removed })?;
         if let Some(kind) = self.fill {
@@ -138,6 +153,12 @@ impl Preparation {
             (grid, heights, line) = fit.extend(law, (to, self.seed), grid, heights, repeats)?;
             history.push(line);
             warnings.extend(fit.warning());
+        }
+        if self.isotropic_map {
+            let (line, doubt);
+            (grid, heights, line, doubt) = isotropic::map(grid, &heights, repeats, self.seed)?;
+            history.push(line);
+            warnings.extend(doubt);
         }
         let map = HeightMap::new("prepared map", grid.nx, grid.ny, heights)?;
         Ok(PreparedMap { map, extent: [grid.lx, grid.ly], filled, history, warnings })

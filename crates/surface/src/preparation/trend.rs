@@ -89,6 +89,16 @@ impl Trend {
         trend
     }
 
+    /// The plane of given slopes through a height at a point, in lengths from the first one of the map.
+    pub(super) fn plane_through([sx, sy]: [f64; 2], [x, y]: [f64; 2], height: f64, grid: Grid) -> Self {
+        let centre = |n: usize, step: f64| 0.5 * (n - 1) as f64 * step;
+        let (cx, cy) = (centre(grid.nx, grid.dx()), centre(grid.ny, grid.dy()));
+        let offset = height + sx * (cx - x) + sy * (cy - y);
+        let mut trend = Trend { degree: Degree::Plane, grid, offset, coefficients: SVector::zeros() };
+        (trend.coefficients[1], trend.coefficients[2]) = (sx * grid.lx / 2.0, sy * grid.ly / 2.0);
+        trend
+    }
+
     fn mean(&self) -> f64 {
         self.offset + self.coefficients[0]
     }
