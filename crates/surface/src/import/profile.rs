@@ -101,7 +101,7 @@ pub(super) fn line(path: &Path, [nx, ny]: [usize; 2], values: Vec<f64>, named: O
         let map = HeightMap::with_missing(&path.display().to_string(), values.len(), 1, values)?;
         return Ok(Line { map, extent: None, columns: None, warnings: Vec::new() });
     }
-    let are_columns = named.is_some() || nx <= WITH_INDEX;
+    let are_columns = named.is_some() || nx <= 2 || ny > 2 && nx <= WITH_INDEX;
     let (count, word) = if are_columns { (nx, "column") } else { (ny, "line") };
     let list = |k: usize| -> Vec<f64> {
         match are_columns {
@@ -210,6 +210,8 @@ mod tests {
         }
         let column = profile(1, &[1.0, 2.0, f64::NAN]).expect("heights");
         assert!((column.map.nx, column.map.missing(), column.extent) == (3, 1, None));
+        let lines = profile(3, &[0.0, 1.0, 2.0, 5.0, 7.0, 6.0]).expect("three points in two lines");
+        assert_eq!(lines.map.heights, [5.0, 7.0, 6.0]);
         let swapped = profile(2, &[5.0, 0.0, 7.0, 1.0, 6.0, 2.0]).expect("heights before positions");
         assert_eq!(swapped.map.heights, [5.0, 7.0, 6.0]);
     }

@@ -39,6 +39,11 @@ fn place(grid: Grid, heights: &[f64], [x, y]: [f64; 2]) -> Option<Place> {
     (count > 0).then_some(Place { x, y, height, count })
 }
 
+/// With six digits: the unit of the map may be another than that of the places.
+fn pair(place: [f64; 2]) -> String {
+    place.map(|v| format!("{v:.5e}").parse::<f64>().map_or(String::new(), |v| exact(v))).join(",")
+}
+
 /// From the first point to the others.
 fn sides([[ax, ay], b, c]: [[f64; 2]; 3]) -> [[f64; 2]; 2] {
     [b, c].map(|[x, y]| [x - ax, y - ay])
@@ -57,7 +62,7 @@ fn are_on_one_line(points: [[f64; 2]; 3]) -> bool {
 /// Places outside of the map, where nothing was measured, or on one line.
 pub(super) fn plane(grid: Grid, heights: &[f64], points: [[f64; 2]; 3]) -> Result<(Trend, String)> {
     let refused = |found: String, accepted: String| Err(Error::input("preparation", "--detrend", found, accepted));
-    let words = |[x, y]: [f64; 2]| format!("three-points, {},{}", exact(x), exact(y));
+    let words = |[x, y]: [f64; 2]| format!("three-points, {}", pair([x, y]));
     let mut found = Vec::new();
     for [x, y] in points {
         if !((0.0..=grid.lx).contains(&x) && (0.0..=grid.ly).contains(&y)) {
@@ -81,7 +86,7 @@ pub(super) fn plane(grid: Grid, heights: &[f64], points: [[f64; 2]; 3]) -> Resul
     let (du, dv) = (b.height - a.height, c.height - a.height);
     let slopes = [(du * vy - dv * uy) / area, (dv * ux - du * vx) / area];
     let counts = found.iter().map(|p| p.count.to_string()).collect::<Vec<_>>().join(", ");
-    let places = points.map(|[x, y]| format!("{},{}", exact(x), exact(y))).join("; ");
+    let places = points.map(pair).join("; ");
     Ok((
         Trend::plane_through(slopes, [a.x, a.y], a.height, grid),
         format!("through {places}, means of {counts} points"),
