@@ -41,7 +41,7 @@ fn place(grid: Grid, heights: &[f64], [x, y]: [f64; 2]) -> Option<Place> {
 
 /// With six digits: the unit of the map may be another than that of the places.
 fn pair(place: [f64; 2]) -> String {
-    place.map(|v| format!("{v:.5e}").parse::<f64>().map_or(String::new(), |v| exact(v))).join(",")
+    place.map(|v| format!("{v:.5e}").parse::<f64>().map_or(String::new(), exact)).join(",")
 }
 
 /// From the first point to the others.
