@@ -123,7 +123,7 @@ impl RunFolder {
     /// `Input` for a folder with other contents; `Format` if another run uses the folder; `Io`.
     pub fn open<'a>(folder: impl Into<OutFolder<'a>>) -> Result<Self> {
         let OutFolder { path: root, verify } = folder.into();
-        create_folder(root)?;
+        create_folders(root).map_err(Error::io("create the run folder", root))?;
         let path = root.join(MARKER);
         // Stages delete the contents of their subfolders, so a folder with other files is refused.
         if !path.exists() && !is_empty(root)? && !is_ours(root)? {

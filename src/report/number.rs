@@ -162,12 +162,23 @@ pub fn si(value: f64, unit: &str, n: usize) -> String {
 
 /// A stiffness in Pa/m with the length unit of a cell of `length_m`: stress per mm, µm or nm, not per metre.
 pub fn stiffness(value: f64, length_m: f64, n: usize) -> String {
-    let (scale, unit) = match length_m {
+    let (scale, unit) = unit_of_stiffness(length_m);
+    si(value * scale, unit, n)
+}
+
+/// A stiffness with its error, as [`with_error`].
+pub fn stiffness_with_error(value: f64, error: f64, length_m: f64) -> (String, String) {
+    let (scale, unit) = unit_of_stiffness(length_m);
+    with_error(value * scale, error * scale, unit)
+}
+
+/// The unit of stiffnesses for a cell of `length_m`, over Pa/m, and its name.
+fn unit_of_stiffness(length_m: f64) -> (f64, &'static str) {
+    match length_m {
         l if l >= 0.1 => (1e-3, "Pa/mm"),
         l if l >= 1e-6 => (1e-6, "Pa/µm"),
         _ => (1e-9, "Pa/nm"),
-    };
-    si(value * scale, unit, n)
+    }
 }
 
 /// A value and its error in `unit`, both with the SI prefix of the value and the same last digit: `("633", " ± 11 nm")`. The

@@ -85,9 +85,12 @@ impl FromStr for DetrendScene<Measure> {
             })
             .collect();
         let points: [[Measure; 2]; 3] = pairs?.try_into().map_err(|_| wrong())?;
-        match points.iter().flatten().all(|m| m.value.is_finite()) {
-            true => Ok(DetrendScene::ThreePoints(points)),
-            false => Err(wrong()),
+        let all = || points.iter().flatten();
+        let with_unit = all().filter(|m| m.unit.is_some()).count();
+        match all().find(|m| m.unit.is_none()) {
+            _ if all().any(|m| !m.value.is_finite()) => Err(wrong()),
+            Some(bare) if with_unit > 0 => Err(format!("{bare} has no unit: units at all lengths or at none")),
+            _ => Ok(DetrendScene::ThreePoints(points)),
         }
     }
 }

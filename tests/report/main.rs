@@ -467,7 +467,7 @@ fn what_is_missing_or_damaged_is_named() {
     says(&["results.json", "schema 99", "accepted: schema 5"]);
     std::fs::write(&path, "{\"name\": 1}").unwrap();
     says(&["results.json", "schema"]);
-    std::fs::write(&path, "{\"schema\": 4, \"name\": 1}").unwrap();
+    std::fs::write(&path, "{\"schema\": 5, \"name\": 1}").unwrap();
     says(&["results.json", "line 1"]);
 
     let mut results = run_folder(folder.path());

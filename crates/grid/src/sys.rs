@@ -27,9 +27,11 @@ pub fn return_freed_memory() {
     }
 }
 
-/// Peak memory since a starting point, beyond what was resident then.
+/// Peak memory since a starting point, beyond what was resident then. Pages of files, as those of the program, are not counted: the system
+/// drops them where memory is short.
 pub struct MemoryGrowth {
     before: u64,
+    files_before: u64,
     earlier_peak: u64,
 }
 
@@ -39,7 +41,7 @@ impl MemoryGrowth {
         let earlier_peak = peak_rss_bytes();
         return_freed_memory();
         reset_peak_rss();
-        MemoryGrowth { before: peak_rss_bytes(), earlier_peak }
+        MemoryGrowth { before: peak_rss_bytes(), files_before: file_bytes(), earlier_peak }
     }
 
     /// Resident set at the start, bytes.
@@ -49,13 +51,19 @@ impl MemoryGrowth {
 
     /// Largest increase since the start, bytes.
     pub fn bytes(&self) -> u64 {
-        peak_rss_bytes().saturating_sub(self.before)
+        let of_files = file_bytes().saturating_sub(self.files_before);
+        peak_rss_bytes().saturating_sub(self.before + of_files)
     }
 
     /// Peak of the whole process, bytes, including the time before the start.
     pub fn peak_bytes(&self) -> u64 {
         peak_rss_bytes().max(self.earlier_peak)
     }
+}
+
+/// Resident pages of files, bytes.
+fn file_bytes() -> u64 {
+    status_kib("self", "RssFile:") * 1024
 }
 
 /// Largest resident set of any child that has ended, bytes.

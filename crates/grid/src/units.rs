@@ -160,7 +160,7 @@ impl Unit {
         match spellings.find(|s| s.eq_ignore_ascii_case(text)) {
             Some(near) => format!("{text:?} is no known unit, {near:?} is"),
             None => format!(
-                "{text:?} is no known unit; units are m, mm, um, nm, Å; Pa, kPa, MPa, GPa; N, mN; J/m2, mJ/m2; s, min, h; %"
+                "{text:?} is no known unit; units are m, mm, um, nm, Å; Pa, kPa, MPa, GPa, bar; N, mN, uN, nN; J/m2, mJ/m2; s, min, h; %"
             ),
         }
     }
@@ -260,8 +260,8 @@ impl FromStr for Measures {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let lists: Result<Vec<_>, _> = text.split(',').map(entry).collect();
         let list = lists?.concat();
-        // Zero is the same in every unit.
-        let bare = list.iter().find(|m| m.unit.is_none() && m.value != 0.0);
+        // Also of a zero, as in 0,5MPa: a decimal comma.
+        let bare = list.iter().find(|m| m.unit.is_none());
         match bare.filter(|_| list.iter().any(|m| m.unit.is_some())) {
             Some(bare) => Err(format!(
                 "{bare} has no unit: units at all values or at none, and decimal points, as commas separate values"

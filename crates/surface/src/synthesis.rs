@@ -49,7 +49,7 @@ impl Modes {
         if power == 0.0 {
             return Complex::default();
         }
-        random(self.seed, self.spectrum.amplitudes, kx, ky) * (power.sqrt() * scale)
+        random((self.seed, self.spectrum.amplitudes), [kx, ky], power, scale)
     }
 
     /// rms gradient of the modes with wavelength of at least `low_pass` (0 for all).
@@ -168,8 +168,13 @@ pub fn resample(from: Grid, heights: &[f64], to: Grid, low_pass: f64) -> Vec<f64
     resampled
 }
 
-/// Random number of mode (kx, ky), whose square modulus is 1 in the mean: that of -(kx, ky) is its conjugate.
-pub(crate) fn random(seed: u64, amplitudes: Amplitudes, kx: i64, ky: i64) -> Complex<f64> {
+/// Random number of mode (kx, ky), whose square modulus over that of `scale` is `power` in the mean: that of -(kx, ky) is its conjugate.
+pub(crate) fn random(
+    (seed, amplitudes): (u64, Amplitudes),
+    [kx, ky]: [i64; 2],
+    power: f64,
+    scale: f64,
+) -> Complex<f64> {
     let mirrored = kx < 0 || (kx == 0 && ky < 0);
     let (cx, cy) = if mirrored { (-kx, -ky) } else { (kx, ky) };
     let mut stream = ChaCha8Rng::seed_from_u64(seed);
@@ -182,7 +187,7 @@ pub(crate) fn random(seed: u64, amplitudes: Amplitudes, kx: i64, ky: i64) -> Com
         Amplitudes::Fixed => 1.0,
     };
     let (sin, cos) = libm::sincos(2.0 * PI * u2);
-    let a = Complex::new(cos, sin) * modulus;
+    let a = Complex::new(cos, sin) * (modulus * power.sqrt() * scale);
     if mirrored { a.conj() } else { a }
 }
 

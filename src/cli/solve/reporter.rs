@@ -279,7 +279,7 @@ fn show_state(
         return output::json_line(line);
     }
     if loads == 1 {
-        output::print(&table(state, line, solve.resolution, units));
+        output::print(&table(state, line, solve, units));
         return Ok(());
     }
     let (state, units) = solve.in_unit_of_loads(state, units);
@@ -377,7 +377,8 @@ fn at_the_true_range(s: &State, line: &Value, range: RangeChoice) -> Vec<(&'stat
 }
 
 /// A state for people; `line` also describes the problem.
-fn table(s: &State, line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
+fn table(s: &State, line: &Value, solve: &SolveArgs, in_line: &ResultUnits) -> String {
+    let (s, units) = &solve.in_unit_of_loads(s, in_line);
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let power = |value: f64| format!("{value:.1e}");
     // Separated surfaces have no equilibrium: the last iterate is no result.
@@ -412,9 +413,9 @@ fn table(s: &State, line: &Value, range: RangeChoice, units: &ResultUnits) -> St
         rows.push(("error by the grid: contact area", format!("{area}, from {nx} x {ny} points")));
         rows.push(("error by the grid: mean gap", change(d.mean_gap, d.mean_gap_is_bound)));
     }
-    rows.extend(at_the_true_range(s, line, range));
+    rows.extend(at_the_true_range(s, line, solve.resolution));
     if line["range"].is_object() {
-        rows.push(("work of adhesion", in_unit(units, number(&line["gamma"]), Dimension::Work)));
+        rows.push(("work of adhesion", in_unit(in_line, number(&line["gamma"]), Dimension::Work)));
         rows.push((
             "requested range of adhesion",
             in_unit(units, number(&line["range"]["requested"]), Dimension::Length),

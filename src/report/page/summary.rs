@@ -163,10 +163,11 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
     Some(capitalised(&sentence))
 }
 
-/// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads.
+/// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads, and whether it is known at all of them.
 fn largest(c: &ContinuumResults, quantity: Quantity) -> String {
-    let known = c.states.iter().filter(|s| s.stop != Stop::Detached).filter_map(|s| total(s, quantity));
-    known.reduce(f64::max).map_or(String::new(), |r| format!(" (± {} of it or less)", percent(r)))
+    let all = c.states.iter().filter(|s| s.stop != Stop::Detached).map(|s| total(s, quantity));
+    let unknown = if all.clone().any(|r| r.is_none()) { "; not known at some loads" } else { "" };
+    all.flatten().reduce(f64::max).map_or(String::new(), |r| format!(" (± {} of it or less{unknown})", percent(r)))
 }
 
 /// The last unloading state with a loading state at the same load: (loading, unloading).

@@ -4,7 +4,7 @@ use super::compare::{deviation, matched, matched_uncertainty, more_or_less, unce
 use super::definitions::{Term, term};
 use super::prelude::*;
 use super::uncertainty::total;
-use crate::report::number::stiffness;
+use crate::report::number::{stiffness, stiffness_with_error};
 
 const UNKNOWN: &str = " ± not known";
 
@@ -110,10 +110,12 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &State) -> Vec<Ma
         tiles.push(tile(format!("mean contact pressure at {load_label}"), value, Some(p), note));
     }
     if let Some(k) = s.stiffness {
-        let in_unit = |k: f64, n: usize| stiffness(k, results.scales.length_m, n);
-        let error = s.stiffness_error.map_or(UNKNOWN.into(), |e| format!(" ± {}", in_unit(e, 2)));
+        let value = match s.stiffness_error {
+            Some(error) => stiffness_with_error(k, error, results.scales.length_m),
+            None => (stiffness(k, results.scales.length_m, 3), UNKNOWN.into()),
+        };
         let note = "derivative of the mean pressure by the approach";
-        tiles.push(tile(format!("contact stiffness at {load_label}"), (in_unit(k, 3), error), Some(k), note));
+        tiles.push(tile(format!("contact stiffness at {load_label}"), value, Some(k), note));
     }
     tiles.truncate(4);
     tiles

@@ -23,8 +23,22 @@ pub(super) struct PointColumns {
 
 impl Headings {
     pub(super) fn of(fields: &[&str]) -> Self {
-        let (names, units) = fields.iter().map(|f| name_and_unit(f)).unzip();
-        Headings { names, units }
+        let mut headings = Headings { names: Vec::new(), units: Vec::new() };
+        for field in fields {
+            // Of a name before it, where blanks separate the fields: `x (um) z (um)`.
+            let alone = [('(', ')'), ('[', ']')].into_iter().find_map(|(open, close)| {
+                length_unit(field.trim().strip_prefix(open)?.strip_suffix(close)?)
+            });
+            match headings.units.last_mut().filter(|unit| unit.is_none() && alone.is_some()) {
+                Some(unit) => *unit = alone,
+                None => {
+                    let (name, unit) = name_and_unit(field);
+                    headings.names.push(name);
+                    headings.units.push(unit);
+                }
+            }
+        }
+        headings
     }
 
     pub(super) fn len(&self) -> usize {

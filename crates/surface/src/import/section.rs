@@ -275,7 +275,15 @@ impl TextChannel {
             self.values.iter_mut().filter(|v| **v == missing).for_each(|v| *v = f64::NAN);
         }
         let headings = self.headings.take().map(|(h, _)| h).filter(|h| h.len() == self.nx);
-        let named = headings.as_ref().and_then(Headings::columns_of_profile);
+        let varies = |k: usize| self.values.iter().skip(k).step_by(self.nx).any(|v| *v != self.values[k]);
+        let named = match headings.as_ref().and_then(Headings::columns) {
+            Some(c) if varies(c.x) && varies(c.y) => {
+                let accepted = "a profile: positions along it in one column (s), and heights";
+                return Err(Error::format(path, "positions along x and y that both vary", accepted));
+            }
+            Some(c) => Some([if varies(c.y) { c.y } else { c.x }, c.height]),
+            None => headings.as_ref().and_then(Headings::columns_of_profile),
+        };
         let line = profile::line(path, [self.nx, self.ny], std::mem::take(&mut self.values), named)?;
         if let (Some(headings), Some([positions, heights])) = (headings, line.columns) {
             let lateral = headings.unit(positions);

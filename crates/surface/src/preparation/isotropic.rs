@@ -148,8 +148,8 @@ impl Isotropic {
                 if 2 * ky.unsigned_abs() as usize >= grid.ny || (kx, ky) == (0, 0) {
                     continue;
                 }
-                let modulus = self.at((kx as f64).hypot(ky as f64)).sqrt();
-                *value = random(seed ^ OWN_STREAM, Amplitudes::Gaussian, kx as i64, ky) * modulus;
+                let power = self.at((kx as f64).hypot(ky as f64));
+                *value = random((seed ^ OWN_STREAM, Amplitudes::Gaussian), [kx as i64, ky], power, 1.0);
             }
         });
         let mut heights = vec![0.0; grid.points()];
