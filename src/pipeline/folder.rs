@@ -5,6 +5,7 @@ use crate::{Error, Result};
 use asperity_grid::sys;
 use asperity_grid::transformed_nodes;
 use asperity_surface::files::atomic_file::{create_folder, is_empty, list, open_regular, remove, remove_folder};
+use asperity_surface::files::beneath::create_folders;
 use asperity_surface::files::hashed::{self, Stored, file_hash};
 use asperity_surface::files::inside::expect_plain;
 use asperity_surface::files::{file_lock, json, processes};

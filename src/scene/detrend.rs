@@ -155,6 +155,7 @@ mod tests {
             ("three-points=1um,2um;3um,4um", "expected mean, plane"),
             ("three-points=1,2;3,4;5,6", "with their unit"),
             ("three-points=1um,2xm;3um,4um;1um,1um", "xm"),
+            ("three-points=1um,2um;3um,4um;1um,8", "8 has no unit"),
             ("three-points=1um;3um,4um;1um,1um", "X1,Y1;X2,Y2;X3,Y3"),
         ] {
             let said = serde_json::from_value::<DetrendScene>(text.into()).expect_err(text).to_string();

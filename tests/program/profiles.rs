@@ -54,8 +54,13 @@ fn a_profile_is_a_surface_uniform_along_y() {
     files.text("index.txt", &(0..N).map(numbered).collect::<String>());
     let quality = |i: usize| format!("{:.4}\t{}\t{:.9}\n", plain(i).0, i % 7, plain(i).1);
     files.text("quality.txt", &("x [um]\tquality\tz [um]\n".to_string() + &(0..N).map(quality).collect::<String>()));
+    files.text("blanks.txt", &table("  ", "# x (um)  z (um)\n", plain));
+    let along_y = |i: usize| format!("3.5 {:.4} {:.9}\n", plain(i).0, plain(i).1);
+    files.text("y.txt", &("# x y z\n".to_string() + &(0..N).map(along_y).collect::<String>()));
     for (name, more) in [
         ("columns.txt", &[][..]),
+        ("blanks.txt", &[]),
+        ("y.txt", &[]),
         ("index.txt", &[]),
         ("quality.txt", &[]),
         ("named.csv", &[]),
@@ -98,9 +103,12 @@ fn what_is_no_profile_and_what_none_can_do_is_refused() {
     let back = files.text("back.txt", &table(" ", "", |i| (STEP * (i % 7) as f64, height(i))));
     let map = files.text("map.txt", &format!("{}\n", "1 2 3 4 5\n".repeat(9)));
     let three = files.text("three.txt", &table(" ", "", |i| (STEP * i as f64, height(i))).replace('\n', " 5\n"));
+    let both = |i: usize| format!("{:.4} {:.4} {:.9}\n", 0.6 * STEP * i as f64, 0.8 * STEP * i as f64, height(i));
+    let both = files.text("both.txt", &("# x y z\n".to_string() + &(0..N).map(both).collect::<String>()));
     let usual = ["--touching", "high-points", "--modulus", "1", "--length", "60"];
     for (flags, words) in [
-        (vec![&profile[..], "--pressure", "0.01"], "--profile"),
+        (vec![&both[..], "--profile", "--pressure", "0.01"], "x and y that both vary"),
+        (vec![&profile, "--pressure", "0.01"], "--profile"),
         (vec![&profile, "--profile", "--pressure", "0.01", "--non-periodic"], "it has no edges there"),
         (vec![&profile, "--profile", "--force", "0.01"], "no width on which a force acts"),
         (vec![&back, "--profile", "--pressure", "0.01"], "neither rise nor fall"),

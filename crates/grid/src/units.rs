@@ -389,7 +389,7 @@ mod tests {
         }
         let values = ["nan", "inf", "1e400 um"].map(|text| parsed(text).map(|m| m.value.is_finite()));
         assert_eq!(values, [Ok(false), Ok(false), Ok(false)]);
-        let usual = "; units are m, mm, um, nm, Å; Pa, kPa, MPa, GPa; N, mN; J/m2, mJ/m2; s, min, h; %";
+        let usual = "; units are m, mm, um, nm, Å; Pa, kPa, MPa, GPa, bar; N, mN, uN, nN; J/m2, mJ/m2; s, min, h; %";
         for (text, unit, known) in [
             ("1 xm", "xm", usual),
             ("100 Mm", "Mm", ", \"mm\" is"),
@@ -450,6 +450,7 @@ mod tests {
             ("lin:1um:2MPa:3", "no unit in common"),
             ("lin:1um:2:3", "no unit in common"),
             ("1um,2", "2 has no unit"),
+            ("0,5MPa", "0 has no unit"),
             ("1um,,2um", "a number"),
             ("log:1:inf:3", "finite ends"),
             ("lin:nan:1:3", "finite ends"),

@@ -84,10 +84,10 @@ impl ContactMethod for Icha {
     }
 
     fn plan(&self, problem: &ReducedProblem) -> SolvePlan {
-        // Heights and stress, three lists with one asperity per about 20 nodes, and neighbours of those in contact;
-        // for the Fourier fit also a field and a spectrum. Measured: 17 to 22 bytes per point at 512² and 1024².
+        // Heights, three lists with one asperity per about 20 nodes, and neighbours of those in contact; for the Fourier fit also a field
+        // and a spectrum. Measured without pages of the program: 10, 15 and 16 bytes per point at 512², 1024² and 2048².
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
-        SolvePlan::per_point(problem, 2 * 8 + 16 * fourier + 8, 300, SECONDS_PER_POINT)
+        SolvePlan::per_point(problem, 8 + 5 + 16 * fourier, 300, SECONDS_PER_POINT)
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {

@@ -26,9 +26,9 @@ impl Headings {
         let mut headings = Headings { names: Vec::new(), units: Vec::new() };
         for field in fields {
             // Of a name before it, where blanks separate the fields: `x (um) z (um)`.
-            let alone = [('(', ')'), ('[', ']')].into_iter().find_map(|(open, close)| {
-                length_unit(field.trim().strip_prefix(open)?.strip_suffix(close)?)
-            });
+            let alone = [('(', ')'), ('[', ']')]
+                .into_iter()
+                .find_map(|(open, close)| length_unit(field.trim().strip_prefix(open)?.strip_suffix(close)?));
             match headings.units.last_mut().filter(|unit| unit.is_none() && alone.is_some()) {
                 Some(unit) => *unit = alone,
                 None => {
