@@ -156,7 +156,7 @@ pub fn audit(lines: &[AuditLine]) -> String {
 
 /// Summary of a run: loads, areas, gaps, and atoms against continuum.
 pub fn results(results: &Results) {
-    let loads = results.named_loads();
+    let loads = results.loads;
     if let Some(c) = &results.continuum {
         print(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
         states(c, loads);

@@ -86,12 +86,12 @@ pub(super) fn visit(
     Ok(Outputs { surface: output(surface), ..outputs })
 }
 
-/// How the loads were given. A flat surface has no p*, by whose multiples they are named.
+/// How loads are named: as they were given. Atoms are compared at equal p*, as their pressures are others.
 pub(super) fn given_loads(case: &Case) -> GivenLoads {
     let (kind, pascal) = (case.scene.load.loads().kind, case.gradient * case.scales.modulus_pa);
     match kind {
-        _ if pascal == 0.0 => GivenLoads::PStar,
         LoadKind::PStar => GivenLoads::PStar,
+        _ if case.scene.atoms.is_some() => GivenLoads::PStar,
         LoadKind::Force => GivenLoads::Force(pascal * case.problem.surface.mapped_area()),
         LoadKind::Pressure | LoadKind::MeanGap | LoadKind::Displacement | LoadKind::Contact => {
             GivenLoads::Pressure(pascal)
@@ -107,7 +107,7 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         outputs.primary =
             output(visitor.visit(&SolveStage { case, variant: Variant::Primary }, &after, Some(&heights))?);
         let states = outputs.primary.iter().flat_map(|solved| &solved.states);
-        let named = if case.atoms.is_some() { GivenLoads::PStar } else { given_loads(case) };
+        let named = given_loads(case);
         let loads = states.map(|s| (named.value(s.p_star), s.contact_area, s.discretisation.as_ref()));
         unresolved_contact(named.symbol(), loads).into_iter().for_each(|text| visitor.warn(text));
     }

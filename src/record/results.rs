@@ -75,11 +75,6 @@ pub struct Results {
 }
 
 impl Results {
-    /// How loads are named. Atoms are compared at equal p*: their pressures are others.
-    pub fn named_loads(&self) -> GivenLoads {
-        if self.atoms.is_some() { GivenLoads::PStar } else { self.loads }
-    }
-
     /// Reads `results.json` of a run folder.
     ///
     /// # Errors

@@ -75,7 +75,7 @@ impl Job {
         check(&interaction, &settings, ramp, crystal.element, crystal.mass_u)?;
         create_folder(folder)?;
         let _lock = lock(folder)?;
-        let table = std::fs::read(crystal.potential).map_err(Error::io("read", crystal.potential))?;
+        let table = read_bytes(crystal.potential)?;
         put(folder, POTENTIAL_FILE, &table)?;
         let data = folder.join(DATA_FILE);
         let max_rise = if ramp.is_some_and(|r| r.unload) { MAX_RISE_ANGSTROM } else { 0.0 };

@@ -301,6 +301,9 @@ pub(super) fn show_pull_off(as_json: bool, units: &ResultUnits, line: &Value) ->
             let (value, error) = number::with_error(value * pascal, error * pascal, "Pa");
             return value + &error;
         }
+        if error.is_none() {
+            return in_unit(units, value, dimension);
+        }
         let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
         let unit = units.of(dimension).map_or(String::new(), |unit| format!(" {unit}"));
         format!("{}{error}{unit}", significant(value, digits))

@@ -8,7 +8,7 @@ use crate::pipeline::plan::planned_by;
 use crate::pipeline::stage::StageContext;
 use crate::pipeline::{StageKey, atomistic, matched};
 use crate::record::tradeoff::{AtomsCost, BlockSize, MeasuredCost};
-use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case, Foundation, highest_p_star};
+use crate::scene::{AtomsCase, AtomsScene, AtomsStart, Case, Foundation, LoadScene, highest_p_star};
 use crate::{Error, Result};
 use asperity_atoms::block::{BaseKind, Block};
 use asperity_atoms::engine::LammpsEngine;
@@ -78,19 +78,17 @@ impl Blocks {
                 continue;
             }
             let mut scene = bare(case);
-            // Blocks are only loaded, and compared at every load.
-            (scene.load.unload, scene.load.maps_at) = (false, None);
-            // Loads are compared by index, so only leading loads are kept.
+            // Blocks are only loaded, and compared at every load. Loads are compared by index, so only leading loads are kept.
             let highest = HIGHEST.min(highest_p_star(case.gradient));
-            let loads = scene.load.p_star.iter().take_while(|p| **p <= highest).count();
-            if loads == 0 && requested.is_none() {
+            let p_star: Vec<f64> = case.loading_p_star().into_iter().take_while(|p| *p <= highest).collect();
+            if p_star.is_empty() && requested.is_none() {
                 return Ok(None);
             }
-            if loads == 0 {
+            if p_star.is_empty() {
                 let accepted = format!("a scene whose first load p* is at most {highest:.3}");
                 return Err(Error::input(case.file.display(), "load.p_star", "loads of atoms", accepted));
             }
-            scene.load.p_star.truncate(loads);
+            scene.load = LoadScene { p_star, ..LoadScene::default() };
             // The cost of a setting is that of the relaxed states, without constant-temperature runs.
             let BlockSize { cells, depth_cells, foundation_cells, elastic_base, minimizer } = size;
             let foundation_cells = Foundation::Cells(foundation_cells);

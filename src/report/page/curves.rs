@@ -12,9 +12,9 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
     let caption = html! { "Contact area against load"
     @if compared { "; at the atoms’ scale fractions of the surface sites, for comparison with the atoms" }
     ". erf: Persson’s theory without adhesion, at the rms gradient that the grid" @if compared { " or the block of atoms" } " resolves." };
-    let area = Figure::new("area", caption, area_plot(results).against(results.named_loads()));
-    let gap = results.continuum.as_ref().map(|c| mean_gap(c, results.non_adhesive.as_ref(), results.named_loads()));
-    let stiffness = results.continuum.as_ref().and_then(|c| contact_stiffness(c, results.named_loads()));
+    let area = Figure::new("area", caption, area_plot(results).against(results.loads));
+    let gap = results.continuum.as_ref().map(|c| mean_gap(c, results.non_adhesive.as_ref(), results.loads));
+    let stiffness = results.continuum.as_ref().and_then(|c| contact_stiffness(c, results.loads));
     let figures = writer.figures([Some(area), gap, stiffness].into_iter().flatten())?;
     Ok(Some(figures).filter(|f| !f.0.is_empty()))
 }
@@ -163,10 +163,7 @@ fn criteria(c: &ComparisonResults) -> Vec<Curve> {
 
 /// The area–load curve of the first screen.
 pub(super) fn first_screen(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
-    writer.curves(
-        "first-area",
-        &Plot { width: FIRST, proportion: 0.72, ..area_plot(results).against(results.named_loads()) },
-    )
+    writer.curves("first-area", &Plot { width: FIRST, proportion: 0.72, ..area_plot(results).against(results.loads) })
 }
 
 /// Width of the curve of the first screen, px.

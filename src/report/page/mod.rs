@@ -79,7 +79,7 @@ pub fn write_with(folder: &Path, options: &ReportOptions) -> Result<PathBuf> {
     if results.comparison.is_some() && results.atoms.is_none() {
         return Err(Error::format(folder.join(FILE), "a comparison without atoms", "both or neither"));
     }
-    let writer = writer(results.surface.aspect, results.scales, results.named_loads());
+    let writer = writer(results.surface.aspect, results.scales, results.loads);
     place(folder, || page(&writer, &results))
 }
 

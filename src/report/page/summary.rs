@@ -142,13 +142,13 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
         // The error is left out if no component is known.
         let error = |q| total(first, q).map_or(String::new(), |r| format!(" (± {} of it)", percent(r)));
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(error);
-        let (contact, at) = (percent(first.contact_area), results.named_loads().label(first.p_star));
+        let (contact, at) = (percent(first.contact_area), results.loads.label(first.p_star));
         format!(
             "the contact fraction is {contact}{of_area} at {at}, the mean gap {}{of_gap}",
             first.mean_gap.map_or("–".into(), |g| length(g, 3))
         )
     } else {
-        let named = results.named_loads();
+        let named = results.loads;
         let loads = span(values_of(|s| s.p_star), |p| named.value(p));
         let contact = span(values_of(|s| s.contact_area), percent);
         let both = turned(c).map_or(String::new(), |(loading, unloading)| {

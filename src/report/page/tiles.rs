@@ -69,7 +69,7 @@ fn tiles(results: &Results) -> Vec<Markup> {
 }
 
 fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &State) -> Vec<Markup> {
-    let load_label = results.named_loads().label(s.p_star);
+    let load_label = results.loads.label(s.p_star);
     let scale = if results.comparison.is_some() { ", laboratory scale" } else { "" };
     let area = total(s, Quantity::ContactArea);
     // Why this contact is not that of the comparison.

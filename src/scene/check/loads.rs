@@ -84,7 +84,7 @@ fn branches_of_atoms(c: &mut Complaints, scene: &Scene) {
         c.unless(
             false,
             &format!("{key}[{i}]"),
-            p[i],
+            scene.load.text(loads.kind, i).unwrap_or_else(|| p[i].to_string()),
             "no less than the load before, or load.unload: with adhesion atoms unload on another branch",
         );
     }

@@ -294,7 +294,7 @@ pub fn create_folder(folder: &Path) -> Result<()> {
 /// # Errors
 /// `Io`.
 pub fn remove_folder(folder: &Path) -> Result<()> {
-    // A link in place of the folder is no folder for it.
+    // Of a link in its place the link is removed.
     reach(folder).and_then(std::fs::remove_dir_all).map_err(Error::io("remove", folder))
 }
 
