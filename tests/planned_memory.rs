@@ -3,7 +3,7 @@
 #[path = "common/program.rs"]
 mod program;
 
-use asperity::methods::{REGISTRY, find};
+use asperity::methods::REGISTRY;
 use program::{asperity, json_line, stderr};
 
 /// Memory (bytes) of a first solve that does not depend on the grid: FFT plans, thread stacks. Measured: 0.5 MB.
@@ -11,7 +11,7 @@ const FIXED: f64 = 1e6;
 
 /// Tolerance in addition to the fixed memory. Plans count whole fields, without lists of nodes and row buffers of
 /// threads.
-const FACTOR: f64 = 1.25;
+const FACTOR: f64 = 1.1;
 
 /// Largest ratio of planned to measured memory: pages that a short solve never writes are not resident.
 const UNUSED: f64 = 1.5;
@@ -31,8 +31,7 @@ fn planned_and_measured(id: &str, more: &[&str]) -> (f64, f64) {
         .args(more)
         .output()
         .expect("started");
-    // A solver that is stopped early has allocated everything; its exit code is 3.
-    assert!(matches!(output.status.code(), Some(0 | 3)), "{id}: {}", stderr(&output));
+    assert!(output.status.success(), "{id}: {}", stderr(&output));
     let line = json_line(&output);
     let number = |key: &str| line[key].as_f64().unwrap_or_else(|| panic!("{id}: {key} of {line}"));
     (number("planned_bytes"), number("measured_bytes"))
@@ -47,10 +46,8 @@ fn planned_memory_is_what_is_used() {
         }
     };
     for id in REGISTRY.iter().map(|m| m.card().id).filter(|id| *id != "all-atom") {
-        // Estimates must converge.
-        let estimates = find(id).is_some_and(|m| m.card().kind == asperity::contact::method::MethodKind::Estimate);
-        let few = ["--max-iterations", "3"];
-        judge(id, planned_and_measured(id, if estimates { &[] } else { &few }));
+        // Converged, as the contact stiffness is that of a solved state, but soon.
+        judge(id, planned_and_measured(id, &["--tolerance", "0.05"]));
     }
     // Converged, as flow is moved to the heights.
     judge("fast with a hardness", planned_and_measured("fast", &["--hardness", "0.1"]));

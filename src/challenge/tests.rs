@@ -130,7 +130,7 @@ fn agreeing() -> Results {
         name: String::new(),
         description: String::new(),
         scales: ScalesSi { length_m: LENGTH, modulus_pa: MODULUS },
-        loads: GivenLoads::PStar,
+        loads: GivenLoads::P_STAR,
         surface: SurfaceResults {
             origin: String::new(),
             provenance: None,

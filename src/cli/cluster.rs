@@ -46,21 +46,36 @@ pub(super) struct Request<'a> {
     pub machine: (String, Machine),
     pub flags: Vec<String>,
     pub overwrite: bool,
+    /// Without reading the files of finished points.
+    pub no_verify: bool,
     pub dry_run: bool,
     pub json: bool,
 }
 
 impl Request<'_> {
+    /// Whether a point is not done, or damaged since, of which it warns.
+    fn is_missing(&self, submission: &Submission, point: &SubmittedPoint) -> bool {
+        let Some(end) = submission.end_of(self.out, point) else { return true };
+        let damage = match end.outcome {
+            TurnOutcome::Done if self.no_verify => None,
+            TurnOutcome::Done => submission.damage_of(self.out, point),
+            _ => return true,
+        };
+        if let Some(what) = &damage {
+            output::warn(&format!("{}: {what}", point.label));
+        }
+        damage.is_some()
+    }
+
     /// Submits the points that are not done, or prints what would be submitted.
     pub(super) fn submit(self) -> Result<()> {
         let (sweep, out) = (self.sweep, self.out);
         let program = program_of(&self.machine.1)?;
-        let machine = with_ranks(self.machine, sweep.ranks());
-        let mut submission = Submission::new(&sweep.name, &sweep.keys, machine, self.flags);
+        let machine = with_ranks(self.machine.clone(), sweep.ranks());
+        let mut submission = Submission::new(&sweep.name, &sweep.keys, machine, self.flags.clone());
         submission.points = sweep.points.iter().map(submitted).collect();
-        let is_done = |p| submission.end_of(out, p).is_some_and(|end| end.outcome == TurnOutcome::Done);
         let missing: Vec<(usize, f64)> = (submission.points.iter().enumerate())
-            .filter(|(_, p)| !is_done(p) || !submission.is_whole(out, p))
+            .filter(|(_, p)| self.is_missing(&submission, p))
             .map(|(i, p)| (i, p.seconds))
             .collect();
         submission.tasks = pack(&missing, &submission.machine);

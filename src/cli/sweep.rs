@@ -120,9 +120,9 @@ impl SweepFlags {
                 let accepted = format!("at_once of the machine {}", machine.0);
                 return Err(Error::input("command line", "--jobs", "given", accepted));
             }
-            let (flags, overwrite) = (self.point_flags(), self.overwrite);
+            let (flags, overwrite, no_verify) = (self.point_flags(), self.overwrite, self.stages.no_verify);
             let (dry_run, json) = (self.dry_run, self.json);
-            let request = Request { sweep, out: &out, machine, flags, overwrite, dry_run, json };
+            let request = Request { sweep, out: &out, machine, flags, overwrite, no_verify, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
         self.run_here(sweep, &out, &machine.1)

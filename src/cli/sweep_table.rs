@@ -24,8 +24,8 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
         let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
         let error = s.sample.standard_error.map_or("-".into(), |e| significant(e, 2));
         let scatter = s.sample.standard_deviation.map_or("-".into(), |e| significant(e, 2));
-        let (loads, load) = s.load.given();
-        let (load, mean) = (loads.value(load), significant(s.sample.mean, 4));
+        let (quantity_of_load, load) = s.load.given();
+        let (load, mean) = (quantity_of_load.value(load), significant(s.sample.mean, 4));
         let n = s.sample.realisations.to_string();
         let (source, quantity) = (s.of.source.clone(), s.of.quantity.clone());
         vec![group.join(", "), source, load, quantity, mean, error, scatter, n, s.of.unit.clone()]

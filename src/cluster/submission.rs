@@ -203,10 +203,10 @@ impl Submission {
         })
     }
 
-    /// Whether results, fields and other files of the stages of a point are as its run wrote them. All are read.
-    pub fn is_whole(&self, out: &Path, point: &SubmittedPoint) -> bool {
+    /// What of results, fields and other files of the stages of a point is not as its run wrote it, in words. All are read.
+    pub fn damage_of(&self, out: &Path, point: &SubmittedPoint) -> Option<String> {
         let verified = WrittenFolder::run(&self.place(out, point).0).and_then(|(folder, _)| folder.verify());
-        verified.is_ok()
+        verified.err().map(|e| e.to_string())
     }
 
     /// Points that are not done.

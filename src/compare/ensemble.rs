@@ -133,7 +133,7 @@ fn difference(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::given_loads::GivenLoads;
+    use crate::record::given_loads::{GivenLoads, LoadQuantity};
 
     #[test]
     fn the_mean_of_equal_values_is_that_value() {
@@ -172,7 +172,7 @@ mod tests {
 
     /// A pressure of 100 MPa is p* = 1.
     fn at(p_star: f64) -> EnsembleLoad {
-        EnsembleLoad::of(GivenLoads::Pressure(1e8), p_star)
+        EnsembleLoad::of(GivenLoads { quantity: LoadQuantity::Pressure, of_p_star: 1e8 }, p_star)
     }
 
     fn number(source: &str, value: f64) -> Observation {
@@ -219,7 +219,7 @@ mod tests {
         let loads = [wide[0].load, ensemble.statistics[0].load];
         assert!(loads.iter().all(|l| (l.p_star - 0.02).abs() < 1e-15), "{loads:?}");
         assert!(
-            loads.iter().all(|l| (l.given().1 - 2e6).abs() < 1e-6 && l.given().0 != GivenLoads::PStar),
+            loads.iter().all(|l| l.given().0 == LoadQuantity::Pressure && (l.given().1 - 2e6).abs() < 1e-6),
             "{loads:?}"
         );
         assert_eq!(wide[0].group, [("surface.hurst".to_string(), Value::from(0.8))]);

@@ -3,9 +3,9 @@
 use super::ProgressReporter;
 use super::stage::StageContext;
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
-use crate::report::number::si_given;
+use crate::report::number::SiNotation;
 use crate::{Error, Result};
-use asperity_contact::interface::{AttractionLaw, Constants, RangeChoice, SubsurfaceRequest};
+use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
 use asperity_contact::load::{Branch, Load, LoadStep};
 use asperity_contact::method::{ReducedProblem, Stop};
 use asperity_contact::observe::{Leakage, WorkPoint, dissipation, leakage_bytes};
@@ -115,15 +115,11 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     let dissipation = has_history.then(|| dissipation(&work_points(&states, request.steps), adhesive));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
     let Scales { length_m: length, modulus_pa: modulus } = request.scales;
-    let constants = Constants {
-        length: &|over_length| si_given(over_length * length, "m"),
-        work: &|reduced| si_given(reduced * modulus * length, "J/m²"),
-    };
     Ok(ContinuumResults {
         method: method.card().id.into(),
-        kernel: problem.kernel.described(&constants),
-        adhesion: path.adhesion().described(&constants),
-        wall: problem.wall.described(&constants),
+        kernel: problem.kernel.described(&SiNotation(request.scales)),
+        adhesion: path.adhesion().described(&SiNotation(request.scales)),
+        wall: problem.wall.described(&SiNotation(request.scales)),
         hardness: problem.hardness.map(|h| h.mean() * modulus),
         hardness_map: request.hardness_map.map(|map| map.in_units(modulus)),
         nx: grid.nx,

@@ -1,7 +1,7 @@
 //! `curve.csv` and `pull-off.csv` of a run: the loads of its continuum in µm and MPa.
 
 use crate::Result;
-use crate::record::given_loads::GivenLoads;
+use crate::record::given_loads::LoadQuantity;
 use crate::record::load_table::{self, ForceUnit, ResultUnits};
 use crate::record::results::Results;
 use asperity_contact::state::State;
@@ -16,12 +16,9 @@ pub(super) fn write(out: &Path, results: &Results) -> Result<()> {
     let [um, mpa] = UNITS;
     let states: Vec<State> = continuum.states.iter().map(|s| s.clone().in_units(um, mpa)).collect();
     let of_pressure = states.iter().map(|s| s.p_star / s.pressure).find(|ratio| ratio.is_finite());
-    let force = match (results.loads, of_pressure) {
-        (GivenLoads::Force(newton), Some(ratio)) => {
-            Some(ForceUnit { unit: Some("N".into()), of_pressure: newton * ratio })
-        }
-        _ => None,
-    };
+    let force = of_pressure.filter(|_| results.loads.quantity == LoadQuantity::Force);
+    let of_force = |ratio| ForceUnit { unit: Some("N".into()), of_pressure: results.loads.of_p_star * ratio };
+    let force = force.map(of_force);
     let units = ResultUnits { length: Some("um".into()), stress: Some("MPa".into()), force };
     load_table::write(out, &states, &units)?;
     let Some(pull_off) = &continuum.pull_off else { return Ok(()) };

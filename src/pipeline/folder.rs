@@ -4,7 +4,7 @@ use crate::record::{ensemble, tradeoff};
 use crate::{Error, Result};
 use asperity_grid::sys;
 use asperity_grid::transformed_nodes;
-use asperity_surface::files::atomic_file::{create_folder, is_empty, list, open_regular, remove, remove_folder};
+use asperity_surface::files::atomic_file::{create_folder, is_empty, list, remove, remove_folder, written_at};
 use asperity_surface::files::beneath::create_folders;
 use asperity_surface::files::hashed::{self, Stored, file_hash};
 use asperity_surface::files::inside::expect_plain;
@@ -277,10 +277,9 @@ fn spent(folder: &Path) -> f64 {
     if let Ok(record) = json::read::<StageRecord>(&folder.join(DONE)) {
         return record.seconds;
     }
-    let written = |path: &Path| open_regular(path).ok()?.0.metadata().and_then(|m| m.modified()).ok();
-    let Some(start) = written(&folder.join(KEY)) else { return 0.0 };
+    let Some(start) = written_at(&folder.join(KEY)) else { return 0.0 };
     let files = list(folder).unwrap_or_default();
-    let last = files.iter().filter_map(|(_, file)| written(file)).max().unwrap_or(start);
+    let last = files.iter().filter_map(|(_, file)| written_at(file)).max().unwrap_or(start);
     let earlier = json::read::<f64>(&folder.join(SPENT)).unwrap_or(0.0);
     earlier + last.duration_since(start).map_or(0.0, |d| d.as_secs_f64())
 }

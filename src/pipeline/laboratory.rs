@@ -4,6 +4,7 @@ use super::continuum::{Keep, PathRequest, load_path, start};
 use super::folder::StageKey;
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::Result;
+use crate::report::number::SiNotation;
 use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD};
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
 use asperity_contact::load::{Load, LoadStep};
@@ -139,7 +140,7 @@ impl SolveStage<'_> {
     /// Label of the variant; for the primary problem, its kernel.
     pub(super) fn label(&self) -> String {
         match self.variant {
-            Variant::Primary => self.case.model.kernel.to_string(),
+            Variant::Primary => self.case.model.kernel.described(&SiNotation(self.case.scales)),
             Variant::NonAdhesive => "without adhesion".into(),
             Variant::Range(range) => format!("range {range}"),
             Variant::CrossCheck => "the reference load without adhesion".into(),
@@ -200,7 +201,7 @@ impl Stage for SolveStage<'_> {
         // The path adds the memory of its coarser grids and of the pull-off.
         let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
         let alone = self.method().plan(&problem).bytes;
-        let path = LoadPathSolver::new(problem, self.method(), case.model.resolution, 0.0, &targets);
+        let path = LoadPathSolver::new(problem, self.method(), case.model.resolution, 0.0, &targets).with_stiffness();
         EstimatedCost { bytes: own.bytes + (path.plan(case.scene.load.pull_off).bytes - alone), ..own }
     }
 

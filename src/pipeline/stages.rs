@@ -7,7 +7,7 @@ use super::laboratory::{SolveStage, SolvedHeights, Variant, variants};
 use super::methods::{self, MethodStage};
 use super::stage::Stage;
 use super::surface::SurfaceStage;
-use crate::record::given_loads::GivenLoads;
+use crate::record::given_loads::{GivenLoads, LoadQuantity};
 use crate::record::methods::MethodResults;
 use crate::record::results::{ComparisonResults, SurfaceResults};
 use crate::scene::Case;
@@ -86,17 +86,18 @@ pub(super) fn visit(
     Ok(Outputs { surface: output(surface), ..outputs })
 }
 
-/// How loads are named: as they were given. Atoms are compared at equal p*, as their pressures are others.
+/// How loads are named.
 pub(super) fn given_loads(case: &Case) -> GivenLoads {
     let (kind, pascal) = (case.scene.load.loads().kind, case.gradient * case.scales.modulus_pa);
-    match kind {
-        LoadKind::PStar => GivenLoads::PStar,
-        _ if case.scene.atoms.is_some() => GivenLoads::PStar,
-        LoadKind::Force => GivenLoads::Force(pascal * case.problem.surface.mapped_area()),
+    let (quantity, of_p_star) = match kind {
+        LoadKind::PStar => return GivenLoads::P_STAR,
+        _ if case.scene.atoms.is_some() => return GivenLoads::P_STAR,
+        LoadKind::Force => (LoadQuantity::Force, pascal * case.problem.surface.mapped_area()),
         LoadKind::Pressure | LoadKind::MeanGap | LoadKind::Displacement | LoadKind::Contact => {
-            GivenLoads::Pressure(pascal)
+            (LoadQuantity::Pressure, pascal)
         }
-    }
+    };
+    GivenLoads { quantity, of_p_star }
 }
 
 /// Solves the scene's problem and its variants, and runs the comparison methods.
@@ -109,7 +110,7 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         let states = outputs.primary.iter().flat_map(|solved| &solved.states);
         let named = given_loads(case);
         let loads = states.map(|s| (named.value(s.p_star), s.contact_area, s.discretisation.as_ref()));
-        unresolved_contact(named.symbol(), loads).into_iter().for_each(|text| visitor.warn(text));
+        unresolved_contact(named.quantity.symbol(), loads).into_iter().for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);
     left_out.into_iter().for_each(|text| visitor.warn(text));

@@ -1,6 +1,6 @@
 //! `ensemble.json`: the points of a sweep with their results, and statistics over the realisations.
 
-use super::given_loads::GivenLoads;
+use super::given_loads::{GivenLoads, LoadQuantity};
 use asperity_contact::load::Branch;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::{read_text, write_atomic};
@@ -88,13 +88,8 @@ pub struct EnsembleLoad {
 
 impl EnsembleLoad {
     pub fn of(loads: GivenLoads, p_star: f64) -> Self {
-        let [mut pressure, mut force] = [None, None];
-        match loads {
-            GivenLoads::PStar => {}
-            GivenLoads::Pressure(pascal) => pressure = Some(p_star * pascal),
-            GivenLoads::Force(newton) => force = Some(p_star * newton),
-        }
-        EnsembleLoad { p_star, pressure, force }
+        let given = |quantity| (loads.quantity == quantity).then_some(p_star * loads.of_p_star);
+        EnsembleLoad { p_star, pressure: given(LoadQuantity::Pressure), force: given(LoadQuantity::Force) }
     }
 
     /// The mean of loads; `None` without any.
@@ -107,11 +102,11 @@ impl EnsembleLoad {
     }
 
     /// Its quantity, and its value in Pa, in N or as p*.
-    pub fn given(&self) -> (GivenLoads, f64) {
+    pub fn given(&self) -> (LoadQuantity, f64) {
         match (self.pressure, self.force) {
-            (Some(pascal), _) => (GivenLoads::Pressure(1.0), pascal),
-            (_, Some(newton)) => (GivenLoads::Force(1.0), newton),
-            _ => (GivenLoads::PStar, self.p_star),
+            (Some(pascal), _) => (LoadQuantity::Pressure, pascal),
+            (_, Some(newton)) => (LoadQuantity::Force, newton),
+            _ => (LoadQuantity::PStar, self.p_star),
         }
     }
 }
@@ -172,8 +167,8 @@ pub struct Difference {
 
 impl Ensemble {
     /// The quantity of the loads.
-    pub fn loads(&self) -> GivenLoads {
-        self.statistics.first().map_or(GivenLoads::PStar, |s| s.load.given().0)
+    pub fn loads(&self) -> LoadQuantity {
+        self.statistics.first().map_or(LoadQuantity::PStar, |s| s.load.given().0)
     }
 
     pub fn new(name: String, keys: Vec<String>, points: Vec<EnsemblePoint>) -> Self {

@@ -1,16 +1,27 @@
-//! How loads were given.
+//! The quantity in which loads are named.
 
 use serde::{Deserialize, Serialize};
 
-/// The quantity in which loads are named, with what p* = 1 is in it: that in which the scene gave them, and p* where atoms take part. Where a gap, a displacement or a contact area was given, loads
-/// are named by the mean pressures that came out.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "quantity", content = "of_p_star", rename_all = "snake_case")]
-pub enum GivenLoads {
-    #[default]
+/// A quantity of loads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LoadQuantity {
     PStar,
     /// Mean pressure, Pa.
-    Pressure(f64),
+    Pressure,
     /// Normal force on the map, N.
-    Force(f64),
+    Force,
+}
+
+/// Loads are named as the scene gave them: by p*, pressure or force. Where it gave gaps, displacements or contact areas, they are named by the
+/// pressures that came out; where atoms take part, by p*, as the atoms' pressures are others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GivenLoads {
+    pub quantity: LoadQuantity,
+    /// The load p* = 1: 1, in Pa or in N.
+    pub of_p_star: f64,
+}
+
+impl GivenLoads {
+    pub const P_STAR: Self = GivenLoads { quantity: LoadQuantity::PStar, of_p_star: 1.0 };
 }

@@ -1,8 +1,10 @@
 //! Number formatting: significant digits, SI prefixes, powers of ten. The space before a unit is non-breaking.
 
-use crate::record::given_loads::GivenLoads;
+use crate::record::given_loads::{GivenLoads, LoadQuantity};
 use crate::record::results::ScalesSi;
+use asperity_contact::interface::Notation;
 use asperity_contact::quantity::Quantity;
+use asperity_grid::units::Scales;
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
@@ -55,56 +57,82 @@ pub fn with_unit(x: f64, n: usize, unit: &str) -> String {
 
 /// `p* = 0.01`.
 pub fn load_label(p_star: f64) -> String {
-    GivenLoads::PStar.label(p_star)
+    GivenLoads::P_STAR.label(p_star)
 }
 
-impl GivenLoads {
+impl LoadQuantity {
     /// Head of a column of loads.
     pub fn head(self) -> &'static str {
         match self {
-            GivenLoads::PStar => "p*",
-            GivenLoads::Pressure(_) => "pressure",
-            GivenLoads::Force(_) => "force",
+            LoadQuantity::PStar => "p*",
+            LoadQuantity::Pressure => "pressure",
+            LoadQuantity::Force => "force",
         }
     }
 
-    /// A load in such a column: `0.01`, `10 MPa`, `5 µN`.
-    pub fn value(self, p_star: f64) -> String {
-        match self.in_si() {
-            None => trimmed(p_star, 4),
-            Some((of_p_star, unit)) => si_given(p_star * of_p_star, unit),
-        }
+    /// A load, as p*, in Pa or in N, in such a column: `0.01`, `10 MPa`, `5 µN`.
+    pub fn value(self, load: f64) -> String {
+        self.unit().map_or_else(|| trimmed(load, 4), |unit| si_given(load, unit))
     }
 
     /// What a value follows in a sentence: `p* = `, or nothing.
     pub fn symbol(self) -> &'static str {
-        if self == GivenLoads::PStar { "p* = " } else { "" }
+        if self == LoadQuantity::PStar { "p* = " } else { "" }
     }
 
-    /// A load in a sentence: `p* = 0.01`, `10 MPa`.
-    pub fn label(self, p_star: f64) -> String {
-        self.symbol().to_string() + &self.value(p_star)
+    /// A load, as p*, in Pa or in N, in a sentence: `p* = 0.01`, `10 MPa`.
+    pub fn label(self, load: f64) -> String {
+        self.symbol().to_string() + &self.value(load)
     }
 
-    /// The scale of an axis on which `largest` is the largest p*: its unit in multiples of p*, and its label.
-    pub fn axis(self, largest: f64) -> (f64, String) {
+    /// The unit of an axis on which `largest` is the largest load, both as p*, in Pa or in N, and its label.
+    pub(super) fn axis(self, largest: f64) -> (f64, String) {
         let name = match self {
-            GivenLoads::PStar => "reduced load p*",
-            GivenLoads::Pressure(_) => "mean pressure",
-            GivenLoads::Force(_) => "normal force",
+            LoadQuantity::PStar => "reduced load p*",
+            LoadQuantity::Pressure => "mean pressure",
+            LoadQuantity::Force => "normal force",
         };
-        let Some((of_p_star, unit)) = self.in_si() else { return (1.0, name.into()) };
-        let (scale, prefix) = si_scale(largest * of_p_star);
-        (scale / of_p_star, format!("{name} ({prefix}{unit})"))
+        let Some(unit) = self.unit() else { return (1.0, name.into()) };
+        let (scale, prefix) = si_scale(largest);
+        (scale, format!("{name} ({prefix}{unit})"))
     }
 
-    /// p* = 1 in a unit; none of p* itself.
-    fn in_si(self) -> Option<(f64, &'static str)> {
+    fn unit(self) -> Option<&'static str> {
         match self {
-            GivenLoads::PStar => None,
-            GivenLoads::Pressure(pascal) => Some((pascal, "Pa")),
-            GivenLoads::Force(newton) => Some((newton, "N")),
+            LoadQuantity::PStar => None,
+            LoadQuantity::Pressure => Some("Pa"),
+            LoadQuantity::Force => Some("N"),
         }
+    }
+}
+
+impl GivenLoads {
+    /// As [`LoadQuantity::head`].
+    pub fn head(self) -> &'static str {
+        self.quantity.head()
+    }
+
+    /// A load p* as [`LoadQuantity::value`].
+    pub fn value(self, p_star: f64) -> String {
+        self.quantity.value(p_star * self.of_p_star)
+    }
+
+    /// A load p* as [`LoadQuantity::label`].
+    pub fn label(self, p_star: f64) -> String {
+        self.quantity.label(p_star * self.of_p_star)
+    }
+}
+
+/// Constants of laws, walls and bodies with SI units.
+pub struct SiNotation(pub Scales);
+
+impl Notation for SiNotation {
+    fn length(&self, over_length: f64) -> String {
+        si_given(over_length * self.0.length_m, "m")
+    }
+
+    fn work(&self, reduced: f64) -> String {
+        si_given(reduced * self.0.modulus_pa * self.0.length_m, "J/m²")
     }
 }
 

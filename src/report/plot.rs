@@ -9,7 +9,7 @@ use super::picture::{self, Rgb};
 use super::scale::PlotAxis;
 pub use super::scale::{AxisScale, linear, log};
 use super::svg::{self, CHARACTER, DrawingSize, Ticks, css, escaped, half_width, text};
-use crate::record::given_loads::GivenLoads;
+use crate::record::given_loads::{GivenLoads, LoadQuantity};
 
 /// Height of a row of the legend, and length of a line sample, in text heights.
 const LEGEND_ROW: f64 = 1.45;
@@ -176,11 +176,21 @@ impl PlotLayout {
 }
 
 impl Plot {
-    /// A plot against p* with the axis in the quantity in which the loads were given.
+    /// A plot against p* with the axis of how loads are named.
     pub fn against(self, loads: GivenLoads) -> Self {
+        self.with_loads(loads.quantity, loads.of_p_star)
+    }
+
+    /// A plot against loads, as p*, in Pa or in N, with their axis.
+    pub fn against_quantity(self, quantity: LoadQuantity) -> Self {
+        self.with_loads(quantity, 1.0)
+    }
+
+    /// `of_x`: the load of x = 1.
+    fn with_loads(self, quantity: LoadQuantity, of_x: f64) -> Self {
         let largest = self.curves.iter().flat_map(|c| &c.points).map(|p| p.0.abs()).fold(0.0, f64::max);
-        let (unit, label) = loads.axis(largest);
-        let at = |(p_star, y): (f64, f64)| (p_star / unit, y);
+        let (unit, label) = quantity.axis(largest * of_x);
+        let at = |(x, y): (f64, f64)| (x * of_x / unit, y);
         let in_unit = |curve: Curve| Curve { points: curve.points.into_iter().map(at).collect(), ..curve };
         Plot {
             x: AxisScale { label, ..self.x },

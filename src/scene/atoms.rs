@@ -1,6 +1,7 @@
 //! The block of atoms of a scene, resolved: crystal, indenter, wall, and the audit of scaling down.
 
 use super::model::relative_to;
+use super::names::Keys;
 use super::repulsion::BlockCrystal;
 use super::{AtomsScene, AtomsStart, Scene, Slope};
 use crate::{Error, Result};
@@ -17,6 +18,7 @@ use asperity_atoms::results::AuditLine;
 use asperity_atoms::wall::{self, LatticeWall as AtomWall};
 use asperity_contact::interface::{AttractionLaw, Base, Elastic, Layer, TabulatedWall};
 use asperity_contact::load::LoadStep;
+use asperity_contact::problem::Names;
 use asperity_grid::Grid;
 use asperity_grid::error::Complaint;
 use asperity_grid::sys::expect_memory;
@@ -127,7 +129,8 @@ fn refuse_crushing(problem: &LaboratoryProblem, context: &str) -> Result<()> {
         rounded_down(largest),
         problem.gradient
     );
-    Err(Error::input(context, "load.p_star", p_star, accepted))
+    let key = Keys(problem.scene).name(problem.scene.load.loads().kind.field());
+    Err(Error::input(context, key, format!("p* = {p_star}"), accepted))
 }
 
 /// The block's crystal, and the mass of an atom, u.

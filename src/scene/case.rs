@@ -12,7 +12,7 @@ use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::{AttractionLaw, HardnessMap, SubsurfaceRequest};
 use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
-use asperity_contact::problem::{Accuracy, Hardness, Loads, Problem, ReducedModel, Reduction};
+use asperity_contact::problem::{Accuracy, Hardness, Loads, Names, Problem, ReducedModel, Reduction};
 use asperity_contact::results::HardnessMapResults;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
@@ -401,7 +401,8 @@ fn gradient(scene: &Scene, problem: &Problem, place: &str) -> Result<f64> {
     let gradient = problem.gradient();
     if gradient == 0.0 && !scene.laboratory.is_plain() {
         let accepted = "a rough surface: p* is pressure over E* times rms gradient";
-        return Err(Error::input(place, "load.p_star", "a flat surface, rms gradient 0", accepted));
+        let key = Keys(scene).name(scene.load.loads().kind.field());
+        return Err(Error::input(place, key, "a flat surface, rms gradient 0", accepted));
     }
     // A coarse file of the challenge's surface lacks gradient, not load.
     Ok(if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { gradient })

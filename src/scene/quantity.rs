@@ -229,7 +229,8 @@ impl<'de, D: Dimensional> Visitor<'de> for List<D> {
     fn expecting(&self, f: &mut Formatter) -> fmt::Result {
         let (values, unit) = Self::VALUES;
         let list = if unit.is_empty() { "0.01, 0.03".into() } else { format!("\"1 {unit}\", \"2 {unit}\"") };
-        write!(f, "a list of {values}, as [{list}], or a range, as \"{}\"", Self::range())
+        let one = if unit.is_empty() { ", a number" } else { "" };
+        write!(f, "a list of {values}, as [{list}]{one}, or a range, as \"{}\"", Self::range())
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {

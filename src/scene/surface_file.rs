@@ -68,6 +68,9 @@ impl SurfaceFile {
         self.periodicity_is_given = scene.continuum.periodic.is_some();
         let mut list = Vec::new();
         let heights_m = self.unit(&mut scene.surface, &scene.laboratory, &mut list);
+        if let Some(y) = scene.laboratory.length_y.filter(|_| scene.surface.isotropic_map) {
+            list.push(Complaint::new("laboratory.length_y", y, "none with surface.isotropic_map, which is a square"));
+        }
         self.extents(&mut scene.laboratory, heights_m, &mut list);
         self.sign(&mut scene.surface, &mut list);
         self.periodicity(scene, &mut list);

@@ -307,7 +307,7 @@ mod tests {
             ),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = true",
-                "line 4: load.p_star = true; accepted: a list of numbers, as [0.01, 0.03], or a range, as \"log:0.01:0.1:5\"",
+                "line 4: load.p_star = true; accepted: a list of numbers, as [0.01, 0.03], a number, or a range, as \"log:0.01:0.1:5\"",
             ),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = [\n  1,\n  \"x\",\n]",

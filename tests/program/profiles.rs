@@ -117,6 +117,7 @@ fn what_is_no_profile_and_what_none_can_do_is_refused() {
         (vec![&three, "--profile", "--pressure", "0.01"], "# index x z"),
         (vec![&profile, "--isotropic-map", "--seed", "1", "--pressure", "0.01"], "only together with --profile"),
         (vec![&profile, "--profile", "--isotropic-map", "--edges", "mirror", "--pressure", "0.01"], "which repeats"),
+        (vec![&profile, "--profile", "--isotropic-map", "--length-y", "20", "--pressure", "0.01"], "which is a square"),
     ] {
         let refused = run("solve", &[&flags[..], &usual].concat());
         let said = stderr(&refused);

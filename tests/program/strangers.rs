@@ -276,12 +276,14 @@ fn damaged_stages_of_a_cluster_are_submitted_again() {
             assert!(call(&["slurm-task", "out", &task]).status.success());
         }
         assert!(call(&["collect", "out"]).status.success());
+        stderr(&answer)
     };
     submitted(2);
     submitted(0);
     for file in ["continuum/done.json", "continuum/load-1-gap.npy"] {
         flip(&scratch.path("out/points/seed-1").join(file));
-        submitted(1);
+        let said = submitted(1);
+        assert!(said.contains("seed-1: ") && said.contains(file.rsplit_once('/').expect("a file").1), "{said}");
     }
     submitted(0);
 }

@@ -373,7 +373,7 @@ pub(crate) fn run_folder(folder: &Path) -> Results {
         name: "A made-up <run>".into(),
         description: "Fields of a few waves, for looking at the report; no solver has seen them.".into(),
         scales: ScalesSi { length_m: LABORATORY[0], modulus_pa: LABORATORY[1] },
-        loads: GivenLoads::PStar,
+        loads: GivenLoads::P_STAR,
         surface: SurfaceResults {
             origin: "Synthesised, seed 1".into(),
             provenance: None,

@@ -302,6 +302,53 @@ impl Observer for Stopper {
     }
 }
 
+/// Asks to stop from a number of iterations on, but lets them go on.
+struct Late {
+    seen: AtomicI64,
+    after: i64,
+}
+
+impl Observer for Late {
+    fn iteration(&self, _: Iteration) -> ControlFlow<()> {
+        self.seen.fetch_add(1, Ordering::Relaxed);
+        ControlFlow::Continue(())
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.seen.load(Ordering::Relaxed) >= self.after
+    }
+}
+
+/// A stop while the stiffness or the errors of a converged load are computed leaves no load without them.
+#[test]
+fn a_load_is_complete_or_not_there() {
+    let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series().clone();
+    let grid = Grid { nx: 128, ny: 96, lx: 1.0, ly: 0.75 };
+    for id in ["fast", "bvm"] {
+        let heights = Heights::Series(&modes);
+        let p = ReducedProblem { stiffness: true, tolerance: 1e-3, ..problem(grid, heights, AttractionLaw::None) };
+        let loads = [0.02, 0.03].map(Load::Pressure);
+        let path = LoadPathSolver::new(p, methods::find(id).expect("it is there"), RangeChoice::Mesh, 0.0, &loads);
+        let visited = |after: i64| {
+            let (late, mut complete) = (Late { seen: AtomicI64::new(0), after }, Vec::new());
+            let _ = path.walk(None, false, &late, |_, reached| {
+                let converged = reached.state.stop == Stop::Converged;
+                complete
+                    .extend(converged.then_some(reached.state.stiffness.is_some() && reached.discretisation.is_some()));
+                Ok(())
+            });
+            (complete, late.seen.into_inner())
+        };
+        let (whole, iterations) = visited(i64::MAX);
+        assert_eq!(whole, [true, true], "{id}");
+        // The last iterations of the second load are followed by its stiffness and errors.
+        for left in 0..4 {
+            let (complete, _) = visited(iterations - left);
+            assert_eq!(complete, [true], "{id}: asked to stop {left} iterations before the end");
+        }
+    }
+}
+
 /// A solve continued from a snapshot that was written and read as JSON is bit-identical to an uninterrupted one: for
 /// all points of interruption, under pressure and mean-gap control, in both precisions, in the first and in a later
 /// load of a path.

@@ -121,7 +121,7 @@ impl Job {
             let accepted = "a job with prescribed loads that has run";
             Error::format(&relaxed.folder, "no relaxed states at prescribed loads", accepted)
         })?;
-        let place = |from: PathBuf, to: PathBuf| remove(&to).and_then(|()| link_or_copy(&from, &to));
+        let place = |from: PathBuf, to: PathBuf| link_or_copy(&from, &to);
         let count = loads.peak();
         for k in 0..count {
             let state = relaxed.folder.join(format!("restart.{}", k + 1));

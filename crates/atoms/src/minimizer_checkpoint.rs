@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 
 use super::cost::SECONDS_PER_ATOM_EVALUATION;
 use asperity_grid::Result;
-use asperity_surface::files::atomic_file::{list, open_regular, remove};
+use asperity_surface::files::atomic_file::{list, open_regular, remove, written_at};
 
 /// Computing time between two checkpoints, the most that a kill can lose. Writing three million atoms takes a second.
 pub const INTERVAL: Duration = Duration::from_secs(60);
@@ -41,7 +41,7 @@ fn files(folder: &Path, step: usize) -> [PathBuf; 2] {
 pub fn newest(folder: &Path, step: usize, from: u64) -> Option<PathBuf> {
     let written = |file: &PathBuf| -> Option<SystemTime> {
         let used = iteration(file)? >= from;
-        used.then(|| open_regular(file).ok()?.0.metadata().and_then(|m| m.modified()).ok()).flatten()
+        used.then(|| written_at(file)).flatten()
     };
     let candidates = files(folder, step).into_iter().filter_map(|file| Some((written(&file)?, file)));
     candidates.max().map(|(_, file)| file)

@@ -78,7 +78,7 @@ impl<'a> Watcher<'a> {
         self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
         let folder = &self.job.folder;
         let files = [log.to_path_buf(), folder.join(SCREEN_FILE), folder.join(LOAD_STEPS_FILE)];
-        let bytes = files.iter().filter_map(|file| file.metadata().ok()).map(|m| m.len()).sum();
+        let bytes = files.iter().filter_map(|file| open_regular(file).ok()).map(|(_, bytes)| bytes).sum();
         self.silence.observe(bytes, Instant::now());
     }
 

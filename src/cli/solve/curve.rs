@@ -1,24 +1,50 @@
 //! The loads of a solve as a table on the terminal: one row per load.
 
 use crate::record::load_table::{Dimension, ForceUnit, ResultUnits};
-use crate::report::number::{si, significant};
+use crate::report::number::{si, si_given, significant, trimmed};
+use asperity_contact::interface::Notation;
 use asperity_contact::load::Stop;
 use asperity_contact::state::State;
+use asperity_grid::units::Scales;
 
 /// A value with its unit, for people. Stresses and works have the prefix that suits them, where their units are known.
 pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> String {
-    let si_unit = match dimension {
-        Dimension::Stress => "Pa",
-        Dimension::Work => "J/m²",
-        _ => "",
-    };
-    if let Some(of_unit) = units.si(dimension).filter(|_| !si_unit.is_empty()) {
-        return si(value * of_unit, si_unit, 6);
+    if let Some((of_unit, unit)) = si_unit(units, dimension) {
+        return si(value * of_unit, unit, 6);
     }
     let number = significant(value, 6);
     match units.of(dimension) {
         Some(unit) => format!("{number} {}", unit.replace('_', " ")),
         None => number,
+    }
+}
+
+/// SI units of one unit of stresses and works, where they are known, and their name.
+pub(super) fn si_unit(units: &ResultUnits, dimension: Dimension) -> Option<(f64, &'static str)> {
+    let name = match dimension {
+        Dimension::Stress => "Pa",
+        Dimension::Work => "J/m²",
+        _ => return None,
+    };
+    Some((units.si(dimension)?, name))
+}
+
+/// Constants in the units of a solve.
+pub(super) struct SolveNotation<'a> {
+    pub units: &'a ResultUnits,
+    pub scales: Scales,
+}
+
+impl Notation for SolveNotation<'_> {
+    fn length(&self, over_length: f64) -> String {
+        let unit = self.units.of(Dimension::Length).map_or(String::new(), |unit| format!(" {unit}"));
+        trimmed(over_length * self.scales.length_m, 4) + &unit
+    }
+
+    fn work(&self, reduced: f64) -> String {
+        let work = reduced * self.scales.modulus_pa * self.scales.length_m;
+        si_unit(self.units, Dimension::Work)
+            .map_or_else(|| trimmed(work, 4), |(of_unit, unit)| si_given(work * of_unit, unit))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
+use super::curve::{SolveNotation, in_unit};
 use super::fields::load_name;
 use super::reporter::with;
 use super::solved::Solved;
@@ -8,7 +9,7 @@ use crate::Result;
 use crate::cli::output;
 use crate::cli::progress::TerminalProgress;
 use crate::pipeline::ProgressReporter;
-use crate::record::load_table;
+use crate::record::load_table::{self, Dimension, ResultUnits};
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::Case;
 use asperity_contact::estimated::{never_delivered, state_of};
@@ -46,6 +47,7 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
     let resolved_gradient = problem.resolved_gradient();
     let criterion = method.criterion(&problem.settings).to_string();
     let Scales { length_m: length, modulus_pa: modulus } = case.scales;
+    let units = solve.units(case);
     let growth = asperity_grid::sys::MemoryGrowth::begin();
     let mut cpu = asperity_grid::sys::cpu_seconds();
     let input = EstimatorInput::new(problem.clone(), method)?;
@@ -56,13 +58,13 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
         let mut state = state.in_units(length, modulus);
         // What the method never gives, besides what it does not give at this load.
         state.missing.extend(never_delivered(card, problem.adhesion != AttractionLaw::None));
-        let used = method.adhesion(problem);
+        let (used, notation) = (method.adhesion(problem), SolveNotation { units: &units, scales: case.scales });
         let about = json!({
             "method": card.id,
             "nx": grid.nx,
             "ny": grid.ny,
-            "kernel": problem.kernel.to_string(),
-            "adhesion": used.to_string(),
+            "kernel": problem.kernel.described(&notation),
+            "adhesion": used.described(&notation),
             "gamma": problem.adhesion.work_of_adhesion() * modulus * length,
             "range": used.range() * length,
             "calibrated_on": method.calibrated_on(&problem.settings),
@@ -93,7 +95,7 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
         if solve.json {
             output::json_line(&line)?;
         } else {
-            output::print(&table(&state, &line));
+            output::print(&table(&state, &line, &units));
         }
         states.push(state);
         lines.push(line);
@@ -101,34 +103,36 @@ pub(super) fn run(solve: &SolveArgs, case: &Case, heights: Heights, progress: &T
         Ok(())
     })?;
     let Some(out) = &solve.out else { return Ok(()) };
-    load_table::write(out, &states, &solve.units(case))?;
+    load_table::write(out, &states, &units)?;
     solve.finish(out, key, &Solved { states, lines, ..Solved::default() }, None)
 }
 
 /// A state for people; `line` also describes the problem.
-fn table(s: &State, line: &Value) -> String {
+fn table(s: &State, line: &Value, units: &ResultUnits) -> String {
     let missing = |quantity: Quantity| match s.missing.get(&quantity) {
         Some(reason) => format!("– ({reason})"),
         None => "–".to_string(),
     };
-    let plain = |v: f64| significant(v, 6);
-    let of_problem = |key: &str| line[key].as_f64().map_or_else(|| "–".to_string(), |v| significant(v, 4));
+    let sized = |dimension| move |value: f64| in_unit(units, value, dimension);
+    let area =
+        |a: f64| significant(a, 6) + &units.of(Dimension::Length).map_or(String::new(), |unit| format!(" {unit}²"));
+    let of_problem = |key: &str| line[key].as_f64().unwrap_or(f64::NAN);
     let median = s.observed.as_ref().and_then(|o| o.median_cluster_area);
     let mut rows = vec![
         ("method", line["method"].as_str().unwrap_or_default().to_string()),
-        ("mean pressure", plain(s.pressure)),
+        ("mean pressure", sized(Dimension::Stress)(s.pressure)),
         ("contact is", s.criterion.clone()),
         ("contact", percent(s.contact_area)),
     ];
     if line["gamma"].as_f64().is_some_and(|g| g > 0.0) {
-        rows.push(("work of adhesion", of_problem("gamma")));
-        rows.push(("range of adhesion", of_problem("range")));
+        rows.push(("work of adhesion", sized(Dimension::Work)(of_problem("gamma"))));
+        rows.push(("range of adhesion", sized(Dimension::Length)(of_problem("range"))));
     }
     let memory = memory(line["peak_rss_bytes"].as_u64().unwrap_or_default());
     rows.extend([
-        ("mean gap", s.mean_gap.map_or_else(|| missing(Quantity::MeanGap), plain)),
-        ("median cluster area", median.map_or_else(|| missing(Quantity::PatchPdf), plain)),
-        ("rms gradient on this grid", of_problem("resolved_gradient")),
+        ("mean gap", s.mean_gap.map_or_else(|| missing(Quantity::MeanGap), sized(Dimension::Length))),
+        ("median cluster area", median.map_or_else(|| missing(Quantity::PatchPdf), area)),
+        ("rms gradient on this grid", significant(of_problem("resolved_gradient"), 4)),
         ("load error", format!("{:.1e}", s.load_error)),
         ("time, peak memory", format!("{}, {memory}", duration(s.seconds))),
     ]);

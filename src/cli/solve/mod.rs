@@ -140,7 +140,8 @@ impl SolveArgs {
             let moved =
                 if self.body.len() == 2 && self.out.is_some() { size_of::<f64>() * problem.grid.points() } else { 0 };
             let after = if problem.ranks.is_first() { flow(&problem) + below(&problem) + moved as u64 } else { 0 };
-            LoadPathSolver::new(problem, method, case.model.resolution, 0.0, loads).plan(self.pull_off).bytes + after
+            let path = LoadPathSolver::new(problem, method, case.model.resolution, 0.0, loads).with_stiffness();
+            path.plan(self.pull_off).bytes + after
         };
         // Ranks on one machine share its memory.
         let need = problem.ranks.sum_on_this_machine(planned(problem.clone()));

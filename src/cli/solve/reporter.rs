@@ -1,7 +1,7 @@
 //! Results of `solve`, as tables and as JSON.
 
 use super::SolveArgs;
-use super::curve::{self, in_unit, share};
+use super::curve::{self, SolveNotation, in_unit, share, si_unit};
 use super::fields::{FieldWriter, OfFields, file_name};
 use super::solved::{Solved, state_of_line};
 use crate::Result;
@@ -153,6 +153,7 @@ impl<'a> SolveReporter<'a> {
         let (problem, grid) = (&self.problem, self.problem.grid);
         let spacing = grid.dx().max(grid.dy());
         let ranks = problem.ranks.are_several().then(|| problem.ranks.count());
+        let notation = SolveNotation { units: &self.units, scales: self.scales };
         let about = json!({
             "method": self.card.id,
             "nx": grid.nx,
@@ -164,9 +165,9 @@ impl<'a> SolveReporter<'a> {
             "precision": problem.precision,
             "threads": rayon::current_num_threads(),
             "device": Device::of(problem, self.card),
-            "kernel": problem.kernel.to_string(),
-            "adhesion": self.used.to_string(),
-            "wall": problem.wall.to_string(),
+            "kernel": problem.kernel.described(&notation),
+            "adhesion": self.used.described(&notation),
+            "wall": problem.wall.described(&notation),
             "gamma": self.requested.work_of_adhesion() * modulus * length,
             "cohesive_resolution": self.requested.resolution_on(spacing),
             "range": self.used.resolution_on(spacing).map(|used| json!({
@@ -296,22 +297,10 @@ pub(super) fn show_pull_off(as_json: bool, units: &ResultUnits, line: &Value) ->
         return output::json_line(line);
     }
     let number = |key: &str| line[key].as_f64();
-    let with_error = |value: f64, error: Option<f64>, (digits, dimension): (usize, Dimension)| {
-        if let (Dimension::Stress, Some(pascal), Some(error)) = (dimension, units.si(dimension), error) {
-            let (value, error) = number::with_error(value * pascal, error * pascal, "Pa");
-            return value + &error;
-        }
-        if error.is_none() {
-            return in_unit(units, value, dimension);
-        }
-        let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-        let unit = units.of(dimension).map_or(String::new(), |unit| format!(" {unit}"));
-        format!("{}{error}{unit}", significant(value, digits))
-    };
     let pressure = -number("pull_off_pressure").unwrap_or(f64::NAN);
-    let pull = with_error(pressure, number("pull_off_pressure_error"), (6, Dimension::Stress));
+    let pull = with_error(pressure, number("pull_off_pressure_error"), (units, Dimension::Stress));
     let mean_gap = number("mean_gap").unwrap_or(f64::NAN);
-    let gap = with_error(mean_gap, number("mean_gap_error"), (4, Dimension::Length));
+    let gap = with_error(mean_gap, number("mean_gap_error"), (units, Dimension::Length));
     let from = match &line["coarser"] {
         Value::Array(points) => format!("the changes to {} x {} points", points[0], points[1]),
         _ => "none: the error by the grid is not known".to_string(),
@@ -345,11 +334,16 @@ fn below_the_surface(s: &State, units: &ResultUnits) -> Vec<(&'static str, Strin
 
 /// A value with its error and unit.
 fn with_error(value: f64, error: Option<f64>, (units, dimension): (&ResultUnits, Dimension)) -> String {
-    let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-    let value = in_unit(units, value, dimension);
-    match value.split_once(' ') {
-        Some((number, unit)) => format!("{number}{error} {unit}"),
-        None => value + &error,
+    match (error, si_unit(units, dimension)) {
+        (None, _) => in_unit(units, value, dimension),
+        (Some(error), Some((of_unit, unit))) => {
+            let (value, error) = number::with_error(value * of_unit, error * of_unit, unit);
+            value + &error
+        }
+        (Some(error), None) => {
+            let unit = units.of(dimension).map_or(String::new(), |unit| format!(" {}", unit.replace('_', " ")));
+            format!("{} ± {}{unit}", significant(value, 6), significant(error, 2))
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::record::ensemble::{
     DIFFERENCES_FILE, Ensemble, EnsembleLoad, NUMBERS_FILE, Observable, STATISTICS_FILE, Sample,
 };
-use crate::record::given_loads::GivenLoads;
+use crate::record::given_loads::LoadQuantity;
 use asperity_contact::load::Branch;
 use asperity_grid::error::Result;
 use asperity_surface::files::atomic_file::write_atomic;
@@ -59,21 +59,26 @@ const SAMPLE: [&str; 8] =
     ["realisations", "mean", "standard_deviation", "standard_error", "confidence_low", "confidence_high", "min", "max"];
 
 /// The load as the scene gave it.
-fn column(loads: GivenLoads) -> &'static [&'static str] {
+fn column(loads: LoadQuantity) -> &'static [&'static str] {
     match loads {
-        GivenLoads::PStar => &[],
-        GivenLoads::Pressure(_) => &["pressure_Pa"],
-        GivenLoads::Force(_) => &["force_N"],
+        LoadQuantity::PStar => &[],
+        LoadQuantity::Pressure => &["pressure_Pa"],
+        LoadQuantity::Force => &["force_N"],
     }
 }
 
 /// The load is counted from 1, as in `curve.csv`.
-fn of(o: &Observable, load: &EnsembleLoad, loads: GivenLoads) -> Vec<String> {
+fn of(o: &Observable, load: &EnsembleLoad, loads: LoadQuantity) -> Vec<String> {
     let branch = match o.branch {
         Branch::Loading => "loading",
         Branch::Unloading => "unloading",
     };
-    let given = (loads != GivenLoads::PStar).then(|| format!("{:?}", load.given().1));
+    let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:?}"));
+    let given = match loads {
+        LoadQuantity::PStar => None,
+        LoadQuantity::Pressure => Some(number(load.pressure)),
+        LoadQuantity::Force => Some(number(load.force)),
+    };
     let (index, p_star) = ((o.load + 1).to_string(), format!("{:?}", load.p_star));
     let cells = [o.source.clone(), index, branch.into(), o.quantity.clone(), o.unit.clone(), p_star];
     cells.into_iter().chain(given).collect()

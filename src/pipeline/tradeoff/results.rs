@@ -10,6 +10,7 @@ use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
     MeasuredCost, Reference, ResolvedErrors, SCHEMA, SkippedSetting, TradeoffPoint, TradeoffResults,
 };
+use crate::report::number::SiNotation;
 use crate::scene::Case;
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
 use asperity_surface::HeightSource;
@@ -44,7 +45,7 @@ pub(super) fn table(
         nx: case.model.grid.nx,
         ny: case.model.grid.ny,
         p_star: case.loading_p_star(),
-        kernel: case.model.kernel.to_string(),
+        kernel: case.model.kernel.described(&SiNotation(case.scales)),
         adhesion: adhesion_label(case),
         program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
         threads: rayon::current_num_threads(),
@@ -127,11 +128,10 @@ fn cost(cost: &MeasuredCost, reference: &ReferenceSolution) -> MeasuredCost {
 /// Adhesion as named in tables. With a true range on every grid, coarse grids may not resolve it and the problem
 /// differs from the default, so the text states it.
 fn adhesion_label(case: &Case) -> String {
+    let law = case.model.adhesion.described(&SiNotation(case.scales));
     match case.model.resolution {
-        RangeChoice::True if case.model.adhesion != AttractionLaw::None => {
-            format!("{}, true on every grid", case.model.adhesion)
-        }
-        _ => case.model.adhesion.to_string(),
+        RangeChoice::True if case.model.adhesion != AttractionLaw::None => format!("{law}, true on every grid"),
+        _ => law,
     }
 }
 

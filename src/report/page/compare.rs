@@ -74,12 +74,12 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
         (sections(writer, &c.sections)?)
         details {
             summary { "Continuum solutions: settings, solver and states" }
-            @if let Some(full) = &c.full_heights { h3 { "Full heights" } (setting(full)) (states(full, GivenLoads::PStar, &gap)) }
+            @if let Some(full) = &c.full_heights { h3 { "Full heights" } (setting(full)) (states(full, GivenLoads::P_STAR, &gap)) }
             h3 { "Hard wall" }
-            (setting(&c.hard_wall)) (states(&c.hard_wall, GivenLoads::PStar, &gap))
+            (setting(&c.hard_wall)) (states(&c.hard_wall, GivenLoads::P_STAR, &gap))
             h3 { "Compliant wall" }
             p.quiet { "Mean gaps are measured from the dilated profile; those above from the heights." }
-            (setting(&c.compliant_wall)) (states(&c.compliant_wall, GivenLoads::PStar, &gap))
+            (setting(&c.compliant_wall)) (states(&c.compliant_wall, GivenLoads::P_STAR, &gap))
         }
     })
 }

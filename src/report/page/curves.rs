@@ -72,6 +72,7 @@ fn area_plot(results: &Results) -> Plot {
     let ((lower, largest), (smallest, _)) = (ends(all().map(|p| p.0)), ends(all().map(|p| p.1)));
     // On linear axes the low loads of a long load path would not be distinguishable.
     let axis = if lower > 0.0 && smallest > 0.0 && largest > LONG_PATH * lower { log::<&str> } else { linear };
+    // Labelled by the loads.
     let x = axis("");
     let include = if x.log { vec![] } else { vec![(0.0, 0.0)] };
     let matched = results.comparison.as_ref().map(|c| &c.hard_wall);
@@ -92,9 +93,9 @@ fn without(c: &ContinuumResults, of: impl Fn(&State) -> (f64, f64)) -> Curve {
     Curve::new("without adhesion", WITHOUT, c.states.iter().map(of))
 }
 
-/// The axis of the load: logarithmic unless some loads are tensile.
-fn load_axis(c: &ContinuumResults, label: &str) -> AxisScale {
-    if c.states.iter().all(|s| s.p_star > 0.0) { log(label) } else { linear(label) }
+/// The axis of the load, which [`Plot::against`] labels: logarithmic unless some loads are tensile.
+fn load_axis(c: &ContinuumResults) -> AxisScale {
+    if c.states.iter().all(|s| s.p_star > 0.0) { log("") } else { linear("") }
 }
 
 /// Contact stiffness of the solved states against p*, with bars of its error.
@@ -115,8 +116,8 @@ fn contact_stiffness(c: &ContinuumResults, loads: GivenLoads) -> Option<Figure> 
     }
     let caption = "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error.";
     let label = format!("contact stiffness ({prefix}Pa/m)");
-    let y = if load_axis(c, "").log { log(label) } else { linear(label) };
-    Some(Figure::new("stiffness", caption, Plot::new(load_axis(c, ""), y, curves).against(loads)))
+    let y = if load_axis(c).log { log(label) } else { linear(label) };
+    Some(Figure::new("stiffness", caption, Plot::new(load_axis(c), y, curves).against(loads)))
 }
 
 /// The theory at the rms gradient that the atoms' scale resolves.
@@ -185,7 +186,7 @@ fn mean_gap(c: &ContinuumResults, other: Option<&ContinuumResults>, loads: Given
     let point = |s: &State| (s.p_star, s.mean_gap.unwrap_or(f64::NAN) / scale);
     let mut curves = branches(c, (&c.method, LABORATORY), &point);
     curves.extend(other.map(|c| without(c, point)));
-    let plot = Plot::new(load_axis(c, ""), linear(format!("mean gap ({prefix}m)")), curves).against(loads);
+    let plot = Plot::new(load_axis(c), linear(format!("mean gap ({prefix}m)")), curves).against(loads);
     let caption = html! { "Mean gap against load at the laboratory scale."
     @if plot.x.log { " At light loads the mean gap is about linear in the logarithm of the load." } };
     Figure::new("mean-gap", caption, plot)

@@ -41,9 +41,9 @@ pub(super) fn section(results: &Results) -> Markup {
                     " with E* = " (trimmed(atoms.modulus_gpa, 4)) " GPa, the harmonic mean over the directions of waves in its (001) face."
                 } }
             dt { "p*" }
-            dd { (LOAD) " Loads are compared in it "
-                "because contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
-                "the whole spectrum: a grid or block that resolves less of it has more contact at the same p*." }
+            dd { (LOAD) " Contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
+                "the whole spectrum: a grid or block that resolves less of it has more contact at the same p*."
+                @if results.loads.quantity != LoadQuantity::PStar { " Here p* = 1 is " (results.loads.label(1.0)) "." } }
             dt { "Gap" }
             dd { (GAP) " The mean gap is over the whole cell."
                 @if results.atoms.is_some() {

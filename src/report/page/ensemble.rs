@@ -158,7 +158,7 @@ fn means(e: &Ensemble, (k, group): (usize, &VariedValues), (quantity, label, axi
         Figure::new(
             format!("ensemble-{k}-{quantity}-{i}"),
             caption,
-            Plot::new(log(""), axis(label), all).against(e.loads()),
+            Plot::new(log(""), axis(label), all).against_quantity(e.loads()),
         )
     };
     units.into_iter().enumerate().map(one).collect()
@@ -191,7 +191,7 @@ fn together(e: &Ensemble, groups: &[&VariedValues], (quantity, label, axis): Dra
     Some(Figure::new(
         format!("ensemble-{quantity}"),
         caption,
-        Plot::new(log(""), axis(label), lines).against(e.loads()),
+        Plot::new(log(""), axis(label), lines).against_quantity(e.loads()),
     ))
 }
 
@@ -204,8 +204,8 @@ fn differences(e: &Ensemble, (k, group): (usize, &VariedValues)) -> Figure {
     let list = e.differences.iter().filter(|d| d.group == *group && d.of.quantity == "contact_area");
     let relative = list
         .filter_map(|d| Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.load, d.relative.as_ref()?)));
-    let plot =
-        Plot::new(log(""), linear("deviation of the contact area (%)"), curves(relative, 100.0)).against(e.loads());
+    let plot = Plot::new(log(""), linear("deviation of the contact area (%)"), curves(relative, 100.0))
+        .against_quantity(e.loads());
     let caption = html! { "Relative differences of the contact area on the same realisations" (of_group(group)) "." };
     Figure::new(format!("ensemble-{k}-differences"), caption, plot)
 }
@@ -223,14 +223,14 @@ fn shown(unit: &str) -> &str {
 
 /// A load in a sentence.
 fn label(load: &EnsembleLoad) -> String {
-    let (loads, value) = load.given();
-    loads.label(value)
+    let (quantity, value) = load.given();
+    quantity.label(value)
 }
 
 /// Load and branch.
 fn load(of: &Observable, load: &EnsembleLoad) -> String {
-    let (loads, value) = load.given();
-    loads.value(value) + if of.branch == Branch::Unloading { ", unloading" } else { "" }
+    let (quantity, value) = load.given();
+    quantity.value(value) + if of.branch == Branch::Unloading { ", unloading" } else { "" }
 }
 
 fn mean_table(e: &Ensemble) -> Markup {

@@ -61,7 +61,7 @@ pub(super) fn states(c: &ContinuumResults, loads: GivenLoads, gap: &dyn Fn(f64) 
     let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
     criteria.dedup();
     // Of p* and the mean pressure, the one that the loads are not named by.
-    let by_pressure = matches!(loads, GivenLoads::Pressure(_));
+    let by_pressure = loads.quantity == LoadQuantity::Pressure;
     let other = if by_pressure { "p*" } else { "mean pressure" };
     let second = |s: &State| if by_pressure { trimmed(s.p_star, 4) } else { stress(s.pressure, 3) };
     html! {

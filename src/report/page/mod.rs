@@ -67,12 +67,12 @@ pub fn write_with(folder: &Path, options: &ReportOptions) -> Result<PathBuf> {
     let writer = |aspect, scales, loads| FigureWriter { folder, aspect, scales, loads, options };
     if folder.join(crate::record::ensemble::FILE).exists() {
         let ensemble = Ensemble::read(folder)?;
-        let writer = writer(1.0, ScalesSi { length_m: 1.0, modulus_pa: 1.0 }, GivenLoads::PStar);
+        let writer = writer(1.0, ScalesSi { length_m: 1.0, modulus_pa: 1.0 }, GivenLoads::P_STAR);
         return place(folder, || ensemble::page(&writer, &ensemble));
     }
     if !folder.join(FILE).exists() && folder.join(crate::record::tradeoff::FILE).exists() {
         let tradeoff = TradeoffResults::read(&folder.join(crate::record::tradeoff::FILE))?;
-        let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales, GivenLoads::PStar);
+        let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales, GivenLoads::P_STAR);
         return place(folder, || tradeoff::page(&writer, &tradeoff));
     }
     let results = Results::read(folder)?;
@@ -122,7 +122,7 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         let has_depth = |s: &State| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(writer, atoms, comparison)?)
-            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall, GivenLoads::PStar)) }
+            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall, GivenLoads::P_STAR)) }
         };
         add("comparison", "Continuum against atoms", body);
     }

@@ -4,7 +4,7 @@ pub(super) use super::figures::{
     Figure, FigureWriter, Values, bad, capitalised, columns, distinct, each, figure, of_unit, or_dash, panel, panels,
     quiet, row, spread, table,
 };
-pub(super) use crate::record::given_loads::GivenLoads;
+pub(super) use crate::record::given_loads::{GivenLoads, LoadQuantity};
 pub(super) use crate::record::results::*;
 pub(super) use crate::report::number::{
     UM, count, duration, length, load_label, memory, percent, si, si_given, si_scale, significant, stress, trimmed,

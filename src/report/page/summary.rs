@@ -157,7 +157,10 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
         });
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
         let gaps = span(values_of(|s| -s.mean_gap.unwrap_or(f64::NAN)), |g| length(-g, 3));
-        format!("at {}{loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}", named.symbol())
+        format!(
+            "at {}{loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}",
+            named.quantity.symbol()
+        )
     };
     let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);
     Some(capitalised(&sentence))

@@ -1,7 +1,7 @@
-use super::constants::Constants;
 use super::cubic::CubicHalfSpace;
 use super::kernel::{Base, HalfSpace, Kernel, Layer};
 use super::non_periodic::NonPeriodic;
+use super::notation::{Notation, Reduced};
 
 /// Any of the kernels, as selected by a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +36,8 @@ impl Kernel for Elastic {
 }
 
 impl Elastic {
-    /// The body in words, its lengths as `constants` writes them.
-    pub fn described(&self, constants: &Constants) -> String {
+    /// The body in words, its lengths as `notation` writes them.
+    pub fn described(&self, notation: &dyn Notation) -> String {
         match self {
             Elastic::HalfSpace => "half-space".into(),
             Elastic::NonPeriodic(_) => "half-space, loaded on this area alone (not periodic)".into(),
@@ -47,7 +47,7 @@ impl Elastic {
                     Base::Bonded => "bonded to a rigid base",
                     Base::ConstantStress => "on a base of constant stress",
                 };
-                format!("layer {} thick, ν = {:.3}, {base}", (constants.length)(l.thickness), l.poisson)
+                format!("layer {} thick, ν = {:.3}, {base}", notation.length(l.thickness), l.poisson)
             }
         }
     }
@@ -55,7 +55,7 @@ impl Elastic {
 
 impl std::fmt::Display for Elastic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.described(&Constants::REDUCED))
+        f.write_str(&self.described(&Reduced))
     }
 }
 

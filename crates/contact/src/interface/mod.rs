@@ -1,6 +1,5 @@
 //! Interactions between the surfaces and the response of the elastic body: adhesion laws, walls, elastic kernels.
 
-mod constants;
 mod cubic;
 mod elastic;
 mod hardness;
@@ -14,11 +13,11 @@ mod lattice_waves;
 mod law;
 mod layer_interior;
 mod non_periodic;
+mod notation;
 mod rectangle;
 mod subsurface;
 mod surface_response;
 
-pub use constants::Constants;
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use elastic::Elastic;
 pub use hardness::{HardnessMap, NodalHardness};
@@ -33,5 +32,6 @@ pub use law::{
 };
 pub use layer_interior::{LayerDisplacement, WaveStress};
 pub use non_periodic::NonPeriodic;
+pub use notation::Notation;
 pub use subsurface::{StressField, Subsurface, SubsurfaceRequest};
 pub use surface_response::SurfaceResponse;

@@ -219,7 +219,13 @@ impl<'p> LoadPathSolver<'p> {
         // Heights in their own unit, and the fields of a state converted back.
         let converted = if ProblemScale::of(&self.problem.heights).is_one() { 0 } else { 3 * field / shared };
         let coarser = grids.iter().map(coarse).sum::<u64>();
-        SolvePlan { bytes: own.bytes + series + separation + converted + coarser, ..own }
+        // The tangent is solved on the grid of the state; where nodes flow, from a gap of its own.
+        let tangent = match self.problem.stiffness {
+            true if self.is_nested() => field * u64::from(self.problem.hardness.is_some()),
+            true => coarse(&self.problem.grid),
+            false => 0,
+        };
+        SolvePlan { bytes: own.bytes + series + separation + converted + coarser + tangent, ..own }
     }
 
     /// This load on the next coarser grid, if no other solve has provided it: for a solve from a given gap or a
@@ -329,11 +335,11 @@ impl<'p> LoadPathSolver<'p> {
     /// Whether a state has converged.
     ///
     /// # Errors
-    /// `Interrupted` after a stop, which may have left out its stiffness, or what coarser grids say of its errors: the path continues from
-    /// an earlier checkpoint. Several ranks may not agree on a stop here.
+    /// `Interrupted` after a stop, which may have left out its stiffness or its errors: its load is solved again, from
+    /// the last checkpoint. All ranks stop if the first one does.
     fn is_complete(&self, state: &Equilibrium, observer: &dyn Observer) -> Result<bool> {
         let converged = state.stop == Stop::Converged;
-        if converged && self.problem.ranks.count() == 1 && observer.stop_requested() {
+        if converged && self.problem.ranks.first_says(u8::from(observer.stop_requested())) == 1 {
             return Err(Error::Interrupted);
         }
         Ok(converged)

@@ -194,7 +194,8 @@ impl Problem {
         // Any load that is small.
         let Reduction { model, .. } = reduced(self, &Loads::new(LoadKind::Pressure, [1e-6 * self.modulus]))?;
         let heights = LentHeights::of(self.surface.source(), self.surface.grid(), &ALONE);
-        let path = LoadPathSolver::new(model.problem(heights.get()), self.method, model.resolution, 0.0, &[]);
+        let path =
+            LoadPathSolver::new(model.problem(heights.get()), self.method, model.resolution, 0.0, &[]).with_stiffness();
         Ok(path.plan(false).bytes)
     }
 
@@ -257,12 +258,11 @@ fn walk(
         .initial_gap
         .as_ref()
         .map(|gap| InitialState::Gap(gap.iter().map(|g| g / problem.surface.length()).collect()));
-    let path = LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets);
+    let path = LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets).with_stiffness();
     let advice = "a surface with fewer nodes or Precision::F32 needs less";
     // Besides the solve: the heights, and the maps of a state.
     let maps = 4 * size_of::<f64>() as u64 * path.problem().grid.points() as u64;
     expect_memory(card.id.into(), path.plan(loads.pull_off).bytes.saturating_add(maps), advice)?;
-    let path = path.with_stiffness();
     let criterion = method.criterion(&model.settings).to_string();
     let pulled = path.walk(begin, loads.pull_off, observer, |i, reached| {
         require_converged(&reached, card, path.problem().tolerance, [i + 1, targets.len()])?;

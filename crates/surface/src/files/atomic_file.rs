@@ -3,6 +3,7 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use super::beneath::{Reached, create_folders, reach, reach_folder};
 use asperity_grid::error::{Error, Result};
@@ -250,12 +251,13 @@ pub fn is_empty(folder: &Path) -> Result<bool> {
     entries.map(|mut entries| entries.next().is_none()).map_err(Error::io("list", folder))
 }
 
-/// Gives a file a second name, which needs no disk space; file systems without links get a copy.
+/// Gives a file a second name in place of what has it, which needs no disk space; file systems without links get a copy.
 ///
 /// # Errors
 /// As [`open_regular`].
 pub fn link_or_copy(from: &Path, to: &Path) -> Result<()> {
     let (mut file, _) = open_regular(from)?;
+    remove(to)?;
     let link = || std::fs::hard_link(reach(from)?, reach(to)?);
     let copy = |_| io::copy(&mut file, &mut create_file(to, true)?).map(drop);
     link().or_else(copy).map_err(Error::io("copy", from))
@@ -296,6 +298,11 @@ pub fn create_folder(folder: &Path) -> Result<()> {
 pub fn remove_folder(folder: &Path) -> Result<()> {
     // Of a link in its place the link is removed.
     reach(folder).and_then(std::fs::remove_dir_all).map_err(Error::io("remove", folder))
+}
+
+/// When a file was written; `None` where there is none.
+pub fn written_at(file: &Path) -> Option<SystemTime> {
+    reach(file).and_then(|file| file.symlink_metadata()?.modified()).ok()
 }
 
 /// Moves a file or folder within a file system.

@@ -1,4 +1,5 @@
 //! Folders whose files are opened relative to them, through no link: another program may put a link in place of a folder after it was looked at.
+//! A folder is guarded by its absolute path as it was given: another path to it, as `canonicalize` gives, is not.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -300,20 +301,20 @@ mod tests {
         open.filter(|entry| fs::read_link(entry.path()).is_ok_and(|to| to.starts_with(folder))).count()
     }
 
-    /// A process that works on a file below is told of the outermost folder, also one with a colon in its name.
+    /// A process that works on a file below gets the outermost folder, also one with a colon in its name.
     #[test]
     fn a_process_guards_the_folder_of_its_file() {
         let scratch = tempfile::tempdir().expect("scratch");
         let root = scratch.path().join("a:b");
-        let told = |file: &Path| {
+        let given = |file: &Path| {
             let mut command = Command::new("true");
             share(&mut command, file);
             command.get_envs().find_map(|(name, value)| (name == VARIABLE).then(|| value.map(PathBuf::from)).flatten())
         };
         for folder in [root.join("points/1"), root.clone()] {
-            assert_eq!(told(&scratch.path().join("log")), None);
+            assert_eq!(given(&scratch.path().join("log")), None);
             guard(&folder);
-            assert_eq!(told(&root.join("points/1/log")), Some(folder));
+            assert_eq!(given(&root.join("points/1/log")), Some(folder));
         }
     }
 

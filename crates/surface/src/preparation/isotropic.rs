@@ -106,8 +106,8 @@ impl Isotropic {
             true => plain[k].clone(),
             false => {
                 let neighbours = [k - 1, (k + 1).min(waves)];
-                let beside = |i: usize| neighbours.iter().map(|k| plain[*k][i]).sum::<f64>();
-                (0..knots.len()).map(|i| HANN[0] * plain[k][i] + HANN[1] * beside(i)).collect()
+                let of_neighbours = |i: usize| neighbours.iter().map(|k| plain[*k][i]).sum::<f64>();
+                (0..knots.len()).map(|i| HANN[0] * plain[k][i] + HANN[1] * of_neighbours(i)).collect()
             }
         };
         let rows: Vec<Vec<f64>> = (first..=waves).map(row).collect();
@@ -215,8 +215,8 @@ pub(super) fn map(grid: Grid, heights: &[f64], periodic: bool, seed: u64) -> Res
     let share = spectrum.longest(n);
     let doubt = (share > DOUBTFUL).then(|| {
         format!(
-            "{:.0} % of the mean square height of the --isotropic-map is in waves of which the profile has less than three: its rms height is a guess, \
-             which a longer profile or --high-pass makes sure",
+            "{:.0} % of the mean square height of the --isotropic-map is in waves of which the profile has less than three: its rms height is a guess; \
+             a longer profile has more of these waves, --high-pass removes them",
             100.0 * share
         )
     });

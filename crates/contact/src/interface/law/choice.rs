@@ -1,7 +1,7 @@
 use super::{
     Dugdale, Exponential, Law, LennardJonesWall, PenaltyWall, PowerLaw93, PowerLawWall, TabulatedLaw, TabulatedWall,
 };
-use crate::interface::constants::Constants;
+use crate::interface::notation::{Notation, Reduced};
 
 /// Adhesion law of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,9 +129,9 @@ impl Law for AttractionLaw {
 }
 
 impl AttractionLaw {
-    /// The law in words, its work and range as `constants` writes them.
-    pub fn described(&self, constants: &Constants) -> String {
-        let (gamma, rho) = ((constants.work)(self.work_of_adhesion()), (constants.length)(self.range()));
+    /// The law in words, its work and range as `notation` writes them.
+    pub fn described(&self, notation: &dyn Notation) -> String {
+        let (gamma, rho) = (notation.work(self.work_of_adhesion()), notation.length(self.range()));
         let name = match self {
             AttractionLaw::None => return "none".into(),
             AttractionLaw::Exponential(_) => "exponential".into(),
@@ -145,7 +145,7 @@ impl AttractionLaw {
 
 impl std::fmt::Display for AttractionLaw {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.described(&Constants::REDUCED))
+        f.write_str(&self.described(&Reduced))
     }
 }
 
@@ -187,9 +187,9 @@ impl Wall {
 }
 
 impl Wall {
-    /// The wall in words, its constants as `constants` writes them.
-    pub fn described(&self, constants: &Constants) -> String {
-        let (length, work) = (constants.length, constants.work);
+    /// The wall in words, its constants as `notation` writes them.
+    pub fn described(&self, notation: &dyn Notation) -> String {
+        let (length, work) = (|over_length| notation.length(over_length), |reduced| notation.work(reduced));
         match self {
             Wall::Hard => "hard wall".into(),
             Wall::LennardJones(w) => format!("Lennard-Jones wall, σ = {}", length(w.sigma)),
@@ -202,7 +202,7 @@ impl Wall {
 
 impl std::fmt::Display for Wall {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.described(&Constants::REDUCED))
+        f.write_str(&self.described(&Reduced))
     }
 }
 
