@@ -40,7 +40,8 @@ const CONTACT_FORCE_TOLERANCES: f64 = 10.0;
 const LOW_PASS_SPACINGS: f64 = 4.0;
 
 /// Resolved rms gradient beyond which a profile that was scaled up is warned of. On a block of 25 nm no atom leaves the crystal's order
-/// at 0.2 up to p* = 0.03; at 0.37 4 in 1000 do, and areas still follow elasticity to 7 % (evidence/validation.md).
+/// at 0.2 up to p* = 0.03; at 0.37 4 in 1000 do, and areas still follow elasticity to 7 %
+/// (evidence/validation-yield.md#slope-and-size).
 const YIELDING: f64 = 0.5;
 
 /// Mean pressure over E* up to which a block is pressed: by that elasticity would have it shortened by half.

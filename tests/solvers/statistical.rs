@@ -354,7 +354,8 @@ fn persson_gap_distribution_has_the_mean_gap() {
 #[test]
 fn persson_area_and_gap_agree_with_bvm() {
     let (grid, heights, power) = resolved();
-    // Ratios to `bvm`, as evidence/validation.md has them: mean gap, area of the pure form, area of the form with 2 p*.
+    // Ratios to `bvm`, as evidence/validation-other-methods.md has them: mean gap, area of the pure form, area of the form
+    // with 2 p*.
     const RATIOS: [(f64, [f64; 3]); 5] = [
         (0.006, [1.09, 0.66, 0.82]),
         (0.02, [1.03, 0.70, 0.87]),
@@ -440,7 +441,8 @@ fn scgw_contact_pressure_is_high() {
 /// S25: the area is too small. For a narrow spectrum the mean gap is within 20 % of `bvm` at small loads.
 #[test]
 fn scgw_underestimates_the_area_of_bvm() {
-    /// Areas and mean gaps over those of `bvm`, as evidence/validation.md has the areas, printed to two digits.
+    /// Areas and mean gaps over those of `bvm`, as evidence/validation-other-methods.md has the areas, printed to two
+    /// digits.
     const RATIOS: [(f64, f64, f64); 3] = [(0.003, 0.75, 0.99), (0.02, 0.71, 0.91), (0.1, 0.67, 0.74)];
     const PRINTED: f64 = 6e-3;
     let (grid, heights, power) = resolved();

@@ -35,7 +35,7 @@ const HIGHEST: f64 = 0.3;
 const LEAST: (usize, usize) = (10, 3);
 
 /// Deformable cells of an additional block on an elastic base: with its layers of free atoms below, the contacts at 8 and 25 nm are nearly
-/// those of the full depth (evidence/validation.md#elastic-base).
+/// those of the full depth (evidence/validation-elastic-base.md).
 const ELASTIC_DEPTH: usize = 2;
 
 /// Subfolders of a setting: LAMMPS job, and analysis of its frames.

@@ -18,7 +18,7 @@ pub struct Dugdale {
 }
 
 impl Dugdale {
-    /// Half-width of the taper over the range. `evidence/methods.md` compares other widths.
+    /// Half-width of the taper over the range. `evidence/methods-interactions.md` compares other widths.
     pub const TAPER: f64 = 0.25;
 
     pub fn new(gamma: f64, rho: f64) -> Self {
