@@ -165,3 +165,18 @@ def test_quotations_stand_in_the_documents() -> None:
     """The runs behind the numbers take minutes: `make claims`."""
     done = subprocess.run([sys.executable, str(REPOSITORY / "scripts/claims.py"), "--quotations"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def runs_of_how_to_pages() -> list[str]:
+    """Those that take seconds: the others start LAMMPS."""
+    claims = (REPOSITORY / "evidence/claims.toml").read_text()
+    runs = set(re.findall(r'run = "([^"]+)"\ndocument = "docs/how-to/', claims))
+    return sorted(runs & set(re.findall(r'\[run\.([^]]+)\]\n(?:(?!\[).*\n)*?cost = "seconds"', claims)))
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="scripts/claims.py reads TOML")
+@pytest.mark.parametrize("run", runs_of_how_to_pages())
+def test_how_to_pages_print_their_numbers(run: str) -> None:
+    words = [str(REPOSITORY / "scripts/claims.py"), "--asperity", asperity.program(), "--run", run]
+    done = subprocess.run([sys.executable, *words], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

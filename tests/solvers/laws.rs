@@ -205,7 +205,7 @@ fn the_program_takes_laws_walls_and_crystals() {
         let said = program::json_line(&output);
         let text = |key: &str| said[key].as_str().expect("a string").to_string();
         assert!(text("adhesion").starts_with(words), "{said}");
-        assert!(text("wall").starts_with("penalty wall, ℓ = 5.0000e-3 L"), "{said}");
+        assert!(text("wall").starts_with("penalty wall, ℓ = 0.5"), "{said}");
         assert!(text("kernel").contains("cubic"), "{said}");
     }
     for (flags, says) in [
