@@ -17,7 +17,7 @@ help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
 	@echo "make wheel  build the Python wheel of module and program, and the source distribution, in target/wheels; needs maturin (pip install maturin)"
 	@echo "make manylinux  the same for glibc 2.28 and newer (pip install maturin ziglang cargo-zigbuild)"
-	@echo "make docs   write docs/scene.schema.json, docs/keys.md, evidence/tests.md and the documentation site, target/site"
+	@echo "make docs   write docs/scene.schema.json, docs/keys.md, the same of results.json, evidence/tests.md and the documentation site, target/site"
 	@echo "make demo   install, build, run $(SCENE), print the path of the report (a few minutes)"
 	@echo "make test   install, then run every test"
 	@echo "make bench  run the benchmarks"
@@ -42,6 +42,8 @@ manylinux:
 docs:
 	cargo run --locked -- schema > docs/scene.schema.json
 	cargo run --locked -- schema --keys > docs/keys.md
+	cargo run --locked -- schema --results > docs/results.schema.json
+	cargo run --locked -- schema --results --keys > docs/result-keys.md
 	scripts/list_tests.py --write evidence/tests.md
 	@scripts/setup.sh --tests
 	scripts/site.sh target/site

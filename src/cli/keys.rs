@@ -1,4 +1,4 @@
-//! The keys of a scene as Markdown tables, from its JSON Schema.
+//! The keys of a scene and of `results.json` as Markdown tables, from their JSON Schemas.
 
 use crate::scene::schema::resolved;
 use serde_json::Value;
@@ -57,6 +57,55 @@ fn table(schema: &Value, node: &Value, path: &str, text: &mut String) {
     }
 }
 
+/// Above the tables of `docs/result-keys.md`.
+const HEAD_OF_RESULTS: &str = "\
+# Keys of results.json
+
+Written by `asperity schema --results --keys` from the [JSON Schema](results.schema.json). One table for each structure. Numbers are finite and in SI
+units (m, Pa, J/m², Pa/m for a stiffness) unless the key names another; shares, relative errors and *p\\** have none. Keys with *always* are in
+every file, the others where they are requested, delivered or known; they are absent or `null` elsewhere. Files of maps are relative to the folder of the run.
+";
+
+/// A table for each structure of the results, the outermost first, in the order in which they are met.
+pub(super) fn markdown_of_results(schema: &Value) -> String {
+    let mut text = HEAD_OF_RESULTS.to_string();
+    let mut names = vec![String::new()];
+    let mut next = 0;
+    while let Some(name) = names.get(next).cloned() {
+        next += 1;
+        let node = if name.is_empty() { schema } else { &schema["$defs"][&name] };
+        let heading = if name.is_empty() { "Results" } else { &name };
+        let _ = writeln!(text, "\n## {heading}\n");
+        let description = one_line(&node["description"]);
+        if !description.is_empty() {
+            let _ = writeln!(text, "{description}\n");
+        }
+        text.push_str("| key | type | always | description |\n|---|---|---|---|\n");
+        for (key, value) in node["properties"].as_object().into_iter().flatten() {
+            let always = node["required"].as_array().is_some_and(|list| list.iter().any(|k| k == key));
+            let kind = structure(schema, value, &mut names).unwrap_or_else(|| kind(schema, value).join(" or "));
+            let (always, description) = (if always { "yes" } else { "" }, one_line(&value["description"]));
+            let _ = writeln!(text, "| `{key}` | {kind} | {always} | {description} |");
+        }
+    }
+    text.trim_end().to_string()
+}
+
+/// A link to the table of a structure, or of those in a list; `None` for other types. Its name is added to those that follow.
+fn structure(schema: &Value, node: &Value, names: &mut Vec<String>) -> Option<String> {
+    if node["items"].is_object() {
+        return Some(format!("list of {}", structure(schema, &node["items"], names)?));
+    }
+    let options = node["anyOf"].as_array().map_or_else(|| vec![node], |list| list.iter().collect());
+    let name = options.iter().find_map(|n| n["$ref"].as_str())?.trim_start_matches("#/$defs/");
+    schema["$defs"][name]["properties"].is_object().then(|| {
+        if !names.iter().any(|known| known == name) {
+            names.push(name.to_string());
+        }
+        format!("[{name}](#{})", name.to_lowercase())
+    })
+}
+
 /// Types that a key accepts, and texts with their meaning.
 fn kind(schema: &Value, node: &Value) -> Vec<String> {
     let node = resolved(schema, node);
@@ -70,7 +119,14 @@ fn kind(schema: &Value, node: &Value) -> Vec<String> {
         "array" => {
             let entry =
                 quantity(&node["items"]).map_or_else(|| kind(schema, &node["items"]).join(" or "), String::from);
-            Some(format!("list of {entry}{}", if entry.ends_with('s') { "es" } else { "s" }))
+            Some(match entry.strip_prefix("list of ") {
+                Some(of) => format!("list of lists of {of}"),
+                None => format!("list of {entry}{}", if entry.ends_with('s') { "es" } else { "s" }),
+            })
+        }
+        "object" if node["additionalProperties"].is_object() => {
+            let values = kind(schema, &node["additionalProperties"]).join(" or ");
+            Some(format!("{values} by name"))
         }
         "object" => {
             let keys = node["properties"].as_object().into_iter().flatten().map(|(key, _)| key.as_str());
@@ -101,7 +157,13 @@ fn quantity(node: &Value) -> Option<&str> {
     node["examples"].is_array().then(|| node["format"].as_str()).flatten()
 }
 
-/// A description in one cell of a table.
+/// A description in one cell of a table, without links into the source.
 fn one_line(description: &Value) -> String {
-    description.as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|")
+    let words = description.as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut text = words.replace('|', "\\|");
+    while let Some((before, rest)) = text.split_once("[`") {
+        let Some((name, after)) = rest.split_once("`]") else { break };
+        text = format!("{before}`{}`{after}", name.rsplit("::").next().unwrap_or(name));
+    }
+    text
 }

@@ -103,6 +103,9 @@ enum Command {
         /// A Markdown table of all keys instead.
         #[arg(long)]
         keys: bool,
+        /// Of results.json instead of scenes.
+        #[arg(long)]
+        results: bool,
     },
     /// Check the installation: what is missing, and how to install it.
     Doctor(doctor::DoctorArgs),
@@ -183,9 +186,14 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         }
         Command::Report(c) => c.execute()?,
         Command::Methods(c) => c.execute()?,
-        Command::Schema { keys } => {
-            let schema = crate::scene::Scene::schema();
-            output::print(&if keys { keys::markdown(&schema) } else { format!("{schema:#}") });
+        Command::Schema { keys, results } => {
+            let schema =
+                if results { crate::record::results::Results::schema() } else { crate::scene::Scene::schema() };
+            output::print(&match (keys, results) {
+                (false, _) => format!("{schema:#}"),
+                (true, false) => keys::markdown(&schema),
+                (true, true) => keys::markdown_of_results(&schema),
+            });
         }
         Command::Doctor(c) => return c.execute(),
         Command::Completions(c) => c.execute(Cli::command()),

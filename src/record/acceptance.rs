@@ -1,9 +1,10 @@
 //! Acceptance checks: statements of the challenge compared with the results, as in `results.json`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A statement of the challenge and the value found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AcceptanceCheck {
     /// Identifier such as "S07" of evidence/challenge.md.
     pub id: String,
@@ -23,7 +24,7 @@ pub struct AcceptanceCheck {
     pub reason: String,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum CheckStatus {
     #[serde(rename = "pass")]
     Pass,
@@ -34,7 +35,7 @@ pub enum CheckStatus {
 }
 
 /// The problem that a check refers to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum CheckScope {
     /// Follows from the set-up and cannot fail.
     #[serde(rename = "set-up")]

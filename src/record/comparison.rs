@@ -2,9 +2,10 @@
 
 use asperity_contact::observe::Distribution;
 use asperity_contact::results::ContinuumResults;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ComparisonResults {
     /// Continuum with a hard wall on the full heights of the scene's grid, with the kernel and loads of the atoms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -24,7 +25,7 @@ pub struct ComparisonResults {
     pub findings: Vec<String>,
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct LoadComparison {
     pub p_star: f64,
     /// Periodic shift of the atoms' map with the best agreement, pixels; (0, 0) if the maps are registered.
@@ -67,14 +68,14 @@ impl LoadComparison {
     }
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct CriterionArea {
     pub criterion: String,
     pub contact_area: f64,
 }
 
 /// Contact of the continuum under one criterion, compared with the contact of the atoms at the same surface sites.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct CriterionMatch {
     /// "hard_wall", "offset_wall", "compliant_wall" or "yielding_wall".
     pub id: String,
@@ -105,7 +106,7 @@ impl CriterionMatch {
 
 /// Agreement of two boolean maps; the second is the reference. All values are finite: an empty union has Jaccard
 /// index 1.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Overlap {
     pub jaccard: f64,
     pub precision: f64,
@@ -114,7 +115,7 @@ pub struct Overlap {
     pub kappa: f64,
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct GapSection {
     pub p_star: f64,
     /// Position along y over L; gaps in Å. All values are finite.
@@ -129,7 +130,7 @@ pub struct GapSection {
 
 /// One step of the model chain at one load. All steps are evaluated at the block's surface sites, so their resolution
 /// is equal; stresses are smoothed by the same Gaussian as those of the atoms.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelChainStep {
     /// "full_heights", "hard_wall", "offset_wall", "compliant_wall" or "atoms".
     pub id: String,

@@ -1,9 +1,10 @@
 //! The quantity in which loads are named.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A quantity of loads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LoadQuantity {
     PStar,
@@ -15,7 +16,7 @@ pub enum LoadQuantity {
 
 /// Loads are named as the scene gave them: by p*, pressure or force. Where it gave gaps, displacements or contact areas, they are named by the
 /// pressures that came out; where atoms take part, by p*, as the atoms' pressures are others.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GivenLoads {
     pub quantity: LoadQuantity,
     /// The load p* = 1: 1, in Pa or in N.

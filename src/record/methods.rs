@@ -3,10 +3,11 @@
 use asperity_contact::measured_errors::MeasuredErrors;
 use asperity_contact::results::RangeResults;
 use asperity_contact::state::{Missing, State};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Results of one method at the loads of the loading branch.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MethodResults {
     /// Id in `asperity methods`, and name in the paper.
     pub method: String,

@@ -19,6 +19,7 @@ use asperity_contact::problem::AccuracyResults;
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::json;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -33,13 +34,17 @@ pub const MANIFEST_FILE: &str = "manifest.json";
 /// Name of the table of a trade-off, whose folder has no results.
 pub(super) const TRADEOFF_FILE: &str = "tradeoff.json";
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Results {
+    /// Version of this file; readers accept their own only.
     pub schema: u32,
+    /// Of the scene.
     pub name: String,
     /// Description in the scene, printed at the top of the report.
     pub description: String,
+    /// What makes the problem dimensionless.
     pub scales: ScalesSi,
+    /// How loads are named.
     pub loads: GivenLoads,
     pub surface: SurfaceResults,
     /// The laboratory-scale problem of the scene.
@@ -65,8 +70,11 @@ pub struct Results {
     /// Statements of the challenge compared with the results.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub acceptance: Vec<AcceptanceCheck>,
+    /// What LAMMPS computed.
     pub atoms: Option<AtomsResults>,
+    /// Atoms and continuum on the same profile.
     pub comparison: Option<ComparisonResults>,
+    /// Times and memory.
     pub stages: Vec<StageCost>,
     /// Warnings: unresolved wavelengths, enlarged ranges, yield.
     pub warnings: Vec<String>,
@@ -75,6 +83,11 @@ pub struct Results {
 }
 
 impl Results {
+    /// JSON Schema of `results.json`.
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(Results).to_value()
+    }
+
     /// Reads `results.json` of a run folder.
     ///
     /// # Errors
@@ -116,13 +129,15 @@ fn no_run(folder: &Path) -> Error {
     Error::format(folder, found, "the folder of a run that `asperity run` has finished")
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 pub struct ScalesSi {
+    /// Extent of the cell in x.
     pub length_m: f64,
+    /// Contact modulus E*.
     pub modulus_pa: f64,
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StageCost {
     pub name: String,
     pub key: String,

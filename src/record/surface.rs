@@ -1,9 +1,10 @@
 //! Surface and its statistics, as in `results.json`.
 
 use asperity_surface::provenance::Provenance;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SurfaceResults {
     /// Origin: "synthesised, seed 1" or the imported file.
     pub origin: String,
@@ -45,7 +46,7 @@ impl SurfaceResults {
 }
 
 /// One statistic: expected and realised value.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SurfaceStatistic {
     pub name: String,
     pub symbol: String,
@@ -61,7 +62,7 @@ pub struct SurfaceStatistic {
     pub band: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 pub struct PsdPoint {
     /// Mode number |n| (wave vector over 2π/L).
     pub mode: f64,

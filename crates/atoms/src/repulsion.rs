@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 /// Constants of the repulsion by an atom of the indenter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Repulsion {
     /// Lennard-Jones energy ε of an indenter atom and an atom of the block, eV.
     pub epsilon_ev: f64,

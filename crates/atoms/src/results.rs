@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Contact area of the atoms under one criterion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct ContactByCriterion {
     /// "distance", "compressed", "force_threshold" or "voronoi_area".
     pub id: String,
@@ -20,6 +21,7 @@ pub struct ContactByCriterion {
 
 /// Normal force of the indenter on the atoms as a smooth stress field.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AtomStress {
     /// Standard deviation of the Gaussian that distributes each force, Å.
     pub width_angstrom: f64,
@@ -32,6 +34,7 @@ pub struct AtomStress {
 
 /// Defect atoms (centro-symmetry) at one load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct DefectAtoms {
     /// Number of defect atoms at the nearest load step.
     pub atoms: usize,
@@ -40,6 +43,7 @@ pub struct DefectAtoms {
 
 /// Onset of plasticity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct PlasticityResults {
     /// Number of atoms analysed per step, all below the masked layers.
     pub atoms: usize,
@@ -63,6 +67,7 @@ pub struct PlasticityResults {
 
 /// Minimiser that relaxed a step; the words are those of `load_steps.csv`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum StepMinimizer {
     #[serde(rename = "harmonic")]
     Harmonic,
@@ -108,6 +113,7 @@ impl StepMinimizer {
 
 /// One load step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct LoadStepResults {
     pub step: usize,
     /// Descent of the indenter from its initial position.
@@ -129,6 +135,7 @@ pub struct LoadStepResults {
 
 /// The atoms at one load; for a displacement ramp interpolated between two load steps.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AtomState {
     /// Index of the load step, from 0.
     pub index: usize,
@@ -169,6 +176,7 @@ impl AtLoad for AtomState {
 
 /// Unloading from the peak load.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Unloading {
     /// Load step of the peak load.
     pub reversal_step: usize,
@@ -186,6 +194,7 @@ pub struct Unloading {
 
 /// Change from loading to unloading at one load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct BranchChange {
     pub p_star: f64,
     pub contact_area_loading: f64,
@@ -196,6 +205,7 @@ pub struct BranchChange {
 
 /// Largest tensile load of the atoms on unloading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AtomPullOff {
     pub step: usize,
     /// Pull-off force (negative).
@@ -212,6 +222,7 @@ pub struct AtomPullOff {
 
 /// NVT runs from the relaxed states.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct NvtResults {
     pub temperature_k: f64,
     /// Lattice constant at the temperature, to which the cell is expanded, Å.
@@ -227,6 +238,7 @@ pub struct NvtResults {
 
 /// NVT run at one load. Errors are standard errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct NvtState {
     /// Index of the load step, from 0.
     pub index: usize,
@@ -250,6 +262,7 @@ pub struct NvtState {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AtomsResults {
     pub potential: String,
     /// Version line of LAMMPS.
@@ -291,6 +304,7 @@ pub struct AtomsResults {
 /// One dimensionless group of the scaling audit: target value of the scene, actual value of the simulation, and
 /// reason of a difference.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AuditLine {
     pub group: String,
     pub symbol: String,

@@ -24,6 +24,7 @@ impl Load {
 
 /// Branch of a load path. With adhesion or plasticity the state at a load depends on the branch.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Branch {
     #[default]
@@ -33,6 +34,7 @@ pub enum Branch {
 
 /// Why a solver stopped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Stop {
     #[default]

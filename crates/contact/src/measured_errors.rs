@@ -6,6 +6,7 @@ use std::borrow::Cow;
 
 /// Root mean square error of a quantity over some loads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct MeasuredError {
     pub quantity: Quantity,
     /// Relative, of areas and of mean gaps.
@@ -16,6 +17,7 @@ pub struct MeasuredError {
 
 /// The surface on which errors were measured. Lengths over the extent of the cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct MeasuredSurface {
     pub spectrum: Cow<'static, str>,
     pub hurst: f64,
@@ -31,6 +33,7 @@ pub struct MeasuredSurface {
 
 /// Errors of a method, the surface on which they were measured, and what with. On other surfaces they may be larger.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct MeasuredErrors {
     pub errors: Cow<'static, [MeasuredError]>,
     pub surface: MeasuredSurface,

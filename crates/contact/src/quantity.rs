@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// A number, curve or map of a contact. Method cards declare which [`Quantity::OUTPUTS`] they provide; errors against
 /// a reference are computed for [`Quantity::COMPARED`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     ContactArea,

@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 
 /// Continuum states of one problem along its load path.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct ContinuumResults {
     pub method: String,
-    /// "half-space" or "layer 0.143 L thick, bonded, nu = 0.30".
+    /// "half-space" or the layer, in words.
     pub kernel: String,
-    /// "none" or "exponential, gamma = 2e-5 E*L, rho = 2.07e-5 L".
+    /// "none" or the law with its work of adhesion and range, in words.
     pub adhesion: String,
     /// "hard wall" or the name of the compliant wall.
     pub wall: String,
@@ -20,6 +21,7 @@ pub struct ContinuumResults {
     /// Absent where the hardness is the same everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hardness_map: Option<HardnessMapResults>,
+    /// Points of the grid along x.
     pub nx: usize,
     pub ny: usize,
     /// Absent without adhesion.
@@ -28,6 +30,7 @@ pub struct ContinuumResults {
     /// rms gradient that the grid resolves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved_gradient: Option<f64>,
+    /// One for each load, in order.
     pub states: Vec<State>,
     /// Energy per area that the load path dissipates, open or closed: the work of the load less the change of the stored
     /// energy. With adhesion by trapezoids from the first load on, otherwise the plastic work since first contact. Absent for a
@@ -58,6 +61,7 @@ impl ContinuumResults {
 /// Loads p* between which plasticity begins: the last before it, 0 if it is the first, and the first with it. Absent if no load
 /// reaches it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Onset {
     /// The contact stress of a node reaches the hardness.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -91,6 +95,7 @@ impl Onset {
 
 /// A map of the hardness: its file with the BLAKE3 hash, lowest and highest value. No file if it came from a program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct HardnessMapResults {
     pub file: String,
     pub hash: String,
@@ -101,6 +106,7 @@ pub struct HardnessMapResults {
 /// Range of the adhesion: as requested and as used on the grid, each with its cohesive resolution (ρ/√(γ
 /// dx/E*) for the exponential law).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct RangeResults {
     /// Work of adhesion.
     pub gamma: f64,
@@ -112,6 +118,7 @@ pub struct RangeResults {
 
 /// Pull-off: the largest tensile load of an equilibrium.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct PullOff {
     /// Lowest mean pressure of an equilibrium on the unloading branch (negative).
     pub pressure: f64,

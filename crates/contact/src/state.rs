@@ -16,6 +16,7 @@ fn number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
 /// An equilibrium of a solver, or what a method estimates at a load: parts that it does not deliver are absent. Lengths, stresses,
 /// energies per area (stress times length) and stiffnesses (stress per length) are in the units of the caller.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct State {
     /// Index of the load step, from 0.
     pub index: usize,
@@ -23,6 +24,7 @@ pub struct State {
     /// Mean pressure over E* times the rms gradient of the full spectrum; not finite, and `null` in files, on a flat surface and on maps whose
     /// transform does not fit into memory.
     #[serde(deserialize_with = "number_or_null")]
+    #[cfg_attr(feature = "schemars", schemars(with = "Option<f64>"))]
     pub p_star: f64,
     /// Mean pressure, compression positive.
     pub pressure: f64,
@@ -45,6 +47,7 @@ pub struct State {
     /// Number of contact clusters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patches: Option<usize>,
+    /// Mean gap over all nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,9 +65,10 @@ pub struct State {
     /// Free energy per area: elastic, of the interaction, and of the load (pressure times mean gap).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
+    /// Elastic energy per area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic_energy: Option<f64>,
-    /// Energy of adhesion and wall; 0 without them.
+    /// Energy of adhesion and wall per area; 0 without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interaction_energy: Option<f64>,
     /// Plastic flow up to this load; absent for an elastic body.
@@ -75,6 +79,7 @@ pub struct State {
     /// rms residual over the pressure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
+    /// Mean of |contact stress · gap| over pressure times rms height.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub complementarity: Option<f64>,
     /// Energy above its minimum over the elastic energy, at most; a bound. Without adhesion or flow, with a hard wall and a periodic body.
@@ -83,8 +88,10 @@ pub struct State {
     /// Relative errors as the solver estimates them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_estimates: Option<ErrorEstimates>,
+    /// Errors by the grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub discretisation: Option<Discretisation>,
+    /// Values at the requested range of adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<Extrapolated>,
     /// Uncertainty budget of area, mean gap and stiffness.
@@ -117,10 +124,13 @@ pub struct State {
     /// What the method does not deliver at this load, with the reasons.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub missing: Missing,
+    /// Why the solver stopped.
     pub stop: Stop,
+    /// Iterations of the solver on the full grid.
     pub iterations: usize,
     /// Pairs of forward and inverse transforms of the full grid.
     pub fft_pairs: f64,
+    /// Wall time.
     pub seconds: f64,
 }
 
@@ -129,6 +139,7 @@ pub type Missing = BTreeMap<Quantity, String>;
 
 /// A map `[ny, nx]`, x fastest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Map<T> {
     /// Name of the file.
@@ -250,6 +261,7 @@ impl State {
 
 /// Relative errors by the grid, from the changes to the grid with half the points along each side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Discretisation {
     /// Of the contact area: a share of its change, and a third of the excess of an elastic edge for every edge. Absent if the contact
     /// is too small for a meaningful relative change.
@@ -269,6 +281,7 @@ pub struct Discretisation {
 /// Extrapolation to the requested range of adhesion from several grids, each with the shortest range that it
 /// resolves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Extrapolated {
     /// Requested range over the range used on this grid.
     pub range: f64,
@@ -281,6 +294,7 @@ pub struct Extrapolated {
 
 /// Relative change of contact fraction and mean gap from loading to unloading at the same load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Hysteresis {
     pub area: f64,
     pub mean_gap: f64,
@@ -299,6 +313,7 @@ impl Hysteresis {
 /// Contact by compressive stress, the criterion of methods with a smooth wall or adhesion; [`State::contact_nodes_compressive`] is its
 /// area.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Compressive {
     pub patches: usize,
     /// Area-weighted median of the cluster areas; absent without contact.
@@ -311,6 +326,7 @@ pub struct Compressive {
 
 /// Observables of a state.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Observed {
     /// Pressure over the contact area; absent without contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -389,6 +405,7 @@ impl Observed {
 
 /// Stresses below the surface under the pressure of a state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct SubsurfaceResults {
     pub poisson: f64,
     /// One for each depth, in the order of the request.
@@ -403,6 +420,7 @@ pub struct SubsurfaceResults {
 
 /// Largest stresses at a depth: equivalent stress after von Mises and shear stress.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct SubsurfaceSlice {
     pub depth: f64,
     pub von_mises: Peak,
@@ -411,6 +429,7 @@ pub struct SubsurfaceSlice {
 
 /// A largest value, the node and depth where it is, and the file of the `[ny, nx]` map of that depth, if stored.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Peak {
     pub value: f64,
     pub x: f64,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Source of an uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum UncertaintySource {
     /// Discretization: the change from the grid with half the points along each side.
@@ -45,6 +46,7 @@ impl UncertaintySource {
 
 /// One component of the relative uncertainty of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct UncertaintyComponent {
     pub quantity: Quantity,
     pub source: UncertaintySource,
@@ -57,6 +59,7 @@ pub struct UncertaintyComponent {
 
 /// A value with its error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct ValueWithError {
     pub value: f64,
     pub error: f64,

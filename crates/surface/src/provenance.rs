@@ -5,6 +5,7 @@ use std::fmt;
 
 /// Where the heights of an imported surface come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Provenance {
     pub file: String,
     /// BLAKE3 hash of the file, hexadecimal.
@@ -15,7 +16,7 @@ pub struct Provenance {
     /// All height channels of the file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub channels: Vec<String>,
-    /// Unit of the heights in the file. `None`: not known, lengths are in that of the heights.
+    /// Unit of the heights in the file; absent: not known, lengths are in that of the heights.
     pub unit: Option<String>,
     /// Points of the prepared map.
     pub nx: usize,

@@ -98,8 +98,9 @@ impl<'a> From<&'a [f64]> for Heights<'a> {
     }
 }
 
-/// Relative errors of a state by its iteration, as the method estimates them; `None` where it has no estimate.
+/// Relative errors of a state by its iteration, as the method estimates them; absent where it has no estimate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct ErrorEstimates {
     /// Of the contact area, from its last change and the convergence rate of the residual; for a method of many small steps, the change
     /// over the last fifth of them.
@@ -337,6 +338,7 @@ impl<'a> ReducedProblem<'a> {
 
 /// Estimated cost of a solve.
 #[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct SolvePlan {
     /// Bytes of fields and spectra, without the heights.
     pub bytes: u64,

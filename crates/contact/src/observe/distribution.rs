@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Histogram of nodal values as fractions of all nodes, with a delta function and the values outside the bins. The sum
 /// is one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Distribution {
     /// Edges of the bins in increasing order, one more than bins.
     pub edges: Vec<f64>,

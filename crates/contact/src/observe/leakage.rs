@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Effective conductivity of the gap along x and y, units of the gap cubed: that of a uniform gap u is u³. A volume
 /// flow per width is this conductivity times the pressure gradient over 12 times the viscosity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Leakage {
     /// Exactly zero where no open path leads along the direction.
     pub conductivity: [f64; 2],

@@ -2,6 +2,7 @@ use serde::{Deserialize, Serialize};
 
 /// Plastic flow of a load history up to a state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Plasticity {
     /// Fraction of the nodes whose plastic displacement grows in this load; their contact stress is the hardness.
     #[serde(rename = "flowing_fraction")]

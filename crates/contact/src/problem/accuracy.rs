@@ -29,6 +29,7 @@ pub struct Accuracy {
 
 /// Why no finer grid is solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LastGrid {
     /// Every error is within what is asked for.
@@ -36,7 +37,7 @@ pub enum LastGrid {
     /// There is none: the map has no further nodes, and its waves may go down to two of them.
     #[default]
     Map,
-    /// The next one has more than [`Surface::NODES_PER_WAVE`].
+    /// The next one has more nodes on the shortest wave than [`Surface::NODES_PER_WAVE`].
     Waves,
     /// It would take longer than the budget.
     Budget,
@@ -51,6 +52,7 @@ pub type GridErrors = BTreeMap<StatedQuantity, Option<f64>>;
 
 /// A grid that was solved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct SolvedGrid {
     /// Nodes along x.
     pub nx: usize,
@@ -64,6 +66,7 @@ pub struct SolvedGrid {
 
 /// The grids that were solved to reach an accuracy, from coarse to fine. The last one gives the results.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AccuracyResults {
     /// Largest accepted errors.
     pub requested: ErrorTargets,
