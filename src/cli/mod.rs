@@ -129,8 +129,27 @@ struct RunFolderArgs {
 /// # Errors
 /// Those of the command; `Output` if it succeeded, but stdout could not be written.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
-    let ended = execute(arguments)?;
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let ended = execute(arguments.iter().cloned()).map_err(|error| as_given(error, &arguments))?;
     output::written().map(|()| ended)
+}
+
+/// With refused values of flags as they were given: `-5kPa`, where they were refused as the number that it is in another unit.
+fn as_given(mut error: Error, arguments: &[OsString]) -> Error {
+    let words: Vec<_> = arguments.iter().map(|a| a.to_string_lossy()).collect();
+    let given = |flag: &str| {
+        let after = words.iter().position(|word| word == flag).and_then(|i| words.get(i + 1));
+        let joined = words.iter().find_map(|word| word.strip_prefix(flag)?.strip_prefix('='));
+        joined.or(after.map(|text| text.as_ref())).filter(|text| text.parse::<f64>().is_err())
+    };
+    if let Error::Input { list, .. } = &mut error {
+        for complaint in list.iter_mut().filter(|c| c.key.starts_with("--") && c.found.parse::<f64>().is_ok()) {
+            if let Some(text) = given(&complaint.key) {
+                complaint.found = text.to_string();
+            }
+        }
+    }
+    error
 }
 
 fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {

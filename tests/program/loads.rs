@@ -107,3 +107,25 @@ fn atoms_take_pressures_and_forces() {
         "{said}"
     );
 }
+
+/// Not as the number that they are in the units of the solve.
+#[test]
+fn refused_values_are_named_as_they_were_given() {
+    let files = Scratch::new();
+    let file = files.path("wave.npy");
+    let surface = ["surface", "--grid", "32", "--cut-off", "20um", "--length", "100um", "--out"];
+    assert!(asperity().args(surface).arg(&file).output().expect("started").status.success());
+    for (flags, says) in [
+        (&["--pressure", "-5kPa"][..], "--pressure = -5kPa;"),
+        (&["--pressure=1kPa,-5kPa"], "--pressure = 1kPa,-5kPa;"),
+        (&["--force", "-1 mN"], "--force = -1 mN;"),
+        (&["--mean-gap=-30nm"], "--mean-gap = -30nm;"),
+        (&["--pressure", "1kPa", "--low-pass", "1mm"], "--low-pass = 1mm;"),
+        (&["--pressure", "1kPa", "--thickness", "0nm", "--poisson", "0.3"], "--thickness = 0nm;"),
+    ] {
+        let output =
+            asperity().arg("solve").arg(&file).args(["--modulus", "5MPa"]).args(flags).output().expect("started");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && said.contains(says), "{flags:?}: {said}");
+    }
+}
