@@ -51,6 +51,8 @@ fn planned_memory_is_what_is_used() {
     }
     // Converged, as flow is moved to the heights.
     judge("fast with a hardness", planned_and_measured("fast", &["--hardness", "0.1"]));
+    let patch = ["--non-periodic", "--hardness", "0.1"];
+    judge("fast with a hardness on a patch", planned_and_measured("fast", &patch));
     let wall = ["--wall", "penalty", "--penalty-length", "1e-4"];
     judge("fast behind a stiff wall", planned_and_measured("fast", &wall));
     assert!(faults.is_empty(), "{}", faults.join("\n"));

@@ -68,6 +68,7 @@ impl Steps {
             extend_to: self.extend_to,
             isotropic_map: self.isotropic_map.unwrap_or_default(),
             seed: self.seed.unwrap_or_default(),
+            unit: String::new(),
         })
     }
 }

@@ -46,7 +46,7 @@ pub(super) struct Request<'a> {
     pub machine: (String, Machine),
     pub flags: Vec<String>,
     pub overwrite: bool,
-    /// Without reading the files of finished points.
+    /// Without reading fields and stages of finished points.
     pub no_verify: bool,
     pub dry_run: bool,
     pub json: bool,

@@ -62,8 +62,9 @@ const HEAD_OF_RESULTS: &str = "\
 # Keys of results.json
 
 Written by `asperity schema --results --keys` from the [JSON Schema](results.schema.json). One table for each structure. Numbers are finite and in SI
-units (m, Pa, J/m², Pa/m for a stiffness) unless the key names another; shares, relative errors and *p\\** have none. Keys with *always* are in
-every file, the others where they are requested, delivered or known; they are absent or `null` elsewhere. Files of maps are relative to the folder of the run.
+units (m, Pa, J/m², Pa/m for a stiffness) unless key or description name another; shares, relative errors and *p\\** have none. Keys with *always* are in
+every file, `null` where they are not known; the others are absent where they are not requested or delivered, false or zero. Maps are files
+below the folder of the run, f64 `[ny, nx]`: gaps and heights over `scales.length_m`, stresses over `scales.modulus_pa`, contacts as booleans.
 ";
 
 /// A table for each structure of the results, the outermost first, in the order in which they are met.
@@ -157,13 +158,7 @@ fn quantity(node: &Value) -> Option<&str> {
     node["examples"].is_array().then(|| node["format"].as_str()).flatten()
 }
 
-/// A description in one cell of a table, without links into the source.
+/// A description in one cell of a table.
 fn one_line(description: &Value) -> String {
-    let words = description.as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
-    let mut text = words.replace('|', "\\|");
-    while let Some((before, rest)) = text.split_once("[`") {
-        let Some((name, after)) = rest.split_once("`]") else { break };
-        text = format!("{before}`{}`{after}", name.rsplit("::").next().unwrap_or(name));
-    }
-    text
+    description.as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|")
 }

@@ -100,7 +100,7 @@ enum Command {
     Methods(methods::MethodsArgs),
     /// Print the JSON Schema of scene files.
     Schema {
-        /// A Markdown table of all keys instead.
+        /// Markdown tables of all keys instead.
         #[arg(long)]
         keys: bool,
         /// Of results.json instead of scenes.
@@ -137,13 +137,24 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
 /// With refused values of flags as they were given: `-5kPa`, where they were refused as the number that it is in another unit.
 fn as_given(mut error: Error, arguments: &[OsString]) -> Error {
     let words: Vec<_> = arguments.iter().map(|a| a.to_string_lossy()).collect();
-    let given = |flag: &str| {
+    let command = Cli::command();
+    let of_command = words.iter().find_map(|word| command.find_subcommand(word.as_ref()));
+    let names = |flag: &str| -> Vec<String> {
+        let argument = of_command.and_then(|c| c.get_arguments().find(|a| a.get_long() == flag.strip_prefix("--")));
+        let others = argument.and_then(|a| a.get_all_aliases()).unwrap_or_default();
+        others.into_iter().map(|alias| format!("--{alias}")).chain([flag.to_string()]).collect()
+    };
+    let text_of = |flag: &str| {
         let after = words.iter().position(|word| word == flag).and_then(|i| words.get(i + 1));
         let joined = words.iter().find_map(|word| word.strip_prefix(flag)?.strip_prefix('='));
-        joined.or(after.map(|text| text.as_ref())).filter(|text| text.parse::<f64>().is_err())
+        joined.or(after.map(|text| text.as_ref()))
     };
+    // Lists of numbers without a unit are refused by their entry.
+    let has_units = |text: &&str| text.split(',').any(|part| part.parse::<f64>().is_err());
+    let given = |flag: &str| names(flag).iter().find_map(|name| text_of(name)).filter(has_units);
+    let is_number = |text: &str| text.split(' ').next().is_some_and(|number| number.parse::<f64>().is_ok());
     if let Error::Input { list, .. } = &mut error {
-        for complaint in list.iter_mut().filter(|c| c.key.starts_with("--") && c.found.parse::<f64>().is_ok()) {
+        for complaint in list.iter_mut().filter(|c| c.key.starts_with("--") && is_number(&c.found)) {
             if let Some(text) = given(&complaint.key) {
                 complaint.found = text.to_string();
             }

@@ -60,7 +60,7 @@ pub(super) fn print(surface: &SurfaceScene, scene: &Path) -> Result<()> {
     let grid = Grid { nx: map.nx, ny: map.ny, lx: extents[0], ly: extents[1] };
     for (about, form) in [("mean", Detrend::Mean), ("plane", Detrend::Plane), ("parabola", Detrend::Quadratic)] {
         let mut level = map.heights.clone();
-        let line = subtract_form(form, grid, &mut level)?;
+        let line = subtract_form(form, grid, &mut level, "")?;
         level.retain(|h| !h.is_nan());
         if form == Detrend::Plane {
             row("tilt", format!("{}{of_slope}", line.trim_start_matches("detrend plane: ")));

@@ -8,8 +8,8 @@ use crate::report::number::SiNotation;
 use crate::scene::{AdhesionScene, Case, ContinuumScene, Length, REFERENCE_LOAD};
 use asperity_contact::interface::{AttractionLaw, RangeChoice};
 use asperity_contact::load::{Load, LoadStep};
-use asperity_contact::method::{ContactMethod, Heights, ReducedProblem};
-use asperity_contact::path::LoadPathSolver;
+use asperity_contact::method::{ContactMethod, Heights, MethodKind, ReducedProblem};
+use asperity_contact::path::{EstimatorInput, LoadPathSolver};
 use asperity_contact::problem::LentHeights;
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::Grid;
@@ -74,6 +74,21 @@ fn method_cost(
     let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads as f64;
     let seconds = pairs * problem.grid.points() as f64 * SECONDS_PER_POINT_PAIR / machine.threads as f64;
     EstimatedCost { bytes: plan.bytes, seconds }
+}
+
+/// Memory of a load path, with its coarser grids, the contact stiffness and the pull-off; of an estimate that of its method.
+pub(super) fn path_bytes(
+    case: &Case,
+    problem: ReducedProblem,
+    method: &'static dyn ContactMethod,
+    pulls_off: bool,
+) -> u64 {
+    if method.card().kind == MethodKind::Estimate {
+        return EstimatorInput::plan(&problem, method).bytes;
+    }
+    let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
+    let path = LoadPathSolver::new(problem, method, case.model.resolution, 0.0, &targets);
+    path.with_stiffness().plan(pulls_off).bytes
 }
 
 /// Key of a stage that solves or estimates a variant.
@@ -194,15 +209,7 @@ impl Stage for SolveStage<'_> {
         let own = method_cost(&problem, self.method(), loads, machine);
         // The plan has a copy of a series in the precision of the solver.
         let heights = problem.heights.series_bytes().unwrap_or(8 * case.model.grid.points() as u64);
-        let own = EstimatedCost { bytes: own.bytes + heights, ..own };
-        if self.variant != Variant::Primary {
-            return own;
-        }
-        // The path adds the memory of its coarser grids and of the pull-off.
-        let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
-        let alone = self.method().plan(&problem).bytes;
-        let path = LoadPathSolver::new(problem, self.method(), case.model.resolution, 0.0, &targets).with_stiffness();
-        EstimatedCost { bytes: own.bytes + (path.plan(case.scene.load.pull_off).bytes - alone), ..own }
+        EstimatedCost { bytes: heights + path_bytes(case, problem, self.method(), pulls_off), ..own }
     }
 
     fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {

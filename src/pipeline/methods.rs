@@ -2,7 +2,7 @@
 
 use super::continuum::range_results;
 use super::folder::StageKey;
-use super::laboratory::{SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, laboratory, variant_key};
+use super::laboratory::{SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, laboratory, path_bytes, variant_key};
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use super::{Listener, ProgressReporter};
 use crate::record::methods::MethodResults;
@@ -200,12 +200,12 @@ pub(super) fn run(
     let problem = ReducedProblem { adhesion, ..case.problem(heights) };
     let ended = match card.kind {
         MethodKind::Solver => {
-            results.planned_bytes = method.plan(&problem).bytes;
+            results.planned_bytes = path_bytes(case, problem, method, false);
             laboratory(case, Variant::Comparison(card.id, adhesive), heights, context)
                 .map(|c| (results.states, results.range) = (of_loading(c.states), c.range))
         }
         MethodKind::Estimate => EstimatorInput::new(problem.clone(), method).and_then(|input| {
-            results.planned_bytes = EstimatorInput::plan(&problem, method).bytes;
+            results.planned_bytes = path_bytes(case, problem.clone(), method, false);
             let range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.model.grid));
             results.range = range.map(|r| r.in_units(case.scales.length_m, case.scales.modulus_pa));
             let criterion = results.criterion.clone();

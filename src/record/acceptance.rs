@@ -8,17 +8,22 @@ use serde::{Deserialize, Serialize};
 pub struct AcceptanceCheck {
     /// Identifier such as "S07" of evidence/challenge.md.
     pub id: String,
+    /// In words.
     pub statement: String,
     /// Unit for display ("µm", "%", "1").
     pub unit: String,
+    /// Found; absent where it could not be.
     pub value: Option<f64>,
     /// Error of the value in the same unit, where known; evidence/challenge.md states how each is found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
+    /// The paper's value.
     pub reference: Option<f64>,
     /// Lowest and highest accepted value, where defined.
     pub tolerance: Option<[Option<f64>; 2]>,
+    /// Whether the value is within the tolerance.
     pub status: CheckStatus,
+    /// What the statement is about.
     pub scope: CheckScope,
     /// Source of the tolerance, or the reason why the statement is not assessed.
     pub reason: String,

@@ -5,6 +5,7 @@ use asperity_contact::results::ContinuumResults;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Continuum and atoms on one profile. The continuum is in SI units at the scale of the block.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ComparisonResults {
     /// Continuum with a hard wall on the full heights of the scene's grid, with the kernel and loads of the atoms.
@@ -18,6 +19,7 @@ pub struct ComparisonResults {
     /// The same with the crystal's hardness; absent if the scene gives none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yielding_wall: Option<ContinuumResults>,
+    /// One for each load.
     pub loads: Vec<LoadComparison>,
     /// Gap profiles in the section x = L/2, one per load.
     pub sections: Vec<GapSection>,
@@ -25,20 +27,29 @@ pub struct ComparisonResults {
     pub findings: Vec<String>,
 }
 
+/// Atoms and continuum at one load.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct LoadComparison {
+    /// Load.
     pub p_star: f64,
     /// Periodic shift of the atoms' map with the best agreement, pixels; (0, 0) if the maps are registered.
     pub registration: [i64; 2],
+    /// Contact area of the atoms under each criterion.
     pub atoms: CriterionArea,
     /// One entry per continuum criterion, the hard wall first.
     pub continuum: Vec<CriterionMatch>,
+    /// Mean gap of the atoms, Å.
     pub atoms_mean_gap_angstrom: f64,
+    /// Of the continuum with a hard wall, Å.
     pub hard_wall_mean_gap_angstrom: f64,
+    /// Of the continuum with the compliant wall, Å.
     pub compliant_wall_mean_gap_angstrom: f64,
+    /// The same with the hardness of the crystal, Å.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yielding_wall_mean_gap_angstrom: Option<f64>,
+    /// Number of contact clusters of the atoms.
     pub atoms_patches: usize,
+    /// Of the continuum with the compliant wall.
     pub compliant_wall_patches: usize,
     /// rms difference of the gap maps out of contact in both maps, Å.
     pub gap_rms_difference_angstrom: f64,
@@ -68,9 +79,12 @@ impl LoadComparison {
     }
 }
 
+/// Contact area under one criterion.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct CriterionArea {
+    /// In words.
     pub criterion: String,
+    /// Over the area of the cell.
     pub contact_area: f64,
 }
 
@@ -79,10 +93,13 @@ pub struct CriterionArea {
 pub struct CriterionMatch {
     /// "hard_wall", "offset_wall", "compliant_wall" or "yielding_wall".
     pub id: String,
+    /// In words.
     pub criterion: String,
     /// Offset of the atoms from the surface of the continuum before the distance criterion is applied, Å.
     pub offset_angstrom: f64,
+    /// Over the area of the cell.
     pub contact_area: f64,
+    /// Agreement with the atoms.
     pub overlap: Overlap,
     /// Agreement of a map shifted by a third and a fifth of the cell: chance agreement.
     pub shifted: Overlap,
@@ -108,22 +125,30 @@ impl CriterionMatch {
 /// index 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Overlap {
+    /// Nodes of both maps over nodes of either.
     pub jaccard: f64,
+    /// Nodes of both maps over those of the first.
     pub precision: f64,
+    /// Nodes of both maps over those of the second.
     pub recall: f64,
     /// Cohen's κ.
     pub kappa: f64,
 }
 
+/// Gaps along y in the section in the middle of the cell, Å.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct GapSection {
+    /// Load.
     pub p_star: f64,
-    /// Position along y over L; gaps in Å. All values are finite.
+    /// Place along y over the extent in x.
     pub y: Vec<f64>,
+    /// Gap of the atoms, Å.
     pub atoms_gap_angstrom: Vec<f64>,
+    /// Gap of the continuum with a hard wall, Å.
     pub hard_wall_gap_angstrom: Vec<f64>,
+    /// Gap of the continuum with the compliant wall, Å.
     pub compliant_wall_gap_angstrom: Vec<f64>,
-    /// Gap of the continuum on the full heights.
+    /// Gap of the continuum on the full heights, Å.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub full_heights_gap_angstrom: Vec<f64>,
 }
@@ -134,11 +159,15 @@ pub struct GapSection {
 pub struct ModelChainStep {
     /// "full_heights", "hard_wall", "offset_wall", "compliant_wall" or "atoms".
     pub id: String,
+    /// In words.
     pub criterion: String,
+    /// Over the area of the cell.
     pub contact_area: f64,
+    /// Mean gap, Å.
     pub mean_gap_angstrom: f64,
     /// Mean pressure over the contact fraction, GPa; absent without contact.
     pub contact_stress_gpa: Option<f64>,
+    /// Number of contact clusters.
     pub patches: usize,
     /// Area-weighted median of the cluster areas, nm²; absent without contact.
     pub median_cluster_area_nm2: Option<f64>,

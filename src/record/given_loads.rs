@@ -18,6 +18,7 @@ pub enum LoadQuantity {
 /// pressures that came out; where atoms take part, by p*, as the atoms' pressures are others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GivenLoads {
+    /// In which they are named.
     pub quantity: LoadQuantity,
     /// The load p* = 1: 1, in Pa or in N.
     pub of_p_star: f64,

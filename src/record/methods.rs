@@ -9,9 +9,11 @@ use serde::{Deserialize, Serialize};
 /// Results of one method at the loads of the loading branch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MethodResults {
-    /// Id in `asperity methods`, and name in the paper.
+    /// Id in `asperity methods`.
     pub method: String,
+    /// Name in the paper.
     pub paper_name: String,
+    /// What counts as contact.
     pub criterion: String,
     /// Data to which constants of the method were fitted; absent without fitted constants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -32,8 +34,10 @@ pub struct MethodResults {
     pub unavailable_reason: Option<String>,
     /// Quantities that the method never delivers.
     pub missing: Missing,
+    /// One for each load of the loading branch.
     pub states: Vec<State>,
-    /// Estimated memory, and processor time of all loads, s.
+    /// Planned memory.
     pub planned_bytes: u64,
+    /// Processor time of all loads, s.
     pub cpu_seconds: f64,
 }

@@ -20,6 +20,7 @@ use asperity_contact::results::ContinuumResults;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::json;
 use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -34,6 +35,7 @@ pub const MANIFEST_FILE: &str = "manifest.json";
 /// Name of the table of a trade-off, whose folder has no results.
 pub(super) const TRADEOFF_FILE: &str = "tradeoff.json";
 
+/// All results of a run.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct Results {
     /// Version of this file; readers accept their own only.
@@ -46,6 +48,7 @@ pub struct Results {
     pub scales: ScalesSi,
     /// How loads are named.
     pub loads: GivenLoads,
+    /// Its statistics and spectrum.
     pub surface: SurfaceResults,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
@@ -83,9 +86,12 @@ pub struct Results {
 }
 
 impl Results {
-    /// JSON Schema of `results.json`.
+    /// JSON Schema of `results.json` as it is written.
     pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(Results).to_value()
+        let settings = SchemaSettings::draft2020_12().for_serialize();
+        let mut schema = settings.into_generator().into_root_schema_for::<Results>().to_value();
+        plain_descriptions(&mut schema);
+        schema
     }
 
     /// Reads `results.json` of a run folder.
@@ -110,6 +116,19 @@ impl Results {
     }
 }
 
+/// Descriptions without what serves readers of the source: examples, and links to other items.
+fn plain_descriptions(node: &mut serde_json::Value) {
+    if let Some(serde_json::Value::String(text)) = node.get_mut("description") {
+        text.truncate(text.find("```").unwrap_or(text.len()));
+        *text = text.trim_end().replace("[`", "`").replace("`]", "`").replace("Self::", "").replace("State::", "");
+    }
+    match node {
+        serde_json::Value::Array(list) => list.iter_mut().for_each(plain_descriptions),
+        serde_json::Value::Object(keys) => keys.values_mut().for_each(plain_descriptions),
+        _ => {}
+    }
+}
+
 /// Error for a folder without results; it names the command that wrote the folder, or the missing files.
 fn no_run(folder: &Path) -> Error {
     let has = |file: &str| folder.join(file).exists();
@@ -129,6 +148,7 @@ fn no_run(folder: &Path) -> Error {
     Error::format(folder, found, "the folder of a run that `asperity run` has finished")
 }
 
+/// Length and stress that make the problem dimensionless.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 pub struct ScalesSi {
     /// Extent of the cell in x.
@@ -137,17 +157,38 @@ pub struct ScalesSi {
     pub modulus_pa: f64,
 }
 
+/// Time and memory of a stage.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct StageCost {
+    /// Its folder.
     pub name: String,
+    /// Hash of all that determines it.
     pub key: String,
     /// Computing time including earlier attempts.
     pub seconds: f64,
     /// Computing time of the interrupted attempts that the last one continued.
     pub earlier_seconds: f64,
+    /// Largest resident memory, of the process or of one that it started.
     pub peak_rss_bytes: u64,
     /// Number of transformed nodes, forward and inverse.
     pub transformed_nodes: u64,
     /// Whether the results of an earlier run with the same key were used.
     pub reused: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A key that nobody explains is one that everybody looks up in the source.
+    #[test]
+    fn every_key_has_a_description() {
+        let schema = Results::schema();
+        let types = schema["$defs"].as_object().expect("definitions").iter().map(|(name, node)| (name.as_str(), node));
+        for (name, node) in types.chain([("Results", &schema)]) {
+            for (key, value) in node["properties"].as_object().into_iter().flatten() {
+                assert!(value["description"].as_str().is_some_and(|text| !text.is_empty()), "{name}.{key}");
+            }
+        }
+    }
 }

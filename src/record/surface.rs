@@ -4,6 +4,7 @@ use asperity_surface::provenance::Provenance;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// The surface that was solved.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SurfaceResults {
     /// Origin: "synthesised, seed 1" or the imported file.
@@ -11,7 +12,9 @@ pub struct SurfaceResults {
     /// File, declared properties and preparation of an imported surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
+    /// Points along x.
     pub nx: usize,
+    /// Points along y.
     pub ny: usize,
     /// Extent in y over extent in x.
     pub aspect: f64,
@@ -24,6 +27,7 @@ pub struct SurfaceResults {
     /// File of the `[ny, nx]` f64 heights, low points in contact first, min = 0. Absent if no map was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heights: Option<String>,
+    /// Expected and realised.
     pub statistics: Vec<SurfaceStatistic>,
     /// Radial power spectral density; without `expected` for an imported surface.
     pub psd: Vec<PsdPoint>,
@@ -48,7 +52,9 @@ impl SurfaceResults {
 /// One statistic: expected and realised value.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct SurfaceStatistic {
+    /// In words.
     pub name: String,
+    /// Symbol.
     pub symbol: String,
     /// Unit of both values, for display ("µm", "nm", "1").
     pub unit: String,
@@ -57,16 +63,19 @@ pub struct SurfaceStatistic {
     /// Ensemble average of the modes on the grid, if the grid does not resolve the whole spectrum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_on_grid: Option<f64>,
+    /// Of the map.
     pub realised: f64,
     /// Two standard deviations of the realisations, where known.
     pub band: Option<f64>,
 }
 
+/// Power spectrum at one mode number.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 pub struct PsdPoint {
     /// Mode number |n| (wave vector over 2π/L).
     pub mode: f64,
     /// Power per mode, units of L².
     pub realised: f64,
+    /// Ensemble average of the spectrum, units of L².
     pub expected: Option<f64>,
 }

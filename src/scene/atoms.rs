@@ -125,13 +125,13 @@ fn refuse_crushing(problem: &LaboratoryProblem, context: &str) -> Result<()> {
         return Ok(());
     }
     let accepted = format!(
-        "at most {:.1e} with atoms: pressures above {MAX_PRESSURE_OVER_MODULUS} E* crush the crystal. p* is the pressure over E* times \
+        "at most {:.1e} in p* with atoms: pressures above {MAX_PRESSURE_OVER_MODULUS} E* crush the crystal. p* is the pressure over E* times \
          the rms gradient; if {:.3} is not the gradient of the surface, the unit of its heights or of its extent is wrong",
         rounded_down(largest),
         problem.gradient
     );
     let key = Keys(problem.scene).name(problem.scene.load.loads().kind.field());
-    Err(Error::input(context, key, format!("p* = {p_star}"), accepted))
+    Err(Error::input(context, key, format!("{p_star:.3e} in p*"), accepted))
 }
 
 /// The block's crystal, and the mass of an atom, u.

@@ -227,6 +227,16 @@ impl SurfaceFile {
         }
     }
 
+    /// Name of the unit of the scene's lengths; empty where it is not known, or that of another map.
+    fn length_unit(&self, scene: &Scene) -> String {
+        let of_heights = self.declared().unit.as_ref().or(scene.surface.unit.as_ref());
+        match (scene.laboratory.is_plain(), self.number_m) {
+            (false, _) => "um".into(),
+            (true, None) => of_heights.cloned().unwrap_or_default(),
+            (true, Some(_)) => String::new(),
+        }
+    }
+
     /// Keys of the scene that Fourier coefficients do not have.
     pub fn keys_of_maps(&self, s: &SurfaceScene) -> Vec<&'static str> {
         let options = [
@@ -263,7 +273,7 @@ impl SurfaceFile {
         let (missing, points) = (map.missing(), map.heights.len());
         let made = s.edges.is_some() || s.isotropic_map;
         let repeats = self.declared().periodic.unwrap_or(scene.continuum.is_periodic() && !made);
-        let (all, of_sum) = (preparation(s, lab), of_sum(s));
+        let (all, of_sum) = (preparation(s, lab, self.length_unit(scene)), of_sum(s));
         let own = Preparation { resample: None, edges: None, ..all.clone() };
         let steps = if of_sum.is_some() { own } else { all };
         let prepared = steps.apply(map, extent, repeats).map_err(|e| named(e, &self.path))?;
@@ -380,7 +390,7 @@ pub(super) fn of_sum(s: &SurfaceScene) -> Option<Preparation> {
 }
 
 /// The steps that a scene names, with lengths as numbers.
-fn preparation(s: &SurfaceScene, lab: &LaboratoryScene) -> Preparation {
+fn preparation(s: &SurfaceScene, lab: &LaboratoryScene, unit: String) -> Preparation {
     Preparation {
         crop: s.crop,
         remove_outliers: s.remove_outliers,
@@ -394,6 +404,7 @@ fn preparation(s: &SurfaceScene, lab: &LaboratoryScene) -> Preparation {
         extend_to: s.extend_to.map(|length| lab.number(length)),
         isotropic_map: s.isotropic_map,
         seed: s.seed,
+        unit,
     }
 }
 

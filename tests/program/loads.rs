@@ -120,7 +120,9 @@ fn refused_values_are_named_as_they_were_given() {
         (&["--pressure=1kPa,-5kPa"], "--pressure = 1kPa,-5kPa;"),
         (&["--force", "-1 mN"], "--force = -1 mN;"),
         (&["--mean-gap=-30nm"], "--mean-gap = -30nm;"),
-        (&["--pressure", "1kPa", "--low-pass", "1mm"], "--low-pass = 1mm;"),
+        (&["--pressure", "1kPa", "--low-pass", "1mm"], "--low-pass = 1mm; accepted: 6.25 um (2 points) to 100 um"),
+        (&["--pressure", "1kPa", "--gamma=-3mJ/m2", "--rho", "1um"], "--work-of-adhesion = -3mJ/m2;"),
+        (&["--p-star", "0.01,-0.02"], "--p-star = -0.02;"),
         (&["--pressure", "1kPa", "--thickness", "0nm", "--poisson", "0.3"], "--thickness = 0nm;"),
     ] {
         let output =

@@ -17,7 +17,7 @@ use asperity::contact::state::*;
 use asperity::record::results::*;
 use asperity::report::{self, PrintedFigures, ReportOptions};
 use asperity::surface::files::npy;
-use made_run::{grid, height, run_folder, store};
+use made_run::{LABORATORY, grid, height, run_folder, store};
 
 #[test]
 fn the_unloading_branch_and_the_pull_off_of_the_atoms_are_shown() {
@@ -370,6 +370,25 @@ fn numbers_come_from_the_results() {
     results.comparison.as_mut().unwrap().loads[1].continuum[2].overlap.kappa = 0.4199;
     results.write(folder.path()).unwrap();
     assert!(page(folder.path()).contains("κ = 0.42"));
+}
+
+/// The stiffness of the whole cell, its area times that of an area, over E* and the extent: half as much on half of the area.
+#[test]
+fn conductance_from_stiffness_is_that_of_the_area_of_the_cell() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    (results.atoms, results.comparison) = (None, None);
+    let [length, modulus] = LABORATORY;
+    for state in &mut results.continuum.as_mut().unwrap().states {
+        state.stiffness = Some(0.8642 * modulus / length);
+    }
+    for (aspect, shown, other) in [(1.0, "0.864", "0.432"), (0.5, "0.432", "0.864")] {
+        results.surface.aspect = aspect;
+        results.write(folder.path()).unwrap();
+        let page = page(folder.path());
+        let of = |number: &str| page.contains(&format!(">{number}<"));
+        assert!(of(shown) && !of(other), "aspect {aspect}");
+    }
 }
 
 /// The summary names the lowest and the highest load of a loading and unloading path, and both branches at equal loads.

@@ -349,6 +349,26 @@ fn a_load_is_complete_or_not_there() {
     }
 }
 
+/// Errors by the grid are those of both directions, also of oblong grids, and of every method alike.
+#[test]
+fn the_coarser_grid_has_half_the_points_along_both_sides() {
+    let modes = Modes::new(spectrum(1.0 / 16.0), 3, 0.5).series().clone();
+    for (nx, ny) in [(128, 64), (256, 32), (64, 160), (128, 6)] {
+        let grid = Grid { nx, ny, lx: 1.0, ly: 0.5 };
+        for id in ["fast", "gfmd"] {
+            let p = ReducedProblem { tolerance: 1e-6, ..problem(grid, Heights::Series(&modes), AttractionLaw::None) };
+            let loads = [Load::Pressure(0.02)];
+            let path = LoadPathSolver::new(p, methods::find(id).expect("it is there"), RangeChoice::Mesh, 0.0, &loads);
+            let visited = path.walk(None, false, &NoObserver, |_, reached| {
+                let coarser = reached.discretisation.expect("errors by the grid").coarser;
+                assert_eq!(coarser, [nx / 2, ny / 2], "{id}: {nx} x {ny}");
+                Ok(())
+            });
+            visited.expect("a path");
+        }
+    }
+}
+
 /// A solve continued from a snapshot that was written and read as JSON is bit-identical to an uninterrupted one: for
 /// all points of interruption, under pressure and mean-gap control, in both precisions, in the first and in a later
 /// load of a path.

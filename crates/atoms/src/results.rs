@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct ContactByCriterion {
     /// "distance", "compressed", "force_threshold" or "voronoi_area".
     pub id: String,
+    /// In words.
     pub criterion: String,
     /// Number of contact atoms, all layers.
     pub atoms: usize,
@@ -27,6 +28,7 @@ pub struct AtomStress {
     pub width_angstrom: f64,
     /// Relative deviation of the integrated field from the load.
     pub load_error: f64,
+    /// Largest compressive stress, GPa.
     pub highest_gpa: f64,
     /// `[ny, nx]` f64 map on the comparison grid, GPa.
     pub map: String,
@@ -38,6 +40,7 @@ pub struct AtomStress {
 pub struct DefectAtoms {
     /// Number of defect atoms at the nearest load step.
     pub atoms: usize,
+    /// Their volume in the crystal, nm³.
     pub volume_nm3: f64,
 }
 
@@ -47,6 +50,7 @@ pub struct DefectAtoms {
 pub struct PlasticityResults {
     /// Number of atoms analysed per step, all below the masked layers.
     pub atoms: usize,
+    /// Layers of the surface, whose atoms are not counted.
     pub masked_layers: usize,
     /// Centro-symmetry parameter over a0² above which an atom is a defect atom.
     pub threshold: f64,
@@ -115,16 +119,23 @@ impl StepMinimizer {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct LoadStepResults {
+    /// Number of the step.
     pub step: usize,
     /// Descent of the indenter from its initial position.
     pub displacement_angstrom: f64,
     /// Normal force on the indenter, repulsion positive.
     pub load_ev_per_angstrom: f64,
+    /// Load.
     pub p_star: f64,
+    /// Number of contact atoms.
     pub contacts: usize,
+    /// Potential energy, eV.
     pub energy_ev: f64,
+    /// Force evaluations of LAMMPS.
     pub force_evaluations: usize,
+    /// Largest force on an atom at the end, eV/Å.
     pub max_force_ev_per_angstrom: f64,
+    /// What relaxed the step.
     pub minimizer: StepMinimizer,
     /// Steps that the harmonic relaxation rejected.
     pub rejected: usize,
@@ -139,18 +150,23 @@ pub struct LoadStepResults {
 pub struct AtomState {
     /// Index of the load step, from 0.
     pub index: usize,
+    /// Loading or unloading.
     pub branch: Branch,
+    /// Load as it was measured in the block.
     pub p_star: f64,
     /// Contact atoms of the surface layer over all atoms of that layer.
     pub contact_area: f64,
+    /// Number of contact atoms.
     pub contacts: usize,
     /// Contact atoms that were initially below the surface layer: more than a few indicate plastic flow.
     pub contacts_below_surface: usize,
+    /// Mean gap over the surface sites, Å.
     pub mean_gap_angstrom: f64,
     /// Mean normal stress over the contact atoms' area.
     pub contact_stress_gpa: f64,
-    /// Files of `[ny, nx]` maps on the comparison grid: contact (u8) and gap (f64, Å).
+    /// File of the contact, u8 `[ny, nx]` on the comparison grid.
     pub contact_map: String,
+    /// File of the gap, f64 `[ny, nx]` on the comparison grid, Å.
     pub gap_map: String,
     /// Extended XYZ file of the frame.
     pub frame: Option<String>,
@@ -162,8 +178,10 @@ pub struct AtomState {
     /// Contact distance d_c (Å) and the contact fraction with it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensitivity: Vec<[f64; 2]>,
+    /// Normal stress, where requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<AtomStress>,
+    /// Defect atoms, where requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub defects: Option<DefectAtoms>,
 }
@@ -196,8 +214,11 @@ pub struct Unloading {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct BranchChange {
+    /// Load.
     pub p_star: f64,
+    /// Contact area over the area of the cell on loading.
     pub contact_area_loading: f64,
+    /// The same on unloading.
     pub contact_area_unloading: f64,
     /// Mean gap on unloading minus mean gap on loading, Å.
     pub mean_gap_angstrom: f64,
@@ -207,16 +228,21 @@ pub struct BranchChange {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AtomPullOff {
+    /// Number of the load step.
     pub step: usize,
     /// Pull-off force (negative).
     pub force_ev_per_angstrom: f64,
     /// Increase of the tensile load over the last step: an upper bound of the error.
     pub error_ev_per_angstrom: f64,
+    /// The same, nN.
     pub force_nn: f64,
+    /// Load of that step.
     pub p_star: f64,
-    /// Displacement of the indenter from its initial position (downwards), and its rise over the last step.
+    /// Displacement of the indenter from its initial position, downwards, Å.
     pub displacement_angstrom: f64,
+    /// Rise of the indenter over the last step, Å.
     pub step_angstrom: f64,
+    /// Number of contact atoms.
     pub contacts: usize,
 }
 
@@ -224,15 +250,19 @@ pub struct AtomPullOff {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct NvtResults {
+    /// Temperature, K.
     pub temperature_k: f64,
     /// Lattice constant at the temperature, to which the cell is expanded, Å.
     pub lattice_constant_angstrom: f64,
     /// Equilibration time and averaging time at each load, and time step, ps.
     pub equilibration_ps: f64,
+    /// Time over which means are taken, ps.
     pub averaging_ps: f64,
+    /// Time step, ps.
     pub timestep_ps: f64,
     /// Number of time blocks; errors are computed from the scatter of the block averages.
     pub blocks: usize,
+    /// One for each load.
     pub states: Vec<NvtState>,
 }
 
@@ -242,6 +272,7 @@ pub struct NvtResults {
 pub struct NvtState {
     /// Index of the load step, from 0.
     pub index: usize,
+    /// Load.
     pub p_star: f64,
     /// Temperature of the deformable atoms.
     pub temperature_k: ValueWithError,
@@ -249,6 +280,7 @@ pub struct NvtState {
     pub load: ValueWithError,
     /// Contact probability averaged over the surface layer.
     pub contact_area: ValueWithError,
+    /// Mean gap over the surface sites, Å.
     pub mean_gap_angstrom: ValueWithError,
     /// Fraction of the surface atoms with a contact probability above one half.
     pub majority_contact: f64,
@@ -256,18 +288,23 @@ pub struct NvtState {
     pub any_contact: f64,
     /// File of the `[ny, nx]` f64 map of the contact probability on the comparison grid.
     pub probability_map: String,
-    /// Files of the contact probability of each surface site, and of its standard error.
+    /// File of the contact probability of each surface site.
     pub site_probability: String,
+    /// File of the standard errors of these probabilities.
     pub site_error: String,
 }
 
+/// What LAMMPS computed for the block under the indenter.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AtomsResults {
+    /// Name of the potential.
     pub potential: String,
     /// Version line of LAMMPS.
     pub engine: String,
+    /// Lattice constants along x and y.
     pub cells: usize,
+    /// Lattice constants in depth that move.
     pub depth_cells: usize,
     /// Thickness of the elastic foundation, lattice constants; 0 for a rigid base.
     #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
@@ -275,20 +312,28 @@ pub struct AtomsResults {
     /// Whether the lowest layers move under the forces of the crystal missing below them.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub elastic_base: bool,
+    /// Lattice constant, Å.
     pub a0_angstrom: f64,
+    /// Extent of the block in x, Å.
     pub length_angstrom: f64,
     /// Contact modulus E* of the (001) face of the block, GPa: the harmonic mean over the directions in it.
     pub modulus_gpa: f64,
-    /// Numbers of atoms: deformable, of the fixed base, of the indenter.
+    /// Number of deformable atoms.
     pub deformable: usize,
+    /// Number of atoms of the fixed base.
     pub fixed: usize,
+    /// Number of atoms of the indenter.
     pub indenter: usize,
+    /// Wall between indenter and crystal.
     pub repulsion: Repulsion,
+    /// Constants of the set-up against those intended.
     pub audit: Vec<AuditLine>,
     /// True for prescribed loads started from the continuum's displacement field; false for a displacement ramp.
     #[serde(default, skip_serializing_if = "asperity_surface::files::json::is_default")]
     pub from_continuum: bool,
+    /// Every step of LAMMPS.
     pub load_steps: Vec<LoadStepResults>,
+    /// One for each load of the scene.
     pub states: Vec<AtomState>,
     /// Only with an unloading branch or pull-off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -306,11 +351,16 @@ pub struct AtomsResults {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct AuditLine {
+    /// What it belongs to.
     pub group: String,
+    /// Symbol.
     pub symbol: String,
+    /// Intended value, with its unit.
     pub target: f64,
+    /// Value of the set-up.
     pub actual: f64,
     /// "kept", "changed" or "unreachable".
     pub status: String,
+    /// Why they may differ.
     pub reason: String,
 }

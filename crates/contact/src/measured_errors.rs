@@ -8,6 +8,7 @@ use std::borrow::Cow;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct MeasuredError {
+    /// Of which quantity.
     pub quantity: Quantity,
     /// Relative, of areas and of mean gaps.
     pub error: f64,
@@ -19,13 +20,19 @@ pub struct MeasuredError {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct MeasuredSurface {
+    /// In words.
     pub spectrum: Cow<'static, str>,
+    /// Hurst exponent.
     pub hurst: f64,
+    /// Roll-off wavelength.
     pub lambda_r: f64,
+    /// Short cut-off wavelength.
     pub lambda_s: f64,
+    /// rms gradient.
     pub rms_gradient: f64,
     /// Points along x and y.
     pub grid: [usize; 2],
+    /// Seeds of the surfaces.
     pub seeds: Cow<'static, [u64]>,
     /// Whether the surfaces attract each other, with the adhesion of the challenge.
     pub adhesive: bool,
@@ -35,7 +42,9 @@ pub struct MeasuredSurface {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct MeasuredErrors {
+    /// One for each quantity and adhesion.
     pub errors: Cow<'static, [MeasuredError]>,
+    /// On which they were measured.
     pub surface: MeasuredSurface,
     /// What the errors are deviations from.
     pub reference: Cow<'static, str>,

@@ -20,7 +20,7 @@ pub enum Quantity {
     MedianClusterArea,
     /// Output only: stresses are compared by their distribution.
     StressMap,
-    /// Pr(a): output only, compared as [`Quantity::PatchArea`] and [`Quantity::MedianClusterArea`].
+    /// Pr(a): output only, compared as `patch_area` and `median_cluster_area`.
     PatchPdf,
 }
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct ContinuumResults {
+    /// Id in `asperity methods`.
     pub method: String,
     /// "half-space" or the layer, in words.
     pub kernel: String,
@@ -23,6 +24,7 @@ pub struct ContinuumResults {
     pub hardness_map: Option<HardnessMapResults>,
     /// Points of the grid along x.
     pub nx: usize,
+    /// Points along y.
     pub ny: usize,
     /// Absent without adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -44,6 +46,7 @@ pub struct ContinuumResults {
     /// Onset of plasticity on the loading branch.
     #[serde(default, skip_serializing_if = "Onset::is_empty")]
     pub onset: Onset,
+    /// Where requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<PullOff>,
     /// Reason why a requested pull-off was not found.
@@ -97,9 +100,13 @@ impl Onset {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct HardnessMapResults {
+    /// Name of the file.
     pub file: String,
+    /// Its BLAKE3 hash, hexadecimal.
     pub hash: String,
+    /// Lowest hardness.
     pub lowest: f64,
+    /// Highest hardness.
     pub highest: f64,
 }
 
@@ -110,9 +117,13 @@ pub struct HardnessMapResults {
 pub struct RangeResults {
     /// Work of adhesion.
     pub gamma: f64,
+    /// Requested range.
     pub requested: f64,
+    /// Range on the grid.
     pub used: f64,
+    /// Cohesive resolution of the requested range.
     pub resolution_requested: f64,
+    /// Cohesive resolution of the range on the grid.
     pub resolution_used: f64,
 }
 

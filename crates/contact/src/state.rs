@@ -14,12 +14,13 @@ fn number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
 }
 
 /// An equilibrium of a solver, or what a method estimates at a load: parts that it does not deliver are absent. Lengths, stresses,
-/// energies per area (stress times length) and stiffnesses (stress per length) are in the units of the caller.
+/// energies per area (stress times length) and stiffnesses (stress per length) are in the units of the caller, in files of a run in SI units.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct State {
     /// Index of the load step, from 0.
     pub index: usize,
+    /// Loading or unloading.
     pub branch: Branch,
     /// Mean pressure over E* times the rms gradient of the full spectrum; not finite, and `null` in files, on a flat surface and on maps whose
     /// transform does not fit into memory.
@@ -50,6 +51,7 @@ pub struct State {
     /// Mean gap over all nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
+    /// Its error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap_error: Option<f64>,
     /// Displacement of the far field from first contact: of a periodic body the mean gap at first contact minus the mean gap, else
@@ -60,9 +62,11 @@ pub struct State {
     /// full contact and where the state is unstable under an imposed pressure. Of estimates as the method defines it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
+    /// Its error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness_error: Option<f64>,
-    /// Free energy per area: elastic, of the interaction, and of the load (pressure times mean gap).
+    /// Free energy per area: elastic, of the interaction, and of the load (pressure times mean gap; of a non-periodic body less pressure
+    /// times displacement).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
     /// Elastic energy per area.
@@ -270,6 +274,7 @@ pub struct Discretisation {
     pub area_is_bound: bool,
     /// Of the mean gap: its change, and a share of the error of the contact area. Absent if the mean gap is prescribed or close to zero.
     pub mean_gap: Option<f64>,
+    /// The same for `mean_gap`.
     pub mean_gap_is_bound: bool,
     /// Of the contact stiffness: its change and the share by edges of the area, if it is known on both grids.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -296,7 +301,9 @@ pub struct Extrapolated {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Hysteresis {
+    /// Of the contact area.
     pub area: f64,
+    /// Of the mean gap.
     pub mean_gap: f64,
 }
 
@@ -315,6 +322,7 @@ impl Hysteresis {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Compressive {
+    /// Number of clusters.
     pub patches: usize,
     /// Area-weighted median of the cluster areas; absent without contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -334,12 +342,14 @@ pub struct Observed {
     /// Pr(u) in bins of equal width, and in bins of equal ratio; contact is the delta.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<Distribution>,
+    /// Pr(u) in bins of equal ratio.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap_logarithmic: Option<Distribution>,
     /// Pr(σ), compression positive, and its contribution from contact; without adhesion the nodes out of contact are
     /// the delta.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<Distribution>,
+    /// Contribution of the contact to Pr(σ).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_stress: Option<Distribution>,
     /// Pr(a): cluster area, density, number in the bin.
@@ -363,6 +373,7 @@ pub struct Observed {
     /// Whether contact (by edges and corners) and gap (by edges) percolate along x and along y.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_percolates: Option<[bool; 2]>,
+    /// The same of the gap, by edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap_percolates: Option<[bool; 2]>,
 }
@@ -407,11 +418,13 @@ impl Observed {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct SubsurfaceResults {
+    /// Poisson's ratio.
     pub poisson: f64,
     /// One for each depth, in the order of the request.
     pub slices: Vec<SubsurfaceSlice>,
     /// The largest of all slices.
     pub von_mises: Peak,
+    /// The largest shear stress of all slices.
     pub shear: Peak,
     /// Largest shear stress over that at which the body yields, if it is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -422,8 +435,11 @@ pub struct SubsurfaceResults {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct SubsurfaceSlice {
+    /// Below the surface.
     pub depth: f64,
+    /// Equivalent stress after von Mises.
     pub von_mises: Peak,
+    /// Largest shear stress.
     pub shear: Peak,
 }
 
@@ -431,10 +447,15 @@ pub struct SubsurfaceSlice {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Peak {
+    /// The stress.
     pub value: f64,
+    /// Place along x.
     pub x: f64,
+    /// Place along y.
     pub y: f64,
+    /// Depth.
     pub depth: f64,
+    /// File of the map of that depth, if stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<String>,
 }

@@ -48,7 +48,9 @@ impl UncertaintySource {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct UncertaintyComponent {
+    /// Of which quantity.
     pub quantity: Quantity,
+    /// Where it comes from.
     pub source: UncertaintySource,
     /// Uncertainty over the value; absent if unknown.
     pub relative: Option<f64>,
@@ -61,7 +63,9 @@ pub struct UncertaintyComponent {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct ValueWithError {
+    /// The value.
     pub value: f64,
+    /// Its error, of the same unit.
     pub error: f64,
 }
 

@@ -7,11 +7,13 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Provenance {
+    /// Path as given.
     pub file: String,
     /// BLAKE3 hash of the file, hexadecimal.
     pub hash: String,
     /// Format and orientation, in words.
     pub format: String,
+    /// The channel that was read.
     pub channel: Option<String>,
     /// All height channels of the file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -20,14 +22,17 @@ pub struct Provenance {
     pub unit: Option<String>,
     /// Points of the prepared map.
     pub nx: usize,
+    /// Rows of the prepared map.
     pub ny: usize,
     /// Extents of the prepared cell in metres, if the unit is known.
     pub length_x_m: Option<f64>,
+    /// The same along y.
     pub length_y_m: Option<f64>,
     /// The same as text for people, with the unit.
     pub extent: String,
     /// "low-points" or "high-points".
     pub touching: String,
+    /// Whether the map repeats.
     pub periodic: bool,
     /// Whether the file declares it, or the scene or its preparation determines it. Otherwise the map is taken as periodic.
     pub periodicity_is_known: bool,

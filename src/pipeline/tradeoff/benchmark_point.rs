@@ -1,13 +1,12 @@
 //! Settings of a benchmark: method, grid, precision and tolerance.
 
-use crate::pipeline::laboratory::SECONDS_PER_POINT_PAIR;
+use crate::pipeline::laboratory::{SECONDS_PER_POINT_PAIR, path_bytes};
 use crate::pipeline::methods::MethodRun;
 use crate::record::tradeoff::{BlockSize, Setting};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
 use asperity_contact::interface::{Base, Elastic, Layer};
 use asperity_contact::method::{ContactMethod, Heights, MethodKind, Precision, ReducedProblem};
-use asperity_contact::path::EstimatorInput;
 use asperity_contact::problem::default_tolerance;
 use asperity_surface::HeightSource;
 use serde::Serialize;
@@ -110,7 +109,7 @@ impl BenchmarkPoint {
     }
 
     pub(super) fn planned_bytes(&self, case: &Case) -> u64 {
-        EstimatorInput::plan(&problem(case, &self.method_run), self.method_run.method).bytes
+        path_bytes(case, problem(case, &self.method_run), self.method_run.method, false)
     }
 
     /// Expected time of one run, s: scaled from the nearest measured grid of the same method, or, without one, from the

@@ -106,7 +106,7 @@ fn numbers(writer: &FigureWriter, all: &[(&State, &Observed)]) -> Markup {
             "median cluster area" => or_dash(o.median_cluster_area.map(area)),
             "contact stiffness" => or_dash(s.stiffness.map(|k| stiffness(k, cell, 3))),
             "constriction conductance" => or_dash(o.constriction_conductance.map(|c| significant(c / cell, 3))),
-            "conductance from stiffness" => or_dash(s.stiffness.map(|k| significant(k / writer.scales.stiffness(), 3))),
+            "conductance from stiffness" => or_dash(s.stiffness.map(|k| significant(writer.aspect * k / writer.scales.stiffness(), 3))),
             "equivalent hydraulic gap" =>
                 or_dash(o.hydraulic_gap.map(|g| if g > 0.0 { length(g, 3) } else { "sealed".into() })),
             "contact percolates" => or_dash(o.contact_percolates.map(axes)),

@@ -1,5 +1,6 @@
 //! Grid convergence, uncertainty budget, and pull-off.
 
+use super::loads::load;
 use super::prelude::*;
 use crate::report::number::change;
 use crate::scene::REFERENCE_LOAD;
@@ -87,7 +88,7 @@ pub(super) fn budgets(c: &ContinuumResults, loads: GivenLoads) -> Markup {
         let part = |source| s.uncertainty.iter().find(|p| p.quantity == quantity && p.source == source);
         let known = |r: Option<f64>, bound| r.map_or("not known".into(), |r| change(Some(r), bound));
         let parts = sources().map(|source| or_dash(part(source).map(|p| known(p.relative, p.is_bound))));
-        row![loads.value(s.p_star), quantity.name()].into_iter().chain(parts).collect()
+        row![load(s, loads), quantity.name()].into_iter().chain(parts).collect()
     };
     let head: Vec<&str> = [loads.head(), "of"].into_iter().chain(sources().map(UncertaintySource::name)).collect();
     let longest = quantities.map(|q| parts(shown, q).iter().map(|p| p.1).sum()).into_iter().fold(0.0, f64::max);

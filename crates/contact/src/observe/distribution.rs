@@ -3,7 +3,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Histogram of nodal values as fractions of all nodes, with a delta function and the values outside the bins. The sum
-/// is one.
+/// is one; of the contribution of the contact it is the share of the contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Distribution {
@@ -13,6 +13,7 @@ pub struct Distribution {
     pub fractions: Vec<f64>,
     /// Fraction of nodes in the delta function: zero gap in contact, zero stress outside.
     pub delta: f64,
+    /// Fraction of nodes below the first edge.
     pub below: f64,
     /// Values from the last edge on.
     pub above: f64,

@@ -219,12 +219,8 @@ impl<'p> LoadPathSolver<'p> {
         // Heights in their own unit, and the fields of a state converted back.
         let converted = if ProblemScale::of(&self.problem.heights).is_one() { 0 } else { 3 * field / shared };
         let coarser = grids.iter().map(coarse).sum::<u64>();
-        // The tangent is solved on the grid of the state; where nodes flow, from a gap of its own.
-        let tangent = match self.problem.stiffness {
-            true if self.is_nested() => field * u64::from(self.problem.hardness.is_some()),
-            true => coarse(&self.problem.grid),
-            false => 0,
-        };
+        // The method of coarser grids solves its tangent in its own fields.
+        let tangent = if self.problem.stiffness && !self.is_nested() { coarse(&self.problem.grid) } else { 0 };
         SolvePlan { bytes: own.bytes + series + separation + converted + coarser + tangent, ..own }
     }
 

@@ -37,7 +37,7 @@ pub enum LastGrid {
     /// There is none: the map has no further nodes, and its waves may go down to two of them.
     #[default]
     Map,
-    /// The next one has more nodes on the shortest wave than [`Surface::NODES_PER_WAVE`].
+    /// The next one has more than sixteen nodes on the shortest wave ([`Surface::NODES_PER_WAVE`]).
     Waves,
     /// It would take longer than the budget.
     Budget,
@@ -70,8 +70,10 @@ pub struct SolvedGrid {
 pub struct AccuracyResults {
     /// Largest accepted errors.
     pub requested: ErrorTargets,
+    /// Accepted time, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_seconds: Option<f64>,
+    /// From coarse to fine.
     pub grids: Vec<SolvedGrid>,
     /// Why the last grid is the last.
     pub last: LastGrid,

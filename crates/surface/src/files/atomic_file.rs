@@ -254,13 +254,18 @@ pub fn is_empty(folder: &Path) -> Result<bool> {
 /// Gives a file a second name in place of what has it, which needs no disk space; file systems without links get a copy.
 ///
 /// # Errors
-/// As [`open_regular`].
+/// As [`open_regular`]; `Io`. What has the name stays until the other is whole.
 pub fn link_or_copy(from: &Path, to: &Path) -> Result<()> {
     let (mut file, _) = open_regular(from)?;
-    remove(to)?;
-    let link = || std::fs::hard_link(reach(from)?, reach(to)?);
-    let copy = |_| io::copy(&mut file, &mut create_file(to, true)?).map(drop);
-    link().or_else(copy).map_err(Error::io("copy", from))
+    let name = to.file_name().unwrap_or_default().to_string_lossy();
+    let partial = to.with_file_name(format!("{PARTIAL}{name}"));
+    remove(&partial)?;
+    let link = || std::fs::hard_link(reach(from)?, reach(&partial)?);
+    let copy = |_| io::copy(&mut file, &mut create_file(&partial, true)?).map(drop);
+    link().or_else(copy).map_err(Error::io("copy", from))?;
+    rename(&partial, to)?;
+    // Two names of one file stay two.
+    remove(&partial)
 }
 
 /// Writes a file of a folder, and returns its path.
@@ -300,7 +305,7 @@ pub fn remove_folder(folder: &Path) -> Result<()> {
     reach(folder).and_then(std::fs::remove_dir_all).map_err(Error::io("remove", folder))
 }
 
-/// When a file was written; `None` where there is none.
+/// When a file, folder or link of this name was written; `None` where there is none.
 pub fn written_at(file: &Path) -> Option<SystemTime> {
     reach(file).and_then(|file| file.symlink_metadata()?.modified()).ok()
 }

@@ -51,14 +51,14 @@ impl Detrend {
 }
 
 /// Subtracts a form from the measured points of a map `[ny, nx]`; points that were not measured (NaN) stay so. Returns its line of the
-/// history.
+/// history, with the name of the unit of lengths and heights, if it is not empty.
 ///
 /// # Errors
 /// Three points outside of the map, where nothing was measured, or on one line.
-pub fn subtract_form(kind: Detrend, grid: Grid, heights: &mut [f64]) -> Result<String> {
-    let form = Form::fit(kind, grid, heights)?;
+pub fn subtract_form(kind: Detrend, grid: Grid, heights: &mut [f64], unit: &str) -> Result<String> {
+    let form = Form::fit(kind, (grid, unit), heights)?;
     form.subtract(grid, heights);
-    Ok(form.line())
+    Ok(form.line(unit))
 }
 
 /// A form with its coefficients.
@@ -76,7 +76,7 @@ enum Shape {
 
 impl Form {
     /// Fits the form to the heights that are not NaN.
-    pub(super) fn fit(kind: Detrend, grid: Grid, heights: &[f64]) -> Result<Self> {
+    pub(super) fn fit(kind: Detrend, (grid, unit): (Grid, &str), heights: &[f64]) -> Result<Self> {
         let mut place = None;
         let map = |degree| Shape::Map(Trend::fit(degree, grid, heights));
         let shape = match kind {
@@ -88,7 +88,7 @@ impl Form {
             Detrend::LineLinear => Shape::Lines(Lines::polynomials(2, grid, heights)),
             Detrend::LineQuadratic => Shape::Lines(Lines::polynomials(3, grid, heights)),
             Detrend::ThreePoints(points) => {
-                let (trend, words) = three_points::plane(grid, heights, points)?;
+                let (trend, words) = three_points::plane((grid, unit), heights, points)?;
                 place = Some(words);
                 Shape::Map(trend)
             }
@@ -104,10 +104,10 @@ impl Form {
     }
 
     /// The line of the history.
-    pub(super) fn line(&self) -> String {
+    pub(super) fn line(&self, unit: &str) -> String {
         let words = match &self.shape {
-            Shape::Map(trend) => trend.words(),
-            Shape::Lines(lines) => lines.words(),
+            Shape::Map(trend) => trend.words(unit),
+            Shape::Lines(lines) => lines.words(unit),
         };
         let place = self.place.as_ref().map_or(String::new(), |place| format!(", {place}"));
         format!("detrend {}: {words}{place}", self.kind.word())

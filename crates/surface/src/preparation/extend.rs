@@ -1,6 +1,6 @@
 //! Waves that a map does not have: a realisation of its own spectrum, continued.
 
-use super::digits::{digits, exact};
+use super::digits::{digits, exact, in_unit};
 use super::filter::{FilterKind, complement};
 use super::regrid::regrid;
 use crate::non_periodic::hann_windowed;
@@ -143,7 +143,7 @@ pub(super) fn fit(
 
 impl SelfAffine {
     /// What makes the extension a guess.
-    pub(super) fn warning(&self) -> Option<String> {
+    pub(super) fn warning(&self, unit: &str) -> Option<String> {
         let (slope, error) = (self.slope, self.error);
         let why = if self.hurst != slope {
             format!("their spectrum has the slope of H = {}, which is that of no self-affine surface", digits(slope))
@@ -152,7 +152,7 @@ impl SelfAffine {
         } else {
             return None;
         };
-        let longest = digits(self.longest);
+        let longest = in_unit(digits(self.longest), unit);
         Some(format!(
             "waves are added by --extend-to as those up to {longest} have it, but {why}: the extension is a guess"
         ))
@@ -165,7 +165,7 @@ impl SelfAffine {
     /// A wavelength that is not between a ten-thousandth of the extent and the cut-off; a map that does not hold the cut-off; no memory.
     pub(super) fn extend(
         &self,
-        (kind, cut_off): (FilterKind, f64),
+        (kind, cut_off, unit): (FilterKind, f64, &str),
         (to, seed): (f64, u64),
         grid: Grid,
         heights: Vec<f64>,
@@ -177,14 +177,15 @@ impl SelfAffine {
         let shortest = if shift > 0.0 { SHORTEST_OF_PROFILE } else { SHORTEST };
         let least = shortest * grid.lx.max(grid.ly);
         if !(least..cut_off).contains(&to) {
-            let accepted =
-                format!("{} ({shortest} of the extent) to below --low-pass = {}", digits(least), digits(cut_off));
-            return refused("--extend-to", exact(to), accepted);
+            let [least, cut_off] = [least, cut_off].map(|length| in_unit(digits(length), unit));
+            let accepted = format!("{least} ({shortest} of the extent) to below --low-pass = {cut_off}");
+            return refused("--extend-to", in_unit(exact(to), unit), accepted);
         }
         let axes = [(grid.nx, grid.lx), (grid.ny, grid.ly)];
         let pixel = axes.iter().filter(|(n, _)| *n > 1).map(|(n, length)| length / *n as f64).fold(0.0, f64::max);
         if 2.0 * pixel > cut_off {
-            let accepted = format!("points that hold waves of --low-pass = {} with --extend-to", digits(cut_off));
+            let cut_off = in_unit(digits(cut_off), unit);
+            let accepted = format!("points that hold waves of --low-pass = {cut_off} with --extend-to");
             return refused("--resample", format!("{} x {}", grid.nx, grid.ny), accepted);
         }
         let points = axes.map(|(n, length)| {
@@ -212,17 +213,17 @@ impl SelfAffine {
             amplitudes: Amplitudes::Gaussian,
         };
         let scale = (self.density / measure(grid) / spectrum.relative_power(grid.lx / cut_off)).sqrt();
-        let unit = Grid { ly: aspect, ..Grid::unit(grid.nx, grid.ny) };
-        let waves = Modes::new(spectrum, seed ^ OWN_STREAM, aspect).scaled_heights(unit, 0.0, scale);
+        let cell = Grid { ly: aspect, ..Grid::unit(grid.nx, grid.ny) };
+        let waves = Modes::new(spectrum, seed ^ OWN_STREAM, aspect).scaled_heights(cell, 0.0, scale);
         let waves = complement(kind, cut_off, grid, &waves);
         heights.iter_mut().zip(waves).for_each(|(h, w)| *h += w);
         let (slope, error) = (digits(self.slope), digits(self.error));
         let line = format!(
             "extend from {} to {}: waves of seed {seed}, H = {} (fit {slope} ± {error} up to {}), {} x {} points",
-            exact(cut_off),
-            exact(to),
+            in_unit(exact(cut_off), unit),
+            in_unit(exact(to), unit),
             digits(self.hurst),
-            digits(self.longest),
+            in_unit(digits(self.longest), unit),
             grid.nx,
             grid.ny
         );
@@ -264,7 +265,7 @@ mod tests {
         periodic: bool,
     ) -> (Grid, Vec<f64>, SelfAffine) {
         let fit = fit((kind, CUT_OFF), grid, heights, periodic).unwrap();
-        let (new, heights, _) = fit.extend((kind, CUT_OFF), (END, seed), grid, heights.to_vec(), periodic).unwrap();
+        let (new, heights, _) = fit.extend((kind, CUT_OFF, ""), (END, seed), grid, heights.to_vec(), periodic).unwrap();
         (new, heights, fit)
     }
 
@@ -323,7 +324,7 @@ mod tests {
                 let mut cut = whole.clone();
                 filter::apply(FilterKind::Gaussian, PassBand::Long(CUT_OFF), grid, &mut cut, true);
                 let (new, heights, fit) = extended(FilterKind::Gaussian, seed, grid, &cut, true);
-                assert!((fit.slope - hurst).abs() < 2.0 * fit.error && fit.warning().is_none(), "{fit:?}");
+                assert!((fit.slope - hurst).abs() < 2.0 * fit.error && fit.warning("um").is_none(), "{fit:?}");
                 sum[0] += moments(new, &heights).m2;
                 sum[1] += moments(grid, &whole).m2;
             }
@@ -375,7 +376,7 @@ mod tests {
         })
         .take(grid.points())
         .collect();
-        assert!(of(&noise).unwrap().warning().is_some_and(|w| w.contains("no self-affine surface")));
+        assert!(of(&noise).unwrap().warning("um").is_some_and(|w| w.contains("no self-affine surface")));
         assert!(of(&vec![0.0; grid.points()]).unwrap_err().to_string().contains("0 waves to fit"));
     }
 
@@ -383,7 +384,7 @@ mod tests {
     #[test]
     fn coarse_maps_are_refined() {
         let heights = surface(3, Grid::unit(64, 64), (0.8, 0.25));
-        let law = (FilterKind::Gaussian, 0.08);
+        let law = (FilterKind::Gaussian, 0.08, "");
         for (ny, points) in [(64, 400), (1, 1)] {
             let grid = Grid { nx: 64, ny, lx: 1.0, ly: ny as f64 / 64.0 };
             let heights = heights[..64 * ny].to_vec();
@@ -398,9 +399,11 @@ mod tests {
         let (grid, heights) = (Grid::unit(64, 64), surface(3, Grid::unit(64, 64), (0.8, 0.25)));
         let fit = SelfAffine { hurst: 0.8, slope: 0.8, error: 0.1, density: 1e-8, longest: 0.5 };
         let said = |cut_off: f64, to: f64| {
-            fit.extend((FilterKind::Gaussian, cut_off), (to, 1), grid, heights.clone(), true).unwrap_err().to_string()
+            fit.extend((FilterKind::Gaussian, cut_off, "um"), (to, 1), grid, heights.clone(), true)
+                .unwrap_err()
+                .to_string()
         };
-        assert!(said(0.1, 0.1).contains("to below --low-pass = 0.1"));
+        assert!(said(0.1, 0.1).contains("to below --low-pass = 0.1 um"));
         assert!(said(0.1, 1e-5).contains("(0.0001 of the extent)"));
         assert!(said(0.03, 0.01).contains("--resample = 64 x 64"));
     }

@@ -1,6 +1,6 @@
 //! Filters that remove short or long waves.
 
-use super::digits::exact;
+use super::digits::{exact, in_unit};
 use super::rows::along_both;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::{Grid, Transform, mean, next_fast_len};
@@ -54,10 +54,10 @@ impl PassBand {
         cut_off
     }
 
-    pub(super) fn words(self) -> String {
+    pub(super) fn words(self, unit: &str) -> String {
         match self {
-            PassBand::Long(cut_off) => format!("low-pass {}", exact(cut_off)),
-            PassBand::Short(cut_off) => format!("high-pass {}", exact(cut_off)),
+            PassBand::Long(cut_off) => format!("low-pass {}", in_unit(exact(cut_off), unit)),
+            PassBand::Short(cut_off) => format!("high-pass {}", in_unit(exact(cut_off), unit)),
         }
     }
 }
@@ -71,7 +71,12 @@ const FEWEST_POINTS_OF_PATCH: f64 = 4.0;
 const REACH: f64 = 1.62;
 
 /// Refuses cut-offs that the map does not resolve, an empty band, and a sharp filter of a patch.
-pub(super) fn check(kind: FilterKind, low: Option<f64>, high: Option<f64>, grid: Grid, periodic: bool) -> Result<()> {
+pub(super) fn check(
+    kind: FilterKind,
+    [low, high]: [Option<f64>; 2],
+    (grid, unit): (Grid, &str),
+    periodic: bool,
+) -> Result<()> {
     let refuse = |key: &str, found: String, accepted: String| Err(Error::input("preparation", key, found, accepted));
     if kind == FilterKind::Sharp && !periodic && (low.is_some() || high.is_some()) {
         let accepted = "gaussian, which respects edges: the waves of a map that does not repeat are not known";
@@ -81,14 +86,15 @@ pub(super) fn check(kind: FilterKind, low: Option<f64>, high: Option<f64>, grid:
     let (shortest, longest) = (points * grid.dx().max(grid.dy()), grid.lx.max(grid.ly));
     for (key, cut_off) in [("--low-pass", low), ("--high-pass", high)] {
         if let Some(cut_off) = cut_off.filter(|c| !(shortest..=longest).contains(c)) {
+            let [shortest, longest] = [shortest, longest].map(|length| in_unit(exact(length), unit));
             let accepted = format!("{shortest} ({points} points) to {longest} (the extent)");
-            return refuse(key, cut_off.to_string(), accepted);
+            return refuse(key, in_unit(exact(cut_off), unit), accepted);
         }
     }
     match (low, high) {
         (Some(low), Some(high)) if low >= high => {
-            let accepted = format!("less than --high-pass = {high}, so that waves between them pass");
-            refuse("--low-pass", low.to_string(), accepted)
+            let [low, high] = [low, high].map(|cut_off| in_unit(exact(cut_off), unit));
+            refuse("--low-pass", low, format!("less than --high-pass = {high}, so that waves between them pass"))
         }
         _ => Ok(()),
     }
@@ -300,17 +306,26 @@ mod tests {
     #[test]
     fn cut_offs_that_cannot_be_filtered_are_refused() {
         let grid = Grid { nx: 100, ny: 50, lx: 10.0, ly: 10.0 };
-        let says = |kind, low, high, periodic| check(kind, low, high, grid, periodic).unwrap_err().to_string();
+        let says =
+            |kind, low, high, periodic| check(kind, [low, high], (grid, "um"), periodic).unwrap_err().to_string();
         let (gaussian, sharp) = (FilterKind::Gaussian, FilterKind::Sharp);
         assert!(says(sharp, Some(1.0), None, false).contains("--filter = sharp; accepted: gaussian"));
-        assert!(says(gaussian, Some(0.5), None, false).contains("--low-pass = 0.5; accepted: 0.8 (4 points) to 10"));
-        assert!(says(gaussian, None, Some(11.0), true).contains("--high-pass = 11; accepted: 0.4 (2 points) to 10"));
         assert!(
-            says(gaussian, Some(3.0), Some(2.0), true).contains("--low-pass = 3; accepted: less than --high-pass = 2")
+            says(gaussian, Some(0.5), None, false)
+                .contains("--low-pass = 0.5 um; accepted: 0.8 um (4 points) to 10 um")
+        );
+        assert!(
+            says(gaussian, None, Some(11.0), true)
+                .contains("--high-pass = 11 um; accepted: 0.4 um (2 points) to 10 um")
+        );
+        assert!(
+            says(gaussian, Some(3.0), Some(2.0), true)
+                .contains("--low-pass = 3 um; accepted: less than --high-pass = 2 um")
         );
         assert!(says(gaussian, Some(f64::NAN), None, true).contains("NaN"));
         assert!(
-            check(gaussian, Some(0.5), Some(2.0), grid, true).is_ok() && check(sharp, None, None, grid, false).is_ok()
+            check(gaussian, [Some(0.5), Some(2.0)], (grid, ""), true).is_ok()
+                && check(sharp, [None, None], (grid, ""), false).is_ok()
         );
     }
 }

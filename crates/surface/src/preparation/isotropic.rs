@@ -5,7 +5,7 @@
 //! the grid. C2D is linear over ln q between knots, not negative, and has the largest likelihood that the waves of the profile, whose |a|² are
 //! distributed exponentially about their mean (Whittle, Ark. Mat. 2 (1953) 423), give it.
 
-use super::digits::digits;
+use super::digits::{digits, in_unit};
 use super::trend::{Degree, Trend};
 use crate::Amplitudes;
 use crate::non_periodic::hann_windowed;
@@ -184,7 +184,7 @@ pub(super) type Realisation = (Grid, Vec<f64>, String, Option<String>);
 ///
 /// # Errors
 /// A map of several lines, few points, no memory.
-pub(super) fn map(grid: Grid, heights: &[f64], periodic: bool, seed: u64) -> Result<Realisation> {
+pub(super) fn map((grid, unit): (Grid, &str), heights: &[f64], periodic: bool, seed: u64) -> Result<Realisation> {
     let n = grid.nx;
     if grid.ny != 1 || n < FEWEST {
         let found = format!("{} x {} points", grid.nx, grid.ny);
@@ -207,8 +207,8 @@ pub(super) fn map(grid: Grid, heights: &[f64], periodic: bool, seed: u64) -> Res
         "isotropic map: one realisation, of seed {seed}, of the random surface whose profiles have this spectrum{}; {n} x {n} points; rms height {} \
          of the profile, {} of the map; rms gradient {} of the profile, {} of the map (√2 times as much in the mean)",
         if periodic { "" } else { " (about its line, under a Hann window)" },
-        digits(asperity_grid::rms(&level)),
-        digits(m.rms_height),
+        in_unit(digits(asperity_grid::rms(&level)), unit),
+        in_unit(digits(m.rms_height), unit),
         digits(slope),
         digits(m.rms_gradient),
     );
@@ -262,7 +262,7 @@ mod tests {
             let b = numbers(scaled, &surface);
             for row in (0..LINES).map(|row| row * whole.ny / LINES) {
                 let profile = &surface[row * whole.nx..][..N];
-                let (grid, heights, ..) = map(line, profile, !part, seed + 100 * row as u64).expect("a map");
+                let (grid, heights, ..) = map((line, ""), profile, !part, seed + 100 * row as u64).expect("a map");
                 let a = numbers(grid, &heights);
                 made.iter_mut().zip(a).for_each(|(sum, v)| *sum += v);
                 exact.iter_mut().zip(b).for_each(|(sum, v)| *sum += v);
@@ -299,19 +299,19 @@ mod tests {
     fn a_seed_is_a_map() {
         let line = Grid { nx: 100, ny: 1, lx: 1.0, ly: 0.01 };
         let profile: Vec<f64> = (0..100).map(|i| (0.3 * f64::from(i)).sin() + (1.1 * f64::from(i)).cos()).collect();
-        let [a, b, c] = [1, 1, 2].map(|seed| map(line, &profile, false, seed).expect("a map").1);
+        let [a, b, c] = [1, 1, 2].map(|seed| map((line, ""), &profile, false, seed).expect("a map").1);
         assert!(a == b && a != c && a.len() == 10_000);
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            pool.install(|| map(line, &profile, false, 1).expect("a map").1)
+            pool.install(|| map((line, ""), &profile, false, 1).expect("a map").1)
         };
         assert!(on(1) == a && on(3) == a);
-        assert!(map(line, &[2.0; 100], true, 1).expect("a map").1.iter().all(|h| *h == 0.0));
+        assert!(map((line, ""), &[2.0; 100], true, 1).expect("a map").1.iter().all(|h| *h == 0.0));
     }
 
     #[test]
     fn what_is_no_profile_gives_no_map() {
-        let said = |grid: Grid| map(grid, &vec![0.0; grid.points()], true, 1).expect_err("refused").to_string();
+        let said = |grid: Grid| map((grid, ""), &vec![0.0; grid.points()], true, 1).expect_err("refused").to_string();
         assert!(
             said(Grid::unit(20, 20)).contains("20 x 20 points")
                 && said(Grid { ny: 1, ..Grid::unit(15, 1) }).contains("16 points")

@@ -1,6 +1,6 @@
 //! Forms of single scan lines.
 
-use super::digits::digits;
+use super::digits::{digits, in_unit};
 use super::outliers::median;
 use asperity_grid::{Grid, mean, rms};
 use nalgebra::{Matrix3, Vector3};
@@ -58,12 +58,13 @@ impl Lines {
     }
 
     /// The levels of the lines, for the history.
-    pub(super) fn words(&self) -> String {
+    pub(super) fn words(&self, unit: &str) -> String {
         let levels: Vec<f64> =
             self.rows.iter().map(|(offset, c)| offset + c[0]).filter(|level| !level.is_nan()).collect();
         let steps: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let (level, step) = (mean(&levels), if steps.is_empty() { 0.0 } else { rms(&steps) });
-        format!("{} measured lines of mean level {}, steps {} (rms)", levels.len(), digits(level), digits(step))
+        let [level, step] = [level, step].map(|height| in_unit(digits(height), unit));
+        format!("{} measured lines of mean level {level}, steps {step} (rms)", levels.len())
     }
 }
 

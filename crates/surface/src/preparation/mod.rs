@@ -18,7 +18,7 @@ mod three_points;
 mod trend;
 
 pub use detrend::{Detrend, subtract_form};
-pub(super) use digits::{digits, exact};
+pub(super) use digits::{digits, exact, in_unit};
 pub use edges::Edges;
 pub(crate) use edges::copies;
 pub use fill::{Fill, MAX_FILLED_SHARE};
@@ -55,6 +55,8 @@ pub struct Preparation {
     pub isotropic_map: bool,
     /// Seed of the waves that are added, and of the isotropic map.
     pub seed: u64,
+    /// Name of the unit of lengths in messages and in the history; empty where it is not known.
+    pub unit: String,
 }
 
 /// A prepared map, without missing points.
@@ -114,7 +116,7 @@ impl Preparation {
         }
         // Before points are filled: at an edge the filled ones of a tilted map would stand out of the levelled one.
         if let Some(kind) = self.detrend {
-            history.push(subtract_form(kind, grid, &mut heights)?);
+            history.push(subtract_form(kind, grid, &mut heights, &self.unit)?);
         }
         let filled = fill::fill(self.fill, grid, &mut heights, repeats, fill::Origin { column, row, removed })?;
         if let Some(kind) = self.fill {
@@ -124,13 +126,13 @@ impl Preparation {
             let accepted = "only together with --low-pass, the wavelength down to which the map is trusted";
             return Err(Error::input("preparation", "--extend-to", to, accepted));
         }
-        filter::check(self.filter, self.low_pass, self.high_pass, grid, repeats)?;
+        filter::check(self.filter, [self.low_pass, self.high_pass], (grid, &self.unit), repeats)?;
         let mut fit = None;
         for band in [self.low_pass.map(PassBand::Long), self.high_pass.map(PassBand::Short)].into_iter().flatten() {
             let previous = rms(&heights);
             filter::apply(self.filter, band, grid, &mut heights, repeats);
-            let (previous, now) = (digits(previous), digits(rms(&heights)));
-            history.push(format!("{} {}: rms height {previous} to {now}", band.words(), self.filter.word()));
+            let (previous, now) = (digits(previous), in_unit(digits(rms(&heights)), &self.unit));
+            history.push(format!("{} {}: rms height {previous} to {now}", band.words(&self.unit), self.filter.word()));
             // Before later steps change the spectrum.
             if let (Some(_), PassBand::Long(cut_off)) = (self.extend_to, band) {
                 fit = Some(extend::fit((self.filter, cut_off), grid, &heights, repeats)?);
@@ -148,15 +150,15 @@ impl Preparation {
             history.push(line);
         }
         if let (Some(to), Some(fit), Some(cut_off)) = (self.extend_to, fit, self.low_pass) {
-            let (repeats, law) = (repeats || self.edges.is_some(), (self.filter, cut_off));
+            let (repeats, law) = (repeats || self.edges.is_some(), (self.filter, cut_off, self.unit.as_str()));
             let line;
             (grid, heights, line) = fit.extend(law, (to, self.seed), grid, heights, repeats)?;
             history.push(line);
-            warnings.extend(fit.warning());
+            warnings.extend(fit.warning(&self.unit));
         }
         if self.isotropic_map {
             let (line, doubt);
-            (grid, heights, line, doubt) = isotropic::map(grid, &heights, repeats, self.seed)?;
+            (grid, heights, line, doubt) = isotropic::map((grid, &self.unit), &heights, repeats, self.seed)?;
             history.push(line);
             warnings.extend(doubt);
         }

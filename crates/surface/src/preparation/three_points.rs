@@ -1,6 +1,6 @@
 //! The plane through three points of a map.
 
-use super::digits::{digits, exact};
+use super::digits::{digits, exact, in_unit};
 use super::trend::Trend;
 use asperity_grid::{Error, Grid, Result};
 
@@ -60,14 +60,14 @@ fn are_on_one_line(points: [[f64; 2]; 3]) -> bool {
 ///
 /// # Errors
 /// Places outside of the map, where nothing was measured, or on one line.
-pub(super) fn plane(grid: Grid, heights: &[f64], points: [[f64; 2]; 3]) -> Result<(Trend, String)> {
+pub(super) fn plane((grid, unit): (Grid, &str), heights: &[f64], points: [[f64; 2]; 3]) -> Result<(Trend, String)> {
     let refused = |found: String, accepted: String| Err(Error::input("preparation", "--detrend", found, accepted));
-    let words = |[x, y]: [f64; 2]| format!("three-points, {}", pair([x, y]));
+    let words = |[x, y]: [f64; 2]| format!("three-points, {}", in_unit(pair([x, y]), unit));
     let mut found = Vec::new();
     for [x, y] in points {
         if !((0.0..=grid.lx).contains(&x) && (0.0..=grid.ly).contains(&y)) {
-            let accepted =
-                format!("points of the map: 0 to {} along x, 0 to {} along y", digits(grid.lx), digits(grid.ly));
+            let [lx, ly] = [grid.lx, grid.ly].map(|length| in_unit(digits(length), unit));
+            let accepted = format!("points of the map: 0 to {lx} along x, 0 to {ly} along y");
             return refused(words([x, y]), accepted);
         }
         match place(grid, heights, [x, y]) {
@@ -86,7 +86,7 @@ pub(super) fn plane(grid: Grid, heights: &[f64], points: [[f64; 2]; 3]) -> Resul
     let (du, dv) = (b.height - a.height, c.height - a.height);
     let slopes = [(du * vy - dv * uy) / area, (dv * ux - du * vx) / area];
     let counts = found.iter().map(|p| p.count.to_string()).collect::<Vec<_>>().join(", ");
-    let places = points.map(pair).join("; ");
+    let places = in_unit(points.map(pair).join("; "), unit);
     Ok((
         Trend::plane_through(slopes, [a.x, a.y], a.height, grid),
         format!("through {places}, means of {counts} points"),
@@ -110,10 +110,10 @@ mod tests {
         let mut heights: Vec<f64> = (0..GRID.points()).map(height).collect();
         heights[41] = f64::NAN;
         let kind = Detrend::ThreePoints([[0.0, 0.0], [1.5, 0.4], [0.7, 6.0]]);
-        let line = subtract_form(kind, GRID, &mut heights).expect("a plane");
+        let line = subtract_form(kind, GRID, &mut heights, "um").expect("a plane");
         let off = |i: usize| (heights[i] - if i % 40 > 20 { 1.0 } else { 0.0 }).abs();
         assert!((0..GRID.points()).filter(|i| *i != 41).all(|i| off(i) < 1e-12));
-        assert!(line.starts_with("detrend three-points: slopes 0.3 in x, -0.2 in y, through 0,0; 1.5,0.4; 0.7,6, means of 7, 21, 13 points"), "{line}");
+        assert!(line.starts_with("detrend three-points: slopes 0.3 in x, -0.2 in y, through 0,0; 1.5,0.4; 0.7,6 um, means of 7, 21, 13 points"), "{line}");
     }
 
     #[test]
@@ -121,14 +121,14 @@ mod tests {
         let mut heights = vec![0.0; GRID.points()];
         heights[..400].fill(f64::NAN);
         for (points, words) in [
-            ([[0.0, 3.0], [5.0, 3.0], [1.0, 5.0]], "three-points, 5,3; accepted: points of the map: 0 to 4"),
+            ([[0.0, 3.0], [5.0, 3.0], [1.0, 5.0]], "three-points, 5,3 um; accepted: points of the map: 0 to 4 um"),
             ([[0.0, 3.0], [1.0, -0.1], [1.0, 5.0]], "1,-0.1"),
             ([[0.0, 0.1], [1.0, 3.0], [1.0, 5.0]], "near which heights were measured"),
             ([[0.0, 3.0], [1.0, 4.0], [2.0, 5.0]], "on one line"),
             ([[1.0, 4.0], [1.0, 4.0], [2.0, 5.0]], "on one line"),
         ] {
             let said =
-                subtract_form(Detrend::ThreePoints(points), GRID, &mut heights).expect_err("refused").to_string();
+                subtract_form(Detrend::ThreePoints(points), GRID, &mut heights, "um").expect_err("refused").to_string();
             assert!(said.contains(words), "{said}");
         }
     }

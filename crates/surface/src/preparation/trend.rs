@@ -1,6 +1,6 @@
 //! Polynomials of the whole map.
 
-use super::digits::digits;
+use super::digits::{digits, in_unit};
 use asperity_grid::{Grid, sum_rows};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
@@ -116,19 +116,20 @@ impl Trend {
     }
 
     /// Its values for the history. Slopes are those at the centre.
-    pub(super) fn words(&self) -> String {
+    pub(super) fn words(&self, unit: &str) -> String {
         let c = &self.coefficients;
         // u = 2x/lx about the centre, P₂ = (3u² - 1)/2.
         let (per_x, per_y) = (2.0 / self.grid.lx, 2.0 / self.grid.ly);
         let slopes = format!("slopes {} in x, {} in y", digits(c[1] * per_x), digits(c[2] * per_y));
         match self.degree {
-            Degree::Mean => digits(self.mean()),
+            Degree::Mean => in_unit(digits(self.mean()), unit),
             Degree::Plane => slopes,
             Degree::Quadratic => format!(
-                "{slopes}, curvatures {} in x, {} in y, twist {}",
+                "{slopes}, curvatures {} in x, {} in y, twist {}{}",
                 digits(3.0 * c[3] * per_x * per_x),
                 digits(3.0 * c[4] * per_y * per_y),
-                digits(c[5] * per_x * per_y)
+                digits(c[5] * per_x * per_y),
+                if unit.is_empty() { String::new() } else { format!(" (per {unit})") }
             ),
         }
     }
@@ -194,7 +195,7 @@ mod tests {
         let mut h: Vec<f64> = (0..GRID.points()).map(value_at).collect();
         let trend = Trend::fit(Degree::Quadratic, GRID, &h);
         let line = "slopes 0.012 in x, -0.003 in y, curvatures 0.2 in x, -0.1 in y, twist 0.04";
-        assert_eq!(trend.words(), line);
+        assert_eq!(trend.words(""), line);
         trend.subtract(GRID, &mut h);
         assert!(h.iter().all(|h| h.abs() < 1e-14), "{h:?}");
     }
@@ -207,7 +208,7 @@ mod tests {
         let trend = Trend::fit(Degree::Plane, row, &h);
         trend.subtract(row, &mut h);
         assert!(h.iter().all(|h| h.abs() < 1e-14), "{h:?}");
-        assert_eq!(trend.words(), "slopes 2 in x, 0 in y");
+        assert_eq!(trend.words(""), "slopes 2 in x, 0 in y");
         let mut one = vec![f64::NAN; GRID.points()];
         one[100] = 3.0;
         let trend = Trend::fit(Degree::Quadratic, GRID, &one);

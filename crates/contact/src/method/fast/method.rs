@@ -66,8 +66,14 @@ impl ContactMethod for Fast {
             Device::Cpu => level.max(contact_stress::bytes(problem, real)),
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
-        let level = shared::bytes(problem.ranks, grid, level);
-        SolvePlan { bytes: level + series + yielding, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
+        // The stiffness of a body that flows is solved from a gap of its own; in a padded cell beside all fields of the state.
+        let held = match problem.stiffness && yields {
+            true if grid == problem.grid => (size_of::<f64>() * grid.points()) as u64,
+            true => level,
+            false => 0,
+        };
+        let [level, held] = [level, held].map(|bytes| shared::bytes(problem.ranks, grid, bytes));
+        SolvePlan { bytes: level + series + yielding + held, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
     fn prepare<'p>(&self, problem: &'p ReducedProblem<'p>, observer: &'p dyn Observer) -> Result<StartedMethod<'p>> {

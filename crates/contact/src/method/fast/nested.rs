@@ -19,12 +19,14 @@ const COARSE_TOLERANCE: f64 = 1e-2;
 /// 2 % more transform pairs in all.
 const NEXT_TOLERANCE: f64 = 1e-3;
 
-/// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform
-/// length.
+/// Fewest points of a side that is halved: those of a uniform strip are not.
+const FEWEST: usize = 4;
+
+/// The next coarser grid: half the points along both sides, rounded up to a fast transform length, until the longer one is the coarsest. Where
+/// the shorter one alone kept its points, changes between the grids were no error of both directions.
 fn coarser(grid: Grid) -> Option<Grid> {
-    let half = |n: usize| if n >= 2 * COARSEST { next_fast_len(n.div_ceil(2)) } else { n };
-    let coarse = Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid };
-    (coarse.points() < grid.points()).then_some(coarse)
+    let half = |n: usize| if n >= FEWEST { next_fast_len(n.div_ceil(2)) } else { n };
+    (grid.nx.max(grid.ny) >= 2 * COARSEST).then(|| Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid })
 }
 
 /// The grids of a cell, from coarse to fine.
