@@ -167,7 +167,7 @@ fn three_points_level_the_ground() {
     assert!((number(&level, "height_range_m") / 0.5e-6 - 1.0).abs() < TEXT, "{level}");
     for (points, pieces) in [
         ("three-points=2um,1um;28um,4um", &["--detrend", "X1,Y1;X2,Y2;X3,Y3"][..]),
-        ("three-points=2um,1um;31um,4um;1um,2um", &["detrend", "31,4", "0 to 30 along x, 0 to 20 along y"]),
+        ("three-points=2um,1um;31um,4um;1um,2um", &["detrend", "31,4", "0 to 30 um along x, 0 to 20 um along y"]),
         ("three-points=2um,1um;4um,2um;6um,3um", &["detrend", "on one line"]),
         ("planes", &["--detrend", "mean, plane, quadratic"]),
     ] {
@@ -309,7 +309,7 @@ fn loads_are_pressures_forces_gaps_or_contact_areas() {
     assert!(pressures.iter().zip([1e-3, 1e-2, 1e-1]).all(|(p, gpa)| (p / gpa - 1.0).abs() < 1e-6), "{pressures:?}");
     for (flags, piece) in [
         (&["--modulus", "2", "--pressure", "1MPa"][..], "as --pressure 1 MPa has: all values have units, or none"),
-        (&["--modulus", "2GPa", "--pressure", "1um"], "--pressure = 1 um; accepted: a stress with its unit"),
+        (&["--modulus", "2GPa", "--pressure", "1um"], "--pressure = 1um; accepted: a stress with its unit"),
         (&["--modulus", "2GPa", "--pressure", "1,5MPa"], "units at all values or at none"),
         (&["--modulus", "2GPa", "--force", "1MPa"], "a force with its unit"),
         (&["--modulus", "2GPa", "--pressure", "log:0MPa:1MPa:3"], "positive ends"),

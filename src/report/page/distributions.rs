@@ -1,6 +1,5 @@
 //! Distributions of gap, stress and cluster area, and derived quantities.
 
-use super::loads::load;
 use super::paper::density;
 use super::prelude::*;
 use crate::challenge::SIZE_EXPONENT;

@@ -13,6 +13,8 @@ use crate::report::map::{self, Bar, HEIGHT, MapFigure};
 use crate::report::picture::{self, ColourRange, Picture, flag};
 use crate::report::plot::{PANEL, Plot};
 use crate::report::svg::DrawingSize;
+use asperity_contact::load::Branch;
+use asperity_contact::state::State;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::write_atomic;
 use asperity_surface::files::inside::inside;
@@ -271,4 +273,14 @@ pub(super) fn spread(count: usize, most: usize) -> Vec<usize> {
 /// The unit as it is shown: none of a plain number.
 pub(super) fn of_unit(unit: &str) -> &str {
     if unit == "1" { "" } else { unit }
+}
+
+/// The load of a state and whether it is on the unloading branch.
+pub(super) fn load(s: &State, loads: GivenLoads) -> String {
+    loads.value(s.p_star) + back(s)
+}
+
+/// Label of a load on the unloading branch.
+pub(super) fn back(s: &State) -> &'static str {
+    if s.branch == Branch::Unloading { " (unloading)" } else { "" }
 }

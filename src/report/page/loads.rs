@@ -89,16 +89,6 @@ pub(super) fn states(c: &ContinuumResults, loads: GivenLoads, gap: &dyn Fn(f64) 
     }
 }
 
-/// The load of a state and whether it is on the unloading branch.
-pub(super) fn load(s: &State, loads: GivenLoads) -> String {
-    loads.value(s.p_star) + back(s)
-}
-
-/// Label of a load on the unloading branch.
-fn back(s: &State) -> &'static str {
-    if s.branch == Branch::Unloading { " (unloading)" } else { "" }
-}
-
 fn stop(s: &State) -> Markup {
     if s.stop == Stop::Converged { "converged".render() } else { bad(s.stop.to_string()) }
 }

@@ -1,8 +1,8 @@
 //! What every section of the page uses.
 
 pub(super) use super::figures::{
-    Figure, FigureWriter, Values, bad, capitalised, columns, distinct, each, figure, of_unit, or_dash, panel, panels,
-    quiet, row, spread, table,
+    Figure, FigureWriter, Values, back, bad, capitalised, columns, distinct, each, figure, load, of_unit, or_dash,
+    panel, panels, quiet, row, spread, table,
 };
 pub(super) use crate::record::given_loads::{GivenLoads, LoadQuantity};
 pub(super) use crate::record::results::*;

@@ -1,6 +1,5 @@
 //! Grid convergence, uncertainty budget, and pull-off.
 
-use super::loads::load;
 use super::prelude::*;
 use crate::report::number::change;
 use crate::scene::REFERENCE_LOAD;
