@@ -53,29 +53,15 @@ pub(super) struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// Whether a point is not done, or damaged since, of which it warns.
-    fn is_missing(&self, submission: &Submission, point: &SubmittedPoint) -> bool {
-        let Some(end) = submission.end_of(self.out, point) else { return true };
-        let damage = match end.outcome {
-            TurnOutcome::Done if self.no_verify => None,
-            TurnOutcome::Done => submission.damage_of(self.out, point),
-            _ => return true,
-        };
-        if let Some(what) = &damage {
-            output::warn(&format!("{}: {what}", point.label));
-        }
-        damage.is_some()
-    }
-
     /// Submits the points that are not done, or prints what would be submitted.
     pub(super) fn submit(self) -> Result<()> {
         let (sweep, out) = (self.sweep, self.out);
         let program = program_of(&self.machine.1)?;
-        let machine = with_ranks(self.machine.clone(), sweep.ranks());
-        let mut submission = Submission::new(&sweep.name, &sweep.keys, machine, self.flags.clone());
+        let machine = with_ranks(self.machine, sweep.ranks());
+        let mut submission = Submission::new(&sweep.name, &sweep.keys, machine, self.flags);
         submission.points = sweep.points.iter().map(submitted).collect();
         let missing: Vec<(usize, f64)> = (submission.points.iter().enumerate())
-            .filter(|(_, p)| self.is_missing(&submission, p))
+            .filter(|(_, p)| is_missing(&submission, p, out, self.no_verify))
             .map(|(i, p)| (i, p.seconds))
             .collect();
         submission.tasks = pack(&missing, &submission.machine);
@@ -131,6 +117,19 @@ impl Request<'_> {
         }
         Ok(())
     }
+}
+
+/// Whether a point is not done, or damaged since, of which it warns.
+fn is_missing(submission: &Submission, point: &SubmittedPoint, out: &Path, no_verify: bool) -> bool {
+    let done = submission.end_of(out, point).is_some_and(|end| end.outcome == TurnOutcome::Done);
+    if !done || no_verify {
+        return !done;
+    }
+    let damage = submission.damage_of(out, point);
+    if let Some(what) = &damage {
+        output::warn(&format!("{}: {what}", point.label));
+    }
+    damage.is_some()
 }
 
 /// The machine with the ranks of the scene, where it has none of its own: tasks need as many cores.

@@ -36,7 +36,7 @@ use crate::{Error, Result};
 use asperity_contact::method::Device;
 use asperity_grid::sys::threads;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -129,34 +129,29 @@ struct RunFolderArgs {
 /// # Errors
 /// Those of the command; `Output` if it succeeded, but stdout could not be written.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
-    let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let ended = execute(arguments.iter().cloned()).map_err(|error| as_given(error, &arguments))?;
+    let ended = execute(arguments)?;
     output::written().map(|()| ended)
 }
 
 /// With refused values of flags as they were given: `-5kPa`, where they were refused as the number that it is in another unit.
-fn as_given(mut error: Error, arguments: &[OsString]) -> Error {
-    let words: Vec<_> = arguments.iter().map(|a| a.to_string_lossy()).collect();
-    let command = Cli::command();
-    let of_command = words.iter().find_map(|word| command.find_subcommand(word.as_ref()));
-    let names = |flag: &str| -> Vec<String> {
-        let argument = of_command.and_then(|c| c.get_arguments().find(|a| a.get_long() == flag.strip_prefix("--")));
-        let others = argument.and_then(|a| a.get_all_aliases()).unwrap_or_default();
-        others.into_iter().map(|alias| format!("--{alias}")).chain([flag.to_string()]).collect()
-    };
-    let text_of = |flag: &str| {
-        let after = words.iter().position(|word| word == flag).and_then(|i| words.get(i + 1));
-        let joined = words.iter().find_map(|word| word.strip_prefix(flag)?.strip_prefix('='));
-        joined.or(after.map(|text| text.as_ref()))
+fn as_given(mut error: Error, given: &ArgMatches) -> Error {
+    let (mut matches, mut command) = (given, &Cli::command());
+    while let Some((name, inner)) = matches.subcommand() {
+        (matches, command) = (inner, command.find_subcommand(name).expect("a command that was read"));
+    }
+    let text_of = |flag: &str| -> Option<String> {
+        let argument =
+            command.get_arguments().find(|a| a.get_long().is_some_and(|long| flag.strip_prefix("--") == Some(long)))?;
+        let values = matches.get_raw(argument.get_id().as_str())?.map(|value| value.to_string_lossy());
+        Some(values.collect::<Vec<_>>().join(","))
     };
     // Lists of numbers without a unit are refused by their entry.
-    let has_units = |text: &&str| text.split(',').any(|part| part.parse::<f64>().is_err());
-    let given = |flag: &str| names(flag).iter().find_map(|name| text_of(name)).filter(has_units);
+    let has_units = |text: &String| text.split(',').any(|part| part.parse::<f64>().is_err());
     let is_number = |text: &str| text.split(' ').next().is_some_and(|number| number.parse::<f64>().is_ok());
     if let Error::Input { list, .. } = &mut error {
-        for complaint in list.iter_mut().filter(|c| c.key.starts_with("--") && is_number(&c.found)) {
-            if let Some(text) = given(&complaint.key) {
-                complaint.found = text.to_string();
+        for complaint in list.iter_mut().filter(|c| is_number(&c.found)) {
+            if let Some(text) = text_of(&complaint.key).filter(has_units) {
+                complaint.found = text;
             }
         }
     }
@@ -164,8 +159,9 @@ fn as_given(mut error: Error, arguments: &[OsString]) -> Error {
 }
 
 fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
-    let arguments = match Cli::try_parse_from(arguments) {
-        Ok(a) => a,
+    let read = Cli::command().try_get_matches_from(arguments);
+    let (arguments, given) = match read.and_then(|given| Cli::from_arg_matches(&given).map(|read| (read, given))) {
+        Ok(both) => both,
         Err(e) => {
             if let Some(complaint) = no_number(&e) {
                 return Err(complaint);
@@ -187,7 +183,11 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     if !matches!(arguments.command, Command::Solve(_) | Command::SlurmTask(_) | Command::LammpsHost(_)) {
         ranks::expect_one()?;
     }
-    match arguments.command {
+    run_command(arguments.command).map_err(|error| as_given(error, &given))
+}
+
+fn run_command(command: Command) -> Result<ExitCode> {
+    match command {
         Command::Init(c) => c.execute()?,
         Command::Run(c) => return c.execute(),
         Command::Sweep(c) => return c.execute(),

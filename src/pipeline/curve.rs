@@ -15,10 +15,12 @@ pub(super) fn write(out: &Path, results: &Results) -> Result<()> {
     let Some(continuum) = &results.continuum else { return Ok(()) };
     let [um, mpa] = UNITS;
     let states: Vec<State> = continuum.states.iter().map(|s| s.clone().in_units(um, mpa)).collect();
-    let of_pressure = states.iter().map(|s| s.p_star / s.pressure).find(|ratio| ratio.is_finite());
-    let force = of_pressure.filter(|_| results.loads.quantity == LoadQuantity::Force);
-    let of_force = |ratio| ForceUnit { unit: Some("N".into()), of_pressure: results.loads.of_p_star * ratio };
-    let force = force.map(of_force);
+    let p_star_of_pressure = states.iter().map(|s| s.p_star / s.pressure).find(|ratio| ratio.is_finite());
+    let force = match results.loads.quantity {
+        LoadQuantity::Force => p_star_of_pressure
+            .map(|ratio| ForceUnit { unit: Some("N".into()), of_pressure: results.loads.of_p_star * ratio }),
+        _ => None,
+    };
     let units = ResultUnits { length: Some("um".into()), stress: Some("MPa".into()), force };
     load_table::write(out, &states, &units)?;
     let Some(pull_off) = &continuum.pull_off else { return Ok(()) };

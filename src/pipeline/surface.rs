@@ -116,7 +116,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<SurfaceStatistic> {
         line("profile moment m2", "m2", "1", Some(&|e| e.m2), m.m2),
         line("profile moment m4", "m4", "µm⁻²", Some(&|e| e.m4 / um / um), m.m4 / um / um),
         line("Nayak's bandwidth parameter", "α", "1", Some(&|e| e.nayak()), m.nayak()),
-        line("mean minus lowest height (mean gap at first contact)", FIRST_TOUCH, "µm", None, (r.mean - r.min) * um),
+        line("mean gap at first contact", FIRST_TOUCH, "µm", None, (r.mean - r.min) * um),
         line("range of heights", HEIGHT_RANGE, "µm", None, (r.max - r.min) * um),
         line(
             "elastic energy of full contact",
@@ -180,7 +180,7 @@ fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<SurfaceStatisti
         ("curvature radius", CURVATURE_RADIUS, "nm", m.m4.sqrt().recip() * um * 1e3),
         ("profile moment m2", "m2", "1", m.m2),
         ("profile moment m4", "m4", "µm⁻²", m.m4 / um / um),
-        ("mean minus lowest height (mean gap at first contact)", FIRST_TOUCH, "µm", (r.mean - r.min) * um),
+        ("mean gap at first contact", FIRST_TOUCH, "µm", (r.mean - r.min) * um),
         ("range of heights", HEIGHT_RANGE, "µm", (r.max - r.min) * um),
     ];
     lines

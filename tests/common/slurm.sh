@@ -98,7 +98,7 @@ CONF
     wait_until 100 scontrol ping
     start_node n1
     start_node n2
-    wait_until 900 both_idle # beside other work it took more than 20 s
+    wait_until 900 both_idle # took more than 20 s on a busy machine
     ;;
 down)
     # Jobs first: a slurmd that ends while it starts one may hang.

@@ -317,7 +317,8 @@ fn loads_are_pressures_forces_gaps_or_contact_areas() {
         (&["--modulus", "2GPa", "--displacement", "1mm"], "less than"),
         (&["--modulus", "2GPa", "--pressure", "1MPa", "--work-of-adhesion", "50mJ"], "\"mJ\" is no known unit"),
         (&["--modulus", "2", "--pressure", "1", "--work-of-adhesion", "50mJ/m2"], "as --work-of-adhesion 50 mJ/m2 has"),
-        (&["--force", "5mN", "--length", "30um"], "--modulus times length squared"),
+        (&["--force", "5mN", "--length", "30um"], "--modulus = not given with a unit"),
+        (&["--pressure", "5MPa"], "--modulus = not given with a unit; accepted: the contact modulus"),
         (&["--modulus", "2GPa", "--pressure", "1MPa", "--thickness", "5K"], "--thickness = 5K"),
         (&["--modulus", "2GPa", "--pressure", "1MPa", "--hardness", "5K"], "--hardness = 5K"),
     ] {

@@ -483,10 +483,10 @@ fn what_is_missing_or_damaged_is_named() {
     says(&["not a run folder", "results.json and manifest.json are missing"]);
     let path = folder.path().join("results.json");
     std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
-    says(&["results.json", "schema 99", "accepted: schema 5"]);
+    says(&["results.json", "schema 99", "accepted: schema 6"]);
     std::fs::write(&path, "{\"name\": 1}").unwrap();
     says(&["results.json", "schema"]);
-    std::fs::write(&path, "{\"schema\": 5, \"name\": 1}").unwrap();
+    std::fs::write(&path, "{\"schema\": 6, \"name\": 1}").unwrap();
     says(&["results.json", "line 1"]);
 
     let mut results = run_folder(folder.path());

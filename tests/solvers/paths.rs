@@ -9,6 +9,7 @@ use asperity::contact::method::{
 use asperity::contact::path::{InitialState, LoadPathSolver};
 use asperity::contact::results::PullOff;
 use asperity::grid::Grid;
+use asperity::grid::sys::ranks::on_threads;
 use asperity::methods;
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::PI;
@@ -344,9 +345,58 @@ fn a_load_is_complete_or_not_there() {
         // The last iterations of the second load are followed by its stiffness and errors.
         for left in 0..4 {
             let (complete, _) = visited(iterations - left);
-            assert_eq!(complete, [true], "{id}: asked to stop {left} iterations before the end");
+            assert_eq!(complete, [true], "{id}: stopped {left} iterations before the end");
         }
     }
+}
+
+/// Requests a stop after it was polled some times.
+struct Polled {
+    polls: AtomicI64,
+    after: i64,
+}
+
+impl Observer for Polled {
+    fn iteration(&self, _: Iteration) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.polls.fetch_add(1, Ordering::Relaxed) >= self.after
+    }
+}
+
+/// Likewise on several ranks, of which the first one's stop counts, at any time: none goes on where another ends.
+#[test]
+fn a_load_is_complete_on_every_rank_or_on_none() {
+    let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series().clone();
+    let (grid, loads) = (Grid { nx: 128, ny: 96, lx: 1.0, ly: 0.75 }, [Load::Pressure(0.03)]);
+    let fast = methods::find("fast").expect("it is there");
+    let visited = |stops: [i64; 2]| {
+        on_threads(2, |ranks| {
+            let polled = Polled { polls: AtomicI64::new(0), after: stops[ranks.own()] };
+            let heights = Heights::Series(&modes);
+            let p = ReducedProblem { stiffness: true, tolerance: 1e-3, ..problem(grid, heights, AttractionLaw::None) };
+            let p = ReducedProblem { ranks: &ranks, ..p };
+            let mut complete = Vec::new();
+            let path = LoadPathSolver::new(p, fast, RangeChoice::Mesh, 0.0, &loads);
+            let _ = path.walk(None, false, &polled, |_, reached| {
+                let converged = reached.state.stop == Stop::Converged;
+                complete
+                    .extend(converged.then_some(reached.state.stiffness.is_some() && reached.discretisation.is_some()));
+                Ok(())
+            });
+            (complete, polled.polls.into_inner())
+        })
+    };
+    let whole = visited([i64::MAX; 2]);
+    assert!(whole.iter().all(|(complete, _)| *complete == [true]), "{whole:?}");
+    for stop in 0..whole[0].1 {
+        let stopped = visited([stop, i64::MAX]);
+        assert!(stopped.iter().all(|(complete, _)| complete.is_empty()), "at poll {stop}: {stopped:?}");
+    }
+    // That of another rank does not count.
+    assert!(visited([i64::MAX, 3]).iter().all(|(complete, _)| *complete == [true]));
 }
 
 /// Errors by the grid are those of both directions, also of oblong grids, and of every method alike.

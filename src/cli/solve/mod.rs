@@ -106,7 +106,7 @@ impl SolveArgs {
                 let absent = |key: &str| missing.iter().any(|(flag, absent)| *flag == key && *absent);
                 list.iter_mut().filter(|c| absent(&c.key)).for_each(|c| c.found = "not given".into());
                 let modulus = list.iter_mut().filter(|c| c.key == "--modulus" && c.found == "not given");
-                modulus.for_each(|c| c.accepted = "the contact modulus E* = E/(1-ν²), such as 25MPa, or --body".into());
+                modulus.for_each(|c| c.accepted = units::MODULUS.into());
                 let non_periodic = list.iter_mut().filter(|c| c.key == "--non-periodic");
                 non_periodic.for_each(|c| c.found = c.found.replacen("false", "given", 1));
             }

@@ -13,6 +13,9 @@ pub(super) struct SolveUnits {
     pub stress_pa: Option<f64>,
 }
 
+/// What is accepted as the modulus.
+pub(super) const MODULUS: &str = "the contact modulus E* = E/(1-ν²), such as 25MPa, or --body";
+
 impl SolveUnits {
     /// A measure in consistent units.
     ///
@@ -21,26 +24,22 @@ impl SolveUnits {
     pub(super) fn plain<D: Dimensional>(&self, flag: &str, m: Measure) -> Result<Quantity<D>> {
         let m = m.of(D::DIMENSION).map_err(|accepted| refused(flag, m, accepted))?;
         let Some(unit) = m.unit else { return Ok(Quantity::plain(m.value)) };
-        let (length, stress) = (self.length_m, self.stress_pa);
-        let both = length.zip(stress);
-        let (converted, accepted) = match D::DIMENSION {
-            Dimension::Length => (
-                length.map(|length| m.value * (unit.si / length)),
-                "a number in the unit of the heights, or --unit, which the file does not declare",
-            ),
-            Dimension::Stress => (
-                stress.map(|stress| m.value * (unit.si / stress)),
-                "a number in the unit of --modulus, or --modulus with a unit, too (--modulus 2MPa)",
-            ),
-            Dimension::Force => (
-                both.map(|(length, stress)| m.value * unit.si / stress / length / length),
-                "a number in the unit of --modulus times length squared, or --modulus and --unit with units",
-            ),
-            Dimension::Work => (
-                both.map(|(length, stress)| m.value * unit.si / stress / length),
-                "a number in the unit of --modulus times length, or --modulus and --unit with units",
-            ),
-            _ => (None, "a number"),
+        let (dimension, length) = (D::DIMENSION, self.length_m);
+        let needs_stress = matches!(dimension, Dimension::Stress | Dimension::Force | Dimension::Work);
+        let Some(stress) = self.stress_pa.or((!needs_stress).then_some(1.0)) else {
+            return Err(Error::input(COMMAND_LINE, "--modulus", "not given with a unit", MODULUS));
+        };
+        let converted = match dimension {
+            Dimension::Length => length.map(|length| m.value * (unit.si / length)),
+            Dimension::Stress => Some(m.value * (unit.si / stress)),
+            Dimension::Force => length.map(|length| m.value * unit.si / stress / length / length),
+            Dimension::Work => length.map(|length| m.value * unit.si / stress / length),
+            _ => None,
+        };
+        let accepted = match dimension {
+            Dimension::Length => "a number in the unit of the heights, or --unit, which the file does not declare",
+            Dimension::Force | Dimension::Work => "--unit with it, as the file does not declare that of the heights",
+            _ => "a number",
         };
         converted.map(Quantity::plain).ok_or_else(|| refused(flag, m, accepted))
     }
@@ -89,6 +88,10 @@ mod tests {
         assert!(units.plain::<Force>("--force", measure("3 MPa")).is_err());
         let unknown = SolveUnits { length_m: None, ..units };
         assert!(unknown.plain::<Length>("--length", measure("20 nm")).is_err_and(|e| e.to_string().contains("--unit")));
+        let missing = SolveUnits { stress_pa: None, ..unknown };
+        let said =
+            missing.plain::<Stress>("--pressure", measure("5 MPa")).map(|_| ()).expect_err("refused").to_string();
+        assert!(said.contains("--modulus = not given with a unit; accepted: the contact modulus"), "{said}");
     }
 
     #[test]

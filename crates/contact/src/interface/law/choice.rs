@@ -189,11 +189,11 @@ impl Wall {
 impl Wall {
     /// The wall in words, its constants as `notation` writes them.
     pub fn described(&self, notation: &dyn Notation) -> String {
-        let (length, work) = (|over_length| notation.length(over_length), |reduced| notation.work(reduced));
+        let length = |over_length| notation.length(over_length);
         match self {
             Wall::Hard => "hard wall".into(),
             Wall::LennardJones(w) => format!("Lennard-Jones wall, σ = {}", length(w.sigma)),
-            Wall::PowerLaw(w) => format!("9-3 power-law wall, γ = {}, ρ = {}", work(w.gamma), length(w.rho)),
+            Wall::PowerLaw(w) => format!("9-3 power-law wall, γ = {}, ρ = {}", notation.work(w.gamma), length(w.rho)),
             Wall::Penalty(w) => format!("penalty wall, ℓ = {}", length(w.length)),
             Wall::Tabulated(w) => format!("wall from a table, E*/10 at a gap of {}", length(w.gap_at_pressure(0.1))),
         }

@@ -66,7 +66,7 @@ impl ContactMethod for Fast {
             Device::Cpu => level.max(contact_stress::bytes(problem, real)),
             Device::Cuda => (2 * size_of::<f64>() * grid.points()) as u64,
         };
-        // The stiffness of a body that flows is solved from a gap of its own; in a padded cell beside all fields of the state.
+        // The stiffness of a body that flows is solved from a gap of its own; in a padded cell it has all fields that the state has.
         let held = match problem.stiffness && yields {
             true if grid == problem.grid => (size_of::<f64>() * grid.points()) as u64,
             true => level,
