@@ -164,10 +164,14 @@ class State:
 
 @dataclass(frozen=True)
 class PullOff:
-    """The largest tensile pressure of an equilibrium on separation, with its errors."""
+    """The largest tensile pressure of an equilibrium on separation, with its errors, and the force on the measured map at it.
+
+    The force is in the unit of the pressure times that of lengths squared.
+    """
 
     pressure: float
     pressure_error: float | None
+    force: float
     mean_gap: float
     mean_gap_error: float | None
 

@@ -311,6 +311,7 @@ fn pull_off_dict<'py>(py: Python<'py>, found: &PullOff) -> PyResult<Bound<'py, P
     [
         ("pressure", Some(found.pressure)),
         ("pressure_error", found.pressure_error),
+        ("force", found.force),
         ("mean_gap", Some(found.mean_gap)),
         ("mean_gap_error", found.mean_gap_error),
     ]

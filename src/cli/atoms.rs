@@ -25,7 +25,6 @@ pub(super) enum AtomsArgs {
         json: bool,
     },
     /// Run or resume a job folder with LAMMPS.
-    #[command(allow_negative_numbers = true)]
     Run {
         /// Folder that `atoms build` wrote.
         job: PathBuf,

@@ -248,7 +248,7 @@ pub(super) struct OtherFlags {
     #[arg(long, value_name = "N")]
     other_quarter_turns: Option<u8>,
     /// Its shift along x and y, after the turns.
-    #[arg(long, value_name = "DX,DY", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DX,DY")]
     other_shift: Option<Measures>,
 }
 

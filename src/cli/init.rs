@@ -175,8 +175,11 @@ impl InitArgs {
         let modulus = "contact modulus E* = E/(1-ν²); of two elastic bodies 1/E* is the sum of both (1-ν²)/E";
         match self.modulus {
             Some(given) => {
-                let refused = || refused("--modulus", given, Dimension::Stress.accepted());
-                let stress = Stress::written(given).ok_or_else(refused)?;
+                let refused = |accepted: String| refused("--modulus", given, accepted);
+                let stress = Stress::written(given).ok_or_else(|| refused(Dimension::Stress.accepted()))?;
+                if given.value <= 0.0 {
+                    return Err(refused("a positive stress".into()));
+                }
                 draft.line(format!("# Contact modulus E*.\nmodulus = \"{stress}\""));
             }
             None => draft.missing("laboratory.modulus", "\"2 MPa\"", modulus),

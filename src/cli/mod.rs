@@ -34,9 +34,13 @@ mod tradeoff;
 
 use crate::{Error, Result};
 use asperity_contact::method::Device;
+use asperity_contact::problem::ErrorTargets;
 use asperity_grid::sys::threads;
+use asperity_grid::units::{Measure, Measures};
+use body::BodyFlag;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::any::TypeId;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -98,9 +102,9 @@ enum Command {
     Report(report::ReportArgs),
     /// List the methods and their outputs.
     Methods(methods::MethodsArgs),
-    /// Print the JSON Schema of scene files.
+    /// Print the JSON Schema of scene files or of results.json, or tables of their keys.
     Schema {
-        /// Markdown tables of all keys instead.
+        /// Markdown tables of the keys.
         #[arg(long)]
         keys: bool,
         /// Of results.json instead of scenes.
@@ -124,6 +128,32 @@ struct RunFolderArgs {
     json: bool,
 }
 
+/// The command line, on which a negative value is refused by the check of its flag, not taken for a flag.
+fn command_line() -> clap::Command {
+    takes_negative_values(Cli::command())
+}
+
+fn takes_negative_values(command: clap::Command) -> clap::Command {
+    let is_number = |argument: &clap::Arg| {
+        let kind = argument.get_value_parser().type_id();
+        let numbers = [
+            TypeId::of::<f64>(),
+            TypeId::of::<usize>(),
+            TypeId::of::<u64>(),
+            TypeId::of::<Measure>(),
+            TypeId::of::<Measures>(),
+            TypeId::of::<BodyFlag>(),
+            TypeId::of::<ErrorTargets>(),
+        ];
+        numbers.iter().any(|number| kind == *number)
+    };
+    let command = command.mut_args(|argument| match is_number(&argument) {
+        true => argument.allow_hyphen_values(true),
+        false => argument,
+    });
+    command.mut_subcommands(takes_negative_values)
+}
+
 /// Runs the command line `arguments` (the program's name first).
 ///
 /// # Errors
@@ -135,7 +165,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
 
 /// With refused values of flags as they were given: `-5kPa`, where they were refused as the number that it is in another unit.
 fn as_given(mut error: Error, given: &ArgMatches) -> Error {
-    let (mut matches, mut command) = (given, &Cli::command());
+    let (mut matches, mut command) = (given, &command_line());
     while let Some((name, inner)) = matches.subcommand() {
         (matches, command) = (inner, command.find_subcommand(name).expect("a command that was read"));
     }
@@ -159,7 +189,7 @@ fn as_given(mut error: Error, given: &ArgMatches) -> Error {
 }
 
 fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
-    let read = Cli::command().try_get_matches_from(arguments);
+    let read = command_line().try_get_matches_from(arguments);
     let (arguments, given) = match read.and_then(|given| Cli::from_arg_matches(&given).map(|read| (read, given))) {
         Ok(both) => both,
         Err(e) => {
@@ -226,8 +256,8 @@ fn run_command(command: Command) -> Result<ExitCode> {
             });
         }
         Command::Doctor(c) => return c.execute(),
-        Command::Completions(c) => c.execute(Cli::command()),
-        Command::Man(c) => c.execute(Cli::command())?,
+        Command::Completions(c) => c.execute(command_line()),
+        Command::Man(c) => c.execute(command_line())?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -255,7 +285,11 @@ fn no_number(e: &clap::Error) -> Option<Error> {
         _ => None,
     };
     let (argument, value) = (context(ContextKind::InvalidArg)?, context(ContextKind::InvalidValue)?);
-    let key = argument.split(' ').next().unwrap_or(argument);
+    let (key, names) = argument.split_once(' ').unwrap_or((argument, ""));
+    let accepted = match names.contains(',') {
+        true => format!("{accepted}, for each of {}", names.trim_matches(['<', '>'])),
+        false => accepted.into(),
+    };
     Some(Error::input("command line", key, format!("{value:?}"), accepted))
 }
 

@@ -6,10 +6,10 @@ use crate::record::methods::MethodResults;
 use crate::record::results::{Overlap, Results, SurfaceStatistic};
 use crate::report::accuracy::{missed, summary};
 use crate::report::hysteresis::hysteresis_sentence;
-use crate::report::number::{change, duration, length, percent, si, significant, trimmed, with_error};
+use crate::report::number::{change, duration, length, percent, si_with_error, significant, trimmed};
 use crate::report::relaxation::relaxation_sentence;
 use crate::{Error, Result};
-use asperity_atoms::results::{AtomState, AtomsResults, AuditLine};
+use asperity_atoms::results::{AtomPullOff, AtomState, AtomsResults, AuditLine};
 use asperity_contact::load::Branch;
 use asperity_contact::results::ContinuumResults;
 use asperity_contact::state::State;
@@ -178,6 +178,8 @@ pub fn results(results: &Results) {
         print(&crate::challenge::summary(&results.acceptance));
     }
     comparison(results);
+    let pulled = results.atoms.iter().filter_map(|atoms| atoms.unloading.as_ref()?.pull_off);
+    pulled.for_each(|p| print(&format!("atoms: {}", atoms_pull_off(&p))));
     let steps = results.atoms.iter().map(|atoms| &atoms.load_steps).filter(|steps| !steps.is_empty());
     steps.for_each(|steps| print(&format!("atoms: {}", relaxation_sentence(steps))));
 }
@@ -259,15 +261,11 @@ fn adhesion(c: &ContinuumResults, loads: GivenLoads) {
         }
     }
     if let Some(p) = &c.pull_off {
-        let shown = |value: f64, error: Option<f64>, unit: &str| match error {
-            None => si(value, unit, 4),
-            Some(error) => {
-                let (value, error) = with_error(value, error, unit);
-                value + &error
-            }
-        };
-        let (pull, gap) = (shown(-p.pressure, p.pressure_error, "Pa"), shown(p.mean_gap, p.mean_gap_error, "m"));
-        print(&format!("pull-off: largest tension {pull}, at a mean gap of {gap}"));
+        let pull = si_with_error(-p.pressure, p.pressure_error, "Pa");
+        let gap = si_with_error(p.mean_gap, p.mean_gap_error, "m");
+        let force = p.force.map(|f| si_with_error(-f, p.relative_error().map(|e| -f * e), "N"));
+        let force = force.map_or(String::new(), |force| format!(" ({force} on the map)"));
+        print(&format!("pull-off: largest tension {pull}{force}, at a mean gap of {gap}"));
     }
 }
 
@@ -299,6 +297,18 @@ pub fn comparison(results: &Results) {
     });
     print(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
     results.atoms.as_ref().and_then(yielding).iter().for_each(|sentence| print(sentence));
+}
+
+/// The largest tensile force on the atoms.
+fn atoms_pull_off(p: &AtomPullOff) -> String {
+    let nn = p.force_nn / p.force_ev_per_angstrom;
+    format!(
+        "pull-off force {} nN, up to {} nN more between the steps of {} Å, with {} atoms in contact",
+        significant(-p.force_nn, 4),
+        significant(p.error_ev_per_angstrom * nn, 2),
+        significant(p.step_angstrom, 2),
+        p.contacts
+    )
 }
 
 /// Onset of plasticity, if it was analysed.

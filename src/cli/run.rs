@@ -63,10 +63,10 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "RESIDUAL")]
     tolerance: Option<f64>,
     /// Largest accepted errors, instead of accuracy.error: 5%, or area=2%,mean_gap=1%. The grid is chosen for them.
-    #[arg(long, value_name = "ERRORS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "ERRORS")]
     error: Option<ErrorTargets>,
     /// Time after which no finer grid is begun, instead of accuracy.budget.
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME")]
     budget: Option<Measure>,
     /// Warnings about the surface are errors, and so is an accuracy that is not reached.
     #[arg(long)]

@@ -17,7 +17,6 @@ use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
-#[command(allow_negative_numbers = true)]
 pub(super) struct SurfaceArgs {
     /// Scene, or file of heights or Fourier coefficients. Default: the challenge's surface, changed by the options.
     #[arg(value_name = "SCENE|FILE")]

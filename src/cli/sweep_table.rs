@@ -2,9 +2,12 @@
 
 use super::output;
 use crate::Result;
-use crate::record::ensemble::{Ensemble, PointStatus};
+use crate::record::ensemble::{Ensemble, EnsembleStatistic, PointStatus};
 use crate::report::number::significant;
 use std::path::Path;
+
+/// Standard deviation over mean of equal pressures that rounding makes differ.
+const SCATTER: f64 = 1e-9;
 
 /// Statistics and failures of a sweep.
 pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) -> Result<()> {
@@ -20,7 +23,12 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
         }));
     }
     let shown = ["contact_area", "mean_gap", "kappa"];
-    let rows = ensemble.statistics.iter().filter(|s| shown.contains(&s.of.quantity.as_str())).map(|s| {
+    // Imposed gaps and contact areas have another pressure on each realisation.
+    let is_shown = |s: &&EnsembleStatistic| {
+        let scatters = s.sample.standard_deviation.is_some_and(|d| d > SCATTER * s.sample.mean.abs());
+        shown.contains(&s.of.quantity.as_str()) || s.of.quantity == "pressure" && scatters
+    };
+    let rows = ensemble.statistics.iter().filter(is_shown).map(|s| {
         let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
         let error = s.sample.standard_error.map_or("-".into(), |e| significant(e, 2));
         let scatter = s.sample.standard_deviation.map_or("-".into(), |e| significant(e, 2));

@@ -280,5 +280,8 @@ pub(super) fn laboratory(
             Keep { gap: keep, stress: keep }
         },
     };
-    load_path(request, context, "")
+    let mut results = load_path(request, context, "")?;
+    let area = case.problem.surface.mapped_area();
+    results.pull_off = results.pull_off.map(|pull_off| pull_off.on_area(area));
+    Ok(results)
 }

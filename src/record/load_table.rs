@@ -39,6 +39,7 @@ pub enum Dimension {
     None,
     Length,
     Stress,
+    Force,
     /// Energy per area.
     Work,
     /// Stress per length.
@@ -89,6 +90,7 @@ impl ResultUnits {
             Dimension::None => None,
             Dimension::Length => self.length.clone(),
             Dimension::Stress => self.stress.clone(),
+            Dimension::Force => joined("_").map(|work| work + "2"),
             Dimension::Work => joined("_"),
             Dimension::Stiffness => joined("_per_"),
             Dimension::Time => Some("s".into()),
@@ -102,6 +104,7 @@ impl ResultUnits {
             Dimension::None | Dimension::Time => Some(1.0),
             Dimension::Length => length,
             Dimension::Stress => stress,
+            Dimension::Force => Some(stress? * length? * length?),
             Dimension::Work => Some(stress? * length?),
             Dimension::Stiffness => Some(stress? / length?),
         }

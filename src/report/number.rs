@@ -209,6 +209,16 @@ fn unit_of_stiffness(length_m: f64) -> (f64, &'static str) {
     }
 }
 
+/// An error over its value that is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A value and its error in a unit without prefixes: the error with two digits, the value to the same last digit, and to six at most.
+pub fn to_error(value: f64, error: f64) -> String {
+    let exponent = |v: f64| format!("{v:.1e}").split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
+    let digits = (exponent(value.abs()) - exponent(error.abs()) + 2).clamp(1, 6) as usize;
+    format!("{} ± {}", significant(value, if error == 0.0 { 6 } else { digits }), significant(error, 2))
+}
+
 /// A value and its error in `unit`, both with the SI prefix of the value and the same last digit: `("633", " ± 11 nm")`. The
 /// error has two digits. An error below 10⁻⁴ of the value does not set its digits.
 pub fn with_error(value: f64, error: f64, unit: &str) -> (String, String) {
@@ -216,13 +226,21 @@ pub fn with_error(value: f64, error: f64, unit: &str) -> (String, String) {
     let (value, error) = (value / scale, error.abs() / scale);
     let unit = if unit.is_empty() { String::new() } else { format!("\u{a0}{prefix}{unit}") };
     if error == 0.0 || error < 1e-4 * value.abs() {
-        return (format!("{}{unit}", significant(value, 3)), format!(" ± {}{unit}", significant(error, 2)));
+        let error = if error < ROUNDING * value.abs() { 0.0 } else { error };
+        return (significant(value, 3), format!(" ± {}{unit}", significant(error, 2)));
     }
     // `9.96` to two digits is `10`: the exponent after rounding.
     let exponent: i32 = format!("{error:.1e}").split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
     let decimals = (1 - exponent).clamp(0, 6) as usize;
     let plain = |v: f64| format!("{v:.decimals$}").replace('-', "−");
     (plain(value), format!(" ± {}{unit}", plain(error)))
+}
+
+/// A value in `unit`, without prefix, with its error where it is known: otherwise to four digits.
+pub fn si_with_error(value: f64, error: Option<f64>, unit: &str) -> String {
+    let Some(error) = error else { return si(value, unit, 4) };
+    let (value, error) = with_error(value, error, unit);
+    value + &error
 }
 
 /// [`si`] for an input value: up to four digits, without trailing zeros.
@@ -325,8 +343,14 @@ mod tests {
         let shown = errors.map(|(v, e, unit)| with_error(v, e, unit)).map(|(v, e)| (v + &e).replace('\u{a0}', " "));
         assert_eq!(
             shown,
-            ["8.1 ± 2.2 %", "22.00 ± 0.69 %", "633 ± 11 nm", "100.00 ± 0.10 %", "1.00 m ± 0 m", "0.849 ± 0.026"]
+            ["8.1 ± 2.2 %", "22.00 ± 0.69 %", "633 ± 11 nm", "100.00 ± 0.10 %", "1.00 ± 0 m", "0.849 ± 0.026"]
         );
+        let plain = [(157.31, 2.1), (129.71, 75.0), (3.59225e-4, 3.4e-5), (0.1, 1e-9), (-2.5, 30.0), (7.0, 0.0)];
+        assert_eq!(
+            plain.map(|(v, e)| to_error(v, e)),
+            ["157.3 ± 2.1", "130 ± 75.0", "3.59×10⁻⁴ ± 3.4×10⁻⁵", "0.100000 ± 1.0×10⁻⁹", "−3 ± 30.0", "7.00000 ± 0"]
+        );
+        assert_eq!(with_error(100.0, 1e-14, "%").1, " ± 0\u{a0}%");
         let times = [0.0, 0.25, 12.34, 99.6, 3599.6, 7300.0].map(|s| duration(s).replace('\u{a0}', " "));
         assert_eq!(times, ["< 1 ms", "250 ms", "12 s", "1 min 40 s", "60 min 00 s", "2 h 02 min"]);
         assert_eq!(memory(1_500_000_000), "1.5\u{a0}GB");

@@ -12,7 +12,7 @@ use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::{AttractionLaw, HardnessMap, SubsurfaceRequest};
 use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
-use asperity_contact::problem::{Accuracy, Hardness, Loads, Names, Problem, ReducedModel, Reduction};
+use asperity_contact::problem::{Accuracy, Field, Hardness, Loads, Names, Problem, ReducedModel, Reduction};
 use asperity_contact::results::HardnessMapResults;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
@@ -64,7 +64,11 @@ fn issues_on_any_surface(scene: &Scene) -> Vec<Complaint> {
     let surface = Surface::flat(scene.laboratory.length().si());
     let any = || HardnessMap::new(1, 1, vec![1.0]).expect("positive");
     let map = scene.continuum.hardness_map.as_ref().map(|_| Hardness::from(any()));
-    problem::problem(scene, &scene.laboratory, surface, map).issues(&scene.load.loads(), &Keys(scene))
+    let mut list = problem::problem(scene, &scene.laboratory, surface, map).issues(&scene.load.loads(), &Keys(scene));
+    // The modulus of bodies is positive unless one of them is refused.
+    let of_bodies = scene.laboratory.modulus.is_none() && !scene.laboratory.bodies.is_empty();
+    list.retain(|c| !of_bodies || c.key != Keys(scene).name(Field::Modulus));
+    list
 }
 
 impl Case {

@@ -58,9 +58,12 @@ fn next_key(text: &str) -> Option<(&str, &str, &str)> {
     Some((&text[..start], key, &text[start + key.len()..]))
 }
 
+/// What follows the index of an entry, and the name of a field of the entry: a flag gives it as a whole.
 fn without_index(text: &str) -> &str {
     let index = text.strip_prefix('[').and_then(|rest| rest.split_once(']'));
-    index.filter(|(index, _)| index.parse::<usize>().is_ok()).map_or(text, |(_, rest)| rest)
+    let Some((_, rest)) = index.filter(|(index, _)| index.parse::<usize>().is_ok()) else { return text };
+    let field = rest.strip_prefix('.').filter(|field| field.starts_with(|c: char| c.is_ascii_lowercase()));
+    field.map_or(rest, |field| field.trim_start_matches(|c: char| c.is_ascii_lowercase() || c == '_'))
 }
 
 /// The last part of a dotted key.
@@ -77,6 +80,7 @@ mod tests {
         let flag = |key: &str| (last_part(key) != "txt").then(|| format!("--{}", last_part(key).replace('_', "-")));
         for (text, renamed) in [
             ("load.pressure[12]", "--pressure"),
+            ("laboratory.bodies[0].poisson. It", "--bodies. It"),
             ("only together with continuum.wall = \"penalty\" here", "only together with --wall penalty here"),
             ("continuum.layer.thickness or load.pull_off.", "--thickness or --pull-off."),
             ("continuum.periodic = false", "--periodic"),

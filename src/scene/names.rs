@@ -66,7 +66,8 @@ impl Names for Keys<'_> {
             // In the unit of the first, with the digits of the value.
             (Field::Displacement, None) => load.displacement.first().map(|first| {
                 let in_unit = value / first.with(1.0).si();
-                first.with(format!("{in_unit:.5e}").parse().unwrap_or(in_unit)).to_string()
+                let text = first.with(format!("{in_unit:.5e}").parse().unwrap_or(in_unit)).to_string();
+                if first.is_plain() { text + " in the unit of the heights" } else { text }
             }),
             _ => None,
         };

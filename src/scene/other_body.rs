@@ -102,7 +102,8 @@ impl OtherFile {
         let second = self.file.prepare(&self.scene)?;
         let mut provenance = first.provenance;
         let (body, of_other) = (body(first.map, first.extent), body(second.map, second.extent));
-        let facing = body.facing(of_other, &placement, periodic).map_err(|e| named(e, context))?;
+        let unit = if lab.is_plain() { provenance.unit.clone().unwrap_or_default() } else { "um".into() };
+        let facing = body.facing(of_other, &placement, periodic, &unit).map_err(|e| named(e, context))?;
         let Grid { nx, ny, lx, ly } = facing.sum.grid;
         let map = HeightMap::new("sum of two bodies", nx, ny, facing.sum.heights)?;
         let sum = last.apply(map, [lx, ly], periodic).map_err(|e| surface_file::named(e, Path::new(context)))?;

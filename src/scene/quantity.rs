@@ -142,6 +142,9 @@ impl<D: Dimensional> JsonSchema for Quantity<D> {
     }
 }
 
+/// Begins the message about a text that is no measure; what is wrong follows, then what is expected.
+pub(super) const REASON: &str = "no measure: ";
+
 /// Reads a measure, or the measures of a range. An untagged enum would not name the entry that is wrong.
 struct Entry<D>(PhantomData<D>);
 
@@ -163,6 +166,10 @@ impl<'de, D: Dimensional> Visitor<'de> for Entry<D> {
     fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
         let list = match text.parse::<Measures>() {
             Err(why) if text.contains(':') => return Err(E::custom(why)),
+            // More than that it is none.
+            Err(why) if text.contains(|c: char| c.is_ascii_digit()) => {
+                return Err(E::custom(format!("{REASON}{why}, expected {}", D::DIMENSION.accepted())));
+            }
             found => found.unwrap_or_default().0,
         };
         let written: Option<Vec<_>> = list.into_iter().map(Quantity::written).collect();

@@ -1,6 +1,7 @@
 //! Reading a scene file. Errors of syntax and of types name key, value and accepted values, with the line.
 
 use super::model::Scene;
+use super::quantity::REASON;
 use super::schema::tables_with;
 use crate::{Error, Result};
 use asperity_surface::files::atomic_file::read_text;
@@ -187,7 +188,10 @@ fn complaint_of(error: &toml::de::Error, text: &str, tree: Option<&DeTable>) -> 
             }
             // A table in double brackets is a list of tables.
             Some(_) if fragment.starts_with("[[") => format!("{key} = {fragment}; accepted: one table, [{key}]"),
-            Some((_, expected)) => format!("{key} = {fragment}; accepted: {}", plain(expected)),
+            Some((what, expected)) => {
+                let reason = what.strip_prefix(REASON).map_or(String::new(), |reason| format!(" ({reason})"));
+                format!("{key} = {fragment}{reason}; accepted: {}", plain(expected))
+            }
             None if message == "wanted string or table" => {
                 format!("{key} = {fragment}; accepted: {}", plain("a string"))
             }

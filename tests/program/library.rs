@@ -154,6 +154,8 @@ fn adhesive_load_paths_have_the_bits_of_the_command_line() {
     }
     let pull_off = path.pull_off.expect("it was requested");
     assert_eq!(Some(pull_off.pressure), lines[3]["pull_off_pressure"].as_f64());
+    assert_eq!(pull_off.force, lines[3]["pull_off_force"].as_f64());
+    assert_eq!(pull_off.force, Some(pull_off.pressure * problem.surface.mapped_area()));
 }
 
 /// Loads of other kinds and a map that does not repeat.
@@ -232,4 +234,14 @@ fn first_contact_and_far_loads_are_those_of_the_command_line() {
     let far = |p: f64| problem().warnings(&Loads::new(LoadKind::Pressure, [0.1, p, p])).expect("warnings");
     let count = |list: Vec<String>| list.iter().filter(|w| w.contains("check the units of load and modulus")).count();
     assert_eq!((count(far(1e6)), count(far(1.0))), (1, 0));
+    // Beyond first contact nothing touches, unless the surfaces attract each other.
+    let touch = states[0].mean_gap.expect("a gap");
+    let apart = |problem: &Problem, gaps: [f64; 2]| {
+        let list = problem.warnings(&Loads::new(LoadKind::MeanGap, gaps)).expect("warnings");
+        list.iter().filter(|w| w.contains("without adhesion nothing touches there")).count()
+    };
+    assert_eq!(apart(&problem(), [0.5 * touch, touch]), 0);
+    assert_eq!(apart(&problem(), [2.0 * touch, 3.0 * touch]), 1);
+    let adhesion = Adhesion { work_of_adhesion: 50.0, range: 40.0, ..Adhesion::default() };
+    assert_eq!(apart(&Problem { adhesion: Some(adhesion), ..problem() }, [0.5 * touch, 2.0 * touch]), 0);
 }

@@ -84,6 +84,35 @@ fn means_over_surfaces_are_at_the_given_load() {
     assert!(drawing.contains("mean pressure (MPa)"), "{drawing}");
 }
 
+/// Under one gap each surface has a pressure of its own.
+#[test]
+fn the_pressure_of_imposed_gaps_has_a_scatter() {
+    let files = Scratch::new();
+    scene(&files, "gap", "mean_gap = [\"50 nm\"]", "");
+    let out = files.path("seeds");
+    let ran =
+        asperity().arg("ensemble").arg(files.path("gap.toml")).args(["--seeds", "1..3", "--out"]).arg(&out).output();
+    let printed = String::from_utf8(ran.expect("started").stdout).expect("UTF-8");
+    let is_row = |line: &&str| line.trim_start().starts_with("continuum") && line.contains(" pressure ");
+    let row = printed.lines().find(is_row).expect("a row");
+    let text = fs::read_to_string(out.join("ensemble.json")).expect("read");
+    let ensemble: Value = serde_json::from_str(&text).expect("JSON");
+    let of_points = (1..=3).map(|seed| {
+        let results = fs::read_to_string(out.join(format!("points/seed-{seed}/results.json"))).expect("read");
+        let results: Value = serde_json::from_str(&results).expect("JSON");
+        results["continuum"]["states"][0]["pressure"].as_f64().expect("a pressure")
+    });
+    let of_points: Vec<f64> = of_points.collect();
+    let mean = of_points.iter().sum::<f64>() / 3e6;
+    let statistics = ensemble["statistics"].as_array().expect("a list").iter();
+    let pressure = statistics.clone().find(|s| s["quantity"] == "pressure").expect("it is observed");
+    assert!((pressure["mean"].as_f64().expect("a mean") / mean - 1.0).abs() < 1e-12, "{pressure}");
+    let deviation = (of_points.iter().map(|p| (p / 1e6 - mean).powi(2)).sum::<f64>() / 2.0).sqrt();
+    let stated = pressure["standard_deviation"].as_f64().expect("a scatter");
+    assert!((stated / deviation - 1.0).abs() < 1e-9 && stated > 0.01 * mean, "{stated} {deviation}");
+    assert!(row.ends_with("MPa  "), "{printed}");
+}
+
 /// Atoms are under load control: a pressure is the p* that it is on this surface, a gap is refused.
 #[test]
 fn atoms_take_pressures_and_forces() {

@@ -68,6 +68,31 @@ fn loads_one_after_another() {
     assert!((number(&back[0], "pressure") / 0.03 - 1.0).abs() < 1e-6, "{}", back[0]);
 }
 
+/// The table of several loads has the flow and the plastic flow where they are asked for.
+#[test]
+fn the_table_of_loads_has_what_was_asked_for() {
+    let flags = ["--pressure", "0.01,0.03", "--leakage", "--hardness", "0.2"];
+    let states = lines(&flags);
+    let plain: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").chain(flags).collect();
+    let people = asperity().args(plain).output().expect("started");
+    let said = String::from_utf8_lossy(&people.stdout).into_owned();
+    let rows: Vec<&str> = said.lines().collect();
+    for head in ["flow gap x", "flow gap y", "flowing"] {
+        assert!(rows[0].contains(head), "{said}");
+    }
+    for (state, row) in states.iter().zip(&rows[1..]) {
+        let cells: Vec<&str> = row.split_whitespace().collect();
+        for conductivity in state["leakage"]["conductivity"].as_array().expect("along x and y") {
+            // As shown, to the digits of its error.
+            let gap = conductivity.as_f64().expect("a number").cbrt();
+            let shown = |cell: &&str| cell.parse::<f64>().is_ok_and(|c| (c / gap - 1.0).abs() < 0.02);
+            assert!(cells.iter().any(shown), "{gap}: {row}");
+        }
+        assert!(number(state, "flowing_fraction") > 0.0, "{state}");
+        assert_eq!(cells.iter().filter(|cell| cell.ends_with('%')).count(), 2, "contact and flow: {row}");
+    }
+}
+
 /// The range used on a grid is reported; extrapolation to the requested range is done only if the grid does not resolve
 /// it.
 #[test]

@@ -136,7 +136,7 @@ fn patches_are_added_where_they_lie_on_each_other() {
     let of_file = &two["surface"]["provenance"];
     let steps: Vec<&str> = of_file["preparation"].as_array().expect("steps").iter().filter_map(Value::as_str).collect();
     assert!(
-        steps.iter().any(|s| s.contains("turned over, shifted by 4e-3 x -3e-3, 16 x 13 points on 0.65 of")),
+        steps.iter().any(|s| s.contains("turned over, shifted by 4e-3 x -3e-3 um, 16 x 13 points on 0.65 of")),
         "{steps:?}"
     );
     assert!(of_file["other"]["file"].as_str().is_some_and(|f| f.ends_with("other.npy")), "{of_file}");

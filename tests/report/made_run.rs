@@ -186,6 +186,7 @@ pub(crate) fn continuum(
         pull_off: Some(
             PullOff {
                 pressure: -0.0021,
+                force: Some(-0.0021),
                 mean_gap: 0.012,
                 pressure_error: Some(3e-4),
                 mean_gap_error: Some(1e-4),

@@ -173,8 +173,11 @@ fn factors(unit: &str, results: &Results) -> Vec<f64> {
         let list = [("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9), ("TPa", 1e12), ("mPa", 1e-3)];
         list.iter().find(|u| u.0 == unit).map(|u| u.1)
     };
+    let newtons = [("N", 1.0), ("mN", 1e-3), ("µN", 1e-6), ("nN", 1e-9)];
     if unit == "%" {
         vec![100.0, 1.0]
+    } else if let Some((_, n)) = newtons.iter().find(|u| u.0 == unit) {
+        vec![1.0 / n]
     } else if let Some(m) = metres(unit) {
         lengths.iter().map(|l| l / m).collect()
     } else if let Some(m) = unit.strip_suffix('²').and_then(metres) {
@@ -213,6 +216,9 @@ fn computed(results: &Results) -> Vec<f64> {
             list.extend(s.hysteresis.as_ref().map(|_| 0.0));
         }
         list.extend(c.range.iter().flat_map(|r| [r.used / r.requested]));
+        // The relative error of a force is that of its pressure.
+        let of_force = c.pull_off.iter().filter_map(|p| Some(p.force? * p.relative_error()?));
+        list.extend(of_force);
         list.push(c.states.len() as f64);
     }
     if let Some(c) = comparison {

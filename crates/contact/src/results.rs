@@ -135,6 +135,9 @@ pub struct PullOff {
     pub pressure: f64,
     /// Mean gap at that pressure.
     pub mean_gap: f64,
+    /// Normal force on the measured map at that pressure (negative).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<f64>,
     /// Three times the change of the pressure from the grid with half the points along each side, and what the search leaves: how much
     /// larger the tension may be between its states. Absent without a pull-off on that grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -150,6 +153,12 @@ pub struct PullOff {
 }
 
 impl PullOff {
+    /// With the force on this area.
+    #[must_use]
+    pub fn on_area(self, area: f64) -> Self {
+        PullOff { force: Some(self.pressure * area), ..self }
+    }
+
     /// Error of the pressure over its size; `None` where it is not known.
     pub fn relative_error(&self) -> Option<f64> {
         Some(self.pressure_error? / self.pressure.abs())
@@ -177,6 +186,7 @@ impl PullOff {
         PullOff {
             pressure: self.pressure * stress,
             mean_gap: self.mean_gap * length,
+            force: self.force.map(|f| f * stress * length * length),
             pressure_error: self.pressure_error.map(|e| e * stress),
             mean_gap_error: self.mean_gap_error.map(|e| e * length),
             curve: self.curve.into_iter().map(|[gap, pressure]| [gap * length, pressure * stress]).collect(),

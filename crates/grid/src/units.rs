@@ -258,6 +258,9 @@ impl FromStr for Measures {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text.contains(',') && text.split(',').any(|entry| entry.trim().is_empty()) {
+            return Err("a value before and after every comma".into());
+        }
         let lists: Result<Vec<_>, _> = text.split(',').map(entry).collect();
         let list = lists?.concat();
         // Also of a zero, as in 0,5MPa: a decimal comma.

@@ -2,7 +2,7 @@
 //! slopes (Johnson, Contact Mechanics, 1985, sec. 4.1): it is the surface of one of them on a flat other.
 
 use crate::lower_to_zero;
-use crate::preparation::{digits, exact, regrid, sampled, shifted};
+use crate::preparation::{digits, exact, in_unit, regrid, sampled, shifted};
 use crate::scale_dependent::difference_gradient;
 use asperity_grid::{Error, Grid, Result, rms};
 
@@ -61,11 +61,11 @@ impl RoughBody {
     /// Sum of the heights of two bodies. The finer of their grids is used along each axis.
     ///
     /// `periodic`: both repeat, in one cell; the other is shifted by its Fourier coefficients. Otherwise the sum is over the part where one map lies on
-    /// the other, at the nodes of the first; the other is interpolated by cubic convolution.
+    /// the other, at the nodes of the first; the other is interpolated by cubic convolution. `unit`: of the lengths, for people; it may be empty.
     ///
     /// # Errors
     /// `Input`: periodic cells of different extents, maps that do not overlap, a placement that is not finite, no memory.
-    pub fn facing(self, other: RoughBody, placement: &Placement, periodic: bool) -> Result<Facing> {
+    pub fn facing(self, other: RoughBody, placement: &Placement, periodic: bool, unit: &str) -> Result<Facing> {
         let Placement { turned_over, quarter_turns, shift } = *placement;
         if let Some(value) = shift.iter().find(|s| !s.is_finite()) {
             return Err(Error::input(PLACE, "shift", value, "two finite lengths"));
@@ -73,15 +73,16 @@ impl RoughBody {
         if quarter_turns > 3 {
             return Err(Error::input(PLACE, "quarter_turns", quarter_turns, "0, 1, 2 or 3"));
         }
-        let (parts, area) = ([&self, &other].map(RoughBody::statistics), self.grid.lx * self.grid.ly);
+        let (parts, area) = ([&self, &other].map(|body| body.statistics(unit)), self.grid.lx * self.grid.ly);
         let other = other.placed(turned_over, quarter_turns, periodic);
-        let mut sum = if periodic { self.cell(other, shift)? } else { self.overlap(other, shift)? };
+        let mut sum = if periodic { self.cell(other, shift)? } else { self.overlap(other, shift, unit)? };
         lower_to_zero(&mut sum.heights);
         let Grid { nx, ny, .. } = sum.grid;
         let how = [
             turned_over.then(|| "turned over".to_string()),
             (quarter_turns > 0).then(|| format!("turned by {}°", 90 * u32::from(quarter_turns))),
-            (shift != [0.0, 0.0]).then(|| format!("shifted by {} x {}", exact(shift[0]), exact(shift[1]))),
+            (shift != [0.0, 0.0])
+                .then(|| format!("shifted by {}", in_unit(format!("{} x {}", exact(shift[0]), exact(shift[1])), unit))),
         ];
         let how: String = how.into_iter().flatten().map(|text| text + ", ").collect();
         let [first, other] = parts;
@@ -90,9 +91,9 @@ impl RoughBody {
         Ok(Facing { sum, line })
     }
 
-    fn statistics(&self) -> String {
+    fn statistics(&self, unit: &str) -> String {
         let gradient = difference_gradient(self.grid, &self.heights, false);
-        format!("rms height {}, rms gradient {}", digits(rms(&self.heights)), digits(gradient))
+        format!("rms height {}, rms gradient {}", in_unit(digits(rms(&self.heights)), unit), digits(gradient))
     }
 
     /// Turned over and turned. Nodes of a map that repeats are mirrored about the first, pixels of another about its middle.
@@ -159,7 +160,7 @@ impl RoughBody {
     }
 
     /// The part where one map lies on the other, at nodes of the first.
-    fn overlap(self, other: RoughBody, shift: [f64; 2]) -> Result<RoughBody> {
+    fn overlap(self, other: RoughBody, shift: [f64; 2], unit: &str) -> Result<RoughBody> {
         let (a, b) = (self.grid, other.grid);
         let lines = a.ny == 1 && b.ny == 1;
         // Pixels that differ by rounding are equal.
@@ -180,8 +181,11 @@ impl RoughBody {
         let (rows, uy) = if lines { (vec![0], vec![0.0]) } else { places(grid.ny, grid.dy(), b.dy(), shift[1], b.ny) };
         let (nx, ny) = (columns.len(), rows.len());
         if nx < FEWEST || ny < FEWEST && !lines {
-            let found =
-                format!("{} x {}: the maps have {nx} x {ny} points in common", digits(shift[0]), digits(shift[1]));
+            let found = format!(
+                "{} x {}: the maps have {nx} x {ny} points in common",
+                digits(shift[0]),
+                in_unit(digits(shift[1]), unit)
+            );
             return Err(Error::input(PLACE, "shift", found, "a shift after which the maps lie on each other"));
         }
         let (x0, y0) = (columns[0], rows[0]);
@@ -227,7 +231,7 @@ mod tests {
                 let back = if turned_over { quarter_turns } else { (4 - quarter_turns) % 4 };
                 let other = half.clone().placed(turned_over, back, periodic);
                 let placement = Placement { turned_over, quarter_turns, shift: [0.0, 0.0] };
-                let facing = half.clone().facing(other, &placement, periodic).unwrap();
+                let facing = half.clone().facing(other, &placement, periodic, "").unwrap();
                 assert_eq!(facing.sum.grid, grid);
                 equal(&facing.sum, whole.clone());
             }
@@ -247,7 +251,7 @@ mod tests {
         let other = |x: f64, y: f64| (TAU * (x + y) + 0.3).cos();
         for shift in [[0.51, -0.27], [0.5, -0.25]] {
             let placement = Placement { shift, ..Placement::default() };
-            let facing = on(8, 16, &first).facing(on(16, 8, &other), &placement, true).unwrap();
+            let facing = on(8, 16, &first).facing(on(16, 8, &other), &placement, true, "").unwrap();
             let line =
                 format!("turned over, shifted by {} x {}, 16 x 16 points on 1 of the first map", shift[0], shift[1]);
             assert!(facing.line.contains(&line), "{}", facing.line);
@@ -262,7 +266,7 @@ mod tests {
         let first = body(Grid { nx: 12, ny: 8, lx: 2.4, ly: 1.6 }, |x, y| 1.0 + x - x * x + 0.3 * x * y);
         let other = body(Grid { nx: 30, ny: 8, lx: 1.5, ly: 2.0 }, |x, y| y * y - 0.5 * x * y + 0.2 * x);
         let placement = Placement { turned_over: true, quarter_turns: 1, shift: [0.13, 0.21] };
-        let Facing { sum, .. } = first.facing(other, &placement, false).unwrap();
+        let Facing { sum, .. } = first.facing(other, &placement, false, "").unwrap();
         // Turned over (x to 1.5 - x), then turned: (x, y) to (2 - y, x), on pixels of 0.25 x 0.05.
         let exact = |x: f64, y: f64| {
             let (u, v) = (x - 0.13, y - 0.21);
@@ -295,7 +299,7 @@ mod tests {
             (rough(40, 1, 1.0, 0.025), flat(20, 1, 1.0, 0.05)),
         ] {
             for periodic in [false, true] {
-                let facing = first.clone().facing(other.clone(), &Placement::default(), periodic).unwrap();
+                let facing = first.clone().facing(other.clone(), &Placement::default(), periodic, "").unwrap();
                 if periodic || first.grid.ny > 1 {
                     assert_eq!((facing.sum.grid, &facing.sum.heights), (first.grid, &first.heights));
                 } else {
@@ -313,7 +317,7 @@ mod tests {
             heights: vec![0.0; n * n],
         };
         let message = |other: RoughBody, placement: Placement, periodic: bool| {
-            flat(8, 1.0).facing(other, &placement, periodic).unwrap_err().to_string()
+            flat(8, 1.0).facing(other, &placement, periodic, "").unwrap_err().to_string()
         };
         let usual = Placement::default();
         assert!(message(flat(8, 1.01), usual, true).contains("that of the first body, 1 x 1"));

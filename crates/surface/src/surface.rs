@@ -200,7 +200,7 @@ impl Surface {
             heights: s.source.heights(s.grid, 0.0).iter().map(|h| h * s.length).collect(),
         };
         let periodic = self.periodic && other.periodic;
-        let Facing { sum, line } = body(self).facing(body(other), placement, periodic)?;
+        let Facing { sum, line } = body(self).facing(body(other), placement, periodic, "")?;
         let length = sum.grid.lx;
         let of_other = other.preparation_steps().iter().map(|step| format!("the other body: {step}"));
         let steps = self.preparation_steps().iter().cloned().chain(of_other).chain([line]).collect();

@@ -1,13 +1,13 @@
 //! The loads of a solve as a table on the terminal: one row per load.
 
 use crate::record::load_table::{Dimension, ForceUnit, ResultUnits};
-use crate::report::number::{si, si_given, significant, trimmed};
+use crate::report::number::{percent, si, si_given, significant, to_error, trimmed, with_error};
 use asperity_contact::interface::Notation;
 use asperity_contact::load::Stop;
 use asperity_contact::state::State;
 use asperity_grid::units::Scales;
 
-/// A value with its unit, for people. Stresses and works have the prefix that suits them, where their units are known.
+/// A value with its unit, for people. Stresses, forces and works have the prefix that suits them, where their units are known.
 pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> String {
     if let Some((of_unit, unit)) = si_unit(units, dimension) {
         return si(value * of_unit, unit, 6);
@@ -19,10 +19,11 @@ pub(super) fn in_unit(units: &ResultUnits, value: f64, dimension: Dimension) -> 
     }
 }
 
-/// SI units of one unit of stresses and works, where they are known, and their name.
+/// SI units of one unit of stresses, forces and works, where they are known, and their name.
 pub(super) fn si_unit(units: &ResultUnits, dimension: Dimension) -> Option<(f64, &'static str)> {
     let name = match dimension {
         Dimension::Stress => "Pa",
+        Dimension::Force => "N",
         Dimension::Work => "J/m²",
         _ => return None,
     };
@@ -50,56 +51,79 @@ impl Notation for SolveNotation<'_> {
 
 /// The contact area with its error, in percent of the cell.
 pub(super) fn share(s: &State) -> String {
-    let error = s.contact_area_error.map_or(String::new(), |e| format!(" ± {}", significant(100.0 * e, 2)));
-    format!("{}{error}\u{a0}%", significant(100.0 * s.contact_area, 3))
+    match s.contact_area_error {
+        Some(error) => {
+            let (area, error) = with_error(100.0 * s.contact_area, 100.0 * error, "%");
+            area + &error
+        }
+        None => percent(s.contact_area),
+    }
 }
 
 /// Width of the columns on the terminal.
 const WIDTH: usize = 22;
 
+/// What the table has besides the numbers of every load.
+pub(super) struct Further {
+    pub leakage: bool,
+    pub plasticity: bool,
+}
+
 /// Head of the table on the terminal, of several loads.
-pub(super) fn head(units: &ResultUnits) -> String {
+pub(super) fn head(units: &ResultUnits, further: &Further) -> String {
     let named = |name: &str, dimension| {
         units.of(dimension).map_or(name.to_string(), |unit| format!("{name} / {}", unit.replace('_', " ")))
     };
     let of_force = |force: &ForceUnit| force.unit.as_ref().map_or("force".into(), |unit| format!("force / {unit}"));
-    let cells = [
+    let mut cells = vec![
         "load".to_string(),
         units.force.as_ref().map_or_else(|| named("pressure", Dimension::Stress), of_force),
         "contact area".into(),
         named("mean gap", Dimension::Length),
         named("stiffness", Dimension::Stiffness),
-        "residual".into(),
-        "iterations".into(),
     ];
+    if further.leakage {
+        cells.extend(["x", "y"].map(|along| named(&format!("flow gap {along}"), Dimension::Length)));
+    }
+    cells.extend(further.plasticity.then(|| "flowing".into()));
+    cells.extend(["residual".into(), "iterations".into()]);
     row(&cells)
 }
 
 /// A load as a row of that table.
-pub(super) fn line(number: usize, s: &State, units: &ResultUnits) -> String {
+pub(super) fn line(number: usize, s: &State, units: &ResultUnits, further: &Further) -> String {
     let dash = || "–".to_string();
     // Separated surfaces have no equilibrium: the last iterate is no result.
     let separated = s.stop == Stop::Detached;
     let text = |value: Option<f64>, show: &dyn Fn(f64) -> String| {
         value.filter(|v| v.is_finite() && !separated).map_or_else(dash, show)
     };
-    let error =
-        |e: Option<f64>| e.filter(|_| !separated).map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
-    let cells = row(&[
+    let with_error = |value, error: Option<f64>, digits| {
+        text(value, &|v| error.map_or_else(|| significant(v, digits), |error| to_error(v, error)))
+    };
+    let mut cells = vec![
         number.to_string(),
         significant(units.force.as_ref().map_or(s.pressure, |force| force.of(s)), 6),
         text(Some(s.contact_area), &|_| share(s)),
-        text(s.mean_gap, &|v| significant(v, 6)) + &error(s.mean_gap_error),
-        text(s.stiffness, &|v| significant(v, 4)) + &error(s.stiffness_error),
-        text(s.residual, &|v| format!("{v:.1e}")),
-        s.iterations.to_string(),
-    ]);
+        with_error(s.mean_gap, s.mean_gap_error, 6),
+        with_error(s.stiffness, s.stiffness_error, 4),
+    ];
+    if further.leakage {
+        let gaps = s.leakage.map(|flow| (flow.hydraulic_gaps(), flow.gap_errors));
+        cells.extend([0, 1].map(|along| {
+            let of_error = gaps.and_then(|(_, errors)| errors.map(|e| e[along]));
+            with_error(gaps.map(|(gap, _)| gap[along]), of_error, 4)
+        }));
+    }
+    cells.extend(further.plasticity.then(|| text(s.plasticity.map(|p| p.flowing), &percent)));
+    cells.extend([text(s.residual, &|v| format!("{v:.1e}")), s.iterations.to_string()]);
+    let cells = row(&cells);
     // Of separated surfaces nothing is shown that could be taken for a result.
     let converged = separated || s.stop == Stop::Converged;
     if converged { cells } else { format!("{cells}  not converged: {}", s.stop) }
 }
 
-fn row(cells: &[String; 7]) -> String {
-    let [first, rest @ ..] = cells;
+fn row(cells: &[String]) -> String {
+    let Some((first, rest)) = cells.split_first() else { return String::new() };
     rest.iter().fold(format!("{first:>5}"), |row, cell| format!("{row} {cell:>WIDTH$}"))
 }

@@ -24,9 +24,7 @@ const OUTPUT: &str = "Output";
 
 /// Values have units (100um, 25MPa), or none has: then they are consistent, lengths in the unit of the heights, stresses in that of the
 /// modulus.
-// A negative value is refused by its flag's own check, not taken for a flag.
 #[derive(Debug, Clone, clap::Args)]
-#[command(allow_negative_numbers = true)]
 pub(crate) struct SolveArgs {
     /// File of heights or of Fourier coefficients; the same as --heights.
     #[arg(required_unless_present_any = ["challenge", "heights"], conflicts_with_all = ["challenge", "heights"])]
@@ -48,10 +46,10 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "N", help_heading = SURFACE)]
     pub(super) seed: Option<u64>,
     /// Short cut-off wavelength of the challenge's surface. Default: a thousandth of the cell's extent.
-    #[arg(long, value_name = "LAMBDA", requires = "challenge", allow_hyphen_values = true, help_heading = SURFACE)]
+    #[arg(long, value_name = "LAMBDA", requires = "challenge", help_heading = SURFACE)]
     pub(super) cut_off: Option<Measure>,
     /// Contact modulus E* = E/(1-ν²), with or without a unit (2MPa); required for a file.
-    #[arg(long, value_name = "E", allow_hyphen_values = true, help_heading = MODEL)]
+    #[arg(long, value_name = "E", help_heading = MODEL)]
     pub(super) modulus: Option<Measure>,
     /// Instead of the modulus, an elastic body as E,NU or E,NU,HARDNESS (70GPa,0.33): once for a body against a rigid one, twice for two, of
     /// which the first is that of the surface. The hardness of the softer body counts. With --out, the displacement of each of two bodies is
@@ -71,19 +69,19 @@ pub(crate) struct SolveArgs {
     pub(super) leakage: bool,
     /// Stress below the surface at these depths, comma-separated or as lin:FROM:TO:COUNT, with a unit or in that of the heights:
     /// equivalent stress after von Mises and largest shear stress. Needs --poisson.
-    #[arg(long, value_name = "DEPTHS", allow_hyphen_values = true, help_heading = OUTPUT)]
+    #[arg(long, value_name = "DEPTHS", help_heading = OUTPUT)]
     pub(super) subsurface: Option<Measures>,
     /// Shear stress at which the body yields, with or without a unit: the largest shear stress is stated over it.
-    #[arg(long, value_name = "TAU", requires = "subsurface", allow_hyphen_values = true, help_heading = OUTPUT)]
+    #[arg(long, value_name = "TAU", requires = "subsurface", help_heading = OUTPUT)]
     pub(super) shear_strength: Option<Measure>,
     /// Gap to start from (.npy), in the unit of the heights, as written to --out.
     #[arg(long, value_name = "FILE", help_heading = LOADS)]
     pub(super) initial_gap: Option<PathBuf>,
     /// Work of adhesion γ, with a unit (50mJ/m2) or in that of modulus times length.
-    #[arg(long, alias = "gamma", value_name = "GAMMA", allow_hyphen_values = true, help_heading = MODEL)]
+    #[arg(long, alias = "gamma", value_name = "GAMMA", help_heading = MODEL)]
     pub(super) work_of_adhesion: Option<Measure>,
     /// Range ρ of the adhesion, with a unit (2nm) or in that of the heights.
-    #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO", allow_hyphen_values = true, help_heading = MODEL)]
+    #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO", help_heading = MODEL)]
     pub(super) range: Option<Measure>,
     /// Treatment of an adhesion range that the grid does not resolve.
     #[arg(long, value_enum, default_value_t = RangeChoice::Mesh, help_heading = MODEL)]
@@ -95,11 +93,11 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_enum, default_value_t = WallKind::Hard, help_heading = MODEL)]
     pub(super) wall: WallKind,
     /// Compression of the penalty wall under a pressure of E*, with or without a unit.
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, help_heading = MODEL)]
+    #[arg(long, value_name = "LENGTH", help_heading = MODEL)]
     pub(super) penalty_length: Option<Measure>,
     /// Hardness, with or without a unit of stress: the largest contact stress. Where it is reached, the surface flows; unloading is
     /// elastic. With the methods fast, bvm and gfmd.
-    #[arg(long, value_name = "H", allow_hyphen_values = true, help_heading = MODEL)]
+    #[arg(long, value_name = "H", help_heading = MODEL)]
     pub(super) hardness: Option<Measure>,
     /// File with the hardness of every point of the surface instead.
     #[arg(long, value_name = "FILE", conflicts_with = "hardness", help_heading = MODEL)]
@@ -119,10 +117,10 @@ pub(crate) struct SolveArgs {
     /// Largest accepted errors: 5%, or area=2%,mean_gap=1%,stiffness=5%,leakage=10%,pull_off=5%. Grids are solved from coarse to fine until
     /// the stated errors are within them; a spectrum goes on beyond its grid, a map ends with its own. --strict: exit code 3 if they are
     /// not reached.
-    #[arg(long, value_name = "ERRORS", allow_hyphen_values = true, help_heading = SOLVER)]
+    #[arg(long, value_name = "ERRORS", help_heading = SOLVER)]
     pub(super) error: Option<ErrorTargets>,
     /// Time after which no finer grid is begun (30s, 5min): the least errors within it.
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, help_heading = SOLVER)]
+    #[arg(long, value_name = "TIME", help_heading = SOLVER)]
     pub(super) budget: Option<Measure>,
     /// Floating-point type of the fields; sums are always f64.
     #[arg(long, value_enum, default_value_t = Precision::F64, help_heading = SOLVER)]
@@ -131,7 +129,7 @@ pub(crate) struct SolveArgs {
     #[arg(long, default_value_t = MAX_ITERATIONS, value_name = "N", help_heading = SOLVER)]
     pub(super) max_iterations: usize,
     /// Elastic layer of this thickness instead of the half-space, with or without a unit (50um).
-    #[arg(long, value_name = "T", allow_hyphen_values = true, help_heading = MODEL)]
+    #[arg(long, value_name = "T", help_heading = MODEL)]
     pub(super) thickness: Option<Measure>,
     /// Poisson's ratio: of a layer (default: 0.3), or of the half-space, for the stress below its surface.
     #[arg(long, value_name = "NU", help_heading = MODEL)]

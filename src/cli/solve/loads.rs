@@ -13,22 +13,22 @@ use asperity_grid::units::{Dimension, Measure, Measures};
 pub(super) struct LoadFlags {
     /// Mean pressures, comma-separated or as log:FROM:TO:COUNT, with a unit (20kPa) or in that of the modulus. Negative with
     /// adhesion only.
-    #[arg(long, value_name = "P", allow_hyphen_values = true)]
+    #[arg(long, value_name = "P")]
     pub(super) pressure: Option<Measures>,
     /// Normal forces on the map instead: 5mN, or in the unit of modulus times length squared. A mirrored cell carries four times as much.
-    #[arg(long, value_name = "F", allow_hyphen_values = true)]
+    #[arg(long, value_name = "F")]
     pub(super) force: Option<Measures>,
     /// Mean pressures over E* times the rms gradient instead.
-    #[arg(long, value_name = "P*", allow_hyphen_values = true)]
+    #[arg(long, value_name = "P*")]
     p_star: Option<Measures>,
     /// Mean gaps instead. They reach states that are unstable under a prescribed pressure.
-    #[arg(long, value_name = "G", allow_hyphen_values = true)]
+    #[arg(long, value_name = "G")]
     pub(super) mean_gap: Option<Measures>,
     /// Displacements from first contact instead: mean gap at first contact minus mean gap.
-    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    #[arg(long, value_name = "D")]
     pub(super) displacement: Option<Measures>,
     /// Contact fractions instead, such as 0.05 or 5%. The pressures that give them are found first.
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
+    #[arg(long, value_name = "A")]
     contact: Option<Measures>,
 }
 

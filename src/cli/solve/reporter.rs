@@ -1,7 +1,7 @@
 //! Results of `solve`, as tables and as JSON.
 
 use super::SolveArgs;
-use super::curve::{self, SolveNotation, in_unit, share, si_unit};
+use super::curve::{self, Further, SolveNotation, in_unit, share, si_unit};
 use super::fields::{FieldWriter, OfFields, file_name};
 use super::solved::{Solved, state_of_line};
 use crate::Result;
@@ -42,6 +42,8 @@ pub(super) struct SolveReporter<'a> {
     fields: FieldWriter<'a>,
     /// Of a hardness that is a map, over E*.
     hardness_map: Option<HardnessMapResults>,
+    /// Area on which a force acts.
+    mapped_area: f64,
     card: &'static MethodCard,
     criterion: String,
     pub resolved_gradient: f64,
@@ -95,6 +97,7 @@ impl<'a> SolveReporter<'a> {
             subsurface: case.subsurface(),
             fields: FieldWriter::new(solve, case, path, loads),
             hardness_map: case.hardness_map.clone(),
+            mapped_area: case.problem.surface.mapped_area(),
             resolved_gradient,
             planned_bytes,
             growth,
@@ -228,18 +231,19 @@ impl<'a> SolveReporter<'a> {
 
     /// Reports the pull-off and writes its file. Returns its line of JSON.
     pub(super) fn pull_off(&self, pull_off: &PullOff) -> Result<Value> {
-        let in_si = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa);
+        let found = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa).on_area(self.mapped_area);
         let line = json!({
-            "pull_off_pressure": in_si.pressure,
-            "pull_off_pressure_error": in_si.pressure_error,
-            "mean_gap": in_si.mean_gap,
-            "mean_gap_error": in_si.mean_gap_error,
-            "coarser": in_si.coarser,
-            "curve": in_si.curve,
+            "pull_off_pressure": found.pressure,
+            "pull_off_pressure_error": found.pressure_error,
+            "pull_off_force": found.force,
+            "mean_gap": found.mean_gap,
+            "mean_gap_error": found.mean_gap_error,
+            "coarser": found.coarser,
+            "curve": found.curve,
         });
         if let Some(out) = &self.solve.out {
             json::write(&out.join("pull-off.json"), &line)?;
-            load_table::write_pull_off(out, &in_si.curve, &self.units)?;
+            load_table::write_pull_off(out, &found.curve, &self.units)?;
         }
         self.pull_off_again(&line)?;
         Ok(line)
@@ -284,10 +288,16 @@ fn show_state(
         return Ok(());
     }
     let (state, units) = solve.in_unit_of_loads(state, units);
+    let further = Further {
+        leakage: solve.leakage,
+        plasticity: solve.hardness.is_some()
+            || solve.hardness_map.is_some()
+            || solve.body.iter().any(|b| b.hardness.is_some()),
+    };
     if i == 0 {
-        output::print(&curve::head(&units));
+        output::print(&curve::head(&units, &further));
     }
-    output::print(&curve::line(i + 1, &state, &units));
+    output::print(&curve::line(i + 1, &state, &units, &further));
     Ok(())
 }
 
@@ -305,7 +315,16 @@ pub(super) fn show_pull_off(as_json: bool, units: &ResultUnits, line: &Value) ->
         Value::Array(points) => format!("the changes to {} x {} points", points[0], points[1]),
         _ => "none: the error by the grid is not known".to_string(),
     };
-    let rows = [("largest tension", pull), ("at the mean gap", gap), ("errors, estimated by", from)];
+    // Their relative errors are the same.
+    let area = number("pull_off_force").unwrap_or(f64::NAN) / -pressure;
+    let error = number("pull_off_pressure_error").map(|e| e * area);
+    let force = with_error(pressure * area, error, (units, Dimension::Force));
+    let rows = [
+        ("largest tension", pull),
+        ("as a force on the map", force),
+        ("at the mean gap", gap),
+        ("errors, estimated by", from),
+    ];
     output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
     Ok(())
 }
@@ -342,7 +361,7 @@ fn with_error(value: f64, error: Option<f64>, (units, dimension): (&ResultUnits,
         }
         (Some(error), None) => {
             let unit = units.of(dimension).map_or(String::new(), |unit| format!(" {}", unit.replace('_', " ")));
-            format!("{} ± {}{unit}", significant(value, 6), significant(error, 2))
+            number::to_error(value, error) + &unit
         }
     }
 }

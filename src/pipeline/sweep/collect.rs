@@ -55,6 +55,7 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, lo
         let observed = s.observed.as_ref();
         let values = [
             ("contact_area", "1", Some(s.contact_area)),
+            ("pressure", "MPa", Some(s.pressure * mpa)),
             ("mean_gap", "um", s.mean_gap.map(|g| g * um)),
             ("stiffness", "MPa/um", s.stiffness.map(|k| k * mpa / um)),
             ("energy", "J/m2", s.energy),

@@ -1,7 +1,7 @@
 //! Grid convergence, uncertainty budget, and pull-off.
 
 use super::prelude::*;
-use crate::report::number::change;
+use crate::report::number::{change, si_with_error};
 use crate::scene::REFERENCE_LOAD;
 use asperity_contact::uncertainty::UncertaintySource;
 
@@ -148,12 +148,14 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let plot = Plot::new(linear("mean gap (µm)"), linear("mean pressure (kPa)"), curves);
     let plot = Plot { include: vec![(lowest.0, 0.0)], ..plot };
     let caption = "Pressure over mean gap on the way apart. Where it is lowest, a pulled weight lets go.";
-    let error = |e: Option<String>| e.map_or(String::new(), |e| format!(" ± {e}"));
+    let of_force = pulled.relative_error();
     Ok(html! {
-        p { "Pull-off: the contact sustains a tensile stress of at most " strong { (stress(-pulled.pressure, 4)) }
-            (error(pulled.pressure_error.map(|e| stress(e, 2))))
-            ", at a mean gap of " (length(pulled.mean_gap, 4))
-            (error(pulled.mean_gap_error.map(|e| length(e, 2)))) ". "
+        p { "Pull-off: the contact sustains a tensile stress of at most "
+            strong { (si_with_error(-pulled.pressure, pulled.pressure_error, "Pa")) }
+            @if let Some(force) = pulled.force {
+                ", a force of " (si_with_error(-force, of_force.map(|e| -force * e), "N")) " on the map"
+            }
+            ", at a mean gap of " (si_with_error(pulled.mean_gap, pulled.mean_gap_error, "m")) ". "
             @match pulled.coarser {
                 Some([nx, ny]) => { "The errors are estimates, from the changes to a grid of " (nx) " × " (ny) " nodes." }
                 None => { "The error by the grid is not known." }

@@ -40,7 +40,8 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
         &format!("at most {LONGEST_DESCRIPTION} bytes"),
     );
     c.positive_quantity("laboratory.length", scene.laboratory.length());
-    c.positive_quantity("laboratory.modulus", scene.laboratory.modulus());
+    // That of bodies is positive unless one of them is refused.
+    scene.laboratory.modulus.iter().for_each(|modulus| c.positive_quantity("laboratory.modulus", *modulus));
     bodies::check(&mut c, scene);
     surface::check(&mut c, scene);
     loads::check(&mut c, scene);

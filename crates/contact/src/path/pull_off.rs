@@ -356,6 +356,7 @@ impl<'a> Search<'a> {
         self.curve.insert(at, best);
         Ok(PullOff {
             pressure: best.pressure,
+            force: None,
             mean_gap: best.mean_gap,
             mean_gap_error: Some(mean_gap_error),
             pressure_error: Some((self.bound - best.tension()).max(0.0)),

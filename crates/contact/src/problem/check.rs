@@ -5,8 +5,8 @@ use super::{Body, Field, Hardness, LoadKind, Loads, Names, Problem, Reduction};
 use crate::interface::{CubicHalfSpace, Elastic, Law, RangeChoice};
 use crate::load::Load;
 use crate::method::{Heights, MethodCard, ReducedProblem};
-use asperity_grid::Error;
 use asperity_grid::error::Complaint;
+use asperity_grid::{Error, mean};
 use asperity_surface::{HeightSource, quality_warnings, seam_warning, slope_warnings};
 
 /// Load over that of full contact from which on it is no study of full contact but a wrong unit.
@@ -43,6 +43,9 @@ impl Complaints<'_> {
     }
 }
 
+/// Accepted contact fractions.
+const CONTACT: &str = "a fraction of the cell between 0 and 1";
+
 impl Problem {
     /// What is wrong with the problem and its loads, before any height is looked at; nothing for those that can be solved.
     pub fn issues(&self, loads: &Loads, names: &dyn Names) -> Vec<Complaint> {
@@ -75,11 +78,14 @@ impl Problem {
         let (field, attracts) = (loads.kind.field(), self.attracts());
         let (accepted, good): (&str, fn(f64) -> bool) = match loads.kind {
             LoadKind::MeanGap | LoadKind::Displacement => ("zero or a positive number", |v| v >= 0.0),
-            LoadKind::Contact => ("a fraction of the cell between 0 and 1", |v| v > 0.0 && v < 1.0),
+            LoadKind::Contact => (CONTACT, |v| v > 0.0 && v < 1.0),
             _ if attracts => ("a number", |_| true),
             _ => ("zero (first contact) or a positive number: tension needs adhesion", |v| v >= 0.0),
         };
         for (i, value) in loads.values.iter().enumerate() {
+            // Between 1 and 100 it looks like a percentage.
+            let percent = format!("{CONTACT}: did you mean {value}%?");
+            let accepted = if accepted == CONTACT && (1.0..100.0).contains(value) { &percent } else { accepted };
             c.value(good(*value), (field, Some(i)), *value, accepted);
         }
         // First contact without adhesion is given by the surface alone.
@@ -232,9 +238,27 @@ impl Problem {
         of_surface.into_iter().chain(slope_warnings(reduction.gradient)).chain(of_range).collect()
     }
 
-    /// A load so far beyond full contact that a unit is probably wrong, and a contact stress that depends on the grid.
+    /// A load so far beyond full contact that a unit is probably wrong, a gap at which nothing touches, and a contact stress that
+    /// depends on the grid.
     pub fn load_warnings(&self, reduction: &Reduction) -> Vec<String> {
-        self.far_load_warning(reduction).into_iter().chain(hardness_warning(reduction)).collect()
+        let of_loads = self.far_load_warning(reduction).into_iter().chain(self.apart_warning(reduction));
+        of_loads.chain(hardness_warning(reduction)).collect()
+    }
+
+    /// Mean gaps beyond first contact, where only attraction acts.
+    fn apart_warning(&self, Reduction { model, steps, .. }: &Reduction) -> Option<String> {
+        let gaps = steps.iter().filter_map(|step| match step.target {
+            Load::MeanGap(gap) => Some(gap),
+            Load::Pressure(_) => None,
+        });
+        let widest = gaps.reduce(f64::max).filter(|_| !self.attracts() && fits(model.grid))?;
+        let touch = mean(&self.surface.source().heights(model.grid, 0.0));
+        // A load at first contact is no mistake, and may be rounded.
+        (widest > touch * (1.0 + 1e-9)).then(|| {
+            format!(
+                "the largest mean gap, {widest:.3e} of the cell's extent, is beyond first contact at {touch:.3e}: without adhesion nothing touches there"
+            )
+        })
     }
 
     fn far_load_warning(&self, Reduction { model, steps, gradient }: &Reduction) -> Option<String> {

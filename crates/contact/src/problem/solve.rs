@@ -271,7 +271,8 @@ fn walk(
         visit(state.in_units(problem.surface.length(), problem.modulus));
         Ok(())
     })?;
-    Ok(pulled.map(|p| p.in_units(problem.surface.length(), problem.modulus)))
+    let area = problem.surface.mapped_area();
+    Ok(pulled.map(|p| p.in_units(problem.surface.length(), problem.modulus).on_area(area)))
 }
 
 fn require_converged(reached: &Reached, card: &MethodCard, tolerance: f64, [load, loads]: [usize; 2]) -> Result<()> {

@@ -137,7 +137,7 @@ mod tests {
             heights: vec![0.0; n * n],
         };
         let sum = |n: usize, length: f64| {
-            body(8, 8.0).facing(body(n, length), &Placement::default(), false).expect("they overlap").line
+            body(8, 8.0).facing(body(n, length), &Placement::default(), false, "").expect("they overlap").line
         };
         assert_eq!([count(&[&mirrored, &sum(4, 4.0)]), count(&[&mirrored, &sum(8, 8.0)])], [1.0, 4.0]);
         assert_eq!([count(&[&sum(4, 4.0)]), count(&[&sum(4, 4.0), &mirrored])], [1.0, 4.0]);
