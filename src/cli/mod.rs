@@ -31,6 +31,7 @@ mod surface_survey;
 mod sweep;
 mod sweep_table;
 mod tradeoff;
+mod verify;
 
 use crate::{Error, Result};
 use asperity_contact::method::Device;
@@ -98,6 +99,10 @@ enum Command {
     Atoms(atoms::AtomsArgs),
     /// Repeat the comparison of atoms and continuum in a run folder, and its report.
     Compare(RunFolderArgs),
+    /// Repeat a finished run in a scratch folder, and compare its numbers and fields.
+    Verify(verify::VerifyArgs),
+    /// Make a run folder an RO-Crate: copies of its inputs, and ro-crate-metadata.json with the hashes of its files.
+    Crate(verify::CrateArgs),
     /// Write the report of a folder of results again: a run, a challenge, a trade-off or a sweep.
     Report(report::ReportArgs),
     /// List the methods and their outputs.
@@ -244,6 +249,8 @@ fn run_command(command: Command) -> Result<ExitCode> {
                 output::print(&format!("report: {}", page.display()));
             }
         }
+        Command::Verify(c) => return c.execute(),
+        Command::Crate(c) => c.execute()?,
         Command::Report(c) => c.execute()?,
         Command::Methods(c) => c.execute()?,
         Command::Schema { keys, results } => {

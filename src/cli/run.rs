@@ -7,11 +7,12 @@ use crate::record::results;
 use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
+use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Precision;
 use asperity_contact::problem::ErrorTargets;
 use asperity_grid::units::Measure;
 use asperity_surface::import::Fourier;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Flags of the stages of a run folder, which `sweep` passes to each of its runs.
@@ -76,6 +77,18 @@ pub(super) struct RunArgs {
     json: bool,
 }
 
+/// The case of a scene on this machine. `allowed`: whether the program that it names may be executed.
+///
+/// # Errors
+/// Those of the crystal's constants and of [`Case::resolve`].
+pub(super) fn resolved(mut scene: Scene, file: &Path, lammps: &LammpsCommand, allowed: bool) -> Result<Case> {
+    let warnings = crystals::settle(&mut scene, file, lammps, allowed)?;
+    let mut case = Case::resolve(scene, file)?;
+    case.warnings.extend(warnings);
+    case.lammps = lammps.clone();
+    Ok(case)
+}
+
 impl RunArgs {
     pub(super) fn execute(self) -> Result<ExitCode> {
         let mut scene = Scene::read(&self.scene)?;
@@ -84,10 +97,7 @@ impl RunArgs {
         let (machine_name, machine) = self.machine.find(&self.lammps)?;
         // A dry run does not execute what the scene names.
         let allowed = self.stages.allow_program && !self.dry_run;
-        let warnings = crystals::settle(&mut scene, &self.scene, &machine.lammps, allowed)?;
-        let mut case = Case::resolve(scene, &self.scene)?;
-        case.warnings.extend(warnings);
-        case.lammps = machine.lammps.clone();
+        let mut case = resolved(scene, &self.scene, &machine.lammps, allowed)?;
         if let Some(provenance) = case.provenance() {
             output::eprint(&provenance.to_string());
         }

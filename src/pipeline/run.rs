@@ -25,10 +25,10 @@ use asperity_surface::files::{hashed, json};
 use std::path::{Path, PathBuf};
 
 /// The scene of a run, in its folder.
-const SCENE_FILE: &str = "scene.toml";
+pub(super) const SCENE_FILE: &str = "scene.toml";
 
 /// Files of a run, a trade-off or a sweep outside its stages.
-const OUTSIDE_STAGES: [&str; 14] = [
+pub(super) const OUTSIDE_STAGES: [&str; 14] = [
     SCENE_FILE,
     results::FILE,
     load_table::FILE,
@@ -314,7 +314,7 @@ pub fn redraw(out: &Path, options: &report::ReportOptions) -> Result<PathBuf> {
 ///
 /// # Errors
 /// `Format`, which names the file and the remedy; `Io`.
-fn checked(out: &Path) -> Result<(Results, RunFolder)> {
+pub(super) fn checked(out: &Path) -> Result<(Results, RunFolder)> {
     // Before the lock, which leaves a file: a folder without results is none of ours.
     let (written, results) = WrittenFolder::run(out)?;
     written::unchanged(out, SCENE_FILE)?;

@@ -38,12 +38,25 @@ impl WrittenFolder {
         }
         let results = Results::read(root)?;
         let folder = WrittenFolder::stages(root)?;
+        folder.named(&results)?;
+        Ok((folder, results))
+    }
+
+    /// The fields and frames that results name.
+    ///
+    /// # Errors
+    /// `Format` for one that no stage lists.
+    pub fn named(&self, results: &Results) -> Result<Vec<String>> {
         let value =
-            serde_json::to_value(&results).map_err(|e| Error::format(root.join(results::FILE), e, "results"))?;
+            serde_json::to_value(results).map_err(|e| Error::format(self.root.join(results::FILE), e, "results"))?;
         let mut named = Vec::new();
         names_of_files(&value, &mut named);
-        named.into_iter().try_for_each(|name| folder.hash(name).map(drop))?;
-        Ok((folder, results))
+        named.into_iter().map(|name| self.hash(name).map(|_| name.to_string())).collect()
+    }
+
+    /// Whether another folder lists the same contents under a name.
+    pub fn is_same(&self, other: &WrittenFolder, name: &str) -> bool {
+        self.files.get(name).is_some_and(|own| other.files.get(name) == Some(own))
     }
 
     /// The files of the complete stages of a folder.
@@ -68,6 +81,11 @@ impl WrittenFolder {
             Some(what) => Err(Error::format(&self.root, what, AS_WRITTEN)),
             None => Ok(path),
         }
+    }
+
+    /// Paths of the files of all stages.
+    pub fn paths(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
     }
 
     /// Verifies the files of all stages.

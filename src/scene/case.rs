@@ -366,14 +366,10 @@ impl Case {
 
     /// The scene with its paths made absolute, so that it means the same wherever it is read from.
     pub fn portable_scene(&self) -> Scene {
-        let absolute = |p: &PathBuf| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
+        let absolute = |p: &Path| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
         let mut scene = self.scene.clone();
-        scene.surface.heights = scene.surface.heights.as_ref().map(absolute);
-        scene.surface.other.iter_mut().for_each(|o| o.heights = absolute(&o.heights));
-        scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(absolute);
-        scene.continuum.hardness_map = scene.continuum.hardness_map.as_ref().map(absolute);
+        scene.inputs_mut().into_iter().for_each(|(_, path)| *path = absolute(path));
         if let Some(atoms) = &mut scene.atoms {
-            atoms.potential = atoms.potential.as_ref().map(absolute);
             // A bare name is looked for on the search path.
             atoms.program =
                 atoms.program.as_ref().map(|p| if p.components().count() > 1 { absolute(p) } else { p.clone() });

@@ -1,7 +1,10 @@
 //! `[load]`: the load path.
 
-use super::quantity::{Dimensional, Force, Length, List, Quantity, Stress, dimension, fractions, list, numbers};
+use super::quantity::{
+    AnyQuantity, Dimensional, Force, Length, List, Quantity, Stress, dimension, fractions, list, numbers,
+};
 use asperity_contact::problem::{LoadKind, Loads};
+use asperity_grid::units::Dimension;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -41,15 +44,15 @@ pub struct LoadScene {
     /// Append the unloading branch: the same loads in reverse.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unload: bool,
-    /// Loads p* whose maps of gap and stress are kept. Default: all.
+    /// Loads, as they are given, whose maps of gap and stress are kept. Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub maps_at: Option<Vec<f64>>,
+    pub maps_at: Option<Vec<AnyQuantity>>,
     /// After the last load, separate the surfaces and find the pull-off pressure.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub pull_off: bool,
 }
 
-/// Loads p* that a scene gives in two places are the same up to this relative difference.
+/// Loads that a scene gives in two places are the same up to this relative difference.
 const SAME_LOAD: f64 = 1e-9;
 
 /// Loads at equal ratios.
@@ -104,12 +107,6 @@ impl LoadScene {
         Loads { kind, values, unload: self.unload, pull_off: self.pull_off }
     }
 
-    /// The loads `p*` in the order of their application, unloading included; empty where other loads are imposed.
-    pub fn p_star_path(&self) -> Vec<f64> {
-        let loads = self.loads();
-        if loads.kind == LoadKind::PStar { loads.path() } else { Vec::new() }
-    }
-
     /// A value as it is given.
     pub(super) fn text(&self, kind: LoadKind, index: usize) -> Option<String> {
         fn text<D: Dimensional>(list: &[Quantity<D>], index: usize) -> Option<String> {
@@ -124,9 +121,18 @@ impl LoadScene {
         }
     }
 
-    /// Indices of the loads p* that a scene names by their value.
-    pub fn indices_of(&self, p_star: f64) -> Vec<usize> {
-        let path = self.p_star_path();
-        (0..path.len()).filter(|&i| (path[i] - p_star).abs() <= SAME_LOAD * path[i].abs()).collect()
+    /// Indices of the loads that a scene names by their value.
+    pub fn indices_of(&self, value: AnyQuantity) -> Vec<usize> {
+        let Loads { kind, .. } = self.loads();
+        let dimension = match kind {
+            LoadKind::PStar => Dimension::Number,
+            LoadKind::Contact => Dimension::Fraction,
+            LoadKind::Pressure => Dimension::Stress,
+            LoadKind::Force => Dimension::Force,
+            LoadKind::MeanGap | LoadKind::Displacement => Dimension::Length,
+        };
+        let Some(value) = value.of(dimension) else { return Vec::new() };
+        let path = self.loads().path();
+        (0..path.len()).filter(|&i| (path[i] - value).abs() <= SAME_LOAD * path[i].abs()).collect()
     }
 }

@@ -42,7 +42,8 @@ pub use model::{
 pub use nvt::NvtScene;
 pub use other_body::OtherFile;
 pub use quantity::{
-    Dimensional, Energy, Force, Fraction, Length, Number, Quantity, Stress, Temperature, Time, Work, dimension,
+    AnyQuantity, Dimensional, Energy, Force, Fraction, Length, Number, Quantity, Stress, Temperature, Time, Work,
+    dimension,
 };
 pub use source::{ResolvedSurface, resolve as resolve_surface};
 pub use surface_file::{SurfaceFile, metres_of};

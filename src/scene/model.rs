@@ -49,6 +49,19 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The files that the scene names, with their keys, besides programs.
+    pub fn inputs_mut(&mut self) -> Vec<(&'static str, &mut PathBuf)> {
+        let (surface, continuum) = (&mut self.surface, &mut self.continuum);
+        let files = [
+            ("surface.heights", surface.heights.as_mut()),
+            ("surface.other.heights", surface.other.as_mut().map(|other| &mut other.heights)),
+            ("continuum.initial_gap", continuum.initial_gap.as_mut()),
+            ("continuum.hardness_map", continuum.hardness_map.as_mut()),
+            ("atoms.potential", self.atoms.as_mut().and_then(|atoms| atoms.potential.as_mut())),
+        ];
+        files.into_iter().filter_map(|(key, file)| Some((key, file?))).collect()
+    }
+
     /// The accuracy that the scene asks for.
     pub fn accuracy(&self) -> Option<Accuracy> {
         self.accuracy.as_ref()?.asked()

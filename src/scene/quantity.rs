@@ -142,6 +142,66 @@ impl<D: Dimensional> JsonSchema for Quantity<D> {
     }
 }
 
+/// A quantity of whichever dimension.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AnyQuantity(Measure);
+
+impl AnyQuantity {
+    /// In SI units, if it has this dimension and its unit; a percentage as a fraction.
+    pub(super) fn of(self, dimension: Dimension) -> Option<f64> {
+        let measure = self.0.of(dimension).ok().filter(|m| m.unit.is_some() || dimension.may_be_plain())?;
+        Some(if dimension == Dimension::Fraction { measure.fraction() } else { measure.si() })
+    }
+}
+
+impl Display for AnyQuantity {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl Serialize for AnyQuantity {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self.0.unit {
+            Some(_) => to.collect_str(self),
+            None => to.serialize_f64(self.0.value),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for AnyQuantity {
+    fn deserialize<S: Deserializer<'de>>(from: S) -> Result<Self, S::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "no quantity, expected a number, or a text with its unit, as \"25 MPa\"")]
+        enum Written {
+            Plain(f64),
+            Text(String),
+        }
+        let measure = match Written::deserialize(from)? {
+            Written::Plain(value) => Measure::plain(value),
+            Written::Text(text) => {
+                let wrong = |why| S::Error::custom(format!("{REASON}{why}, expected a load as it is given"));
+                text.parse().map_err(wrong)?
+            }
+        };
+        Ok(AnyQuantity(measure))
+    }
+}
+
+impl JsonSchema for AnyQuantity {
+    fn schema_name() -> Cow<'static, str> {
+        "AnyQuantity".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": ["number", "string"], "format": "quantity", "examples": [0.01, "25 MPa"] })
+    }
+}
+
 /// Begins the message about a text that is no measure; what is wrong follows, then what is expected.
 pub(super) const REASON: &str = "no measure: ";
 

@@ -57,6 +57,30 @@ fn loads_are_named_as_they_were_given() {
     }
 }
 
+/// Maps of loads that are named as they are given.
+#[test]
+fn maps_are_kept_at_loads_of_every_kind() {
+    let files = Scratch::new();
+    for (name, loads, at) in [
+        ("pressure", "pressure = [\"2 MPa\", \"10 MPa\"]", "\"10000 kPa\""),
+        ("force", "force = [\"0.8 mN\", \"4 mN\"]", "\"4 mN\""),
+        ("gap", "mean_gap = [\"0.1 um\", \"50 nm\"]", "\"50 nm\""),
+        ("contact", "contact = [0.05, \"10 %\"]", "0.1"),
+        ("reduced", "p_star = [0.01, 0.05]", "0.05"),
+    ] {
+        scene(&files, name, &format!("{loads}\nmaps_at = [{at}]"), "");
+        run(&files, name);
+        let results = fs::read_to_string(files.path(name).join("results.json")).expect("read");
+        let results: Value = serde_json::from_str(&results).expect("JSON");
+        let kept = |load: usize| results["continuum"]["states"][load]["gap_map"].is_string();
+        assert_eq!([kept(0), kept(1)], [false, true], "{name}");
+    }
+    scene(&files, "other", "pressure = [\"2 MPa\"]\nmaps_at = [\"2 mN\"]", "");
+    let refused = asperity().arg("run").arg(files.path("other.toml")).output().expect("started");
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(said.contains("load.maps_at[0] = 2 mN; accepted: one of the loads: 2 MPa"), "{said}");
+}
+
 /// Means over surfaces of different gradients have one pressure, and different p*.
 #[test]
 fn means_over_surfaces_are_at_the_given_load() {

@@ -46,4 +46,5 @@ mod sweep;
 mod tools;
 mod tradeoff;
 mod two_bodies;
+mod verify;
 mod via_python;

@@ -3,7 +3,7 @@
 use super::complaints::Complaints;
 use super::surface::cut_offs;
 use crate::scene::{REFERENCE_LOAD, Scene, WallKind};
-use asperity_contact::problem::AdhesionLaw;
+use asperity_contact::problem::{AdhesionLaw, LoadKind};
 use asperity_surface::Spectrum;
 
 /// The challenge's statements are about its own problem.
@@ -44,6 +44,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     c.unless(its, "adhesion", "another than the challenge's", "50 mJ/m² over 2.071 nm, exponential, with [challenge]");
     let plain = m.layer.is_none() && m.crystal.is_none() && m.is_periodic() && m.wall == WallKind::Hard;
     c.unless(plain, "continuum", "another body or wall", "a periodic half-space and a hard wall with [challenge]");
-    let reference = scene.load.p_star_path().iter().any(|p| own(*p, REFERENCE_LOAD));
+    let loads = scene.load.loads();
+    let reference = loads.kind == LoadKind::PStar && loads.values.iter().any(|p| own(*p, REFERENCE_LOAD));
     c.unless(reference, "load.p_star", "without 0.01", "loads with 0.01, the reference of [challenge]");
 }

@@ -102,13 +102,11 @@ fn branches_of_atoms(c: &mut Complaints, scene: &Scene) {
 fn maps(c: &mut Complaints, scene: &Scene) {
     for (i, value) in scene.load.maps_at.iter().flatten().enumerate() {
         let known = !scene.load.indices_of(*value).is_empty();
-        let path = scene.load.p_star_path();
-        let loads: Vec<String> = path.iter().take(MOST_NAMED).map(|p| p.to_string()).collect();
-        let more = if path.len() > MOST_NAMED { ", …" } else { "" };
-        let accepted = match path.is_empty() {
-            true => "none with loads that are not given as p*: the maps of all are kept".to_string(),
-            false => format!("one of the loads p*: {}{more}", loads.join(", ")),
-        };
+        let loads = scene.load.loads();
+        let shown = |(i, load): (usize, &f64)| scene.load.text(loads.kind, i).unwrap_or_else(|| load.to_string());
+        let named: Vec<String> = loads.values.iter().enumerate().take(MOST_NAMED).map(shown).collect();
+        let more = if loads.values.len() > MOST_NAMED { ", …" } else { "" };
+        let accepted = format!("one of the loads: {}{more}", named.join(", "));
         c.unless(known, &format!("load.maps_at[{i}]"), value, &accepted);
     }
     c.unless(

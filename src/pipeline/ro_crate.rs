@@ -1,0 +1,176 @@
+//! `ro-crate-metadata.json`: a run folder as an RO-Crate 1.1 (doi:10.3233/DS-210053), with the files that its scene names.
+
+use super::repetition::FinishedRun;
+use super::run::{OUTSIDE_STAGES, SCENE_FILE, checked};
+use crate::Result;
+use crate::record::results::{self, Results};
+use crate::record::written::WrittenFolder;
+use crate::scene::Scene;
+use asperity_grid::Error;
+use asperity_surface::files::atomic_file::{create_folder, read_bytes, write_atomic};
+use asperity_surface::files::hashed::FileHash;
+use asperity_surface::files::json;
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Name of the file in the run folder.
+pub const FILE: &str = "ro-crate-metadata.json";
+
+/// Folder of copies of the files that the scene names.
+const INPUTS: &str = "inputs";
+
+/// Media types by the end of a name.
+const MEDIA_TYPES: [(&str, &str); 8] = [
+    (".json", "application/json"),
+    (".toml", "application/toml"),
+    (".html", "text/html"),
+    (".csv", "text/csv"),
+    (".txt", "text/plain"),
+    (".nc", "application/netcdf"),
+    (".svg", "image/svg+xml"),
+    (".png", "image/png"),
+];
+
+/// The copy of an input, by the key of the scene that names it.
+fn copy_of(key: &str, file: &Path) -> String {
+    let ending = file.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
+    format!("{key}{ending}")
+}
+
+/// The scene of a finished run. A file that is not where it names it is the copy in the folder, if there is one.
+///
+/// # Errors
+/// Those of reading the scene.
+pub fn scene_of(run: &FinishedRun, out: &Path) -> Result<Scene> {
+    let mut scene = Scene::read(&run.scene)?;
+    for (key, file) in scene.inputs_mut() {
+        let copy = out.join(INPUTS).join(copy_of(key, file));
+        if !file.exists() && copy.exists() {
+            *file = std::path::absolute(&copy).map_err(Error::io("find", &copy))?;
+        }
+    }
+    Ok(scene)
+}
+
+/// Copies the inputs of a finished run into its folder, and writes the metadata. `license`: an SPDX identifier or an address. Returns the
+/// path of the file.
+///
+/// # Errors
+/// `Format` for a folder without results, or with a file that is not as the run wrote it; `Io`.
+pub fn write(out: &Path, license: &str) -> Result<PathBuf> {
+    let (results, _locked) = checked(out)?;
+    let run = FinishedRun::open(out)?;
+    let mut scene = scene_of(&run, out)?;
+    let mut inputs = Vec::new();
+    for (key, file) in scene.inputs_mut() {
+        let name = copy_of(key, file);
+        let copies = out.join(INPUTS);
+        create_folder(&copies)?;
+        let bytes = read_bytes(file)?;
+        write_atomic(&copies.join(&name), |w| w.write_all(&bytes))?;
+        inputs.push(described(out, &format!("{INPUTS}/{name}"))?);
+    }
+    let own = OUTSIDE_STAGES.iter().filter(|name| out.join(name).is_file());
+    let own: Vec<Value> = own.map(|name| described(out, name)).collect::<Result<_>>()?;
+    let staged = WrittenFolder::stages(out)?.paths().map(|name| described(out, name)).collect::<Result<Vec<_>>>()?;
+    let files: Vec<Value> = [own, inputs.clone(), staged].concat();
+    let path = out.join(FILE);
+    json::write(&path, &metadata(&results, &run.program, license, (&inputs, files)))?;
+    Ok(path)
+}
+
+/// The entity of a file.
+fn described(out: &Path, name: &str) -> Result<Value> {
+    let hash =
+        serde_json::to_value(FileHash::of(out, name)?).map_err(|e| Error::format(out.join(name), e, "a file"))?;
+    let media = MEDIA_TYPES.iter().find(|(end, _)| name.ends_with(end)).map_or("application/octet-stream", |m| m.1);
+    Ok(json!({
+        "@id": name,
+        "@type": "File",
+        "name": name,
+        "encodingFormat": media,
+        "contentSize": hash["bytes"].to_string(),
+        "identifier": format!("blake3:{}", hash["blake3"].as_str().unwrap_or_default()),
+    }))
+}
+
+fn metadata(results: &Results, program: &str, license: &str, (inputs, files): (&[Value], Vec<Value>)) -> Value {
+    let link = |value: &Value| json!({ "@id": value["@id"] });
+    let license = if license.contains("://") { license.into() } else { format!("https://spdx.org/licenses/{license}") };
+    let (name, version) = program.split_once(' ').unwrap_or((program, ""));
+    let used: Vec<Value> = [json!({ "@id": SCENE_FILE })].into_iter().chain(inputs.iter().map(link)).collect();
+    let description = match results.description.trim() {
+        "" => format!("Run {} of {program}.", results.name),
+        text => text.to_string(),
+    };
+    let mut graph = vec![
+        json!({
+            "@id": FILE,
+            "@type": "CreativeWork",
+            "conformsTo": { "@id": "https://w3id.org/ro/crate/1.1" },
+            "about": { "@id": "./" },
+        }),
+        json!({
+            "@id": "./",
+            "@type": "Dataset",
+            "name": results.name,
+            "description": description,
+            "datePublished": today(),
+            "license": { "@id": license },
+            "citation": results.sources,
+            "hasPart": files.iter().map(link).collect::<Vec<_>>(),
+            "mentions": { "@id": "#run" },
+        }),
+        json!({ "@id": license, "@type": "CreativeWork", "name": license }),
+        json!({
+            "@id": "#run",
+            "@type": "CreateAction",
+            "name": format!("asperity run {SCENE_FILE}"),
+            "instrument": { "@id": "#program" },
+            "object": used,
+            "result": [{ "@id": results::FILE }],
+        }),
+        json!({ "@id": "#program", "@type": "SoftwareApplication", "name": name, "softwareVersion": version }),
+    ];
+    graph.extend(files);
+    json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph })
+}
+
+/// The date in UTC, as 2026-01-31.
+fn today() -> String {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    date(seconds / 86_400)
+}
+
+/// The Gregorian date so many days after 1970-01-01.
+fn date(days: u64) -> String {
+    let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let (mut year, mut rest) = (1970, days);
+    while rest >= 365 + u64::from(leap(year)) {
+        rest -= 365 + u64::from(leap(year));
+        year += 1;
+    }
+    let lengths = [31, 28 + u64::from(leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    let mut month = 0;
+    while rest >= lengths[month] {
+        rest -= lengths[month];
+        month += 1;
+    }
+    format!("{year}-{:02}-{:02}", month + 1, rest + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_are_dates() {
+        for (days, shown) in [(0, "1970-01-01"), (11_016, "2000-02-29"), (20_513, "2026-03-01"), (47_540, "2100-02-28")]
+        {
+            assert_eq!(date(days), shown);
+        }
+        assert_eq!(date(47_541), "2100-03-01");
+    }
+}
