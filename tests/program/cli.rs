@@ -355,29 +355,6 @@ fn bad_arguments_are_refused_together() {
     for piece in ["--modulus = -2GPa", "--hardness = -2GPa", "--length = -1um", "--tolerance = -"] {
         assert!(said.contains(piece), "{said}");
     }
-    for (flags, complaint) in [
-        (
-            &["1MPa", "--crop", "0,0,-5,5"][..],
-            "--crop = \"-5\"; accepted: a whole number, zero or above, for each of X,Y,NX,NY",
-        ),
-        (&["1MPa,,2MPa"], "a value before and after every comma"),
-    ] {
-        let said = error_message(&[&solve[..], flags, &["--length", "1um", "--unit", "um"]].concat(), 2);
-        assert!(said.contains(complaint) && said.lines().count() == 1, "{said}");
-    }
-    for (body, complaint) in [("-2MPa,0.3", "a positive number"), ("2MPa,0.9", "a Poisson's ratio from 0 to 0.5")] {
-        let surface = ["--touching", "high-points", "--length", "1um", "--unit", "um"];
-        let flags = [&["solve", file, "--body", body, "--pressure", "1MPa"], &surface[..]].concat();
-        let refused = asperity().args(flags).output().expect("started");
-        let said = stderr(&refused);
-        assert!(said.trim_end().ends_with(&format!("--body = {body}; accepted: {complaint}")), "{said}");
-        assert!(refused.status.code() == Some(2) && said.lines().count() == 1, "{said}");
-    }
-    let percent = error_message(&["solve", "--heights", file, "--contact", "5"], 2);
-    assert!(
-        percent.contains("--contact = 5; accepted: a fraction of the cell between 0 and 1: did you mean 5%?"),
-        "{percent}"
-    );
     // Errors found by clap.
     for bad in [&["solve", "--heights", file][..], &["solve", "--presure", "1"], &["guess"], &[]] {
         assert_eq!(call(bad).status.code(), Some(2), "{bad:?}");
@@ -403,8 +380,6 @@ fn bad_arguments_are_refused_together() {
         let message = error_message(&[&challenge[..], &sticky, more].concat(), 2);
         assert!(message.contains(expected), "{message}");
     }
-    let init = ["init", file, "--touching", "high-points", "--out", "no.toml", "--modulus", "-5MPa"];
-    assert!(error_message(&init, 2).contains("--modulus = -5MPa; accepted: a positive stress"));
     for good in ["--help", "--version"] {
         assert_eq!(call(&[good]).status.code(), Some(0));
     }

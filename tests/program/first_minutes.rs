@@ -151,6 +151,38 @@ fn a_plain_matrix_gives_a_scene_that_asks_for_exactly_what_is_missing() {
     assert!(tried >= 10, "{tried} keys");
 }
 
+/// Values that are negative, incomplete or of another kind are refused by their flag, in one line that names it and what is accepted.
+#[test]
+fn wrong_values_are_named_by_their_flag() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    write_map(&scratch.path().join("map.txt"), "");
+    let surface = ["--touching", "high-points", "--length", "1um", "--unit", "um"];
+    let solve = |flags: &[&'static str]| [&["solve", "map.txt"][..], flags, &surface].concat();
+    let of_bodies = |body: &'static str| solve(&["--pressure", "1MPa", "--body", body]);
+    for (arguments, complaint) in [
+        (solve(&["--modulus", "2GPa", "--pressure", "1MPa,,2MPa"]), "a value before and after every comma"),
+        (
+            solve(&["--modulus", "2GPa", "--pressure", "1MPa", "--crop", "0,0,-5,5"]),
+            "--crop = \"-5\"; accepted: a whole number, zero or above, for each of X,Y,NX,NY",
+        ),
+        (
+            solve(&["--modulus", "2GPa", "--contact", "5"]),
+            "--contact = 5; accepted: a fraction of the cell between 0 and 1: did you mean 5%?",
+        ),
+        (of_bodies("-2MPa,0.3"), "--body = -2MPa,0.3; accepted: a positive number"),
+        (of_bodies("2MPa,0.9"), "--body = 2MPa,0.9; accepted: a Poisson's ratio from 0 to 0.5"),
+        (
+            vec!["init", "map.txt", "--touching", "high-points", "--modulus", "-5MPa"],
+            "--modulus = -5MPa; accepted: a positive stress",
+        ),
+    ] {
+        let refused = asperity().current_dir(scratch.path()).args(&arguments).output().expect("started");
+        let said = stderr(&refused);
+        assert!(refused.status.code() == Some(2) && said.lines().count() == 1, "{arguments:?}: {said}");
+        assert!(said.contains(complaint), "{said}");
+    }
+}
+
 #[test]
 fn points_that_were_not_measured_and_other_folders() {
     let scratch = tempfile::tempdir().expect("scratch");
