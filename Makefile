@@ -11,15 +11,16 @@ SECONDS ?= 60
 INPUTS ?= 100000
 DAMAGES ?= 1000
 
-.PHONY: help install wheel manylinux docs demo test bench fuzz damage kills bench-peers claims errors lint
+.PHONY: help install wheel manylinux release docs docs-check demo test test-rust test-python test-mpi bench fuzz damage kills bench-peers claims errors lint msrv deny
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
 	@echo "make wheel  build the Python wheel of module and program, and the source distribution, in target/wheels; needs maturin (pip install maturin)"
 	@echo "make manylinux  the same for glibc 2.28 and newer (pip install maturin ziglang cargo-zigbuild)"
+	@echo "make release  build and check crates, wheel, source distribution and Debian package, and list what a person uploads where"
 	@echo "make docs   write docs/scene.schema.json, docs/keys.md, the same of results.json, evidence/tests.md and the documentation site, target/site"
 	@echo "make demo   install, build, run $(SCENE), print the path of the report (a few minutes)"
-	@echo "make test   install, then run every test"
+	@echo "make test   install, then run every test; its parts: make test-rust, make test-python, make test-mpi"
 	@echo "make bench  run the benchmarks"
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
@@ -28,6 +29,9 @@ help:
 	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000), and damage 1000 folders (DAMAGES=10000)"
 	@echo "make kills  interrupt every long command, 200 times in all, and compare the results"
 	@echo "make lint   check formatting and clippy"
+	@echo "make docs-check  build the reference of the library with warnings as errors"
+	@echo "make msrv   check with the oldest Rust that Cargo.toml accepts, which rustup installs"
+	@echo "make deny   check licences, sources and advisories of all crates; needs cargo-deny"
 
 install:
 	cargo build --release --locked
@@ -39,6 +43,9 @@ wheel:
 manylinux:
 	scripts/wheel.sh manylinux target/wheels
 
+release:
+	scripts/release.sh
+
 docs:
 	cargo run --locked -- schema > docs/scene.schema.json
 	cargo run --locked -- schema --keys > docs/keys.md
@@ -48,6 +55,9 @@ docs:
 	@scripts/setup.sh --tests
 	scripts/site.sh target/site
 
+docs-check:
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --locked --workspace --exclude asperity-benches --exclude asperity-python --lib
+
 demo:
 	@scripts/setup.sh
 	cargo build --release --locked
@@ -56,14 +66,29 @@ demo:
 	@echo
 	@echo "The report is $(CURDIR)/$(RUN)/report.html: open it in a browser."
 
-test:
+# Runs tests after installing what they need. The next one runs where one fails; those that were skipped are listed.
+define tests
 	@scripts/setup.sh --tests
 	@rm -f target/tmp/skipped
-	@cargo test --locked --no-fail-fast --workspace --exclude asperity-benches; status=$$?; \
-	scripts/test-python.sh || status=1; \
-	scripts/test-mpi.sh || status=1; \
+	@status=0; $(foreach command,$(1),$($(command)) || status=1;) \
 	if [ -s target/tmp/skipped ]; then echo "$$(wc -l < target/tmp/skipped) tests were SKIPPED:"; cat target/tmp/skipped; fi; \
 	exit $$status
+endef
+rust := cargo test --locked --no-fail-fast --workspace --exclude asperity-benches
+python := scripts/test-python.sh
+mpi := scripts/test-mpi.sh
+
+test:
+	$(call tests,rust python mpi)
+
+test-rust:
+	$(call tests,rust)
+
+test-python:
+	$(call tests,python)
+
+test-mpi:
+	$(call tests,mpi)
 
 bench:
 	cargo bench --locked -p asperity-benches
@@ -96,3 +121,11 @@ lint:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo clippy --lib --tests --features cuda --locked -- -D warnings
+
+msrv:
+	version=$$(sed -n 's/^rust-version = "\([0-9.]*\)".*/\1/p' Cargo.toml) && \
+	rustup toolchain install --profile minimal "$$version" && \
+	cargo "+$$version" check --locked --workspace
+
+deny:
+	cargo deny --locked check
