@@ -10,6 +10,7 @@ PREFIX ?= $(HOME)/.local
 SECONDS ?= 60
 INPUTS ?= 100000
 DAMAGES ?= 1000
+FEATURES ?= cuda
 
 .PHONY: help install wheel manylinux release docs docs-check demo test test-rust test-python test-mpi bench fuzz damage kills bench-peers claims errors lint msrv deny
 
@@ -28,7 +29,7 @@ help:
 	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
 	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000), and damage 1000 folders (DAMAGES=10000)"
 	@echo "make kills  interrupt every long command, 200 times in all, and compare the results"
-	@echo "make lint   check formatting and clippy"
+	@echo "make lint   check formatting and clippy (FEATURES=cuda,mpi: with MPI, too)"
 	@echo "make docs-check  build the reference of the library with warnings as errors"
 	@echo "make msrv   check with the oldest Rust that Cargo.toml accepts, which rustup installs"
 	@echo "make deny   check licences, sources and advisories of all crates; needs cargo-deny"
@@ -120,7 +121,8 @@ kills:
 lint:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
-	cargo clippy --lib --tests --features cuda --locked -- -D warnings
+	cargo check --locked -p asperity-contact
+	cargo clippy --lib --bins --tests --features $(FEATURES) --locked -- -D warnings
 
 msrv:
 	version=$$(sed -n 's/^rust-version = "\([0-9.]*\)".*/\1/p' Cargo.toml) && \
