@@ -132,6 +132,14 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert not dead_links(page)
 
 
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="scripts/gallery.py reads TOML")
+def test_the_gallery_is_that_of_its_table() -> None:
+    """Page and pictures; the pictures have at most 1.5 MB together."""
+    done = subprocess.run([sys.executable, str(REPOSITORY / "scripts/gallery.py"), "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert sum(picture.stat().st_size for picture in DOCS.glob("gallery/*.svg")) <= 1_500_000
+
+
 def test_every_page_is_in_the_index() -> None:
     index = (DOCS / "index.md").read_text()
     listed = {line for block in re.findall(r"```\{toctree\}\n(.*?)```", index, flags=re.DOTALL) for line in block.split()}
