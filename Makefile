@@ -12,7 +12,7 @@ INPUTS ?= 100000
 DAMAGES ?= 1000
 FEATURES ?= cuda
 
-.PHONY: help install wheel manylinux release docs docs-check demo test test-rust test-python test-mpi bench fuzz damage kills bench-peers claims errors lint msrv deny
+.PHONY: help install wheel manylinux release docs docs-check demo test test-rust test-python test-mpi bench fuzz damage kills bench-peers claims errors gallery paper lint msrv deny
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
@@ -26,6 +26,8 @@ help:
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
 	@echo "make errors  test how often the stated errors cover the truth, and write evidence/errors.md (half an hour)"
+	@echo "make gallery  make the pictures of docs/gallery.md anew, and write the page (some minutes; needs numpy and matplotlib)"
+	@echo "make paper  make the figures of paper/paper.md anew, and paper.pdf or paper.html where pandoc is installed"
 	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
 	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000), and damage 1000 folders (DAMAGES=10000)"
 	@echo "make kills  interrupt every long command, 200 times in all, and compare the results"
@@ -107,6 +109,17 @@ errors:
 	cargo build --release --locked
 	@scripts/setup.sh --tests
 	scripts/errors.py --asperity target/release/asperity --write evidence/errors.md
+
+gallery:
+	cargo build --release --locked
+	@scripts/setup.sh --tests
+	target/python/bin/python scripts/gallery.py --asperity target/release/asperity
+
+paper:
+	cargo build --release --locked
+	@scripts/setup.sh --tests
+	target/python/bin/python paper/figures.py --asperity target/release/asperity
+	paper/build.sh
 
 fuzz:
 	scripts/fuzz.sh $(SECONDS)

@@ -140,6 +140,17 @@ def test_the_gallery_is_that_of_its_table() -> None:
     assert sum(picture.stat().st_size for picture in DOCS.glob("gallery/*.svg")) <= 1_500_000
 
 
+def test_the_paper_is_short_and_cites_what_it_lists() -> None:
+    head, text = (REPOSITORY / "paper/paper.md").read_text().split("---", 2)[1:]
+    assert 750 <= words(re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)) <= 1_200
+    listed = set(re.findall(r"@\w+\{(\w+),", (REPOSITORY / "paper/paper.bib").read_text()))
+    assert set(re.findall(r"@(\w+)", text)) == listed
+    pictures = [REPOSITORY / "paper" / name for name in re.findall(r"!\[.*?\]\((.*?)\)", text)]
+    assert pictures and all(picture.stat().st_size < 300_000 for picture in pictures)
+    authors = re.findall(r"- name: (.*)", head)
+    assert authors == re.findall(r'(?<=authors:\n  - name: ")[^"]*', (REPOSITORY / "CITATION.cff").read_text())
+
+
 def test_every_page_is_in_the_index() -> None:
     index = (DOCS / "index.md").read_text()
     listed = {line for block in re.findall(r"```\{toctree\}\n(.*?)```", index, flags=re.DOTALL) for line in block.split()}
