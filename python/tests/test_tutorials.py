@@ -1,4 +1,4 @@
-"""The notebooks of docs/tutorials, cell by cell, and the lines of README.md; the documentation shows what the notebooks print."""
+"""The notebooks of docs/tutorials and examples, cell by cell, and the lines of README.md; the documentation shows what the notebooks print."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import pytest
 from conftest import REPOSITORY, needs
 
 TUTORIALS = REPOSITORY / "docs" / "tutorials"
+NOTEBOOKS = sorted([*TUTORIALS.glob("*.ipynb"), *(REPOSITORY / "examples").glob("*.ipynb")])
 
 
 def _execute(source: str, names: dict[str, Any]) -> object:
@@ -27,14 +28,14 @@ def _execute(source: str, names: dict[str, Any]) -> object:
     return eval(compile(ast.Expression(last.value), "cell", "eval"), names)
 
 
-@pytest.mark.parametrize("notebook", sorted(path.name for path in TUTORIALS.glob("*.ipynb")))
-def test_tutorials_run(notebook: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    if notebook == "atoms.ipynb":
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.name)
+def test_tutorials_run(notebook: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    if notebook.name in ("atoms.ipynb", "lecture.ipynb"):
         needs("lammps", shutil.which("lmp") or shutil.which("lammps"))
-    monkeypatch.chdir(TUTORIALS)
+    monkeypatch.chdir(notebook.parent)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     names: dict[str, Any] = {"__name__": "notebook"}
-    cells = json.loads((TUTORIALS / notebook).read_text())["cells"]
+    cells = json.loads(notebook.read_text())["cells"]
     code = [cell for cell in cells if cell["cell_type"] == "code"]
     assert len(code) > 3 and not any(cell["outputs"] for cell in code), "outputs are not stored: remove them"
     for cell in code:
