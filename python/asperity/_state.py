@@ -166,12 +166,12 @@ class State:
 class PullOff:
     """The largest tensile pressure of an equilibrium on separation, with its errors, and the force on the measured map at it.
 
-    The force is in the unit of the pressure times that of lengths squared.
+    The force is in the unit of the pressure times that of lengths squared; None for a profile.
     """
 
     pressure: float
     pressure_error: float | None
-    force: float
+    force: float | None
     mean_gap: float
     mean_gap_error: float | None
 

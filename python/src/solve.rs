@@ -149,7 +149,7 @@ impl Monitor for Shared {
     }
 
     fn warnings(&self, list: &[String]) {
-        *self.warnings.lock().expect("no panic while it is held") = list.to_vec();
+        self.warnings.lock().expect("no panic while it is held").extend_from_slice(list);
     }
 }
 

@@ -29,7 +29,7 @@ pub(super) struct LammpsFlags {
     #[arg(long, value_name = "WORDS")]
     launcher: Option<String>,
     /// Further arguments of LAMMPS, separated by spaces.
-    #[arg(long, value_name = "ARGS")]
+    #[arg(long, value_name = "ARGS", allow_hyphen_values = true)]
     lammps_args: Option<String>,
 }
 

@@ -14,7 +14,8 @@ use std::process::ExitCode;
 pub(super) struct VerifyArgs {
     /// Run folder.
     folder: PathBuf,
-    /// Largest relative difference of a number. Default: the same bits of all numbers and fields, which another kind of processor need not give.
+    /// Largest relative difference of a number, and of a field over its largest value; what solvers leave below their tolerance is not
+    /// compared. Default: the same bits of all numbers and fields, which another kind of processor need not give.
     #[arg(long, default_value_t = 0.0, value_name = "RELATIVE")]
     tolerance: f64,
     /// New folder for the repetition. Default: none is left.
@@ -53,7 +54,7 @@ impl VerifyArgs {
         let progress = TerminalProgress::new();
         pipeline::run(&case, OutFolder { path: &out, verify: true }, &progress)?;
         drop(progress);
-        let found = finished.compare(&out)?;
+        let found = finished.compare(&out, self.tolerance == 0.0)?;
         let agrees = found.agrees(self.tolerance);
         if self.json {
             output::json_line(
@@ -72,7 +73,7 @@ impl VerifyArgs {
         output::print(&format!("numbers: {}", equal(found.numbers, found.changed_numbers)));
         output::print(&format!("fields: {}", equal(found.fields, found.changed_fields.len())));
         if let Some(l) = &found.largest {
-            let shown = |value: Option<f64>| value.map_or("missing".into(), |v| v.to_string());
+            let shown = |value: Option<f64>| value.map_or("missing".into(), |v| format!("{v:e}"));
             let (run, repetition) = (shown(l.run), shown(l.repetition));
             output::print(&format!(
                 "largest relative difference: {}, of {}: {run}, repeated {repetition}",
@@ -80,7 +81,10 @@ impl VerifyArgs {
                 l.key
             ));
         }
-        found.changed_fields.iter().for_each(|name| output::print(&format!("another field: {name}")));
+        for field in &found.changed_fields {
+            let by = field.relative.map_or(String::new(), |relative| format!(", by {}", significant(relative, 2)));
+            output::print(&format!("another field: {}{by}", field.file));
+        }
         let limit = match self.tolerance {
             0.0 => "to the bit".to_string(),
             tolerance => format!("within {}", significant(tolerance, 2)),

@@ -281,7 +281,6 @@ pub(super) fn laboratory(
         },
     };
     let mut results = load_path(request, context, "")?;
-    let area = case.problem.surface.mapped_area();
-    results.pull_off = results.pull_off.map(|pull_off| pull_off.on_area(area));
+    results.pull_off = results.pull_off.map(|pull_off| pull_off.on(&case.problem.surface));
     Ok(results)
 }

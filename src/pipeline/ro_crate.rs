@@ -1,14 +1,14 @@
 //! `ro-crate-metadata.json`: a run folder as an RO-Crate 1.1 (doi:10.3233/DS-210053), with the files that its scene names.
 
+use super::folder::RunFolder;
 use super::repetition::FinishedRun;
-use super::run::{OUTSIDE_STAGES, SCENE_FILE, checked};
+use super::run::SCENE_FILE;
 use crate::Result;
-use crate::record::results::{self, Results};
-use crate::record::written::WrittenFolder;
+use crate::record::results;
 use crate::scene::Scene;
 use asperity_grid::Error;
-use asperity_surface::files::atomic_file::{create_folder, read_bytes, write_atomic};
-use asperity_surface::files::hashed::FileHash;
+use asperity_surface::files::atomic_file::{create_folder, list, read_bytes, write_atomic};
+use asperity_surface::files::hashed::{FileHash, file_hash};
 use asperity_surface::files::json;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -19,7 +19,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 pub const FILE: &str = "ro-crate-metadata.json";
 
 /// Folder of copies of the files that the scene names.
-const INPUTS: &str = "inputs";
+pub const INPUTS: &str = "inputs";
 
 /// Media types by the end of a name.
 const MEDIA_TYPES: [(&str, &str); 8] = [
@@ -39,17 +39,26 @@ fn copy_of(key: &str, file: &Path) -> String {
     format!("{key}{ending}")
 }
 
-/// The scene of a finished run. A file that is not where it names it is the copy in the folder, if there is one.
+/// The scene of a finished run. Its files are those that the run read: where the scene names them, or else their copies in the folder.
 ///
 /// # Errors
-/// Those of reading the scene.
+/// `Format`, which names a file that is neither; those of reading the scene.
 pub fn scene_of(run: &FinishedRun, out: &Path) -> Result<Scene> {
     let mut scene = Scene::read(&run.scene)?;
     for (key, file) in scene.inputs_mut() {
         let copy = out.join(INPUTS).join(copy_of(key, file));
-        if !file.exists() && copy.exists() {
-            *file = std::path::absolute(&copy).map_err(Error::io("find", &copy))?;
-        }
+        let copy = std::path::absolute(&copy).map_err(Error::io("find", &copy))?;
+        let hash = run.inputs.get(key);
+        let is_same = |file: &Path| file.is_file() && file_hash(file).ok().as_ref() == hash;
+        *file = match (is_same(file), is_same(&copy)) {
+            (true, _) => file.clone(),
+            (false, true) => copy,
+            (false, false) => {
+                let what = if file.exists() { "another file than the run read" } else { "no such file" };
+                let accepted = "the file as the run read it, there or as a copy of `asperity crate` in the folder";
+                return Err(Error::format(&run.scene, format!("{key} = {} ({what})", file.display()), accepted));
+            }
+        };
     }
     Ok(scene)
 }
@@ -58,27 +67,37 @@ pub fn scene_of(run: &FinishedRun, out: &Path) -> Result<Scene> {
 /// path of the file.
 ///
 /// # Errors
-/// `Format` for a folder without results, or with a file that is not as the run wrote it; `Io`.
+/// `Format` for a folder without results, or with a file that is not as the run wrote or read it; `Io`.
 pub fn write(out: &Path, license: &str) -> Result<PathBuf> {
-    let (results, _locked) = checked(out)?;
     let run = FinishedRun::open(out)?;
-    let mut scene = scene_of(&run, out)?;
+    let _locked = RunFolder::lock(out)?;
+    let copies = out.join(INPUTS);
     let mut inputs = Vec::new();
-    for (key, file) in scene.inputs_mut() {
+    for (key, file) in scene_of(&run, out)?.inputs_mut() {
         let name = copy_of(key, file);
-        let copies = out.join(INPUTS);
         create_folder(&copies)?;
         let bytes = read_bytes(file)?;
         write_atomic(&copies.join(&name), |w| w.write_all(&bytes))?;
-        inputs.push(described(out, &format!("{INPUTS}/{name}"))?);
+        inputs.push(json!({ "@id": format!("{INPUTS}/{name}") }));
     }
-    let own = OUTSIDE_STAGES.iter().filter(|name| out.join(name).is_file());
-    let own: Vec<Value> = own.map(|name| described(out, name)).collect::<Result<_>>()?;
-    let staged = WrittenFolder::stages(out)?.paths().map(|name| described(out, name)).collect::<Result<Vec<_>>>()?;
-    let files: Vec<Value> = [own, inputs.clone(), staged].concat();
+    let mut files = Vec::new();
+    collect(out, "", &mut files)?;
     let path = out.join(FILE);
-    json::write(&path, &metadata(&results, &run.program, license, (&inputs, files)))?;
+    json::write(&path, &metadata(&run, license, (inputs, files)))?;
     Ok(path)
+}
+
+/// Describes all files of a folder but the metadata and hidden ones, by their path.
+fn collect(out: &Path, below: &str, files: &mut Vec<Value>) -> Result<()> {
+    for (name, path) in list(&out.join(below))? {
+        let name = if below.is_empty() { name } else { format!("{below}/{name}") };
+        match () {
+            () if name.starts_with('.') || name == FILE => {}
+            () if path.is_dir() => collect(out, &name, files)?,
+            () => files.push(described(out, &name)?),
+        }
+    }
+    Ok(())
 }
 
 /// The entity of a file.
@@ -96,11 +115,12 @@ fn described(out: &Path, name: &str) -> Result<Value> {
     }))
 }
 
-fn metadata(results: &Results, program: &str, license: &str, (inputs, files): (&[Value], Vec<Value>)) -> Value {
+fn metadata(run: &FinishedRun, license: &str, (inputs, files): (Vec<Value>, Vec<Value>)) -> Value {
+    let (results, program) = (&run.results, &run.program);
     let link = |value: &Value| json!({ "@id": value["@id"] });
     let license = if license.contains("://") { license.into() } else { format!("https://spdx.org/licenses/{license}") };
     let (name, version) = program.split_once(' ').unwrap_or((program, ""));
-    let used: Vec<Value> = [json!({ "@id": SCENE_FILE })].into_iter().chain(inputs.iter().map(link)).collect();
+    let used: Vec<Value> = [json!({ "@id": SCENE_FILE })].into_iter().chain(inputs).collect();
     let description = match results.description.trim() {
         "" => format!("Run {} of {program}.", results.name),
         text => text.to_string(),

@@ -10,7 +10,7 @@ use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
 use super::stages::{self, Made, Visitor};
 use super::surface::SurfaceStage;
-use super::{Listener, engine};
+use super::{Listener, engine, ro_crate};
 use crate::record::results::{self, MANIFEST_FILE, Results, SCHEMA, ScalesSi};
 use crate::record::written::{self, WrittenFolder};
 use crate::record::{ensemble, load_table, netcdf, tradeoff};
@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 pub(super) const SCENE_FILE: &str = "scene.toml";
 
 /// Files of a run, a trade-off or a sweep outside its stages.
-pub(super) const OUTSIDE_STAGES: [&str; 14] = [
+const OUTSIDE_STAGES: [&str; 14] = [
     SCENE_FILE,
     results::FILE,
     load_table::FILE,
@@ -108,7 +108,8 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     }
     results.write(out)?;
     curve::write(out, &results)?;
-    json::write(&out.join(MANIFEST_FILE), &Manifest::of(case, &results, engine.as_ref().map(|e| e.describe())))?;
+    let manifest = Manifest::of(case, &results, engine.as_ref().map(|e| e.describe()))?;
+    json::write(&out.join(MANIFEST_FILE), &manifest)?;
     netcdf::run::write_run(out, &results)?;
     record(case, &results, out)?;
     let page = report::write(out)?;
@@ -184,8 +185,9 @@ fn solve_grid(
     Ok((accuracy.errors_of(case.imposes_gaps(), &solved.states, pull_off), seconds))
 }
 
-/// Writes the hashes of the files outside the stages.
+/// Writes the hashes of the files outside the stages. Metadata of earlier ones are removed.
 pub(super) fn list_files(out: &Path) -> Result<()> {
+    remove(&out.join(ro_crate::FILE))?;
     hashed::write_checksums(out, &OUTSIDE_STAGES)
 }
 
@@ -260,8 +262,12 @@ pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Re
         return Ok(());
     }
     let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, RECORDING_FILE, report::PAGE];
-    for name in [hashed::CHECKSUMS].into_iter().chain(results) {
+    for name in [hashed::CHECKSUMS, ro_crate::FILE].into_iter().chain(results) {
         remove(&out.join(name))?;
+    }
+    let copies = out.join(ro_crate::INPUTS);
+    if copies.exists() {
+        remove_folder(&copies)?;
     }
     write_atomic(&file, |w| std::io::Write::write_all(w, text.as_bytes()))
 }
@@ -314,7 +320,7 @@ pub fn redraw(out: &Path, options: &report::ReportOptions) -> Result<PathBuf> {
 ///
 /// # Errors
 /// `Format`, which names the file and the remedy; `Io`.
-pub(super) fn checked(out: &Path) -> Result<(Results, RunFolder)> {
+fn checked(out: &Path) -> Result<(Results, RunFolder)> {
     // Before the lock, which leaves a file: a folder without results is none of ours.
     let (written, results) = WrittenFolder::run(out)?;
     written::unchanged(out, SCENE_FILE)?;

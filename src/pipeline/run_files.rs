@@ -8,7 +8,9 @@ use asperity_contact::load::Stop;
 use asperity_contact::method::Device;
 use asperity_grid::units::ANGSTROM_M;
 use asperity_surface::files::atomic_file::write_atomic;
+use asperity_surface::files::hashed::file_hash;
 use asperity_surface::files::npy;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
@@ -22,6 +24,8 @@ const OVITO: (&str, &str) = ("ovito_frames.py", include_str!("../record/ovito_fr
 pub(super) struct Manifest<'a> {
     program: String,
     scene: &'a Scene,
+    /// BLAKE3 hashes of the files that the scene names, by key.
+    inputs: BTreeMap<&'static str, String>,
     engine: Option<&'a str>,
     threads: usize,
     device: Device,
@@ -32,10 +36,16 @@ pub(super) struct Manifest<'a> {
 }
 
 impl<'a> Manifest<'a> {
-    pub(super) fn of(case: &'a Case, results: &'a Results, engine: Option<&'a str>) -> Self {
-        Manifest {
+    /// # Errors
+    /// `Io`, of the files that the scene names.
+    pub(super) fn of(case: &'a Case, results: &'a Results, engine: Option<&'a str>) -> Result<Self> {
+        let mut scene = case.scene.clone();
+        let files = scene.inputs_mut().into_iter();
+        let inputs = files.map(|(key, file)| Ok((key, file_hash(&case.resolve_path(file))?))).collect::<Result<_>>()?;
+        Ok(Manifest {
             program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
             scene: &case.scene,
+            inputs,
             engine,
             threads: rayon::current_num_threads(),
             device: Device::of(&case.planned_problem(), case.method()),
@@ -43,7 +53,7 @@ impl<'a> Manifest<'a> {
             stages: &results.stages,
             stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.stop).collect(),
             warnings: &results.warnings,
-        }
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::record::results::{ComparisonResults, SurfaceResults};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
-use asperity_contact::path::unresolved_contact;
+use asperity_contact::path::{apart, unresolved_contact};
 use asperity_contact::problem::LoadKind;
 use asperity_contact::results::ContinuumResults;
 use std::path::Path;
@@ -110,7 +110,10 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         let states = outputs.primary.iter().flat_map(|solved| &solved.states);
         let named = given_loads(case);
         let loads = states.map(|s| (named.value(s.p_star), s.contact_area, s.discretisation.as_ref()));
-        unresolved_contact(named.quantity.symbol(), loads).into_iter().for_each(|text| visitor.warn(text));
+        let unresolved = unresolved_contact(named.quantity.symbol(), loads);
+        let numbered = outputs.primary.iter().flat_map(|solved| &solved.states).enumerate();
+        let apart = apart(numbered.map(|(i, s)| ((i + 1).to_string(), s)));
+        unresolved.into_iter().chain(apart).for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);
     left_out.into_iter().for_each(|text| visitor.warn(text));

@@ -83,11 +83,6 @@ impl WrittenFolder {
         }
     }
 
-    /// Paths of the files of all stages.
-    pub fn paths(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().map(String::as_str)
-    }
-
     /// Verifies the files of all stages.
     ///
     /// # Errors

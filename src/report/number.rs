@@ -215,14 +215,21 @@ const ROUNDING: f64 = 1e-12;
 /// A value and its error in a unit without prefixes: the error with two digits, the value to the same last digit, and to six at most.
 pub fn to_error(value: f64, error: f64) -> String {
     let exponent = |v: f64| format!("{v:.1e}").split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
-    let digits = (exponent(value.abs()) - exponent(error.abs()) + 2).clamp(1, 6) as usize;
+    let error = error.abs();
+    if value.abs() < error {
+        // To the last digit of the error.
+        let last = 10f64.powi(exponent(error) - 1);
+        return format!("{} ± {}", significant((value / last).round() * last, 2), significant(error, 2));
+    }
+    let digits = (exponent(value.abs()) - exponent(error) + 2).clamp(1, 6) as usize;
     format!("{} ± {}", significant(value, if error == 0.0 { 6 } else { digits }), significant(error, 2))
 }
 
 /// A value and its error in `unit`, both with the SI prefix of the value and the same last digit: `("633", " ± 11 nm")`. The
 /// error has two digits. An error below 10⁻⁴ of the value does not set its digits.
 pub fn with_error(value: f64, error: f64, unit: &str) -> (String, String) {
-    let (scale, prefix) = if ["", "%"].contains(&unit) { (1.0, "") } else { si_scale(value) };
+    let larger = value.abs().max(error.abs());
+    let (scale, prefix) = if ["", "%"].contains(&unit) { (1.0, "") } else { si_scale(larger) };
     let (value, error) = (value / scale, error.abs() / scale);
     let unit = if unit.is_empty() { String::new() } else { format!("\u{a0}{prefix}{unit}") };
     if error == 0.0 || error < 1e-4 * value.abs() {
@@ -345,12 +352,14 @@ mod tests {
             shown,
             ["8.1 ± 2.2 %", "22.00 ± 0.69 %", "633 ± 11 nm", "100.00 ± 0.10 %", "1.00 ± 0 m", "0.849 ± 0.026"]
         );
-        let plain = [(157.31, 2.1), (129.71, 75.0), (3.59225e-4, 3.4e-5), (0.1, 1e-9), (-2.5, 30.0), (7.0, 0.0)];
+        let plain =
+            [(157.31, 2.1), (129.71, 75.0), (3.59225e-4, 3.4e-5), (0.1, 1e-9), (-2.6, 30.0), (3e-7, 0.038), (7.0, 0.0)];
         assert_eq!(
             plain.map(|(v, e)| to_error(v, e)),
-            ["157.3 ± 2.1", "130 ± 75.0", "3.59×10⁻⁴ ± 3.4×10⁻⁵", "0.100000 ± 1.0×10⁻⁹", "−3 ± 30.0", "7.00000 ± 0"]
+            ["157.3 ± 2.1", "130 ± 75", "3.59×10⁻⁴ ± 3.4×10⁻⁵", "0.100000 ± 1.0×10⁻⁹", "−3.0 ± 30", "0 ± 0.038", "7.00000 ± 0"]
         );
         assert_eq!(with_error(100.0, 1e-14, "%").1, " ± 0\u{a0}%");
+        assert_eq!(with_error(1e-13, 3.8e-8, "m"), ("0".into(), " ± 38\u{a0}nm".into()));
         let times = [0.0, 0.25, 12.34, 99.6, 3599.6, 7300.0].map(|s| duration(s).replace('\u{a0}', " "));
         assert_eq!(times, ["< 1 ms", "250 ms", "12 s", "1 min 40 s", "60 min 00 s", "2 h 02 min"]);
         assert_eq!(memory(1_500_000_000), "1.5\u{a0}GB");

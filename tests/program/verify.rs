@@ -27,6 +27,12 @@ fn read(file: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(file).expect("a file")).expect("JSON")
 }
 
+/// Number of files of a folder and those below.
+fn files_of(folder: &Path) -> usize {
+    let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+    entries.map(|path| if path.is_dir() { files_of(&path) } else { 1 }).sum()
+}
+
 /// A repetition has the same bits, a number that is another one is named, and a damaged field is not used.
 #[test]
 fn a_run_comes_out_again_to_the_bit() {
@@ -80,6 +86,8 @@ fn a_crate_has_what_a_repetition_needs() {
     {
         assert!(parts.iter().any(|part| part["@id"] == name), "{name}");
     }
+    // All files of the folder, so that these alone can be verified.
+    assert_eq!(parts.len(), files_of(&out) - 2, "all but the metadata and the lock");
     // In another place, without the file that the scene names.
     let moved = files.path("moved");
     fs::rename(&out, &moved).expect("moved");
@@ -87,6 +95,12 @@ fn a_crate_has_what_a_repetition_needs() {
     let found = verify(&moved, &[]);
     assert!(found.status.success(), "{}", stderr(&found));
     assert!(String::from_utf8_lossy(&found.stdout).contains("verified to the bit"));
+    // A copy that is another file is not used, and metadata do not outlive the files that they describe.
+    fs::write(moved.join("inputs/surface.heights.npy"), "another").expect("written");
+    let refused = verify(&moved, &[]);
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("surface.heights"), "{}", stderr(&refused));
+    let drawn = asperity().arg("report").arg(&moved).output().expect("started");
+    assert!(drawn.status.success() && !moved.join("ro-crate-metadata.json").exists(), "{}", stderr(&drawn));
 }
 
 #[test]
@@ -106,6 +120,13 @@ fn what_cannot_be_repeated_is_refused() {
         let refused = asperity().args(arguments).output().expect("started");
         assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
         assert!(stderr(&refused).contains(words), "{arguments:?}: {}", stderr(&refused));
+    }
+    // Another map in the place of that of the run.
+    files.map("map.npy", [32, 32], |x, y| (x + y) as f64);
+    for arguments in [&["verify", &out][..], &["crate", &out, "--license", "CC0-1.0"]] {
+        let refused = asperity().args(arguments).output().expect("started");
+        let said = stderr(&refused);
+        assert!(refused.status.code() == Some(2) && said.contains("another file than the run read"), "{said}");
     }
     // A map that is not there any more, and of which there is no copy.
     fs::remove_file(files.path("map.npy")).expect("removed");

@@ -2,6 +2,7 @@
 
 use crate::load::Branch;
 use crate::state::State;
+use asperity_surface::Surface;
 use serde::{Deserialize, Serialize};
 
 /// Continuum states of one problem along its load path.
@@ -135,7 +136,7 @@ pub struct PullOff {
     pub pressure: f64,
     /// Mean gap at that pressure.
     pub mean_gap: f64,
-    /// Normal force on the measured map at that pressure (negative).
+    /// Normal force on the measured map at that pressure (negative). Absent for a profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<f64>,
     /// Three times the change of the pressure from the grid with half the points along each side, and what the search leaves: how much
@@ -153,10 +154,11 @@ pub struct PullOff {
 }
 
 impl PullOff {
-    /// With the force on this area.
+    /// With the force on the measured map of a surface in the same units; a profile has no area.
     #[must_use]
-    pub fn on_area(self, area: f64) -> Self {
-        PullOff { force: Some(self.pressure * area), ..self }
+    pub fn on(self, surface: &Surface) -> Self {
+        let area = (surface.grid().ny > 1).then(|| surface.mapped_area());
+        PullOff { force: area.map(|area| self.pressure * area), ..self }
     }
 
     /// Error of the pressure over its size; `None` where it is not known.

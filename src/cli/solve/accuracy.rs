@@ -2,7 +2,7 @@
 
 use super::SolveArgs;
 use super::cache::{self, SolveCache};
-use super::reporter::{show_pull_off, show_states, unresolved};
+use super::reporter::{show_pull_off, show_states, doubtful};
 use super::solved::Solved;
 use crate::cli::output;
 use crate::cli::progress::TerminalProgress;
@@ -82,7 +82,7 @@ impl SolveArgs {
     fn end(&self, case: &Case, solved: &Solved, reached: &AccuracyResults, progress: &TerminalProgress) -> Result<()> {
         let warn = |text: &str| progress.warn(&rename_keys_in(text, &|key| self.flag_of(key)));
         case.warnings.iter().for_each(|text| warn(text));
-        unresolved(&solved.states).iter().for_each(|text| warn(text));
+        doubtful(&solved.states).iter().for_each(|text| warn(text));
         let units = self.units(case);
         show_states(self, &units, &solved.states, &solved.lines)?;
         solved.pull_off.iter().try_for_each(|line| show_pull_off(self.json, &units, line))?;

@@ -271,7 +271,7 @@ impl SolveArgs {
                 progress.note(&format!("finished already: results read from {}", out.display()));
             }
             finished.states.into_iter().try_for_each(|line| reporter.again(line))?;
-            reporter.unresolved().iter().for_each(|w| progress.warn(w));
+            reporter.doubtful().iter().for_each(|w| progress.warn(w));
             finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line))?;
             let solved = reporter.solved(finished.pull_off);
             let seconds = solved.states.iter().map(|state| state.seconds).sum();
@@ -359,7 +359,7 @@ impl SolveArgs {
                 }
             }
         })?;
-        reporter.unresolved().iter().for_each(|w| progress.warn(w));
+        reporter.doubtful().iter().for_each(|w| progress.warn(w));
         pulled.map(|p| reporter.pull_off(&p)).transpose()
     }
 }

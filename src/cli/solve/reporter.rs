@@ -19,6 +19,7 @@ use asperity_grid::Field;
 use asperity_grid::sys::MemoryGrowth;
 use asperity_grid::units::Scales;
 use asperity_surface::files::{json, npy};
+use asperity_surface::Surface;
 use asperity_surface::provenance::Provenance;
 use serde_json::{Value, json};
 
@@ -42,8 +43,8 @@ pub(super) struct SolveReporter<'a> {
     fields: FieldWriter<'a>,
     /// Of a hardness that is a map, over E*.
     hardness_map: Option<HardnessMapResults>,
-    /// Area on which a force acts.
-    mapped_area: f64,
+    /// In the units of the command line.
+    surface: Surface,
     card: &'static MethodCard,
     criterion: String,
     pub resolved_gradient: f64,
@@ -97,7 +98,7 @@ impl<'a> SolveReporter<'a> {
             subsurface: case.subsurface(),
             fields: FieldWriter::new(solve, case, path, loads),
             hardness_map: case.hardness_map.clone(),
-            mapped_area: case.problem.surface.mapped_area(),
+            surface: case.problem.surface.clone(),
             resolved_gradient,
             planned_bytes,
             growth,
@@ -208,10 +209,10 @@ impl<'a> SolveReporter<'a> {
         line
     }
 
-    /// A warning for loads whose contact the grid does not resolve.
-    pub(super) fn unresolved(&self) -> Option<String> {
-        let text = unresolved(&self.states).filter(|_| self.shows)?;
-        Some(rename_keys_in(&text, &|key| self.solve.flag_of(key)))
+    /// Warnings of [`doubtful`].
+    pub(super) fn doubtful(&self) -> Vec<String> {
+        let list = if self.shows { doubtful(&self.states) } else { Vec::new() };
+        list.iter().map(|text| rename_keys_in(text, &|key| self.solve.flag_of(key))).collect()
     }
 
     /// The stress below the surface of a state, if it was requested; writes its maps.
@@ -231,7 +232,7 @@ impl<'a> SolveReporter<'a> {
 
     /// Reports the pull-off and writes its file. Returns its line of JSON.
     pub(super) fn pull_off(&self, pull_off: &PullOff) -> Result<Value> {
-        let found = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa).on_area(self.mapped_area);
+        let found = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa).on(&self.surface);
         let line = json!({
             "pull_off_pressure": found.pressure,
             "pull_off_pressure_error": found.pressure_error,
@@ -260,11 +261,11 @@ impl<'a> SolveReporter<'a> {
     }
 }
 
-/// A warning for loads whose contact the grid does not resolve, with keys of scenes.
-pub(super) fn unresolved(states: &[State]) -> Option<String> {
-    let loads = states.iter().enumerate();
-    let loads = loads.map(|(i, s)| ((i + 1).to_string(), s.contact_area, s.discretisation.as_ref()));
-    path::unresolved_contact("load ", loads)
+/// Warnings for loads whose contact the grid does not resolve, with keys of scenes, and for those at which nothing touches.
+pub(super) fn doubtful(states: &[State]) -> Vec<String> {
+    let numbered = || states.iter().enumerate().map(|(i, s)| ((i + 1).to_string(), s));
+    let loads = numbered().map(|(i, s)| (i, s.contact_area, s.discretisation.as_ref()));
+    path::unresolved_contact("load ", loads).into_iter().chain(path::apart(numbered())).collect()
 }
 
 /// Prints all states.
@@ -316,15 +317,13 @@ pub(super) fn show_pull_off(as_json: bool, units: &ResultUnits, line: &Value) ->
         _ => "none: the error by the grid is not known".to_string(),
     };
     // Their relative errors are the same.
-    let area = number("pull_off_force").unwrap_or(f64::NAN) / -pressure;
-    let error = number("pull_off_pressure_error").map(|e| e * area);
-    let force = with_error(pressure * area, error, (units, Dimension::Force));
-    let rows = [
-        ("largest tension", pull),
-        ("as a force on the map", force),
-        ("at the mean gap", gap),
-        ("errors, estimated by", from),
-    ];
+    let force = number("pull_off_force").map(|force| {
+        let error = number("pull_off_pressure_error").map(|e| -e * force / pressure);
+        with_error(-force, error, (units, Dimension::Force))
+    });
+    let force = force.map(|force| ("as a force on the map", force));
+    let rows = [("at the mean gap", gap), ("errors, estimated by", from)];
+    let rows = [("largest tension", pull)].into_iter().chain(force).chain(rows);
     output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
     Ok(())
 }

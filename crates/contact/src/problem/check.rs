@@ -5,8 +5,8 @@ use super::{Body, Field, Hardness, LoadKind, Loads, Names, Problem, Reduction};
 use crate::interface::{CubicHalfSpace, Elastic, Law, RangeChoice};
 use crate::load::Load;
 use crate::method::{Heights, MethodCard, ReducedProblem};
+use asperity_grid::Error;
 use asperity_grid::error::Complaint;
-use asperity_grid::{Error, mean};
 use asperity_surface::{HeightSource, quality_warnings, seam_warning, slope_warnings};
 
 /// Load over that of full contact from which on it is no study of full contact but a wrong unit.
@@ -83,9 +83,9 @@ impl Problem {
             _ => ("zero (first contact) or a positive number: tension needs adhesion", |v| v >= 0.0),
         };
         for (i, value) in loads.values.iter().enumerate() {
-            // Between 1 and 100 it looks like a percentage.
+            // Above 1 and below 100 it looks like a percentage.
             let percent = format!("{CONTACT}: did you mean {value}%?");
-            let accepted = if accepted == CONTACT && (1.0..100.0).contains(value) { &percent } else { accepted };
+            let accepted = if accepted == CONTACT && (*value > 1.0 && *value < 100.0) { &percent } else { accepted };
             c.value(good(*value), (field, Some(i)), *value, accepted);
         }
         // First contact without adhesion is given by the surface alone.
@@ -238,27 +238,9 @@ impl Problem {
         of_surface.into_iter().chain(slope_warnings(reduction.gradient)).chain(of_range).collect()
     }
 
-    /// A load so far beyond full contact that a unit is probably wrong, a gap at which nothing touches, and a contact stress that
-    /// depends on the grid.
+    /// A load so far beyond full contact that a unit is probably wrong, and a contact stress that depends on the grid.
     pub fn load_warnings(&self, reduction: &Reduction) -> Vec<String> {
-        let of_loads = self.far_load_warning(reduction).into_iter().chain(self.apart_warning(reduction));
-        of_loads.chain(hardness_warning(reduction)).collect()
-    }
-
-    /// Mean gaps beyond first contact, where only attraction acts.
-    fn apart_warning(&self, Reduction { model, steps, .. }: &Reduction) -> Option<String> {
-        let gaps = steps.iter().filter_map(|step| match step.target {
-            Load::MeanGap(gap) => Some(gap),
-            Load::Pressure(_) => None,
-        });
-        let widest = gaps.reduce(f64::max).filter(|_| !self.attracts() && fits(model.grid))?;
-        let touch = mean(&self.surface.source().heights(model.grid, 0.0));
-        // A load at first contact is no mistake, and may be rounded.
-        (widest > touch * (1.0 + 1e-9)).then(|| {
-            format!(
-                "the largest mean gap, {widest:.3e} of the cell's extent, is beyond first contact at {touch:.3e}: without adhesion nothing touches there"
-            )
-        })
+        self.far_load_warning(reduction).into_iter().chain(hardness_warning(reduction)).collect()
     }
 
     fn far_load_warning(&self, Reduction { model, steps, gradient }: &Reduction) -> Option<String> {

@@ -6,7 +6,7 @@ use crate::interface::AttractionLaw;
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{Iteration, MethodCard, MethodKind, NoObserver, Observer, SeparationStep, Stop};
 use crate::observe::{WorkPoint, dissipation};
-use crate::path::{EstimatorInput, InitialState, LoadPathSolver, Reached, pressures_of_contact};
+use crate::path::{EstimatorInput, InitialState, LoadPathSolver, Reached, apart, pressures_of_contact};
 use crate::results::PullOff;
 use crate::state::State;
 use asperity_grid::sys::expect_memory;
@@ -60,7 +60,8 @@ pub trait Monitor: Sync {
         false
     }
 
-    /// Called once before the first load, with the warnings of [`Problem::warnings`].
+    /// Called before the first load with the warnings of [`Problem::warnings`], and after the last one where nothing touches at some of
+    /// them.
     fn warnings(&self, _list: &[String]) {}
 }
 
@@ -159,7 +160,16 @@ impl Problem {
     ) -> Result<Option<PullOff>> {
         let reduction = reduced(self, loads)?;
         monitor.warnings(&warnings(self, &reduction));
-        walk(self, reduction, loads, &Monitored { monitor, separated: Mutex::default() }, visit)
+        let (mut visit, mut loads_apart, mut number) = (visit, Vec::new(), 0);
+        let pull_off = walk(self, reduction, loads, &Monitored { monitor, separated: Mutex::default() }, |state| {
+            number += 1;
+            loads_apart.extend(apart([(number.to_string(), &state)].into_iter()));
+            visit(state);
+        })?;
+        if !loads_apart.is_empty() {
+            monitor.warnings(&loads_apart);
+        }
+        Ok(pull_off)
     }
 
     /// The contact under a mean pressure by any method, those included that do not solve for the fields.
@@ -271,8 +281,7 @@ fn walk(
         visit(state.in_units(problem.surface.length(), problem.modulus));
         Ok(())
     })?;
-    let area = problem.surface.mapped_area();
-    Ok(pulled.map(|p| p.in_units(problem.surface.length(), problem.modulus).on_area(area)))
+    Ok(pulled.map(|p| p.in_units(problem.surface.length(), problem.modulus).on(&problem.surface)))
 }
 
 fn require_converged(reached: &Reached, card: &MethodCard, tolerance: f64, [load, loads]: [usize; 2]) -> Result<()> {
