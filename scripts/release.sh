@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds and checks what a release consists of, in target/release-files, and lists what a person uploads where. It uploads nothing.
-# Needs access to crates.io and PyPI. Half an hour on two cores.
+# Needs access to crates.io and PyPI, and Cargo 1.90 or newer, which packages a workspace. Half an hour on two cores.
 #
 #   scripts/release.sh    for glibc 2.28 and newer if python3 has ziglang and cargo-zigbuild, else for the glibc of this machine;
 #                         the Debian package if cargo-deb is installed
@@ -125,7 +125,7 @@ cat <<WORDS
 
 All passed. What a person does, in this order:
 
-1. Set \`repository\` in Cargo.toml and the crates, \`repository-code\` in CITATION.cff, \`codeRepository\` in codemeta.json and
+1. Enable private vulnerability reports, which SECURITY.md names. Set \`repository\` in Cargo.toml and the crates, \`repository-code\` in CITATION.cff, \`codeRepository\` in codemeta.json and
    \`[project.urls]\` in python/pyproject.toml.
 2. Set the date in CHANGELOG.md and CITATION.cff (\`date-released\`), and say in docs/install.md and docs/limitations.md that there is a
    release. Commit, run this script again, and tag: git tag v$version

@@ -122,6 +122,7 @@ fn kind(schema: &Value, node: &Value) -> Vec<String> {
                 quantity(&node["items"]).map_or_else(|| kind(schema, &node["items"]).join(" or "), String::from);
             Some(match entry.strip_prefix("list of ") {
                 Some(of) => format!("list of lists of {of}"),
+                None if entry == "quantity" => "list of quantities".into(),
                 None => format!("list of {entry}{}", if entry.ends_with('s') { "es" } else { "s" }),
             })
         }

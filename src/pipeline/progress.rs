@@ -40,7 +40,11 @@ impl<'a> ProgressReporter<'a> {
             (load, _) if load < self.total => format!("load {} of {}", load + 1, self.total),
             (_, None) => "pulling off".to_string(),
             (_, Some(SeparationStep { states, tension, .. })) => {
-                format!("pulling off, state {}, last tension {:.0} % of the largest", states + 1, 100.0 * tension)
+                format!(
+                    "pulling off, state {}, last tension {:.0} % of the largest",
+                    states + 1,
+                    100.0 * tension.max(0.0)
+                )
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Whether a finished run comes out again: its numbers and fields against those of a repetition.
 
+use super::run::{OUTSIDE_STAGES, SCENE_FILE};
 use crate::Result;
 use crate::record::results::{MANIFEST_FILE, Results};
 use crate::record::written::{self, WrittenFolder};
@@ -34,6 +35,8 @@ pub struct FinishedRun {
     pub scene: PathBuf,
     /// The program that made it, with its version.
     pub program: String,
+    /// LAMMPS with its version, of a run with atoms.
+    pub(super) engine: Option<String>,
     /// BLAKE3 hashes of the files that it read, by the key that names them.
     pub(super) inputs: BTreeMap<String, String>,
 }
@@ -42,6 +45,7 @@ pub struct FinishedRun {
 #[derive(Deserialize)]
 struct Manifest {
     program: String,
+    engine: Option<String>,
     inputs: BTreeMap<String, String>,
 }
 
@@ -94,15 +98,16 @@ impl FinishedRun {
     /// `Format` for a folder without results, or with a file that is not as the run wrote it; `Io`.
     pub fn open(out: &Path) -> Result<Self> {
         let (folder, results) = WrittenFolder::run(out)?;
-        let scene = out.join(super::run::SCENE_FILE);
-        for name in [super::run::SCENE_FILE, MANIFEST_FILE] {
-            written::unchanged(out, name)?;
-        }
+        let scene = out.join(SCENE_FILE);
+        OUTSIDE_STAGES
+            .iter()
+            .filter(|name| out.join(name).exists())
+            .try_for_each(|name| written::unchanged(out, name))?;
         folder.verify()?;
         let file = out.join(MANIFEST_FILE);
-        let Manifest { program, inputs } = serde_json::from_str(&read_text(&file)?)
-            .map_err(|e| Error::format(&file, e, "the manifest of a run"))?;
-        Ok(FinishedRun { folder, results, scene, program, inputs })
+        let Manifest { program, engine, inputs } =
+            serde_json::from_str(&read_text(&file)?).map_err(|e| Error::format(&file, e, "the manifest of a run"))?;
+        Ok(FinishedRun { folder, results, scene, program, engine, inputs })
     }
 
     /// Compares it with a repetition in another folder, `exactly` or without what solvers leave below their tolerance.
@@ -135,7 +140,8 @@ impl FinishedRun {
         if !name.ends_with(".npy") {
             return Ok(ChangedField { file, relative: None });
         }
-        let [run, repetition] = [&self.folder, &again.folder].map(|folder| folder.file(name).and_then(|f| npy::read(&f)));
+        let [run, repetition] =
+            [&self.folder, &again.folder].map(|folder| folder.file(name).and_then(|f| npy::read(&f)));
         let (run, repetition) = (run?.values, repetition?.values);
         Ok(ChangedField { file, relative: Some(difference(&run, &repetition)) })
     }

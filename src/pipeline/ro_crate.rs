@@ -10,6 +10,7 @@ use asperity_grid::Error;
 use asperity_surface::files::atomic_file::{create_folder, list, read_bytes, write_atomic};
 use asperity_surface::files::hashed::{FileHash, file_hash};
 use asperity_surface::files::json;
+use asperity_surface::heights::sidecar_path;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -39,6 +40,13 @@ fn copy_of(key: &str, file: &Path) -> String {
     format!("{key}{ending}")
 }
 
+/// A file that a key of a scene names, and its sidecar, if there is one, with a key of its own.
+pub fn with_sidecar(key: &str, file: &Path) -> Vec<(String, PathBuf)> {
+    let sidecar = Some(sidecar_path(file)).filter(|sidecar| sidecar.is_file());
+    let sidecar = sidecar.map(|sidecar| (format!("{key} (sidecar)"), sidecar));
+    [(key.to_string(), file.to_path_buf())].into_iter().chain(sidecar).collect()
+}
+
 /// The scene of a finished run. Its files are those that the run read: where the scene names them, or else their copies in the folder.
 ///
 /// # Errors
@@ -48,8 +56,13 @@ pub fn scene_of(run: &FinishedRun, out: &Path) -> Result<Scene> {
     for (key, file) in scene.inputs_mut() {
         let copy = out.join(INPUTS).join(copy_of(key, file));
         let copy = std::path::absolute(&copy).map_err(Error::io("find", &copy))?;
-        let hash = run.inputs.get(key);
-        let is_same = |file: &Path| file.is_file() && file_hash(file).ok().as_ref() == hash;
+        // Of the file and its sidecar, both or neither of which the run read.
+        let read = run.inputs.keys().filter(|read| read.split(' ').next() == Some(key)).count();
+        let is_same = |file: &Path| {
+            let own = with_sidecar(key, file);
+            let same = |(key, file): &(String, PathBuf)| file_hash(file).ok().as_ref() == run.inputs.get(key);
+            file.is_file() && own.len() == read && own.iter().all(same)
+        };
         *file = match (is_same(file), is_same(&copy)) {
             (true, _) => file.clone(),
             (false, true) => copy,
@@ -74,11 +87,15 @@ pub fn write(out: &Path, license: &str) -> Result<PathBuf> {
     let copies = out.join(INPUTS);
     let mut inputs = Vec::new();
     for (key, file) in scene_of(&run, out)?.inputs_mut() {
-        let name = copy_of(key, file);
         create_folder(&copies)?;
-        let bytes = read_bytes(file)?;
-        write_atomic(&copies.join(&name), |w| w.write_all(&bytes))?;
-        inputs.push(json!({ "@id": format!("{INPUTS}/{name}") }));
+        let copy = copies.join(copy_of(key, file));
+        let from = with_sidecar(key, file).into_iter().map(|(_, file)| file);
+        for (from, to) in from.zip([copy.clone(), sidecar_path(&copy)]) {
+            let bytes = read_bytes(&from)?;
+            write_atomic(&to, |w| w.write_all(&bytes))?;
+            let name = to.file_name().unwrap_or_default().to_string_lossy();
+            inputs.push(json!({ "@id": format!("{INPUTS}/{name}") }));
+        }
     }
     let mut files = Vec::new();
     collect(out, "", &mut files)?;
@@ -120,6 +137,8 @@ fn metadata(run: &FinishedRun, license: &str, (inputs, files): (Vec<Value>, Vec<
     let link = |value: &Value| json!({ "@id": value["@id"] });
     let license = if license.contains("://") { license.into() } else { format!("https://spdx.org/licenses/{license}") };
     let (name, version) = program.split_once(' ').unwrap_or((program, ""));
+    let engine = run.engine.as_ref().map(|_| json!({ "@id": "#engine" }));
+    let instruments: Vec<Value> = [json!({ "@id": "#program" })].into_iter().chain(engine).collect();
     let used: Vec<Value> = [json!({ "@id": SCENE_FILE })].into_iter().chain(inputs).collect();
     let description = match results.description.trim() {
         "" => format!("Run {} of {program}.", results.name),
@@ -148,12 +167,15 @@ fn metadata(run: &FinishedRun, license: &str, (inputs, files): (Vec<Value>, Vec<
             "@id": "#run",
             "@type": "CreateAction",
             "name": format!("asperity run {SCENE_FILE}"),
-            "instrument": { "@id": "#program" },
+            "instrument": instruments,
             "object": used,
             "result": [{ "@id": results::FILE }],
         }),
         json!({ "@id": "#program", "@type": "SoftwareApplication", "name": name, "softwareVersion": version }),
     ];
+    graph.extend(run.engine.as_ref().map(|engine| {
+        json!({ "@id": "#engine", "@type": "SoftwareApplication", "name": "LAMMPS", "softwareVersion": engine })
+    }));
     graph.extend(files);
     json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph })
 }

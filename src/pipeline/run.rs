@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 pub(super) const SCENE_FILE: &str = "scene.toml";
 
 /// Files of a run, a trade-off or a sweep outside its stages.
-const OUTSIDE_STAGES: [&str; 14] = [
+pub(super) const OUTSIDE_STAGES: [&str; 14] = [
     SCENE_FILE,
     results::FILE,
     load_table::FILE,

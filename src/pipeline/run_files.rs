@@ -1,5 +1,6 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
+use super::ro_crate;
 use crate::Result;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, RecordingInfo as Recorded};
 use crate::record::results::{Results, StageCost};
@@ -25,7 +26,7 @@ pub(super) struct Manifest<'a> {
     program: String,
     scene: &'a Scene,
     /// BLAKE3 hashes of the files that the scene names, by key.
-    inputs: BTreeMap<&'static str, String>,
+    inputs: BTreeMap<String, String>,
     engine: Option<&'a str>,
     threads: usize,
     device: Device,
@@ -40,8 +41,12 @@ impl<'a> Manifest<'a> {
     /// `Io`, of the files that the scene names.
     pub(super) fn of(case: &'a Case, results: &'a Results, engine: Option<&'a str>) -> Result<Self> {
         let mut scene = case.scene.clone();
-        let files = scene.inputs_mut().into_iter();
-        let inputs = files.map(|(key, file)| Ok((key, file_hash(&case.resolve_path(file))?))).collect::<Result<_>>()?;
+        let mut inputs = BTreeMap::new();
+        for (key, file) in scene.inputs_mut() {
+            for (key, file) in ro_crate::with_sidecar(key, &case.resolve_path(file)) {
+                inputs.insert(key, file_hash(&file)?);
+            }
+        }
         Ok(Manifest {
             program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
             scene: &case.scene,
@@ -100,10 +105,11 @@ pub(super) fn sources(case: &Case) -> Vec<String> {
              molecular statics."
                 .to_string(),
         );
-        list.push(
-            "The calcium-like potential is asperity's own; potentials/README.md describes fit and properties."
+        list.push(match case.scene.atoms.as_ref().and_then(|atoms| atoms.potential.as_ref()) {
+            Some(own) => format!("The potential is that of {}.", own.display()),
+            None => "The calcium-like potential is asperity's own; potentials/README.md describes fit and properties."
                 .to_string(),
-        );
+        });
     }
     list
 }

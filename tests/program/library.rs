@@ -2,7 +2,8 @@
 
 use crate::program::{asperity, stderr};
 use asperity::{
-    Adhesion, Body, FileOptions, LoadKind, Loads, Monitor, Problem, Progress, StateMaps, Surface, Touching, method, read_surface,
+    Adhesion, Body, FileOptions, LoadKind, Loads, Monitor, Problem, Progress, StateMaps, Surface, Touching, method,
+    read_surface,
 };
 use ndarray::Array2;
 use serde_json::Value;

@@ -10,9 +10,14 @@ use std::process::Output;
 
 /// A run of a map in a folder of its own, in which the scene names it.
 fn run(files: &Scratch) {
-    files.map("map.npy", [32, 32], |x, y| ((x * x + 3 * y) % 13) as f64 + ((5 * y + x) % 7) as f64);
-    let scene = "name = \"small\"\n[laboratory]\nlength = \"3 um\"\nmodulus = \"2 GPa\"\n[surface]\nheights = \"map.npy\"\nunit = \"nm\"\n\
-                 touching = \"high-points\"\n[load]\npressure = [\"1 MPa\", \"4 MPa\"]\n";
+    let measured = files.map("measured.npy", [32, 32], |x, y| ((x * x + 3 * y) % 13) as f64 + ((5 * y + x) % 7) as f64);
+    // With a sidecar, which declares unit, extents and sign.
+    let declared = ["--unit", "nm", "--length", "3um", "--touching", "high-points", "--out"];
+    let written =
+        asperity().args(["surface", &measured]).args(declared).arg(files.path("map.npy")).output().expect("started");
+    assert!(written.status.success() && files.path("map.npy.json").exists(), "{}", stderr(&written));
+    let scene = "name = \"small\"\n[laboratory]\nmodulus = \"2 GPa\"\n[surface]\nheights = \"map.npy\"\n[load]\n\
+                 pressure = [\"1 MPa\", \"4 MPa\"]\n";
     fs::write(files.path("small.toml"), scene).expect("written");
     let ran = asperity().arg("run").arg(files.path("small.toml")).arg("--out").arg(files.path("run")).output();
     let ran = ran.expect("started");
@@ -59,9 +64,12 @@ fn a_run_comes_out_again_to_the_bit() {
     assert!(said.contains("of continuum.states[1].mean_gap") && said.contains("NOT verified to the bit"), "{said}");
     assert!(verify(&out, &["--tolerance", "1e-6"]).status.success());
     assert_eq!(verify(&out, &["--tolerance", "1e-8"]).status.code(), Some(1));
-    fs::write(out.join("continuum/load-1-gap.npy"), "damaged").expect("written");
-    let damaged = verify(&out, &[]);
-    assert!(damaged.status.code() == Some(2) && stderr(&damaged).contains("load-1-gap.npy"), "{}", stderr(&damaged));
+    for damaged in ["curve.csv", "continuum/load-1-gap.npy"] {
+        fs::write(out.join(damaged), "damaged").expect("written");
+        let refused = verify(&out, &[]);
+        assert!(refused.status.code() == Some(2) && stderr(&refused).contains(damaged), "{}", stderr(&refused));
+        fs::remove_file(out.join(damaged)).expect("removed");
+    }
 }
 
 /// The metadata list every file with size and hash, and the copies of the inputs are enough for a repetition.
@@ -82,8 +90,14 @@ fn a_crate_has_what_a_repetition_needs() {
         assert_eq!(described["contentSize"], fs::metadata(&file).expect(name).len().to_string(), "{name}");
         assert_eq!(described["identifier"], format!("blake3:{}", file_hash(&file).expect(name)), "{name}");
     }
-    for name in ["results.json", "scene.toml", "report.html", "inputs/surface.heights.npy", "continuum/load-2-gap.npy"]
-    {
+    for name in [
+        "results.json",
+        "scene.toml",
+        "report.html",
+        "inputs/surface.heights.npy",
+        "inputs/surface.heights.npy.json",
+        "continuum/load-2-gap.npy",
+    ] {
         assert!(parts.iter().any(|part| part["@id"] == name), "{name}");
     }
     // All files of the folder, so that these alone can be verified.
@@ -91,7 +105,7 @@ fn a_crate_has_what_a_repetition_needs() {
     // In another place, without the file that the scene names.
     let moved = files.path("moved");
     fs::rename(&out, &moved).expect("moved");
-    fs::remove_file(files.path("map.npy")).expect("removed");
+    ["map.npy", "map.npy.json"].iter().for_each(|name| fs::remove_file(files.path(name)).expect("removed"));
     let found = verify(&moved, &[]);
     assert!(found.status.success(), "{}", stderr(&found));
     assert!(String::from_utf8_lossy(&found.stdout).contains("verified to the bit"));

@@ -454,7 +454,7 @@ mod tests {
             ("lin:1um:2:3", "no unit in common"),
             ("1um,2", "2 has no unit"),
             ("0,5MPa", "0 has no unit"),
-            ("1um,,2um", "a number"),
+            ("1um,,2um", "a value before and after every comma"),
             ("log:1:inf:3", "finite ends"),
             ("lin:nan:1:3", "finite ends"),
         ] {

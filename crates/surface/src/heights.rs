@@ -46,7 +46,8 @@ struct Sidecar {
 
 const LAYOUT: &str = "[ny, nx], row = constant y, x fastest";
 
-fn sidecar_path(path: &Path) -> PathBuf {
+/// The sidecar of a map, where there may be one.
+pub fn sidecar_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_os_string();
     name.push(".json");
     PathBuf::from(name)

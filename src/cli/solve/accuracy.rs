@@ -2,7 +2,7 @@
 
 use super::SolveArgs;
 use super::cache::{self, SolveCache};
-use super::reporter::{show_pull_off, show_states, doubtful};
+use super::reporter::{doubtful, show_pull_off, show_states};
 use super::solved::Solved;
 use crate::cli::output;
 use crate::cli::progress::TerminalProgress;

@@ -18,8 +18,8 @@ use asperity_contact::state::{Peak, State, SubsurfaceResults};
 use asperity_grid::Field;
 use asperity_grid::sys::MemoryGrowth;
 use asperity_grid::units::Scales;
-use asperity_surface::files::{json, npy};
 use asperity_surface::Surface;
+use asperity_surface::files::{json, npy};
 use asperity_surface::provenance::Provenance;
 use serde_json::{Value, json};
 
@@ -165,7 +165,7 @@ impl<'a> SolveReporter<'a> {
             "length_x": grid.lx * length,
             "length_y": grid.ly * length,
             "modulus": modulus,
-            "units": { "length": self.units.length, "stress": self.units.stress },
+            "units": self.units_of_line(),
             "precision": problem.precision,
             "threads": rayon::current_num_threads(),
             "device": Device::of(problem, self.card),
@@ -209,6 +209,10 @@ impl<'a> SolveReporter<'a> {
         line
     }
 
+    fn units_of_line(&self) -> Value {
+        json!({ "length": self.units.length, "stress": self.units.stress })
+    }
+
     /// Warnings of [`doubtful`].
     pub(super) fn doubtful(&self) -> Vec<String> {
         let list = if self.shows { doubtful(&self.states) } else { Vec::new() };
@@ -234,6 +238,7 @@ impl<'a> SolveReporter<'a> {
     pub(super) fn pull_off(&self, pull_off: &PullOff) -> Result<Value> {
         let found = pull_off.clone().in_units(self.scales.length_m, self.scales.modulus_pa).on(&self.surface);
         let line = json!({
+            "units": self.units_of_line(),
             "pull_off_pressure": found.pressure,
             "pull_off_pressure_error": found.pressure_error,
             "pull_off_force": found.force,

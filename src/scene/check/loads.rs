@@ -51,7 +51,7 @@ fn kinds(c: &mut Complaints, load: &LoadScene) {
     ];
     let value: Vec<&str> = kinds.iter().filter(|(_, value)| *value).map(|(key, _)| *key).collect();
     let all = kinds.map(|(key, _)| key.trim_start_matches("load.")).join(", ");
-    c.unless(!value.is_empty(), "load.p_star", "[]", &format!("at least one load, in one of {all}"));
+    c.unless(!value.is_empty(), "load", "no loads", &format!("at least one, in one of {all}"));
     if let [first, second, ..] = value[..] {
         c.unless(false, second, format!("given together with {first}"), "one kind of load");
     }

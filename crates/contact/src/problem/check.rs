@@ -77,6 +77,8 @@ impl Problem {
     fn check_loads(&self, c: &mut Complaints, loads: &Loads) {
         let (field, attracts) = (loads.kind.field(), self.attracts());
         let (accepted, good): (&str, fn(f64) -> bool) = match loads.kind {
+            // That a gap of zero determines no load behind a hard wall is said with the reason.
+            LoadKind::MeanGap if self.penalty_length.is_none() => (POSITIVE, |v| v >= 0.0),
             LoadKind::MeanGap | LoadKind::Displacement => ("zero or a positive number", |v| v >= 0.0),
             LoadKind::Contact => (CONTACT, |v| v > 0.0 && v < 1.0),
             _ if attracts => ("a number", |_| true),
