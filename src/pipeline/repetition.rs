@@ -210,9 +210,9 @@ impl Numbers {
     }
 
     fn below(&mut self, (key, group, name): (&str, &str, &str), run: &Value, repetition: &Value) {
-        let is_left_out = |left_out: &&str| name == *left_out || name.ends_with(&format!("_{left_out}"));
+        let is_left_out = |left_out: &str| name == left_out || name.ends_with(&format!("_{left_out}"));
         let remainders = if self.exactly { &[][..] } else { &REMAINDERS };
-        if !MEASURED.iter().chain(remainders).any(|key| is_left_out(&key)) {
+        if !MEASURED.iter().chain(remainders).any(|key| is_left_out(key)) {
             let joined = |path: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
             self.of((&joined(key), &joined(group)), run, repetition);
         }

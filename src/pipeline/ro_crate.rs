@@ -2,7 +2,8 @@
 
 use super::folder::RunFolder;
 use super::repetition::FinishedRun;
-use super::run::SCENE_FILE;
+use super::run::{CRATE_FILE, INPUTS, SCENE_FILE};
+use super::run_files::with_sidecar;
 use crate::Result;
 use crate::record::results;
 use crate::scene::Scene;
@@ -15,12 +16,6 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
-
-/// Name of the file in the run folder.
-pub const FILE: &str = "ro-crate-metadata.json";
-
-/// Folder of copies of the files that the scene names.
-pub const INPUTS: &str = "inputs";
 
 /// Media types by the end of a name.
 const MEDIA_TYPES: [(&str, &str); 8] = [
@@ -38,13 +33,6 @@ const MEDIA_TYPES: [(&str, &str); 8] = [
 fn copy_of(key: &str, file: &Path) -> String {
     let ending = file.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
     format!("{key}{ending}")
-}
-
-/// A file that a key of a scene names, and its sidecar, if there is one, with a key of its own.
-pub fn with_sidecar(key: &str, file: &Path) -> Vec<(String, PathBuf)> {
-    let sidecar = Some(sidecar_path(file)).filter(|sidecar| sidecar.is_file());
-    let sidecar = sidecar.map(|sidecar| (format!("{key} (sidecar)"), sidecar));
-    [(key.to_string(), file.to_path_buf())].into_iter().chain(sidecar).collect()
 }
 
 /// The scene of a finished run. Its files are those that the run read: where the scene names them, or else their copies in the folder.
@@ -99,7 +87,7 @@ pub fn write(out: &Path, license: &str) -> Result<PathBuf> {
     }
     let mut files = Vec::new();
     collect(out, "", &mut files)?;
-    let path = out.join(FILE);
+    let path = out.join(CRATE_FILE);
     json::write(&path, &metadata(&run, license, (inputs, files)))?;
     Ok(path)
 }
@@ -109,7 +97,7 @@ fn collect(out: &Path, below: &str, files: &mut Vec<Value>) -> Result<()> {
     for (name, path) in list(&out.join(below))? {
         let name = if below.is_empty() { name } else { format!("{below}/{name}") };
         match () {
-            () if name.starts_with('.') || name == FILE => {}
+            () if name.starts_with('.') || name == CRATE_FILE => {}
             () if path.is_dir() => collect(out, &name, files)?,
             () => files.push(described(out, &name)?),
         }
@@ -146,7 +134,7 @@ fn metadata(run: &FinishedRun, license: &str, (inputs, files): (Vec<Value>, Vec<
     };
     let mut graph = vec![
         json!({
-            "@id": FILE,
+            "@id": CRATE_FILE,
             "@type": "CreativeWork",
             "conformsTo": { "@id": "https://w3id.org/ro/crate/1.1" },
             "about": { "@id": "./" },

@@ -10,7 +10,7 @@ use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
 use super::stages::{self, Made, Visitor};
 use super::surface::SurfaceStage;
-use super::{Listener, engine, ro_crate};
+use super::{Listener, engine};
 use crate::record::results::{self, MANIFEST_FILE, Results, SCHEMA, ScalesSi};
 use crate::record::written::{self, WrittenFolder};
 use crate::record::{ensemble, load_table, netcdf, tradeoff};
@@ -26,6 +26,12 @@ use std::path::{Path, PathBuf};
 
 /// The scene of a run, in its folder.
 pub(super) const SCENE_FILE: &str = "scene.toml";
+
+/// Metadata of an RO-Crate.
+pub(super) const CRATE_FILE: &str = "ro-crate-metadata.json";
+
+/// Folder of copies of the files that the scene names, in an RO-Crate.
+pub(super) const INPUTS: &str = "inputs";
 
 /// Files of a run, a trade-off or a sweep outside its stages.
 pub(super) const OUTSIDE_STAGES: [&str; 14] = [
@@ -187,7 +193,7 @@ fn solve_grid(
 
 /// Writes the hashes of the files outside the stages. Metadata of earlier ones are removed.
 pub(super) fn list_files(out: &Path) -> Result<()> {
-    remove(&out.join(ro_crate::FILE))?;
+    remove(&out.join(CRATE_FILE))?;
     hashed::write_checksums(out, &OUTSIDE_STAGES)
 }
 
@@ -262,10 +268,10 @@ pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Re
         return Ok(());
     }
     let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, RECORDING_FILE, report::PAGE];
-    for name in [hashed::CHECKSUMS, ro_crate::FILE].into_iter().chain(results) {
+    for name in [hashed::CHECKSUMS, CRATE_FILE].into_iter().chain(results) {
         remove(&out.join(name))?;
     }
-    let copies = out.join(ro_crate::INPUTS);
+    let copies = out.join(INPUTS);
     if copies.exists() {
         remove_folder(&copies)?;
     }

@@ -1,6 +1,5 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
-use super::ro_crate;
 use crate::Result;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, RecordingInfo as Recorded};
 use crate::record::results::{Results, StageCost};
@@ -11,9 +10,10 @@ use asperity_grid::units::ANGSTROM_M;
 use asperity_surface::files::atomic_file::write_atomic;
 use asperity_surface::files::hashed::file_hash;
 use asperity_surface::files::npy;
+use asperity_surface::heights::sidecar_path;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub(super) const RECORDING_FILE: &str = "run.mcap";
 /// Layout of Foxglove for the recording, and script of OVITO that draws the frames of the atoms.
@@ -43,7 +43,7 @@ impl<'a> Manifest<'a> {
         let mut scene = case.scene.clone();
         let mut inputs = BTreeMap::new();
         for (key, file) in scene.inputs_mut() {
-            for (key, file) in ro_crate::with_sidecar(key, &case.resolve_path(file)) {
+            for (key, file) in with_sidecar(key, &case.resolve_path(file)) {
                 inputs.insert(key, file_hash(&file)?);
             }
         }
@@ -60,6 +60,13 @@ impl<'a> Manifest<'a> {
             warnings: &results.warnings,
         })
     }
+}
+
+/// A file that a key of a scene names, and its sidecar, if there is one, with a key of its own.
+pub(super) fn with_sidecar(key: &str, file: &Path) -> Vec<(String, PathBuf)> {
+    let sidecar = Some(sidecar_path(file)).filter(|sidecar| sidecar.is_file());
+    let sidecar = sidecar.map(|sidecar| (format!("{key} (sidecar)"), sidecar));
+    [(key.to_string(), file.to_path_buf())].into_iter().chain(sidecar).collect()
 }
 
 /// Papers and data on which the results are based.

@@ -13,9 +13,10 @@ use crate::record::results::{ComparisonResults, SurfaceResults};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
-use asperity_contact::path::{apart, unresolved_contact};
+use asperity_contact::path::unresolved_contact;
 use asperity_contact::problem::LoadKind;
 use asperity_contact::results::ContinuumResults;
+use asperity_contact::state::apart;
 use std::path::Path;
 
 /// Output of a stage, with its key. A plan has none.

@@ -14,7 +14,7 @@ use asperity_contact::load::{LoadStep, Stop};
 use asperity_contact::method::{Device, Equilibrium, MethodCard, ReducedProblem};
 use asperity_contact::path::{self, LoadPathSolver, Reached};
 use asperity_contact::results::{HardnessMapResults, PullOff};
-use asperity_contact::state::{Peak, State, SubsurfaceResults};
+use asperity_contact::state::{Peak, State, SubsurfaceResults, apart};
 use asperity_grid::Field;
 use asperity_grid::sys::MemoryGrowth;
 use asperity_grid::units::Scales;
@@ -270,7 +270,7 @@ impl<'a> SolveReporter<'a> {
 pub(super) fn doubtful(states: &[State]) -> Vec<String> {
     let numbered = || states.iter().enumerate().map(|(i, s)| ((i + 1).to_string(), s));
     let loads = numbered().map(|(i, s)| (i, s.contact_area, s.discretisation.as_ref()));
-    path::unresolved_contact("load ", loads).into_iter().chain(path::apart(numbered())).collect()
+    path::unresolved_contact("load ", loads).into_iter().chain(apart(numbered())).collect()
 }
 
 /// Prints all states.

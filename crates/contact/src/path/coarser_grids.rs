@@ -9,7 +9,7 @@ use crate::method::{
 };
 use crate::observe::{ContactArea, ELASTIC_EDGE};
 use crate::results::PullOff;
-use crate::state::{Discretisation, Extrapolated, State};
+use crate::state::{Discretisation, Extrapolated};
 use crate::uncertainty::ValueWithError;
 use asperity_grid::sys::ranks::Ranks;
 use asperity_grid::{Error, Result};
@@ -187,15 +187,6 @@ pub fn unresolved_contact<'a>(
             names.join(", ")
         )
     })
-}
-
-/// A warning for loads at which nothing touches and nothing attracts: gaps beyond first contact. `loads`: name and state of each.
-pub fn apart<'a>(loads: impl Iterator<Item = (String, &'a State)>) -> Option<String> {
-    let is_apart = |s: &State| s.pressure == 0.0 && s.contact_area == 0.0 && s.displacement.is_some_and(|d| d < 0.0);
-    let names: Vec<String> = loads.filter(|(_, state)| is_apart(state)).map(|l| l.0).collect();
-    let list = names.join(", ");
-    (!names.is_empty())
-        .then(|| format!("load {list}: the mean gap is beyond first contact, where without adhesion nothing touches"))
 }
 
 /// Minimum rms gradient of the coarsest grid over that of the finest for an extrapolation over both.

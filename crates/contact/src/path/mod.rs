@@ -11,7 +11,7 @@ mod subsurface;
 mod uncertainty;
 mod unit;
 
-pub use coarser_grids::{apart, edge_uncertainty, unresolved_contact};
+pub use coarser_grids::{edge_uncertainty, unresolved_contact};
 pub use contact_target::{estimated_p_star, pressures_of_contact};
 pub use estimator_input::EstimatorInput;
 pub use leakage::leakage;
