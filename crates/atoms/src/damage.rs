@@ -9,8 +9,9 @@ use asperity_surface::files::atomic_file::{read_bytes, read_text, remove};
 use std::path::Path;
 
 /// Removes the steps from the first damaged one on: one whose line cannot be read, or whose line or frame is not as
-/// `load_history::verify_step` found it, or was not seen by it. A job of which no step was, as after `run.sh` by hand, is verified here as
-/// far as it can be: its frames are read whole. Returns what was damaged, in words that name the file.
+/// `load_history::verify_step` found it, or was not seen by it. Steps behind the last one that was, which LAMMPS finished before it was
+/// stopped, or all of a job that `run.sh` ran by hand, are verified here as far as they can be: their frames are read whole. Returns what
+/// was damaged, in words that name the file.
 ///
 /// # Errors
 /// `Io`; `Lammps` if another program runs this job.
@@ -36,7 +37,7 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
     let head = lines.next();
     let mut damage = None;
     let steps: Vec<&[u8]> = lines.collect();
-    let by_hand = (0..steps.len()).all(|step| !verified_file(folder, step).exists());
+    let last_seen = (0..steps.len()).rev().find(|step| verified_file(folder, *step).exists());
     if head.is_some_and(|line| line.trim_ascii_end() != HEADER.as_bytes()) {
         damage = Some((0, format!("{} is damaged in its first line", table.display())));
     }
@@ -50,7 +51,8 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
         damage = if record.is_none_or(|r| r.step != step) {
             Some((step, format!("{} is damaged at step {step}", table.display())))
         } else if let Ok(frame) = &frame {
-            changed_step(folder, (step, line), (frame, &table), recorded, by_hand)?.map(|what| (step, what))
+            let is_behind = last_seen.is_none_or(|last| step > last);
+            changed_step(folder, (step, line), (frame, &table), recorded, is_behind)?.map(|what| (step, what))
         } else {
             Some((step, format!("the frame of step {step} is missing in {}", folder.display())))
         };
@@ -70,11 +72,11 @@ fn changed_step(
     (step, line): (usize, &[u8]),
     (frame, table): (&Path, &Path),
     recorded: Option<String>,
-    by_hand: bool,
+    is_behind: bool,
 ) -> Result<Option<String>> {
     let Some(recorded) = recorded else {
         let unknown = format!("{} is missing or no text", verified_file(folder, step).display());
-        let read = if by_hand { verify_step(folder, step).map_err(|e| e.to_string()) } else { Err(unknown) };
+        let read = if is_behind { verify_step(folder, step).map_err(|e| e.to_string()) } else { Err(unknown) };
         return Ok(read.err());
     };
     let hashes = hashes_of_step(frame, line)?;
@@ -106,8 +108,8 @@ mod tests {
         folder
     }
 
-    /// A step whose hashes are missing, or no text, is not known to be whole: it is computed again. A job without any is one of `run.sh` by hand,
-    /// whose frames are read.
+    /// A step whose hashes are missing, or no text, is not known to be whole: it is computed again. The last steps may have none, as LAMMPS
+    /// finished them before it was stopped, or all, as `run.sh` ran them by hand: their frames are read.
     #[test]
     fn steps_without_hashes_are_removed() {
         let folder = job_of_three_steps();
@@ -115,6 +117,9 @@ mod tests {
         std::fs::write(path("frame.2.b3"), [0xFF, 0xFE]).expect("written");
         let what = remove_damaged(folder.path()).expect("repaired").expect("damaged");
         assert!(what.contains("frame.2.b3 is missing or no text"), "{what}");
+        remove(&path("frame.1.b3")).expect("removed");
+        assert_eq!(remove_damaged(folder.path()).expect("whole"), None);
+        assert!(path("frame.1.b3").exists() && LoadHistory::read(folder.path()).expect("good").steps.len() == 2);
         remove(&path("frame.0.b3")).expect("removed");
         let what = remove_damaged(folder.path()).expect("repaired").expect("damaged");
         assert!(what.contains("frame.0.b3") && !path(LOAD_STEPS_FILE).exists(), "{what}");
