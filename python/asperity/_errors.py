@@ -43,6 +43,10 @@ class AsperityWarning(UserWarning):
 CLASSES: dict[int, type[AsperityError]] = {2: InputError, 3: NotConverged, 4: LammpsError, 5: ResourceError}
 
 
+#: Extras of the package that install what `all` does not.
+EXTRAS = {"SurfaceTopography": "files", "tamaas": "peers", "ContactMechanics": "peers"}
+
+
 def needed(package: str) -> Any:
     """An optional package.
 
@@ -55,4 +59,5 @@ def needed(package: str) -> Any:
         return importlib.import_module(package)
     except ImportError as error:
         name = package.partition(".")[0]
-        raise ImportError(f'{name} is needed for this; `pip install {name}`, or `pip install "asperity[all]"`') from error
+        extra = EXTRAS.get(name, "all")
+        raise ImportError(f'{name} is needed for this; `pip install {name}`, or `pip install "asperity[{extra}]"`') from error

@@ -41,6 +41,9 @@ class Clusters:
     sizes: list[int]
     median_size: int | None
 
+    def __repr__(self) -> str:
+        return f"Clusters({len(self.sizes)} clusters, largest {max(self.sizes, default=0)} nodes, median_size={self.median_size})"
+
 
 @dataclass(frozen=True, eq=False)
 class Distribution:

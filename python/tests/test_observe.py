@@ -19,6 +19,8 @@ def test_observables_of_a_state_are_those_of_its_maps() -> None:
     assert (area.contact_area, area.perimeter) == (state.contact_area, state.perimeter)
     assert state.clusters().sizes == asperity.clusters(state.contact).sizes
     assert sum(state.clusters().sizes) == state.contact.sum()
+    largest = max(state.clusters().sizes)
+    assert f"largest {largest} nodes" in repr(state.clusters()) and len(repr(state.clusters())) < 100
     assert state.percolation() == asperity.percolation(state.contact)
     assert 0 < state.hydraulic_gap() < state.mean_gap
 

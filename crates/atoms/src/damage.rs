@@ -2,7 +2,7 @@
 
 use super::job_files::lock;
 use super::load_history::{
-    HEADER, LOAD_STEPS_FILE, StepRecord, frame_file, hashes_of_step, roll_back, verified_file, verify_step,
+    HEADER, LOAD_STEPS_FILE, StepRecord, frame_file, hashes_of_step, roll_back, seen_steps, verified_file, verify_step,
 };
 use asperity_grid::Result;
 use asperity_surface::files::atomic_file::{read_bytes, read_text, remove};
@@ -37,7 +37,7 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
     let head = lines.next();
     let mut damage = None;
     let steps: Vec<&[u8]> = lines.collect();
-    let last_seen = (0..steps.len()).rev().find(|step| verified_file(folder, *step).exists());
+    let seen = seen_steps(folder, steps.len());
     if head.is_some_and(|line| line.trim_ascii_end() != HEADER.as_bytes()) {
         damage = Some((0, format!("{} is damaged in its first line", table.display())));
     }
@@ -51,8 +51,7 @@ pub(super) fn repair(folder: &Path) -> Result<Option<String>> {
         damage = if record.is_none_or(|r| r.step != step) {
             Some((step, format!("{} is damaged at step {step}", table.display())))
         } else if let Ok(frame) = &frame {
-            let is_behind = last_seen.is_none_or(|last| step > last);
-            changed_step(folder, (step, line), (frame, &table), recorded, is_behind)?.map(|what| (step, what))
+            changed_step(folder, (step, line), (frame, &table), recorded, step >= seen)?.map(|what| (step, what))
         } else {
             Some((step, format!("the frame of step {step} is missing in {}", folder.display())))
         };

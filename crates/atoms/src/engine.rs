@@ -376,7 +376,7 @@ impl LammpsEngine {
         command.current_dir(&place);
         let mut group = ProcessGroup::start(command.stdout(screen).stderr(both), self.start.end())
             .map_err(Error::io("start", &self.program))?;
-        let mut verified_steps = finished.map_or(0, |k| k + 1);
+        let mut verified_steps = load_history::seen_steps(&job.folder, finished.map_or(0, |k| k + 1));
         let mut peak_bytes = 0;
         let status = loop {
             if self.start.ranks() == 1 {

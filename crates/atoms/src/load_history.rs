@@ -316,6 +316,12 @@ pub(super) fn verified_file(folder: &Path, step: usize) -> PathBuf {
     folder.join(format!("frame.{step}.b3"))
 }
 
+/// Number of steps up to the last one that [`verify_step`] found whole, of the first `steps`. LAMMPS may have finished others behind it
+/// before it was stopped.
+pub(super) fn seen_steps(folder: &Path, steps: usize) -> usize {
+    (0..steps).rev().find(|step| verified_file(folder, *step).exists()).map_or(0, |last| last + 1)
+}
+
 /// Hashes of a frame and of its line in the table.
 pub(super) fn hashes_of_step(frame: &Path, line: &[u8]) -> Result<String> {
     let frame = hash_of(frame)?.unwrap_or_default();
