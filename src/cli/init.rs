@@ -196,6 +196,9 @@ impl InitArgs {
         if self.file_flags.via_python {
             draft.line("via_python = true");
         }
+        if self.file_flags.profile {
+            draft.line("profile = true");
+        }
         match &declared.unit {
             Some(unit) if metres_per(unit).is_some() => {
                 draft.line(format!("# Unit of the heights, as the file declares it.\nunit = {}", quoted(unit)));

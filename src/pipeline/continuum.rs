@@ -135,15 +135,20 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     })
 }
 
+/// Memory of what is computed from the states, beside them: flow through the gap, and stress below the surface.
+pub(super) fn observed_bytes(problem: &ReducedProblem, leakage: bool, subsurface: bool) -> u64 {
+    let flow = if leakage { leakage_bytes(problem.grid) } else { 0 };
+    flow + if subsurface { path::subsurface_bytes(problem) } else { 0 }
+}
+
 /// Checks the available memory.
 ///
 /// # Errors
 /// `Memory` if the path needs more.
 fn check_memory(path: &LoadPathSolver, request: &PathRequest) -> Result<()> {
-    let flow = if request.leakage { leakage_bytes(path.problem().grid) } else { 0 };
-    let below = request.subsurface.as_ref().map_or(0, |_| path::subsurface_bytes(path.problem()));
+    let after = observed_bytes(path.problem(), request.leakage, request.subsurface.is_some());
     let (required, available) =
-        (path.plan(request.pull_off).bytes + flow + below, asperity_grid::sys::available_memory_bytes());
+        (path.plan(request.pull_off).bytes + after, asperity_grid::sys::available_memory_bytes());
     if required <= available {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! Stages that solve the scene's problem and its variants at laboratory scale.
 
-use super::continuum::{Keep, PathRequest, load_path, start};
+use super::continuum::{Keep, PathRequest, load_path, observed_bytes, start};
 use super::folder::StageKey;
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use crate::Result;
@@ -209,7 +209,11 @@ impl Stage for SolveStage<'_> {
         let own = method_cost(&problem, self.method(), loads, machine);
         // The plan has a copy of a series in the precision of the solver.
         let heights = problem.heights.series_bytes().unwrap_or(8 * case.model.grid.points() as u64);
-        EstimatedCost { bytes: heights + path_bytes(case, problem, self.method(), pulls_off), ..own }
+        let is_primary = self.variant == Variant::Primary;
+        let (leakage, subsurface) =
+            (is_primary && case.scene.continuum.leakage, is_primary && case.subsurface().is_some());
+        let observed = observed_bytes(&problem, leakage, subsurface);
+        EstimatedCost { bytes: heights + observed + path_bytes(case, problem, self.method(), pulls_off), ..own }
     }
 
     fn keys(&self, dependencies: &[&StageKey]) -> Result<StageKeys> {

@@ -81,6 +81,25 @@ fn maps_are_kept_at_loads_of_every_kind() {
     assert!(said.contains("load.maps_at[0] = 2 mN; accepted: one of the loads: 2 MPa"), "{said}");
 }
 
+/// The plan of a run has what flow and stress below the surface take beside the solver, as that of `solve`.
+#[test]
+fn plans_have_what_is_computed_from_the_states() {
+    let files = Scratch::new();
+    let planned = |more: &str| {
+        scene(&files, "plan", "pressure = \"2 MPa\"", more);
+        let plan =
+            asperity().args(["run", "--dry-run", "--json"]).arg(files.path("plan.toml")).output().expect("started");
+        let plan: Value = serde_json::from_slice(&plan.stdout).expect("JSON");
+        let stage =
+            plan["stages"].as_array().expect("stages").iter().find(|s| s["name"] == "continuum").expect("it is one");
+        stage["bytes"].as_u64().expect("a number")
+    };
+    let own = planned("");
+    // Both directions, eleven vectors on the 32² points and the coarser ones.
+    assert_eq!(planned("[continuum]\nleakage = true") - own, 2 * 11 * 8 * 32 * 32 * 4 / 3);
+    assert!(planned("[continuum.subsurface]\ndepths = [\"1 um\"]\npoisson = 0.3") > own);
+}
+
 /// Means over surfaces of different gradients have one pressure, and different p*.
 #[test]
 fn means_over_surfaces_are_at_the_given_load() {

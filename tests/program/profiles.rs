@@ -94,6 +94,13 @@ fn a_profile_is_a_surface_uniform_along_y() {
     let area: Value = serde_json::from_str(&area).expect("JSON");
     let area = number(&area["continuum"]["states"][0], "contact_nodes");
     assert!((area / number(&strip, "contact_nodes") - 1.0).abs() < 1e-6);
+    // The scene that `init` writes for one has all that it needs.
+    let written = files.word("written.toml");
+    let flags = ["--profile", "--touching", "high-points", "--modulus", "10MPa", "--out", &written];
+    let init = json("init", &[&[&files.word("blanks.txt")[..]], &flags[..]].concat());
+    assert_eq!(init["fill_in"], Value::Array(Vec::new()), "{init}");
+    let planned = run("run", &[&written, "--dry-run"]);
+    assert!(planned.status.success(), "{}", stderr(&planned));
 }
 
 #[test]
