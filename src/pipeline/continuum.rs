@@ -135,7 +135,7 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     })
 }
 
-/// Memory of what is computed from the states, beside them: flow through the gap, and stress below the surface.
+/// Memory that flow through the gap and stress below the surface need in addition to the solver.
 pub(super) fn observed_bytes(problem: &ReducedProblem, leakage: bool, subsurface: bool) -> u64 {
     let flow = if leakage { leakage_bytes(problem.grid) } else { 0 };
     flow + if subsurface { path::subsurface_bytes(problem) } else { 0 }

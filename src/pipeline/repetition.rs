@@ -132,9 +132,7 @@ impl FinishedRun {
             changed_fields,
         })
     }
-}
 
-impl FinishedRun {
     fn changed_field(&self, again: &FinishedRun, name: &str) -> Result<ChangedField> {
         let file = name.to_string();
         if !name.ends_with(".npy") {

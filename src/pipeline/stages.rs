@@ -113,8 +113,8 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         let loads = states.map(|s| (named.value(s.p_star), s.contact_area, s.discretisation.as_ref()));
         let unresolved = unresolved_contact(named.quantity.symbol(), loads);
         let numbered = outputs.primary.iter().flat_map(|solved| &solved.states).enumerate();
-        let apart = apart(numbered.map(|(i, s)| ((i + 1).to_string(), s)));
-        unresolved.into_iter().chain(apart).for_each(|text| visitor.warn(text));
+        let loads_apart: Vec<usize> = numbered.filter(|(_, s)| s.is_apart()).map(|(i, _)| i + 1).collect();
+        unresolved.into_iter().chain(apart(&loads_apart)).for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);
     left_out.into_iter().for_each(|text| visitor.warn(text));

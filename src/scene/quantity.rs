@@ -106,10 +106,7 @@ impl<D> LowerExp for Quantity<D> {
 
 impl<D> Serialize for Quantity<D> {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        match self.measure.unit {
-            Some(_) => to.collect_str(self),
-            None => to.serialize_f64(self.measure.value),
-        }
+        AnyQuantity(self.measure).serialize(to)
     }
 }
 

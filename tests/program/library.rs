@@ -238,17 +238,17 @@ fn first_contact_and_far_loads_are_those_of_the_command_line() {
     assert_eq!((count(far(1e6)), count(far(1.0))), (1, 0));
     // Beyond first contact nothing touches, unless the surfaces attract each other.
     let touch = states[0].mean_gap.expect("a gap");
-    let apart = |problem: &Problem, gaps: [f64; 2]| {
+    let apart = |problem: &Problem, gaps: &[f64]| {
         let said = Warned::default();
         problem.visit_load_path(&Loads::new(LoadKind::MeanGap, gaps), &said, |_| ()).expect("solved");
         let list = said.0.into_inner().expect("no panic");
         list.into_iter().filter(|w| w.contains("without adhesion nothing touches")).collect::<Vec<_>>()
     };
-    assert!(apart(&problem(), [0.5 * touch, 0.9 * touch]).is_empty());
-    let second = ["load 2: the mean gap is beyond first contact, where without adhesion nothing touches"];
-    assert_eq!(apart(&problem(), [0.5 * touch, 2.0 * touch]), second);
+    assert!(apart(&problem(), &[0.5 * touch, 0.9 * touch]).is_empty());
+    let both = ["load 2, 3: the mean gap is beyond first contact, where without adhesion nothing touches"];
+    assert_eq!(apart(&problem(), &[0.5 * touch, 2.0 * touch, 3.0 * touch]), both);
     let adhesion = Adhesion { work_of_adhesion: 50.0, range: 40.0, ..Adhesion::default() };
-    assert!(apart(&Problem { adhesion: Some(adhesion), ..problem() }, [0.5 * touch, 2.0 * touch]).is_empty());
+    assert!(apart(&Problem { adhesion: Some(adhesion), ..problem() }, &[0.5 * touch, 2.0 * touch]).is_empty());
 }
 
 /// The warnings of a solve.

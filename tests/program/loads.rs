@@ -81,7 +81,7 @@ fn maps_are_kept_at_loads_of_every_kind() {
     assert!(said.contains("load.maps_at[0] = 2 mN; accepted: one of the loads: 2 MPa"), "{said}");
 }
 
-/// The plan of a run has what flow and stress below the surface take beside the solver, as that of `solve`.
+/// The plan of a run has the memory of flow and of stress below the surface.
 #[test]
 fn plans_have_what_is_computed_from_the_states() {
     let files = Scratch::new();

@@ -68,9 +68,9 @@ fn loads_one_after_another() {
     assert!((number(&back[0], "pressure") / 0.03 - 1.0).abs() < 1e-6, "{}", back[0]);
 }
 
-/// The table of several loads has the flow and the plastic flow where they are asked for.
+/// The table of several loads has the flow with `--leakage`, and the plastic flow with a hardness.
 #[test]
-fn the_table_of_loads_has_what_was_asked_for() {
+fn the_table_of_loads_has_flow_and_plastic_flow() {
     let flags = ["--pressure", "0.01,0.03", "--leakage", "--hardness", "0.2"];
     let states = lines(&flags);
     let plain: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").chain(flags).collect();

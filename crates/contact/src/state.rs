@@ -242,6 +242,11 @@ impl State {
         self.contact_map.as_ref()?.file()
     }
 
+    /// Whether nothing touches and nothing attracts: the mean gap is beyond first contact.
+    pub fn is_apart(&self) -> bool {
+        self.pressure == 0.0 && self.contact_area == 0.0 && self.displacement.is_some_and(|d| d < 0.0)
+    }
+
     /// Adds components of the uncertainty, which the stated errors then contain.
     pub fn add_uncertainty(&mut self, more: impl IntoIterator<Item = UncertaintyComponent>) {
         self.uncertainty.extend(more);
@@ -494,12 +499,10 @@ impl SubsurfaceResults {
     }
 }
 
-/// A warning for loads at which nothing touches and nothing attracts: gaps beyond first contact. `loads`: name and state of each.
-pub fn apart<'a>(loads: impl Iterator<Item = (String, &'a State)>) -> Option<String> {
-    let is_apart = |s: &State| s.pressure == 0.0 && s.contact_area == 0.0 && s.displacement.is_some_and(|d| d < 0.0);
-    let names: Vec<String> = loads.filter(|(_, state)| is_apart(state)).map(|l| l.0).collect();
-    let list = names.join(", ");
-    (!names.is_empty())
+/// A warning for loads at which the surfaces are [apart](State::is_apart), by their numbers from 1; none without any.
+pub fn apart(numbers: &[usize]) -> Option<String> {
+    let list = numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+    (!numbers.is_empty())
         .then(|| format!("load {list}: the mean gap is beyond first contact, where without adhesion nothing touches"))
 }
 

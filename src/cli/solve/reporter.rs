@@ -268,9 +268,10 @@ impl<'a> SolveReporter<'a> {
 
 /// Warnings for loads whose contact the grid does not resolve, with keys of scenes, and for those at which nothing touches.
 pub(super) fn doubtful(states: &[State]) -> Vec<String> {
-    let numbered = || states.iter().enumerate().map(|(i, s)| ((i + 1).to_string(), s));
-    let loads = numbered().map(|(i, s)| (i, s.contact_area, s.discretisation.as_ref()));
-    path::unresolved_contact("load ", loads).into_iter().chain(apart(numbered())).collect()
+    let numbered = || states.iter().enumerate().map(|(i, s)| (i + 1, s));
+    let loads = numbered().map(|(i, s)| (i.to_string(), s.contact_area, s.discretisation.as_ref()));
+    let loads_apart: Vec<usize> = numbered().filter(|(_, s)| s.is_apart()).map(|(i, _)| i).collect();
+    path::unresolved_contact("load ", loads).into_iter().chain(apart(&loads_apart)).collect()
 }
 
 /// Prints all states.

@@ -163,11 +163,11 @@ impl Problem {
         let (mut visit, mut loads_apart, mut number) = (visit, Vec::new(), 0);
         let pull_off = walk(self, reduction, loads, &Monitored { monitor, separated: Mutex::default() }, |state| {
             number += 1;
-            loads_apart.extend(apart([(number.to_string(), &state)].into_iter()));
+            loads_apart.extend(state.is_apart().then_some(number));
             visit(state);
         })?;
-        if !loads_apart.is_empty() {
-            monitor.warnings(&loads_apart);
+        if let Some(text) = apart(&loads_apart) {
+            monitor.warnings(&[text]);
         }
         Ok(pull_off)
     }
