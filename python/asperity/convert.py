@@ -31,6 +31,9 @@ ASCII = {"µm": "um", "μm": "um", "Å": "angstrom"}
 #: Words of a NetCDF file for the points that touch first.
 SIGNS = {"high-points": "high points touch first", "low-points": "low points touch first"}
 
+#: Deviation of positions from equal steps, over the step, up to which it is not said that heights are interpolated.
+EQUAL_STEPS = 0.02
+
 SELECT = "as --dataset (surface.dataset)"
 
 
@@ -60,11 +63,16 @@ class Channel:
         """Whether it is a map of heights."""
         return self.quantity == "height" and len(self.points) == 2
 
+    @property
+    def is_profile(self) -> bool:
+        """Whether it is a line of heights."""
+        return self.quantity == "height" and len(self.points) == 1
+
     def __str__(self) -> str:
         points = " x ".join(map(str, self.points))
         extents = "no lateral size" if self.lengths is None else " x ".join(f"{length:.6g}" for length in self.lengths)
         unit = "no unit" if self.unit is None else self.unit
-        what = "" if self.is_map else f"; {self.quantity}, no heights" if self.quantity != "height" else "; a line, no map"
+        what = "" if self.is_map else f"; {self.quantity}, no heights" if self.quantity != "height" else "; a profile"
         return f"{self.name}: {points} points, {extents}, {unit}{what}"
 
 
@@ -117,13 +125,14 @@ def _of_file(path: str) -> list[_Entry]:
 
 
 def _channel(reader: Any, channel: Any) -> Channel:
-    sizes = channel.physical_sizes
+    # Of a profile some readers have a number in place of a tuple.
+    sizes = None if channel.physical_sizes is None else np.ravel(channel.physical_sizes)
     known = sizes is not None and all(size is not None and np.isfinite(size) and size > 0 for size in sizes)
     # Readers require extents, also where the file has none; these are not written.
     options = {} if sizes is not None else {"physical_sizes": tuple(float(n) for n in channel.nb_grid_pts)}
     return Channel(
         name=channel.channel_id,
-        points=tuple(channel.nb_grid_pts),
+        points=tuple(map(int, np.ravel(channel.nb_grid_pts))),
         lengths=tuple(map(float, sizes)) if known else None,
         unit=channel.unit if isinstance(channel.unit, str) else None,
         quantity=_quantity(channel),
@@ -207,16 +216,22 @@ def channels(path: str | os.PathLike[str]) -> list[Channel]:
     return [_loaded(entry) for entry in _entries(os.fspath(path))]
 
 
-def _chosen(path: str, dataset: str | int | None) -> tuple[Channel, list[str]]:
-    """The map that `dataset` names or counts (from 1), or the only one; and the names of all that may be chosen."""
+def _chosen(path: str, dataset: str | int | None, profile: bool) -> tuple[Channel, list[str]]:
+    """The map or profile that `dataset` names or counts (from 1), or the only one; and the names of all that may be chosen."""
     entries = _entries(path)
+
+    def fits(channel: Channel) -> bool:
+        return channel.is_profile if profile else channel.is_map
+
     is_one_of_many = len(entries) > 1 and not entries[0].is_measurement
-    maps = [entry for entry in entries if entry.load().is_map] if is_one_of_many else entries
-    listed = ", ".join(f"{entries.index(entry) + 1} {entry.name!r}" for entry in maps) or "a file with a map of heights"
+    kind = "profile" if profile else "map of heights"
+    fitting = [entry for entry in entries if fits(entry.load())] if is_one_of_many else entries
+    listed = ", ".join(f"{entries.index(entry) + 1} {entry.name!r}" for entry in fitting) or f"a file with a {kind}"
     if dataset is None:
-        if len(maps) != 1:
-            raise InputError(f"{path}: {len(maps)} maps of heights; accepted: the name or number of one {SELECT}: {listed}")
-        entry = maps[0]
+        if len(fitting) != 1:
+            count = f"{len(fitting)} {'profiles' if profile else 'maps of heights'}"
+            raise InputError(f"{path}: {count}; accepted: the name or number of one {SELECT}: {listed}")
+        entry = fitting[0]
     else:
         named = [entry for entry in entries if entry.name == str(dataset)]
         counted = entries[int(dataset) - 1 : int(dataset)] if re.fullmatch(r"[1-9][0-9]{0,8}", str(dataset)) else []
@@ -224,11 +239,13 @@ def _chosen(path: str, dataset: str | int | None) -> tuple[Channel, list[str]]:
             raise InputError(f"{path}: dataset = {str(dataset)!r}; accepted: {listed}")
         entry = (named or counted)[0]
     channel = _loaded(entry)
-    if not channel.is_map:
-        is_line = len(channel.points) != 2
-        found = f"a line of {channel.points[0]} points" if is_line else f"{channel.quantity}, no heights"
-        raise InputError(f"{path}: {entry.name!r} is {found}; accepted: {listed if len(maps) > 1 else 'a map of heights'}")
-    return channel, [entry.name for entry in maps]
+    if not fits(channel):
+        found = f"a profile of {channel.points[0]} points" if channel.is_profile else f"a map of {channel.points} points"
+        found = found if channel.quantity == "height" else f"{channel.quantity}, no heights"
+        other = " with --profile (surface.profile)" if channel.is_profile else ""
+        accepted = listed if len(fitting) > 1 else f"it{other}" if other else f"a {kind}"
+        raise InputError(f"{path}: {entry.name!r} is {found}; accepted: {accepted}")
+    return channel, [entry.name for entry in fitting]
 
 
 def _length(text: str) -> tuple[float, str]:
@@ -250,8 +267,9 @@ def convert(
     dataset: str | int | None = None,
     length: str | None = None,
     touching: str = "high-points",
+    profile: bool = False,
 ) -> Channel:
-    """Writes one map of a file as NetCDF, with unit, extents, missing points (NaN), sign, periodicity and origin.
+    """Writes one map or profile of a file as NetCDF, with unit, extents, missing points (NaN), sign, periodicity and origin.
 
     Parameters
     ----------
@@ -265,6 +283,8 @@ def convert(
         Extent along x with its unit (``20um``), if the file does not declare it; pixels are square. A file may also be written without.
     touching : {'high-points', 'low-points'}
         Which points touch first: those of instruments are high, those of a replica low.
+    profile : bool
+        Whether it is a profile, which becomes a map of one line along x. One without equal steps is interpolated to as many.
 
     Returns
     -------
@@ -284,17 +304,22 @@ def convert(
     if os.path.exists(out) and os.path.exists(path) and os.path.samefile(path, out):
         raise InputError(f"{out}: the file that is read; accepted: another file")
     given = None if length is None else _length(length)
-    channel, names = _chosen(path, dataset)
+    channel, names = _chosen(path, dataset, profile)
     if given is not None and channel.lengths is not None:
         raise InputError(f"{path}: length = {length}; accepted: none, as the file declares {channel}")
     try:
         topography = channel.read()
-        heights: Any = np.ma.filled(np.ma.asarray(topography.heights(), float), np.nan)
         channel = replace(channel, unit=topography.unit)
+        heights = _profile_heights(topography) if profile else np.ma.filled(np.ma.asarray(topography.heights(), float), np.nan)
     except Exception as error:
         raise _damaged(path, error, f"{channel.name!r}: ") from error
     if heights.shape != channel.points:
         raise InputError(f"{path}: {channel.name!r} has {heights.shape} points; accepted: {channel.points}, as it declares")
+    if profile:
+        # A line has one extent; the pixels of the map are square.
+        heights, channel = heights[:, np.newaxis], replace(channel, points=(*channel.points, 1))
+        if channel.lengths is not None:
+            channel = replace(channel, lengths=(channel.lengths[0], channel.lengths[0] / len(heights)))
     lateral = channel.unit
     if given is not None:
         spacing, lateral = given[0] / channel.points[0], given[1] or channel.unit
@@ -302,6 +327,18 @@ def convert(
     stated = {"sign": SIGNS[touching], "channel": channel.name, "channels": "\n".join(names), "preparation": _origin(path, channel)}
     _write(out, heights, channel, lateral, stated)
     return channel
+
+
+def _profile_heights(topography: Any) -> Any:
+    """Heights of a line at equal steps."""
+    heights: Any = np.ma.filled(np.ma.asarray(topography.heights(), float), np.nan)
+    if topography.is_uniform:
+        return heights
+    positions = np.asarray(topography.positions(), float)
+    even: Any = np.linspace(positions[0], positions[-1], len(positions))
+    if np.abs(even - positions).max() > EQUAL_STEPS * (even[1] - even[0]):
+        warnings.warn("the positions are not equidistant: heights are interpolated linearly on as many equal steps", stacklevel=2)
+    return np.interp(even, positions, heights)
 
 
 def _origin(path: str, channel: Channel) -> str:
@@ -386,6 +423,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--dataset", "--channel", metavar="NAME|NUMBER", help="the channel or measurement, counted from 1")
     parser.add_argument("--length", metavar="L", help="extent along x with its unit (20um), if the file does not declare it")
     parser.add_argument("--touching", choices=list(SIGNS), default="high-points", help="points that touch first (default: high points)")
+    parser.add_argument("--profile", action="store_true", help="the channel or measurement is a profile")
     options = parser.parse_args(arguments)
     asked = (options.file is not None, options.out is not None, options.list, options.formats)
     if asked not in [(True, True, False, False), (True, False, True, False), (False, False, False, True)]:
@@ -407,7 +445,7 @@ def _answer(options: argparse.Namespace) -> str:
         return formats()
     if options.list:
         return "\n".join(_listed(options.file))
-    chosen = convert(options.file, options.out, dataset=options.dataset, length=options.length, touching=options.touching)
+    chosen = convert(options.file, options.out, dataset=options.dataset, length=options.length, touching=options.touching, profile=options.profile)
     return f"{options.out}: {chosen}"
 
 

@@ -59,6 +59,12 @@ def mi(path: Path) -> Path:
     return path
 
 
+def uneven(path: Path) -> Path:
+    """A straight line with unequal steps, as two columns."""
+    path.write_text("".join(f"{x} {2 * x}\n" for x in (0.0, 1.0, 3.0, 4.0)))
+    return path
+
+
 def container(path: Path) -> Path:
     """Two maps and a line of one surface in a ZIP container of contact.engineering."""
     library: Any = pytest.importorskip("SurfaceTopography")
@@ -134,8 +140,14 @@ def test_containers_are_opened(tmp_path: Path) -> None:
     assert [(c.name, c.points) for c in channels(path)] == [("left", (NX, NY)), ("right", (NX, NY)), ("line", (NX,))]
     with pytest.raises(InputError, match="3 maps of heights; accepted: the name or number of one"):
         convert(path, out)
-    with pytest.raises(InputError, match="'line' is a line of 12 points"):
+    with pytest.raises(InputError, match="'line' is a profile of 12 points; accepted: .*1 'left'"):
         convert(path, out, dataset=3)
+    with pytest.raises(InputError, match="'left' is a map of .* points; accepted"):
+        convert(path, out, dataset="left", profile=True)
+    convert(path, out, dataset="line", profile=True)
+    profile = asperity.Surface.from_file(out, profile=True)
+    assert profile.heights == pytest.approx(expected(HEIGHTS[:1]), abs=ROUNDING)
+    assert (profile.unit, profile.cell) == ("nm", pytest.approx((1.2, 0.1), rel=1e-7))
     convert(path, out, dataset="right")
     surface, _ = read(out)
     assert surface.heights == pytest.approx(expected(2 * HEIGHTS), abs=100 * ROUNDING)
@@ -144,6 +156,14 @@ def test_containers_are_opened(tmp_path: Path) -> None:
     convert(path, out, dataset="left")
     _, provenance = read(out)
     assert (provenance["missing_points"], provenance["periodic"]) == (np.count_nonzero(HEIGHTS > 10.9), False)
+
+
+def test_a_profile_without_equal_steps_is_interpolated(tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match="not equidistant"):
+        convert(uneven(tmp_path / "line.txt"), tmp_path / "out.nc", profile=True)
+    profile = asperity.Surface.from_file(tmp_path / "out.nc", profile=True)
+    # A straight line stays one.
+    assert np.ptp(np.diff(profile.heights[0])) < 100 * ROUNDING
 
 
 def test_surfaces_are_read_from_files_of_instruments(tmp_path: Path) -> None:

@@ -41,10 +41,10 @@ pub fn read_heights(path: &Path, options: ImportOptions, converter: Option<&Conv
     let Some(converter) = converter else { return import::read(path, options) };
     let folder = tempfile::tempdir().map_err(Error::io("create a folder in", std::env::temp_dir()))?;
     let map = folder.path().join("map.nc");
-    let warnings = converter.convert(path, options.dataset, &map)?;
+    let warnings = converter.convert(path, options, &map)?;
     let fourier = Some(options.fourier.unwrap_or(Fourier::None));
     let mut imported =
-        import::read(&map, ImportOptions { fourier, ..ImportOptions::default() }).map_err(|e| match e {
+        import::read(&map, ImportOptions { fourier, dataset: None, ..options }).map_err(|e| match e {
             Error::Format { found, accepted, .. } => Error::format(path, found, accepted),
             Error::Height { row, column, value, .. } => {
                 Error::Height { place: path.display().to_string(), row, column, value }
@@ -58,14 +58,15 @@ pub fn read_heights(path: &Path, options: ImportOptions, converter: Option<&Conv
 
 impl Converter {
     /// Writes `map`, and returns the warnings.
-    fn convert(&self, path: &Path, dataset: Option<&str>, map: &Path) -> Result<Vec<String>> {
+    fn convert(&self, path: &Path, options: ImportOptions, map: &Path) -> Result<Vec<String>> {
         // Relative names are those of this folder; the converter runs in an empty one, from which no module is imported.
         let file = std::path::absolute(path).map_err(Error::io("read", path))?;
         let is_path = self.python.components().nth(1).is_some();
         let python = if is_path { std::path::absolute(&self.python).ok() } else { None };
         let mut command = Command::new(python.as_ref().unwrap_or(&self.python));
         command.args(["-m", "asperity.convert"].map(OsStr::new)).arg(&file).arg(map);
-        command.args(dataset.map(|name| format!("--dataset={name}")));
+        command.args(options.dataset.map(|name| format!("--dataset={name}")));
+        command.args(options.profile.then_some("--profile"));
         let sign = if self.touching == Some(Touching::LowPoints) { "low-points" } else { "high-points" };
         command.arg(format!("--touching={sign}")).current_dir(map.parent().unwrap_or(Path::new("/")));
         command.env("PYTHONIOENCODING", "utf-8");

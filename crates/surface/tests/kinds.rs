@@ -119,7 +119,16 @@ fn arrays_in_three_dimensions_are_planes() {
     assert!(reads(&frames, named("gap[2]")).is_err() && reads(&frames, named("gap")).is_err());
     assert!(refusal(&npy("(2, 2, 3)", &values)).contains("array[0]"));
     let npz = archive(&[("cube.npy", &npy("(2, 2, 3)", &values))]);
-    assert!(refusal(&npz).contains("cube of shape [2, 2, 3]"), "{}", refusal(&npz));
+    let said = refusal(&npz);
+    assert!(said.contains("cube[0] of 2 x 3, cube[1] of 2 x 3") && said.contains("--dataset"), "{said}");
+    for (name, plane) in [("cube[0]", first), ("cube[1]", second)] {
+        assert_eq!(rows(&reads(&npz, named(name)).expect(name)), plane);
+    }
+    assert!(reads(&npz, named("cube[2]")).is_err() && reads(&npz, named("cube")).is_err());
+    let four = archive(&[("cube.npy", &npy("(2, 1, 2, 3)", &values))]);
+    assert_eq!(rows(&reads(&four, named("cube[1]")).expect("a plane")), second);
+    let cut = archive(&[("cube.npy", &npy("(2, 2, 3)", &values[..11]))]);
+    assert!(reads(&cut, named("cube[0]")).expect_err("too few").contains("too few"));
 }
 
 /// Positions with heights, down, up, and in lines, are refused in every format, unless they are said to be heights.

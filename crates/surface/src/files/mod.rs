@@ -11,5 +11,6 @@ pub mod inside;
 pub mod json;
 pub mod netcdf;
 pub mod npy;
+pub(crate) mod number;
 pub mod processes;
 pub mod user_cache;

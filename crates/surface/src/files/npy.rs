@@ -11,6 +11,7 @@ use std::path::Path;
 use ndarray_npy::npy::header::{Header, Layout};
 
 use super::atomic_file::{miscount, open_regular, write_atomic, write_atomic_on_ranks};
+use super::number::{DType, NumberKind};
 use asperity_grid as grid;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::sys::expect_memory;
@@ -159,82 +160,6 @@ pub fn write_contact_pressure(
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum NumberKind {
-    Float,
-    Signed,
-    Unsigned,
-    Flag,
-}
-
-/// Type and byte order of a stored number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct DType {
-    pub kind: NumberKind,
-    pub bytes: usize,
-    pub big: bool,
-}
-
-impl DType {
-    /// `None` for a width that is not read.
-    pub(crate) fn new(kind: NumberKind, bytes: usize, big: bool) -> Option<DType> {
-        let widths = match kind {
-            NumberKind::Float => &[2, 4, 8][..],
-            NumberKind::Signed | NumberKind::Unsigned => &[1, 2, 4, 8],
-            NumberKind::Flag => &[1],
-        };
-        widths.contains(&bytes).then_some(DType { kind, bytes, big })
-    }
-
-    /// Parses a NumPy descriptor: byte order (`|` if not applicable), kind and width.
-    pub(crate) fn named(descriptor: &str) -> Option<DType> {
-        let (kind, bytes) = descriptor.strip_prefix(['<', '>', '|'])?.split_at_checked(1)?;
-        let kind = match kind {
-            "f" => NumberKind::Float,
-            "i" => NumberKind::Signed,
-            "u" => NumberKind::Unsigned,
-            "b" => NumberKind::Flag,
-            _ => return None,
-        };
-        DType::new(kind, bytes.parse().ok()?, descriptor.starts_with('>'))
-    }
-
-    /// Converts `values.len()` numbers.
-    fn values(self, bytes: &[u8], values: &mut [f64]) {
-        match (self.kind, self.bytes, self.big) {
-            // Fast path for the types that this program writes.
-            (NumberKind::Float, 8, false) => {
-                values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f64::from_le_bytes(*b));
-            }
-            (NumberKind::Float, 4, false) => {
-                values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f32::from_le_bytes(*b).into());
-            }
-            _ => values.iter_mut().zip(bytes.chunks_exact(self.bytes)).for_each(|(v, b)| *v = self.value(b)),
-        }
-    }
-
-    pub(crate) fn value(self, b: &[u8]) -> f64 {
-        // The bytes of the number as the low ones of a word.
-        let mut word = [0; 8];
-        word[..self.bytes].copy_from_slice(&b[..self.bytes]);
-        if self.big {
-            word[..self.bytes].reverse();
-        }
-        let bits = u64::from_le_bytes(word);
-        match (self.kind, self.bytes) {
-            (NumberKind::Float, 8) => f64::from_bits(bits),
-            (NumberKind::Float, 4) => f32::from_bits(bits as u32).into(),
-            (NumberKind::Float, _) => half::f16::from_bits(bits as u16).into(),
-            // The left shift puts the sign bit at the top; the arithmetic right shift extends it.
-            (NumberKind::Signed, bytes) => {
-                let unused = 64 - 8 * bytes as u32;
-                (((bits << unused) as i64) >> unused) as f64
-            }
-            (NumberKind::Unsigned | NumberKind::Flag, _) => bits as f64,
-        }
-    }
-}
-
 /// An open `.npy` file or archive member with checked header and length.
 pub struct NpyReader<R = BufReader<File>> {
     pub nx: usize,
@@ -301,7 +226,16 @@ fn damaged(path: &Path, text: &str) -> Error {
 
 impl<R: Read> NpyReader<R> {
     /// Reads `length` bytes of a source; errors name `path`.
-    pub(crate) fn of(mut source: R, length: u64, path: &Path) -> Result<Self> {
+    pub(crate) fn of(source: R, length: u64, path: &Path) -> Result<Self> {
+        Self::part(source, length, path, None)
+    }
+
+    /// As [`NpyReader::of`], of the plane `k` along the first of three dimensions, in C order.
+    pub(crate) fn plane(source: R, length: u64, path: &Path, k: usize) -> Result<Self> {
+        Self::part(source, length, path, Some(k))
+    }
+
+    fn part(mut source: R, length: u64, path: &Path, plane: Option<usize>) -> Result<Self> {
         let (header, start) = read_header(&mut source).map_err(|e| damaged(path, &e))?;
         let descriptor = header.type_descriptor.to_string();
         let name = descriptor.trim_matches(['\'', '"']);
@@ -311,21 +245,29 @@ impl<R: Read> NpyReader<R> {
         })?;
         // Dimensions of length 1 hold nothing.
         let shape: Vec<usize> = header.shape.iter().copied().filter(|n| header.shape.len() == 2 || *n != 1).collect();
-        let (ny, nx) = match shape[..] {
-            [ny, nx] if ny > 0 && nx > 0 && ny.checked_mul(nx).is_some_and(|n| n <= MOST_ENTRIES) => (ny, nx),
+        let fortran = header.layout.is_fortran();
+        let fits = |n: usize, ny: usize, nx: usize| {
+            n.checked_mul(ny).and_then(|n| n.checked_mul(nx)).is_some_and(|n| (1..=MOST_ENTRIES).contains(&n))
+        };
+        let (planes, ny, nx) = match (&shape[..], plane) {
+            (&[ny, nx], _) if fits(1, ny, nx) => (1, ny, nx),
+            (&[n, ny, nx], Some(k)) if fits(n, ny, nx) && k < n && !fortran => (n, ny, nx),
             _ => {
                 let accepted = "two dimensions, [ny, nx]: numpy.save('map.npy', array[0]) writes a plane of three";
                 return Err(Error::format(path, format!("shape {:?}", header.shape), accepted));
             }
         };
         // Checked before allocation: a damaged header must not request more memory than the file has data.
-        let (available, want) = (length.saturating_sub(start), (nx * ny * dtype.bytes) as u64);
+        let bytes = (nx * ny * dtype.bytes) as u64;
+        let (available, want) = (length.saturating_sub(start), planes as u64 * bytes);
         if available != want {
             let found =
                 format!("{available} bytes of data, {} of them", if available < want { "too few" } else { "too many" });
             return Err(Error::format(path, found, format!("{want} bytes for shape [{ny}, {nx}]")));
         }
-        Ok(NpyReader { nx, ny, stored: dtype, fortran: header.layout.is_fortran(), source, path: path.to_path_buf() })
+        let before = plane.unwrap_or(0) as u64 * bytes;
+        std::io::copy(&mut source.by_ref().take(before), &mut std::io::sink()).map_err(Error::io("read", path))?;
+        Ok(NpyReader { nx, ny, stored: dtype, fortran, source, path: path.to_path_buf() })
     }
 
     /// Calls `row(y, values)` for y = 0, 1, …; a Fortran-ordered field is first read as a whole.

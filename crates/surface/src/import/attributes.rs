@@ -1,6 +1,6 @@
 use super::header::quantity;
 use super::source::quoted;
-use crate::files::npy::{DType, NumberKind};
+use crate::files::number::{DType, NumberKind};
 use asperity_grid::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! Bytes of an instrument's file, read in order. Every length is compared with the bytes that are there before anything is
 //! allocated.
 
-use crate::files::npy::{DType, NumberKind, fits};
+use crate::files::npy::fits;
+use crate::files::number::{DType, NumberKind};
 use asperity_grid::error::{Error, Result};
 use std::path::Path;
 

@@ -32,6 +32,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"*File list", "Nanoscope of another program", GWYDDION),
     (b"\x88\x1b\x03", "Zygo MetroPro", CONVERT),
     (b"Zygo ASCII", "Zygo ASCII", GWYDDION),
+    (b"Scan Parameters", "a profile of Dektak", CONVERT),
     (b"VK3", "Keyence VK3", CONVERT),
     (b"VK4", "Keyence VK4", CONVERT),
     (b"VK6", "Keyence VK6", CONVERT),

@@ -152,6 +152,8 @@ pub(super) struct ChannelHeader {
     lateral: [Option<String>; 2],
     unit: Option<String>,
     factor: Option<f64>,
+    /// Whether the factor makes heights of numbers that are none.
+    is_converted: bool,
     to_nanometres: Option<f64>,
     nanometres: bool,
     periodic: Option<bool>,
@@ -228,6 +230,8 @@ impl ChannelHeader {
                     self.factor = Some(numbers[0]);
                     if !unit.is_empty() {
                         self.unit = Some(length_unit(&unit).ok_or_else(|| wrong(unit::ACCEPTED))?);
+                        // Whatever the numbers are, such as phases, the product is a length.
+                        (self.is_converted, self.no_length) = (true, None);
                     }
                 }
             }
@@ -318,7 +322,7 @@ impl ChannelHeader {
         }
         match length_unit(if numbers.is_empty() { value } else { unit }) {
             Some(unit) => (self.unit, self.no_length) = (Some(unit), None),
-            None if unit::is_none(value) => {}
+            None if unit::is_none(value) || self.is_converted => {}
             None => self.no_length = Some((value.to_string(), line)),
         }
     }

@@ -60,10 +60,19 @@ impl Headings {
         })
     }
 
-    /// The columns of positions and of heights of a profile. Others, such as an index, have other names.
+    /// The columns of positions and of heights of a profile. Others, such as an index, have other names. Next to x the heights may be
+    /// those of y.
     pub(super) fn columns_of_profile(&self) -> Option<[usize; 2]> {
         let positions = ["x", "x coordinate", "x position", "position", "distance", "x axis", "length", "s"];
-        Some([self.one(&positions)?, self.one(&HEIGHTS)?])
+        let x = self.one(&positions)?;
+        let others = || (0..self.len()).filter(|k| *k != x && Some(*k) != self.flags() && !is_index(&self.names[*k]));
+        let y = || self.one(&["y"]).filter(|y| others().eq([*y]));
+        Some([x, self.one(&HEIGHTS).or_else(y)?])
+    }
+
+    /// The column of flags, 0 where nothing was measured.
+    pub(super) fn flags(&self) -> Option<usize> {
+        self.one(&["valid", "is valid", "validity"])
     }
 
     pub(super) fn unit(&self, column: usize) -> Option<String> {
@@ -79,6 +88,10 @@ impl Headings {
         self.units = fields.iter().map(|f| length_unit(f)).collect();
         true
     }
+}
+
+fn is_index(name: &str) -> bool {
+    ["", "#", "n", "no.", "no", "nr", "index", "i"].contains(&name)
 }
 
 /// `X[µm]`, `x (um)`, `Z / nm`, `z_nm`: the name in lower case, and the unit if it is one of length.

@@ -6,7 +6,8 @@ use super::foreign;
 use super::packed;
 use super::source::{check_ratio, list};
 use crate::files::atomic_file::open_regular;
-use crate::files::npy::{self, DType};
+use crate::files::npy;
+use crate::files::number::DType;
 use asperity_grid::error::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -42,11 +43,16 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
         match npy::NpyReader::of(entry, length, path).map(|array| [array.ny, array.nx]) {
             Ok(_) if name == MASK => has_mask = true,
             Ok(shape) => planes.push(Plane { name: name.clone(), array: name, index: 0, shape }),
-            Err(error) if options.dataset == Some(&name) => return Err(error),
+            Err(error) if options.dataset == Some(&name) && !has_planes(&mut archive, &name) => return Err(error),
             Err(_) => {
                 let mut entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
-                let shape = npy::read_header(&mut entry).map(|(header, _)| header.shape).unwrap_or_default();
-                if shape.len() > 2 {
+                let header = npy::read_header(&mut entry).map(|(header, _)| header);
+                let shape = header.as_ref().map(|header| header.shape.clone()).unwrap_or_default();
+                let in_c_order = header.is_ok_and(|header| !header.layout.is_fortran());
+                let of_array = Plane::of(&name, &shape.iter().map(|n| *n as u64).collect::<Vec<_>>());
+                if shape.len() > 2 && in_c_order && !of_array.is_empty() {
+                    planes.extend(of_array);
+                } else if shape.len() > 2 {
                     others.push(format!("{name} of shape {shape:?}"));
                 } else if length <= SMALL {
                     drop(entry);
@@ -64,12 +70,13 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
             "two dimensions, [ny, nx]: numpy.save('map.npy', array[0]) writes a plane",
         ));
     }
-    let name = &choose(path, &planes, options)?.name;
-    let field = reader(path, &mut archive, name)?.numbers()?;
+    let plane = choose(path, &planes, options)?;
+    let name = &plane.name;
+    let field = reader(path, &mut archive, &plane.array, plane.index)?.numbers()?;
     let shape = [field.ny, field.nx];
     let mut values = field.values;
     if has_mask {
-        let mask = reader(path, &mut archive, MASK)?;
+        let mask = reader(path, &mut archive, MASK, 0)?;
         check_mask(path, "array mask", [mask.ny, mask.nx], (name, shape))?;
         mask.for_each_row(|y, flags| {
             let row = values[y * field.nx..].iter_mut().zip(flags);
@@ -94,12 +101,23 @@ pub(super) fn is_of_instrument(path: &Path) -> Result<bool> {
     Ok(foreign::archive(files.iter().map(|n| &**n)).is_some_and(|(_, accepted)| foreign::is_convertible(accepted)))
 }
 
-fn reader<'a>(path: &Path, archive: &'a mut NpzArchive, name: &str) -> Result<npy::NpyReader<impl Read + use<'a>>> {
+/// Whether an array has more than two dimensions.
+fn has_planes(archive: &mut NpzArchive, name: &str) -> bool {
+    let entry = archive.by_name(&format!("{name}.npy")).ok();
+    entry.and_then(|mut entry| npy::read_header(&mut entry).ok()).is_some_and(|(header, _)| header.shape.len() > 2)
+}
+
+fn reader<'a>(
+    path: &Path,
+    archive: &'a mut NpzArchive,
+    name: &str,
+    plane: usize,
+) -> Result<npy::NpyReader<impl Read + use<'a>>> {
     let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
     let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
     check_ratio(path, name, entry.size(), entry.compressed_size())?;
     let length = entry.size();
-    npy::NpyReader::of(entry, length, path)
+    npy::NpyReader::plane(entry, length, path, plane)
 }
 
 /// Takes in an array of numbers, flags or words with at most one dimension; others are ignored.

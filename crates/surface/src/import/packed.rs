@@ -1,6 +1,7 @@
 //! Files inside of others: gzip, and archives without arrays, of which one file is read.
 
 use super::content::{ImportOptions, ImportedFile};
+use super::foreign::is_convertible;
 use super::source::{LARGEST_RATIO, SMALL, list, quoted};
 use crate::files::atomic_file::open_regular;
 use asperity_grid::error::{Error, Result};
@@ -92,6 +93,9 @@ fn inside(path: &Path, source: impl Read, stored: u64, options: ImportOptions, r
 fn renamed(error: Error, temporary: &Path, path: &Path) -> Error {
     match error {
         Error::Format { file, found, accepted } if file == temporary => {
+            // The converter reads no packed files.
+            let accepted =
+                if is_convertible(&accepted) { format!("the file unpacked, and {accepted}") } else { accepted };
             Error::Format { file: path.to_path_buf(), found, accepted }
         }
         Error::Height { row, column, value, .. } => {

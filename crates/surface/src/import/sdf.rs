@@ -1,7 +1,8 @@
 use super::bytes::{self, Bytes, F32, F64, I8, I16, I32, U8, U16, U32};
 use super::content::ImportedFile;
 use crate::declared::{Declared, DeclaredExtent};
-use crate::files::npy::{DType, NumberKind, fits};
+use crate::files::npy::fits;
+use crate::files::number::{DType, NumberKind};
 use crate::heights::HeightMap;
 use asperity_grid::error::{Error, Result};
 use std::collections::BTreeMap;

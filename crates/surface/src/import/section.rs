@@ -284,6 +284,10 @@ impl TextChannel {
             Some(c) => Some([if varies(c.y) { c.y } else { c.x }, c.height]),
             None => headings.as_ref().and_then(Headings::columns_of_profile),
         };
+        if let (Some([_, heights]), Some(flags)) = (named, headings.as_ref().and_then(Headings::flags)) {
+            let rows = self.values.chunks_exact_mut(self.nx).filter(|row| row[flags] == 0.0);
+            rows.for_each(|row| row[heights] = f64::NAN);
+        }
         let line = profile::line(path, [self.nx, self.ny], std::mem::take(&mut self.values), named)?;
         if let (Some(headings), Some([positions, heights])) = (headings, line.columns) {
             let lateral = headings.unit(positions);

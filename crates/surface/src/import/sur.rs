@@ -1,7 +1,8 @@
 use super::bytes::{self, Bytes, F32, I16, I32, U16};
 use super::content::ImportedFile;
 use crate::declared::{Declared, DeclaredExtent};
-use crate::files::npy::{DType, fits};
+use crate::files::npy::fits;
+use crate::files::number::DType;
 use crate::heights::HeightMap;
 use asperity_grid::error::{Error, Result};
 use flate2::read::ZlibDecoder;

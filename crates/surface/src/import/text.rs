@@ -440,6 +440,8 @@ mod tests {
             ("# File Format = ASCII\n# Bit2nm = 0.5\n", "nm", "0.5 1 1.5"),
             ("# Bit2nm = 0.5\n# z-unit = um\n", "um", "1 2 3"),
             ("# height conversion factor (-> m) = 0.5\n", "m", "0.5 1 1.5"),
+            ("# data unit=rad\n# height conversion factor (-> m)=0.5\n", "m", "0.5 1 1.5"),
+            ("# height conversion factor (-> m)=0.5\n# data unit=rad\n", "m", "0.5 1 1.5"),
             ("# data unit: 0.5 nm\n", "nm", "0.5 1 1.5"),
             ("# z scale: 0.5 nm/count\n", "nm", "0.5 1 1.5"),
             ("Skalierung: 0,5\nEinheit: nm\n", "nm", "0.5 1 1.5"),
@@ -457,6 +459,20 @@ mod tests {
         );
         let odd = reads("# unit: cell extent in x\n# Height: measured\n1 2\n3 4\n").unwrap();
         assert_eq!((odd.declared.unit.as_deref(), odd.warnings.len()), (Some("cell extent in x"), 2));
+    }
+
+    /// Profilers name the heights y, and mark what they did not measure.
+    #[test]
+    fn a_profile_of_x_and_y_has_flags() {
+        let of_profile = ImportOptions { profile: true, ..ImportOptions::default() };
+        let file = "X;Y;valid\n[mm];[um];[1/0]\n0;10;1\n1;11;0\n2;12;1\n3;10;1\n";
+        let line = text(file.as_bytes(), of_profile).expect("a profile");
+        assert_eq!(rows(&line.map), "10 NaN 12 10");
+        assert_eq!((line.declared.unit.as_deref(), line.declared.extent.map(|e| e.x)), (Some("um"), Some(4.0)));
+        assert!(complaint(file).contains("--profile"), "{}", complaint(file));
+        // Values of points that are not named are no profile.
+        let points = "X;Y;height\n0;0;1\n1;0;2\n0;1;3\n1;1;4\n";
+        assert_eq!(rows(&reads(points).expect("a map").map), "1 2; 3 4");
     }
 
     #[test]
