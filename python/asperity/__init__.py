@@ -26,13 +26,14 @@ from ._observe import (
     percolation,
     stress_distribution,
 )
-from ._program import command, program, run, tradeoff
+from ._program import command, ensemble, program, run, sweep, tradeoff
 from ._progress import Progress
 from ._run import Run, RunState, open_run
 from ._solve import estimate, memory, solve
 from ._state import Accuracy, Estimate, LoadPath, PullOff, State
 from ._subsurface import StressMap, SubsurfaceStress, subsurface
 from ._surface import Preparation, Surface
+from ._sweep import Sweep, SweepPoint, open_sweep
 
 __all__ = [
     "Accuracy",
@@ -63,6 +64,8 @@ __all__ = [
     "StressMap",
     "SubsurfaceStress",
     "Surface",
+    "Sweep",
+    "SweepPoint",
     "TabulatedLaw",
     "__version__",
     "clusters",
@@ -70,17 +73,20 @@ __all__ = [
     "compare_maps",
     "contact_area",
     "contact_modulus",
+    "ensemble",
     "estimate",
     "gap_distribution",
     "hydraulic_gap",
     "memory",
     "methods",
     "open_run",
+    "open_sweep",
     "percolation",
     "program",
     "run",
     "solve",
     "stress_distribution",
     "subsurface",
+    "sweep",
     "tradeoff",
 ]

@@ -19,6 +19,7 @@ from ._arguments import real
 from ._errors import CLASSES, AsperityError, InputError, ResourceError
 from ._progress import visible
 from ._run import Run, Where
+from ._sweep import Sweep
 
 #: Folders of programs of this installation. Threads that ask for them at once fail in CPython; an import is in one thread.
 SCRIPTS = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
@@ -107,7 +108,9 @@ def command(*arguments: Where | float, cwd: Where | None = None, echo: bool | No
     if code == INTERRUPTED:
         raise KeyboardInterrupt
     marks = [i for i, line in enumerate(lines) if "error: " in line]
-    text = "\n".join(lines[marks[-1] :] if marks else lines[-5:]).split("error: ", 1)[-1]
+    # Of a sweep, the points that failed.
+    failed = [line.strip() for line in lines if " failed: " in line]
+    text = "\n".join(lines[marks[-1] :] if marks else failed or lines[-5:]).split("error: ", 1)[-1]
     raise CLASSES.get(code, AsperityError)(text or f"{' '.join(words)} ended with exit code {code}")
 
 
@@ -117,6 +120,7 @@ def run(
     *,
     atoms: bool = True,
     overwrite: bool = False,
+    lammps: Where | None = None,
     threads: int | None = None,
     echo: bool | None = None,
     arguments: Sequence[str] = (),
@@ -133,6 +137,8 @@ def run(
         Whether to run the atoms of the scene.
     overwrite : bool
         Replace the results of another scene in that folder.
+    lammps : path_like, optional
+        LAMMPS: a program of the search path, or a path. Default: that of the scene.
     threads : int, optional
         Threads; all cores by default.
     echo : bool, optional
@@ -145,8 +151,78 @@ def run(
     InputError, NotConverged, LammpsError, ResourceError
         As the program reports them.
     """
-    options = _options(no_atoms=not atoms, overwrite=bool(overwrite), out=out, threads=threads)
+    options = _options(no_atoms=not atoms, overwrite=bool(overwrite), out=out, lammps=lammps, threads=threads)
     return Run(_json("run", scene, *options, *_words(arguments), echo=echo)["out"])
+
+
+def sweep(
+    file: Where,
+    out: Where | None = None,
+    *,
+    jobs: int | None = None,
+    atoms: bool = True,
+    overwrite: bool = False,
+    lammps: Where | None = None,
+    echo: bool | None = None,
+    arguments: Sequence[str] = (),
+) -> Sweep:
+    """Runs a scene with varied keys. The same call resumes an interrupted sweep.
+
+    Parameters
+    ----------
+    file : path_like
+        File of the sweep (TOML): the scene and the keys that vary.
+    out : path_like, optional
+        Folder of the sweep. Default: ``runs/NAME-sweep``.
+    jobs : int, optional
+        Points that run at once. Default: one for each core, as many as memory permits.
+    atoms, lammps, echo
+        As in :func:`run`.
+    overwrite : bool
+        Replace the tables of another sweep in that folder, and the results of points whose scene has changed.
+    arguments : sequence of str
+        Further arguments of ``asperity sweep``.
+
+    Raises
+    ------
+    InputError, NotConverged, LammpsError, ResourceError
+        As the program reports them. A point that fails does not stop the others: :func:`open_sweep` then opens the folder.
+    """
+    options = _options(no_atoms=not atoms, overwrite=bool(overwrite), out=out, jobs=jobs, lammps=lammps)
+    return Sweep(_json("sweep", file, *options, *_words(arguments), echo=echo)["out"])
+
+
+def ensemble(
+    scene: Where,
+    out: Where | None = None,
+    *,
+    seeds: str | Sequence[int],
+    jobs: int | None = None,
+    atoms: bool = True,
+    overwrite: bool = False,
+    lammps: Where | None = None,
+    echo: bool | None = None,
+    arguments: Sequence[str] = (),
+) -> Sweep:
+    """Runs a scene for several seeds of its surface. The same call resumes an interrupted ensemble.
+
+    Parameters
+    ----------
+    scene : path_like
+        Scene file (TOML).
+    seeds : str or sequence of int
+        Seeds of the surface: ``"1..12"``, ``"1,5,7"`` or ``[1, 5, 7]``.
+    out, jobs, atoms, overwrite, lammps, echo, arguments
+        As in :func:`sweep`.
+
+    Raises
+    ------
+    InputError, NotConverged, LammpsError, ResourceError
+        As in :func:`sweep`.
+    """
+    listed = seeds if isinstance(seeds, str) else ",".join(map(str, seeds))
+    options = _options(no_atoms=not atoms, overwrite=bool(overwrite), out=out, seeds=listed, jobs=jobs, lammps=lammps)
+    return Sweep(_json("ensemble", scene, *options, *_words(arguments), echo=echo)["out"])
 
 
 def tradeoff(
@@ -207,7 +283,7 @@ def tradeoff(
 def _json(name: str, scene: Where, *words: str, echo: bool | None = None) -> dict[str, Any]:
     """What a command for a scene prints."""
     if not isinstance(scene, (str, os.PathLike)):
-        raise InputError(f"scene = {scene!r}; accepted: the path of a scene file")
+        raise InputError(f"{'file' if name == 'sweep' else 'scene'} = {scene!r}; accepted: the path of a file")
     return cast("dict[str, Any]", json.loads(command(name, scene, "--json", *words, echo=echo)))
 
 

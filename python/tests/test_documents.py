@@ -144,7 +144,8 @@ def test_the_paper_is_short_and_cites_what_it_lists() -> None:
     head, text = (REPOSITORY / "paper/paper.md").read_text().split("---", 2)[1:]
     assert 750 <= words(re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)) <= 1_200
     listed = set(re.findall(r"@\w+\{(\w+),", (REPOSITORY / "paper/paper.bib").read_text()))
-    assert set(re.findall(r"@(\w+)", text)) == listed
+    # The file has the references of runs, too (`asperity cite`).
+    assert set(re.findall(r"@(\w+)", text)) <= listed
     pictures = [REPOSITORY / "paper" / name for name in re.findall(r"!\[.*?\]\((.*?)\)", text)]
     assert pictures and all(picture.stat().st_size < 300_000 for picture in pictures)
     authors = re.findall(r"- name: (.*)", head)

@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,13 @@ SCENE = "name = 'small'\nsurface = {{ grid = {grid}, cut_off_mode = 8 }}\nload =
 def scene(tmp_path: Path) -> Path:
     path = tmp_path / "scene.toml"
     path.write_text(SCENE.format(grid=32))
+    return path
+
+
+@pytest.fixture
+def two_points(scene: Path) -> Path:
+    path = scene.with_name("sweep.toml")
+    path.write_text("name = 'two'\nscene = 'scene.toml'\nover = { surface.seed = '1..2', load.p_star = [[0.02, 0.05]] }\n")
     return path
 
 
@@ -132,6 +140,10 @@ def test_bad_arguments_are_refused(scene: Path) -> None:
         lambda: asperity.tradeoff(scene, methods=["slow"]),
         lambda: asperity.tradeoff(scene, grids=[7]),
         lambda: asperity.tradeoff(3),  # type: ignore[arg-type]
+        lambda: asperity.sweep(3),  # type: ignore[arg-type]
+        lambda: asperity.sweep(scene),
+        lambda: asperity.ensemble(scene, seeds="1..2", arguments=["--fast"]),
+        lambda: asperity.ensemble(scene, seeds=[]),
     )
     for call in calls:
         with pytest.raises(InputError):
@@ -174,9 +186,80 @@ def test_costs_and_errors_come_as_a_dictionary(scene: Path, tmp_path: Path) -> N
     assert (tmp_path / "out" / "tradeoff.json").exists()
 
 
+def test_sweeps_are_read(two_points: Path, tmp_path: Path) -> None:
+    sweep = asperity.sweep(two_points, tmp_path / "out", jobs=2)
+    assert (sweep.name, len(sweep.points), sweep.missing, sweep.report.exists()) == ("two", 2, {}, True)
+    assert "2 of 2 points" in repr(sweep) and sweep._repr_html_().count("<tr>") == 3
+    point = sweep.point({"surface.seed": 2})
+    assert point == sweep.point(point.label) and point.values == {"load.p_star": [0.02, 0.05], "surface.seed": 2}
+    areas, numbers = [[s.contact_area for s in p.run.states] for p in sweep.points], sweep.numbers
+    rows = numbers[(numbers["source"] == "continuum") & (numbers["quantity"] == "contact_area")]
+    assert np.allclose(rows["value"], np.ravel(areas), rtol=1e-12) and list(rows["load"]) == [1, 2, 1, 2]
+    statistics = sweep.statistics
+    means = statistics[(statistics["source"] == "continuum") & (statistics["quantity"] == "contact_area")]["mean"]
+    assert np.allclose(means, np.mean(areas, axis=0), rtol=1e-12)
+    assert set(statistics[statistics["quantity"] == "mean_gap"]["unit"]) == {"um"} and sweep.differences.empty
+    for chosen in ("seed-3", {"surface.seed": 3}, {"load.p_star": [0.02, 0.05]}, {}):
+        with pytest.raises(InputError, match="of one point"):
+            sweep.point(chosen)
+
+
+def test_damaged_points_are_refused_when_they_are_opened(two_points: Path, tmp_path: Path) -> None:
+    asperity.sweep(two_points, tmp_path / "out")
+    first, second = asperity.open_sweep(tmp_path / "out").points
+    path = first.folder / "results.json"
+    path.write_text(path.read_text().replace("0.02", "0.03"))
+    with pytest.raises(InputError, match="computes again what is damaged"):
+        first.run
+    shutil.rmtree(second.folder)
+    with pytest.raises(InputError, match=second.label):
+        second.run
+    sweep = asperity.sweep(two_points, tmp_path / "out")
+    assert [point.run.states[0].p_star for point in sweep.points] == [0.02, 0.02]
+
+
+@pytest.mark.parametrize("damage", [lambda text: text[:-9], lambda text: text.replace('"schema": 3', '"schema": 2'), lambda text: "[]"])
+def test_tables_of_another_version_are_refused(two_points: Path, tmp_path: Path, damage: Callable[[str], str]) -> None:
+    sweep = asperity.sweep(two_points, tmp_path / "out")
+    path = sweep.folder / "ensemble.json"
+    path.write_text(damage(path.read_text()))
+    with pytest.raises(InputError, match=r"ensemble\.json"):
+        asperity.open_sweep(sweep.folder)
+    (sweep.folder / "statistics.csv").unlink()
+    with pytest.raises(InputError, match=r"statistics\.csv"):
+        sweep.statistics
+
+
+def test_points_that_fail_are_named(tmp_path: Path) -> None:
+    (tmp_path / "hard.toml").write_text(SCENE.format(grid=64))
+    file = tmp_path / "sweep.toml"
+    file.write_text("scene = 'hard.toml'\nover = { continuum.max_iterations = [1, 500] }\n")
+    with pytest.raises(NotConverged, match="max-iterations-1 failed"):
+        asperity.sweep(file, tmp_path / "out")
+    sweep = asperity.open_sweep(tmp_path / "out")
+    assert list(sweep.missing) == ["max-iterations-1"] and "1 of 2 points" in repr(sweep)
+    failed, done = sweep.points
+    assert done.run.states and failed.reason and failed.reason in sweep._repr_html_()
+    with pytest.raises(InputError, match="failed: .* accepted: a point that is done"):
+        failed.run
+
+
+def test_ensembles_are_sweeps_over_seeds(scene: Path, tmp_path: Path) -> None:
+    found = asperity.ensemble(scene, tmp_path / "out", seeds=range(1, 3))
+    assert found.keys == ("surface.seed",) and [point.values for point in found.points] == [{"surface.seed": 1}, {"surface.seed": 2}]
+    again = asperity.ensemble(scene, tmp_path / "out", seeds="1..2")
+    assert again.results == found.results == asperity.open_sweep(tmp_path / "out").results
+
+
+def test_lammps_is_that_of_the_argument(tmp_path: Path) -> None:
+    with pytest.raises(asperity.ResourceError, match="nowhere/lmp"):
+        asperity.run(CONFIGS / "tiny.toml", tmp_path / "out", lammps=tmp_path / "nowhere/lmp")
+
+
 def test_contact_frames_are_atoms_of_ase(tmp_path: Path) -> None:
-    needs("lammps", shutil.which("lmp") or shutil.which("lammps"))
-    run = asperity.run(CONFIGS / "tiny.toml", tmp_path / "out")
+    lammps = shutil.which("lmp") or shutil.which("lammps")
+    needs("lammps", lammps)
+    run = asperity.run(CONFIGS / "tiny.toml", tmp_path / "out", lammps=lammps)
     frame, facts = run.contact_frame(-1), run.results["atoms"]["states"][-1]
     assert frame.info["p_star"] == facts["p_star"] and list(frame.pbc) == [True, True, False]
     assert frame.arrays["contact"].sum() == facts["contacts"]

@@ -161,7 +161,7 @@ impl SweepFlags {
     fn run_here(&self, sweep: &Points, out: &Path, machine: &Machine) -> Result<ExitCode> {
         let bytes = sweep.points.iter().map(|p| p.bytes).max().unwrap_or_default().max(1);
         let available = asperity_grid::sys::available_memory_bytes();
-        let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
+        let cores = rayon::current_num_threads();
         let fit = usize::try_from(available / bytes).unwrap_or(usize::MAX).max(1);
         let given = self.jobs.map(usize::from).or(machine.at_once);
         let ranks = machine.lammps.ranks.unwrap_or(sweep.ranks()).max(1);
@@ -182,6 +182,7 @@ impl SweepFlags {
             outcome
         };
         let printer = PointPrinter(Mutex::new(()));
+        progress::compute();
         let (ensemble, page) = sweep::run(sweep, out, (at_once, self.overwrite), &runner, &printer)?;
         print(&ensemble, out, &page, self.json)?;
         Ok(ExitCode::from(worst.load(Ordering::Relaxed)))
