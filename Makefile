@@ -12,7 +12,7 @@ INPUTS ?= 100000
 DAMAGES ?= 1000
 FEATURES ?= cuda
 
-.PHONY: help install wheel manylinux release docs docs-check demo test test-rust test-python test-mpi bench fuzz damage kills bench-peers claims errors gallery paper lint msrv deny
+.PHONY: help install wheel manylinux release docs docs-check demo test test-rust test-python test-mpi bench fuzz damage kills bench-peers judge claims errors gallery paper lint msrv deny
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
@@ -24,6 +24,7 @@ help:
 	@echo "make test   install, then run every test; its parts: make test-rust, make test-python, make test-mpi"
 	@echo "make bench  run the benchmarks"
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
+	@echo "make judge  judge the fields of asperity, Tamaas and ContactMechanics on five problems, and write evidence/judge.md (half an hour)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
 	@echo "make errors  test how often the stated errors cover the truth, and write evidence/errors.md (half an hour)"
 	@echo "make gallery  make the pictures of docs/gallery.md anew, and write the page (some minutes; needs numpy and matplotlib)"
@@ -100,6 +101,10 @@ bench:
 bench-peers:
 	cargo build --release --locked
 	python3 benches/peers/compare.py --asperity target/release/asperity $(PEERS)
+
+judge:
+	cargo build --release --locked
+	python3 benches/judge/judge.py --asperity target/release/asperity --write evidence/judge.md
 
 claims:
 	cargo build --release --locked

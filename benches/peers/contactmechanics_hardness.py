@@ -1,8 +1,8 @@
 """ContactMechanics' constrained conjugate gradients with a penetration hardness, on a periodic height map.
 
-usage: contactmechanics_hardness.py HEIGHTS.npy PRESSURE HARDNESS TOLERANCE OUT.npy
+usage: contactmechanics_hardness.py HEIGHTS.npy PRESSURE HARDNESS TOLERANCE OUT.npy [FORCE]
 
-TOLERANCE is the largest remaining penetration over the rms height.
+TOLERANCE is the largest remaining penetration over the rms height, FORCE the relative error of the force.
 """
 
 import json
@@ -14,7 +14,7 @@ from ContactMechanics import PeriodicFFTElasticHalfSpace
 from ContactMechanics.Optimization import constrained_conjugate_gradients
 from SurfaceTopography import Topography
 
-# Relative error of the force.
+# Relative error of the force, by default.
 FORCE = 1e-9
 ITERATIONS = 20_000
 
@@ -22,6 +22,7 @@ ITERATIONS = 20_000
 def main():
     heights = np.load(sys.argv[1])
     load, hardness, tolerance = map(float, sys.argv[2:5])
+    force = float(sys.argv[6]) if len(sys.argv) > 6 else FORCE
     area = 1.0 / heights.size
     cpu = time.process_time()
     # In SurfaceTopography, high points touch first.
@@ -34,8 +35,8 @@ def main():
         hardness=hardness * area,
         external_force=load,
         pentol=tolerance * heights.std(),
-        forcetol=FORCE * load,
-        thermotol=FORCE,
+        forcetol=force * load,
+        thermotol=force,
         maxiter=ITERATIONS,
     )
     cpu = time.process_time() - cpu
