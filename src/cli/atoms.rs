@@ -41,7 +41,7 @@ pub(super) enum AtomsArgs {
         #[arg(long)]
         json: bool,
     },
-    /// Analyse a finished job folder, or dumps of any LAMMPS run: contact, gap, stress and maps.
+    /// Analyse a finished job folder, or dumps of the block of this scene from a LAMMPS run of your own: contact, gap, stress and maps.
     Read {
         /// The scene that the job was built from.
         scene: PathBuf,

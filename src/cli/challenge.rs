@@ -1,6 +1,7 @@
 use super::cluster::CommandRequest;
 use super::file::{FileFlags, flag_of, refuse_grid};
-use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
+use super::machine::{LammpsFlags, MachineFlags, submits};
+use super::run::plan;
 use super::{output, progress::TerminalProgress};
 use crate::challenge::MESH_LIMIT;
 use crate::pipeline::{self, OutFolder};
@@ -57,8 +58,8 @@ pub(super) struct ChallengeArgs {
     compare_with: Vec<String>,
     #[command(flatten)]
     machine: MachineFlags,
-    /// With --machine: print the script without submitting it.
-    #[arg(long, requires = "machine")]
+    /// Print the stages with their memory and time, without running them; with --machine, the script without submitting it.
+    #[arg(long)]
     dry_run: bool,
     /// One line of JSON on stdout.
     #[arg(long)]
@@ -84,7 +85,9 @@ impl ChallengeArgs {
             let request = CommandRequest { case: &case, out: &out, machine, results, seconds: None, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
-        refuse_dry_run(self.dry_run)?;
+        if self.dry_run {
+            return plan(&case, self.json).map(|()| ExitCode::SUCCESS);
+        }
         let progress = TerminalProgress::new();
         let (results, page) = pipeline::run(&case, OutFolder { path: &out, verify: !self.no_verify }, &progress)?;
         drop(progress);

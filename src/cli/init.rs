@@ -2,11 +2,11 @@
 
 use super::file::{COMMAND_LINE, FileFlags, refused};
 use super::output;
-use crate::scene::Stress;
+use crate::scene::{Length, Stress, metres_of};
 use crate::{Error, Result};
 use asperity_grid::Grid;
-use asperity_grid::units::{Dimension, Measure, metres_per};
-use asperity_surface::declared::Declared;
+use asperity_grid::units::{Dimension, Measure};
+use asperity_surface::declared::{Declared, DeclaredExtent};
 use asperity_surface::height_map::HeightMap;
 use asperity_surface::heights::Touching;
 use asperity_surface::import::{Content, ImportedFile};
@@ -91,6 +91,12 @@ pub(super) struct InitArgs {
     /// Points that touch first; required unless the file declares it.
     #[arg(long, value_enum, requires = "file")]
     touching: Option<Touching>,
+    /// Unit of the heights in the file: m, mm, um, nm, Å. Default: what the file declares.
+    #[arg(long, value_name = "UNIT", requires = "file")]
+    unit: Option<String>,
+    /// Extent of the map in x, with a unit (20um). Default: what the file declares.
+    #[arg(long, value_name = "L", requires = "file")]
+    length: Option<Measure>,
     /// Contact modulus E*, such as 25MPa, which no surface file declares.
     #[arg(long, value_name = "E", requires = "file")]
     modulus: Option<Measure>,
@@ -132,7 +138,8 @@ impl InitArgs {
     }
 
     fn of_file(&self, file: &Path) -> Result<Draft> {
-        let imported = self.file_flags.read(file, self.touching)?;
+        let mut imported = self.file_flags.read(file, self.touching)?;
+        self.declare(&mut imported, file)?;
         let stem = file.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
         let name: String =
             stem.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect();
@@ -150,12 +157,53 @@ impl InitArgs {
         Ok(draft)
     }
 
+    /// Adds what flags say of the file to what it declares itself.
+    ///
+    /// # Errors
+    /// `Input` where both differ, and for values of another dimension.
+    fn declare(&self, imported: &mut ImportedFile, file: &Path) -> Result<()> {
+        let (declared, content) = (&mut imported.declared, &imported.content);
+        let differs = |flag: &str, given: String, declared: String| {
+            Err(Error::input(COMMAND_LINE, flag, given, format!("{declared}, as {} declares", file.display())))
+        };
+        match (self.touching, declared.sign) {
+            (Some(given), Some(own)) if given != own => return differs("--touching", word(given), word(own)),
+            (given, own) => declared.sign = given.or(own),
+        }
+        if let Some(given) = &self.unit {
+            let Some(metres) = metres_of(given) else {
+                return Err(Error::input(COMMAND_LINE, "--unit", given, "a unit of length: m, mm, um, nm, Å"));
+            };
+            match (declared.unit_m(), &declared.unit) {
+                (Some(own), Some(unit)) if !is_close(metres, own) => {
+                    return differs("--unit", given.clone(), unit.clone());
+                }
+                _ => declared.unit = Some(given.clone()),
+            }
+        }
+        if let Some(given) = self.length {
+            let length = Length::written(given).filter(|l| l.si() > 0.0);
+            let length = length.ok_or_else(|| refused("--length", given, "a length with its unit, such as 20um"))?.si();
+            match declared.extent_m() {
+                Some([own, _]) if !is_close(length, own) => {
+                    return differs("--length", given.to_string(), format!("{} um", own * 1e6));
+                }
+                _ => {}
+            }
+            if let Content::Map(map) = content {
+                let y = length * map.ny as f64 / map.nx as f64;
+                declared.extent = Some(DeclaredExtent { x: length, y, unit: Some("m".into()) });
+            }
+        }
+        Ok(())
+    }
+
     fn laboratory(&self, draft: &mut Draft, declared: &Declared) -> Result<()> {
         draft.line("[laboratory]");
         let extent = declared.extent_m().map(|e| e.map(|m| significant(m * 1e6)));
         match (extent, &declared.extent) {
             (Some([x, y]), _) => {
-                draft.line("# Extents of the map along x and y, as the file declares them.");
+                draft.line("# Extents of the map along x and y.");
                 draft.line(format!("length = \"{x} um\"\nlength_y = \"{y} um\""));
             }
             // The extents are known as soon as the unit is.
@@ -200,19 +248,15 @@ impl InitArgs {
             draft.line("profile = true");
         }
         match &declared.unit {
-            Some(unit) if metres_per(unit).is_some() => {
-                draft.line(format!("# Unit of the heights, as the file declares it.\nunit = {}", quoted(unit)));
+            Some(unit) if metres_of(unit).is_some() => {
+                draft.line(format!("# Unit of the heights in the file.\nunit = {}", quoted(unit)));
             }
             other => {
                 let reason = other.as_ref().map_or(String::new(), |u| format!(" (the file's {u:?} is none)"));
                 draft.missing("surface.unit", "\"nm\"", format!("unit of the heights: m, mm, um, nm, Å{reason}"));
             }
         }
-        let sign = declared.sign.map(|sign| match sign {
-            Touching::LowPoints => Touching::LowPoints,
-            Touching::HighPoints => Touching::HighPoints,
-        });
-        match self.touching.or(sign) {
+        match declared.sign {
             Some(touching) => draft.line(format!("# Points that touch first.\ntouching = {}", quoted(word(touching)))),
             None => draft.missing(
                 "surface.touching",
@@ -306,6 +350,11 @@ impl Draft {
         self.line(format!("# FILL IN {own}: {description}.\n# {own} = {example}"));
         self.fill_in.push(key.into());
     }
+}
+
+/// Whether two lengths agree to the six digits of headers.
+fn is_close(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < 1e-5
 }
 
 /// A text of TOML.

@@ -79,15 +79,6 @@ pub(super) fn submits(machine: &Machine) -> bool {
     machine.engine == Engine::Slurm
 }
 
-/// Refuses `--dry-run` of a command that would only print a batch script, on a machine that has none.
-///
-/// # Errors
-/// `Input`.
-pub(super) fn refuse_dry_run(given: bool) -> Result<()> {
-    let accepted = "a machine with engine = \"slurm\": its script is printed";
-    if given { Err(Error::input("command line", "--dry-run", "given", accepted)) } else { Ok(()) }
-}
-
 /// The command line of this process, for a job that leaves the file `results` in its folder.
 ///
 /// # Errors

@@ -5,6 +5,7 @@ mod body;
 pub mod bug;
 mod cancel;
 mod challenge;
+mod cite;
 mod cluster;
 mod completions;
 mod crystals;
@@ -103,6 +104,8 @@ enum Command {
     Verify(verify::VerifyArgs),
     /// Make a run folder an RO-Crate: copies of its inputs, and ro-crate-metadata.json with the hashes of its files.
     Crate(verify::CrateArgs),
+    /// Print what to cite for a run, as BibTeX.
+    Cite(cite::CiteArgs),
     /// Write the report of a folder of results again: a run, a challenge, a trade-off or a sweep.
     Report(report::ReportArgs),
     /// List the methods and their outputs.
@@ -251,6 +254,7 @@ fn run_command(command: Command) -> Result<ExitCode> {
         }
         Command::Verify(c) => return c.execute(),
         Command::Crate(c) => c.execute()?,
+        Command::Cite(c) => c.execute()?,
         Command::Report(c) => c.execute()?,
         Command::Methods(c) => c.execute()?,
         Command::Schema { keys, results } => {

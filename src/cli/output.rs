@@ -1,15 +1,18 @@
 //! Results on stdout, in words and tables.
 
+use crate::pipeline::{PlannedStage, RunPlan};
 use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::given_loads::GivenLoads;
 use crate::record::methods::MethodResults;
 use crate::record::results::{Overlap, Results, SurfaceStatistic};
 use crate::report::accuracy::{missed, summary};
 use crate::report::hysteresis::hysteresis_sentence;
-use crate::report::number::{change, duration, length, percent, si_with_error, significant, trimmed};
+use crate::report::number::{
+    change, duration, length, memory, percent, si_with_error, significant, trimmed, with_error,
+};
 use crate::report::relaxation::relaxation_sentence;
 use crate::{Error, Result};
-use asperity_atoms::results::{AtomPullOff, AtomState, AtomsResults, AuditLine};
+use asperity_atoms::results::{AtomPullOff, AtomState, AtomsResults, AuditLine, NvtResults};
 use asperity_contact::load::Branch;
 use asperity_contact::results::ContinuumResults;
 use asperity_contact::state::State;
@@ -123,6 +126,14 @@ pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> St
     table.to_string()
 }
 
+/// Stages or settings with their estimated memory and time.
+pub(super) fn plan(kind: &str, plan: &RunPlan) {
+    let row = |s: &PlannedStage| vec![s.name.clone(), s.what.clone(), memory(s.bytes), duration(s.seconds)];
+    print(&table(&[kind, "what", "memory", "estimated time"], plan.stages.iter().map(row)));
+    let (bytes, seconds) = (memory(plan.bytes), duration(plan.seconds));
+    print(&format!("needs {bytes} of memory and about {seconds} (an order of magnitude)"));
+}
+
 /// Expected against realised.
 pub fn statistics(list: &[SurfaceStatistic]) -> String {
     let coarse = list.iter().any(|s| s.expected_on_grid.is_some());
@@ -182,6 +193,21 @@ pub fn results(results: &Results) {
     pulled.for_each(|p| print(&format!("atoms: {}", atoms_pull_off(&p))));
     let steps = results.atoms.iter().map(|atoms| &atoms.load_steps).filter(|steps| !steps.is_empty());
     steps.for_each(|steps| print(&format!("atoms: {}", relaxation_sentence(steps))));
+    results.atoms.iter().filter_map(|atoms| atoms.nvt.as_ref()).for_each(at_temperature);
+}
+
+/// Contact and gap of the NVT runs.
+fn at_temperature(nvt: &NvtResults) {
+    print(&format!("atoms at {} K, means of time with their standard errors:", trimmed(nvt.temperature_k, 4)));
+    print(&table(
+        &["p*", "contact", "mean gap / Å"],
+        nvt.states.iter().map(|s| {
+            let (area, gap) = (s.contact_area, s.mean_gap_angstrom);
+            let of_area = with_error(100.0 * area.value, 100.0 * area.error, "%");
+            let of_gap = with_error(gap.value, gap.error, "");
+            vec![trimmed(s.p_star, 4), of_area.0 + &of_area.1, of_gap.0 + &of_gap.1]
+        }),
+    ));
 }
 
 /// Results of the compared methods, one row per load.
@@ -214,8 +240,14 @@ fn methods(list: &[MethodResults], loads: GivenLoads) {
 /// States of a load path, with the change from half the points per side.
 fn states(c: &ContinuumResults, loads: GivenLoads) {
     let dash = || "-".to_string();
-    let has_discretisation = c.states.iter().any(|s| s.discretisation.is_some());
+    let has = |of: fn(&State) -> bool| c.states.iter().any(of);
+    let (flows, leaks) = (has(|s| s.plasticity.is_some()), has(|s| s.leakage.is_some()));
+    let has_discretisation = has(|s| s.discretisation.is_some());
     let mut head = vec![loads.head(), "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
+    head.extend(flows.then_some("flowing"));
+    if leaks {
+        head.extend(["flow gap x / µm", "flow gap y / µm"]);
+    }
     if has_discretisation {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
@@ -231,6 +263,11 @@ fn states(c: &ContinuumResults, loads: GivenLoads) {
                 format!("{:.1}", s.fft_pairs),
                 s.stop.to_string(),
             ];
+            row.extend(flows.then(|| s.plasticity.map_or_else(dash, |p| percent(p.flowing))));
+            if leaks {
+                let gaps = s.leakage.map(|flow| flow.hydraulic_gaps().map(|g| significant(g * UM, 3)));
+                row.extend(gaps.unwrap_or_else(|| [dash(), dash()]));
+            }
             if let Some(d) = s.discretisation {
                 row.extend([change(d.area, d.area_is_bound), change(d.mean_gap, d.mean_gap_is_bound)]);
             }

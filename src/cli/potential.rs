@@ -1,14 +1,18 @@
 use super::output;
 use crate::pipeline::keep_crystal;
-use crate::report::number::significant;
+use crate::report::number::{significant, trimmed};
 use crate::{Error, Result};
 use asperity_atoms::crystal::{MeasuredCrystal, Structure};
 use asperity_atoms::engine::LammpsEngine;
 use asperity_atoms::potential::{CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
-use asperity_atoms::properties::{PotentialCard, Properties, measure};
+use asperity_atoms::properties::{ExpandedLattice, PotentialCard, Properties, expand, measure};
 use asperity_atoms::run_script::LmpCommand;
+use asperity_grid::units::{Dimension, Measure};
 use asperity_surface::files::atomic_file::write_atomic;
 use std::path::{Path, PathBuf};
+
+/// Highest accepted temperature, K: most metals have melted.
+const HIGHEST_K: f64 = 3000.0;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct PotentialArgs {
@@ -25,6 +29,10 @@ pub(super) struct PotentialArgs {
     /// (001) face (mean over directions, along [100] and along [110]) and defect energies (half a minute).
     #[arg(long)]
     measure: bool,
+    /// With --measure: also the lattice constant at these temperatures (comma-separated, K), which an own potential needs as
+    /// atoms.nvt.lattice_constant; half a minute each, fcc crystals only.
+    #[arg(long, value_name = "TEMPERATURES", value_delimiter = ',', num_args = 1, requires = "measure")]
+    temperature: Vec<Measure>,
     /// The LAMMPS program.
     #[arg(long, value_name = "FILE")]
     lammps: Option<PathBuf>,
@@ -53,9 +61,13 @@ impl PotentialArgs {
         };
         let header = SetflHeader::read(&file)?;
         let element = header.element(&file, &self.element)?;
-        let (crystal, measured) = match self.measure.then(|| self.properties(&file, scratch.path())).transpose()? {
-            Some((crystal, properties)) => (Some(crystal), properties),
-            None => (None, None),
+        let temperatures = self.temperatures()?;
+        let (crystal, measured, expanded) = if self.measure {
+            let (crystal, properties) = self.properties(&file, scratch.path())?;
+            let expanded = self.expanded(&file, scratch.path(), &crystal, &temperatures)?;
+            (Some(crystal), properties, expanded)
+        } else {
+            (None, None, Vec::new())
         };
         let shipped = self.potential.is_none() && self.element == CALCIUM_ELEMENT.0;
         let deviations = match &measured {
@@ -71,6 +83,7 @@ impl PotentialArgs {
                 "cutoff_angstrom": header.cutoff_angstrom,
                 "crystal": crystal,
                 "properties": measured,
+                "expanded": expanded,
                 "deviations": deviations,
             }));
         }
@@ -91,12 +104,54 @@ impl PotentialArgs {
                 rows.iter().map(|(k, v)| vec![k.clone(), number(v), Properties::meaning(k).into()]),
             ));
         }
+        for lattice in &expanded {
+            output::print(&format!(
+                "at {} K: a = {:.4} ± {:.4} Å, {:.3} % more than at 0 K",
+                trimmed(lattice.temperature_k, 4),
+                lattice.lattice_constant_angstrom,
+                lattice.error_angstrom,
+                100.0
+                    * (lattice.lattice_constant_angstrom / crystal.as_ref().map_or(f64::NAN, |c| c.a0_angstrom) - 1.0)
+            ));
+        }
         match deviations {
             Some(list) if list.is_empty() => output::print("every property is as potentials/Ca.toml states"),
             Some(list) => list.iter().for_each(|d| output::print(&format!("not as stated: {d}"))),
             None => {}
         }
         Ok(())
+    }
+
+    /// In K; numbers without a unit are in K.
+    fn temperatures(&self) -> Result<Vec<f64>> {
+        let kelvin = |given: &Measure| {
+            let kelvin = given.of(Dimension::Temperature).ok().map(Measure::si).filter(|t| *t > 0.0 && *t <= HIGHEST_K);
+            let accepted = format!("temperatures above zero, at most {HIGHEST_K} K, as 300K");
+            kelvin.ok_or_else(|| Error::input("command line", "--temperature", given, accepted))
+        };
+        self.temperature.iter().map(kelvin).collect()
+    }
+
+    fn expanded(
+        &self,
+        file: &Path,
+        scratch: &Path,
+        crystal: &MeasuredCrystal,
+        temperatures: &[f64],
+    ) -> Result<Vec<ExpandedLattice>> {
+        if temperatures.is_empty() {
+            return Ok(Vec::new());
+        }
+        if crystal.structure != Structure::Fcc {
+            let accepted = format!("an fcc crystal; this one is {}", crystal.structure);
+            return Err(Error::input("command line", "--temperature", "given", accepted));
+        }
+        let command = LmpCommand { program: LammpsEngine::find(self.lammps.as_deref())?.program().to_path_buf() };
+        let file = std::path::absolute(file).map_err(Error::io("find", file))?;
+        let at = |&kelvin: &f64| {
+            expand(&command, &scratch.join("expansion"), &file, (&self.element, crystal.a0_angstrom), kelvin)
+        };
+        temperatures.iter().map(at).collect()
     }
 
     fn properties(&self, file: &Path, scratch: &Path) -> Result<(MeasuredCrystal, Option<Properties>)> {

@@ -4,7 +4,7 @@ use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::{crystals, output, programs, progress::TerminalProgress};
 use crate::pipeline::{self, OutFolder};
 use crate::record::results;
-use crate::report::number::{count, duration, memory, si};
+use crate::report::number::{count, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
@@ -102,7 +102,7 @@ impl RunArgs {
             output::eprint(&provenance.to_string());
         }
         if self.dry_run && !submits(&machine) {
-            return self.plan(&case).map(|()| ExitCode::SUCCESS);
+            return plan(&case, self.json).map(|()| ExitCode::SUCCESS);
         }
         programs::check(&case, self.stages.allow_program)?;
         // A job finds the pressures itself; until then they do not tell whether the scene is another one.
@@ -151,42 +151,38 @@ impl RunArgs {
         }
         Ok(())
     }
+}
 
-    fn plan(&self, case: &Case) -> Result<()> {
-        // A plan needs no LAMMPS, but an installed one gives the speed of this machine. That of a scene is not executed.
-        let here = case.atoms.as_ref().map(|_| programs::check(case, false).and_then(|()| pipeline::speed(case)));
-        let unmeasured = here.as_ref().and_then(|h| h.as_ref().err()).map(|e| e.to_string()).unwrap_or_default();
-        let evaluation = here.and_then(Result::ok);
-        let plan = pipeline::plan(case, rayon::current_num_threads(), evaluation)?;
-        if self.json {
-            output::json_line(&plan)?;
-            return plan.fits();
-        }
-        output::print(&output::table(
-            &["stage", "what", "memory", "estimated time"],
-            plan.stages.iter().map(|s| vec![s.name.clone(), s.what.clone(), memory(s.bytes), duration(s.seconds)]),
-        ));
-        output::print(&format!(
-            "needs {} of memory and about {} (an order of magnitude)",
-            memory(plan.bytes),
-            duration(plan.seconds)
-        ));
-        if let Some(atoms) = plan.atoms {
-            output::print(&format!(
-                "atoms: {} deformable, {} of the base, {} of the indenter",
-                count(atoms.deformable as usize),
-                count(atoms.fixed as usize),
-                count(atoms.indenter as usize)
-            ));
-            let each = si(atoms.seconds_per_evaluation, "s", 2);
-            output::print(&if atoms.measured {
-                format!("measured on this machine: LAMMPS takes {each} per atom and force evaluation on one core")
-            } else {
-                format!("{each} per atom and force evaluation is the value of another machine: {unmeasured}")
-            });
-            output::print(&output::audit(&plan.audit));
-        }
-        plan.warnings.iter().for_each(|w| output::print(&format!("warning: {w}")));
-        plan.fits()
+/// Prints the stages of a case with their memory and time.
+///
+/// # Errors
+/// `Memory` where they do not fit.
+pub(super) fn plan(case: &Case, as_json: bool) -> Result<()> {
+    // A plan needs no LAMMPS, but an installed one gives the speed of this machine. That of a scene is not executed.
+    let here = case.atoms.as_ref().map(|_| programs::check(case, false).and_then(|()| pipeline::speed(case)));
+    let unmeasured = here.as_ref().and_then(|h| h.as_ref().err()).map(|e| e.to_string()).unwrap_or_default();
+    let evaluation = here.and_then(Result::ok);
+    let plan = pipeline::plan(case, rayon::current_num_threads(), evaluation)?;
+    if as_json {
+        output::json_line(&plan)?;
+        return plan.fits();
     }
+    output::plan("stage", &plan);
+    if let Some(atoms) = plan.atoms {
+        output::print(&format!(
+            "atoms: {} deformable, {} of the base, {} of the indenter",
+            count(atoms.deformable as usize),
+            count(atoms.fixed as usize),
+            count(atoms.indenter as usize)
+        ));
+        let each = si(atoms.seconds_per_evaluation, "s", 2);
+        output::print(&if atoms.measured {
+            format!("measured on this machine: LAMMPS takes {each} per atom and force evaluation on one core")
+        } else {
+            format!("{each} per atom and force evaluation is the value of another machine: {unmeasured}")
+        });
+        output::print(&output::audit(&plan.audit));
+    }
+    plan.warnings.iter().for_each(|w| output::print(&format!("warning: {w}")));
+    plan.fits()
 }

@@ -1,5 +1,5 @@
 use super::cluster::CommandRequest;
-use super::machine::{LammpsFlags, MachineFlags, refuse_dry_run, submits};
+use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::run::StageFlags;
 use super::{crystals, output, programs, progress::TerminalProgress};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
@@ -62,8 +62,8 @@ pub(super) struct TradeoffArgs {
     lammps: LammpsFlags,
     #[command(flatten)]
     machine: MachineFlags,
-    /// With --machine: print the script without submitting it.
-    #[arg(long, requires = "machine")]
+    /// Print the settings with their memory and time, without running them; with --machine, the script without submitting it.
+    #[arg(long)]
     dry_run: bool,
     /// One line of JSON on stdout.
     #[arg(long)]
@@ -96,7 +96,8 @@ impl TradeoffArgs {
             // Without atoms nothing is measured for them.
             scene.atoms = None;
         }
-        let allowed = self.stages.allow_program;
+        // A dry run does not execute what the scene names.
+        let allowed = self.stages.allow_program && !self.dry_run;
         let warnings = match crystals::settle(&mut scene, &self.scene, &machine.1.lammps, allowed) {
             // As for a scene with its constants, methods without atoms are compared.
             Err(e @ (Error::MissingProgram { .. } | Error::Program { .. })) if !with_blocks => {
@@ -117,7 +118,6 @@ impl TradeoffArgs {
             let request = CommandRequest { case: &case, out: &out, machine, results, seconds, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
-        refuse_dry_run(self.dry_run)?;
         pipeline::impose_contact(&mut case, &asperity_contact::method::NoObserver)?;
         let request = TradeoffRequest {
             methods,
@@ -129,6 +129,15 @@ impl TradeoffArgs {
             layer_thicknesses: self.layer_thickness,
             blocks,
         };
+        if self.dry_run {
+            let plan = pipeline::tradeoff_plan(&case, &request)?;
+            if self.json {
+                return output::json_line(&plan).map(|()| ExitCode::SUCCESS);
+            }
+            output::plan("setting", &plan);
+            plan.warnings.iter().for_each(|w| output::print(&format!("warning: {w}")));
+            return Ok(ExitCode::SUCCESS);
+        }
         let progress = TerminalProgress::new();
         let folder = OutFolder { path: &out, verify: !self.stages.no_verify };
         let (tradeoff, page) = pipeline::tradeoff(&case, &request, folder, &progress)?;

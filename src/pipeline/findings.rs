@@ -142,21 +142,18 @@ pub(super) fn findings(
     list
 }
 
-/// Contact atoms below which a comparison is hardly more than a count: the counting error of 30 is 18 %, twice the difference between
-/// atoms and continuum that many surfaces show (8 to 10 %).
-const FEW_CONTACTS: usize = 30;
-
 /// The loads whose comparison rests on few contact atoms, with the counting error of each.
 pub(super) fn few_contact_atoms(states: &[AtomState]) -> Option<String> {
-    let few: Vec<String> = (states.iter().filter(|s| s.contacts < FEW_CONTACTS))
+    let few: Vec<String> = (states.iter().filter(|s| s.has_few_contacts()))
         .map(|s| match s.contacts {
             0 => format!("none at p* = {}", trimmed(s.p_star, 4)),
             n => format!("{n} at p* = {} (counting error {:.0} %)", trimmed(s.p_star, 4), 100.0 / (n as f64).sqrt()),
         })
         .collect();
+    let least = AtomState::FEW_CONTACTS;
     (!few.is_empty()).then(|| {
         format!(
-            "The comparison of atoms and continuum rests on fewer than {FEW_CONTACTS} contact atoms: {}. Smaller differences at these loads \
+            "The comparison of atoms and continuum rests on fewer than {least} contact atoms: {}. Smaller differences at these loads \
              mean nothing; higher loads or a larger block (atoms.cells) have more contact atoms.",
             few.join(", ")
         )

@@ -110,6 +110,11 @@ impl FinishedRun {
         Ok(FinishedRun { folder, results, scene, program, engine, inputs })
     }
 
+    /// What it is based on, to be cited.
+    pub fn sources(&self) -> &[String] {
+        &self.results.sources
+    }
+
     /// Compares it with a repetition in another folder, `exactly` or without what solvers leave below their tolerance.
     ///
     /// # Errors

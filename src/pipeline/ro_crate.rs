@@ -18,13 +18,14 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Media types by the end of a name.
-const MEDIA_TYPES: [(&str, &str); 8] = [
+const MEDIA_TYPES: [(&str, &str); 9] = [
     (".json", "application/json"),
     (".toml", "application/toml"),
     (".html", "text/html"),
     (".csv", "text/csv"),
     (".txt", "text/plain"),
     (".nc", "application/netcdf"),
+    (".xdmf", "application/xml"),
     (".svg", "image/svg+xml"),
     (".png", "image/png"),
 ];

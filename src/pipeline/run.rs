@@ -13,7 +13,7 @@ use super::surface::SurfaceStage;
 use super::{Listener, engine};
 use crate::record::results::{self, MANIFEST_FILE, Results, SCHEMA, ScalesSi};
 use crate::record::written::{self, WrittenFolder};
-use crate::record::{ensemble, load_table, netcdf, tradeoff};
+use crate::record::{ensemble, load_table, netcdf, tradeoff, xdmf};
 use crate::report::accuracy;
 use crate::scene::{AtomsScene, Case, Scene};
 use crate::{Error, Result, challenge, report};
@@ -34,13 +34,14 @@ pub(super) const CRATE_FILE: &str = "ro-crate-metadata.json";
 pub(super) const INPUTS: &str = "inputs";
 
 /// Files of a run, a trade-off or a sweep outside its stages.
-pub(super) const OUTSIDE_STAGES: [&str; 14] = [
+pub(super) const OUTSIDE_STAGES: [&str; 15] = [
     SCENE_FILE,
     results::FILE,
     load_table::FILE,
     load_table::PULL_OFF_FILE,
     MANIFEST_FILE,
     netcdf::run::FILE,
+    xdmf::FILE,
     RECORDING_FILE,
     tradeoff::FILE,
     tradeoff::CSV_FILE,
@@ -117,6 +118,7 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     let manifest = Manifest::of(case, &results, engine.as_ref().map(|e| e.describe()))?;
     json::write(&out.join(MANIFEST_FILE), &manifest)?;
     netcdf::run::write_run(out, &results)?;
+    xdmf::write(out, &results)?;
     record(case, &results, out)?;
     let page = report::write(out)?;
     list_files(out)?;
@@ -267,7 +269,7 @@ pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Re
     if read_text(&file).is_ok_and(|earlier| earlier == text) {
         return Ok(());
     }
-    let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, RECORDING_FILE, report::PAGE];
+    let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, xdmf::FILE, RECORDING_FILE, report::PAGE];
     for name in [hashed::CHECKSUMS, CRATE_FILE].into_iter().chain(results) {
         remove(&out.join(name))?;
     }

@@ -16,7 +16,7 @@ use asperity_atoms::results::AtomsResults;
 use asperity_contact::path::unresolved_contact;
 use asperity_contact::problem::LoadKind;
 use asperity_contact::results::ContinuumResults;
-use asperity_contact::state::apart;
+use asperity_contact::state::TrivialLoads;
 use std::path::Path;
 
 /// Output of a stage, with its key. A plan has none.
@@ -112,9 +112,8 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         let named = given_loads(case);
         let loads = states.map(|s| (named.value(s.p_star), s.contact_area, s.discretisation.as_ref()));
         let unresolved = unresolved_contact(named.quantity.symbol(), loads);
-        let numbered = outputs.primary.iter().flat_map(|solved| &solved.states).enumerate();
-        let loads_apart: Vec<usize> = numbered.filter(|(_, s)| s.is_apart()).map(|(i, _)| i + 1).collect();
-        unresolved.into_iter().chain(apart(&loads_apart)).for_each(|text| visitor.warn(text));
+        let trivial = TrivialLoads::of(outputs.primary.iter().flat_map(|solved| &solved.states)).warnings();
+        unresolved.into_iter().chain(trivial).for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);
     left_out.into_iter().for_each(|text| visitor.warn(text));

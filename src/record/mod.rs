@@ -15,4 +15,5 @@ pub mod results;
 pub mod surface;
 pub mod tradeoff;
 pub mod written;
+pub mod xdmf;
 pub mod xyz;

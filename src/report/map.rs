@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::number::{si_scale, trimmed};
-use super::picture::{self, BLACK, ColourRange, Picture};
+use super::picture::{self, BLACK, ColourRange, Picture, Rgb};
 use super::scale::round_step;
 use super::svg::{self, DrawingSize, Ticks, css, escaped, half_width, text};
 
@@ -70,7 +70,8 @@ impl MapFigure<'_> {
         let across = width - left - right;
         let down = across * self.cell_m[1] / self.cell_m[0];
         let below = top + down;
-        let rows = self.bar.as_ref().map_or(0.0, |bar| if bar.over_contact { 5.3 } else { 4.1 });
+        let key = self.picture.key;
+        let rows = self.bar.as_ref().map_or(KEY_ROW * key.len() as f64, |bar| if bar.over_contact { 5.3 } else { 4.1 });
         let mut svg = format.open(below + (2.9 + rows) * t, &escaped(self.alt));
         // Writing into a string does not fail.
         let _ = write!(
@@ -90,6 +91,9 @@ impl MapFigure<'_> {
         svg::axes(&mut svg, t, &outline, [left, left + across, top, below], axis_ticks);
         if let Some(bar) = &self.bar {
             self.draw_bar(&mut svg, bar, t, (left, below + 3.3 * t, across));
+        }
+        for (row, (colour, meaning)) in (0..).zip(key) {
+            key_entry(&mut svg, (left, below + (3.3 + KEY_ROW * f64::from(row)) * t), t, (*colour, meaning));
         }
         svg.push_str("</svg>");
         svg
@@ -114,15 +118,22 @@ impl MapFigure<'_> {
         text(svg, (left + across, labels), "end", &high);
         text(svg, (left + 0.5 * across, labels + 1.2 * t), "middle", &bar.label());
         if bar.over_contact {
-            let y = labels + 1.8 * t;
-            let (side, black) = (0.8 * t, css(BLACK));
-            let _ = write!(
-                svg,
-                "<rect x=\"{left:.2}\" y=\"{y:.2}\" width=\"{side:.2}\" height=\"{side:.2}\" fill=\"{black}\" stroke=\"#888\" stroke-width=\"{line:.2}\"/>"
-            );
-            text(svg, (left + 1.2 * t, y + 0.75 * t), "start", "contact");
+            key_entry(svg, (left, labels + 1.8 * t), t, (BLACK, "contact"));
         }
     }
+}
+
+/// Height of an entry of a key, in text heights.
+const KEY_ROW: f64 = 1.3;
+
+/// A colour and its meaning.
+fn key_entry(svg: &mut String, (left, top): (f64, f64), t: f64, (colour, meaning): (Rgb, &str)) {
+    let (side, line, colour) = (0.8 * t, 0.06 * t, css(colour));
+    let _ = write!(
+        svg,
+        "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{side:.2}\" height=\"{side:.2}\" fill=\"{colour}\" stroke=\"#888\" stroke-width=\"{line:.2}\"/>"
+    );
+    text(svg, (left + 1.2 * t, top + 0.75 * t), "start", meaning);
 }
 
 /// At most six round numbers from zero to an extent.
@@ -166,5 +177,9 @@ mod tests {
             assert!(svg_of_gap.contains(piece), "{piece}: {svg_of_gap}");
         }
         assert!(!svg(None).contains("linearGradient"));
+        let keyed = picture.clone().keyed(&[(BLACK, "both")]);
+        let cell_m = [1e-4, 5e-5];
+        let keyed = MapFigure { name: "both", alt: "", picture: &keyed, cell_m, bar: None };
+        assert!(keyed.svg(b"", DrawingSize::page(IN_A_ROW)).contains(">both<"));
     }
 }

@@ -42,6 +42,8 @@ pub struct Picture {
     pub values: Vec<f64>,
     /// Colour of contact in a contact map of one source.
     pub contact: Option<Rgb>,
+    /// Colours and meanings, drawn below the map.
+    pub key: &'static [(Rgb, &'static str)],
 }
 
 /// Values at the ends of a colour bar; values outside are clamped.
@@ -185,7 +187,12 @@ impl Picture {
                 pixels.extend_from_within(start..start + width);
             }
         }
-        Picture { width, height, pixels, nx, values, contact: None }
+        Picture { width, height, pixels, nx, values, contact: None, key: &[] }
+    }
+
+    /// With colours and their meanings below the map.
+    pub fn keyed(self, key: &'static [(Rgb, &'static str)]) -> Self {
+        Picture { key, ..self }
     }
 
     /// PNG file contents, 8-bit RGB.

@@ -85,9 +85,10 @@ impl PlotAxis {
 
     fn label(&self, v: f64) -> String {
         if self.log {
-            // If multiples are labelled, powers of ten have the same format.
-            let alone = self.high - self.low >= FEW_DECADES && v.fract() == 0.0 && !(-2.0..=4.0).contains(&v);
-            return if alone { format!("10{}", superscript(v as i32)) } else { trimmed(10f64.powf(v), 2) };
+            // All labels of an axis have one format.
+            let far = self.ticks.iter().any(|t| !(-3.0..=4.0).contains(t));
+            let powers = self.high - self.low >= FEW_DECADES && far;
+            return if powers { format!("10{}", superscript(v as i32)) } else { trimmed(10f64.powf(v), 2) };
         }
         let factor = 10f64.powi(self.power);
         let step = self.step / factor;
@@ -140,6 +141,7 @@ mod tests {
         assert_eq!(labels(false, -1.0, 1.0), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
         assert_eq!(labels(true, -1.0, 2.0), ["0.1", "1", "10", "100"]);
         assert_eq!(labels(true, -8.0, -5.0), ["10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵"]);
+        assert_eq!(labels(true, -4.0, 1.0), ["10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰", "10¹"]);
         let path = ["0.001", "0.002", "0.005", "0.01", "0.02", "0.05", "0.1", "0.2"];
         assert_eq!(labels(true, -3.0, 0.3_f64.log10()), path);
         assert_eq!(labels(true, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);

@@ -192,7 +192,7 @@ impl SurfaceFile {
     }
 
     /// A map that does not repeat is made to by its edges, or it is solved as a non-periodic surface.
-    fn periodicity(&self, scene: &mut Scene, list: &mut Vec<Complaint>) {
+    fn periodicity(&mut self, scene: &mut Scene, list: &mut Vec<Complaint>) {
         let given = &mut scene.continuum.periodic;
         let made = scene.surface.edges.is_some() || scene.surface.isotropic_map;
         match (*given, self.declared().periodic) {
@@ -201,7 +201,11 @@ impl SurfaceFile {
                 list.push(Complaint::new("continuum.periodic", "true", accepted));
             }
             (Some(false), Some(true)) => {
-                list.push(Complaint::new("continuum.periodic", "false", self.declares("true")));
+                let path = self.path.display();
+                let text = format!(
+                    "{path} repeats; continuum.periodic = false solves one cell, with a flat half-space around it"
+                );
+                self.imported.warnings.push(text);
             }
             (None, declared) => *given = Some(made || declared.unwrap_or(true)),
             _ => {}

@@ -251,7 +251,7 @@ fn plain(expected: &str) -> &str {
         "i8" | "i16" | "i32" | "i64" => "a whole number",
         "a string" | "path string" => "a text in quotes",
         "a boolean" => "true or false",
-        "a sequence" => "a list of numbers, as [0.01, 0.03]",
+        "a sequence" => "a list in brackets, as [0.01, 0.03] or [\"1 MPa\", \"2 MPa\"]",
         other if other.starts_with("struct ") => "a table",
         other => other,
     }

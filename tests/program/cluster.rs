@@ -424,13 +424,13 @@ fn single_commands_are_jobs_of_their_own() {
             assert!(text.contains(part), "{arguments:?}: {part}: {text}");
         }
     }
+    // Here they have a plan.
     fs::write(folder.path().join("machines.toml"), "[cluster]\ncpus = 4\n").expect("written");
-    for arguments in [&["challenge", "--grid", "64"][..], &["tradeoff", "scene.toml"]] {
-        let mut command = asperity();
-        command.args(arguments).args(["--machine", "cluster", "--dry-run"]).current_dir(folder.path());
-        let refused = command.output().expect("started");
-        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
-        assert!(stderr(&refused).contains("--dry-run = given"), "{}", stderr(&refused));
+    for (arguments, part) in
+        [(&["challenge", "--grid", "64"][..], "cross-check"), (&["tradeoff", "scene.toml"], "reference")]
+    {
+        let text = call(arguments);
+        assert!(text.contains(part) && text.contains("estimated time"), "{arguments:?}: {text}");
     }
     assert!(!folder.path().join("runs").exists());
 }

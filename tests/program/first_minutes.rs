@@ -70,6 +70,26 @@ fn a_declared_sign_and_unit_are_filled_in() {
     assert!(text.contains("\ntouching = \"low-points\"\n") && text.contains("\nunit = \"um\"\n"), "{text}");
 }
 
+/// What the file does not declare comes from flags, and these do not contradict it.
+#[test]
+fn flags_complete_what_a_file_declares() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    write_map(&scratch.path().join("map.txt"), "# sign: low points touch first\n");
+    let given = ["map.txt", "--modulus", "2MPa", "--unit", "nm", "--length", "20um"];
+    assert!(fill_in(&init(scratch.path(), &given)).is_empty());
+    let text = std::fs::read_to_string(scratch.path().join("scene.toml")).expect("a scene");
+    assert!(text.contains("\nunit = \"nm\"\n") && text.contains("\nlength = \"20 um\"\n"), "{text}");
+    write_map(&scratch.path().join("all.txt"), "# sign: low points touch first\n# unit: um\n");
+    for (flag, value, declared) in [("--touching", "high-points", "low-points"), ("--unit", "nm", "um")] {
+        let refused = init(scratch.path(), &["all.txt", flag, value, "--overwrite"]);
+        let said = String::from_utf8_lossy(&refused.stderr);
+        let expected = format!("{flag} = {value}; accepted: {declared}, as all.txt declares");
+        assert!(refused.status.code() == Some(2) && said.contains(&expected), "{said}");
+    }
+    let kept = std::fs::read_to_string(scratch.path().join("scene.toml")).expect("a scene");
+    assert_eq!(kept, text, "a refused scene replaces none");
+}
+
 /// A tilted map is levelled and mirrored, in lines that can be changed; it has no seam any more.
 #[test]
 fn a_map_that_does_not_repeat_is_prepared() {

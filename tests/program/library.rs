@@ -251,6 +251,21 @@ fn first_contact_and_far_loads_are_those_of_the_command_line() {
     assert!(apart(&Problem { adhesion: Some(adhesion), ..problem() }, &[0.5 * touch, 2.0 * touch]).is_empty());
 }
 
+/// Full contact of its own accord is explained; that of a pressure is not, nor is partial contact.
+#[test]
+fn adhesion_that_closes_the_gap_is_named() {
+    let said = |work: f64| {
+        let adhesion = Adhesion { work_of_adhesion: work, range: 40.0, ..Adhesion::default() };
+        let (warned, problem) = (Warned::default(), Problem { adhesion: Some(adhesion), ..problem() });
+        problem.visit_load_path(&Loads::new(LoadKind::Pressure, [1e-3, 1e-2]), &warned, |_| ()).expect("solved");
+        let list = warned.0.into_inner().expect("no panic");
+        list.into_iter().filter(|w| w.contains("adhesion closes the gap")).collect::<Vec<_>>()
+    };
+    let closed = said(1e6);
+    assert!(matches!(&closed[..], [text] if text.starts_with("load 1, 2: ")), "{closed:?}");
+    assert!(said(1e-3).is_empty());
+}
+
 /// The warnings of a solve.
 #[derive(Default)]
 struct Warned(std::sync::Mutex<Vec<String>>);

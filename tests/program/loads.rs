@@ -100,6 +100,45 @@ fn plans_have_what_is_computed_from_the_states() {
     assert!(planned("[continuum.subsurface]\ndepths = [\"1 um\"]\npoisson = 0.3") > own);
 }
 
+/// Flow, leakage and stress below the surface are in the terminal and in the report, whose maps are those of the highest load.
+#[test]
+fn what_a_scene_asks_for_is_shown() {
+    let files = Scratch::new();
+    let more = "unload = true\n[continuum]\nhardness = \"0.2 GPa\"\nleakage = true\n\
+                [continuum.subsurface]\ndepths = [\"0.5 um\", \"1 um\"]\npoisson = 0.3";
+    scene(&files, "asked", "pressure = [\"2 MPa\", \"10 MPa\"]", more);
+    let (printed, page) = run(&files, "asked");
+    for column in ["flowing", "flow gap x", "flow gap y"] {
+        assert!(printed.contains(column), "{column}: {printed}");
+    }
+    for part in ["Plastic flow", "Flow through the gap", "Stress below the surface", "at-load\">10\u{a0}MPa"] {
+        assert!(page.contains(part), "{part}");
+    }
+    for figure in ["plastic-flow", "hydraulic-gap", "stress-below"] {
+        assert!(files.path("asked").join(format!("figures/{figure}.svg")).is_file(), "{figure}");
+    }
+    // ParaView reads the maps of all three states from results.nc.
+    let maps = fs::read_to_string(files.path("asked").join("results.xdmf")).expect("written");
+    assert_eq!((maps.matches("<Time ").count(), maps.matches("results.nc:/stress").count()), (3, 3), "{maps}");
+}
+
+/// The plan of a trade-off has its reference, its settings, and no folder.
+#[test]
+fn a_trade_off_has_a_plan() {
+    let files = Scratch::new();
+    scene(&files, "plan", "pressure = \"2 MPa\"", "");
+    let mut command = asperity();
+    command.args(["tradeoff", "--dry-run", "--json", "--methods", "fast,persson"]);
+    command.arg(files.path("plan.toml")).arg("--out").arg(files.path("out"));
+    let planned = command.output().expect("started");
+    let plan: Value = serde_json::from_slice(&planned.stdout).expect("JSON");
+    let names: Vec<&str> =
+        plan["stages"].as_array().expect("stages").iter().filter_map(|s| s["name"].as_str()).collect();
+    // Two methods on two grids (32 and 16), and the other precisions and tolerances of the solver.
+    assert_eq!((names.iter().filter(|n| **n == "reference").count(), names.len()), (1, 1 + 4 + 5), "{names:?}");
+    assert!(plan["bytes"].as_u64() > Some(0) && !files.path("out").exists());
+}
+
 /// Means over surfaces of different gradients have one pressure, and different p*.
 #[test]
 fn means_over_surfaces_are_at_the_given_load() {

@@ -329,7 +329,9 @@ fn figures_for_papers_have_one_width_and_one_type_size() {
     // Mode 1 of a cell of 0.1 mm: q = 2π/L; 10⁻⁵ L² per mode times the area of the cell.
     assert!(psd.contains("\nexpected,62831.8530717958"), "{psd}");
     let sizes = std::fs::read_to_string(figures.join("cluster-sizes.csv")).unwrap();
-    assert!(sizes.lines().nth(1).unwrap().split(',').nth(3).unwrap().parse::<f64>().unwrap() > 0.0);
+    // The counting error of a single cluster is its density, and is left out.
+    assert!(sizes.lines().skip(1).all(|line| line.split(',').nth(3).unwrap().parse::<f64>().map_or(true, |e| e > 0.0)));
+    assert!(sizes.lines().skip(1).any(|line| line.ends_with(',')), "{sizes}");
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python");
     if !python.is_file() {
         return tools::skip("python", "target/python is not installed; scripts/setup.sh --tests installs it");

@@ -184,7 +184,12 @@ impl<'a> MeasurementFolder<'a> {
     ) -> Result<BTreeMap<String, f64>> {
         let vars =
             [("lattice", structure.name().to_owned()), ("a0", format!("{a0:.10}")), ("strain", STRAIN.to_string())];
-        results(&self.folder, &self.print(script, &vars)?)
+        self.measured(script, &vars)
+    }
+
+    /// Results of a script.
+    pub(super) fn measured(&self, script: (&str, &str), vars: &[(&str, String)]) -> Result<BTreeMap<String, f64>> {
+        results(&self.folder, &self.print(script, vars)?)
     }
 
     /// A result that must be there.

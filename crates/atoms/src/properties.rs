@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::crystal::{self, MeasuredCrystal, MeasurementFolder, Structure};
+use crate::potential::{CALCIUM_ELEMENT, SetflHeader};
 use crate::run_script::RunScript;
 use asperity_grid::error::{Error, Result};
 use asperity_grid::units::J_M2_PER_EV_A2;
@@ -62,6 +63,7 @@ impl Properties {
 
 const VACANCY: (&str, &str) = ("vacancy.in", include_str!("../lammps-inputs/properties/vacancy.in"));
 const SURFACE: (&str, &str) = ("surface.in", include_str!("../lammps-inputs/properties/surface.in"));
+const EXPANSION: (&str, &str) = ("expansion.in", include_str!("../lammps-inputs/expansion.in"));
 const FAULT: (&str, &str) = ("stacking_fault.in", include_str!("../lammps-inputs/properties/stacking_fault.in"));
 
 /// Measures the crystal of `element` in the table `setfl` as [`crystal::measure`] does, and if it is cubic its defects. Scripts, a copy of
@@ -103,6 +105,46 @@ pub fn measure(
         hcp_minus_fcc_ev: above_fcc(Structure::Hcp),
     };
     Ok((crystal, Some(properties)))
+}
+
+/// Lattice constant of an fcc crystal at a temperature and zero pressure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ExpandedLattice {
+    /// Mean of the run.
+    pub temperature_k: f64,
+    pub lattice_constant_angstrom: f64,
+    /// Its standard error.
+    pub error_angstrom: f64,
+}
+
+/// Time step of calcium (40.08 u), ps; it is proportional to the square root of the mass, and not longer than this.
+const CALCIUM_TIMESTEP_PS: f64 = 0.004;
+
+/// Averaging time, ps: the standard error of calcium at 300 K is 0.001 Å.
+const AVERAGED_PS: f64 = 40.0;
+
+/// Measures the lattice constant of an fcc crystal, `a0` Å at 0 K, at a temperature: 864 atoms for 50 ps, about half a minute on one core.
+///
+/// # Errors
+/// As [`measure`].
+pub fn expand(
+    lammps: &dyn RunScript,
+    folder: &Path,
+    setfl: &Path,
+    (element, a0): (&str, f64),
+    temperature_k: f64,
+) -> Result<ExpandedLattice> {
+    let mass_u = SetflHeader::read(setfl)?.element(setfl, element)?.mass_u;
+    let bench = MeasurementFolder::new(lammps, folder, setfl, element)?;
+    let timestep = CALCIUM_TIMESTEP_PS * (mass_u / CALCIUM_ELEMENT.2).sqrt().min(1.0);
+    let vars = [("a0", a0), ("temperature", temperature_k), ("timestep", timestep), ("time", AVERAGED_PS)];
+    let printed = bench.measured(EXPANSION, &vars.map(|(name, value)| (name, value.to_string())))?;
+    let value_of = |name| bench.get(&printed, name);
+    Ok(ExpandedLattice {
+        temperature_k: value_of("temperature")?,
+        lattice_constant_angstrom: value_of("lattice_constant")?,
+        error_angstrom: value_of("error")?,
+    })
 }
 
 /// Stable and unstable stacking-fault energy, eV/Å².
@@ -248,6 +290,27 @@ mod tests {
         let wrong = Properties { vacancy_ev: f64::NAN, a0_angstrom: 5.6, ..actual };
         let list = card.deviations(&wrong);
         assert!(list.len() == 2 && list[0].starts_with("a0_angstrom is 5.6, stated 5.5884 ± "), "{list:?}");
+    }
+
+    #[test]
+    fn an_expanded_lattice_has_its_error_and_light_atoms_a_shorter_step() {
+        struct Printed;
+        impl RunScript for Printed {
+            fn run(&self, _: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
+                assert!(script.ends_with("expansion.in"));
+                let value_of = |name: &str| vars.iter().find(|(n, _)| *n == name).map(|(_, v)| v.as_str());
+                assert_eq!(
+                    (value_of("a0"), value_of("temperature"), value_of("timestep")),
+                    (Some("5.5884"), Some("300"), Some("0.004"))
+                );
+                Ok("RES temperature 299.4\nRES lattice_constant 5.6317\nRES error 0.0004\n".into())
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let lattice = expand(&Printed, folder.path(), &table(), ("Ca", 5.5884), 300.0).unwrap();
+        let stated =
+            ExpandedLattice { temperature_k: 299.4, lattice_constant_angstrom: 5.6317, error_angstrom: 0.0004 };
+        assert_eq!(lattice, stated);
     }
 
     #[test]

@@ -247,6 +247,12 @@ impl State {
         self.pressure == 0.0 && self.contact_area == 0.0 && self.displacement.is_some_and(|d| d < 0.0)
     }
 
+    /// At full contact, the energy that adhesion gains over the elastic energy, if it is larger.
+    fn closed_by_adhesion(&self) -> Option<f64> {
+        let gain = -self.interaction_energy? / self.elastic_energy.filter(|e| *e > 0.0)?;
+        (self.contact_area >= 1.0 && gain > 1.0).then_some(gain)
+    }
+
     /// Adds components of the uncertainty, which the stated errors then contain.
     pub fn add_uncertainty(&mut self, more: impl IntoIterator<Item = UncertaintyComponent>) {
         self.uncertainty.extend(more);
@@ -499,11 +505,53 @@ impl SubsurfaceResults {
     }
 }
 
-/// A warning for loads at which the surfaces are [apart](State::is_apart), by their numbers from 1; none without any.
-pub fn apart(numbers: &[usize]) -> Option<String> {
-    let list = numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
-    (!numbers.is_empty())
-        .then(|| format!("load {list}: the mean gap is beyond first contact, where without adhesion nothing touches"))
+/// Loads of which a warning says why nothing touches, or everything. They are numbered from 1.
+#[derive(Debug, Clone, Default)]
+pub struct TrivialLoads {
+    loads: usize,
+    apart: Vec<usize>,
+    closed: Vec<usize>,
+    /// Smallest gain of energy by adhesion over the elastic energy, of the closed loads.
+    gain: Option<f64>,
+}
+
+impl TrivialLoads {
+    /// Those of the states of a load path.
+    pub fn of<'a>(states: impl IntoIterator<Item = &'a State>) -> Self {
+        let mut all = TrivialLoads::default();
+        states.into_iter().for_each(|state| all.add(state));
+        all
+    }
+
+    /// The next state of a load path.
+    pub fn add(&mut self, state: &State) {
+        self.loads += 1;
+        if state.is_apart() {
+            self.apart.push(self.loads);
+        }
+        if let Some(gain) = state.closed_by_adhesion() {
+            self.closed.push(self.loads);
+            self.gain = Some(self.gain.map_or(gain, |least| least.min(gain)));
+        }
+    }
+
+    /// At most one warning for each of both.
+    pub fn warnings(&self) -> Vec<String> {
+        let list = |numbers: &[usize]| numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+        let apart = (!self.apart.is_empty()).then(|| {
+            let loads = list(&self.apart);
+            format!("load {loads}: the mean gap is beyond first contact, where without adhesion nothing touches")
+        });
+        let closed = self.gain.map(|gain| {
+            let loads = list(&self.closed);
+            let decimals = if gain < 10.0 { 1 } else { 0 };
+            format!(
+                "load {loads}: adhesion closes the gap: it gains {gain:.decimals$} times the elastic energy of full contact, so that the surfaces stick \
+                 without any pressure; for partial contact the work of adhesion is smaller, the body stiffer or the surface rougher"
+            )
+        });
+        apart.into_iter().chain(closed).collect()
+    }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use asperity_contact::load::{LoadStep, Stop};
 use asperity_contact::method::{Device, Equilibrium, MethodCard, ReducedProblem};
 use asperity_contact::path::{self, LoadPathSolver, Reached};
 use asperity_contact::results::{HardnessMapResults, PullOff};
-use asperity_contact::state::{Peak, State, SubsurfaceResults, apart};
+use asperity_contact::state::{Peak, State, SubsurfaceResults, TrivialLoads};
 use asperity_grid::Field;
 use asperity_grid::sys::MemoryGrowth;
 use asperity_grid::units::Scales;
@@ -266,12 +266,11 @@ impl<'a> SolveReporter<'a> {
     }
 }
 
-/// Warnings for loads whose contact the grid does not resolve, with keys of scenes, and for those at which nothing touches.
+/// Warnings for loads whose contact the grid does not resolve, with keys of scenes, and for those at which nothing touches or everything.
 pub(super) fn doubtful(states: &[State]) -> Vec<String> {
-    let numbered = || states.iter().enumerate().map(|(i, s)| (i + 1, s));
-    let loads = numbered().map(|(i, s)| (i.to_string(), s.contact_area, s.discretisation.as_ref()));
-    let loads_apart: Vec<usize> = numbered().filter(|(_, s)| s.is_apart()).map(|(i, _)| i).collect();
-    path::unresolved_contact("load ", loads).into_iter().chain(apart(&loads_apart)).collect()
+    let numbered = states.iter().enumerate();
+    let loads = numbered.map(|(i, s)| ((i + 1).to_string(), s.contact_area, s.discretisation.as_ref()));
+    path::unresolved_contact("load ", loads).into_iter().chain(TrivialLoads::of(states).warnings()).collect()
 }
 
 /// Prints all states.

@@ -141,6 +141,11 @@ impl Blocks {
         self.list.iter().find(|(p, _)| p.block == point.block).map(|(_, case)| case)
     }
 
+    /// Estimated memory (bytes) and time (s) of each block; zero where LAMMPS is missing.
+    pub(super) fn planned(&self) -> impl Iterator<Item = Result<(u64, f64)>> {
+        self.list.iter().map(|(_, case)| self.engine.as_ref().map_or(Ok((0, 0.0)), |engine| planned(case, engine)))
+    }
+
     /// Dependencies of a block's results in addition to the scene: atoms section, potential and engine.
     pub(super) fn depends_on(&self, point: &BenchmarkPoint) -> Result<impl serde::Serialize> {
         let case = self.case(point);

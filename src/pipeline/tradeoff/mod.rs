@@ -6,10 +6,12 @@ mod bench;
 mod benchmark_point;
 mod errors;
 mod measured;
+mod plan;
 mod reference;
 mod request;
 mod results;
 
+pub use plan::tradeoff_plan;
 pub use request::{ExactSetting, TradeoffRequest};
 
 use super::methods::MethodRun;
@@ -21,6 +23,39 @@ use asperity_contact::interface::{AttractionLaw, Elastic};
 use atoms::Blocks;
 use bench::{BenchmarkResults, BenchmarkRunner};
 use std::path::PathBuf;
+
+/// What a request makes of a case.
+struct Settings {
+    /// Without atoms.
+    case: Case,
+    blocks: Option<Blocks>,
+    /// Points per side of the reference.
+    finest: usize,
+    grids: Vec<usize>,
+    method_runs: Vec<MethodRun>,
+    warnings: Vec<String>,
+}
+
+impl Settings {
+    /// # Errors
+    /// `Input` for grids that do not fit the surface or each other, and for layers in place of another body.
+    fn of(case: &Case, request: &TradeoffRequest) -> Result<Self> {
+        let has_atoms = request.methods.iter().any(|m| m.card().capabilities.atoms) || request.blocks.is_some();
+        let blocks =
+            if has_atoms && request.exact.is_none() { Blocks::of(case, request.blocks.as_deref())? } else { None };
+        let case = Case::resolve(benchmark_point::bare(case), &case.file)?;
+        if !request.layer_thicknesses.is_empty() && case.model.kernel != Elastic::HalfSpace {
+            let accepted =
+                format!("a scene with a half-space, which the layers replace; this scene has a {}", case.model.kernel);
+            return Err(Error::input("command line", "--layer-thickness", "given", accepted));
+        }
+        let mut warnings = case.warnings.clone();
+        let (finest, grids) = request.grids(&case, &mut warnings)?;
+        let method_runs = method_runs(&case, request, blocks.as_ref());
+        warnings.extend(without_adhesion(&case, &method_runs));
+        Ok(Settings { case, blocks, finest, grids, method_runs, warnings })
+    }
+}
 
 /// Runs the benchmark of a case in a folder, and writes its report page. Returns the results and the path of the page.
 ///
@@ -35,18 +70,7 @@ pub fn tradeoff<'a>(
 ) -> Result<(TradeoffResults, PathBuf)> {
     let folder = out.into();
     let out = folder.path;
-    let has_atoms = request.methods.iter().any(|m| m.card().capabilities.atoms) || request.blocks.is_some();
-    let blocks = if has_atoms && request.exact.is_none() { Blocks::of(case, request.blocks.as_deref())? } else { None };
-    let case = Case::resolve(benchmark_point::bare(case), &case.file)?;
-    if !request.layer_thicknesses.is_empty() && case.model.kernel != Elastic::HalfSpace {
-        let accepted =
-            format!("a scene with a half-space, which the layers replace; this scene has a {}", case.model.kernel);
-        return Err(Error::input("command line", "--layer-thickness", "given", accepted));
-    }
-    let mut warnings = case.warnings.clone();
-    let (finest, grids) = request.grids(&case, &mut warnings)?;
-    let method_runs = method_runs(&case, request, blocks.as_ref());
-    warnings.extend(without_adhesion(&case, &method_runs));
+    let Settings { case, blocks, finest, grids, method_runs, mut warnings } = Settings::of(case, request)?;
     let mut bench = BenchmarkRunner::open(&case, request, blocks, folder, listener)?;
     warnings.iter().for_each(|w| listener.warn(w));
     run::keep_scene(&case, out, listener)?;

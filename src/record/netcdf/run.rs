@@ -112,11 +112,15 @@ fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
     list
 }
 
+/// The states with stored maps, with their indices.
+pub(in crate::record) fn stored(c: &ContinuumResults) -> impl Iterator<Item = (usize, &State)> {
+    c.states.iter().enumerate().filter(|(_, s)| s.gap_map.is_some() && s.stress_map.is_some())
+}
+
 /// Fields of the continuum: along `load` if stored for every load, otherwise along `map_load`, the loads with stored
 /// fields.
 fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
-    let stored: Vec<(usize, &State)> =
-        c.states.iter().enumerate().filter(|(_, s)| s.gap_map.is_some() && s.stress_map.is_some()).collect();
+    let stored: Vec<(usize, &State)> = stored(c).collect();
     if stored.is_empty() {
         return Vec::new();
     }

@@ -1,7 +1,6 @@
 //! Acceptance checks of the challenge, and figures 1 to 12 of its paper.
 
 use super::bands;
-use super::compare::key;
 use super::curves::{branches, formula, theory};
 use super::paper::{self, Data, PaperFigure, column, density};
 use super::prelude::*;
@@ -158,6 +157,9 @@ struct Both<'a> {
     without: &'a ContinuumResults,
 }
 
+/// Colours of their superposed contact maps.
+const BOTH: [(Rgb, &str); 3] = [(BLACK, "both"), (ORANGE, "only without adhesion"), (BLUE, "only with adhesion")];
+
 fn contacts(writer: &FigureWriter, both: &Both) -> Result<Option<Markup>> {
     let gap_of = |c| reference(c).and_then(|s| s.gap_file()).map(|file| writer.closed(file, LONGEST_SIDE));
     let (Some(plain), Some(adhesive)) = (gap_of(both.without).transpose()?, gap_of(both.with).transpose()?) else {
@@ -170,12 +172,9 @@ fn contacts(writer: &FigureWriter, both: &Both) -> Result<Option<Markup>> {
     let maps = [
         draw("without", "Without adhesion", &picture::contact(&plain, ORANGE))?,
         draw("with", "With adhesion", &picture::contact(&adhesive, BLUE))?,
-        draw("superposed", "Superposed", &picture::superposed(&plain, &adhesive)?)?,
+        draw("superposed", "Superposed", &picture::superposed(&plain, &adhesive)?.keyed(&BOTH))?,
     ];
-    Ok(Some(html! {
-        (panels(maps.len(), &maps))
-        div.key { (key(&[(BLACK, "both"), (ORANGE, "only without"), (BLUE, "only with adhesion")])) }
-    }))
+    Ok(Some(panels(maps.len(), &maps)))
 }
 
 impl Both<'_> {

@@ -161,12 +161,13 @@ impl Maps<'_> {
                 return Err(Error::format(writer.field(&state.contact_map)?, found, accepted));
             }
             let (name, alt) = (format!("superposed-{number}"), "contact maps of continuum and atoms, superposed");
-            let image = writer.map((&name, alt), &picture::superposed(&map, &touching)?, length_m)?;
+            let image =
+                writer.map((&name, alt), &picture::superposed(&map, &touching)?.keyed(&SUPERPOSED), length_m)?;
             drawn.push(panel("Superposed", image, agreement(m)));
         }
         let n = touching.factor;
         Ok(figure(
-            html! { (panels(drawn.len(), &drawn)) div.key { (key(&SUPERPOSED)) } },
+            panels(drawn.len(), &drawn),
             html! { "Contact maps; white: no contact. x to the right, y up."
             @if n > 1 { " A picture element is drawn as contact where at least half of its " (n) " × " (n) " nodes are in contact." } },
         ))

@@ -94,7 +94,7 @@ fn without(c: &ContinuumResults, of: impl Fn(&State) -> (f64, f64)) -> Curve {
 }
 
 /// The axis of the load, which [`Plot::against`] labels: logarithmic unless some loads are tensile.
-fn load_axis(c: &ContinuumResults) -> AxisScale {
+pub(super) fn load_axis(c: &ContinuumResults) -> AxisScale {
     if c.states.iter().all(|s| s.p_star > 0.0) { log("") } else { linear("") }
 }
 
@@ -187,7 +187,7 @@ fn mean_gap(c: &ContinuumResults, other: Option<&ContinuumResults>, loads: Given
     let mut curves = branches(c, (&c.method, LABORATORY), &point);
     curves.extend(other.map(|c| without(c, point)));
     let plot = Plot::new(load_axis(c), linear(format!("mean gap ({prefix}m)")), curves).against(loads);
-    let caption = html! { "Mean gap against load at the laboratory scale."
+    let caption = html! { "Mean gap against load."
     @if plot.x.log { " At light loads the mean gap is about linear in the logarithm of the load." } };
     Figure::new("mean-gap", caption, plot)
 }

@@ -15,7 +15,8 @@ pub(super) const LOOKS: [Style; 6] = [
     Style { dash: Dash::Solid, marker: Marker::None, ..LABORATORY },
 ];
 
-pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
+/// `is_challenge`: whether the line of the challenge is drawn for comparison.
+pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults, is_challenge: bool) -> Result<Markup> {
     let loading = c.states.iter().filter(|s| s.branch == Branch::Loading);
     let all: Vec<(&State, &Observed)> = loading.filter_map(|s| Some((s, s.observed.as_ref()?))).collect();
     if all.is_empty() {
@@ -29,13 +30,13 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
         let shown = LOOKS.into_iter().zip(spread(all.len(), LOOKS.len()));
         shown.map(|(look, i)| Curve::new(writer.loads.label(all[i].0.p_star), look, points(all[i].1))).collect()
     };
-    let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um2, d / um2)).collect());
+    let mut sizes = curves(&|o| interrupted(&o.patch_density).iter().map(|[a, d, _]| (a * um2, d / um2)).collect());
     for (curve, i) in sizes.iter_mut().zip(spread(all.len(), LOOKS.len())) {
-        // Counting errors: d/√n of n clusters.
-        let error = |[_, d, n]: &[f64; 3]| d / um2 / n.max(1.0).sqrt();
-        curve.errors = all[i].1.patch_density.iter().map(error).collect();
+        // Counting errors: d/√n of n clusters. That of a single one is the value: its bar would reach the axis.
+        let error = |[_, d, n]: &[f64; 3]| if *n > 1.0 { d / um2 / n.sqrt() } else { f64::NAN };
+        curve.errors = interrupted(&all[i].1.patch_density).iter().map(error).collect();
     }
-    sizes.extend(slope(&sizes));
+    sizes.extend(slope(&sizes).filter(|_| is_challenge));
     let stress = (format!("stress ({prefix}Pa), compression positive"), format!("probability density (1/{prefix}Pa)"));
     let figures = [
         Figure::new(
@@ -55,7 +56,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
         ),
         Figure::new(
             "cluster-sizes",
-            "Density of contact clusters by area; bars are counting errors, 1/√n of n clusters.",
+            "Density of contact clusters by area; bars are counting errors, 1/√n of n > 1 clusters. Lines are interrupted where no cluster has the area.",
             Plot::new(log("area of a cluster (µm²)"), log("density of clusters (1/µm²)"), sizes),
         ),
         Figure::new(
@@ -78,6 +79,20 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
         (writer.figures(figures)?)
         @if all.len() > LOOKS.len() { p.quiet { "The figures show " (LOOKS.len()) " of " (all.len()) " loads, the lowest and the highest among them." } }
     })
+}
+
+/// Bins of equal ratio (area, density, number of clusters) with a point that is not drawn in place of each row of empty bins.
+fn interrupted(bins: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let ratio = |pair: &[[f64; 3]]| pair[1][0] / pair[0][0];
+    let one_bin = bins.windows(2).map(ratio).fold(f64::INFINITY, f64::min);
+    let mut all: Vec<[f64; 3]> = bins.iter().take(1).copied().collect();
+    for pair in bins.windows(2) {
+        // Two bins have the square of the ratio of one.
+        let has_empty = ratio(pair) > one_bin.powf(1.5);
+        all.extend(has_empty.then(|| [(pair[0][0] * pair[1][0]).sqrt(), f64::NAN, f64::NAN]));
+        all.push(pair[1]);
+    }
+    all
 }
 
 /// Line with the exponent of the challenge, above the distribution of the last load.
@@ -117,5 +132,20 @@ fn numbers(writer: &FigureWriter, all: &[(&State, &Observed)]) -> Markup {
             "spots; conductance from stiffness: with their interaction; both relative to a cube of the cell's extent. Equivalent "
             "hydraulic gap: uniform gap with the same flow, by the effective medium, which seals at half contact. Percolates: connects "
             "around the periodic cell, contact by edges and corners, gap by edges." }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_interrupted_at_empty_bins_and_nowhere_else() {
+        let bin = |k: i32| [10f64.powi(k), 1.0, 1.0];
+        let shown = interrupted(&[bin(0), bin(1), bin(4)]);
+        let seen: Vec<bool> = shown.iter().map(|b| b[1].is_finite()).collect();
+        assert_eq!(seen, [true, true, false, true]);
+        assert_eq!(interrupted(&[bin(0), bin(1), bin(2)]).len(), 3);
+        assert_eq!((interrupted(&[bin(3)]).len(), interrupted(&[]).len()), (1, 0));
     }
 }

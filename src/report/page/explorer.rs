@@ -51,6 +51,8 @@ struct Explorer {
     length: [f64; 2],
     unit: String,
     loads: Vec<String>,
+    /// Index of the load that is shown first: the highest.
+    shown: usize,
     gap: ShownField,
     stress: ShownField,
     ramp: Vec<Rgb>,
@@ -76,20 +78,21 @@ struct Source {
 
 /// The three maps; `None` if no field is stored.
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
-    let (loads, sources, length_m, units) = match (&results.atoms, &results.comparison) {
-        (Some(_), Some(_)) => of_comparison(writer, results)?,
+    let loaded = match (&results.atoms, &results.comparison) {
+        (Some(atoms), Some(c)) => of_comparison(writer, atoms, c)?,
         _ => match &results.continuum {
             Some(c) => of_continuum(writer, c)?,
             None => return Ok(None),
         },
     };
-    let last = loads.len().saturating_sub(1);
+    let Some(shown) = loaded.highest() else { return Ok(None) };
     let complete = |f: &FieldMaps| f.contact.is_some();
-    if loads.is_empty() || !sources.iter().all(|s| s.fields.get(last).is_some_and(complete)) {
+    if !loaded.sources.iter().all(|s| s.fields.get(shown).is_some_and(complete)) {
         return Ok(None);
     }
-    let figures = drawings(writer, &sources, last, length_m)?;
-    let script = explorer(&sources, loads, [length_m, length_m * writer.aspect], units);
+    let figures = drawings(writer, &loaded.sources, shown, loaded.length_m)?;
+    let sources = &loaded.sources;
+    let script = explorer(&loaded, shown, writer.aspect);
     Ok(Some(html! {
         div.maps {
             @for (title, drawing) in &figures {
@@ -101,8 +104,8 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
                 (key(&SUPERPOSED))
                 @if sources.len() > 2 { (key(&[(PURPLE, "gap and stress with hardness")])) }
             }
-            span.at-load { (script.loads[last]) }
-            @if let Some(width) = smoothing(results) {
+            span.at-load { (script.loads[shown]) }
+            @if let Some(width) = results.comparison.as_ref().and(results.atoms.as_ref()).and_then(smoothing) {
                 "Stress: the atoms’ forces and the continuum’s stress are spread by a Gaussian with a standard deviation of " (trimmed(width, 3)) " Å."
             }
         }
@@ -118,9 +121,8 @@ pub(super) fn data(writer: &FigureWriter, id: &str, data: &impl Serialize) -> Re
 }
 
 /// Width of the Gaussian that makes a field of the forces on the atoms, Å.
-fn smoothing(results: &Results) -> Option<f64> {
-    results.comparison.as_ref()?;
-    results.atoms.as_ref()?.states.iter().find_map(|s| s.stress.as_ref()).map(|s| s.width_angstrom)
+fn smoothing(atoms: &AtomsResults) -> Option<f64> {
+    atoms.states.iter().find_map(|s| s.stress.as_ref()).map(|s| s.width_angstrom)
 }
 
 /// The drawings of the highest load, with their titles.
@@ -184,15 +186,28 @@ fn views(sources: &[Source]) -> [View; 3] {
     }
 }
 
-/// Labels of the loads, sources, extent of the cell in m, and units of gap and stress.
-type Loaded = (Vec<String>, Vec<Source>, f64, [String; 2]);
+/// Fields of the loads.
+struct Loaded {
+    /// p* and label of each load.
+    loads: Vec<(f64, String)>,
+    sources: Vec<Source>,
+    length_m: f64,
+    /// Units of gap and stress.
+    units: [String; 2],
+}
+
+impl Loaded {
+    /// Index of the highest load, on loading where it was also met on unloading; `None` without loads.
+    fn highest(&self) -> Option<usize> {
+        (0..self.loads.len()).rev().max_by(|a, b| self.loads[*a].0.total_cmp(&self.loads[*b].0))
+    }
+}
 
 /// The compliant-wall continuum, the same with the crystal's hardness where solved, and the atoms; Å and GPa.
-fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
-    let (Some(atoms), Some(c)) = (&results.atoms, &results.comparison) else { return Ok(Default::default()) };
+fn of_comparison(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Loaded> {
     let length = |v: f64| v * atoms.length_angstrom;
     // As the atoms' forces are spread.
-    let width = smoothing(results).map(|w| w / atoms.length_angstrom);
+    let width = smoothing(atoms).map(|w| w / atoms.length_angstrom);
     let smooth = |mut map: DownsampledMap| {
         if let Some(width) = width {
             map.values = smoothed(Grid::unit(map.nx, map.ny), &map.values, width);
@@ -238,7 +253,7 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
             gap: Some(writer.load(&state.gap_map, SIDE, |v| v)?),
             stress: state.stress.as_ref().map(|s| writer.load(&s.map, SIDE, |v| v)).transpose()?,
         });
-        loads.push(load_label(load.p_star));
+        loads.push((load.p_star, load_label(load.p_star)));
     }
     let source = |title: &str, colour, fields| Source { title: title.into(), colour, fields };
     let atoms_alone = source("Atoms", BLUE, block);
@@ -249,7 +264,7 @@ fn of_comparison(writer: &FigureWriter, results: &Results) -> Result<Loaded> {
         let label = c.loads.first().and_then(matched).map(|m| format!("Continuum, {}", m.label()));
         vec![source(&label.unwrap_or("Continuum".into()), ORANGE, elastic), atoms_alone]
     };
-    Ok((loads, sources, atoms.length_angstrom * ANGSTROM_M, ["Å".into(), "GPa".into()]))
+    Ok(Loaded { loads, sources, length_m: atoms.length_angstrom * ANGSTROM_M, units: ["Å".into(), "GPa".into()] })
 }
 
 /// The continuum at the scale of the scene.
@@ -272,14 +287,15 @@ fn of_continuum(writer: &FigureWriter, c: &ContinuumResults) -> Result<Loaded> {
             stress: stress.map(|f| writer.load(f, SIDE, in_unit)).transpose()?,
         });
         let branch = if state.branch == Branch::Unloading { ", unloading" } else { "" };
-        loads.push(writer.loads.label(state.p_star) + branch);
+        loads.push((state.p_star, writer.loads.label(state.p_star) + branch));
     }
     let units = [format!("{gap_prefix}m"), format!("{stress_prefix}Pa")];
     let source = Source { title: "Contact".into(), colour: BLACK, fields };
-    Ok((loads, vec![source], writer.scales.length_m, units))
+    Ok(Loaded { loads, sources: vec![source], length_m: writer.scales.length_m, units })
 }
 
-fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, stress]: [String; 2]) -> Explorer {
+fn explorer(loaded: &Loaded, shown: usize, aspect: f64) -> Explorer {
+    let Loaded { loads, sources, length_m, units: [gap, stress] } = loaded;
     let all = |value: fn(&FieldMaps) -> Option<&DownsampledMap>| {
         sources.iter().flat_map(|s| &s.fields).filter_map(value).flat_map(|m| &m.values).copied().collect::<Vec<f64>>()
     };
@@ -294,13 +310,18 @@ fn explorer(sources: &[Source], loads: Vec<String>, length_m: [f64; 2], [gap, st
         gap: values(source, |f| f.gap.as_ref()),
         stress: values(source, |f| f.stress.as_ref()),
     };
-    let (scale, prefix) = si_scale(length_m[0]);
+    let (scale, prefix) = si_scale(*length_m);
     Explorer {
-        length: length_m.map(|l| l / scale),
+        length: [length_m / scale, length_m * aspect / scale],
         unit: format!("{prefix}m"),
-        loads,
-        gap: ShownField { label: "gap", unit: gap, range: of_gap(&all(|f| f.gap.as_ref())) },
-        stress: ShownField { label: "normal stress", unit: stress, range: of_stress(&all(|f| f.stress.as_ref())) },
+        loads: loads.iter().map(|(_, label)| label.clone()).collect(),
+        shown,
+        gap: ShownField { label: "gap", unit: gap.clone(), range: of_gap(&all(|f| f.gap.as_ref())) },
+        stress: ShownField {
+            label: "normal stress",
+            unit: stress.clone(),
+            range: of_stress(&all(|f| f.stress.as_ref())),
+        },
         ramp: (0..=RAMP).map(|i| picture::colour(i as f64 / RAMP as f64)).collect(),
         layers: sources.iter().map(layer).collect(),
         views: views(sources),

@@ -1,7 +1,7 @@
 //! Continuum states: table of loads, maps of gap and stress.
 
 use super::prelude::*;
-use super::uncertainty;
+use super::{requested, uncertainty};
 use crate::report::hysteresis::hysteresis_sentence;
 
 /// Maximum side of pictures of single loads, which are shown in a row, pixels.
@@ -15,8 +15,8 @@ pub(super) fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Re
     Ok(html! {
         (setting(continuum))
         (states(continuum, writer.loads, &|gap| length(gap, 4)))
-        (plasticity(continuum, writer.loads))
         @if let Some(said) = hysteresis_sentence(continuum, writer.loads) { p { (said) } }
+        (requested::section(writer, continuum)?)
         (uncertainty::section(writer, continuum)?)
         (gallery(writer, continuum)?)
     })
@@ -27,30 +27,6 @@ pub(super) fn setting(c: &ContinuumResults) -> Markup {
     html! {
         p { "Method " strong { (c.method) } " on " (count(c.nx)) " × " (count(c.ny)) " nodes; elastic body: " (c.kernel)
             "; adhesion: " (c.adhesion) "; wall: " (c.wall) "." }
-    }
-}
-
-/// Table of the plastic flow; empty for an elastic body.
-fn plasticity(c: &ContinuumResults, loads: GivenLoads) -> Markup {
-    let Some(hardness) = c.hardness else { return html! {} };
-    let largest = match &c.hardness_map {
-        None => format!("the hardness of {}", stress(hardness, 3)),
-        Some(map) => {
-            let [lowest, mean, highest] = [map.lowest, hardness, map.highest].map(|h| stress(h, 3));
-            format!("the hardness of the node, {lowest} to {highest} with a mean of {mean}")
-        }
-    };
-    html! {
-        h3 { "Plastic flow" }
-        (columns!("numbers", c.states.iter().filter_map(|s| Some((s, s.plasticity?))), |(s, p)| {
-            loads.head() => load(s, loads),
-            "flowing" => percent(p.flowing),
-            "displaced" => percent(p.displaced),
-            "mean plastic displacement" => length(p.displacement, 3),
-            "plastic work" => work(p.work),
-        }))
-        p.quiet { "The contact stress is at most " (largest) ". Flowing: nodes whose plastic displacement grows in this load; displaced: "
-            "nodes that have one. Unloading is elastic." }
     }
 }
 

@@ -39,7 +39,7 @@ const at = (map, u, v) => (map ? map.values[cell(map, u, v)] : null);
 
 function explore(root, data) {
   // Position and size of the visible square in fractions of the cell, the section, and what is shown.
-  const state = { u: 0, v: 0, size: 1, section: 0.5, load: data.loads.length - 1, quantity: "contact", pointer: null };
+  const state = { u: 0, v: 0, size: 1, section: 0.5, load: data.shown, quantity: "contact", pointer: null };
   const fields = new Map();
   const views = [...root.querySelectorAll(".view")].map((box, i) => {
     const canvas = node("canvas", { tabindex: "0", role: "application", "aria-describedby": "map-help" });
@@ -50,7 +50,7 @@ function explore(root, data) {
   const aspect = height / length;
   const named = name => (name === "contact" ? "contact" : `${data[name].label} (${data[name].unit})`);
 
-  const load = node("input", { type: "range", id: "load", min: 0, max: state.load, step: 1, value: state.load });
+  const load = node("input", { type: "range", id: "load", min: 0, max: data.loads.length - 1, step: 1, value: state.load });
   const shown = node("output", { for: "load" });
   const section = node("input", { type: "range", id: "section", min: 0, max: 1, step: 0.002, value: 0.5 });
   const position = node("output", { for: "section" });

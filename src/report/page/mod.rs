@@ -28,6 +28,7 @@ mod prelude;
 mod printed;
 mod ranges;
 mod relief;
+mod requested;
 mod summary;
 mod surface;
 mod tiles;
@@ -104,9 +105,13 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     if let Some(continuum) = &results.continuum {
         let sentence = results.comparison.as_ref().and_then(|_| summary::continuum_found(results, continuum));
         let body = html! { @if let Some(s) = sentence { p.found { (s) } } (accuracy::section(results)) (loads::section(writer, continuum)?) };
-        add("loads", "Contact at the laboratory scale", body);
+        add("loads", if results.atoms.is_some() { "Contact at the laboratory scale" } else { "Contact" }, body);
         if continuum.states.iter().any(|s| s.observed.is_some()) {
-            add("distributions", "Gaps, stresses and clusters", distributions::section(writer, continuum)?);
+            add(
+                "distributions",
+                "Gaps, stresses and clusters",
+                distributions::section(writer, continuum, !results.acceptance.is_empty())?,
+            );
         }
     }
     if !results.other_ranges.is_empty() {

@@ -38,35 +38,35 @@ const NOISE: f64 = 1e-3;
 #[rustfmt::skip]
 pub(super) const FIGURES: [PaperFigure; 9] = [
     PaperFigure { number: 4, name: "gap-section", caption: "Gap along y at x = L/2",
-        needs: Quantity::GapMap, x: (linear, "y (µm)"), y: (linear, "gap u (µm)"),
+        needs: Quantity::GapMap, x: (linear, "y (µm)"), y: (linear, "gap (µm)"),
         data: Data::State(|w, s| column(w, s.gap_file(), w.scales.length_m * UM)) },
     PaperFigure { number: 5, name: "stress-section", caption: "Interfacial stress along y at x = L/2; tension is negative",
-        needs: Quantity::StressMap, x: (linear, "y (µm)"), y: (linear, "stress σ/E*"),
+        needs: Quantity::StressMap, x: (linear, "y (µm)"), y: (linear, "stress over E*"),
         data: Data::State(|w, s| {
             let points = column(w, s.stress_file(), 1.0)?;
             let most = points.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
             Ok(if most < NOISE * s.pressure.abs() / w.scales.modulus_pa { Vec::new() } else { points })
         }) },
     PaperFigure { number: 6, name: "cluster-sizes", caption: "Pr(a), density of clusters of an area",
-        needs: Quantity::PatchPdf, x: AREA, y: (log, "Pr(a) (1/µm²)"),
+        needs: Quantity::PatchPdf, x: AREA, y: (log, "density of clusters Pr(a) (1/µm²)"),
         data: Data::State(|_, s| Ok(seen(s, |o| o.patch_density.iter().map(|[a, d, _]| (a * UM2, d / UM2)).collect()))) },
     PaperFigure { number: 7, name: "cluster-area", caption: "CPr(a), fraction of the contact in clusters up to an area",
-        needs: Quantity::PatchPdf, x: AREA, y: (linear, "CPr(a)"),
+        needs: Quantity::PatchPdf, x: AREA, y: (linear, "fraction of the contact CPr(a)"),
         data: Data::State(|_, s| Ok(seen(s, |o| o.patch_area.iter().map(|[a, share]| (a * UM2, *share)).collect()))) },
     PaperFigure { number: 8, name: "gaps", caption: "Pr(u), distribution of the gap out of contact",
-        needs: Quantity::GapPdf, x: (log, "gap u (µm)"), y: (log, "Pr(u) (1/µm)"),
+        needs: Quantity::GapPdf, x: (log, "gap (µm)"), y: (log, "probability density Pr(u) (1/µm)"),
         data: Data::State(|_, s| Ok(seen(s, |o| density(o.gap_logarithmic.as_ref(), UM)))) },
     PaperFigure { number: 9, name: "stresses", caption: "Pr(σ), distribution of the interfacial stress",
-        needs: Quantity::StressPdf, x: (linear, "stress σ/E*"), y: (log, "Pr(σ) E*"),
+        needs: Quantity::StressPdf, x: (linear, "stress over E*"), y: (log, "probability density Pr(σ) E*"),
         data: Data::State(|w, s| Ok(seen(s, |o| density(o.stress.as_ref(), 1.0 / w.scales.modulus_pa)))) },
     PaperFigure { number: 10, name: "area", caption: "Relative contact area against load",
-        needs: Quantity::ContactArea, x: LOAD, y: (log, "area a_r"),
+        needs: Quantity::ContactArea, x: LOAD, y: (log, "relative contact area"),
         data: Data::Path(|s| Some(s.contact_area)) },
     PaperFigure { number: 11, name: "contact-pressure", caption: "Mean contact pressure against load",
-        needs: Quantity::ContactArea, x: LOAD, y: (linear, "p/(a_r E* ḡ)"),
+        needs: Quantity::ContactArea, x: LOAD, y: (linear, "contact pressure over E* ḡ"),
         data: Data::Path(|s| (s.contact_area > 0.0).then(|| s.p_star / s.contact_area)) },
     PaperFigure { number: 12, name: "mean-gap", caption: "Mean gap against load",
-        needs: Quantity::MeanGap, x: LOAD, y: (log, "mean gap ū (µm)"),
+        needs: Quantity::MeanGap, x: LOAD, y: (log, "mean gap (µm)"),
         data: Data::Path(|s| s.mean_gap.map(|g| g * UM)) },
 ];
 

@@ -166,7 +166,7 @@ impl Drawing for Plot {
         for (i, curve) in self.curves.iter().enumerate() {
             let label = field(&label(&curve.label, i));
             for (k, (x, y)) in curve.points.iter().enumerate() {
-                let error = curve.errors.get(k).map_or(String::new(), f64::to_string);
+                let error = curve.errors.get(k).filter(|e| e.is_finite()).map_or(String::new(), f64::to_string);
                 let _ = writeln!(text, "{label},{x},{y},{error}");
             }
         }

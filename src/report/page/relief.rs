@@ -89,8 +89,10 @@ fn contact(writer: &FigureWriter, results: &Results) -> Result<Option<(f64, Vec<
         return maps.into_iter().collect::<Result<Vec<_>>>().map(|maps| Some((load.p_star, maps)));
     }
     let states = results.continuum.iter().flat_map(|c| &c.states);
-    let stored = states.filter_map(|s: &State| Some((s, s.gap_file()?)));
-    let Some((state, file)) = stored.rev().find(|(s, _)| s.stop != Stop::Detached) else { return Ok(None) };
+    let stored = states.filter_map(|s: &State| Some((s, s.gap_file()?))).filter(|(s, _)| s.stop != Stop::Detached);
+    // On loading where it was also met on unloading.
+    let highest = stored.rev().max_by(|(a, _), (b, _)| a.p_star.total_cmp(&b.p_star));
+    let Some((state, file)) = highest else { return Ok(None) };
     Ok(Some((state.p_star, vec![writer.closed(file, SIDE)?])))
 }
 

@@ -1,6 +1,6 @@
 //! First screen: the answer in one sentence, the maps, the area–load curve, warnings.
 
-use super::compare::{SAME_LOAD, deviation, matched, matched_uncertainty, more_or_less, state_at, yielding};
+use super::compare::{SAME_LOAD, at_load, deviation, matched, matched_uncertainty, more_or_less, state_at, yielding};
 use super::definitions::{Term, term};
 use super::prelude::*;
 use super::uncertainty::total;
@@ -61,7 +61,7 @@ fn answer(results: &Results) -> Option<Markup> {
     match &results.comparison {
         Some(c) => {
             let hardness = results.atoms.as_ref().and_then(|atoms| hardness_found(atoms, c));
-            hardness.or_else(|| comparison_found(c))
+            hardness.or_else(|| comparison_found(results.atoms.as_ref(), c))
         }
         None => results.continuum.as_ref().and_then(|c| continuum_found(results, c)).map(|s| html! { (s) }),
     }
@@ -77,7 +77,8 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
 /// Why the elastic continuum differs from the atoms, and what a hardness explains; `None` without a solution with hardness.
 fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup> {
     let hardness = c.yielding_wall.as_ref()?.hardness? * atoms.modulus_gpa * 1e9;
-    let pairs: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
+    let loads = c.loads.iter().filter(|l| !has_few_contacts(Some(atoms), l));
+    let pairs: Vec<_> = loads.filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
     let worst = |value: &dyn Fn(&LoadComparison, &CriterionMatch, &CriterionMatch) -> Option<f64>| {
         let all = pairs.iter().filter_map(|(l, e, h)| Some((*l, *e, value(l, e, h)?)));
         all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
@@ -104,10 +105,28 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup>
     })
 }
 
-fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
-    let matches: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
+/// Whether a load has too few contact atoms to be compared.
+fn has_few_contacts(atoms: Option<&AtomsResults>, load: &LoadComparison) -> bool {
+    let state = atoms.and_then(|a| at_load(&a.states, load.p_star, |s| s.p_star));
+    state.is_some_and(AtomState::has_few_contacts)
+}
+
+fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults) -> Option<Markup> {
+    let (few, enough): (Vec<_>, Vec<_>) = c.loads.iter().partition(|l| has_few_contacts(atoms, l));
+    if enough.is_empty() {
+        let most = atoms?.states.iter().map(|s| s.contacts).max()?;
+        return Some(html! {
+            strong { "The atoms are in contact at " (count(most)) " sites at most: too few for a comparison" }
+            " with the continuum. Higher loads or a larger block have more."
+        });
+    }
+    let left_out = (!few.is_empty()).then(|| {
+        let loads = few.iter().map(|l| trimmed(l.p_star, 4)).collect::<Vec<_>>().join(", ");
+        format!("; at {loads} too few atoms to compare")
+    });
+    let matches: Vec<_> = enough.into_iter().filter_map(|l| Some((l, matched(l)?))).collect();
     let best = matches.first()?.1;
-    let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
+    let loads = span(matches.iter().map(|(l, _)| l.p_star), |p| trimmed(p, 4));
     let mismatch = matches.iter().filter_map(|(l, m)| Some((deviation(l, m)?, *l)));
     let (mismatch, worst) = mismatch.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
     let doubt = matched_uncertainty(c, worst);
@@ -115,7 +134,7 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
     // The load is named again only where it is another one.
     let elsewhere = (smallest.p_star != worst.p_star).then(|| format!(" (least at {})", load_label(smallest.p_star)));
     let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
-    let atoms = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
+    let atoms = span(matches.iter().map(|(l, _)| l.atoms.contact_area), percent);
     let continuum = span(matches.iter().map(|(_, m)| m.contact_area), percent);
     let within = match doubt {
         Some(d) if mismatch.abs() <= d => "within the uncertainty",
@@ -128,7 +147,7 @@ fn comparison_found(c: &ComparisonResults) -> Option<Markup> {
             "; the maps agree with " (term(Term::Kappa)) " ≥ " (significant(m.overlap.kappa, 2)) (elsewhere.unwrap_or_default()) }
         " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum’s area there (" (doubt)
         "); that of the atoms is not known. At " (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms and " (continuum)
-        " of the continuum (" (best.label()) ") are in contact."
+        " of the continuum (" (best.label()) ") are in contact" (left_out.unwrap_or_default()) "."
     })
 }
 

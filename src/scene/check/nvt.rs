@@ -35,7 +35,7 @@ pub(super) fn check(c: &mut Complaints, nvt: &NvtScene, atoms: &AtomsScene, scen
         expanded.is_some() != shipped,
         "atoms.nvt.lattice_constant",
         expanded.map_or("not given".into(), |a| a.to_string()),
-        "the value at the temperature with atoms.potential (lammps-inputs/expansion.in finds it), and only with it",
+        "the value at the temperature with atoms.potential (asperity potential --measure --temperature finds it), and only with it",
     );
     c.unless(
         near,

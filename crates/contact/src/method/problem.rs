@@ -422,6 +422,9 @@ impl Equilibrium<'_> {
             reason.push_str("; accepted: a larger tolerance or load");
             reason.push_str(if let Field::F32(_) = self.gap { ", or double precision" } else { "" });
         }
+        if self.stop == Stop::Detached {
+            reason.push_str("; accepted: a tension below that of pull-off");
+        }
         Error::NotConverged { method, why: reason, iterations, residual, tolerance, partial }
     }
 }

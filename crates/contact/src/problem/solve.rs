@@ -8,7 +8,7 @@ use crate::method::{Iteration, MethodCard, MethodKind, NoObserver, Observer, Sep
 use crate::observe::{WorkPoint, dissipation};
 use crate::path::{EstimatorInput, InitialState, LoadPathSolver, Reached, pressures_of_contact};
 use crate::results::PullOff;
-use crate::state::{State, apart};
+use crate::state::{State, TrivialLoads};
 use asperity_grid::sys::expect_memory;
 use asperity_grid::sys::ranks::ALONE;
 use asperity_grid::{Error, Result};
@@ -160,14 +160,13 @@ impl Problem {
     ) -> Result<Option<PullOff>> {
         let reduction = reduced(self, loads)?;
         monitor.warnings(&warnings(self, &reduction));
-        let (mut visit, mut loads_apart, mut number) = (visit, Vec::new(), 0);
+        let (mut visit, mut trivial) = (visit, TrivialLoads::default());
         let pull_off = walk(self, reduction, loads, &Monitored { monitor, separated: Mutex::default() }, |state| {
-            number += 1;
-            loads_apart.extend(state.is_apart().then_some(number));
+            trivial.add(&state);
             visit(state);
         })?;
-        if let Some(text) = apart(&loads_apart) {
-            monitor.warnings(&[text]);
+        if let texts @ [_, ..] = &trivial.warnings()[..] {
+            monitor.warnings(texts);
         }
         Ok(pull_off)
     }
