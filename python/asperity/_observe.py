@@ -210,6 +210,42 @@ def compare_maps(contact: npt.ArrayLike, reference: npt.ArrayLike) -> MapAgreeme
     return MapAgreement(Overlap(*aligned), Overlap(*shifted), (shift[0], shift[1]))
 
 
+@dataclass(frozen=True)
+class FieldAgreement:
+    """Agreement of two maps of gaps, stresses or heights; differences are the map minus the reference."""
+
+    mean_difference: float
+    rms_difference: float
+    largest_difference: float
+    """Largest absolute value."""
+    correlation: float | None
+    """Of Pearson; None if a map is constant."""
+
+
+def compare_fields(field: npt.ArrayLike, reference: npt.ArrayLike) -> FieldAgreement:
+    """Compares a map of gaps, stresses or heights with a reference on the same grid, in the same unit.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> gap = np.array([[0.0, 0.5], [1.5, 3.0]])
+    >>> round(asperity.compare_fields(gap + 0.1, gap).rms_difference, 12)
+    0.1
+    """
+    values, of = finite_map("field", field), finite_map("reference", reference)
+    if values.shape != of.shape:
+        raise InputError(f"field = an array of shape {values.shape}; accepted: {of.shape}, as reference has")
+    difference = values - of
+    spread = values.std() * of.std()
+    common = ((values - values.mean()) * (of - of.mean())).mean()
+    return FieldAgreement(
+        mean_difference=float(difference.mean()),
+        rms_difference=float(np.sqrt((difference**2).mean())),
+        largest_difference=float(np.abs(difference).max()),
+        correlation=float(common / spread) if spread > 0 else None,
+    )
+
+
 def methods() -> list[Method]:
     """All methods, in the order in which tables list them.
 

@@ -133,7 +133,7 @@ def _channel(reader: Any, channel: Any) -> Channel:
     return Channel(
         name=channel.channel_id,
         points=tuple(map(int, np.ravel(channel.nb_grid_pts))),
-        lengths=tuple(map(float, sizes)) if known else None,
+        lengths=tuple(map(float, sizes)) if sizes is not None and known else None,
         unit=channel.unit if isinstance(channel.unit, str) else None,
         quantity=_quantity(channel),
         periodic=None if channel.is_periodic is None else bool(channel.is_periodic),

@@ -147,7 +147,7 @@ def test_containers_are_opened(tmp_path: Path) -> None:
     convert(path, out, dataset="line", profile=True)
     profile = asperity.Surface.from_file(out, profile=True)
     assert profile.heights == pytest.approx(expected(HEIGHTS[:1]), abs=ROUNDING)
-    assert (profile.unit, profile.cell) == ("nm", pytest.approx((1.2, 0.1), rel=1e-7))
+    assert profile.unit == "nm" and profile.cell == pytest.approx((1.2, 0.1), rel=1e-7)
     convert(path, out, dataset="right")
     surface, _ = read(out)
     assert surface.heights == pytest.approx(expected(2 * HEIGHTS), abs=100 * ROUNDING)

@@ -53,9 +53,20 @@ def test_maps_agree_beyond_chance() -> None:
     assert rolled.best_shift in ((5, 3), (-5, -3))
 
 
+def test_fields_are_compared_by_their_differences() -> None:
+    gap = np.arange(12.0).reshape(3, 4)
+    found = asperity.compare_fields(gap - 2, gap)
+    assert (found.mean_difference, found.rms_difference, found.largest_difference) == (-2, 2, 2)
+    assert found.correlation == pytest.approx(1, abs=1e-12)
+    assert asperity.compare_fields(gap.max() - gap, gap).correlation == pytest.approx(-1, abs=1e-12)
+    assert asperity.compare_fields(np.ones((3, 4)), gap).correlation is None
+
+
 @pytest.mark.parametrize(
     "call",
     [
+        lambda: asperity.compare_fields(np.zeros((2, 2)), np.zeros((2, 3))),
+        lambda: asperity.compare_fields(np.full((2, 2), np.nan), np.zeros((2, 2))),
         lambda: asperity.clusters(np.zeros((3, 3))),
         lambda: asperity.clusters(np.zeros(3, bool)),
         lambda: asperity.percolation([[2, 0]]),
