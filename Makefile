@@ -24,7 +24,7 @@ help:
 	@echo "make test   install, then run every test; its parts: make test-rust, make test-python, make test-mpi"
 	@echo "make bench  run the benchmarks"
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
-	@echo "make judge  judge the fields of asperity, Tamaas and ContactMechanics on five problems, and write evidence/judge.md (half an hour)"
+	@echo "make judge  judge the fields of asperity, Tamaas and ContactMechanics on six problems, and write evidence/judge.md (half an hour)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
 	@echo "make errors  test how often the stated errors cover the truth, and write evidence/errors.md (half an hour)"
 	@echo "make gallery  make the pictures of docs/gallery.md anew, and write the page (some minutes; needs numpy and matplotlib)"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs asperity, Tamaas and ContactMechanics on five problems, judges their fields independently, and writes evidence/judge.md.
+"""Runs asperity, Tamaas and ContactMechanics on six problems, judges their fields independently, and writes evidence/judge.md.
 
     benches/judge/judge.py [--points N] [--seeds N] [--repeats N] [--problem NAME] [--asperity PROGRAM] [--write PAGE]
 
@@ -146,7 +146,7 @@ def runs_of(given: argparse.Namespace, problem: Problem) -> dict:
 def power(x: float) -> str:
     """Two digits, as the documents write them."""
     if x == 0 or 0.01 <= abs(x) < 1000:
-        return f"{x:.2g}"
+        return f"{x:.0f}" if abs(x) >= 100 else f"{x:.2g}"
     digits, exponent = f"{x:.1e}".split("e")
     raised = "10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
     return raised if digits == "1.0" else f"{digits.removesuffix('.0')}·{raised}"

@@ -64,7 +64,7 @@ class Sweep:
             self.name: str = self.results["name"]
             self.keys: tuple[str, ...] = tuple(self.results["keys"])
             self.points = tuple(map(self._point, self.results["points"]))
-        except (OSError, ValueError, LookupError, TypeError) as error:
+        except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
             raise InputError(f"{path}: cannot be read ({error}); accepted: {ACCEPTED}") from error
 
     def _point(self, row: dict[str, Any]) -> SweepPoint:

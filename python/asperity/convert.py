@@ -230,7 +230,9 @@ def _chosen(path: str, dataset: str | int | None, profile: bool) -> tuple[Channe
     if dataset is None:
         if len(fitting) != 1:
             count = f"{len(fitting)} {'profiles' if profile else 'maps of heights'}"
-            raise InputError(f"{path}: {count}; accepted: the name or number of one {SELECT}: {listed}")
+            others = [] if fitting or profile else [entry for entry in entries if entry.load().is_profile]
+            accepted = "a profile with --profile (surface.profile)" if others else f"the name or number of one {SELECT}: {listed}"
+            raise InputError(f"{path}: {count}; accepted: {accepted}")
         entry = fitting[0]
     else:
         named = [entry for entry in entries if entry.name == str(dataset)]
@@ -240,7 +242,7 @@ def _chosen(path: str, dataset: str | int | None, profile: bool) -> tuple[Channe
         entry = (named or counted)[0]
     channel = _loaded(entry)
     if not fits(channel):
-        found = f"a profile of {channel.points[0]} points" if channel.is_profile else f"a map of {channel.points} points"
+        found = f"a profile of {channel.points[0]} points" if channel.is_profile else f"a map of {' x '.join(map(str, channel.points))} points"
         found = found if channel.quantity == "height" else f"{channel.quantity}, no heights"
         other = " with --profile (surface.profile)" if channel.is_profile else ""
         accepted = listed if len(fitting) > 1 else f"it{other}" if other else f"a {kind}"
@@ -278,7 +280,7 @@ def convert(
     out : path_like
         The NetCDF file.
     dataset : str or int, optional
-        Name or number (from 1) of the channel or measurement; required in a file with several maps of heights.
+        Name or number (from 1) of the channel or measurement; required in a file with several maps of heights, or profiles.
     length : str, optional
         Extent along x with its unit (``20um``), if the file does not declare it; pixels are square. A file may also be written without.
     touching : {'high-points', 'low-points'}
@@ -310,7 +312,7 @@ def convert(
     try:
         topography = channel.read()
         channel = replace(channel, unit=topography.unit)
-        heights = _profile_heights(topography) if profile else np.ma.filled(np.ma.asarray(topography.heights(), float), np.nan)
+        heights, step = _profile(path, topography) if profile else (np.ma.filled(np.ma.asarray(topography.heights(), float), np.nan), None)
     except Exception as error:
         raise _damaged(path, error, f"{channel.name!r}: ") from error
     if heights.shape != channel.points:
@@ -318,8 +320,10 @@ def convert(
     if profile:
         # A line has one extent; the pixels of the map are square.
         heights, channel = heights[:, np.newaxis], replace(channel, points=(*channel.points, 1))
-        if channel.lengths is not None:
-            channel = replace(channel, lengths=(channel.lengths[0], channel.lengths[0] / len(heights)))
+        if step is not None or channel.lengths is not None:
+            step = channel.lengths[0] / len(heights) if step is None and channel.lengths else step
+            assert step is not None
+            channel = replace(channel, lengths=(step * len(heights), step))
     lateral = channel.unit
     if given is not None:
         spacing, lateral = given[0] / channel.points[0], given[1] or channel.unit
@@ -329,16 +333,21 @@ def convert(
     return channel
 
 
-def _profile_heights(topography: Any) -> Any:
-    """Heights of a line at equal steps."""
+def _profile(path: str, topography: Any) -> tuple[Any, float | None]:
+    """Heights of a line at equal steps, and the step of a line without them."""
     heights: Any = np.ma.filled(np.ma.asarray(topography.heights(), float), np.nan)
     if topography.is_uniform:
-        return heights
+        return heights, None
     positions = np.asarray(topography.positions(), float)
-    even: Any = np.linspace(positions[0], positions[-1], len(positions))
-    if np.abs(even - positions).max() > EQUAL_STEPS * (even[1] - even[0]):
+    if len(positions) > 1 and positions[-1] < positions[0]:
+        positions, heights = positions[::-1], heights[::-1]
+    if len(positions) < 2 or not (np.diff(positions) > 0).all():
+        raise InputError(f"{path}: positions that neither rise nor fall throughout; accepted: a profile")
+    step = float(positions[-1] - positions[0]) / (len(positions) - 1)
+    even: Any = positions[0] + step * np.arange(len(positions))
+    if np.abs(even - positions).max() > EQUAL_STEPS * step:
         warnings.warn("the positions are not equidistant: heights are interpolated linearly on as many equal steps", stacklevel=2)
-    return np.interp(even, positions, heights)
+    return np.interp(even, positions, heights), step
 
 
 def _origin(path: str, channel: Channel) -> str:

@@ -59,9 +59,9 @@ def mi(path: Path) -> Path:
     return path
 
 
-def uneven(path: Path) -> Path:
+def uneven(path: Path, positions: tuple[float, ...]) -> Path:
     """A straight line with unequal steps, as two columns."""
-    path.write_text("".join(f"{x} {2 * x}\n" for x in (0.0, 1.0, 3.0, 4.0)))
+    path.write_text("".join(f"{x} {2 * x}\n" for x in positions))
     return path
 
 
@@ -158,12 +158,19 @@ def test_containers_are_opened(tmp_path: Path) -> None:
     assert (provenance["missing_points"], provenance["periodic"]) == (np.count_nonzero(HEIGHTS > 10.9), False)
 
 
-def test_a_profile_without_equal_steps_is_interpolated(tmp_path: Path) -> None:
+@pytest.mark.parametrize("positions", [(0.0, 1.0, 3.0, 4.0), (9.0, 8.0, 6.0, 5.0)])
+def test_a_profile_without_equal_steps_is_interpolated(tmp_path: Path, positions: tuple[float, ...]) -> None:
     with pytest.warns(UserWarning, match="not equidistant"):
-        convert(uneven(tmp_path / "line.txt"), tmp_path / "out.nc", profile=True)
-    profile = asperity.Surface.from_file(tmp_path / "out.nc", profile=True)
-    # A straight line stays one.
-    assert np.ptp(np.diff(profile.heights[0])) < 100 * ROUNDING
+        convert(uneven(tmp_path / "line.txt", positions), tmp_path / "out.nc", profile=True)
+    profile = asperity.Surface.from_file(tmp_path / "out.nc", profile=True, length=16 / 3)
+    # Four points over three steps of 4/3: the straight line keeps its slope of 2.
+    assert profile.cell == pytest.approx((16 / 3, 4 / 3))
+    assert np.diff(profile.heights[0]) == pytest.approx(-8 / 3)
+
+
+def test_a_profile_that_turns_back_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="neither rise nor fall"):
+        convert(uneven(tmp_path / "line.txt", (0.0, 2.0, 1.0, 3.0)), tmp_path / "out.nc", profile=True)
 
 
 def test_surfaces_are_read_from_files_of_instruments(tmp_path: Path) -> None:

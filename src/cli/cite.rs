@@ -23,8 +23,8 @@ impl CiteArgs {
         entries().filter(is_cited).for_each(|entry| output::print(&format!("\n{entry}")));
         // What has no entry is a comment: the reader finds it by its DOI.
         let has_entry = |source: &str| entries().any(|entry| is_named(entry, source));
-        let is_complete = |source: &str| dois(source).all(|doi| has_entry(&format!("doi:{doi}")));
-        let others = sources.iter().filter(|source| !(has_entry(source) && is_complete(source)));
+        // A method names several papers, some of them without a DOI.
+        let others = sources.iter().filter(|source| !source.split("; ").all(has_entry));
         others.for_each(|source| output::print(&format!("\n% {source}")));
         Ok(())
     }
@@ -59,7 +59,9 @@ fn is_named(entry: &str, source: &str) -> bool {
 fn dois(source: &str) -> impl Iterator<Item = &str> {
     source.split("doi:").skip(1).map(|rest| {
         let end = rest.find([' ', ';', ',']).unwrap_or(rest.len());
-        rest[..end].trim_end_matches([':', '.'])
+        let doi = rest[..end].trim_end_matches([':', '.']);
+        // A bracket around it is not part of it.
+        if doi.matches(')').count() > doi.matches('(').count() { doi.trim_end_matches(')') } else { doi }
     })
 }
 
@@ -81,6 +83,7 @@ mod tests {
         let two = "Method p (q): doi:10.1063/1.1388626; doi:10.1103/PhysRevLett.99.125502.";
         assert_eq!(dois(two).collect::<Vec<_>>(), ["10.1063/1.1388626", "10.1103/PhysRevLett.99.125502"]);
         assert_eq!(found(two), 2);
+        assert_eq!(dois("(doi:10.1063/1.1388626)").collect::<Vec<_>>(), ["10.1063/1.1388626"]);
     }
 
     #[test]

@@ -184,15 +184,18 @@ impl InitArgs {
         if let Some(given) = self.length {
             let length = Length::written(given).filter(|l| l.si() > 0.0);
             let length = length.ok_or_else(|| refused("--length", given, "a length with its unit, such as 20um"))?.si();
+            // Of square pixels, or of extents that the file has in a unit of its own.
+            let ratio = match (&declared.extent, content) {
+                (Some(e), _) => e.y / e.x,
+                (None, Content::Map(map)) => map.ny as f64 / map.nx as f64,
+                (None, Content::Waves(_)) => 1.0,
+            };
             match declared.extent_m() {
                 Some([own, _]) if !is_close(length, own) => {
-                    return differs("--length", given.to_string(), format!("{} um", own * 1e6));
+                    return differs("--length", given.to_string(), format!("{} um", significant(own * 1e6)));
                 }
-                _ => {}
-            }
-            if let Content::Map(map) = content {
-                let y = length * map.ny as f64 / map.nx as f64;
-                declared.extent = Some(DeclaredExtent { x: length, y, unit: Some("m".into()) });
+                Some(_) => {}
+                None => declared.extent = Some(DeclaredExtent { x: length, y: ratio * length, unit: Some("m".into()) }),
             }
         }
         Ok(())

@@ -245,6 +245,7 @@ fn states(c: &ContinuumResults, loads: GivenLoads) {
     let has_discretisation = has(|s| s.discretisation.is_some());
     let mut head = vec![loads.head(), "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
     head.extend(flows.then_some("flowing"));
+    head.extend(has(|s| s.subsurface.is_some()).then_some("von Mises / MPa"));
     if leaks {
         head.extend(["flow gap x / µm", "flow gap y / µm"]);
     }
@@ -264,8 +265,11 @@ fn states(c: &ContinuumResults, loads: GivenLoads) {
                 s.stop.to_string(),
             ];
             row.extend(flows.then(|| s.plasticity.map_or_else(dash, |p| percent(p.flowing))));
+            let below = s.subsurface.as_ref().map(|below| significant(below.von_mises.value * 1e-6, 4));
+            row.extend(has(|s| s.subsurface.is_some()).then(|| below.unwrap_or_else(dash)));
             if leaks {
-                let gaps = s.leakage.map(|flow| flow.hydraulic_gaps().map(|g| significant(g * UM, 3)));
+                let shown = |gap: f64| if gap > 0.0 { significant(gap * UM, 3) } else { "sealed".into() };
+                let gaps = s.leakage.map(|flow| flow.hydraulic_gaps().map(shown));
                 row.extend(gaps.unwrap_or_else(|| [dash(), dash()]));
             }
             if let Some(d) = s.discretisation {

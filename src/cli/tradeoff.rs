@@ -96,8 +96,7 @@ impl TradeoffArgs {
             // Without atoms nothing is measured for them.
             scene.atoms = None;
         }
-        // A dry run does not execute what the scene names.
-        let allowed = self.stages.allow_program && !self.dry_run;
+        let allowed = self.stages.allow_program;
         let warnings = match crystals::settle(&mut scene, &self.scene, &machine.1.lammps, allowed) {
             // As for a scene with its constants, methods without atoms are compared.
             Err(e @ (Error::MissingProgram { .. } | Error::Program { .. })) if !with_blocks => {
@@ -118,7 +117,9 @@ impl TradeoffArgs {
             let request = CommandRequest { case: &case, out: &out, machine, results, seconds, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
-        pipeline::impose_contact(&mut case, &asperity_contact::method::NoObserver)?;
+        if !self.dry_run {
+            pipeline::impose_contact(&mut case, &asperity_contact::method::NoObserver)?;
+        }
         let request = TradeoffRequest {
             methods,
             grids: (!self.grids.is_empty()).then_some(self.grids),

@@ -197,7 +197,8 @@ fn stored_state(
     let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
     if partial {
         let file = Some(context.folder.join(format!("{name}-gap.npy")));
-        return Err(state.not_converged(path.method().card().id, state.stop, problem.tolerance, file));
+        let reason = format!("load {}: {}", step.index + 1, state.stop);
+        return Err(state.not_converged(path.method().card().id, reason, problem.tolerance, file));
     }
     let stress = match keep.stress {
         true if problem.adhesion == AttractionLaw::None => {

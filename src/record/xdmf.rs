@@ -38,7 +38,7 @@ fn text(results: &Results) -> Option<String> {
         attribute(
             name,
             &format!(
-                "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{ny} {nx}\"><DataItem Dimensions=\"3 3\" Format=\"XML\">{k} 0 0  1 1 1  1 {ny} {nx}\
+                "<DataItem ItemType=\"HyperSlab\" Dimensions=\"1 {ny} {nx}\"><DataItem Dimensions=\"3 3\" Format=\"XML\">{k} 0 0  1 1 1  1 {ny} {nx}\
                  </DataItem><DataItem Dimensions=\"{loads} {ny} {nx}\" {kind} Format=\"HDF\">{}:/{name}</DataItem></DataItem>",
                 maps::FILE
             ),
@@ -54,11 +54,11 @@ fn text(results: &Results) -> Option<String> {
         let fields: String = OF_LOADS.map(|map| of_load(k, map)).into_iter().chain(heights.clone()).collect();
         format!(
             "<Grid Name=\"load {}\" GridType=\"Uniform\"><Time Value=\"{}\"/>\n\
-             <Topology TopologyType=\"2DCoRectMesh\" Dimensions=\"{ny} {nx}\"/>\n\
-             <Geometry GeometryType=\"ORIGIN_DXDY\"><DataItem Dimensions=\"2\" Format=\"XML\">0 0</DataItem>\
-             <DataItem Dimensions=\"2\" Format=\"XML\">{dy:e} {dx:e}</DataItem></Geometry>\n{fields}</Grid>\n",
+             <Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"1 {ny} {nx}\"/>\n\
+             <Geometry GeometryType=\"ORIGIN_DXDYDZ\"><DataItem Dimensions=\"3\" Format=\"XML\">0 0 0</DataItem>\
+             <DataItem Dimensions=\"3\" Format=\"XML\">{dx:e} {dy:e} {dx:e}</DataItem></Geometry>\n{fields}</Grid>\n",
             state.index + 1,
-            k + 1
+            state.index + 1
         )
     };
     let grids: String = stored.iter().enumerate().map(grid).collect();

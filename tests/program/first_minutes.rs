@@ -79,8 +79,18 @@ fn flags_complete_what_a_file_declares() {
     assert!(fill_in(&init(scratch.path(), &given)).is_empty());
     let text = std::fs::read_to_string(scratch.path().join("scene.toml")).expect("a scene");
     assert!(text.contains("\nunit = \"nm\"\n") && text.contains("\nlength = \"20 um\"\n"), "{text}");
-    write_map(&scratch.path().join("all.txt"), "# sign: low points touch first\n# unit: um\n");
-    for (flag, value, declared) in [("--touching", "high-points", "low-points"), ("--unit", "nm", "um")] {
+    let all = "# sign: low points touch first\n# unit: um\n# width: 20 um\n# height: 5 um\n";
+    write_map(&scratch.path().join("all.txt"), all);
+    // The extent along y stays that of the file.
+    assert!(
+        fill_in(&init(scratch.path(), &["all.txt", "--modulus", "2MPa", "--length", "20um", "--out", "all.toml"]))
+            .is_empty()
+    );
+    let own = std::fs::read_to_string(scratch.path().join("all.toml")).expect("a scene");
+    assert!(own.contains("length_y = \"5 um\""), "{own}");
+    let contradictions =
+        [("--touching", "high-points", "low-points"), ("--unit", "nm", "um"), ("--length", "30 um", "20 um")];
+    for (flag, value, declared) in contradictions {
         let refused = init(scratch.path(), &["all.txt", flag, value, "--overwrite"]);
         let said = String::from_utf8_lossy(&refused.stderr);
         let expected = format!("{flag} = {value}; accepted: {declared}, as all.txt declares");

@@ -264,6 +264,15 @@ fn adhesion_that_closes_the_gap_is_named() {
     let closed = said(1e6);
     assert!(matches!(&closed[..], [text] if text.starts_with("load 1, 2: ")), "{closed:?}");
     assert!(said(1e-3).is_empty());
+    // A pressure far above that of full contact.
+    let adhesion = Adhesion { work_of_adhesion: 1e-3, range: 40.0, ..Adhesion::default() };
+    let (warned, problem) = (Warned::default(), Problem { adhesion: Some(adhesion), ..problem() });
+    let mut area = 0.0;
+    problem
+        .visit_load_path(&Loads::new(LoadKind::Pressure, [500.0]), &warned, |s| area = s.contact_area)
+        .expect("solved");
+    assert_eq!(area, 1.0);
+    assert!(!warned.0.into_inner().expect("no panic").iter().any(|w| w.contains("adhesion closes the gap")));
 }
 
 /// The warnings of a solve.

@@ -134,8 +134,8 @@ fn a_trade_off_has_a_plan() {
     let plan: Value = serde_json::from_slice(&planned.stdout).expect("JSON");
     let names: Vec<&str> =
         plan["stages"].as_array().expect("stages").iter().filter_map(|s| s["name"].as_str()).collect();
-    // Two methods on two grids (32 and 16), and the other precisions and tolerances of the solver.
-    assert_eq!((names.iter().filter(|n| **n == "reference").count(), names.len()), (1, 1 + 4 + 5), "{names:?}");
+    // The reference on two grids (32 and 16), which are settings, too; the estimate on both; other precisions and tolerances of the solver.
+    assert_eq!((names.iter().filter(|n| **n == "reference").count(), names.len()), (2, 2 + 2 + 5), "{names:?}");
     assert!(plan["bytes"].as_u64() > Some(0) && !files.path("out").exists());
 }
 

@@ -120,6 +120,9 @@ pub struct ExpandedLattice {
 /// Time step of calcium (40.08 u), ps; it is proportional to the square root of the mass, and not longer than this.
 const CALCIUM_TIMESTEP_PS: f64 = 0.004;
 
+/// Strain beyond which a cell is no crystal any more: metals melt at 1 to 3 %.
+const MOST_EXPANSION: f64 = 0.04;
+
 /// Averaging time, ps: the standard error of calcium at 300 K is 0.001 Å.
 const AVERAGED_PS: f64 = 40.0;
 
@@ -140,6 +143,13 @@ pub fn expand(
     let vars = [("a0", a0), ("temperature", temperature_k), ("timestep", timestep), ("time", AVERAGED_PS)];
     let printed = bench.measured(EXPANSION, &vars.map(|(name, value)| (name, value.to_string())))?;
     let value_of = |name| bench.get(&printed, name);
+    let expansion = value_of("lattice_constant")? / a0 - 1.0;
+    if expansion.abs() > MOST_EXPANSION {
+        let percent = 100.0 * expansion;
+        return Err(bench.failed(format!(
+            "at {temperature_k} K the cell is {percent:.1} % longer than at 0 K: the crystal has melted or is about to"
+        )));
+    }
     Ok(ExpandedLattice {
         temperature_k: value_of("temperature")?,
         lattice_constant_angstrom: value_of("lattice_constant")?,
@@ -294,23 +304,29 @@ mod tests {
 
     #[test]
     fn an_expanded_lattice_has_its_error_and_light_atoms_a_shorter_step() {
-        struct Printed;
+        /// What LAMMPS prints, and the time step that it gets.
+        struct Printed(&'static str, &'static str);
         impl RunScript for Printed {
             fn run(&self, _: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
                 assert!(script.ends_with("expansion.in"));
                 let value_of = |name: &str| vars.iter().find(|(n, _)| *n == name).map(|(_, v)| v.as_str());
-                assert_eq!(
-                    (value_of("a0"), value_of("temperature"), value_of("timestep")),
-                    (Some("5.5884"), Some("300"), Some("0.004"))
-                );
-                Ok("RES temperature 299.4\nRES lattice_constant 5.6317\nRES error 0.0004\n".into())
+                let given = (value_of("a0"), value_of("temperature"), value_of("timestep"));
+                assert_eq!(given, (Some("5.5884"), Some("300"), Some(self.1)));
+                Ok(format!("RES temperature 299.4\nRES lattice_constant {}\nRES error 0.0004\n", self.0))
             }
         }
         let folder = tempfile::tempdir().unwrap();
-        let lattice = expand(&Printed, folder.path(), &table(), ("Ca", 5.5884), 300.0).unwrap();
+        let measured =
+            |printed, step, table: &Path| expand(&Printed(printed, step), folder.path(), table, ("Ca", 5.5884), 300.0);
         let stated =
             ExpandedLattice { temperature_k: 299.4, lattice_constant_angstrom: 5.6317, error_angstrom: 0.0004 };
-        assert_eq!(lattice, stated);
+        assert_eq!(measured("5.6317", "0.004", &table()).unwrap(), stated);
+        // A quarter of the mass.
+        let light = folder.path().join("light.eam.alloy");
+        std::fs::write(&light, std::fs::read_to_string(table()).unwrap().replacen("40.078", "10.0195", 1)).unwrap();
+        assert_eq!(measured("5.6317", "0.002", &light).unwrap(), stated);
+        let melted = measured("5.9", "0.004", &table()).unwrap_err().to_string();
+        assert!(melted.contains("5.6 % longer") && melted.contains("melted"), "{melted}");
     }
 
     #[test]

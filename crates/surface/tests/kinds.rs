@@ -127,6 +127,16 @@ fn arrays_in_three_dimensions_are_planes() {
     assert!(reads(&npz, named("cube[2]")).is_err() && reads(&npz, named("cube")).is_err());
     let four = archive(&[("cube.npy", &npy("(2, 1, 2, 3)", &values))]);
     assert_eq!(rows(&reads(&four, named("cube[1]")).expect("a plane")), second);
+    // Each plane has its part of a mask.
+    let hole: Vec<f64> = (0..12).map(|i| f64::from(u8::from(i == 6))).collect();
+    let masked = archive(&[("cube.npy", &npy("(2, 2, 3)", &values)), ("mask.npy", &npy("(2, 2, 3)", &hole))]);
+    assert_eq!(rows(&reads(&masked, named("cube[0]")).expect("a plane")), first);
+    assert_eq!(rows(&reads(&masked, named("cube[1]")).expect("a plane")), "NaN 0 1; 4 2 2");
+    assert!(!refusal(&masked).contains("mask["), "{}", refusal(&masked));
+    // A map beside a stack is the map.
+    let both = archive(&[("topo.npy", &npy("(2, 3)", &values[..6])), ("cube.npy", &npy("(2, 2, 3)", &values))]);
+    assert_eq!(map(&both), first);
+    assert_eq!(rows(&reads(&both, named("cube[1]")).expect("a plane")), second);
     let cut = archive(&[("cube.npy", &npy("(2, 2, 3)", &values[..11]))]);
     assert!(reads(&cut, named("cube[0]")).expect_err("too few").contains("too few"));
 }

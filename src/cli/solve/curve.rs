@@ -3,7 +3,7 @@
 use crate::record::load_table::{Dimension, ForceUnit, ResultUnits};
 use crate::report::number::{percent, si, si_given, significant, to_error, trimmed, with_error};
 use asperity_contact::interface::Notation;
-use asperity_contact::load::Stop;
+use asperity_contact::load::{Branch, Stop};
 use asperity_contact::state::State;
 use asperity_grid::units::Scales;
 
@@ -67,6 +67,7 @@ const WIDTH: usize = 22;
 pub(super) struct Further {
     pub leakage: bool,
     pub plasticity: bool,
+    pub subsurface: bool,
 }
 
 /// Head of the table on the terminal, of several loads.
@@ -86,6 +87,7 @@ pub(super) fn head(units: &ResultUnits, further: &Further) -> String {
         cells.extend(["x", "y"].map(|along| named(&format!("flow gap {along}"), Dimension::Length)));
     }
     cells.extend(further.plasticity.then(|| "flowing".into()));
+    cells.extend(further.subsurface.then(|| named("von Mises", Dimension::Stress)));
     cells.extend(["residual".into(), "iterations".into()]);
     row(&cells)
 }
@@ -116,10 +118,13 @@ pub(super) fn line(number: usize, s: &State, units: &ResultUnits, further: &Furt
         }));
     }
     cells.extend(further.plasticity.then(|| text(s.plasticity.map(|p| p.flowing), &percent)));
+    let below = s.subsurface.as_ref().map(|below| below.von_mises.value);
+    cells.extend(further.subsurface.then(|| text(below, &|v| significant(v, 4))));
     cells.extend([text(s.residual, &|v| format!("{v:.1e}")), s.iterations.to_string()]);
     let cells = row(&cells);
     // Of separated surfaces nothing is shown that could be taken for a result.
     let converged = separated || s.stop == Stop::Converged;
+    let cells = if s.branch == Branch::Unloading { format!("{cells}  unloading") } else { cells };
     if converged { cells } else { format!("{cells}  not converged: {}", s.stop) }
 }
 

@@ -355,7 +355,7 @@ impl SolveArgs {
                 }
                 stop => {
                     let file = self.out.as_ref().map(|o| o.join(file_name(i, loads, stop, "gap.npy")));
-                    Err(state.not_converged(id, stop, tolerance, file))
+                    Err(state.not_converged(id, format!("load {} of {loads}: {stop}", i + 1), tolerance, file))
                 }
             }
         })?;

@@ -299,6 +299,7 @@ fn show_state(
         plasticity: solve.hardness.is_some()
             || solve.hardness_map.is_some()
             || solve.body.iter().any(|b| b.hardness.is_some()),
+        subsurface: state.subsurface.is_some(),
     };
     if i == 0 {
         output::print(&curve::head(&units, &further));

@@ -65,6 +65,12 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, lo
             ("contact_nodes_compressive", "1", s.contact_nodes_compressive),
             ("hydraulic_gap", "um", observed.and_then(|o| Some(o.hydraulic_gap? * um))),
             ("displacement", "um", s.displacement.map(|d| d * um)),
+            ("hydraulic_gap_x", "um", s.leakage.map(|flow| flow.hydraulic_gaps()[0] * um)),
+            ("hydraulic_gap_y", "um", s.leakage.map(|flow| flow.hydraulic_gaps()[1] * um)),
+            ("flowing_fraction", "1", s.plasticity.map(|p| p.flowing)),
+            ("plastic_work", "J/m2", s.plasticity.map(|p| p.work)),
+            ("von_mises", "MPa", s.subsurface.as_ref().map(|below| below.von_mises.value * mpa)),
+            ("shear", "MPa", s.subsurface.as_ref().map(|below| below.shear.value * mpa)),
         ];
         add(list, (source, index, branch, load), &values);
     }

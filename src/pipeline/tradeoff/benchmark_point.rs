@@ -136,7 +136,7 @@ impl BenchmarkPoint {
 }
 
 /// The problem of which a method plans the cost.
-fn problem<'a>(case: &'a Case, method_run: &MethodRun) -> ReducedProblem<'a> {
+pub(super) fn problem<'a>(case: &'a Case, method_run: &MethodRun) -> ReducedProblem<'a> {
     let problem = case.problem(Heights::Planned(None));
     if method_run.adhesive {
         problem

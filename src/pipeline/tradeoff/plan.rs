@@ -2,13 +2,14 @@
 
 use super::benchmark_point::{self, BenchmarkPoint, REFERENCE_TOLERANCE};
 use super::measured::total_seconds;
+use super::reference::LEVELS_BELOW;
 use super::{Settings, TradeoffRequest};
 use crate::Result;
 use crate::pipeline::methods::MethodRun;
 use crate::pipeline::plan::RunPlan;
 use crate::pipeline::stage::PlannedStage;
 use crate::scene::Case;
-use asperity_contact::method::Precision;
+use asperity_contact::method::{Precision, require};
 use asperity_methods::find;
 
 /// The reference solutions and all settings, in the order of the groups in which they run. Settings that the machine's memory or the budget
@@ -20,16 +21,22 @@ pub fn tradeoff_plan(case: &Case, request: &TradeoffRequest) -> Result<RunPlan> 
     let Settings { case, blocks, finest, grids, method_runs, warnings } = Settings::of(case, request)?;
     let tolerance = benchmark_point::base_tolerance(&case);
     let fast = find("fast").expect("it is registered");
-    let (mut stages, mut layers) = (Vec::new(), Vec::new());
+    let (mut stages, mut references, mut layers) = (Vec::new(), Vec::new(), Vec::new());
     for adhesive in [true, false].into_iter().filter(|a| method_runs.iter().any(|r| r.adhesive == *a)) {
         let run = MethodRun { method: fast, adhesive };
         let point = BenchmarkPoint::on_grid(run, finest, Precision::F64, tolerance.min(REFERENCE_TOLERANCE));
-        stages.push(planned("reference", &point, &case, None)?);
+        for n in benchmark_point::halves(finest, LEVELS_BELOW) {
+            if benchmark_point::on_grid(&case, n).is_ok() {
+                stages.push(planned("reference", &BenchmarkPoint { n, ..point }, &case, request.repeats)?);
+                references.push(BenchmarkPoint { n, ..point }.stage());
+            }
+        }
         let n = *grids.first().unwrap_or(&finest);
         let layer = |&thickness: &f64| BenchmarkPoint { n, layer_thickness: Some(thickness), ..point };
         layers.extend(request.layer_thicknesses.iter().map(layer));
     }
-    let on_grids = |r: &&MethodRun| blocks.is_none() || !r.method.card().capabilities.atoms;
+    let flows = |r: &MethodRun| require::hardness(&benchmark_point::problem(&case, r), r.method.card()).is_ok();
+    let on_grids = |r: &&MethodRun| !r.method.card().capabilities.atoms && flows(r);
     let point = |&run: &MethodRun, n: usize| BenchmarkPoint::on_grid(run, n, Precision::F64, tolerance);
     let own = || method_runs.iter().filter(on_grids);
     let mut points: Vec<BenchmarkPoint> = grids.iter().flat_map(|&n| own().map(move |r| point(r, n))).collect();
@@ -37,10 +44,21 @@ pub fn tradeoff_plan(case: &Case, request: &TradeoffRequest) -> Result<RunPlan> 
         points.extend(benchmark_point::refinements(&first, &benchmark_point::at(&case, &first)?));
     }
     points.extend(layers);
-    for p in &points {
+    // What a reference has solved is not solved again.
+    for p in points.iter().filter(|p| !references.contains(&p.stage())) {
         stages.push(planned("setting", p, &case, request.repeats)?);
     }
+    let mut warnings = warnings;
+    if request.budget_seconds.is_some() {
+        warnings.push(
+            "settings that the budget does not permit are left out, which ones is known when they are measured".into(),
+        );
+    }
     for (point, block) in blocks.iter().flat_map(|b| b.points().into_iter().zip(b.planned())) {
+        if let Some(reason) = blocks.as_ref().and_then(|b| b.refusal(&point)) {
+            warnings.push(format!("{}: left out: {reason}", point.label()));
+            continue;
+        }
         let (bytes, seconds) = block?;
         stages.push(PlannedStage { name: "atoms".into(), what: point.label(), bytes, seconds });
     }

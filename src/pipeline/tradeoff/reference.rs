@@ -12,7 +12,7 @@ use asperity_methods::find;
 use std::path::Path;
 
 /// Coarser grids of the reference. Three grids in all are the minimum for a test of the order of convergence.
-const LEVELS_BELOW: usize = 2;
+pub(super) const LEVELS_BELOW: usize = 2;
 
 /// Solves the reference and its coarser grids.
 pub(super) fn solve_reference(

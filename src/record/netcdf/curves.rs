@@ -9,7 +9,7 @@ use asperity_surface::files::netcdf::{Attribute, Variable, VariableData, counter
 /// Name, unit, long name and value of each scalar.
 type Column = (&'static str, &'static str, &'static str, fn(&State) -> Option<f64>);
 
-const COLUMNS: [Column; 25] = [
+const COLUMNS: [Column; 32] = [
     ("p_star", "1", "mean pressure over E* times rms gradient", |s| Some(s.p_star)),
     ("pressure", "Pa", "mean pressure", |s| Some(s.pressure)),
     ("contact_area", "1", "relative contact area", |s| Some(s.contact_area)),
@@ -52,7 +52,18 @@ const COLUMNS: [Column; 25] = [
     ("constriction_conductance", "m", "electrical conductance times resistivity, clusters as circular spots", |s| {
         s.observed.as_ref()?.constriction_conductance
     }),
-    ("hydraulic_gap", "m", "uniform gap with the same leakage", |s| s.observed.as_ref()?.hydraulic_gap),
+    ("hydraulic_gap", "m", "uniform gap with the same leakage, by the effective medium", |s| {
+        s.observed.as_ref()?.hydraulic_gap
+    }),
+    ("hydraulic_gap_x", "m", "uniform gap with the same leakage along x", |s| Some(s.leakage?.hydraulic_gaps()[0])),
+    ("hydraulic_gap_y", "m", "uniform gap with the same leakage along y", |s| Some(s.leakage?.hydraulic_gaps()[1])),
+    ("flowing_fraction", "1", "nodes whose plastic displacement grows", |s| Some(s.plasticity?.flowing)),
+    ("displaced_fraction", "1", "nodes with a plastic displacement", |s| Some(s.plasticity?.displaced)),
+    ("plastic_work", "J m-2", "plastic work per area since the first load", |s| Some(s.plasticity?.work)),
+    ("von_mises", "Pa", "largest equivalent stress below the surface", |s| {
+        Some(s.subsurface.as_ref()?.von_mises.value)
+    }),
+    ("shear", "Pa", "largest shear stress below the surface", |s| Some(s.subsurface.as_ref()?.shear.value)),
 ];
 
 /// Curves over the loads. Values that a state does not have are NaN; a curve without any value is omitted.

@@ -33,15 +33,20 @@ fn plastic_flow(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
         }
     };
     let states = with(c, |s| s.plasticity);
-    let figure = path(c, &states).map(|c| {
+    let loading: Vec<_> = states.iter().copied().filter(|(s, _)| s.branch == Branch::Loading).collect();
+    let figure = path(c, &loading).map(|c| {
         let percent_of = |of: fn(&Plasticity) -> f64| {
             move |s: &State| (s.p_star, s.plasticity.as_ref().map_or(f64::NAN, |p| 100.0 * of(p)))
         };
         let flowing = branches(&c, ("flowing", LABORATORY), &percent_of(|p| p.flowing));
-        let displaced = Curve::new("displaced", THRESHOLD, c.states.iter().map(percent_of(|p| p.displaced)));
-        let curves = flowing.into_iter().chain([displaced]).collect();
+        let displaced = Curve::line("displaced", HARD, c.states.iter().map(percent_of(|p| p.displaced)));
+        let curves = [displaced].into_iter().chain(flowing).collect();
         let plot = Plot::new(linear(""), linear("nodes (% of the cell)"), curves).against(writer.loads);
-        Figure::new("plastic-flow", "Nodes that flow at a load, and nodes with a plastic displacement.", plot)
+        Figure::new(
+            "plastic-flow",
+            "Nodes that flow at a load, and nodes with a plastic displacement, on loading.",
+            plot,
+        )
     });
     Ok(html! {
         h3 { "Plastic flow" }
@@ -70,21 +75,22 @@ fn flow_through_the_gap(writer: &FigureWriter, c: &ContinuumResults) -> Result<M
         0.0 => "sealed".into(),
         gap => si_with_error(gap, flow.gap_errors.map(|e| e[along]), "m"),
     };
-    let figure = (states.len() > 1).then(|| {
-        let largest = states.iter().flat_map(|(_, f)| f.hydraulic_gaps()).fold(0.0, f64::max);
+    let loading: Vec<_> = states.iter().filter(|(s, _)| s.branch == Branch::Loading).collect();
+    let figure = (loading.len() > 1).then(|| {
+        let largest = loading.iter().flat_map(|(_, f)| f.hydraulic_gaps()).fold(0.0, f64::max);
         let (scale, prefix) = si_scale(largest);
         let along = |(i, (name, style)): (usize, (&str, Style))| {
-            let points = states.iter().map(|(s, f)| (s.p_star, f.hydraulic_gaps()[i] / scale));
-            let errors = states.iter().map(|(_, f)| f.gap_errors.map_or(f64::NAN, |e| e[i] / scale)).collect();
+            let points = loading.iter().map(|(s, f)| (s.p_star, f.hydraulic_gaps()[i] / scale));
+            let errors = loading.iter().map(|(_, f)| f.gap_errors.map_or(f64::NAN, |e| e[i] / scale)).collect();
             Curve { errors, ..Curve::new(name, style, points) }
         };
-        let medium = states.iter().map(|(s, f)| (s.p_star, f.effective_medium.cbrt() / scale));
+        let medium = loading.iter().map(|(s, f)| (s.p_star, f.effective_medium.cbrt() / scale));
         let curves = DIRECTIONS.into_iter().enumerate().map(along);
         let curves = curves.chain([Curve::new("effective medium", EXPECTED, medium)]).collect();
         let plot = Plot::new(load_axis(c), log(format!("hydraulic gap ({prefix}m)")), curves).against(writer.loads);
         Figure::new(
             "hydraulic-gap",
-            "Hydraulic gap against load; bars are its error. Sealed directions are left out.",
+            "Hydraulic gap against load, on loading; bars are its error. Sealed directions are left out.",
             plot,
         )
     });
@@ -144,7 +150,8 @@ fn stress_below(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             },
         }))
         p.quiet { "Of the depths that the scene names, with Poisson’s ratio " (poisson) ". The largest value over a depth grows with the resolution of the stress "
-            "at the surface." }
+            "at the surface. Where the shear stress exceeds the strength, the body yields, which is not part of the solution." }
+        @if states.len() > LOOKS.len() { p.quiet { "The figure shows " (LOOKS.len()) " of " (states.len()) " loads." } }
         (writer.figures(figure)?)
     })
 }

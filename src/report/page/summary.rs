@@ -114,7 +114,8 @@ fn has_few_contacts(atoms: Option<&AtomsResults>, load: &LoadComparison) -> bool
 fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults) -> Option<Markup> {
     let (few, enough): (Vec<_>, Vec<_>) = c.loads.iter().partition(|l| has_few_contacts(atoms, l));
     if enough.is_empty() {
-        let most = atoms?.states.iter().map(|s| s.contacts).max()?;
+        let of_load = |l: &&LoadComparison| at_load(&atoms?.states, l.p_star, |s| s.p_star).map(|s| s.contacts);
+        let most = few.iter().filter_map(of_load).max()?;
         return Some(html! {
             strong { "The atoms are in contact at " (count(most)) " sites at most: too few for a comparison" }
             " with the continuum. Higher loads or a larger block have more."
@@ -122,7 +123,7 @@ fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults) -> Opti
     }
     let left_out = (!few.is_empty()).then(|| {
         let loads = few.iter().map(|l| trimmed(l.p_star, 4)).collect::<Vec<_>>().join(", ");
-        format!("; at {loads} too few atoms to compare")
+        format!("; at p* = {loads} too few atoms to compare")
     });
     let matches: Vec<_> = enough.into_iter().filter_map(|l| Some((l, matched(l)?))).collect();
     let best = matches.first()?.1;

@@ -17,7 +17,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
                 (significant(r.used / r.requested, 3)) " times because this grid does not resolve it: cohesive resolution "
                 (significant(r.resolution_requested, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
-        @if c.states.iter().any(|s| s.discretisation.is_some()) { (errors(c, writer.loads)) }
+        @if c.states.iter().any(|s| s.discretisation.is_some()) { h3 { "Error by the grid" } (errors(c, writer.loads)) }
         (budgets(c, writer.loads))
         @if let Some(reason) = &c.pull_off_failure {
             p { (bad("The pull-off was not found: ")) (reason) ". The loads above are not affected." }

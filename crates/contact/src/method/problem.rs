@@ -423,7 +423,7 @@ impl Equilibrium<'_> {
             reason.push_str(if let Field::F32(_) = self.gap { ", or double precision" } else { "" });
         }
         if self.stop == Stop::Detached {
-            reason.push_str("; accepted: a tension below that of pull-off");
+            reason.push_str("; accepted: a smaller tension, with adhesion");
         }
         Error::NotConverged { method, why: reason, iterations, residual, tolerance, partial }
     }

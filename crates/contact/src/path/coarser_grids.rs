@@ -173,7 +173,8 @@ pub fn unresolved_contact<'a>(
     kind: &str,
     loads: impl Iterator<Item = (String, f64, Option<&'a Discretisation>)>,
 ) -> Option<String> {
-    let is_unresolved = |contact: f64, d: &Discretisation| contact > 0.0 && d.area.is_none_or(|a| a > UNRESOLVED);
+    let is_unresolved =
+        |contact: f64, d: &Discretisation| contact > 0.0 && contact < 1.0 && d.area.is_none_or(|a| a > UNRESOLVED);
     let mut names: Vec<String> =
         loads.filter(|(_, contact, d)| d.is_some_and(|d| is_unresolved(*contact, d))).map(|l| l.0).collect();
     // A load of both branches is named once.

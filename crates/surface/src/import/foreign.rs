@@ -8,6 +8,10 @@ pub(super) const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im),
 const CONVERT: &str = "--via-python (surface.via_python), or NetCDF: pip install \"asperity[files]\"; python -m asperity.convert FILE \
                        out.nc; or what Gwyddion saves as .gwy";
 
+/// The same for a profile.
+const PROFILE: &str = "--via-python --profile (surface.via_python, surface.profile), or NetCDF: pip install \"asperity[files]\"; python -m \
+                       asperity.convert FILE out.nc --profile; or what Gwyddion saves as .gwy";
+
 /// The way for one that it does not read.
 const GWYDDION: &str = "a file that Gwyddion saves (File, Save as .gwy)";
 
@@ -32,7 +36,9 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"*File list", "Nanoscope of another program", GWYDDION),
     (b"\x88\x1b\x03", "Zygo MetroPro", CONVERT),
     (b"Zygo ASCII", "Zygo ASCII", GWYDDION),
-    (b"Scan Parameters", "a profile of Dektak", CONVERT),
+    (b"Scan Parameters\r\r\nScan Type", "a profile of Dektak", PROFILE),
+    (b"Scan Parameters\r\nScan Type", "a profile of Dektak", PROFILE),
+    (b"Scan Parameters\nScan Type", "a profile of Dektak", PROFILE),
     (b"VK3", "Keyence VK3", CONVERT),
     (b"VK4", "Keyence VK4", CONVERT),
     (b"VK6", "Keyence VK6", CONVERT),
@@ -84,7 +90,7 @@ const IGOR_HEADERS: [(u16, usize); 2] = [(2, 126), (5, 384)];
 
 /// Whether SurfaceTopography may read a file of which this is accepted instead.
 pub(super) fn is_convertible(accepted: &str) -> bool {
-    [CONVERT, TIFF, OLE, MATLAB].contains(&accepted)
+    [CONVERT, PROFILE, TIFF, OLE, MATLAB].contains(&accepted)
 }
 
 /// Kinds of files that SurfaceTopography does not read either, with what is accepted instead.

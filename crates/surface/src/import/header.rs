@@ -63,7 +63,9 @@ pub(super) fn is_known(line: &str) -> bool {
 /// `height conversion factor (-> m)` is a name with a unit.
 fn without_unit(name: &str) -> (&str, Option<&str>) {
     match name.split_once(['(', '[']) {
-        Some((name, unit)) => (name, Some(unit.trim_start_matches("->").trim().trim_end_matches([')', ']']))),
+        Some((name, unit)) => {
+            (name, Some(unit.trim_start_matches("->").trim_start_matches('→').trim().trim_end_matches([')', ']'])))
+        }
         None => (name, None),
     }
 }
@@ -181,6 +183,8 @@ impl ChannelHeader {
 
     fn read_statement(&mut self, path: &Path, line: usize, text: &str, bare: bool) -> Result<bool> {
         let Some((name, value)) = (if bare { bare_pair(text) } else { pair(text) }) else { return Ok(false) };
+        // `(-> m)`: the unit of the product, whatever the numbers are.
+        let converts = name.contains("->") || name.contains('→');
         let (name, unit_of_name) = without_unit(name);
         let value = value.trim();
         let Some(key) = key(name) else {
@@ -230,8 +234,9 @@ impl ChannelHeader {
                     self.factor = Some(numbers[0]);
                     if !unit.is_empty() {
                         self.unit = Some(length_unit(&unit).ok_or_else(|| wrong(unit::ACCEPTED))?);
-                        // Whatever the numbers are, such as phases, the product is a length.
-                        (self.is_converted, self.no_length) = (true, None);
+                        if converts {
+                            (self.is_converted, self.no_length) = (true, None);
+                        }
                     }
                 }
             }
@@ -259,6 +264,9 @@ impl ChannelHeader {
 
     /// The unit of the heights, if it is one of length.
     fn any_unit(&mut self, value: &str, line: usize) {
+        if self.is_converted {
+            return;
+        }
         self.unit = Some(length_unit(value).unwrap_or_else(|| value.to_string())).filter(|v| !v.is_empty());
         if metres_per(value).is_none() && length_unit(value).is_none() {
             let (value, accepted) = (quoted(value), unit::ACCEPTED);
@@ -317,12 +325,15 @@ impl ChannelHeader {
 
     /// `nm`, or a factor with its unit (`0.1 nm`).
     fn height_unit(&mut self, value: &str, numbers: &[f64], unit: &str, line: usize) {
+        if self.is_converted {
+            return;
+        }
         if numbers.len() == 1 && numbers[0].is_finite() && numbers[0] > 0.0 && !unit.is_empty() {
             self.factor = Some(numbers[0]);
         }
         match length_unit(if numbers.is_empty() { value } else { unit }) {
             Some(unit) => (self.unit, self.no_length) = (Some(unit), None),
-            None if unit::is_none(value) || self.is_converted => {}
+            None if unit::is_none(value) => {}
             None => self.no_length = Some((value.to_string(), line)),
         }
     }

@@ -34,7 +34,8 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
         return packed::archive(path, &mut archive, &files, options, inside);
     }
     let entries: Vec<String> = files.iter().filter_map(|n| n.strip_suffix(".npy").map(str::to_string)).collect();
-    let (mut planes, mut has_mask, mut others) = (Vec::new(), false, Vec::new());
+    let (mut planes, mut stacks, mut others) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut has_mask, mut mask_planes) = (false, 1);
     let mut stated = Attributes::default();
     for name in entries {
         let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
@@ -48,10 +49,17 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
                 let mut entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
                 let header = npy::read_header(&mut entry).map(|(header, _)| header);
                 let shape = header.as_ref().map(|header| header.shape.clone()).unwrap_or_default();
-                let in_c_order = header.is_ok_and(|header| !header.layout.is_fortran());
+                let is_read = header.is_ok_and(|header| {
+                    let descriptor = header.type_descriptor.to_string();
+                    !header.layout.is_fortran() && DType::named(descriptor.trim_matches(['\'', '"'])).is_some()
+                });
                 let of_array = Plane::of(&name, &shape.iter().map(|n| *n as u64).collect::<Vec<_>>());
-                if shape.len() > 2 && in_c_order && !of_array.is_empty() {
-                    planes.extend(of_array);
+                if shape.len() > 2 && is_read && !of_array.is_empty() {
+                    if name == MASK {
+                        (has_mask, mask_planes) = (true, of_array.len());
+                    } else {
+                        stacks.extend(of_array);
+                    }
                 } else if shape.len() > 2 {
                     others.push(format!("{name} of shape {shape:?}"));
                 } else if length <= SMALL {
@@ -61,6 +69,10 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
                 }
             }
         }
+    }
+    // A stack beside a map, such as an image in colours, is read by its name only.
+    if planes.is_empty() || options.dataset.is_some_and(|d| stacks.iter().any(|plane| plane.name == d)) {
+        planes.append(&mut stacks);
     }
     if planes.is_empty() && !others.is_empty() {
         let found = format!("no two-dimensional array, but {}", list(&others));
@@ -76,7 +88,7 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
     let shape = [field.ny, field.nx];
     let mut values = field.values;
     if has_mask {
-        let mask = reader(path, &mut archive, MASK, 0)?;
+        let mask = reader(path, &mut archive, MASK, if mask_planes > 1 { plane.index } else { 0 })?;
         check_mask(path, "array mask", [mask.ny, mask.nx], (name, shape))?;
         mask.for_each_row(|y, flags| {
             let row = values[y * field.nx..].iter_mut().zip(flags);

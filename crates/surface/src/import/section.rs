@@ -98,6 +98,7 @@ impl TextChannel {
         let columns = self.headings.as_ref().filter(|(h, _)| h.len() == self.nx).and_then(|(h, _)| h.columns());
         if let Some(columns) = columns.filter(|_| !heights_only) {
             let headings = self.headings.take().expect("that of the columns").0;
+            self.leave_out(headings.flags(), columns.height);
             let unit = |k| headings.unit(k);
             self.header.take_units([unit(columns.x), unit(columns.y)], unit(columns.height));
             let points = xyz_text::Points::of(&self.values, self.nx, [columns.x, columns.y, columns.height]);
@@ -269,6 +270,13 @@ impl TextChannel {
         corner.is_nan() || !slope && other
     }
 
+    /// Heights whose flags are 0 are missing.
+    fn leave_out(&mut self, flags: Option<usize>, heights: usize) {
+        let Some(flags) = flags else { return };
+        let rows = self.values.chunks_exact_mut(self.nx).filter(|row| row[flags] == 0.0);
+        rows.for_each(|row| row[heights] = f64::NAN);
+    }
+
     /// A table of positions and heights, whose units the names of the columns may state, or one line of heights.
     fn profile(mut self, path: &Path) -> Result<TextMap> {
         if let Some(missing) = self.header.missing {
@@ -284,9 +292,8 @@ impl TextChannel {
             Some(c) => Some([if varies(c.y) { c.y } else { c.x }, c.height]),
             None => headings.as_ref().and_then(Headings::columns_of_profile),
         };
-        if let (Some([_, heights]), Some(flags)) = (named, headings.as_ref().and_then(Headings::flags)) {
-            let rows = self.values.chunks_exact_mut(self.nx).filter(|row| row[flags] == 0.0);
-            rows.for_each(|row| row[heights] = f64::NAN);
+        if let Some([_, heights]) = named {
+            self.leave_out(headings.as_ref().and_then(Headings::flags), heights);
         }
         let line = profile::line(path, [self.nx, self.ny], std::mem::take(&mut self.values), named)?;
         if let (Some(headings), Some([positions, heights])) = (headings, line.columns) {

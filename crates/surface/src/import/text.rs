@@ -442,6 +442,9 @@ mod tests {
             ("# height conversion factor (-> m) = 0.5\n", "m", "0.5 1 1.5"),
             ("# data unit=rad\n# height conversion factor (-> m)=0.5\n", "m", "0.5 1 1.5"),
             ("# height conversion factor (-> m)=0.5\n# data unit=rad\n", "m", "0.5 1 1.5"),
+            ("# height conversion factor (-> m)=0.5\n# data unit=nm\n", "m", "0.5 1 1.5"),
+            ("# height conversion factor (-> m)=0.5\n# units=rad\n", "m", "0.5 1 1.5"),
+            ("# units=rad\n# height conversion factor (-> m)=0.5\n", "m", "0.5 1 1.5"),
             ("# data unit: 0.5 nm\n", "nm", "0.5 1 1.5"),
             ("# z scale: 0.5 nm/count\n", "nm", "0.5 1 1.5"),
             ("Skalierung: 0,5\nEinheit: nm\n", "nm", "0.5 1 1.5"),
@@ -470,7 +473,8 @@ mod tests {
         assert_eq!(rows(&line.map), "10 NaN 12 10");
         assert_eq!((line.declared.unit.as_deref(), line.declared.extent.map(|e| e.x)), (Some("um"), Some(4.0)));
         assert!(complaint(file).contains("--profile"), "{}", complaint(file));
-        // Values of points that are not named are no profile.
+        let flagged = "X;Y;Z;valid\n0;0;1;1\n1;0;2;0\n0;1;3;1\n1;1;4;1\n";
+        assert_eq!(rows(&reads(flagged).expect("a map").map), "1 NaN; 3 4");
         let points = "X;Y;height\n0;0;1\n1;0;2\n0;1;3\n1;1;4\n";
         assert_eq!(rows(&reads(points).expect("a map").map), "1 2; 3 4");
     }
@@ -481,6 +485,9 @@ mod tests {
         let actual = reads(file).unwrap();
         assert_eq!((rows(&actual.map).as_str(), actual.declared.channel.as_deref()), ("5 6; 7 8", Some("Topo")));
         assert_eq!(actual.declared.channels, ["Topo"]);
+        // The scale of a display makes no heights of phases.
+        let said = complaint("# data unit: deg\n# Z scale: 100 nm\n1 2\n3 4\n");
+        assert!(said.contains("\"deg\"") && said.contains("no heights"), "{said}");
         let two = file.replace("deg", "nm");
         assert!(complaint(&two).contains("2 channels (Phase, Topo)"), "{}", complaint(&two));
         let named = |name| text(two.as_bytes(), ImportOptions { dataset: Some(name), ..ImportOptions::default() });
