@@ -47,7 +47,7 @@ fn text(results: &Results) -> Option<String> {
     let has_heights = surface.heights.is_some() && (surface.nx, surface.ny) == (nx, ny);
     let heights = has_heights.then(|| {
         let stored =
-            format!("<DataItem Dimensions=\"{ny} {nx}\" {FLOAT} Format=\"HDF\">{}:/heights</DataItem>", maps::FILE);
+            format!("<DataItem Dimensions=\"1 {ny} {nx}\" {FLOAT} Format=\"HDF\">{}:/heights</DataItem>", maps::FILE);
         attribute("heights", &stored)
     });
     let grid = |(k, state): (usize, &&State)| {

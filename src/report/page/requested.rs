@@ -1,6 +1,6 @@
 //! What a scene asks for besides contact: plastic flow, flow through the gap, stress below the surface. Each is a table and a figure.
 
-use super::curves::{branches, load_axis};
+use super::curves::load_axis;
 use super::distributions::LOOKS;
 use super::prelude::*;
 use crate::report::number::si_with_error;
@@ -16,12 +16,6 @@ fn with<'a, T>(c: &'a ContinuumResults, of: impl Fn(&'a State) -> Option<T>) -> 
     c.states.iter().filter_map(|s| Some((s, of(s)?))).collect()
 }
 
-/// The solution at those of its states that have a quantity: a curve needs two.
-fn path<T>(c: &ContinuumResults, states: &[(&State, T)]) -> Option<ContinuumResults> {
-    let states: Vec<State> = states.iter().map(|(s, _)| (*s).clone()).collect();
-    (states.len() > 1).then(|| ContinuumResults { states, ..c.clone() })
-}
-
 /// Empty for an elastic body.
 fn plastic_flow(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let Some(hardness) = c.hardness else { return Ok(html! {}) };
@@ -33,20 +27,15 @@ fn plastic_flow(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
         }
     };
     let states = with(c, |s| s.plasticity);
-    let loading: Vec<_> = states.iter().copied().filter(|(s, _)| s.branch == Branch::Loading).collect();
-    let figure = path(c, &loading).map(|c| {
-        let percent_of = |of: fn(&Plasticity) -> f64| {
-            move |s: &State| (s.p_star, s.plasticity.as_ref().map_or(f64::NAN, |p| 100.0 * of(p)))
-        };
-        let flowing = branches(&c, ("flowing", LABORATORY), &percent_of(|p| p.flowing));
-        let displaced = Curve::line("displaced", HARD, c.states.iter().map(percent_of(|p| p.displaced)));
-        let curves = [displaced].into_iter().chain(flowing).collect();
-        let plot = Plot::new(linear(""), linear("nodes (% of the cell)"), curves).against(writer.loads);
-        Figure::new(
-            "plastic-flow",
-            "Nodes that flow at a load, and nodes with a plastic displacement, on loading.",
-            plot,
-        )
+    let loading: Vec<_> = states.iter().filter(|(s, _)| s.branch == Branch::Loading).collect();
+    let figure = (loading.len() > 1).then(|| {
+        let shares = |of: fn(&Plasticity) -> f64| loading.iter().map(move |(s, p)| (s.p_star, 100.0 * of(p)));
+        // Both agree where the load only rises: the dotted line is drawn over the other.
+        let displaced = Curve::line("displaced", HARD, shares(|p| p.displaced));
+        let curves = vec![Curve::new("flowing", LABORATORY, shares(|p| p.flowing)), displaced];
+        let plot = Plot::new(load_axis(c), linear("nodes (% of the cell)"), curves).against(writer.loads);
+        let caption = "Nodes that flow at a load, and nodes with a plastic displacement, on loading.";
+        Figure::new("plastic-flow", caption, plot)
     });
     Ok(html! {
         h3 { "Plastic flow" }
