@@ -242,10 +242,11 @@ fn states(c: &ContinuumResults, loads: GivenLoads) {
     let dash = || "-".to_string();
     let has = |of: fn(&State) -> bool| c.states.iter().any(of);
     let (flows, leaks) = (has(|s| s.plasticity.is_some()), has(|s| s.leakage.is_some()));
+    let has_subsurface = has(|s| s.subsurface.is_some());
     let has_discretisation = has(|s| s.discretisation.is_some());
     let mut head = vec![loads.head(), "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
     head.extend(flows.then_some("flowing"));
-    head.extend(has(|s| s.subsurface.is_some()).then_some("von Mises / MPa"));
+    head.extend(has_subsurface.then_some("von Mises / MPa"));
     if leaks {
         head.extend(["flow gap x / µm", "flow gap y / µm"]);
     }
@@ -266,7 +267,7 @@ fn states(c: &ContinuumResults, loads: GivenLoads) {
             ];
             row.extend(flows.then(|| s.plasticity.map_or_else(dash, |p| percent(p.flowing))));
             let below = s.subsurface.as_ref().map(|below| significant(below.von_mises.value * 1e-6, 4));
-            row.extend(has(|s| s.subsurface.is_some()).then(|| below.unwrap_or_else(dash)));
+            row.extend(has_subsurface.then(|| below.unwrap_or_else(dash)));
             if leaks {
                 let shown = |gap: f64| if gap > 0.0 { significant(gap * UM, 3) } else { "sealed".into() };
                 let gaps = s.leakage.map(|flow| flow.hydraulic_gaps().map(shown));

@@ -106,7 +106,7 @@ impl PotentialArgs {
         }
         for lattice in &expanded {
             output::print(&format!(
-                "at {} K (mean of the run): a = {:.4} ± {:.4} Å, {:.3} % more than at 0 K",
+                "at {} K (mean of the run): a = {:.4} Å (standard error {:.4} Å), {:.3} % more than at 0 K",
                 trimmed(lattice.temperature_k, 4),
                 lattice.lattice_constant_angstrom,
                 lattice.error_angstrom,

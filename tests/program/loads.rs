@@ -119,7 +119,25 @@ fn what_a_scene_asks_for_is_shown() {
     }
     // ParaView reads the maps of all three states from results.nc.
     let maps = fs::read_to_string(files.path("asked").join("results.xdmf")).expect("written");
-    assert_eq!((maps.matches("<Time ").count(), maps.matches("results.nc:/stress").count()), (3, 3), "{maps}");
+    for (part, count) in [
+        ("<Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"1 32 32\"/>", 3),
+        ("<Geometry GeometryType=\"ORIGIN_DXDYDZ\"><DataItem Dimensions=\"3\" Format=\"XML\">0 0 0</DataItem>", 3),
+        ("Format=\"HDF\">results.nc:/stress<", 3),
+        ("<Time Value=\"3\"/>", 1),
+        ("2 0 0  1 1 1  1 32 32", 3),
+    ] {
+        assert_eq!(maps.matches(part).count(), count, "{part}: {maps}");
+    }
+    // 20 µm over 32 points.
+    let spacing = maps.split("0 0 0</DataItem><DataItem Dimensions=\"3\" Format=\"XML\">").nth(1).expect("the spacing");
+    let spacing: Vec<f64> = spacing.split(['<', ' ']).take(3).map(|number| number.parse().expect("a number")).collect();
+    assert!(spacing.iter().all(|d| (d / 6.25e-7 - 1.0).abs() < 1e-12), "{spacing:?}");
+    // Times are numbers of loads, also where only some have maps.
+    scene(&files, "some", "pressure = [\"2 MPa\", \"10 MPa\"]\nmaps_at = [\"10 MPa\"]", "");
+    run(&files, "some");
+    let maps = fs::read_to_string(files.path("some").join("results.xdmf")).expect("written");
+    assert!(maps.contains("<Time Value=\"2\"/>") && maps.contains("0 0 0  1 1 1  1 32 32"), "{maps}");
+    assert!(!maps.contains("<Time Value=\"1\"/>"), "{maps}");
 }
 
 /// The plan of a trade-off has its reference, its settings, and no folder.

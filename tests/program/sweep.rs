@@ -180,6 +180,32 @@ fn a_killed_sweep_resumes_with_the_same_tables() {
     }
 }
 
+/// A sweep that is told to stop leaves the tables of what is done, and ends as an undisturbed one when it is continued.
+#[test]
+fn a_sweep_that_is_stopped_leaves_its_tables() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = written(scratch.path(), "small.toml", SCENE);
+    let out = scratch.path().join("out");
+    let mut child = asperity();
+    child.arg("ensemble").arg(&scene).args(["--seeds", "1..40", "--jobs", "1", "--out"]).arg(&out);
+    let child =
+        child.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().expect("started");
+    while !out.join("points/seed-2").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    asperity_grid::sys::group::terminate(child.id());
+    let ended = child.wait_with_output().expect("ended");
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code() == Some(130) && said.contains("stopping after the current step"), "{said}");
+    let states = |found: &Value, status: &str| {
+        found["points"].as_array().expect("a list").iter().filter(|p| p["status"] == status).count()
+    };
+    let left = ensemble(&out);
+    assert!(states(&left, "done") >= 1 && states(&left, "waiting") >= 1 && states(&left, "failed") == 0, "{left}");
+    assert_eq!(swept("ensemble", &scene, &out, &["--seeds", "1..40", "--jobs", "1"]).0, Some(0));
+    assert_eq!(states(&ensemble(&out), "done"), 40);
+}
+
 #[test]
 fn wrong_sweeps_are_refused_in_one_line() {
     let scratch = tempfile::tempdir().expect("scratch");

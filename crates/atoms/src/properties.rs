@@ -120,10 +120,10 @@ pub struct ExpandedLattice {
 /// Time step of calcium (40.08 u), ps; it is proportional to the square root of the mass, and not longer than this.
 const CALCIUM_TIMESTEP_PS: f64 = 0.004;
 
-/// Strain beyond which a cell is no crystal any more: metals melt at 1 to 3 %.
+/// Strain beyond which a cell is no crystal any more: metals melt at a strain of about 2 % (Grüneisen's rule).
 const MOST_EXPANSION: f64 = 0.04;
 
-/// Averaging time, ps: the standard error of calcium at 300 K is 0.001 Å.
+/// Averaging time, ps. `asperity potential --measure --temperature 300,600` states standard errors of 0.0002 and 0.0006 Å for calcium.
 const AVERAGED_PS: f64 = 40.0;
 
 /// Measures the lattice constant of an fcc crystal, `a0` Å at 0 K, at a temperature: 864 atoms for 50 ps, about half a minute on one core.

@@ -133,9 +133,15 @@ fn arrays_in_three_dimensions_are_planes() {
     assert_eq!(rows(&reads(&masked, named("cube[0]")).expect("a plane")), first);
     assert_eq!(rows(&reads(&masked, named("cube[1]")).expect("a plane")), "NaN 0 1; 4 2 2");
     assert!(!refusal(&masked).contains("mask["), "{}", refusal(&masked));
-    // A map beside a stack is the map.
-    let both = archive(&[("topo.npy", &npy("(2, 3)", &values[..6])), ("cube.npy", &npy("(2, 2, 3)", &values))]);
+    // A map beside a stack is the map, and the mask that of the stack.
+    let hidden = npy("(2, 2, 3)", &[1.0; 12]);
+    let topo = npy("(2, 3)", &values[..6]);
+    let both = archive(&[("topo.npy", &topo), ("cube.npy", &npy("(2, 2, 3)", &values))]);
     assert_eq!(map(&both), first);
+    assert_eq!(
+        map(&archive(&[("topo.npy", &topo), ("cube.npy", &npy("(2, 2, 3)", &values)), ("mask.npy", &hidden)])),
+        first
+    );
     assert_eq!(rows(&reads(&both, named("cube[1]")).expect("a plane")), second);
     let cut = archive(&[("cube.npy", &npy("(2, 2, 3)", &values[..11]))]);
     assert!(reads(&cut, named("cube[0]")).expect_err("too few").contains("too few"));

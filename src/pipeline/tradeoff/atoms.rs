@@ -141,9 +141,13 @@ impl Blocks {
         self.list.iter().find(|(p, _)| p.block == point.block).map(|(_, case)| case)
     }
 
-    /// Estimated memory (bytes) and time (s) of each block; zero where LAMMPS is missing.
-    pub(super) fn planned(&self) -> impl Iterator<Item = Result<(u64, f64)>> {
-        self.list.iter().map(|(_, case)| self.engine.as_ref().map_or(Ok((0, 0.0)), |engine| planned(case, engine)))
+    /// Each block with its estimated memory (bytes) and time (s), or why it cannot run on this machine.
+    pub(super) fn planned(&self) -> impl Iterator<Item = (BenchmarkPoint, std::result::Result<(u64, f64), String>)> {
+        self.list.iter().map(|(point, case)| {
+            let refused = self.refusal(point).map_or(Ok(()), Err);
+            let engine = refused.and_then(|()| self.engine.as_ref().map_err(String::clone));
+            (*point, engine.and_then(|engine| planned(case, engine).map_err(|e| e.to_string())))
+        })
     }
 
     /// Dependencies of a block's results in addition to the scene: atoms section, potential and engine.

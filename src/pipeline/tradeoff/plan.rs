@@ -18,7 +18,7 @@ use asperity_methods::find;
 /// # Errors
 /// Those of [`super::tradeoff`] for the scene and the request.
 pub fn tradeoff_plan(case: &Case, request: &TradeoffRequest) -> Result<RunPlan> {
-    let Settings { case, blocks, finest, grids, method_runs, warnings } = Settings::of(case, request)?;
+    let Settings { case, blocks, finest, grids, method_runs, mut warnings } = Settings::of(case, request)?;
     let tolerance = benchmark_point::base_tolerance(&case);
     let fast = find("fast").expect("it is registered");
     let (mut stages, mut references, mut layers) = (Vec::new(), Vec::new(), Vec::new());
@@ -48,19 +48,18 @@ pub fn tradeoff_plan(case: &Case, request: &TradeoffRequest) -> Result<RunPlan> 
     for p in points.iter().filter(|p| !references.contains(&p.stage())) {
         stages.push(planned("setting", p, &case, request.repeats)?);
     }
-    let mut warnings = warnings;
     if request.budget_seconds.is_some() {
         warnings.push(
             "settings that the budget does not permit are left out, which ones is known when they are measured".into(),
         );
     }
-    for (point, block) in blocks.iter().flat_map(|b| b.points().into_iter().zip(b.planned())) {
-        if let Some(reason) = blocks.as_ref().and_then(|b| b.refusal(&point)) {
-            warnings.push(format!("{}: left out: {reason}", point.label()));
-            continue;
+    for (point, planned) in blocks.iter().flat_map(|blocks| blocks.planned()) {
+        match planned {
+            Ok((bytes, seconds)) => {
+                stages.push(PlannedStage { name: "atoms".into(), what: point.label(), bytes, seconds })
+            }
+            Err(reason) => warnings.push(format!("{}: left out: {reason}", point.label())),
         }
-        let (bytes, seconds) = block?;
-        stages.push(PlannedStage { name: "atoms".into(), what: point.label(), bytes, seconds });
     }
     Ok(RunPlan {
         bytes: stages.iter().map(|s| s.bytes).max().unwrap_or(0),

@@ -87,7 +87,8 @@ pub(super) fn read(path: &Path, options: ImportOptions, inside: packed::Reader) 
     let field = reader(path, &mut archive, &plane.array, plane.index)?.numbers()?;
     let shape = [field.ny, field.nx];
     let mut values = field.values;
-    if has_mask {
+    // That of a stack is no mask of a map beside it.
+    if has_mask && (mask_planes == 1 || plane.name != plane.array) {
         let mask = reader(path, &mut archive, MASK, if mask_planes > 1 { plane.index } else { 0 })?;
         check_mask(path, "array mask", [mask.ny, mask.nx], (name, shape))?;
         mask.for_each_row(|y, flags| {
