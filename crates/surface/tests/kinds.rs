@@ -117,7 +117,17 @@ fn arrays_in_three_dimensions_are_planes() {
         assert_eq!(rows(&reads(&frames, named(name)).expect(name)), plane);
     }
     assert!(reads(&frames, named("gap[2]")).is_err() && reads(&frames, named("gap")).is_err());
-    assert!(refusal(&npy("(2, 2, 3)", &values)).contains("array[0]"));
+    let stack = npy("(2, 2, 3)", &values);
+    let said = refusal(&stack);
+    assert!(said.contains("array[0] of 2 x 3, array[1] of 2 x 3") && said.contains("--dataset"), "{said}");
+    for (name, plane) in [("array[0]", first), ("array[1]", second)] {
+        assert_eq!(rows(&reads(&stack, named(name)).expect(name)), plane);
+        let found = reads(&packed(&stack), named(name)).expect(name);
+        assert_eq!((rows(&found), found.declared.channel.as_deref()), (plane.to_string(), Some(name)));
+    }
+    assert!(reads(&stack, named("array[2]")).is_err());
+    assert!(reads(&npy("(2, 3)", &values[..6]), named("array[0]")).expect_err("one").contains("without names"));
+    assert!(reads(&npy("(2, 2, 3)", &values[..11]), named("array[0]")).expect_err("cut").contains("too few"));
     let npz = archive(&[("cube.npy", &npy("(2, 2, 3)", &values))]);
     let said = refusal(&npz);
     assert!(said.contains("cube[0] of 2 x 3, cube[1] of 2 x 3") && said.contains("--dataset"), "{said}");
@@ -167,6 +177,31 @@ fn profiles_are_no_maps() {
     }
     let options = ImportOptions { fourier: Some(Fourier::None), ..ImportOptions::default() };
     assert!(reads(up.as_bytes(), options).is_ok());
+}
+
+/// The size of a table, and units without names, stand above it in exports of profilers.
+#[test]
+fn sizes_and_units_stand_above_tables() {
+    let plain = "1 2 4\n3 5 6\n";
+    for size in ["2", "6", "3 2", "2 3"] {
+        assert_eq!(map(format!("{size}\n{plain}").as_bytes()), "1 2 4; 3 5 6");
+    }
+    for size in ["3", "5", "2 2", "0", "2.5", "-2"] {
+        assert!(refusal(format!("{size}\n{plain}").as_bytes()).contains("on line"), "{size}");
+    }
+    assert!(refusal(format!("2\n3 2\n{plain}").as_bytes()).contains("on line 3"));
+    let points = "0 0 1\n0.5 0 2\n0 0.5 3\n0.5 0.5 4\n";
+    for text in [format!("um um nm\n4\n{points}"), format!("# [um] [um] [nm]\n{points}")] {
+        let found = reads(text.as_bytes(), ImportOptions::default()).expect("points");
+        let extent = found.declared.extent.as_ref().map(|e| (e.x, e.unit.clone()));
+        assert_eq!((rows(&found), extent), ("1 2; 3 4".into(), Some((1.0, Some("um".into())))));
+        assert_eq!(found.declared.unit.as_deref(), Some("nm"));
+    }
+    let profile = ImportOptions { profile: true, ..ImportOptions::default() };
+    let found = reads("µm nm\n3\n0.5 7\n1.0 8\n1.5 6\n".as_bytes(), profile).expect("a profile");
+    assert_eq!((rows(&found), found.declared.unit.as_deref()), ("7 8 6".into(), Some("nm")));
+    let cut = reads("µm nm\n4\n0.5 7\n1.0 8\n1.5 6\n".as_bytes(), profile).expect_err("three of four lines");
+    assert!(cut.contains("cut off"), "{cut}");
 }
 
 #[test]

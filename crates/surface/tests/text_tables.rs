@@ -152,7 +152,7 @@ impl Table {
     fn points(&mut self) -> Vec<String> {
         let (nx, ny, [dx, dy]) = (self.nx, self.ny, self.pixel);
         let (columns, down) = (self.rng.random_bool(0.3), self.rng.random_bool(0.2));
-        let names = pick::<&[&str]>(&mut self.rng, &[&[], &["x", "y", "z"], &["x[um]", "y[um]", "z[nm]"]]);
+        let names = pick::<&[&str]>(&mut self.rng, &[&[], &["x", "y", "z"], &["x[um]", "y[um]", "z[nm]"], &["um", "um", "nm"]]);
         let mut lines: Vec<String> = Vec::new();
         if !names.is_empty() {
             let names: Vec<String> = names.iter().map(|n| n.to_string()).collect();
@@ -209,6 +209,11 @@ impl Table {
             _ => self.matrix(),
         };
         let mut lines = self.header();
+        if self.rng.random_bool(0.1) {
+            let (nx, ny) = (self.nx, self.ny);
+            let sizes = [format!("{}", nx * ny), format!("{ny}"), format!("{ny} {nx}"), format!("{nx} {ny}")];
+            lines.push(pick(&mut self.rng, &sizes).clone());
+        }
         let first = lines.len();
         lines.extend(body);
         let last = lines.len() - 1;

@@ -321,6 +321,26 @@ pub fn read(path: &Path) -> Result<NpyMap<f64>> {
     NpyReader::open(path)?.numbers()
 }
 
+/// The shape of an array in three dimensions and C order, without those of length 1, of which each plane can be read. Otherwise empty.
+///
+/// # Errors
+/// `Io`, and `Format` for a damaged header.
+pub(crate) fn stacked_shape(path: &Path) -> Result<Vec<u64>> {
+    let (file, _) = open_regular(path)?;
+    let (header, _) = read_header(&mut BufReader::new(file)).map_err(|e| damaged(path, &e))?;
+    let shape: Vec<u64> = header.shape.iter().filter(|n| **n != 1).map(|n| *n as u64).collect();
+    Ok(if shape.len() == 3 && !header.layout.is_fortran() { shape } else { Vec::new() })
+}
+
+/// Plane `k` along the first of three dimensions.
+///
+/// # Errors
+/// As [`read`] has.
+pub(crate) fn read_plane(path: &Path, k: usize) -> Result<NpyMap<f64>> {
+    let (file, length) = open_regular(path)?;
+    NpyReader::plane(BufReader::with_capacity(1 << 18, file), length, path, k)?.numbers()
+}
+
 /// Opens a map of this shape.
 fn open_on(path: &Path, [nx, ny]: [usize; 2]) -> Result<NpyReader> {
     let reader = NpyReader::open(path)?;

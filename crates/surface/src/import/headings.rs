@@ -79,6 +79,17 @@ impl Headings {
         self.units.get(column).cloned().flatten()
     }
 
+    /// Columns that have units and no names (`um um nm`): those of x, (y) and heights.
+    pub(super) fn of_units(fields: &[&str]) -> Option<Self> {
+        let names: &[&str] = match fields.len() {
+            2 => &["x", "z"],
+            3 => &["x", "y", "z"],
+            _ => return None,
+        };
+        let units: Option<Vec<_>> = fields.iter().map(|f| length_unit(f).map(Some)).collect();
+        Some(Self { units: units?, ..Self::of(names) })
+    }
+
     /// Takes units from a line below the names (`[mm];[mm];[1/0]`), if all of its fields are in brackets or units of length.
     pub(super) fn take_units(&mut self, fields: &[&str]) -> bool {
         let is_unit = |f: &&str| length_unit(f).is_some() || (f.starts_with('[') && f.ends_with(']'));

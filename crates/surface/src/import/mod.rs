@@ -41,8 +41,11 @@ pub use content::{Content, Fourier, ImportOptions, ImportedFile};
 use super::declared::Declared;
 use super::heights;
 use crate::files::atomic_file::open_regular;
+use crate::files::npy;
+use crate::height_map::HeightMap;
+use array::{Plane, choose, names};
 use asperity_grid::error::{Error, Result};
-use source::{ARCHIVE, plain};
+use source::{ARCHIVE, plain, without_names};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -90,8 +93,7 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
         FileKind::Foreign(..) | FileKind::Binary => true,
     };
     if let Some(name) = options.dataset.filter(|_| !has_names) {
-        let found = format!("--dataset (surface.dataset) = {} for a file without names", source::quoted(name));
-        return Err(Error::format(path, found, "the name only with a file that names its channels or arrays"));
+        return Err(without_names(path, name));
     }
     let imported = match kind {
         FileKind::Format(format) => (format.read)(path, options)?,
@@ -233,8 +235,8 @@ static FORMATS: [Format; 10] = [
         name: "NumPy array",
         extensions: ".npy",
         starts: |_, s| s.starts_with(b"\x93NUMPY"),
-        has_names: false,
-        read: |path, _| npy(path),
+        has_names: true,
+        read: npy,
     },
     Format {
         name: "x3p (ISO 25178-72)",
@@ -295,9 +297,23 @@ static FORMATS: [Format; 10] = [
     },
 ];
 
-fn npy(path: &Path) -> Result<ImportedFile> {
-    let (map, declared) = heights::read_npy(path)?;
-    Ok(ImportedFile::map(map, declared, ".npy [ny, nx]"))
+/// One array, or with `--dataset` a plane of three dimensions.
+fn npy(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    /// As numpy's examples name an array.
+    const NAME: &str = "array";
+    let planes = Plane::of(NAME, &npy::stacked_shape(path)?);
+    if planes.is_empty() {
+        if let Some(name) = options.dataset {
+            return Err(without_names(path, name));
+        }
+        let (map, declared) = heights::read_npy(path)?;
+        return Ok(ImportedFile::map(map, declared, ".npy [ny, nx]"));
+    }
+    let plane = choose(path, &planes, options)?;
+    let field = npy::read_plane(path, plane.index)?;
+    let map = HeightMap::with_missing(&path.display().to_string(), field.nx, field.ny, field.values)?;
+    let declared = Declared { channel: Some(plane.name.clone()), channels: names(&planes), ..Declared::default() };
+    Ok(ImportedFile::map(map, declared, format!(".npy {} [ny, nx]", plane.name)))
 }
 
 #[derive(Clone, Copy)]

@@ -6,7 +6,7 @@ use super::fourier;
 use super::header::ChannelHeader;
 use super::headings::{Corner, Headings, counts, even, even_as_written};
 use super::profile::{self, rises};
-use super::source::quoted;
+use super::source::{list, quoted, without_names};
 use crate::declared::Declared;
 use crate::height_map::HeightMap;
 use crate::xyz_text;
@@ -75,19 +75,61 @@ pub(super) struct TextChannel {
     pub(super) passed: Vec<(usize, usize, String)>,
     /// Whether a line ends in a separator that is not before a missing height.
     pub(super) closed: bool,
+    /// One or two whole numbers above the table, and their line.
+    counts: Option<(Vec<f64>, usize)>,
     /// Lines whose first field is empty.
     pub(super) indented: usize,
     pub(super) channels: Vec<String>,
 }
 
+/// Selects a channel: the one requested, or the only one that has heights.
+pub(super) fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOptions) -> Result<TextChannel> {
+    let mut sections: Vec<TextChannel> = sections.into_iter().filter(|s| s.ny > 0).collect();
+    let name = |s: &TextChannel| s.header.channel.clone().unwrap_or_default();
+    let names: Vec<String> = sections.iter().map(name).filter(|n| !n.is_empty()).collect();
+    let heights: Vec<usize> = (0..sections.len()).filter(|i| sections[*i].header.no_length.is_none()).collect();
+    let index = match options.dataset {
+        Some(requested) => {
+            sections.iter().position(|s| s.header.channel.as_deref() == Some(requested)).ok_or_else(|| {
+                if names.is_empty() {
+                    return without_names(path, requested);
+                }
+                Error::format(path, format!("no channel named {}", quoted(requested)), list(&names))
+            })?
+        }
+        None => match (&heights[..], &sections[..]) {
+            ([only], _) => *only,
+            ([], []) => return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y")),
+            // Refused below.
+            ([], _) => 0,
+            (several, _) => {
+                let names: Vec<String> = several.iter().map(|i| name(&sections[*i])).collect();
+                let found = format!("{} channels ({})", several.len(), list(&names));
+                return Err(Error::format(path, found, "the name of one of them as --dataset (surface.dataset)"));
+            }
+        },
+    };
+    let candidates = heights.iter().map(|i| name(&sections[*i])).filter(|n| !n.is_empty()).collect();
+    let mut chosen = sections.swap_remove(index);
+    if let Some((unit, line)) = &chosen.header.no_length {
+        let found = format!("values in {} on line {line}, which are no heights", quoted(unit));
+        return Err(Error::format(path, found, super::unit::ACCEPTED));
+    }
+    chosen.channels = candidates;
+    Ok(chosen)
+}
+
 impl TextChannel {
     pub(super) fn finish(mut self, path: &Path, options: ImportOptions) -> Result<TextMap> {
         self.unindent();
+        self.check_counts(path)?;
         if options.profile {
             return self.profile(path);
         }
         let heights_only = options.fourier == Some(Fourier::None);
-        if let Some((line, _, word)) = self.passed.iter().find(|(_, count, _)| *count == self.nx && self.nx > 3) {
+        // Of a line of one or two numbers, which may be the size of a table, those that are passed over are the table.
+        let are_rows = |count: usize| count == self.nx && self.nx > 3 || self.ny == 1 && self.nx <= 2;
+        if let Some((line, _, word)) = self.passed.iter().find(|(_, count, _)| are_rows(*count)) {
             let found = format!("{} on line {line}, column 1 (counted from 1)", quoted(word));
             return Err(Error::format(path, found, "a number, or a comment of another number of words"));
         }
@@ -116,6 +158,31 @@ impl TextChannel {
             self.refuse_points(path)?;
         }
         self.matrix(path, labels)
+    }
+
+    /// Takes the first line as the size of the table that begins on line `next`, if it can be one.
+    pub(super) fn take_counts(&mut self, next: usize) -> bool {
+        let first = &self.values[..self.nx];
+        if self.ny != 1 || self.nx > 2 || self.counts.is_some() || !first.iter().all(|n| *n >= 1.0 && n.fract() == 0.0) {
+            return false;
+        }
+        self.counts = Some((self.values.drain(..self.nx).collect(), self.first_line));
+        (self.nx, self.ny, self.first_line, self.blocks) = (0, 0, next, vec![1]);
+        true
+    }
+
+    /// # Errors
+    /// Whole numbers above the table that are not its size: its lines, their product with its columns, or both in either order.
+    fn check_counts(&self, path: &Path) -> Result<()> {
+        let (nx, ny) = (self.nx as f64, self.ny as f64);
+        match &self.counts {
+            Some((counts, line)) if ![vec![ny], vec![nx * ny], vec![nx, ny], vec![ny, nx]].contains(counts) => {
+                let found = format!("{} heights on line {line}, and {nx} on each of {ny} lines below", counts.len());
+                let accepted = "the same number on all lines, or the size of the table above it (or the file is cut off)";
+                Err(Error::format(path, found, accepted))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Refuses lines of x y h in other columns than the first three, or with further ones, whose columns have no names.

@@ -31,6 +31,12 @@ pub(super) fn quoted(word: &str) -> String {
     format!("{:?}", cut(word, QUOTED))
 }
 
+/// A name that was requested of a file that has none.
+pub(super) fn without_names(path: &Path, name: &str) -> Error {
+    let found = format!("--dataset (surface.dataset) = {} for a file without names", quoted(name));
+    Error::format(path, found, "the name only with a file that names its channels or arrays")
+}
+
 /// Names of arrays or channels for a message; at most ten.
 pub(super) fn list(names: &[String]) -> String {
     const MOST: usize = 10;

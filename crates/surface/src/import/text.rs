@@ -10,9 +10,9 @@ use super::fields::{Notation, Separator, split};
 use super::header::ChannelHeader;
 use super::headings::Headings;
 use super::marks::is_value;
-use super::section::TextChannel;
+use super::section::{TextChannel, choose};
 pub(super) use super::section::{TextLayout, TextMap};
-use super::source::{list, quoted};
+use super::source::quoted;
 use asperity_grid::error::{Error, Result};
 use std::path::Path;
 
@@ -53,44 +53,6 @@ fn is_cut(previous: &str, last: &str) -> bool {
         && digits(first) > 0
         && remainder.iter().all(|w| digits(w) == digits(first))
         && digits(end) < digits(first)
-}
-
-/// Selects a channel: the one requested, or the only one that has heights.
-fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOptions) -> Result<TextChannel> {
-    let mut sections: Vec<TextChannel> = sections.into_iter().filter(|s| s.ny > 0).collect();
-    let name = |s: &TextChannel| s.header.channel.clone().unwrap_or_default();
-    let names: Vec<String> = sections.iter().map(name).filter(|n| !n.is_empty()).collect();
-    let heights: Vec<usize> = (0..sections.len()).filter(|i| sections[*i].header.no_length.is_none()).collect();
-    let index = match options.dataset {
-        Some(requested) => {
-            sections.iter().position(|s| s.header.channel.as_deref() == Some(requested)).ok_or_else(|| {
-                if names.is_empty() {
-                    let found = format!("--dataset (surface.dataset) = {} for a file without names", quoted(requested));
-                    return Error::format(path, found, "the name only with a file that names its channels or arrays");
-                }
-                Error::format(path, format!("no channel named {}", quoted(requested)), list(&names))
-            })?
-        }
-        None => match (&heights[..], &sections[..]) {
-            ([only], _) => *only,
-            ([], []) => return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y")),
-            // Refused below.
-            ([], _) => 0,
-            (several, _) => {
-                let names: Vec<String> = several.iter().map(|i| name(&sections[*i])).collect();
-                let found = format!("{} channels ({})", several.len(), list(&names));
-                return Err(Error::format(path, found, "the name of one of them as --dataset (surface.dataset)"));
-            }
-        },
-    };
-    let candidates = heights.iter().map(|i| name(&sections[*i])).filter(|n| !n.is_empty()).collect();
-    let mut chosen = sections.swap_remove(index);
-    if let Some((unit, line)) = &chosen.header.no_length {
-        let found = format!("values in {} on line {line}, which are no heights", quoted(unit));
-        return Err(Error::format(path, found, super::unit::ACCEPTED));
-    }
-    chosen.channels = candidates;
-    Ok(chosen)
 }
 
 struct TextReader<'a> {
@@ -158,7 +120,8 @@ impl TextReader<'_> {
         let path = self.path;
         let section = self.section();
         if !section.header.read_key(path, number, text, false)? && section.ny == 0 {
-            let headings = Headings::of(&split(text).0);
+            let fields = split(text).0;
+            let headings = Headings::of_units(&fields).unwrap_or_else(|| Headings::of(&fields));
             let are_names = headings.columns().is_some() || headings.columns_of_profile().is_some();
             if are_names && !text.contains('=') {
                 section.headings = Some((headings, None));
@@ -188,7 +151,7 @@ impl TextReader<'_> {
             section.in_block = true;
         }
         *section.blocks.last_mut().expect("the one of this line") += 1;
-        if section.nx != 0 && count != section.nx {
+        if section.nx != 0 && count != section.nx && !section.take_counts(number) {
             let found = format!("{count} heights on line {number}");
             let accepted = format!("{}, as on the lines before (or the file is cut off)", section.nx);
             return Err(Error::format(path, found, accepted));
@@ -240,6 +203,10 @@ impl TextReader<'_> {
             }
         }
         if numbers.iter().zip(fields).all(|(number, field)| number.is_none() || field.is_empty()) {
+            if let Some(units) = Headings::of_units(fields) {
+                section.headings = Some((units, Some(number)));
+                return Ok(());
+            }
             if fields.len() > 1 && fields.iter().all(|f| *f == word || f.is_empty()) {
                 return Err(wrong());
             }
