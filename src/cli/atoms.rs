@@ -1,5 +1,6 @@
+use super::own_run::{self, OwnRunArgs};
 use super::{crystals, output, progress::TerminalProgress};
-use crate::pipeline::{self, Listener};
+use crate::pipeline::{self, Listener, OwnRun};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::scene::{AtomsCase, Case, Scene};
 use crate::{Error, Result};
@@ -41,16 +42,20 @@ pub(super) enum AtomsArgs {
         #[arg(long)]
         json: bool,
     },
-    /// Analyse a finished job folder, or dumps of the block of this scene from a LAMMPS run of your own: contact, gap, stress and maps.
+    /// Analyse a finished job folder, or dumps of a LAMMPS run of your own, of the block of this scene or of any substrate under its
+    /// surface: contact, gap, stress and maps.
     Read {
-        /// The scene that the job was built from.
+        /// The scene that the job was built from, or whose surface the indenter has; with [atoms] theirs, low-passed, on their elastic layer.
         scene: PathBuf,
         /// Finished job folder.
         #[arg(long, value_name = "DIR", conflicts_with = "frames", required_unless_present = "frames")]
         job: Option<PathBuf>,
-        /// LAMMPS text dumps (plain, gzip, zstd) in the order of the run, with the block's surface layer and one indenter atom.
+        /// LAMMPS text dumps (plain, gzip, zstd) in the order of the run, with the block's surface layer and one indenter atom. Another
+        /// substrate needs --indenter-z or --indenter-types.
         #[arg(long, value_name = "FILE", num_args = 1..)]
         frames: Vec<PathBuf>,
+        #[command(flatten)]
+        own: OwnRunArgs,
         /// Folder for maps and frames. Default: JOB/read, or read in the first dump's folder.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
@@ -60,16 +65,19 @@ pub(super) enum AtomsArgs {
     },
 }
 
-fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
+fn resolved(scene: &Path) -> Result<Case> {
     let mut read = Scene::read(scene)?;
     let warnings = crystals::settle(&mut read, scene, &LammpsCommand::default(), false)?;
     let mut case = Case::resolve(read, scene)?;
     case.warnings.extend(warnings);
     case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {w}")));
+    Ok(case)
+}
+
+/// The block of a scene.
+fn block(case: &Case) -> Result<AtomsCase> {
     let accepted = "an [atoms] table (an empty one takes the defaults)";
-    let missing = || Error::input(scene.display(), "atoms", "not given", accepted);
-    let atoms = case.atoms.clone().ok_or_else(missing)?;
-    Ok((case, atoms))
+    case.atoms.clone().ok_or_else(|| Error::input(case.file.display(), "atoms", "not given", accepted))
 }
 
 impl AtomsArgs {
@@ -88,17 +96,22 @@ impl AtomsArgs {
                     .with_time_limit(time_limit.map(Duration::from_secs_f64));
                 run(&engine, &job, ranks, json)
             }
-            AtomsArgs::Read { scene, job, frames, out, json } => {
+            AtomsArgs::Read { scene, job, frames, own, out, json } => {
                 let frames_folder = || frames[0].parent().map_or(PathBuf::new(), Path::to_path_buf);
                 let out = out.unwrap_or_else(|| job.clone().unwrap_or_else(frames_folder).join("read"));
-                read(&scene, job.as_deref(), &frames, &out, json)
+                let case = resolved(&scene)?;
+                match own.resolve(&case)? {
+                    Some(run) => read_own(&case, &run, &frames, &out, json),
+                    None => read(&case, job.as_deref(), &frames, &out, json),
+                }
             }
         }
     }
 }
 
 fn build(scene: &Path, out: &Path, json: bool) -> Result<()> {
-    let (case, atoms) = block(scene)?;
+    let case = resolved(scene)?;
+    let atoms = block(&case)?;
     let progress = TerminalProgress::new();
     let job = pipeline::build_job(&case, &atoms, out, &progress)?;
     drop(progress);
@@ -141,19 +154,32 @@ fn run(engine: &LammpsEngine, job: &Job, ranks: usize, json: bool) -> Result<()>
     Ok(())
 }
 
-fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: bool) -> Result<()> {
-    let (case, atoms) = block(scene)?;
+fn read_own(case: &Case, run: &OwnRun, frames: &[PathBuf], out: &Path, json: bool) -> Result<()> {
+    let progress = TerminalProgress::new();
+    let states = pipeline::read_own_run(case, run, frames, out, &progress)?;
+    drop(progress);
+    if json {
+        return output::json_line(&json!({ "out": output::path(out), "states": states }));
+    }
+    output::print("atoms against the continuum on the same surface (in brackets: misaligned map)");
+    output::print(&own_run::table(&states));
+    output::print(&format!("maps and frames: {}", out.display()));
+    Ok(())
+}
+
+fn read(case: &Case, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: bool) -> Result<()> {
+    let atoms = block(case)?;
     let make = || std::fs::create_dir_all(out).map_err(Error::io("create", out));
     let results = match job {
         Some(job) => {
             let job = Job::open(job)?;
             make()?;
-            pipeline::read_atoms(&case, &atoms, &job, out)?
+            pipeline::read_atoms(case, &atoms, &job, out)?
         }
         None => {
             make()?;
             let progress = TerminalProgress::new();
-            let (places, results) = pipeline::read_frames(&case, &atoms, frames, out, &mut |w| progress.warn(w))?;
+            let (places, results) = pipeline::read_frames(case, &atoms, frames, out, &mut |w| progress.warn(w))?;
             drop(progress);
             if !json {
                 let loads = places.places.iter().map(|p| {

@@ -17,6 +17,7 @@ mod lammps_host;
 mod machine;
 mod methods;
 pub mod output;
+mod own_run;
 mod point;
 mod potential;
 mod programs;

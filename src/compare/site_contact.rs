@@ -14,8 +14,8 @@ pub struct SitesOnGrid {
 }
 
 impl SitesOnGrid {
-    /// `sites`: site positions over the length of the block, in [0, 1). `nearest(x, y)`: index of the site nearest to a
-    /// position.
+    /// `sites`: site positions over the length of the block along x, in the cell of the grid. `nearest(x, y)`: index of
+    /// the site nearest to a position.
     pub fn new(grid: Grid, sites: impl Iterator<Item = [f64; 2]>, nearest: impl Fn(f64, f64) -> usize) -> Self {
         let node = |x: f64, y: f64| {
             let (i, j) = ((x / grid.dx()).round() as usize % grid.nx, (y / grid.dy()).round() as usize % grid.ny);
@@ -23,7 +23,7 @@ impl SitesOnGrid {
         };
         let positions: Vec<[f64; 2]> = sites.collect();
         let [dx, dy] = MISALIGNMENT.map(|n| 1.0 / n as f64);
-        let shift = |x: f64, y: f64| nearest((x + dx).fract(), (y + dy).fract());
+        let shift = |x: f64, y: f64| nearest((x + dx * grid.lx) % grid.lx, (y + dy * grid.ly) % grid.ly);
         let (nodes, shifted) = positions.iter().map(|&[x, y]| (node(x, y), shift(x, y))).unzip();
         SitesOnGrid { grid, positions, nodes, shifted }
     }

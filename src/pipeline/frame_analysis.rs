@@ -214,7 +214,7 @@ fn write_frame(
     });
     let info = xyz::XyzHeader {
         cell_angstrom: [frame.length(0), frame.length(1), frame.length(2)],
-        p_star,
+        p_star: Some(p_star),
         atoms: frame.len() + indenter.atoms() as usize,
     };
     xyz::write(path, info, block.chain(rigid))

@@ -26,7 +26,8 @@ pub struct Atom<'a> {
 pub struct XyzHeader {
     /// Edges of the orthogonal cell. Periodic in x and y, open in z.
     pub cell_angstrom: [f64; 3],
-    pub p_star: f64,
+    /// Where it is known.
+    pub p_star: Option<f64>,
     /// Number of atoms, which the format requires first.
     pub atoms: usize,
 }
@@ -38,8 +39,8 @@ pub fn write<'a>(path: &Path, frame: XyzHeader, atoms: impl IntoIterator<Item = 
         writeln!(w, "{}", frame.atoms)?;
         writeln!(
             w,
-            "Lattice=\"{a} 0 0 0 {b} 0 0 0 {c}\" Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1:color:R:3 p_star={} pbc=\"T T F\"",
-            frame.p_star
+            "Lattice=\"{a} 0 0 0 {b} 0 0 0 {c}\" Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1:color:R:3{} pbc=\"T T F\"",
+            frame.p_star.map_or(String::new(), |p| format!(" p_star={p}"))
         )?;
         let mut count = 0;
         for atom in atoms {
@@ -122,7 +123,7 @@ mod tests {
     fn a_frame_reads_as_ovito_expects() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("frame.xyz");
-        let frame = XyzHeader { cell_angstrom: [10.0, 20.5, 30.0], p_star: 0.01, atoms: 2 };
+        let frame = XyzHeader { cell_angstrom: [10.0, 20.5, 30.0], p_star: Some(0.01), atoms: 2 };
         let atoms = [
             Atom { id: 7, species: "Ca", position_angstrom: [0.0, 1.25, -2.0], contact: true, indenter: false },
             Atom { id: 9, species: DUMMY, position_angstrom: [9.0, 1e-7, 3.0], contact: false, indenter: true },

@@ -21,6 +21,7 @@ mod loads;
 #[path = "../../benches/measure/commands/mod.rs"]
 mod measure;
 mod methods;
+mod own_run;
 mod own_surface;
 #[path = "../common/pair_crystal.rs"]
 mod pair_crystal;

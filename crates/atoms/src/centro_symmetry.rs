@@ -162,6 +162,7 @@ mod tests {
                 .iter()
                 .map(|s| moved(block.layer_of(s.id).expect("of the block") - block.base_layers, s.position))
                 .collect(),
+            forces_z: Vec::new(),
         }
     }
 

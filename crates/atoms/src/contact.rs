@@ -146,6 +146,7 @@ mod tests {
             elements: Vec::new(),
             // Some atoms leave the cell, as between two neighbour lists.
             positions: sites.iter().map(|s| s.position.map(|c| c + 4.0 * noise())).collect(),
+            forces_z: Vec::new(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Reads LAMMPS text dumps frame by frame.
 //!
 //! The headers of the file determine its format: columns in any order; wrapped, unwrapped or scaled coordinates;
-//! types or element names; any number of frames; plain text, gzip or zstd. Image flags are ignored, because the cell
+//! types or element names; forces along z; any number of frames; plain text, gzip or zstd. Image flags are ignored, because the cell
 //! is periodic in x and y. Any other format is an error.
 
 use std::collections::HashMap;
@@ -24,8 +24,8 @@ const MAX_PROMISE: usize = 1 << 20;
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// LAMMPS unit systems with lengths in Å.
-const LENGTHS_IN_ANGSTROM: [&str; 2] = ["metal", "real"];
+/// LAMMPS unit systems with lengths in Å, and their units of force, eV/Å. A dump that names none is taken to be the first.
+const UNITS_IN_ANGSTROM: [(&str, f64); 2] = [("metal", 1.0), ("real", 0.043_364_104)];
 
 /// One frame; atoms in ascending order of their ids.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +46,8 @@ pub struct DumpFrame {
     pub elements: Vec<String>,
     /// Unwrapped positions as in the file, Å.
     pub positions: Vec<[f64; 3]>,
+    /// Forces along z, eV/Å; empty if the dump has no column `fz`.
+    pub forces_z: Vec<f64>,
 }
 
 impl DumpFrame {
@@ -64,6 +66,25 @@ impl DumpFrame {
 
     pub fn length(&self, axis: usize) -> f64 {
         self.bounds[axis][1] - self.bounds[axis][0]
+    }
+
+    /// Keeps the atoms of these indices, in their order.
+    fn pick(&mut self, order: &[usize]) {
+        fn picked<T: Copy>(column: &mut Vec<T>, order: &[usize]) {
+            if !column.is_empty() {
+                *column = order.iter().map(|&k| column[k]).collect();
+            }
+        }
+        picked(&mut self.ids, order);
+        picked(&mut self.species, order);
+        picked(&mut self.positions, order);
+        picked(&mut self.forces_z, order);
+    }
+
+    /// Keeps the atoms with these ids.
+    pub fn retain(&mut self, keep: impl Fn(u32) -> bool) {
+        let order: Vec<usize> = (0..self.len()).filter(|&k| keep(self.ids[k])).collect();
+        self.pick(&order);
     }
 }
 
@@ -126,6 +147,7 @@ impl DumpReader {
 
     fn read_frame(&mut self) -> Result<Option<DumpFrame>> {
         let (mut timestep, mut time, mut count, mut bounds) = (None, None, None, None);
+        let mut force_unit = UNITS_IN_ANGSTROM[0].1;
         let mut start = false;
         loop {
             if !self.read_line()? {
@@ -141,11 +163,9 @@ impl DumpReader {
             start = true;
             if item.starts_with("UNITS") {
                 let units = self.header_line()?;
-                if !LENGTHS_IN_ANGSTROM.contains(&units.trim()) {
-                    return Err(
-                        self.bad(&format!("units {units}"), "units metal or real, whose lengths are in angstrom")
-                    );
-                }
+                let known = UNITS_IN_ANGSTROM.iter().find(|(name, _)| *name == units.trim());
+                let accepted = "units metal or real, whose lengths are in angstrom";
+                force_unit = known.ok_or_else(|| self.bad(&format!("units {units}"), accepted))?.1;
             } else if item.starts_with("TIMESTEP") {
                 timestep = Some(self.header_value::<u64>("a timestep")?);
             } else if item.starts_with("TIME") {
@@ -169,8 +189,10 @@ impl DumpReader {
                     species: Vec::new(),
                     elements: Vec::new(),
                     positions: Vec::with_capacity(count.min(MAX_PROMISE)),
+                    forces_z: Vec::new(),
                 };
                 self.read_atoms(&columns, count, &mut frame)?;
+                frame.forces_z.iter_mut().for_each(|f| *f *= force_unit);
                 return self.sorted(frame).map(Some);
             } else {
                 return Err(self.bad(&line, "UNITS, TIME, TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS or ATOMS"));
@@ -217,7 +239,7 @@ impl DumpReader {
             (None, Some(column)) => Some((column, true)),
             (None, None) => None,
         };
-        Ok(DumpColumns { count: names.len(), id, axes, species })
+        Ok(DumpColumns { count: names.len(), id, axes, species, force_z: find("fz") })
     }
 
     fn read_atoms(&mut self, columns: &DumpColumns, count: usize, frame: &mut DumpFrame) -> Result<()> {
@@ -256,15 +278,18 @@ impl DumpReader {
                     Some(Some(index))
                 }
             };
+            let force_z = columns.force_z.map(|column| tokens[column].parse().unwrap_or(f64::NAN));
+            good &= force_z.is_none_or(f64::is_finite);
             match (id, species) {
                 (Some(id), Some(species)) if good => {
                     frame.ids.push(id);
                     frame.positions.push(position);
                     frame.species.extend(species);
+                    frame.forces_z.extend(force_z);
                 }
                 _ => {
                     let line = line.to_owned();
-                    return Err(self.bad(&line, "a positive id, a type and finite coordinates"));
+                    return Err(self.bad(&line, "a positive id, a type, finite coordinates and forces"));
                 }
             }
         }
@@ -275,11 +300,7 @@ impl DumpReader {
         if !frame.ids.is_sorted() {
             let mut order: Vec<usize> = (0..frame.len()).collect();
             order.sort_by_key(|&k| frame.ids[k]);
-            frame.positions = order.iter().map(|&k| frame.positions[k]).collect();
-            if !frame.species.is_empty() {
-                frame.species = order.iter().map(|&k| frame.species[k]).collect();
-            }
-            frame.ids.sort_unstable();
+            frame.pick(&order);
         }
         match frame.ids.windows(2).find(|pair| pair[0] == pair[1]) {
             Some(pair) => Err(self.bad(&format!("atom {} twice in one frame", pair[0]), "every id once")),
@@ -365,6 +386,7 @@ struct DumpColumns {
     axes: [PositionColumn; 3],
     /// Column, and whether it has element names.
     species: Option<(usize, bool)>,
+    force_z: Option<usize>,
 }
 
 #[cfg(test)]

@@ -58,30 +58,15 @@ impl DumpTrajectory {
         warn: &mut dyn FnMut(&str),
     ) -> Result<DumpTrajectory> {
         let mut places = Vec::new();
-        for file in files {
-            let mut reader = DumpReader::open(file)?;
-            for index in 0.. {
-                let frame = match reader.next_frame() {
-                    Ok(Some(frame)) => frame,
-                    Ok(None) => break,
-                    Err(e) if reader.truncated() && index > 0 => {
-                        warn(&format!("{e}; this frame is left out, the {index} before it are read"));
-                        break;
-                    }
-                    Err(e) => return Err(e),
-                };
-                check_box(&frame, block)?;
-                let displacement_angstrom = lowered(&frame, block, indenter)?;
-                let load =
-                    indenter_forces(&of_block(frame.clone(), block), indenter, displacement_angstrom, interaction, 0.0)
-                        .load();
-                let timestep = frame.timestep;
-                places.push(Place { file: file.clone(), index, timestep, load, displacement_angstrom });
-            }
-        }
-        if places.is_empty() {
-            return Err(Error::input("command line", "--frames", "files without a frame", "LAMMPS text dumps"));
-        }
+        for_each_frame(files, warn, &mut |index, frame| {
+            check_box(&frame, block)?;
+            let displacement_angstrom = lowered(&frame, block, indenter)?;
+            let (file, timestep) = (frame.source.clone(), frame.timestep);
+            let load =
+                indenter_forces(&of_block(frame, block), indenter, displacement_angstrom, interaction, 0.0).load();
+            places.push(Place { file, index, timestep, load, displacement_angstrom });
+            Ok(())
+        })?;
         Ok(DumpTrajectory { places, block: *block })
     }
 
@@ -122,17 +107,39 @@ impl DumpTrajectory {
     }
 }
 
+/// Visits all frames of these files in order, each with its index in its file. An incomplete last frame causes a call of `warn` and is
+/// ignored.
+///
+/// # Errors
+/// `Io`; `Format` for a frame that cannot be read; `Input` without any frame; those of `visit`.
+pub fn for_each_frame(
+    files: &[PathBuf],
+    warn: &mut dyn FnMut(&str),
+    visit: &mut dyn FnMut(usize, DumpFrame) -> Result<()>,
+) -> Result<()> {
+    let mut any = false;
+    for file in files {
+        let mut reader = DumpReader::open(file)?;
+        for index in 0.. {
+            match reader.next_frame() {
+                Ok(Some(frame)) => visit(index, frame)?,
+                Ok(None) => break,
+                Err(e) if reader.truncated() && index > 0 => {
+                    warn(&format!("{e}; this frame is left out, the {index} before it are read"));
+                    break;
+                }
+                Err(e) => return Err(e),
+            }
+            any = true;
+        }
+    }
+    let none = || Error::input("command line", "--frames", "files without a frame", "LAMMPS text dumps");
+    any.then_some(()).ok_or_else(none)
+}
+
 /// The deformable atoms of a frame; the base does not interact with the indenter.
 fn of_block(mut frame: DumpFrame, block: &Block) -> DumpFrame {
-    let range = |id: u32| u64::from(id) > block.fixed() && u64::from(id) <= block.atoms();
-    let keep: Vec<bool> = frame.ids.iter().map(|id| range(*id)).collect();
-    let mut flags = keep.iter();
-    frame.positions.retain(|_| *flags.next().expect("one flag each"));
-    if !frame.species.is_empty() {
-        let mut flags = keep.iter();
-        frame.species.retain(|_| *flags.next().expect("one flag each"));
-    }
-    frame.ids.retain(|id| range(*id));
+    frame.retain(|id| u64::from(id) > block.fixed() && u64::from(id) <= block.atoms());
     frame
 }
 

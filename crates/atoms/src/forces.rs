@@ -129,6 +129,7 @@ mod tests {
             species: Vec::new(),
             elements: Vec::new(),
             positions: sites.iter().map(|s| s.position).collect(),
+            forces_z: Vec::new(),
         };
         (frame, indenter)
     }

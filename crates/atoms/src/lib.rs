@@ -29,6 +29,8 @@ pub mod lammps_library;
 pub mod load_history;
 pub mod minimizer_checkpoint;
 pub mod nvt;
+pub mod own_run;
+pub mod planar_cells;
 pub mod potential;
 pub mod progress;
 pub mod properties;

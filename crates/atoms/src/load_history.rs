@@ -219,7 +219,13 @@ pub fn weight(a: f64, b: f64, load: f64) -> f64 {
 /// Interpolates the positions of two frames of one run by the minimum image. An atom that is in only one frame keeps
 /// its position.
 pub fn interpolate(below: &DumpFrame, above: &DumpFrame, weight: f64) -> DumpFrame {
-    let mut frame = DumpFrame { ids: Vec::new(), species: Vec::new(), positions: Vec::new(), ..below.clone() };
+    let mut frame = DumpFrame {
+        ids: Vec::new(),
+        species: Vec::new(),
+        positions: Vec::new(),
+        forces_z: Vec::new(),
+        ..below.clone()
+    };
     let (mut i, mut j) = (0, 0);
     let mut take = |from: &DumpFrame, k: usize, position: [f64; 3]| {
         frame.ids.push(from.ids[k]);
@@ -446,6 +452,7 @@ mod tests {
             species: vec![1; atoms.len()],
             elements: Vec::new(),
             positions: atoms.iter().map(|a| a.1).collect(),
+            forces_z: Vec::new(),
         }
     }
 
