@@ -30,6 +30,7 @@ mod repetition;
 pub mod ro_crate;
 mod run;
 mod run_files;
+mod sources;
 mod stage;
 mod stages;
 mod surface;

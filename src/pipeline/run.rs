@@ -6,7 +6,8 @@ use super::curve;
 use super::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variant_key};
 use super::matched::Matched;
-use super::run_files::{Manifest, RECORDING_FILE, record, sources};
+use super::run_files::{Manifest, RECORDING_FILE, record};
+use super::sources::{Ran, sources};
 use super::stage::Stage;
 use super::stages::{self, Made, Visitor};
 use super::surface::SurfaceStage;
@@ -108,8 +109,9 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
         comparison: made.comparison,
         stages: run.folder.costs.clone(),
         warnings: run.warnings,
-        sources: sources(case),
+        sources: Vec::new(),
     };
+    results.sources = sources(Ran { case, atoms: results.atoms.as_ref() });
     if case.scene.challenge.is_some() {
         results.acceptance = challenge::assess(&results);
     }

@@ -1,4 +1,4 @@
-//! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
+//! Files of a finished run in addition to its results: the manifest and the recording.
 
 use crate::Result;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, RecordingInfo as Recorded};
@@ -67,58 +67,6 @@ pub(super) fn with_sidecar(key: &str, file: &Path) -> Vec<(String, PathBuf)> {
     let sidecar = Some(sidecar_path(file)).filter(|sidecar| sidecar.is_file());
     let sidecar = sidecar.map(|sidecar| (format!("{key} (sidecar)"), sidecar));
     [(key.to_string(), file.to_path_buf())].into_iter().chain(sidecar).collect()
-}
-
-/// Papers and data on which the results are based.
-pub(super) fn sources(case: &Case) -> Vec<String> {
-    let mut list = vec![
-        "Müser et al., Meeting the contact-mechanics challenge, Tribology Letters 65 (2017) 118, \
-         doi:10.1007/s11249-017-0900-2: the problem, its surface, methods and units."
-            .to_string(),
-        "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, arXiv:1701.02727: perimeter correction of \
-         the contact area."
-            .to_string(),
-    ];
-    let second = case.scene.challenge.as_ref().and_then(|c| asperity_methods::find(&c.cross_check_method));
-    let compared = case.comparison_methods();
-    let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(compared.iter().map(|m| m.card()));
-    let mut named: Vec<&str> = Vec::new();
-    for card in cards {
-        if named.contains(&card.id) {
-            continue;
-        }
-        named.push(card.id);
-        list.push(if card.paper_name == "-" {
-            format!(
-                "Method {}: asperity's own (version {}), described in docs/methods.md; its equations are those of the \
-                 challenge.",
-                card.id,
-                env!("CARGO_PKG_VERSION")
-            )
-        } else {
-            let dois = card.dois.iter().map(|d| format!("doi:{d}"));
-            let named = dois.chain(card.papers.iter().map(|p| p.to_string())).collect::<Vec<_>>().join("; ");
-            format!("Method {} ({}): {named}.", card.id, card.paper_name)
-        });
-    }
-    if case.atoms.is_some() {
-        list.push(
-            "Carbone, Lorenz, Persson & Wohlers, Eur. Phys. J. E 29 (2009) 275, doi:10.1140/epje/i2009-10484-8: elastic \
-             layer of finite thickness."
-                .to_string(),
-        );
-        list.push(
-            "Thompson et al., LAMMPS, Comput. Phys. Commun. 271 (2022) 108171, doi:10.1016/j.cpc.2021.108171: the \
-             molecular statics."
-                .to_string(),
-        );
-        list.push(match case.scene.atoms.as_ref().and_then(|atoms| atoms.potential.as_ref()) {
-            Some(own) => format!("The potential is that of {}.", own.display()),
-            None => "The calcium-like potential is asperity's own; potentials/README.md describes fit and properties."
-                .to_string(),
-        });
-    }
-    list
 }
 
 /// Writes the MCAP recording of a run (gap map and scalars per load, and the block atoms as a point cloud), its layout,

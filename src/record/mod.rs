@@ -3,6 +3,7 @@
 //! All files are written atomically ([`asperity_surface::files::atomic_file`]): a reader finds the old file or the complete new one.
 
 pub mod acceptance;
+pub mod bibliography;
 pub mod comparison;
 pub mod downsample;
 pub mod ensemble;

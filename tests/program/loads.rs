@@ -117,6 +117,17 @@ fn what_a_scene_asks_for_is_shown() {
     for figure in ["plastic-flow", "hydraulic-gap", "stress-below"] {
         assert!(files.path("asked").join(format!("figures/{figure}.svg")).is_file(), "{figure}");
     }
+    // Their sources are in the report and in what is to be cited, and those of what the run does not have are not.
+    let cited = asperity().arg("cite").arg(files.path("asked")).output().expect("started");
+    let cited = String::from_utf8_lossy(&cited.stdout).into_owned();
+    for (key, doi) in [
+        ("Almqvist2007", "10.1016/j.triboint.2005.11.008"),
+        ("Reynolds1886", "10.1098/rstl.1886.0005"),
+        ("Johnson1985", "10.1017/CBO9781139171731"),
+    ] {
+        assert!(cited.contains(&format!("{{{key},")) && page.contains(doi), "{key}: {cited}");
+    }
+    assert!(!cited.contains("Love1929") && !cited.contains("Thompson2022"), "{cited}");
     // ParaView reads the maps of all three states from results.nc.
     let maps = fs::read_to_string(files.path("asked").join("results.xdmf")).expect("written");
     for (part, count) in [
