@@ -6,9 +6,6 @@ use crate::record::ensemble::{Ensemble, EnsembleStatistic, PointStatus};
 use crate::report::number::significant;
 use std::path::Path;
 
-/// Standard deviation over mean of equal pressures that rounding makes differ.
-const SCATTER: f64 = 1e-9;
-
 /// Statistics and failures of a sweep.
 pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) -> Result<()> {
     let count = |status: PointStatus| ensemble.points.iter().filter(|p| p.status == status).count();
@@ -25,30 +22,26 @@ pub(super) fn print(ensemble: &Ensemble, out: &Path, page: &Path, json: bool) ->
     let shown = ["contact_area", "mean_gap", "kappa"];
     // Imposed gaps and contact areas have another pressure on each realisation.
     let is_shown = |s: &&EnsembleStatistic| {
-        let scatters = s.sample.standard_deviation.is_some_and(|d| d > SCATTER * s.sample.mean.abs());
-        shown.contains(&s.of.quantity.as_str()) || s.of.quantity == "pressure" && scatters
+        shown.contains(&s.of.quantity.as_str()) || s.of.quantity == "pressure" && s.sample.scatters()
     };
+    let several = ensemble.has_realisations();
     let rows = ensemble.statistics.iter().filter(is_shown).map(|s| {
         let group: Vec<String> = s.group.iter().map(|(k, v)| format!("{k} = {v}")).collect();
-        let error = s.sample.standard_error.map_or("-".into(), |e| significant(e, 2));
-        let scatter = s.sample.standard_deviation.map_or("-".into(), |e| significant(e, 2));
         let (quantity_of_load, load) = s.load.given();
         let (load, mean) = (quantity_of_load.value(load), significant(s.sample.mean, 4));
-        let n = s.sample.realisations.to_string();
         let (source, quantity) = (s.of.source.clone(), s.of.quantity.clone());
-        vec![group.join(", "), source, load, quantity, mean, error, scatter, n, s.of.unit.clone()]
+        let mut row = vec![group.join(", "), source, load, quantity, mean];
+        if several {
+            let error = |e: Option<f64>| e.map_or("-".into(), |e| significant(e, 2));
+            row.extend([s.sample.standard_error, s.sample.standard_deviation].map(error));
+            row.push(s.sample.realisations.to_string());
+        }
+        row.push(s.of.unit.clone());
+        row
     });
-    let head = [
-        "",
-        "source",
-        ensemble.loads().head(),
-        "quantity",
-        "mean",
-        "standard error",
-        "standard deviation",
-        "n",
-        "unit",
-    ];
+    let scatter = ["mean", "standard error", "standard deviation", "n"];
+    let value = if several { &scatter[..] } else { &["value"] };
+    let head = [&["", "source", ensemble.loads().head(), "quantity"], value, &["unit"]].concat();
     output::print(&output::table(&head, rows));
     ensemble.warnings().iter().for_each(|w| output::print(&format!("warning: {w}")));
     let failures = ensemble.points.iter().filter_map(|p| Some((&p.label, p.reason.as_ref()?)));

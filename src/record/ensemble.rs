@@ -150,6 +150,19 @@ pub struct Sample {
     pub max: f64,
 }
 
+/// Standard deviation over mean of equal values that rounding makes differ.
+const SCATTER: f64 = 1e-9;
+
+impl Sample {
+    /// Whether the values differ by more than rounding.
+    pub fn scatters(&self) -> bool {
+        self.standard_deviation.is_some_and(|d| d > SCATTER * self.mean.abs())
+    }
+}
+
+/// What a scene can impose in place of a pressure: each realisation then has another pressure.
+const IMPOSED: [&str; 3] = ["contact_area", "mean_gap", "displacement"];
+
 /// Differences between two sources on the same realisations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Difference {
@@ -171,6 +184,26 @@ impl Ensemble {
         self.statistics.first().map_or(LoadQuantity::PStar, |s| s.load.given().0)
     }
 
+    /// Whether any number is a mean over several realisations.
+    pub fn has_realisations(&self) -> bool {
+        self.statistics.iter().any(|s| s.sample.realisations > 1)
+    }
+
+    /// What was imposed at a load instead of a pressure. The table has no kind of load: it is the quantity that scatters least where
+    /// pressures do. `None` where they do not, and for a single realisation.
+    pub fn imposed(&self, group: &[(String, Value)], of: &Observable) -> Option<&EnsembleStatistic> {
+        let at_load = |s: &&EnsembleStatistic| (s.of.load, s.of.branch) == (of.load, of.branch) && s.group == group;
+        let here = || self.statistics.iter().filter(at_load);
+        let pressure = here().find(|s| s.of.quantity == "pressure")?;
+        if !pressure.sample.scatters() || pressure.load.given().0 != LoadQuantity::Pressure {
+            return None;
+        }
+        let own = here().filter(|s| s.of.source == pressure.of.source && IMPOSED.contains(&s.of.quantity.as_str()));
+        let relative = |s: &EnsembleStatistic| s.sample.standard_deviation.map(|d| d / s.sample.mean.abs());
+        let scatter = own.filter_map(|s| Some((s, relative(s)?)));
+        scatter.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(s, _)| s)
+    }
+
     pub fn new(name: String, keys: Vec<String>, points: Vec<EnsemblePoint>) -> Self {
         Ensemble { schema: SCHEMA, name, keys, points, statistics: Vec::new(), differences: Vec::new() }
     }
@@ -179,10 +212,12 @@ impl Ensemble {
     pub fn warnings(&self) -> Vec<String> {
         let largest = self.points.iter().filter_map(|p| p.area_uncertainty).reduce(f64::max);
         let shared = largest.map(|u| {
-            format!(
-                "standard errors do not contain the uncertainty of each contact area by grid, solver and criterion, up to {:.2} % of it",
-                100.0 * u
-            )
+            let size = format!("each contact area by grid, solver and criterion, up to {:.2} % of it", 100.0 * u);
+            if self.has_realisations() {
+                format!("standard errors do not contain the uncertainty of {size}")
+            } else {
+                format!("the numbers do not state the uncertainty of {size}")
+            }
         });
         let mut counted: Vec<(usize, &str)> = Vec::new();
         for warning in self.points.iter().flat_map(|p| &p.warnings) {

@@ -222,6 +222,19 @@ fn the_pressure_of_imposed_gaps_has_a_scatter() {
     let stated = pressure["standard_deviation"].as_f64().expect("a scatter");
     assert!((stated / deviation - 1.0).abs() < 1e-9 && stated > 0.01 * mean, "{stated} {deviation}");
     assert!(row.ends_with("MPa  "), "{printed}");
+    let page = fs::read_to_string(out.join("report.html")).expect("drawn");
+    assert!(page.contains("Contact at a mean gap of 50.0\u{a0}nm: "), "the first sentence names the gap");
+    // Of an imposed contact the pressure is what came out.
+    scene(&files, "contact", "contact = [0.1]", "");
+    let out = files.path("contacts");
+    let mut ran = asperity();
+    ran.arg("ensemble").arg(files.path("contact.toml")).args(["--seeds", "1..3", "--out"]).arg(&out);
+    assert!(ran.output().expect("started").status.success());
+    let page = fs::read_to_string(out.join("report.html")).expect("drawn");
+    assert!(
+        page.contains("Pressure at a contact of 10.0\u{a0}% of the cell: "),
+        "the first sentence names the contact"
+    );
 }
 
 /// Atoms are under load control: a pressure is the p* that it is on this surface, a gap is refused.

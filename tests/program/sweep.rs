@@ -58,6 +58,7 @@ fn means_are_those_of_the_runs() {
     );
     let page = fs::read_to_string(out.join("report.html")).expect("read");
     assert!(page.contains("3 of 3 points over surface.seed are done") && page.contains("<svg"));
+    assert!(page.contains("3 realisations") && page.contains("standard errors do not contain the uncertainty"));
     // The same command adds what is missing and leaves the rest.
     let log = |seed: u32| fs::read_to_string(out.join(format!("logs/seed-{seed}.log"))).expect("a log");
     let (code, line, _) = swept("ensemble", &scene, &out, &["--seeds", "1..4"]);
@@ -142,8 +143,16 @@ fn combinations_share_a_figure_and_a_warning() {
     let uncertain = |p: &Value| p["area_uncertainty"].as_f64().is_some_and(|u| u > 0.0);
     // Contacts of fewer than ten nodes on the coarser grid have no error.
     assert!(found["points"].as_array().expect("a list").iter().any(uncertain), "{found}");
+    // Of a single surface there are no realisations, means and errors.
     let page = fs::read_to_string(out.join("report.html")).expect("drawn");
-    assert!(page.contains("standard errors do not contain the uncertainty of each contact area"));
+    let page = page.split("<body").nth(1).expect("a body").to_lowercase();
+    assert!(page.contains("the numbers do not state the uncertainty of each contact area"));
+    for word in ["realisation", "standard error", "standard deviation", "extremes", "mean difference", "all means"] {
+        assert!(!page.contains(word), "{word}");
+    }
+    let again = asperity().arg("sweep").arg(&file).arg("--out").arg(&out).output().expect("started");
+    let printed = String::from_utf8_lossy(&again.stdout);
+    assert!(printed.contains(" value ") && !printed.contains("standard"), "{printed}");
 }
 
 /// Waiting ranks spin: points whose ranks take all cores run one after the other.

@@ -1,4 +1,5 @@
-//! The page of a sweep: means over realisations with their errors, and differences between sources.
+//! The page of a sweep: means over realisations with their errors, and differences between sources. Without several realisations
+//! the means are the numbers of single runs, and are called so.
 
 use serde_json::Value;
 
@@ -6,8 +7,9 @@ use super::document::{PageSection, document};
 use super::prelude::*;
 use super::summary::warnings;
 use crate::record::ensemble::{
-    Ensemble, EnsembleLoad, EnsemblePoint, EnsembleStatistic, FILE, Observable, PointStatus, Sample,
+    Difference, Ensemble, EnsembleLoad, EnsemblePoint, EnsembleStatistic, FILE, Observable, PointStatus, Sample,
 };
+use crate::report::number::si_with_error;
 
 const COLOURS: [Rgb; 6] = [BLUE, ORANGE, GREEN, VERMILION, BLACK, PURPLE];
 
@@ -35,34 +37,35 @@ pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
     }
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(PageSection { anchor, title, body });
-    add("means", "Means over the realisations", each(&figures));
+    let several = e.has_realisations();
+    let (of_figures, of_table) =
+        if several { ("Means over the realisations", "All means") } else { ("Contact and mean gap", "All numbers") };
+    add("means", of_figures, each(&figures));
     // A single source has nothing to be compared with.
     if !e.differences.is_empty() {
         add("differences", "Differences between sources", difference_table(e));
     }
-    add("numbers", "All means", mean_table(e));
+    add("numbers", of_table, mean_table(e));
     add("points", "Points", points(e));
-    let lead = "Bars are standard errors of the means; dotted lines are the extreme realisations.";
+    let lead = if several {
+        "Bars are standard errors of the means; dotted lines are the extreme realisations."
+    } else {
+        "One run for each combination of the varied keys."
+    };
     document((&e.name, lead), summary(e), &sections, &writer.folder.join(FILE))
 }
 
 fn summary(e: &Ensemble) -> Markup {
     let count = |status: PointStatus| e.points.iter().filter(|p| p.status == status).count();
     let largest = e.differences.iter().filter(|d| d.of.quantity == "contact_area" && d.of.branch == Branch::Loading);
+    let explained = if e.has_realisations() { "Mean ± standard error, and extremes." } else { "" };
     html! {
         @if let Some((d, r)) = largest.clone().filter_map(|d| Some((d, d.relative.as_ref()?))).next_back() {
-            p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } ", at "
-                (label(&d.load)) ", mean ± standard error, and extremes." }
+            p.found { strong { "The contact area of " (d.of.source) " is " (deviation(r)) " from that of " (d.reference) } " at "
+                (at(e, &d.group, &d.of, &d.load)) ". " (explained) }
         }
         @else if !highest_loads(e).is_empty() {
-            p.found {
-                @for s in highest_loads(e) {
-                    "Contact at " (label(&s.load)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
-                    strong { (of_cell(&s.sample)) } " (" (s.of.source) ", " (s.sample.realisations) " realisations, "
-                    (extremes(&s.sample)) "). "
-                }
-                "Mean ± standard error, and extremes."
-            }
+            p.found { @for s in highest_loads(e) { (headline(e, s)) } (explained) }
         }
         p { (count(PointStatus::Done)) " of " (e.points.len()) " points over " (e.keys.join(", ")) " are done, "
             (count(PointStatus::Failed)) " failed." }
@@ -70,11 +73,48 @@ fn summary(e: &Ensemble) -> Markup {
         ul {
             @for d in largest {
                 @if let Some(r) = &d.relative {
-                    li { "Contact area, " (d.of.source) " over " (d.reference) " at " (label(&d.load))
+                    li { "Contact area, " (d.of.source) " over " (d.reference) " at " (at(e, &d.group, &d.of, &d.load))
                         @if !d.group.is_empty() { " (" (name(&d.group)) ")" } ": " (deviation(r)) "." }
                 }
             }
         }
+    }
+}
+
+/// What came out at the highest load: the contact, or the pressure where the contact was imposed.
+fn headline(e: &Ensemble, s: &EnsembleStatistic) -> Markup {
+    let pressure = |p: &&EnsembleStatistic| {
+        p.of == Observable { quantity: "pressure".into(), unit: "MPa".into(), ..s.of.clone() } && p.group == s.group
+    };
+    let imposed = e.imposed(&s.group, &s.of).is_some_and(|i| i.of.quantity == s.of.quantity);
+    let pressure = e.statistics.iter().find(pressure).filter(|_| imposed);
+    let (what, sample, found) = match pressure {
+        Some(p) => {
+            ("Pressure", &p.sample, si_with_error(1e6 * p.sample.mean, p.sample.standard_error.map(|e| 1e6 * e), "Pa"))
+        }
+        None => ("Contact", &s.sample, of_cell(&s.sample)),
+    };
+    let extremes = if pressure.is_some() {
+        let [low, high] = [sample.min, sample.max].map(|p| stress(1e6 * p, 3));
+        format!("{low} to {high}")
+    } else {
+        extremes(sample)
+    };
+    html! {
+        (what) " at " (at(e, &s.group, &s.of, &s.load)) @if !s.group.is_empty() { ", " (name(&s.group)) } ": "
+        strong { (found) } " (" (s.of.source)
+        @if sample.realisations > 1 { ", " (sample.realisations) " realisations, " (extremes) } "). "
+    }
+}
+
+/// A load in a sentence: what the scene gave, also where that is no pressure.
+fn at(e: &Ensemble, group: &VariedValues, of: &Observable, load: &EnsembleLoad) -> String {
+    let Some(imposed) = e.imposed(group, of) else { return label(load) };
+    let mean = imposed.sample.mean;
+    match imposed.of.quantity.as_str() {
+        "contact_area" => format!("a contact of {} of the cell", percent(mean)),
+        "mean_gap" => format!("a mean gap of {}", length(1e-6 * mean, 3)),
+        _ => format!("a displacement of {}", length(1e-6 * mean, 3)),
     }
 }
 
@@ -103,11 +143,14 @@ fn extremes(s: &Sample) -> String {
     format!("{} to {}\u{a0}%", significant(100.0 * s.min, 3), significant(100.0 * s.max, 3))
 }
 
-/// `+4.2 ± 0.5 % (12 realisations, −1.0 to +7.3 %)`.
+/// `+4.2 ± 0.5 % (12 realisations, −1.0 to +7.3 %)`, of a single one `+4.2 %`.
 fn deviation(r: &Sample) -> String {
     let signed = |v: f64| format!("{:+.1}", 100.0 * v).replace('-', "−");
     let error = r.standard_error.map_or(String::new(), |e| format!(" ± {:.1}", 100.0 * e));
     let n = r.realisations;
+    if n == 1 {
+        return format!("{} %", signed(r.mean));
+    }
     format!("{}{error} % ({n} realisations, {} to {} %)", signed(r.mean), signed(r.min), signed(r.max))
 }
 
@@ -140,8 +183,11 @@ fn curves<'a>(
         };
         let mut mean = line(&label, style(Dash::Solid, Marker::DISTINCT[i % Marker::DISTINCT.len()]), |s| s.mean);
         mean.errors = list.iter().map(|(_, s)| factor * s.standard_error.unwrap_or(0.0)).collect();
+        // Extremes of single realisations would be drawn over the mean.
+        let has_extremes = list.iter().any(|(_, s)| s.realisations > 1);
         let dotted = style(Dash::Dotted, Marker::None);
-        [mean, line("", dotted, |s| s.min), line("", dotted, |s| s.max)]
+        let extremes = has_extremes.then(|| [line("", dotted, |s| s.min), line("", dotted, |s| s.max)]);
+        [mean].into_iter().chain(extremes.into_iter().flatten())
     };
     lists.into_iter().enumerate().flat_map(of_list).collect()
 }
@@ -206,7 +252,8 @@ fn differences(e: &Ensemble, (k, group): (usize, &VariedValues)) -> Figure {
         .filter_map(|d| Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.load, d.relative.as_ref()?)));
     let plot = Plot::new(log(""), linear("deviation of the contact area (%)"), curves(relative, 100.0))
         .against_quantity(e.loads());
-    let caption = html! { "Relative differences of the contact area on the same realisations" (of_group(group)) "." };
+    let same = if e.has_realisations() { " on the same realisations" } else { "" };
+    let caption = html! { "Relative differences of the contact area" (same) (of_group(group)) "." };
     Figure::new(format!("ensemble-{k}-differences"), caption, plot)
 }
 
@@ -235,30 +282,36 @@ fn load(of: &Observable, load: &EnsembleLoad) -> String {
 
 fn mean_table(e: &Ensemble) -> Markup {
     let number = |v: Option<f64>| or_dash(v.map(|v| significant(v, 3)));
-    columns!("numbers", &e.statistics, |s| {
-        "" => name(&s.group),
-        "source" => s.of.source,
-        e.loads().head() => load(&s.of, &s.load),
-        "quantity" => s.of.quantity.replace('_', " "),
-        "mean" => significant(s.sample.mean, 4),
-        "standard error" => number(s.sample.standard_error),
-        "standard deviation" => number(s.sample.standard_deviation),
-        "n" => s.sample.realisations,
-        "unit" => shown(&s.of.unit),
-    })
+    let several = e.has_realisations();
+    let scatter = ["mean", "standard error", "standard deviation", "n"];
+    let value = if several { &scatter[..] } else { &["value"] };
+    let head = [&["", "source", e.loads().head(), "quantity"], value, &["unit"]].concat();
+    let row = |s: &EnsembleStatistic| {
+        let quantity = s.of.quantity.replace('_', " ");
+        let mut row = row![name(&s.group), s.of.source, load(&s.of, &s.load), quantity, significant(s.sample.mean, 4)];
+        if several {
+            row.extend([number(s.sample.standard_error), number(s.sample.standard_deviation)]);
+            row.extend(row![s.sample.realisations]);
+        }
+        row.extend(row![shown(&s.of.unit)]);
+        row
+    };
+    table("numbers", &head, e.statistics.iter().map(row))
 }
 
 fn difference_table(e: &Ensemble) -> Markup {
-    columns!("numbers", &e.differences, |d| {
-        "" => name(&d.group),
-        "source" => d.of.source,
-        e.loads().head() => load(&d.of, &d.load),
-        "quantity" => d.of.quantity.replace('_', " "),
-        "reference" => d.reference,
-        "mean difference" => significant(d.difference.mean, 3),
-        "standard error" => or_dash(d.difference.standard_error.map(|e| significant(e, 2))),
-        "relative difference" => or_dash(d.relative.as_ref().map(deviation)),
-    })
+    let several = e.has_realisations();
+    let difference = if several { &["mean difference", "standard error"][..] } else { &["difference"] };
+    let head =
+        [&["", "source", e.loads().head(), "quantity", "reference"], difference, &["relative difference"]].concat();
+    let row = |d: &Difference| {
+        let (quantity, mean) = (d.of.quantity.replace('_', " "), significant(d.difference.mean, 3));
+        let mut row = row![name(&d.group), d.of.source, load(&d.of, &d.load), quantity, d.reference, mean];
+        row.extend(several.then(|| or_dash(d.difference.standard_error.map(|e| significant(e, 2)))));
+        row.extend([or_dash(d.relative.as_ref().map(deviation))]);
+        row
+    };
+    table("numbers", &head, e.differences.iter().map(row))
 }
 
 fn points(e: &Ensemble) -> Markup {
