@@ -90,6 +90,22 @@ fn a_profile_is_a_surface_uniform_along_y() {
     let out = files.word("out");
     let results = json("run", &[&scene, "--out", &out]);
     assert!(results.is_object() && files.path("out/report.html").exists());
+    // Of one line there are curves in place of maps, which would be slivers.
+    for (figure, is_drawn) in [
+        ("first-profile", true),
+        ("heights", true),
+        ("gap-profile", true),
+        ("stress-profile", true),
+        ("relief", false),
+        ("gap-1", false),
+        ("first-1", false),
+    ] {
+        let drawing = fs::read_to_string(files.path(&format!("out/figures/{figure}.svg")));
+        assert_eq!(drawing.is_ok_and(|svg| !svg.contains("<image ")), is_drawn, "{figure}");
+    }
+    let page = fs::read_to_string(files.path("out/report.html")).expect("a report");
+    // Nothing is expected of a measured surface.
+    assert!(page.contains("<th>value</th>") && !page.contains("<th>expected</th>") && !page.contains("<th>band</th>"));
     let area = fs::read_to_string(files.path("out/results.json")).expect("results");
     let area: Value = serde_json::from_str(&area).expect("JSON");
     let area = number(&area["continuum"]["states"][0], "contact_nodes");

@@ -1,7 +1,7 @@
 //! Continuum states: table of loads, maps of gap and stress.
 
 use super::prelude::*;
-use super::{requested, uncertainty};
+use super::{profile, requested, uncertainty};
 use crate::report::hysteresis::hysteresis_sentence;
 
 /// Maximum side of pictures of single loads, which are shown in a row, pixels.
@@ -112,6 +112,9 @@ fn common_ranges(writer: &FigureWriter, c: &ContinuumResults) -> Result<Option<[
 fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let shown = shown(&c.states);
     let mut rows: [Vec<Markup>; 3] = Default::default();
+    if profile::is_profile(c.ny) {
+        return profile::fields(writer, &shown.iter().map(|&i| &c.states[i]).collect::<Vec<_>>());
+    }
     let length_m = writer.scales.length_m;
     let ranges = common_ranges(writer, c)?;
     for (i, state) in c.states.iter().enumerate() {

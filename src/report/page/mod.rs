@@ -26,6 +26,7 @@ mod packed;
 mod paper;
 mod prelude;
 mod printed;
+mod profile;
 mod ranges;
 mod relief;
 mod requested;

@@ -4,11 +4,13 @@ use super::compare::{SAME_LOAD, at_load, deviation, matched, matched_uncertainty
 use super::definitions::{Term, term};
 use super::prelude::*;
 use super::uncertainty::total;
-use super::{challenge, curves, explorer, tiles};
+use super::{challenge, curves, explorer, profile, tiles};
 use asperity_grid::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
-    let maps = explorer::section(writer, results)?;
+    let flat = profile::is_profile(results.surface.ny);
+    let maps = if flat { None } else { explorer::section(writer, results)? };
+    let surfaces = if flat { profile::surfaces(writer, results)? } else { None };
     let curve = curves::first_screen(writer, results)?;
     Ok(html! {
         @if let Some(subject) = subject(results) { p.subject { (subject) } }
@@ -16,6 +18,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         @if let Some(answer) = answer(results) { p.found { (answer) } }
         div.stage {
             @if let Some(maps) = maps { div.explorer id="explorer" { (maps) } }
+            @if let Some(surfaces) = surfaces { (surfaces) }
             div.numbers {
                 @if let Some(curve) = curve { (curve) }
                 (tiles::section(results))

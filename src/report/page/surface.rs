@@ -2,14 +2,17 @@
 
 use super::figures::symbol;
 use super::prelude::*;
-use super::relief;
+use super::{profile, relief};
 use crate::report::picture::LONGEST_SIDE;
 use asperity_grid::error::Error;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let surface = &results.surface;
     let (nx, ny) = (surface.nx, surface.ny);
-    let map = surface.heights.as_ref().map(|file| map(writer, file, [nx, ny])).transpose()?;
+    let flat = profile::is_profile(ny);
+    let heights = surface.heights.as_deref();
+    let map = heights.filter(|_| !flat).map(|file| map(writer, file, [nx, ny])).transpose()?;
+    let line = heights.filter(|_| flat).map(|file| profile::heights(writer, file)).transpose()?;
     let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * writer.scales.length_m, "m"));
     let caption = html! { "Two-dimensional power spectral density C(q), mean over directions"
     @if surface.psd.iter().any(|p| p.expected.is_some()) { ", realised and prescribed" }
@@ -22,8 +25,8 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup
         @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
         @if !surface.note.is_empty() { p.quiet { (surface.note) } }
         @if let Some(map) = map { (map) }
-        (writer.figures([Figure::new("psd", caption, psd(writer, results, "expected"))])?)
-        @if let Some(relief) = relief::section(writer, results)? { (relief) }
+        (writer.figures(line.into_iter().chain([Figure::new("psd", caption, psd(writer, results, "expected"))]))?)
+        @if !flat { @if let Some(relief) = relief::section(writer, results)? { (relief) } }
     })
 }
 
