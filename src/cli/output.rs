@@ -134,20 +134,23 @@ pub(super) fn plan(kind: &str, plan: &RunPlan) {
     print(&format!("needs {bytes} of memory and about {seconds} (an order of magnitude)"));
 }
 
-/// Expected against realised.
+/// Expected against realised; of a measured surface nothing is expected.
 pub fn statistics(list: &[SurfaceStatistic]) -> String {
+    let known = list.iter().any(|s| s.expected.is_some());
     let coarse = list.iter().any(|s| s.expected_on_grid.is_some());
-    let mut head = vec!["quantity", "symbol", "expected", "band (2 sd)", "realised", "unit"];
-    if coarse {
-        head.splice(2..3, ["whole spectrum", "on this grid"]);
-    }
+    let expected = match (known, coarse) {
+        (_, true) => &["whole spectrum", "on this grid", "band (2 sd)", "realised"][..],
+        (true, false) => &["expected", "band (2 sd)", "realised"],
+        (false, false) => &["value"],
+    };
     let number = |v: Option<f64>| v.map_or("-".into(), |v| significant(v, 5));
     table(
-        &head,
+        &[&["quantity", "symbol"], expected, &["unit"]].concat(),
         list.iter().map(|s| {
-            let mut row = vec![s.name.clone(), s.symbol.clone(), number(s.expected)];
+            let mut row = vec![s.name.clone(), s.symbol.clone()];
+            row.extend(known.then(|| number(s.expected)));
             row.extend(coarse.then(|| number(s.expected_on_grid)));
-            row.push(s.band.map_or("-".into(), |b| format!("± {}", significant(b, 2))));
+            row.extend(known.then(|| s.band.map_or("-".into(), |b| format!("± {}", significant(b, 2)))));
             row.extend([significant(s.realised, 5), s.unit.clone()]);
             row
         }),

@@ -47,20 +47,29 @@ fn map(writer: &FigureWriter, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup
     ))
 }
 
+/// What is expected, and how far the surface is from it, is known of a synthesised surface only.
 fn statistics(list: &[SurfaceStatistic]) -> Markup {
+    let known = list.iter().any(|s| s.expected.is_some());
     let coarse = list.iter().any(|s| s.expected_on_grid.is_some());
     let row = |s: &SurfaceStatistic| {
         let value = |v: f64, n: usize| format!("{} {}", significant(v, n), of_unit(&s.unit)).trim_end().to_string();
-        let known = |v: Option<f64>| or_dash(v.map(|v| value(v, 4)));
-        let mut row = row![s.name, symbol(&s.symbol), known(s.expected)];
-        row.extend(coarse.then(|| known(s.expected_on_grid)));
-        row.extend(row![value(s.realised, 4), or_dash(s.band.map(|b| format!("± {}", value(b, 2)))), status(s)]);
+        let expected = |v: Option<f64>| or_dash(v.map(|v| value(v, 4)));
+        let mut row = row![s.name, symbol(&s.symbol)];
+        row.extend(known.then(|| expected(s.expected)));
+        row.extend(coarse.then(|| expected(s.expected_on_grid)));
+        row.extend(row![value(s.realised, 4)]);
+        if known {
+            row.extend(row![or_dash(s.band.map(|b| format!("± {}", value(b, 2)))), status(s)]);
+        }
         row
     };
-    let mut head = vec!["quantity", "symbol", "expected", "realised", "band", "status"];
-    if coarse {
-        head.splice(2..3, ["whole spectrum", "on this grid"]);
-    }
+    let expected = match (known, coarse) {
+        (_, true) => &["whole spectrum", "on this grid"][..],
+        (true, false) => &["expected"],
+        (false, false) => &[],
+    };
+    let realised = if known { &["realised", "band", "status"][..] } else { &["value"] };
+    let head = [&["quantity", "symbol"], expected, realised].concat();
     html! {
         (table("words", &head, list.iter().map(row)))
         @if coarse {
@@ -68,7 +77,7 @@ fn statistics(list: &[SurfaceStatistic]) -> Markup {
                 "The grid leaves out what is shorter than two nodes, and with it much of gradient and curvature; the status "
                 "is about the waves of this grid." }
         }
-        @if list.iter().any(|s| s.expected.is_some()) {
+        @if known {
             p.quiet { @if !coarse { "Expected is the ensemble of the spectrum, all of which this grid resolves. " }
                 "Realised is this surface. The band is two standard deviations of what a realisation may have: about one "
                 "in twenty lies outside by chance." }
