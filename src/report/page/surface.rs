@@ -103,9 +103,11 @@ fn status(s: &SurfaceStatistic) -> Markup {
     }
 }
 
-/// Power over the largest power below which a mode is a rounding error: the rounding of double precision is 10⁻³² per
-/// mode, and the challenge's spectrum decreases to 10⁻¹⁴ on the largest grids.
-const ROUNDING: f64 = 1e-24;
+/// Power over the largest power, times the number of nodes, below which a mode is a rounding error: such modes would stretch the
+/// axis over many empty decades. Heights of a file in single precision are wrong by ε = 2⁻²⁴ of their value, which is ε²⟨h²⟩/N for
+/// each of N modes; the largest mode has more than 10⁻⁴ of ⟨h²⟩. A self-affine spectrum, whose power falls with the fourth power of q
+/// at most, is above it on any grid of up to 10¹¹ nodes.
+const ROUNDING: f64 = 1e4 * (f32::EPSILON as f64 / 2.0) * (f32::EPSILON as f64 / 2.0);
 
 /// The power spectral density, realised and prescribed.
 ///
@@ -115,7 +117,8 @@ pub(super) fn psd(writer: &FigureWriter, results: &Results, prescribed: &str) ->
     let points = &results.surface.psd;
     // Modes outside the spectrum have only rounding errors.
     let largest = points.iter().map(|p| p.realised).fold(0.0, f64::max);
-    let present = points.iter().filter(|p| p.realised > ROUNDING * largest);
+    let floor = ROUNDING / (results.surface.nx * results.surface.ny) as f64 * largest;
+    let present = points.iter().filter(|p| p.realised > floor);
     let length = writer.scales.length_m;
     // From mode number and power per mode (units of L²) to q in 1/m and C(q) in m⁴.
     let (q, c) = (std::f64::consts::TAU / length, length.powi(4) * writer.aspect);
