@@ -196,19 +196,19 @@ pub fn results(results: &Results) {
     pulled.for_each(|p| print(&format!("atoms: {}", atoms_pull_off(&p))));
     let steps = results.atoms.iter().map(|atoms| &atoms.load_steps).filter(|steps| !steps.is_empty());
     steps.for_each(|steps| print(&format!("atoms: {}", relaxation_sentence(steps))));
-    results.atoms.iter().filter_map(|atoms| atoms.nvt.as_ref()).for_each(at_temperature);
+    results.atoms.iter().filter_map(|atoms| atoms.nvt.as_ref()).for_each(|nvt| at_temperature(nvt, loads));
 }
 
 /// Contact and gap of the NVT runs.
-fn at_temperature(nvt: &NvtResults) {
+fn at_temperature(nvt: &NvtResults, loads: GivenLoads) {
     print(&format!("atoms at {} K, means of time with their standard errors:", trimmed(nvt.temperature_k, 4)));
     print(&table(
-        &["p*", "contact", "mean gap / Å"],
+        &[loads.head(), "contact", "mean gap / Å"],
         nvt.states.iter().map(|s| {
             let (area, gap) = (s.contact_area, s.mean_gap_angstrom);
             let of_area = with_error(100.0 * area.value, 100.0 * area.error, "%");
             let of_gap = with_error(gap.value, gap.error, "");
-            vec![trimmed(s.p_star, 4), of_area.0 + &of_area.1, of_gap.0 + &of_gap.1]
+            vec![loads.value(s.p_star), of_area.0 + &of_area.1, of_gap.0 + &of_gap.1]
         }),
     ));
 }
@@ -321,7 +321,7 @@ pub fn comparison(results: &Results) {
     print("atoms against the continuum on the same profile, layer and load (in brackets: misaligned map)");
     let rows = c.loads.iter().flat_map(|load| {
         let atoms = vec![
-            trimmed(load.p_star, 4),
+            results.loads.value(load.p_star),
             format!("atoms: {}", load.atoms.criterion),
             percent(load.atoms.contact_area),
             "".into(),
@@ -340,8 +340,9 @@ pub fn comparison(results: &Results) {
         });
         std::iter::once(atoms).chain(lines.collect::<Vec<_>>())
     });
-    print(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
-    results.atoms.as_ref().and_then(yielding).iter().for_each(|sentence| print(sentence));
+    let head = [results.loads.head(), "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"];
+    print(&table(&head, rows));
+    results.atoms.as_ref().and_then(|atoms| yielding(atoms, results.loads)).iter().for_each(|sentence| print(sentence));
 }
 
 /// The largest tensile force on the atoms.
@@ -357,18 +358,18 @@ fn atoms_pull_off(p: &AtomPullOff) -> String {
 }
 
 /// Onset of plasticity, if it was analysed.
-fn yielding(a: &AtomsResults) -> Option<String> {
+fn yielding(a: &AtomsResults, loads: GivenLoads) -> Option<String> {
     let p = a.plasticity.as_ref()?;
     let begins = match (p.first_yield, p.last_elastic) {
         (None, _) => "no yield".to_string(),
-        (Some(load), None) => format!("first yield at p* = {} or before", significant(load, 3)),
+        (Some(load), None) => format!("first yield at {} or before", loads.label(load)),
         (Some(load), Some(before)) => {
-            format!("first yield between p* = {} and {}", significant(before, 3), significant(load, 3))
+            format!("first yield between {} and {}", loads.label(before), loads.value(load))
         }
     };
-    let defects_of = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
+    let defects_of = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, loads.value(s.p_star)));
     let counts: Vec<_> = a.states.iter().filter_map(defects_of).collect();
-    Some(format!("{begins}; defect atoms of {} analysed, by p*: {}", p.atoms, counts.join(", ")))
+    Some(format!("{begins}; defect atoms of {} analysed, by {}: {}", p.atoms, loads.head(), counts.join(", ")))
 }
 
 /// The challenge's statements.

@@ -1,8 +1,9 @@
 //! Findings of the comparison of atoms and continuum, as sentences.
 
+use super::given_loads::given_loads;
 use super::matched::Matched;
+use crate::record::given_loads::GivenLoads;
 use crate::record::results::{CriterionMatch, LoadComparison, Overlap};
-use crate::report::number::trimmed;
 use crate::scene::{AtomsCase, Case};
 use asperity_atoms::block::{BaseKind, Block};
 use asperity_atoms::results::{AtomState, AtomsResults, PlasticityResults};
@@ -18,7 +19,7 @@ pub(super) fn effective_pressure_gpa(atoms: &AtomsCase, hard: &State) -> f64 {
     (hard.pressure + attraction) / 1e9
 }
 
-fn below_surface(p: &PlasticityResults) -> String {
+fn below_surface(p: &PlasticityResults, loads: GivenLoads) -> String {
     match p.first_yield {
         None => format!(
             "Below the surface layers the crystal has not slipped: no load step has more than {} defect atoms.",
@@ -26,9 +27,11 @@ fn below_surface(p: &PlasticityResults) -> String {
         ),
         Some(load) => {
             let previous = p.last_elastic.filter(|b| *b > 0.0);
-            let after = previous.map_or(String::new(), |b| format!(" (not yet at the step before, {b:.5})"));
+            let after =
+                previous.map_or(String::new(), |b| format!(" (not yet at the step before, {})", loads.value(b)));
             format!(
-                "Below the surface layers the crystal first yields at p* = {load:.5}{after}: at higher loads it is not elastic."
+                "Below the surface layers the crystal first yields at {}{after}: at higher loads it is not elastic.",
+                loads.label(load)
             )
         }
     }
@@ -51,13 +54,12 @@ fn explanation(hard: f64, matched: f64) -> &'static str {
 const FLOWED: f64 = 0.02;
 
 /// Compares the compliant wall with hardness (GPa) and without, each with the deviation of the atoms' contact.
-fn of_hardness(load: &LoadComparison, hardness: f64, walls: [(&CriterionMatch, String); 2]) -> String {
+fn of_hardness((load, at): (&LoadComparison, &str), hardness: f64, walls: [(&CriterionMatch, String); 2]) -> String {
     let [(adhesive, over), (without, over_without)] = walls;
     let kappa = |m: &CriterionMatch| format!("{:.2}", m.overlap.kappa).replace('-', "−");
     format!(
-        "p* = {}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % (the atoms deviate by {over}), κ = {}, \
+        "{at}: compliant wall with the crystal's hardness of {hardness:.2} GPa: {:.1} % (the atoms deviate by {over}), κ = {}, \
          mean gap {:.3} Å (atoms {:.3} Å). Without it the deviation is {over_without}, κ = {}, the mean gap {:.3} Å.",
-        trimmed(load.p_star, 4),
         100.0 * adhesive.contact_area,
         kappa(adhesive),
         load.yielding_wall_mean_gap_angstrom.unwrap_or(f64::NAN),
@@ -75,20 +77,20 @@ pub(super) fn findings(
     matched: &Matched,
     loads: &[LoadComparison],
 ) -> Vec<String> {
-    let mut list = Vec::new();
+    let (mut list, named) = (Vec::new(), given_loads(case));
     // The report uses the minus sign U+2212.
     let percent = |x: f64| format!("{:.1} %", 100.0 * x).replace('-', "−");
     let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
     for (load, state) in loads.iter().zip(&matched.hard.states) {
         let [hard, offset, compliant, yielding @ ..] = &load.continuum[..] else { continue };
         let stress = effective_pressure_gpa(atoms, state) / load.atoms.contact_area.max(f64::MIN_POSITIVE);
+        let at = named.label(load.p_star);
         let over = |m: &CriterionMatch| load.atoms.contact_area / m.contact_area - 1.0;
         list.push(format!(
-            "p* = {}: {} of the surface atoms are in contact. Hard wall, zero gap: {} (the atoms deviate by {}). Compliant \
+            "{at}: {} of the surface atoms are in contact. Hard wall, zero gap: {} (the atoms deviate by {}). Compliant \
              wall, with the contact criterion of the atoms: {} (deviation {}), κ = {}, for a misaligned map {}. {}. The mean \
              contact stress of {:.1} GPa compresses the wall by {:.2} Å. Offset wall, shifted by {:.2} Å: {} (deviation {}), \
              κ = {}.",
-            trimmed(load.p_star, 4),
             percent(load.atoms.contact_area),
             percent(hard.contact_area),
             percent(over(hard)),
@@ -106,17 +108,21 @@ pub(super) fn findings(
         ));
         list.extend(yielding.iter().zip(&matched.yielding).map(|(adhesive, wall)| {
             let hardness = wall.hardness.unwrap_or(f64::NAN) * atoms.modulus_gpa;
-            of_hardness(load, hardness, [(adhesive, percent(over(adhesive))), (compliant, percent(over(compliant)))])
+            of_hardness(
+                (load, &at),
+                hardness,
+                [(adhesive, percent(over(adhesive))), (compliant, percent(over(compliant)))],
+            )
         }));
         if load.registration != [0, 0] {
             list.push(format!(
-                "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; correct maps fit without a shift.",
-                trimmed(load.p_star, 4), load.registration, atoms.matched.nx
+                "{at}: the atoms' contact map fits best when shifted by {:?} of {} nodes; correct maps fit without a shift.",
+                load.registration, atoms.matched.nx
             ));
         }
     }
-    list.extend(few_contact_atoms(&atoms_results.states));
-    list.push(yield_finding(&atoms_results.states, atoms_results.plasticity.as_ref()));
+    list.extend(few_contact_atoms(&atoms_results.states, named));
+    list.push(yield_finding(&atoms_results.states, atoms_results.plasticity.as_ref(), named));
     list.extend(slip_at_the_base(&atoms.block, atoms_results.plasticity.as_ref()));
     let below = atoms.block.thickness() - atoms.block.deformable_thickness();
     let base = match atoms.block.base {
@@ -143,11 +149,11 @@ pub(super) fn findings(
 }
 
 /// The loads whose comparison rests on few contact atoms, with the counting error of each.
-pub(super) fn few_contact_atoms(states: &[AtomState]) -> Option<String> {
+pub(super) fn few_contact_atoms(states: &[AtomState], loads: GivenLoads) -> Option<String> {
     let few: Vec<String> = (states.iter().filter(|s| s.has_few_contacts()))
         .map(|s| match s.contacts {
-            0 => format!("none at p* = {}", trimmed(s.p_star, 4)),
-            n => format!("{n} at p* = {} (counting error {:.0} %)", trimmed(s.p_star, 4), 100.0 / (n as f64).sqrt()),
+            0 => format!("none at {}", loads.label(s.p_star)),
+            n => format!("{n} at {} (counting error {:.0} %)", loads.label(s.p_star), 100.0 / (n as f64).sqrt()),
         })
         .collect();
     let least = AtomState::FEW_CONTACTS;
@@ -174,14 +180,14 @@ fn slip_at_the_base(block: &Block, plasticity: Option<&PlasticityResults>) -> Op
     ))
 }
 
-fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -> String {
+fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>, loads: GivenLoads) -> String {
     let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
     let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
     let at_surface = match flowed {
         Some(s) => format!(
-            "Atoms have changed layers at p* = {}: {} of {} contact atoms did not start in the surface layer. At higher loads the \
+            "Atoms have changed layers at {}: {} of {} contact atoms did not start in the surface layer. At higher loads the \
              atoms' area is that of a plastic contact, which no elastic continuum follows.",
-            trimmed(s.p_star, 4),
+            loads.label(s.p_star),
             s.contacts_below_surface,
             s.contacts
         ),
@@ -193,7 +199,7 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
     };
     let below = match plasticity {
         None => "Slip below the surface was not examined (atoms.plasticity).".to_string(),
-        Some(p) => below_surface(p),
+        Some(p) => below_surface(p, loads),
     };
     format!("{at_surface} {below}")
 }
@@ -226,15 +232,18 @@ mod tests {
     /// Loads with few contact atoms are named with the counting error; thirty are enough.
     #[test]
     fn few_contact_atoms_are_named_with_their_error() {
-        let text =
-            few_contact_atoms(&[state(0.001, 0), state(0.003, 4), state(0.01, 29), state(0.03, 30)]).expect("few");
+        let text = few_contact_atoms(
+            &[state(0.001, 0), state(0.003, 4), state(0.01, 29), state(0.03, 30)],
+            GivenLoads::P_STAR,
+        )
+        .expect("few");
         for part in
             ["none at p* = 0.001", "4 at p* = 0.003 (counting error 50 %)", "29 at p* = 0.01 (counting error 19 %)"]
         {
             assert!(text.contains(part), "{text}");
         }
         assert!(!text.contains("0.03 "), "{text}");
-        assert_eq!(few_contact_atoms(&[state(0.03, 30), state(0.1, 500)]), None);
+        assert_eq!(few_contact_atoms(&[state(0.03, 30), state(0.1, 500)], GivenLoads::P_STAR), None);
     }
 
     #[test]

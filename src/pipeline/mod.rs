@@ -14,6 +14,7 @@ mod curve;
 mod findings;
 mod folder;
 mod frame_analysis;
+mod given_loads;
 mod initial_states;
 mod laboratory;
 mod listener;

@@ -4,6 +4,7 @@ use super::atom_stages::AtomStages;
 use super::comparison::compare;
 use super::curve;
 use super::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
+use super::given_loads::given_loads;
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variant_key};
 use super::matched::Matched;
 use super::run_files::{Manifest, RECORDING_FILE, record};
@@ -95,7 +96,7 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
         name: case.scene.name.clone(),
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
-        loads: stages::given_loads(case),
+        loads: given_loads(case),
         surface: made.surface.expect("every run has this stage"),
         continuum: made.primary,
         accuracy,

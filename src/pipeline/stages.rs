@@ -3,18 +3,17 @@
 use super::atom_stages::{AtomStages, CompareStage, FramesStage, LAMMPS, LammpsStage};
 use super::findings::few_contact_atoms;
 use super::folder::StageKey;
+use super::given_loads::given_loads;
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variants};
 use super::methods::{self, MethodStage};
 use super::stage::Stage;
 use super::surface::SurfaceStage;
-use crate::record::given_loads::{GivenLoads, LoadQuantity};
 use crate::record::methods::MethodResults;
 use crate::record::results::{ComparisonResults, SurfaceResults};
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
 use asperity_contact::path::unresolved_contact;
-use asperity_contact::problem::LoadKind;
 use asperity_contact::results::ContinuumResults;
 use asperity_contact::state::TrivialLoads;
 use std::path::Path;
@@ -87,20 +86,6 @@ pub(super) fn visit(
     Ok(Outputs { surface: output(surface), ..outputs })
 }
 
-/// How loads are named.
-pub(super) fn given_loads(case: &Case) -> GivenLoads {
-    let (kind, pascal) = (case.scene.load.loads().kind, case.gradient * case.scales.modulus_pa);
-    let (quantity, of_p_star) = match kind {
-        LoadKind::PStar => return GivenLoads::P_STAR,
-        _ if case.scene.atoms.is_some() => return GivenLoads::P_STAR,
-        LoadKind::Force => (LoadQuantity::Force, pascal * case.problem.surface.mapped_area()),
-        LoadKind::Pressure | LoadKind::MeanGap | LoadKind::Displacement | LoadKind::Contact => {
-            (LoadQuantity::Pressure, pascal)
-        }
-    };
-    GivenLoads { quantity, of_p_star }
-}
-
 /// Solves the scene's problem and its variants, and runs the comparison methods.
 fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visitor) -> Result<Outputs> {
     let (heights, after) = (SolvedHeights::new(case), keys(&[surface]));
@@ -164,7 +149,7 @@ fn visit_atoms(
         let nvt = output(visitor.visit(&stage, &after, Some(root))?);
         frames.iter_mut().for_each(|(atoms, _)| atoms.nvt = nvt.clone());
     }
-    for text in frames.iter().filter_map(|(atoms, _)| few_contact_atoms(&atoms.states)) {
+    for text in frames.iter().filter_map(|(atoms, _)| few_contact_atoms(&atoms.states, given_loads(stages.case))) {
         visitor.warn(text);
     }
     let mut yielding_key = None;

@@ -14,8 +14,8 @@ pub enum LoadQuantity {
     Force,
 }
 
-/// Loads are named as the scene gave them: by p*, pressure or force. Where it gave gaps, displacements or contact areas, they are named by the
-/// pressures that came out; where atoms take part, by p*, as the atoms' pressures are others.
+/// Loads are named as the scene gave them: by p*, pressure or force at the laboratory scale. Atoms have the same p* under another pressure.
+/// Where it gave gaps, displacements or contact areas, loads are named by the pressures that came out.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GivenLoads {
     /// In which they are named.

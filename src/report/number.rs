@@ -55,11 +55,6 @@ pub fn with_unit(x: f64, n: usize, unit: &str) -> String {
     format!("{}\u{a0}{unit}", significant(x, n))
 }
 
-/// `p* = 0.01`.
-pub fn load_label(p_star: f64) -> String {
-    GivenLoads::P_STAR.label(p_star)
-}
-
 impl LoadQuantity {
     /// Head of a column of loads.
     pub fn head(self) -> &'static str {
@@ -120,6 +115,12 @@ impl GivenLoads {
     /// A load p* as [`LoadQuantity::label`].
     pub fn label(self, p_star: f64) -> String {
         self.quantity.label(p_star * self.of_p_star)
+    }
+
+    /// The load p* = 1 on an axis up to the load `largest`, as p*, and the label of the axis.
+    pub(super) fn axis(self, largest: f64) -> (f64, String) {
+        let (unit, label) = self.quantity.axis(largest * self.of_p_star);
+        (self.of_p_star / unit, label)
     }
 }
 

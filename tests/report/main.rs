@@ -14,6 +14,7 @@ use asperity::atoms::results::*;
 use asperity::contact::load::{Branch, Stop};
 use asperity::contact::observe::{Distribution, linear_edges};
 use asperity::contact::state::*;
+use asperity::record::given_loads::{GivenLoads, LoadQuantity};
 use asperity::record::results::*;
 use asperity::report::{self, PrintedFigures, ReportOptions};
 use asperity::surface::files::npy;
@@ -446,6 +447,23 @@ fn meaningless_values_are_omitted() {
     assert!(page.contains(">detached<") && !page.contains(">123<") && page.contains("<td>–</td>"));
     assert!(page.contains("over a non-periodic area") && page.contains("Heights that do not repeat."));
     assert!(!page.contains("periodic cell of"));
+}
+
+/// Pressures of a scene name the loads of its atoms, too: in sentences, tables, titles and axes.
+#[test]
+fn loads_of_atoms_are_named_as_they_were_given() {
+    let folder = kept("pressures");
+    let mut results = run_folder(&folder);
+    results.loads = GivenLoads { quantity: LoadQuantity::Pressure, of_p_star: 2e8 };
+    results.write(&folder).unwrap();
+    let page = page(&folder);
+    let atoms = page.split("<section id=\"atoms\">").nth(1).unwrap().split("<section id=\"costs\">").next().unwrap();
+    assert!(!atoms.contains("p* = ") && !atoms.contains(">p*<") && atoms.contains("<th>pressure</th>"), "{atoms}");
+    assert!(
+        atoms.contains("Maps at 2\u{a0}MPa") && page.contains("Here p* = 1 is 200\u{a0}MPa at the laboratory scale")
+    );
+    let axis = |name: &str| std::fs::read_to_string(folder.join("figures").join(name)).unwrap();
+    assert!(axis("load-steps-load.svg").contains("mean pressure (MPa)"));
 }
 
 #[test]

@@ -22,11 +22,14 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Mar
             (trimmed(atoms.repulsion.contact_distance_angstrom, 5)) " Å. Engine: " (atoms.engine) "." }
         @if !atoms.audit.is_empty() { h3 { "Scaling audit" } (audit(&atoms.audit)) }
         h3 { @if atoms.from_continuum { "Loads" } @else { "Load steps" } }
+        @if writer.loads.quantity != LoadQuantity::PStar {
+            p.quiet { "Loads are named as the scene gives them, at the laboratory scale; the block has the same p*, under other pressures." }
+        }
         @if let Some(steps) = load_steps(writer, atoms)? { (steps) }
         @if !atoms.states.is_empty() {
             h3 { "States at the requested loads" }
             (columns!("words", &atoms.states, |s| {
-                "p*" => trimmed(s.p_star, 4),
+                writer.loads.head() => writer.loads.value(s.p_star),
                 "contact" => percent(s.contact_area),
                 "contact atoms" => count(s.contacts),
                 "of these below the surface" => count(s.contacts_below_surface),
@@ -61,13 +64,14 @@ fn audit(lines: &[AuditLine]) -> Markup {
 /// Load and number of contact atoms against displacement, on loading and unloading.
 fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Markup>> {
     let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
-    let draw = |name: &str, label: &str, value: fn(&LoadStepResults) -> f64| {
+    let draw = |name: &str, label: &str, value: &dyn Fn(&LoadStepResults) -> f64| {
         let curves = unloading::branch_curves(steps, turn, |s| (s.displacement_angstrom, value(s)));
         let plot = Plot::new(linear("displacement of the indenter (Å)"), linear(label), curves);
         writer.curves(name, &Plot { proportion: 0.36, ..plot })
     };
-    let load = draw("load-steps-load", "p*", |s| s.p_star)?;
-    let contacts = draw("load-steps-contacts", "contact atoms", |s| s.contacts as f64)?;
+    let (of_p_star, label) = writer.loads.axis(steps.iter().map(|s| s.p_star.abs()).fold(0.0, f64::max));
+    let load = draw("load-steps-load", &label, &|s| of_p_star * s.p_star)?;
+    let contacts = draw("load-steps-contacts", "contact atoms", &|s| s.contacts as f64)?;
     let (Some(load), Some(contacts)) = (load, contacts) else { return Ok(None) };
     let worst = steps.iter().map(|s| s.max_force_ev_per_angstrom).fold(0.0, f64::max);
     let evaluations: usize = steps.iter().map(|s| s.force_evaluations).sum();
@@ -83,7 +87,7 @@ fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Mark
         }
         " (" (count(evaluations)) " force evaluations in all, largest residual force " (significant(worst, 2)) " eV/Å). "
         (relaxation_sentence(steps))
-        @if steps.iter().any(|s| s.p_star < 0.0) { " Negative p* is tension, by adhesion." }
+        @if steps.iter().any(|s| s.p_star < 0.0) { " Negative loads are tension, by adhesion." }
         @if !atoms.from_continuum { " States at requested loads are interpolated between steps." } },
     )))
 }

@@ -54,7 +54,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
         let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
         let maps = state.map(|state| Maps { writer, length: atoms.length_angstrom, load, state, number: i + 1 });
         Ok(html! {
-            h3 { "Maps at " (load_label(load.p_star)) }
+            h3 { "Maps at " (writer.loads.label(load.p_star)) }
             @if let Some(maps) = &maps { (maps.contacts()?) }
             (matches(load))
             @if let Some(maps) = &maps { (maps.gaps(&c.hard_wall)?) }
@@ -67,30 +67,30 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &Compariso
             "atoms’ own repulsion law, with the compliance of single atoms, on the profile dilated by the atoms’ distance. "
             "Pictures and summary use the criterion “"
             (c.loads.first().and_then(matched).map_or("hard wall", |m| m.label())) "”." }
-        (overview(c))
+        (overview(c, writer.loads))
         (each(&loads))
         (model_chain::section(writer, c)?)
         (criteria::sensitivity(writer, c)?)
         (sections(writer, &c.sections)?)
         details {
             summary { "Continuum solutions: settings, solver and states" }
-            @if let Some(full) = &c.full_heights { h3 { "Full heights" } (setting(full)) (states(full, GivenLoads::P_STAR, &gap)) }
+            @if let Some(full) = &c.full_heights { h3 { "Full heights" } (setting(full)) (states(full, writer.loads, &gap)) }
             h3 { "Hard wall" }
-            (setting(&c.hard_wall)) (states(&c.hard_wall, GivenLoads::P_STAR, &gap))
+            (setting(&c.hard_wall)) (states(&c.hard_wall, writer.loads, &gap))
             h3 { "Compliant wall" }
             p.quiet { "Mean gaps are measured from the dilated profile; those above from the heights." }
-            (setting(&c.compliant_wall)) (states(&c.compliant_wall, GivenLoads::P_STAR, &gap))
+            (setting(&c.compliant_wall)) (states(&c.compliant_wall, writer.loads, &gap))
         }
     })
 }
 
 /// Table of all loads: contact fraction under each criterion, and agreement of the maps.
-fn overview(c: &ComparisonResults) -> Markup {
+fn overview(c: &ComparisonResults, loads: GivenLoads) -> Markup {
     let area = |l, id| or_dash(under(l, id).map(|m| percent(m.contact_area)));
     let off = |l: &LoadComparison, m: &CriterionMatch| Some(signed_percent(deviation(l, m)?));
     html! {
         (columns!("numbers", c.loads.iter().map(|l| (l, matched(l))), |(l, best)| {
-            "p*" => trimmed(l.p_star, 4),
+            loads.head() => loads.value(l.p_star),
             "atoms" => html! { strong { (percent(l.atoms.contact_area)) } },
             "hard wall, zero gap" => area(l, "hard_wall"),
             "offset wall" => area(l, "offset_wall"),
@@ -198,7 +198,7 @@ impl Maps<'_> {
         }
         Ok(figure(
             panels(drawn.len(), &drawn),
-            html! { "The gap at " (load_label(load.p_star)) ", in one colour range; dark is small, black is contact "
+            html! { "The gap at " (writer.loads.label(load.p_star)) ", in one colour range; dark is small, black is contact "
             "(hard wall: zero gap; compliant wall and atoms: by the criteria above). The atoms have one value per "
             "surface atom." },
         ))
@@ -265,7 +265,7 @@ fn sections(writer: &FigureWriter, list: &[GapSection]) -> Result<Markup> {
         };
         let curves = curves.into_iter().filter(|(.., gap)| !gap.is_empty()).map(curve).collect();
         let plot = Plot { proportion: 0.42, ..Plot::new(linear("y / L"), linear("gap (Å)"), curves) };
-        let caption = html! { "The gap along the line x = L/2 at " (load_label(s.p_star)) "."
+        let caption = html! { "The gap along the line x = L/2 at " (writer.loads.label(s.p_star)) "."
         @if i == 0 { " Gaps of the atoms and of the compliant wall are measured from where the repulsion begins, so they are "
             "negative under compression. Steps are atoms: each point of the line has the gap of the nearest surface atom." } };
         Figure::new(format!("section-{}", i + 1), caption, plot)

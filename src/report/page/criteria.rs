@@ -8,11 +8,12 @@ use asperity_grid::units::ANGSTROM_M;
 pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let available: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
     let Some(first) = available.first() else { return Ok(html! {}) };
-    let head: Vec<&str> = std::iter::once("p*").chain(first.criteria.iter().map(|w| name(&w.id))).collect();
+    let head: Vec<&str> =
+        std::iter::once(writer.loads.head()).chain(first.criteria.iter().map(|w| name(&w.id))).collect();
     let rows = available.iter().map(|s| {
         let shares =
             s.criteria.iter().map(|w| html! { (percent(w.contact_area)) " " (quiet(format!("({})", count(w.atoms)))) });
-        std::iter::once(trimmed(s.p_star, 4).render()).chain(shares).collect()
+        std::iter::once(writer.loads.value(s.p_star).render()).chain(shares).collect()
     });
     Ok(html! {
         h3 { "Contact by criterion" }
@@ -39,7 +40,8 @@ fn name(id: &str) -> &str {
 pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
     let curve = Curve::new("", ATOMS, p.steps.iter().map(|s| (s[0], s[1])));
-    let plot = Plot { proportion: 0.36, ..Plot::new(linear("p*"), linear("defect atoms"), vec![curve]) };
+    let plot =
+        Plot { proportion: 0.36, ..Plot::new(linear(""), linear("defect atoms"), vec![curve]).against(writer.loads) };
     let caption = html! { "Defect atoms: centro-symmetry parameter above "
     (p.threshold) " a0², of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every load step." };
     Ok(html! {
@@ -47,9 +49,9 @@ pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<
         p {
             @match p.first_yield {
                 Some(load) => {
-                    "The crystal first yields at p* = " strong { (significant(load, 3)) } ": more than " (p.noise_atoms)
+                    "The crystal first yields at " (writer.loads.quantity.symbol()) strong { (writer.loads.value(load)) } ": more than " (p.noise_atoms)
                     " defect atoms"
-                    @if let Some(previous) = p.last_elastic { "; at the previous step, p* = " (significant(previous, 3)) ", fewer" } "."
+                    @if let Some(previous) = p.last_elastic { "; at the previous step, " (writer.loads.label(previous)) ", fewer" } "."
                     @if let Some(h) = p.hardness_gpa { " Beyond it the mean contact stress is " (significant(h, 3))
                         " GPa, an estimate of the hardness." }
                 },
@@ -58,7 +60,7 @@ pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<
         }
         (writer.figures([Figure::new("plasticity", caption, plot)])?)
         (columns!("numbers", atoms.states.iter().filter_map(|s| Some((s, s.defects?))), |(s, plastic)| {
-            "p*" => trimmed(s.p_star, 4),
+            writer.loads.head() => writer.loads.value(s.p_star),
             "defect atoms (centro-symmetry)" => count(plastic.atoms),
             "their volume" => with_unit(plastic.volume_nm3, 3, "nm³"),
             "contact stress" => with_unit(s.contact_stress_gpa, 3, "GPa"),
@@ -79,7 +81,7 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
         let range =
             ColourRange { low: 0.0, high: if own { ColourRange::of(&small.values, 0.0).high } else { highest } };
         let values = Values { quantity: "normal stress", unit: "GPa", small, range, contact: None };
-        let title = load_label(state.p_star);
+        let title = writer.loads.label(state.p_star);
         let names = (format!("stress-atoms-{}", i + 1), format!("normal stress of the atoms at {title}"));
         let image = writer.values((&names.0, &names.1), &values, atoms.length_angstrom * ANGSTROM_M)?;
         figures.push(panel(&title, image, html! { "at most " (significant(stress.highest_gpa, 3)) " GPa" }));
@@ -124,7 +126,7 @@ pub(super) fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Resul
             ("Contact distance", name("area-vs-distance"), plot("contact distance (Å)", by_distance)),
             ("Gap threshold", name("area-vs-gap"), plot("gap threshold (Å)", by_gap)),
         ])?;
-        let caption = html! { "Contact at " (load_label(load.p_star)) @if i == 0 { ". Left: against the contact distance d_c, from 0.95 to 1.1 of "
+        let caption = html! { "Contact at " (writer.loads.label(load.p_star)) @if i == 0 { ". Left: against the contact distance d_c, from 0.95 to 1.1 of "
         "the distance at which the repulsion begins, with the same criterion for the continuum’s surface atoms. Right: continuum, against the "
         "gap threshold, over the same lengths. Where the left curves are steep, the criterion determines the area." } @else { "." } };
         figures.push(figure(panels(2, &drawn), caption));

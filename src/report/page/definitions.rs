@@ -43,7 +43,7 @@ pub(super) fn section(results: &Results) -> Markup {
             dt { "p*" }
             dd { (LOAD) " Contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
                 "the whole spectrum: a grid or block that resolves less of it has more contact at the same p*."
-                @if results.loads.quantity != LoadQuantity::PStar { " Here p* = 1 is " (results.loads.label(1.0)) "." } }
+                @if results.loads.quantity != LoadQuantity::PStar { " Here p* = 1 is " (results.loads.label(1.0)) @if results.atoms.is_some() { " at the laboratory scale" } "." } }
             dt { "Gap" }
             dd { (GAP) " The mean gap is over the whole cell."
                 @if results.atoms.is_some() {

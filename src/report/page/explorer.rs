@@ -253,7 +253,7 @@ fn of_comparison(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResu
             gap: Some(writer.load(&state.gap_map, SIDE, |v| v)?),
             stress: state.stress.as_ref().map(|s| writer.load(&s.map, SIDE, |v| v)).transpose()?,
         });
-        loads.push((load.p_star, load_label(load.p_star)));
+        loads.push((load.p_star, writer.loads.label(load.p_star)));
     }
     let source = |title: &str, colour, fields| Source { title: title.into(), colour, fields };
     let atoms_alone = source("Atoms", BLUE, block);

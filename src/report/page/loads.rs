@@ -30,14 +30,18 @@ pub(super) fn setting(c: &ContinuumResults) -> Markup {
     }
 }
 
+/// Relative difference of equal pressures: solvers meet a load to 10⁻³ or better.
+const SAME_PRESSURE: f64 = 0.01;
+
 /// The table of states; `gap` formats a mean gap, m.
 pub(super) fn states(c: &ContinuumResults, loads: GivenLoads, gap: &dyn Fn(f64) -> String) -> Markup {
     // Separated surfaces have no equilibrium, so the last iterate is meaningless.
     let known = |s: &State, number: String| or_dash((s.stop != Stop::Detached).then_some(number));
     let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
     criteria.dedup();
-    // Of p* and the mean pressure, the one that the loads are not named by.
-    let by_pressure = loads.quantity == LoadQuantity::Pressure;
+    // Of p* and the mean pressure, the one that the loads are not named by. On the heights of the atoms the pressure is another one.
+    let own = |s: &State| s.pressure != 0.0 && (loads.of_p_star * s.p_star / s.pressure - 1.0).abs() < SAME_PRESSURE;
+    let by_pressure = loads.quantity == LoadQuantity::Pressure && c.states.iter().any(own);
     let other = if by_pressure { "p*" } else { "mean pressure" };
     let second = |s: &State| if by_pressure { trimmed(s.p_star, 4) } else { stress(s.pressure, 3) };
     html! {
@@ -111,10 +115,10 @@ fn common_ranges(writer: &FigureWriter, c: &ContinuumResults) -> Result<Option<[
 
 fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let shown = shown(&c.states);
-    let mut rows: [Vec<Markup>; 3] = Default::default();
     if profile::is_profile(c.ny) {
         return profile::fields(writer, &shown.iter().map(|&i| &c.states[i]).collect::<Vec<_>>());
     }
+    let mut rows: [Vec<Markup>; 3] = Default::default();
     let length_m = writer.scales.length_m;
     let ranges = common_ranges(writer, c)?;
     for (i, state) in c.states.iter().enumerate() {

@@ -128,7 +128,7 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         let has_depth = |s: &State| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(writer, atoms, comparison)?)
-            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall, GivenLoads::P_STAR)) }
+            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall, results.loads)) }
         };
         add("comparison", "Continuum against atoms", body);
     }

@@ -26,9 +26,9 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
         let ids = distinct(steps().map(|(_, v)| &v.id)).into_iter();
         ids.map(|id| Curve::new(name(id), model_style(id), points(id))).collect()
     };
-    let area = Plot::new(linear("p*"), linear("contact (%)"), load_curves(&|v| 100.0 * v.contact_area));
-    let area = Plot { include: vec![(0.0, 0.0)], ..area };
-    let gap = Plot::new(log("p*"), linear("mean gap (Å)"), load_curves(&|v| v.mean_gap_angstrom));
+    let area = Plot::new(linear(""), linear("contact (%)"), load_curves(&|v| 100.0 * v.contact_area));
+    let area = Plot { include: vec![(0.0, 0.0)], ..area }.against(writer.loads);
+    let gap = Plot::new(log(""), linear("mean gap (Å)"), load_curves(&|v| v.mean_gap_angstrom)).against(writer.loads);
     let figures = [
         Figure::new("model-chain-area", "Contact fraction of each step at the block’s surface sites.", area),
         Figure::new("model-chain-gap", "Mean gap of each step; the contact criterion does not change it.", gap),
@@ -44,7 +44,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Ma
             "are evaluated at the block’s surface sites, and all stresses are smoothed by the Gaussian that turns the atoms’ "
             "forces into a field." }
         (columns!("numbers", numbers, |(load, k, v)| {
-            "p*" => if k == 0 { trimmed(load.p_star, 4) } else { String::new() },
+            writer.loads.head() => if k == 0 { writer.loads.value(load.p_star) } else { String::new() },
             "step" => html! { strong { (name(&v.id)) } },
             "contact" => percent(v.contact_area),
             "mean gap" => with_unit(v.mean_gap_angstrom, 4, "Å"),
@@ -77,7 +77,7 @@ fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Resu
     ])?;
     Ok(figure(
         panels(figures.len(), &figures),
-        html! { "Distributions at " (load_label(load.p_star)) ": gap outside the contact, smoothed stress over the "
+        html! { "Distributions at " (writer.loads.label(load.p_star)) ": gap outside the contact, smoothed stress over the "
         "whole cell, and fraction of the contact in clusters up to an area." },
     ))
 }

@@ -12,7 +12,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResu
         let small = &writer.load(&state.probability_map, PANEL_SIDE, |v| v)?;
         let range = ColourRange { low: 0.0, high: 1.0 };
         let values = Values { quantity: "contact probability", unit: "", small, range, contact: None };
-        let title = load_label(state.p_star);
+        let title = writer.loads.label(state.p_star);
         let alt = format!("contact probability of the surface atoms at {title}");
         let image = writer.values((&format!("probability-{}", i + 1), &alt), &values, length_m)?;
         figures.push(panel(&title, image, contact(state) + " in contact"));
@@ -29,7 +29,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResu
                 "Errors are standard errors from " (nvt.blocks) " blocks of time." },
         ))
         (columns!("numbers", nvt.states.iter().map(|s| (s, still(s))), |(s, still)| {
-            "p*" => trimmed(s.p_star, 4),
+            writer.loads.head() => writer.loads.value(s.p_star),
             "contact" => contact(s),
             "at 0 K" => or_dash(still.map(|a| percent(a.contact_area))),
             "majority contact" => percent(s.majority_contact),

@@ -7,8 +7,8 @@ pub(super) use super::figures::{
 pub(super) use crate::record::given_loads::{GivenLoads, LoadQuantity};
 pub(super) use crate::record::results::*;
 pub(super) use crate::report::number::{
-    UM, count, duration, length, load_label, memory, percent, si, si_given, si_scale, significant, stress, trimmed,
-    with_error, with_unit, work,
+    UM, count, duration, length, memory, percent, si, si_given, si_scale, significant, stress, trimmed, with_error,
+    with_unit, work,
 };
 pub(super) use crate::report::picture::{self, BLACK, BLUE, ColourRange, GREEN, ORANGE, PURPLE, Rgb, VERMILION};
 pub(super) use crate::report::plot::*;

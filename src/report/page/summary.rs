@@ -63,8 +63,8 @@ fn subject(results: &Results) -> Option<String> {
 fn answer(results: &Results) -> Option<Markup> {
     match &results.comparison {
         Some(c) => {
-            let hardness = results.atoms.as_ref().and_then(|atoms| hardness_found(atoms, c));
-            hardness.or_else(|| comparison_found(results.atoms.as_ref(), c))
+            let hardness = results.atoms.as_ref().and_then(|atoms| hardness_found(atoms, c, results.loads));
+            hardness.or_else(|| comparison_found(results.atoms.as_ref(), c, results.loads))
         }
         None => results.continuum.as_ref().and_then(|c| continuum_found(results, c)).map(|s| html! { (s) }),
     }
@@ -78,7 +78,7 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
 }
 
 /// Why the elastic continuum differs from the atoms, and what a hardness explains; `None` without a solution with hardness.
-fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup> {
+fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults, named: GivenLoads) -> Option<Markup> {
     let hardness = c.yielding_wall.as_ref()?.hardness? * atoms.modulus_gpa * 1e9;
     let loads = c.loads.iter().filter(|l| !has_few_contacts(Some(atoms), l));
     let pairs: Vec<_> = loads.filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
@@ -95,17 +95,22 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults) -> Option<Markup>
     };
     let kappa = |hard| significant(lowest(|m| m.overlap.kappa, hard), 2);
     let shifted = pairs.iter().map(|(_, _, h)| h.shifted.kappa.abs()).fold(0.0, f64::max);
-    let loads = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
+    let loads = span(c.loads.iter().map(|l| l.p_star), |p| named.value(p));
     let fraction = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
     let verb = if stress > hardness { "exceeds" } else { "is below" };
     let explains = if left.abs() < 0.5 * mismatch.abs() { "explains it" } else { "does not explain it" };
     Some(html! {
         strong { "The atoms have up to " (more_or_less(mismatch)) " " (term(Term::Contact)) " than the elastic continuum, and the crystal’s hardness " (explains) }
-        ". The elastic contact stress of " (si(stress, "Pa", 3)) " at " (term(Term::Load)) " = " (trimmed(load.p_star, 4)) " " (verb) " the hardness of "
+        ". The elastic contact stress of " (si(stress, "Pa", 3)) " at " (of_load(named)) (named.value(load.p_star)) " " (verb) " the hardness of "
         (si(hardness, "Pa", 3)) "; with it the areas differ by at most " (percent(left.abs())) ", and the maps agree with "
-        (term(Term::Kappa)) " ≥ " (kappa(true)) " (elastic: " (kappa(false)) "; misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). At p* = "
+        (term(Term::Kappa)) " ≥ " (kappa(true)) " (elastic: " (kappa(false)) "; misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). At " (named.quantity.symbol())
         (loads) ", " (fraction) " of the surface atoms are in contact."
     })
+}
+
+/// What a load follows: p* with its definition, or nothing.
+fn of_load(named: GivenLoads) -> Markup {
+    html! { @if named.quantity == LoadQuantity::PStar { (term(Term::Load)) " = " } }
 }
 
 /// Whether a load has too few contact atoms to be compared.
@@ -114,7 +119,7 @@ fn has_few_contacts(atoms: Option<&AtomsResults>, load: &LoadComparison) -> bool
     state.is_some_and(AtomState::has_few_contacts)
 }
 
-fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults) -> Option<Markup> {
+fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults, named: GivenLoads) -> Option<Markup> {
     let (few, enough): (Vec<_>, Vec<_>) = c.loads.iter().partition(|l| has_few_contacts(atoms, l));
     if enough.is_empty() {
         let of_load = |l: &&LoadComparison| at_load(&atoms?.states, l.p_star, |s| s.p_star).map(|s| s.contacts);
@@ -125,18 +130,18 @@ fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults) -> Opti
         });
     }
     let left_out = (!few.is_empty()).then(|| {
-        let loads = few.iter().map(|l| trimmed(l.p_star, 4)).collect::<Vec<_>>().join(", ");
-        format!("; at p* = {loads} too few atoms to compare")
+        let loads = few.iter().map(|l| named.value(l.p_star)).collect::<Vec<_>>().join(", ");
+        format!("; at {}{loads} too few atoms to compare", named.quantity.symbol())
     });
     let matches: Vec<_> = enough.into_iter().filter_map(|l| Some((l, matched(l)?))).collect();
     let best = matches.first()?.1;
-    let loads = span(matches.iter().map(|(l, _)| l.p_star), |p| trimmed(p, 4));
+    let loads = span(matches.iter().map(|(l, _)| l.p_star), |p| named.value(p));
     let mismatch = matches.iter().filter_map(|(l, m)| Some((deviation(l, m)?, *l)));
     let (mismatch, worst) = mismatch.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
     let doubt = matched_uncertainty(c, worst);
     let (smallest, m) = matches.iter().min_by(|a, b| a.1.overlap.kappa.total_cmp(&b.1.overlap.kappa))?;
     // The load is named again only where it is another one.
-    let elsewhere = (smallest.p_star != worst.p_star).then(|| format!(" (least at {})", load_label(smallest.p_star)));
+    let elsewhere = (smallest.p_star != worst.p_star).then(|| format!(" (least at {})", named.label(smallest.p_star)));
     let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     let atoms = span(matches.iter().map(|(l, _)| l.atoms.contact_area), percent);
     let continuum = span(matches.iter().map(|(_, m)| m.contact_area), percent);
@@ -147,10 +152,10 @@ fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults) -> Opti
     };
     let doubt = doubt.map_or("not known".into(), |d| format!("± {} of it", percent(d)));
     Some(html! {
-        strong { "Atoms and continuum differ most at p* = " (trimmed(worst.p_star, 4)) ", where the atoms have " (more_or_less(mismatch)) " " (term(Term::Contact))
+        strong { "Atoms and continuum differ most at " (named.label(worst.p_star)) ", where the atoms have " (more_or_less(mismatch)) " " (term(Term::Contact))
             "; the maps agree with " (term(Term::Kappa)) " ≥ " (significant(m.overlap.kappa, 2)) (elsewhere.unwrap_or_default()) }
         " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum’s area there (" (doubt)
-        "); that of the atoms is not known. At " (term(Term::Load)) " = " (loads) ", " (atoms) " of the surface atoms and " (continuum)
+        "); that of the atoms is not known. At " (of_load(named)) (loads) ", " (atoms) " of the surface atoms and " (continuum)
         " of the continuum (" (best.label()) ") are in contact" (left_out.unwrap_or_default()) "."
     })
 }

@@ -51,17 +51,17 @@ fn tiles(results: &Results) -> Vec<Markup> {
         }
     }
     if let Some(c) = &results.comparison {
-        match c.loads.last().and_then(|l| Some(hardness_tiles(c, l, matched(l)?, yielding(l)?))) {
+        match c.loads.last().and_then(|l| Some(hardness_tiles((c, results.loads), l, matched(l)?, yielding(l)?))) {
             Some(four) => return four,
             None => {
                 // The continuum at laboratory scale keeps contact and gap.
                 tiles.truncate(2);
-                tiles.extend(comparison_tiles(c));
+                tiles.extend(comparison_tiles(c, results.loads));
             }
         }
     } else if let Some((atoms, state)) = results.atoms.as_ref().and_then(|a| Some((a, a.states.last()?))) {
         tiles.truncate(3);
-        let name = format!("atoms in contact at {}", load_label(state.p_star));
+        let name = format!("atoms in contact at {}", results.loads.label(state.p_star));
         let note = format!("of the surface layer of {} moving atoms", count(atoms.deformable));
         tiles.push(tile(name, bare(percent(state.contact_area)), Some(state.contact_area), note));
     }
@@ -122,36 +122,36 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &State) -> Vec<Ma
 }
 
 /// Agreement of the maps at a load.
-fn kappa(load: &LoadComparison, m: &CriterionMatch, note: String) -> Markup {
-    let name = html! { "agreement of the maps, " (term(Term::Kappa)) ", at " (load_label(load.p_star)) };
+fn kappa((load, loads): (&LoadComparison, GivenLoads), m: &CriterionMatch, note: String) -> Markup {
+    let name = html! { "agreement of the maps, " (term(Term::Kappa)) ", at " (loads.label(load.p_star)) };
     tile(name, bare(significant(m.overlap.kappa, 2)), Some(m.overlap.kappa), note)
 }
 
 /// Deviation of the areas and agreement of the maps at the highest load.
-fn comparison_tiles(c: &ComparisonResults) -> Vec<Markup> {
+fn comparison_tiles(c: &ComparisonResults, loads: GivenLoads) -> Vec<Markup> {
     let Some((load, m)) = c.loads.last().and_then(|l| Some((l, matched(l)?))) else { return Vec::new() };
     let ratio = deviation(load, m).map(|mismatch| {
-        let name = format!("contact of the atoms over the continuum’s at {}", load_label(load.p_star));
+        let name = format!("contact of the atoms over the continuum’s at {}", loads.label(load.p_star));
         let value = shown(1.0 + mismatch, matched_uncertainty(c, load), "", |v| significant(v, 4));
         let [atoms, continuum] = [load.atoms.contact_area, m.contact_area].map(percent);
         tile(name, value, None, format!("{atoms} of the atoms, {continuum} of the continuum; ± is the continuum’s"))
     });
     let misaligned = significant(m.shifted.kappa, 2);
     let note = format!("1: identical maps; misaligned by a third and a fifth of the cell: {misaligned} at this load");
-    ratio.into_iter().chain([kappa(load, m, note)]).collect()
+    ratio.into_iter().chain([kappa((load, loads), m, note)]).collect()
 }
 
 /// Contact of the elastic continuum, of the continuum with hardness and of the atoms at the highest load, and the agreement
 /// of the maps.
 fn hardness_tiles(
-    c: &ComparisonResults,
+    (c, loads): (&ComparisonResults, GivenLoads),
     load: &LoadComparison,
     elastic: &CriterionMatch,
     hard: &CriterionMatch,
 ) -> Vec<Markup> {
     let contact = |name: &str, fraction: f64, relative: Option<f64>, note: String| {
         let value = relative.map_or_else(|| bare(percent(fraction)), |r| share(fraction, Some(r), "of the sites"));
-        let name = html! { (term(Term::Contact)) " at " (load_label(load.p_star)) ", " (name) };
+        let name = html! { (term(Term::Contact)) " at " (loads.label(load.p_star)) ", " (name) };
         tile(name, value, Some(fraction), note)
     };
     let of_atoms = |m: &CriterionMatch| {
@@ -163,6 +163,6 @@ fn hardness_tiles(
         contact("elastic continuum", elastic.contact_area, matched_uncertainty(c, load), of_atoms(elastic)),
         contact("continuum with hardness", hard.contact_area, of_hard, of_atoms(hard)),
         contact("atoms", load.atoms.contact_area, None, load.atoms.criterion.clone()),
-        kappa(load, hard, format!("with hardness; elastic {of_elastic}, misaligned map {misaligned}")),
+        kappa((load, loads), hard, format!("with hardness; elastic {of_elastic}, misaligned map {misaligned}")),
     ]
 }

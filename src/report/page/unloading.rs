@@ -22,7 +22,7 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, unloading: &U
     let contacts = Figure::new(
         "unloading-contacts",
         "Contact against load on loading and unloading. Without adhesion and plasticity both branches coincide.",
-        Plot { proportion: 0.5, ..Plot::new(linear("p*"), linear("contact atoms"), curves) },
+        Plot { proportion: 0.5, ..Plot::new(linear(""), linear("contact atoms"), curves).against(writer.loads) },
     );
     let change = |loading: f64, unloading: f64| (loading != 0.0).then(|| percent(unloading / loading - 1.0));
     Ok(html! {
@@ -30,14 +30,14 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, unloading: &U
         (writer.figures([contacts])?)
         @if !unloading.changes.is_empty() {
             (columns!("numbers", &unloading.changes, |c| {
-                "p*" => trimmed(c.p_star, 4),
+                writer.loads.head() => writer.loads.value(c.p_star),
                 "contact, loading" => percent(c.contact_area_loading),
                 "contact, unloading" => percent(c.contact_area_unloading),
                 "change of contact" => or_dash(change(c.contact_area_loading, c.contact_area_unloading)),
                 "change of mean gap" => with_unit(c.mean_gap_angstrom, 3, "Å"),
             }))
         }
-        @if let Some(p) = &unloading.pull_off { (pull_off(p)) }
+        @if let Some(p) = &unloading.pull_off { (pull_off(p, writer.loads)) }
         @else if unloading.separated == Some(true) { p { "No tensile load occurs on unloading." } }
         @if unloading.separated == Some(false) {
             p { (bad("The surfaces did not separate: ")) "atoms were still in contact at the last unloading step." }
@@ -45,10 +45,10 @@ pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, unloading: &U
     })
 }
 
-fn pull_off(p: &AtomPullOff) -> Markup {
+fn pull_off(p: &AtomPullOff, loads: GivenLoads) -> Markup {
     html! {
         p { "The pull-off force is " strong { (significant(-p.force_nn, 4)) " nN" } " (" (significant(-p.force_ev_per_angstrom, 4))
-            " ± " (significant(p.error_ev_per_angstrom, 2)) " eV/Å, p* = " (significant(p.p_star, 3)) "), with the indenter "
+            " ± " (significant(p.error_ev_per_angstrom, 2)) " eV/Å, " (loads.label(p.p_star)) "), with the indenter "
             (significant(p.displacement_angstrom, 4)) " Å below its initial position and " (count(p.contacts)) " atoms in contact. The error is "
             "the increase of the tension over the last step, of " (significant(p.step_angstrom, 2)) " Å." }
     }
