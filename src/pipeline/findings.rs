@@ -107,7 +107,7 @@ pub(super) fn findings(
             kappa(&offset.overlap),
         ));
         list.extend(yielding.iter().zip(&matched.yielding).map(|(adhesive, wall)| {
-            let hardness = wall.hardness.unwrap_or(f64::NAN) * atoms.modulus_gpa;
+            let hardness = wall.hardness.unwrap_or(f64::NAN) / 1e9;
             of_hardness(
                 (load, &at),
                 hardness,

@@ -210,6 +210,10 @@ fn a_hardness_of_the_crystal_repeats_no_atoms_and_lowers_the_mean_gap() {
     let row = table.lines().find(|l| l.contains("compliant wall with hardness")).expect("a row");
     let printed: f64 = row.split_whitespace().last().expect("a column").replace('−', "-").parse().expect("a number");
     assert!((printed - soft).abs() < FOUR_DIGITS * soft.abs(), "{row}: {soft}");
+    // The report and its findings state the hardness of the scene.
+    let page = std::fs::read_to_string(bench.path("run/report.html")).expect("a report");
+    assert!(page.contains("crystal&#39;s hardness of 3.00 GPa") || page.contains("crystal's hardness of 3.00 GPa"));
+    assert!(page.contains("the hardness of 3.00\u{a0}GPa"));
 }
 
 #[test]

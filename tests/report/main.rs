@@ -232,7 +232,7 @@ fn what_a_hardness_explains_is_on_the_first_screen() {
     let mut results = run_folder(&folder);
     let comparison = results.comparison.as_mut().unwrap();
     let mut wall = comparison.compliant_wall.clone();
-    wall.hardness = Some(0.1575);
+    wall.hardness = Some(4.5e9);
     comparison.yielding_wall = Some(wall);
     let set = |results: &mut Results, elastic: f64, hard: f64| {
         for load in &mut results.comparison.as_mut().unwrap().loads {

@@ -79,7 +79,7 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
 
 /// Why the elastic continuum differs from the atoms, and what a hardness explains; `None` without a solution with hardness.
 fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults, named: GivenLoads) -> Option<Markup> {
-    let hardness = c.yielding_wall.as_ref()?.hardness? * atoms.modulus_gpa * 1e9;
+    let hardness = c.yielding_wall.as_ref()?.hardness?;
     let loads = c.loads.iter().filter(|l| !has_few_contacts(Some(atoms), l));
     let pairs: Vec<_> = loads.filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
     let worst = |value: &dyn Fn(&LoadComparison, &CriterionMatch, &CriterionMatch) -> Option<f64>| {
