@@ -466,6 +466,26 @@ fn loads_of_atoms_are_named_as_they_were_given() {
     assert!(axis("load-steps-load.svg").contains("mean pressure (MPa)"));
 }
 
+/// Waves of nothing but the rounding of heights in single precision do not stretch the axis of the spectrum.
+#[test]
+fn rounding_is_not_in_the_spectrum() {
+    let folder = kept("rounding");
+    let mut results = run_folder(&folder);
+    let drawn = || {
+        page(&folder);
+        std::fs::read_to_string(folder.join("figures/psd.svg")).unwrap()
+    };
+    let without = drawn();
+    let largest = results.surface.psd.iter().map(|p| p.realised).fold(0.0, f64::max);
+    let rounding = |mode| PsdPoint { mode, realised: 1e-17 * largest, expected: None };
+    results.surface.psd.extend([70.0, 80.0].map(rounding));
+    results.write(&folder).unwrap();
+    assert!(drawn() == without);
+    results.surface.psd.push(PsdPoint { realised: 1e-12 * largest, ..rounding(90.0) });
+    results.write(&folder).unwrap();
+    assert!(drawn() != without);
+}
+
 #[test]
 fn parts_that_were_not_run_are_left_out() {
     let folder = kept("continuum-only");
