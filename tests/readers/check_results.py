@@ -31,9 +31,10 @@ curves = {
     "contact_nodes": [s["contact_nodes"] for s in states],
     "mean_gap": [s["mean_gap"] for s in states],
     "stiffness": [np.nan if s.get("stiffness") is None else s["stiffness"] for s in states],
-    "hydraulic_gap": [s["observed"]["hydraulic_gap"] for s in states],
+    "hydraulic_gap_effective_medium": [s["observed"]["hydraulic_gap"] for s in states],
 }
 units = {"gap": "m", "stress": "Pa", "pressure": "Pa", "mean_gap": "m", "x": "m", "p_star": "1", "stiffness": "Pa m-1"}
+units["hydraulic_gap_effective_medium"] = "m"
 x = np.arange(n) * length / n
 
 with h5py.File(folder / "results.nc") as file:

@@ -63,7 +63,7 @@ fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, lo
             ("mean_contact_pressure", "MPa", observed.and_then(|o| Some(o.mean_contact_pressure? * mpa))),
             ("median_cluster_area", "um2", observed.and_then(|o| Some(o.median_cluster_area? * um * um))),
             ("contact_nodes_compressive", "1", s.contact_nodes_compressive),
-            ("hydraulic_gap", "um", observed.and_then(|o| Some(o.hydraulic_gap? * um))),
+            ("hydraulic_gap_effective_medium", "um", observed.and_then(|o| Some(o.hydraulic_gap? * um))),
             ("displacement", "um", s.displacement.map(|d| d * um)),
             ("hydraulic_gap_x", "um", s.leakage.map(|flow| flow.hydraulic_gaps()[0] * um)),
             ("hydraulic_gap_y", "um", s.leakage.map(|flow| flow.hydraulic_gaps()[1] * um)),

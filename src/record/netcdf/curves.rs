@@ -52,7 +52,7 @@ const COLUMNS: [Column; 32] = [
     ("constriction_conductance", "m", "electrical conductance times resistivity, clusters as circular spots", |s| {
         s.observed.as_ref()?.constriction_conductance
     }),
-    ("hydraulic_gap", "m", "uniform gap with the same leakage, by the effective medium", |s| {
+    ("hydraulic_gap_effective_medium", "m", "uniform gap with the same leakage, by the effective medium", |s| {
         s.observed.as_ref()?.hydraulic_gap
     }),
     ("hydraulic_gap_x", "m", "uniform gap with the same leakage along x", |s| Some(s.leakage?.hydraulic_gaps()[0])),
