@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from . import _asperity
 from ._arguments import Map
@@ -24,7 +26,38 @@ Where = str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class RunState:
-    """One equilibrium of a finished run, in SI units."""
+    """One equilibrium of a finished run, in SI units.
+
+    Attributes
+    ----------
+    branch : {'loading', 'unloading'}
+        Branch of the load path.
+    p_star : float
+        Mean pressure over E* times the rms gradient.
+    pressure : float
+        Mean pressure, Pa.
+    contact_area, contact_nodes : float
+        Contact area over the area of the cell, and contact nodes over all nodes.
+    mean_gap : float
+        Mean gap, m.
+    stiffness : float or None
+        Contact stiffness, Pa/m.
+    contact_area_error, mean_gap_error, stiffness_error : float or None
+        Errors of these, of the same units. None where a part of the error is not known.
+    flowing_fraction, displaced_fraction : float
+        Fractions of nodes whose plastic displacement grows in this load, and of nodes that have one; 0 for an elastic body, as the
+        next two.
+    mean_plastic_displacement, plastic_work : float
+        Mean of the displacement, m, and plastic work per area, J/m².
+    hydraulic_gap_x, hydraulic_gap_y : float or None
+        Uniform gaps with the same leakage along x and along y, m; None unless the scene requests the leakage, as the next three.
+    hydraulic_gap_x_error, hydraulic_gap_y_error : float or None
+        Their errors, m. None also where a direction is sealed.
+    hydraulic_gap_effective_medium : float or None
+        The same gap in Bruggeman's approximation, m.
+    von_mises, shear : float or None
+        Largest equivalent stress after von Mises and largest shear stress at the depths of the scene, Pa; None unless it requests them.
+    """
 
     branch: str
     p_star: float
@@ -36,6 +69,44 @@ class RunState:
     mean_gap_error: float | None
     stiffness: float | None
     stiffness_error: float | None
+    flowing_fraction: float = 0.0
+    displaced_fraction: float = 0.0
+    mean_plastic_displacement: float = 0.0
+    plastic_work: float = 0.0
+    hydraulic_gap_x: float | None = None
+    hydraulic_gap_y: float | None = None
+    hydraulic_gap_x_error: float | None = None
+    hydraulic_gap_y_error: float | None = None
+    hydraulic_gap_effective_medium: float | None = None
+    von_mises: float | None = None
+    shear: float | None = None
+
+    @classmethod
+    def _read(cls, row: dict[str, Any]) -> RunState:
+        """From a state of ``results.json``, which leaves out what there is not."""
+        numbers = {f.name: row.get(f.name, None if f.default is MISSING else f.default) for f in fields(cls)}
+        if flow := row.get("leakage"):
+            numbers |= zip(("hydraulic_gap_x", "hydraulic_gap_y"), map(_cube_root, flow["conductivity"]), strict=True)
+            numbers["hydraulic_gap_effective_medium"] = _cube_root(flow["effective_medium"])
+            if errors := flow.get("gap_errors"):
+                numbers |= zip(("hydraulic_gap_x_error", "hydraulic_gap_y_error"), errors, strict=True)
+        if below := row.get("subsurface"):
+            numbers |= {name: below[name]["value"] for name in ("von_mises", "shear")}
+        return cls(**numbers)
+
+
+#: Units of the numbers of a state that have one.
+UNITS = (
+    dict.fromkeys(("pressure", "von_mises", "shear"), "Pa")
+    | dict.fromkeys(("mean_gap", "mean_gap_error", "mean_plastic_displacement"), "m")
+    | dict.fromkeys((f.name for f in fields(RunState) if f.name.startswith("hydraulic_gap")), "m")
+    | {"stiffness": "Pa/m", "stiffness_error": "Pa/m", "plastic_work": "J/m²"}
+)
+
+
+def _cube_root(conductivity: float) -> float:
+    """The uniform gap of a conductivity, which is its cube."""
+    return float(np.cbrt(conductivity))
 
 
 class Run:
@@ -77,7 +148,7 @@ class Run:
     def states(self) -> tuple[RunState, ...]:
         """Equilibria of the continuum, one for each load."""
         rows = (self.results["continuum"] or {}).get("states", [])
-        return tuple(RunState(**{f.name: row.get(f.name) for f in fields(RunState)}) for row in rows)
+        return tuple(map(RunState._read, rows))
 
     @property
     def heights(self) -> Map | None:
@@ -145,8 +216,7 @@ class Run:
     def plot_curve(self, x: str = "p_star", y: str = "contact_area", **options: Any) -> Any:
         """One number of the states over another by matplotlib. Options are `ax` and those of ``Axes.plot``; returns the axes."""
         numbers = {f.name: [getattr(s, f.name) for s in self.states] for f in fields(RunState)}
-        units = {"pressure": "Pa", "mean_gap": "m", "mean_gap_error": "m", "stiffness": "Pa/m", "stiffness_error": "Pa/m"}
-        return plot_curve(numbers, x, y, units, **options)
+        return plot_curve(numbers, x, y, UNITS, **options)
 
     @property
     def report(self) -> Path:

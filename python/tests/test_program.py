@@ -61,6 +61,31 @@ def test_runs_are_read(scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFix
         run.contact_frame(0)
 
 
+def test_states_have_flow_leakage_and_stress_below_the_surface(scene: Path, tmp_path: Path) -> None:
+    """Under the names of ``curve.csv`` and ``results.nc``, with the numbers of ``results.json``."""
+    plain = asperity.run(scene, tmp_path / "plain").states[0]
+    assert (plain.flowing_fraction, plain.plastic_work, plain.hydraulic_gap_x, plain.von_mises) == (0.0, 0.0, None, None)
+    more = "continuum = { leakage = true, hardness = '3 MPa', subsurface = { depths = ['0.5 um', '1 um'], poisson = 0.3 } }\n"
+    scene.write_text(scene.read_text() + more)
+    run = asperity.run(scene, tmp_path / "out")
+    for state, row in zip(run.states, run.results["continuum"]["states"], strict=True):
+        assert state.flowing_fraction > 0 and state.displaced_fraction >= state.flowing_fraction
+        for name in ("flowing_fraction", "displaced_fraction", "mean_plastic_displacement", "plastic_work"):
+            assert getattr(state, name) == row[name]
+        flow = row["leakage"]
+        gaps = (state.hydraulic_gap_x, state.hydraulic_gap_y, state.hydraulic_gap_effective_medium)
+        np.testing.assert_allclose([g**3 for g in gaps if g is not None], [*flow["conductivity"], flow["effective_medium"]])
+        assert [state.hydraulic_gap_x_error, state.hydraulic_gap_y_error] == flow["gap_errors"]
+        assert (state.von_mises, state.shear) == (row["subsurface"]["von_mises"]["value"], row["subsurface"]["shear"]["value"])
+    # One vocabulary: the columns that a table and the NetCDF file both have are the same numbers.
+    with run.dataset as data:
+        shared = set(data.variables) & set(run.curve.columns)
+        assert shared >= {"flowing_fraction", "plastic_work", "hydraulic_gap_x", "hydraulic_gap_effective_medium", "von_mises", "shear"}
+        for name in shared:
+            np.testing.assert_allclose(data[name], run.curve[name], err_msg=name)
+    assert run.plot_curve(y="hydraulic_gap_x").get_ylabel() == "hydraulic_gap_x / m".replace("_", " ")
+
+
 def test_runs_agree_with_solves(scene: Path, tmp_path: Path) -> None:
     run = asperity.run(scene, tmp_path / "out")
     assert run.heights is not None
