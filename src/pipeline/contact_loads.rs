@@ -21,7 +21,8 @@ pub fn impose_contact(case: &mut Case, observer: &dyn Observer) -> Result<()> {
     let pressures = pressures.map_err(|error| match error {
         Error::Input { list, .. } => Error::Input { place: case.file.display().to_string(), list },
         other => other,
-    })?;
+    });
+    let pressures = pressures.map_err(|error| case.given_units().rewrite(error))?;
     case.impose_pressures(&pressures);
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::ProgressReporter;
 use super::stage::StageContext;
 use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::report::number::SiNotation;
+use crate::scene::GivenUnits;
 use crate::{Error, Result};
 use asperity_contact::interface::{AttractionLaw, RangeChoice, SubsurfaceRequest};
 use asperity_contact::load::{Branch, Load, LoadStep};
@@ -46,6 +47,8 @@ pub(super) struct PathRequest<'a> {
     pub gradient: f64,
     /// Units of the results over those of the problem.
     pub scales: Scales,
+    /// Those in which errors are written.
+    pub units: GivenUnits,
     /// Whether the unloading branch is compared with the loading branch.
     pub hysteresis: bool,
     /// Largest gap of a node in contact, units of L.
@@ -94,7 +97,7 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
         states.push(state);
         Ok(())
     });
-    let (pull_off, pull_off_failure) = match walked {
+    let (pull_off, pull_off_failure) = match walked.map_err(|e| request.units.rewrite(e)) {
         Ok(state) => (state, None),
         // All loads are solved and remain valid; only the pull-off failed.
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))

@@ -274,6 +274,7 @@ pub(super) fn laboratory(
         start,
         gradient: case.gradient,
         scales: case.scales,
+        units: case.given_units(),
         hysteresis: primary && scene.load.loads().is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,

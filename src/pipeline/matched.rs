@@ -240,6 +240,7 @@ fn solve(
         start: None,
         gradient: case.gradient,
         scales: atoms.scales,
+        units: case.given_units().with(atoms.scales),
         hysteresis: false,
         threshold: 0.0,
         leakage: false,

@@ -212,7 +212,7 @@ pub(super) fn run(
             estimate(case, &input, (folder, stage, &criterion), listener, &mut results.states)
         }),
     };
-    match ended {
+    match ended.map_err(|e| case.given_units().rewrite(e)) {
         Ok(()) => {
             if let Some(reason) = &results.warning {
                 listener.warn(&format!("{}: {reason}", method_run.label()));

@@ -67,7 +67,7 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     // LAMMPS is looked up first: a missing program then costs no computing time and leaves no folder.
     let engine = case.atoms.as_ref().map(|_| engine(case)).transpose()?;
     if case.solves() {
-        Device::check(&case.planned_problem(), case.method())?;
+        Device::check(&case.planned_problem(), case.method()).map_err(|e| case.given_units().rewrite(e))?;
     }
     if case.scene.accuracy().is_none() {
         super::plan(case, rayon::current_num_threads(), None)?.fits()?;

@@ -132,6 +132,10 @@ impl Notation for SiNotation {
         si_given(over_length * self.0.length_m, "m")
     }
 
+    fn stress(&self, over_modulus: f64) -> String {
+        si_given(over_modulus * self.0.modulus_pa, "Pa")
+    }
+
     fn work(&self, reduced: f64) -> String {
         si_given(reduced * self.0.modulus_pa * self.0.length_m, "J/m²")
     }

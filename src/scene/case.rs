@@ -1,5 +1,6 @@
 use super::atoms::LaboratoryProblem;
 use super::check::{complaints, missing_files};
+use super::given_units::GivenUnits;
 use super::hardness::HardnessFile;
 use super::model::relative_to;
 use super::names::Keys;
@@ -161,7 +162,7 @@ impl Case {
         let warnings = |problem: &Problem, reduction: &Reduction| {
             let of_surface = problem.surface_warnings(reduction).into_iter().filter(|_| !is_map);
             let of_surface = of_surface.map(|text| preparation_keys(&text));
-            of_surface.chain(problem.load_warnings(reduction)).collect::<Vec<_>>()
+            of_surface.chain(problem.load_warnings(reduction, &self.given_units())).collect::<Vec<_>>()
         };
         let mut problem = self.problem.on_nodes(nodes, coarsest);
         problem.tolerance = self.problem.tolerance.or(Some(accuracy.tolerance(&problem)));
@@ -206,7 +207,7 @@ impl Case {
             let list = self.warnings.iter().map(complaint).collect();
             return Err(Error::Input { place: self.file.display().to_string(), list });
         }
-        self.warnings.extend(self.problem.load_warnings(reduction));
+        self.warnings.extend(self.problem.load_warnings(reduction, &self.given_units()));
         Ok(())
     }
 
@@ -234,6 +235,11 @@ impl Case {
         self.warnings.extend(resolved.warnings(self.gradient, ranks));
         self.atoms = Some(resolved);
         Ok(())
+    }
+
+    /// How messages of solvers write numbers of this scene.
+    pub fn given_units(&self) -> GivenUnits {
+        GivenUnits::of(&self.scene, self.scales)
     }
 
     /// Where the heights come from.

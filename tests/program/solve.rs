@@ -575,10 +575,7 @@ fn what_a_gpu_cannot_do_is_refused() {
     let (code, message) = refused(&[]);
     if cfg!(feature = "cuda") {
         let hardness = refused(&["--hardness", "0.3"]);
-        assert!(
-            hardness.0 == Some(2) && hardness.1.contains("hardness = 3e-1 E*; accepted: none with"),
-            "{hardness:?}"
-        );
+        assert!(hardness.0 == Some(2) && hardness.1.contains("hardness = 0.3; accepted: none with"), "{hardness:?}");
         let gfmd = refused(&["--method", "gfmd"]);
         assert!(gfmd.0 == Some(2) && gfmd.1.contains("method gfmd: --device = cuda; accepted: cpu"), "{gfmd:?}");
         assert!(code == Some(0) || code == Some(5) && message.contains("CUDA was not found"), "{message}");

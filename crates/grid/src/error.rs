@@ -168,6 +168,23 @@ impl Error {
         }
     }
 
+    /// The same error with what was found, what is accepted and why a solver stopped as `text` writes it.
+    pub fn rewritten(self, text: impl Fn(&str) -> String) -> Self {
+        match self {
+            Error::Input { place, mut list } => {
+                for complaint in &mut list {
+                    complaint.found = text(&complaint.found);
+                    complaint.accepted = text(&complaint.accepted);
+                }
+                Error::Input { place, list }
+            }
+            Error::NotConverged { method, why, iterations, residual, tolerance, partial } => {
+                Error::NotConverged { method, why: text(&why), iterations, residual, tolerance, partial }
+            }
+            other => other,
+        }
+    }
+
     /// A file that cannot be used. What was found there may be any text; the message shows it in one line.
     pub fn format(file: impl AsRef<Path>, found: impl ToString, accepted: impl ToString) -> Self {
         let found = one_line(&found.to_string());

@@ -176,8 +176,8 @@ impl Estimator for ScgwEstimator<'_> {
         let (mut low, mut high) = (-HIGHEST * rms, HIGHEST * rms);
         if summits.above(low).pressure < pressure {
             let largest = summits.above(low).pressure;
-            let accepted = format!("at most {largest:.3}, the largest pressure that its asperities carry");
-            return Err(require::refused(CARD.id, "pressure", pressure, accepted));
+            let accepted = format!("at most {largest:.3} E*, the largest pressure that its asperities carry");
+            return Err(require::refused(CARD.id, "pressure", format!("{pressure:e} E*"), accepted));
         }
         let (mut stop, mut iterations) = (Stop::Converged, 0);
         while iterations < HALVINGS {

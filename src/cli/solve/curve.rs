@@ -42,6 +42,12 @@ impl Notation for SolveNotation<'_> {
         trimmed(over_length * self.scales.length_m, 4) + &unit
     }
 
+    fn stress(&self, over_modulus: f64) -> String {
+        let stress = over_modulus * self.scales.modulus_pa;
+        si_unit(self.units, Dimension::Stress)
+            .map_or_else(|| trimmed(stress, 4), |(of_unit, unit)| si_given(stress * of_unit, unit))
+    }
+
     fn work(&self, reduced: f64) -> String {
         let work = reduced * self.scales.modulus_pa * self.scales.length_m;
         si_unit(self.units, Dimension::Work)

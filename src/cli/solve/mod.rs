@@ -213,7 +213,9 @@ impl SolveArgs {
         let names = |key: &str| self.flag_of(key);
         let method = asperity_methods::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
-        Device::check(&case.planned_problem(), method.card())?;
+        let units = case.given_units();
+        let in_units = |error: Error| units.rewrite(error);
+        Device::check(&case.planned_problem(), method.card()).map_err(in_units)?;
         let accuracy = case.scene.accuracy();
         // Of several grids the last one warns.
         let warnings = case.warnings.iter().filter(|_| accuracy.is_none());
@@ -225,12 +227,12 @@ impl SolveArgs {
             progress.note(&self.of_bodies(&case));
         }
         if let Some(accuracy) = accuracy {
-            return self.solve_within(&case, &accuracy, &progress);
+            return self.solve_within(&case, &accuracy, &progress).map_err(in_units);
         }
         if !self.dry_run {
             impose_contact(&mut case, &asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
-        self.solve(&case, (ranks, true), &progress).map(drop)
+        self.solve(&case, (ranks, true), &progress).map(drop).map_err(in_units)
     }
 
     /// Solves on one grid. `shows`: the states are printed as they are solved.

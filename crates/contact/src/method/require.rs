@@ -90,10 +90,15 @@ pub fn no_adhesion(problem: &ReducedProblem, id: &str) -> Result<()> {
 pub fn pressure(load: Load, tension: bool, id: &str) -> Result<f64> {
     match load {
         Load::Pressure(p) if p.is_finite() && (p > 0.0 || tension) => Ok(p),
-        Load::Pressure(p) => {
-            refuse(id, "pressure", p, "a positive pressure: without adhesion no tension is in equilibrium")
+        Load::Pressure(p) => refuse(
+            id,
+            "pressure",
+            format!("{p:e} E*"),
+            "a positive pressure: without adhesion no tension is in equilibrium",
+        ),
+        Load::MeanGap(g) => {
+            refuse(id, "mean gap", format!("{g:e} L"), "a pressure; the method `fast` controls the mean gap")
         }
-        Load::MeanGap(g) => refuse(id, "mean gap", g, "a pressure; the method `fast` controls the mean gap"),
     }
 }
 

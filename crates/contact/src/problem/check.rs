@@ -2,7 +2,7 @@
 
 use super::reduced::fits;
 use super::{Body, Field, Hardness, LoadKind, Loads, Names, Problem, Reduction};
-use crate::interface::{CubicHalfSpace, Elastic, Law, RangeChoice};
+use crate::interface::{CubicHalfSpace, Elastic, Law, Notation, RangeChoice};
 use crate::load::Load;
 use crate::method::{Heights, MethodCard, ReducedProblem};
 use asperity_grid::Error;
@@ -241,11 +241,15 @@ impl Problem {
     }
 
     /// A load so far beyond full contact that a unit is probably wrong, and a contact stress that depends on the grid.
-    pub fn load_warnings(&self, reduction: &Reduction) -> Vec<String> {
-        self.far_load_warning(reduction).into_iter().chain(hardness_warning(reduction)).collect()
+    pub fn load_warnings(&self, reduction: &Reduction, notation: &dyn Notation) -> Vec<String> {
+        self.far_load_warning(reduction, notation).into_iter().chain(hardness_warning(reduction, notation)).collect()
     }
 
-    fn far_load_warning(&self, Reduction { model, steps, gradient }: &Reduction) -> Option<String> {
+    fn far_load_warning(
+        &self,
+        Reduction { model, steps, gradient }: &Reduction,
+        notation: &dyn Notation,
+    ) -> Option<String> {
         let pressures = steps.iter().map(|step| match step.target {
             Load::Pressure(p) => p,
             Load::MeanGap(_) => 0.0,
@@ -271,23 +275,27 @@ impl Problem {
         // A flat surface is in full contact under any load.
         (full > 0.0 && highest > FAR_BEYOND * full).then(|| {
             let times = highest / full;
+            let [highest, full] = [highest, full].map(|p| notation.stress(p));
             format!(
-                "the highest load, a mean pressure of {highest:.3e} E*, is {times:.2e} times the pressure of full contact, {full:.3e} E*: check the \
-                 units of load and modulus"
+                "the highest load, a mean pressure of {highest}, is {times:.2e} times the pressure of full contact, {full}: check the units of \
+                 load and modulus"
             )
         })
     }
 }
 
 /// Where the body flows it carries the hardness and the attraction, of which the range used on the grid decides.
-fn hardness_warning(Reduction { model, .. }: &Reduction) -> Option<String> {
+fn hardness_warning(Reduction { model, .. }: &Reduction, notation: &dyn Notation) -> Option<String> {
     let used = model.resolution.law(model.adhesion, model.spacing());
     model.hardness.as_ref().filter(|_| used != model.adhesion)?;
     let [wanted, used] = [model.adhesion, used].map(|law| law.traction(0.0));
     // A law without attraction at contact has nothing that depends on the range there.
-    (wanted != used).then(|| format!(
-        "hardness with adhesion: the body flows at a net stress of the hardness on any grid, but its contact stress there, the hardness \
-         plus the attraction at contact, depends on the range that this grid uses: an attraction of {used:.3e} E*, with the requested range \
-         {wanted:.3e} E*"
-    ))
+    (wanted != used).then(|| {
+        let [wanted, used] = [wanted, used].map(|stress| notation.stress(stress));
+        format!(
+            "hardness with adhesion: the body flows at a net stress of the hardness on any grid, but its contact stress there, the hardness \
+             plus the attraction at contact, depends on the range that this grid uses: an attraction of {used}, with the requested range \
+             {wanted}"
+        )
+    })
 }

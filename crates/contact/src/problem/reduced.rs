@@ -3,7 +3,7 @@
 use super::{Body, Field, Hardness, LoadKind, Loads, Names, Problem, default_tolerance};
 use crate::interface::{
     AttractionLaw, CubicHalfSpace, Elastic, HardnessMap, Layer, NodalHardness, NonPeriodic, PenaltyWall, RangeChoice,
-    Wall,
+    Wall, rounded,
 };
 use crate::load::{Load, LoadStep};
 use crate::method::{Heights, Precision, ReducedProblem, Settings, is_representable};
@@ -249,9 +249,4 @@ impl Problem {
             }
         }
     }
-}
-
-/// With six digits, for a message.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -2,7 +2,7 @@
 
 use super::{Arguments, Body, LentHeights, LoadKind, Loads, Problem, Reduction};
 use crate::estimated::{never_delivered, state_of};
-use crate::interface::AttractionLaw;
+use crate::interface::{AttractionLaw, PlainNotation, in_notation};
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{Iteration, MethodCard, MethodKind, NoObserver, Observer, SeparationStep, Stop};
 use crate::observe::{WorkPoint, dissipation};
@@ -181,17 +181,19 @@ impl Problem {
         }
         let Reduction { model, steps, gradient } = reduced(self, &Loads::new(LoadKind::Pressure, [mean_pressure]))?;
         let heights = LentHeights::of(self.surface.source(), self.surface.grid(), &ALONE);
-        let input = EstimatorInput::new(model.problem(heights.get()), self.method)?;
+        let input = EstimatorInput::new(model.problem(heights.get()), self.method);
+        let input = input.map_err(|error| in_own_units(error, self))?;
         let (card, adhesive) = (self.method.card(), model.adhesion != AttractionLaw::None);
         let criterion = self.method.criterion(&self.settings).to_string();
         let mut completed = None;
-        input.walk((&targets(&steps), 0), &NoObserver, |i, problem, estimate| {
+        let walked = input.walk((&targets(&steps), 0), &NoObserver, |i, problem, estimate| {
             let mut state = state_of(card, problem, (&steps[i], gradient, &criterion), estimate);
             state.missing.extend(never_delivered(card, adhesive));
             let state = state.with_maps_of(problem.grid, estimate);
             completed = Some(state.in_units(self.surface.length(), self.modulus));
             Ok(())
-        })?;
+        });
+        walked.map_err(|error| in_own_units(error, self))?;
         Ok(completed.expect("a path that ends without an error has visited its load"))
     }
 
@@ -221,6 +223,16 @@ impl Problem {
 /// Named in errors.
 const PLACE: &str = "problem";
 
+/// As plain numbers in the units of the problem.
+fn own_units(problem: &Problem) -> PlainNotation {
+    PlainNotation { length: problem.surface.length(), modulus: problem.modulus }
+}
+
+/// A solver's error in the units of the problem.
+fn in_own_units(error: Error, problem: &Problem) -> Error {
+    error.rewritten(|text| in_notation(text, &own_units(problem)))
+}
+
 /// The problem and its loads, checked.
 fn reduced(problem: &Problem, loads: &Loads) -> Result<Reduction> {
     let list = problem.issues(loads, &Arguments);
@@ -231,7 +243,8 @@ fn reduced(problem: &Problem, loads: &Loads) -> Result<Reduction> {
 }
 
 fn warnings(problem: &Problem, reduction: &Reduction) -> Vec<String> {
-    let mut list = [problem.surface_warnings(reduction), problem.load_warnings(reduction)].concat();
+    let mut list =
+        [problem.surface_warnings(reduction), problem.load_warnings(reduction, &own_units(problem))].concat();
     if !problem.surface.is_periodic() && problem.body != Body::NonPeriodic {
         let text = "the map is not periodic and is taken as periodic; `Body::NonPeriodic` or a preparation of the edges avoids that";
         list.push(text.into());
@@ -258,7 +271,8 @@ fn walk(
     let heights = LentHeights::of(problem.surface.source(), problem.surface.grid(), &ALONE);
     let reduced = model.problem(heights.get());
     if loads.kind == LoadKind::Contact {
-        let pressures = pressures_of_contact(&loads.values, &reduced, method, gradient, observer)?;
+        let pressures = pressures_of_contact(&loads.values, &reduced, method, gradient, observer);
+        let pressures = pressures.map_err(|error| in_own_units(error, problem))?;
         let pressure_loads = Loads { kind: LoadKind::Pressure, values: pressures, ..loads.clone() }.path();
         steps.iter_mut().zip(pressure_loads).for_each(|(step, pressure)| step.impose(pressure, gradient));
     }
@@ -279,7 +293,8 @@ fn walk(
         let state = numbers.with_maps(model.grid, &reached.state, problem.adhesion.is_some());
         visit(state.in_units(problem.surface.length(), problem.modulus));
         Ok(())
-    })?;
+    });
+    let pulled = pulled.map_err(|error| in_own_units(error, problem))?;
     Ok(pulled.map(|p| p.in_units(problem.surface.length(), problem.modulus).on(&problem.surface)))
 }
 

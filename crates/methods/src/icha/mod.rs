@@ -220,7 +220,7 @@ impl Estimator for IchaRun<'_> {
         let widest = widest(&spots);
         if widest >= Self::cell(&spots) {
             let accepted = "a lower pressure, or a surface with more summits: one contact spot is as large as the cell";
-            return Err(require::refused(CARD.id, "pressure", pressure, accepted));
+            return Err(require::refused(CARD.id, "pressure", format!("{pressure:e} E*"), accepted));
         }
         let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot(), press: s.load(), pull: 0.0 });
         paint(spots.grid, painted, &mut self.stress);
