@@ -3,28 +3,36 @@
 use super::model::Scene;
 use super::quantity::{Dimensional, Length, Quantity, Stress, Work};
 use crate::Error;
-use asperity_contact::interface::{Notation, in_notation, is_ordinary, rounded};
+use asperity_contact::interface::{Notation, Reduced, in_notation, is_ordinary, rounded};
+use asperity_contact::load::{Load, LoadStep};
+use asperity_contact::problem::LoadKind;
 use asperity_grid::units::Scales;
 
-/// Units of a scene's loads, or of its scales where the loads are given as other quantities.
+/// Units of a scene's loads, or of its scales where the loads are given as other quantities. The flags of a command line have their own, and
+/// until they are known its numbers are reduced.
 #[derive(Debug, Clone, Copy)]
 pub struct GivenUnits {
     scales: Scales,
-    length: Length,
-    stress: Stress,
-    work: Work,
+    /// How loads are given.
+    kind: LoadKind,
+    shown: Option<(Length, Stress, Work)>,
 }
 
 impl GivenUnits {
     pub(super) fn of(scene: &Scene, scales: Scales) -> Self {
         let (load, lab) = (&scene.load, &scene.laboratory);
-        let work = if lab.is_plain() { Work::plain(1.0) } else { Work::new(1.0, "J/m2") };
-        GivenUnits {
-            scales,
-            length: *load.mean_gap.first().or(load.displacement.first()).unwrap_or(&lab.length()),
-            stress: load.pressure.first().copied().or(scene.hardness()).unwrap_or(lab.modulus()),
-            work: scene.adhesion.as_ref().map_or(work, |adhesion| adhesion.work_of_adhesion),
-        }
+        let length = *load.mean_gap.first().or(load.displacement.first()).unwrap_or(&lab.length());
+        let stress = load.pressure.first().copied().or(scene.hardness()).unwrap_or(lab.modulus());
+        let shown = (!lab.is_plain()).then(|| {
+            let work = scene.adhesion.as_ref().map_or(Work::new(1.0, "J/m2"), |adhesion| adhesion.work_of_adhesion);
+            (length, stress, work)
+        });
+        GivenUnits { scales, kind: load.loads().kind, shown }
+    }
+
+    /// In the units of these values. Scales are in SI units for those that have one.
+    pub fn shown_as(self, scales: Scales, like: (Length, Stress, Work)) -> Self {
+        GivenUnits { scales, shown: Some(like), ..self }
     }
 
     /// The same units for a problem with other scales, such as that of the block of atoms.
@@ -32,23 +40,40 @@ impl GivenUnits {
         GivenUnits { scales, ..self }
     }
 
+    /// A load as an error names it.
+    pub fn load(&self, step: &LoadStep) -> String {
+        match (step.target, step.p_star) {
+            (_, Some(p_star)) if self.kind == LoadKind::PStar => format!("p* = {}", rounded(p_star)),
+            (Load::Pressure(pressure), _) => format!("a pressure of {}", self.stress(pressure)),
+            (Load::MeanGap(gap), _) => format!("a mean gap of {}", self.length(gap)),
+        }
+    }
+
     /// An error of a solver in these units.
     pub fn rewrite(&self, error: Error) -> Error {
-        error.rewritten(|text| in_notation(text, self))
+        error.rewritten(|text| self.text(text))
+    }
+
+    /// A message of a solver in these units.
+    pub fn text(&self, text: &str) -> String {
+        in_notation(text, self)
     }
 }
 
 impl Notation for GivenUnits {
     fn length(&self, over_length: f64) -> String {
-        written(over_length * self.scales.length_m, self.length)
+        let Some((like, ..)) = self.shown else { return Reduced.length(over_length) };
+        written(over_length * self.scales.length_m, like)
     }
 
     fn stress(&self, over_modulus: f64) -> String {
-        written(over_modulus * self.scales.modulus_pa, self.stress)
+        let Some((_, like, _)) = self.shown else { return Reduced.stress(over_modulus) };
+        written(over_modulus * self.scales.modulus_pa, like)
     }
 
     fn work(&self, reduced: f64) -> String {
-        written(reduced * self.scales.modulus_pa * self.scales.length_m, self.work)
+        let Some((.., like)) = self.shown else { return Reduced.work(reduced) };
+        written(reduced * self.scales.modulus_pa * self.scales.length_m, like)
     }
 }
 

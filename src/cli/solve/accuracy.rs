@@ -80,7 +80,8 @@ impl SolveArgs {
     /// # Errors
     /// `Inaccurate`, with --strict.
     fn end(&self, case: &Case, solved: &Solved, reached: &AccuracyResults, progress: &TerminalProgress) -> Result<()> {
-        let warn = |text: &str| progress.warn(&rename_keys_in(text, &|key| self.flag_of(key)));
+        let given = self.given_units(case);
+        let warn = |text: &str| progress.warn(&rename_keys_in(&given.text(text), &|key| self.flag_of(key)));
         case.warnings.iter().for_each(|text| warn(text));
         doubtful(&solved.states).iter().for_each(|text| warn(text));
         let units = self.units(case);

@@ -20,8 +20,7 @@ use crate::pipeline::checkpoint::{Checkpoint, CheckpointWriter};
 use crate::pipeline::{Listener, ProgressReporter, StageKey, impose_contact};
 use crate::record::load_table::{Dimension, ForceUnit, ResultUnits};
 use crate::report::number::{memory, trimmed};
-use crate::scene::Case;
-use crate::scene::{rename_keys, rename_keys_in};
+use crate::scene::{Case, Dimensional, GivenUnits, Quantity, rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use asperity_contact::load::Load;
 use asperity_contact::method::{ContactMethod, Device, MethodKind, Precision, ReducedProblem, Stop};
@@ -31,7 +30,7 @@ use asperity_contact::problem::{AccuracyResults, LentHeights};
 use asperity_contact::state::State;
 use asperity_grid::Grid;
 use asperity_grid::sys::ranks::Ranks;
-use asperity_grid::units::{Measure, Measures};
+use asperity_grid::units::{Measure, Measures, Scales};
 use asperity_surface::files::beneath::guard;
 use asperity_surface::files::hashed::file_hash;
 use cache::SolveCache;
@@ -64,6 +63,24 @@ impl SolveArgs {
         };
         let force = self.loads.force.as_ref().and_then(of_force);
         ResultUnits { force, ..units }
+    }
+
+    /// Units in which errors and warnings are written: those of the flags.
+    fn given_units(&self, case: &Case) -> GivenUnits {
+        let (units, loads) = (self.units(case), &self.loads);
+        let first = |list: &Option<Measures>| list.as_ref()?.0.first().copied();
+        let length = first(&loads.mean_gap).or(first(&loads.displacement)).or(self.map.length);
+        let young = self.body.first().map(|body| body.young);
+        let stress = first(&loads.pressure).or(self.hardness).or(self.modulus).or(young);
+        let si = |given: Option<Measure>, dimension| given?.unit.and(units.si(dimension));
+        let scales = Scales {
+            length_m: case.scales.length_m * si(length, Dimension::Length).unwrap_or(1.0),
+            modulus_pa: case.scales.modulus_pa * si(stress, Dimension::Stress).unwrap_or(1.0),
+        };
+        fn like<D: Dimensional>(given: Option<Measure>) -> Quantity<D> {
+            given.and_then(Quantity::written).unwrap_or(Quantity::plain(1.0))
+        }
+        case.given_units().shown_as(scales, (like(length), like(stress), like(self.work_of_adhesion)))
     }
 
     /// A state with its stresses in the unit in which pressures were given.
@@ -213,13 +230,13 @@ impl SolveArgs {
         let names = |key: &str| self.flag_of(key);
         let method = asperity_methods::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
-        let units = case.given_units();
+        let units = self.given_units(&case);
         let in_units = |error: Error| units.rewrite(error);
         Device::check(&case.planned_problem(), method.card()).map_err(in_units)?;
         let accuracy = case.scene.accuracy();
         // Of several grids the last one warns.
         let warnings = case.warnings.iter().filter(|_| accuracy.is_none());
-        warnings.for_each(|w| progress.warn(&rename_keys_in(w, &names)));
+        warnings.for_each(|w| progress.warn(&rename_keys_in(&units.text(w), &names)));
         if let Some(provenance) = case.provenance() {
             progress.note(&provenance.to_string());
         }
@@ -230,7 +247,8 @@ impl SolveArgs {
             return self.solve_within(&case, &accuracy, &progress).map_err(in_units);
         }
         if !self.dry_run {
-            impose_contact(&mut case, &asperity_contact::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
+            impose_contact(&mut case, &asperity_contact::method::NoObserver)
+                .map_err(|e| rename_keys(in_units(e), &names))?;
         }
         self.solve(&case, (ranks, true), &progress).map(drop).map_err(in_units)
     }

@@ -32,6 +32,6 @@ pub use law::{
 };
 pub use layer_interior::{LayerDisplacement, WaveStress};
 pub use non_periodic::NonPeriodic;
-pub use notation::{Notation, PlainNotation, in_notation, is_ordinary, rounded};
+pub use notation::{Notation, PlainNotation, Reduced, in_notation, is_ordinary, rounded};
 pub use subsurface::{StressField, Subsurface, SubsurfaceRequest};
 pub use surface_response::SurfaceResponse;

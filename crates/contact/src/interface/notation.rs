@@ -11,7 +11,7 @@ pub trait Notation {
 }
 
 /// As multiples of L, E* and E* L.
-pub(super) struct Reduced;
+pub struct Reduced;
 
 impl Notation for Reduced {
     fn length(&self, over_length: f64) -> String {
