@@ -337,9 +337,12 @@ pub(super) fn fractions<'de, S: Deserializer<'de>>(from: S) -> Result<Vec<f64>, 
 /// Reads a unit, alone or with a factor: `"GPa"`, `"0.1 GPa"`.
 pub(super) fn unit<'de, D: Dimensional, S: Deserializer<'de>>(from: S) -> Result<Option<Quantity<D>>, S::Error> {
     let text = String::deserialize(from)?;
-    let measure = text.parse().or_else(|_| format!("1 {text}").parse()).ok();
-    let wrong = || S::Error::custom(format!("no unit, expected {}", D::DIMENSION.accepted()));
-    measure.and_then(Quantity::written).map(Some).ok_or_else(wrong)
+    let has_factor = text.trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    let measure = if has_factor { text.parse() } else { format!("1 {text}").parse() };
+    let accepted = D::DIMENSION.accepted();
+    let measure = measure.map_err(|why| S::Error::custom(format!("{REASON}{why}, expected {accepted}")))?;
+    let wrong = || S::Error::custom(format!("no unit, expected {accepted}"));
+    Quantity::written(measure).map(Some).ok_or_else(wrong)
 }
 
 #[cfg(test)]
