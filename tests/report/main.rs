@@ -193,6 +193,11 @@ fn criteria_model_chain_and_yield_are_shown() {
             && page.contains("4.32 GPa")
     );
     assert!(page.contains("first yields at p* = <strong>0.0137</strong>") && page.contains("2.42 GPa"));
+    // E* of the atoms and where it is from come before the scales of the laboratory, which may be defaults.
+    assert!(
+        page.contains("GPa, that of the crystal of their potential (")
+            && page.contains("[laboratory] of the scene or its")
+    );
     assert!(page.contains(">first yield<") && page.contains("full heights, zero gap"));
     for figure in [
         "plasticity",

@@ -34,11 +34,16 @@ pub(super) fn section(results: &Results) -> Markup {
     html! {
         dl {
             dt { "L, E*" }
-            dd { "Extent of the cell in x, here " (length) ", and contact modulus E/(1 − ν²), here " (modulus)
-                ". They are the units of length and of stress of the dimensionless problem."
+            dd {
                 @if let Some(atoms) = &results.atoms {
-                    " The atoms solve the same problem on a smaller cell of " (si_given(atoms.length_angstrom * 1e-10, "m"))
-                    " with E* = " (trimmed(atoms.modulus_gpa, 4)) " GPa, the harmonic mean over the directions of waves in its (001) face."
+                    "Extent of the cell in x and contact modulus E/(1 − ν²), the units of length and of stress of the dimensionless problem. "
+                    "Atoms and the continuum that they are compared with: " (si_given(atoms.length_angstrom * 1e-10, "m"))
+                    " and " (trimmed(atoms.modulus_gpa, 4)) " GPa, that of the crystal of their potential (" (atoms.potential)
+                    "), the harmonic mean over the directions of waves in its (001) face. The continuum at laboratory scale: "
+                    (length) " and " (modulus) ", [laboratory] of the scene or its defaults."
+                } @else {
+                    "Extent of the cell in x, here " (length) ", and contact modulus E/(1 − ν²), here " (modulus)
+                    ". They are the units of length and of stress of the dimensionless problem."
                 } }
             dt { "p*" }
             dd { (LOAD) " Contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
