@@ -84,7 +84,7 @@ class RunState:
     @classmethod
     def _read(cls, row: dict[str, Any]) -> RunState:
         """From a state of ``results.json``, which leaves out what there is not."""
-        numbers = {f.name: row.get(f.name, None if f.default is MISSING else f.default) for f in fields(cls)}
+        numbers: dict[str, Any] = {f.name: row.get(f.name, None if f.default is MISSING else f.default) for f in fields(cls)}
         if flow := row.get("leakage"):
             numbers |= zip(("hydraulic_gap_x", "hydraulic_gap_y"), map(_cube_root, flow["conductivity"]), strict=True)
             numbers["hydraulic_gap_effective_medium"] = _cube_root(flow["effective_medium"])
@@ -141,7 +141,7 @@ class Run:
 
     @property
     def modulus_pa(self) -> float:
-        """Contact modulus E*, Pa."""
+        """Contact modulus E* of the continuum at laboratory scale, Pa."""
         return self._native.scales()[1]
 
     @property
