@@ -109,6 +109,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
         percolation: None,
         onset: Default::default(),
         pull_off: None,
+        contact_lost: None,
         pull_off_failure: None,
     }
 }

@@ -412,8 +412,11 @@ pub fn finished(
     Ok(())
 }
 
-/// Exit code of a run with a report: an error if an auxiliary solve failed, or, if `strict`, the accuracy was not reached; 1 if an acceptance check failed.
+/// Exit code of a run with a report: an error if the surfaces separated before the last load, if an auxiliary solve failed, or, if `strict`, the accuracy was not reached; 1 if an acceptance check failed.
 pub fn ended(results: &Results, page: PathBuf, strict: bool) -> Result<ExitCode> {
+    if let Some(why) = results.continuum.as_ref().and_then(|c| c.contact_lost.clone()) {
+        return Err(Error::ContactLost { why, kept: page });
+    }
     if let Some(reason) = results.continuum.as_ref().and_then(|c| c.pull_off_failure.clone()) {
         return Err(Error::PullOff { why: reason, kept: page });
     }

@@ -49,6 +49,8 @@ pub(super) struct PathRequest<'a> {
     pub scales: Scales,
     /// Those in which errors are written.
     pub units: GivenUnits,
+    /// Whether the states before a tension that separates the surfaces are results, or that tension is an error.
+    pub outlasts_contact: bool,
     /// Whether the unloading branch is compared with the loading branch.
     pub hysteresis: bool,
     /// Largest gap of a node in contact, units of L.
@@ -79,19 +81,23 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     };
     let (key, stem) = (key.with(tag), format!("{prefix}checkpoint"));
     let checkpoint = Checkpoint::find(folder, &stem, &key, &|w| listener.warn(w));
-    let mut states: Vec<State> = Vec::new();
-    for finished in checkpoint.iter().flat_map(|c| &c.finished) {
-        let accepted = "results of loads, as this program writes them";
-        states.push(serde_json::from_value(finished.clone()).map_err(|e| Error::format(folder, e, accepted))?);
-    }
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
+    let mut states = states_of(&finished, folder)?;
     let writer = CheckpointWriter::new(folder, &stem, key, finished);
     let begin = match checkpoint {
         Some(checkpoint) => Some(checkpoint.begin(problem.ranks)?),
         None => request.start.clone().map(InitialState::Gap),
     };
     let watch = ProgressReporter::new(listener, Some(&writer), &label, (states.len(), loads.len()));
+    let mut contact_lost = None;
     let walked = path.walk(begin, request.pull_off, &watch, |i, reached| {
+        if reached.state.stop == Stop::Detached && request.outlasts_contact && !states.is_empty() {
+            let load = request.units.load(&request.steps[i]);
+            let why = format!("contact is lost at load {} of {}, {load}", i + 1, loads.len());
+            listener.warn(&why);
+            contact_lost = Some(why.clone());
+            return Err(reached.state.not_converged(method.card().id, why, path.problem().tolerance, None));
+        }
         let state = stored_state(&request, &request.steps[i], &path, &reached, context, &prefix)?;
         writer.load_finished(serde_json::to_value(&state).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(state);
@@ -99,6 +105,7 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     });
     let (pull_off, pull_off_failure) = match walked.map_err(|e| request.units.rewrite(e)) {
         Ok(state) => (state, None),
+        Err(_) if contact_lost.is_some() => (None, None),
         // All loads are solved and remain valid; only the pull-off failed.
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
             if request.pull_off && states.len() == loads.len() =>
@@ -110,12 +117,13 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     };
     writer.remove_files();
     let (percolation, onset) = (percolation(&states), Onset::of(&states));
+    let steps = &request.steps[..states.len()];
     if request.hysteresis {
-        compare_branches(&mut states, request.steps);
+        compare_branches(&mut states, steps);
     }
     let adhesive = request.problem.adhesion != AttractionLaw::None;
     let has_history = adhesive || problem.hardness.is_some();
-    let dissipation = has_history.then(|| dissipation(&work_points(&states, request.steps), adhesive));
+    let dissipation = has_history.then(|| dissipation(&work_points(&states, steps), adhesive));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
     let Scales { length_m: length, modulus_pa: modulus } = request.scales;
     Ok(ContinuumResults {
@@ -134,8 +142,19 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
         percolation,
         onset,
         pull_off: pull_off.map(|p| p.in_units(length, modulus)),
+        contact_lost,
         pull_off_failure,
     })
+}
+
+/// The states that a checkpoint has of finished loads.
+///
+/// # Errors
+/// `Format`.
+fn states_of(finished: &[serde_json::Value], folder: &Path) -> Result<Vec<State>> {
+    let accepted = "results of loads, as this program writes them";
+    let state = |value: &serde_json::Value| serde_json::from_value(value.clone());
+    finished.iter().map(|value| state(value).map_err(|e| Error::format(folder, e, accepted))).collect()
 }
 
 /// Memory that flow through the gap and stress below the surface need in addition to the solver.

@@ -275,6 +275,8 @@ pub(super) fn laboratory(
         gradient: case.gradient,
         scales: case.scales,
         units: case.given_units(),
+        // Atoms are compared with the continuum at every load.
+        outlasts_contact: primary && case.atoms.is_none(),
         hysteresis: primary && scene.load.loads().is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,

@@ -241,6 +241,7 @@ fn solve(
         gradient: case.gradient,
         scales: atoms.scales,
         units: case.given_units().with(atoms.scales),
+        outlasts_contact: false,
         hysteresis: false,
         threshold: 0.0,
         leakage: false,

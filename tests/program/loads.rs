@@ -282,3 +282,93 @@ fn refused_values_are_named_as_they_were_given() {
         assert!(output.status.code() == Some(2) && said.contains(says), "{flags:?}: {said}");
     }
 }
+
+/// Ends with this exit code; what it says on stderr.
+fn ends(files: &Scratch, arguments: &[&str], code: i32) -> String {
+    let ran = asperity().args(arguments).current_dir(files.path("")).output().expect("started");
+    let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+    assert_eq!(ran.status.code(), Some(code), "{arguments:?}: {said}");
+    said
+}
+
+/// Solvers know reduced units alone, and people none of them: the same complaints of a scene and of flags.
+#[test]
+fn solvers_complain_in_the_units_of_the_loads() {
+    let files = Scratch::new();
+    let heights: Vec<String> = (0..32)
+        .map(|y| (0..32).map(|x| ((x * 7 + y * 11) % 13 * 10).to_string()).collect::<Vec<_>>().join(" "))
+        .collect();
+    fs::write(files.path("heights.txt"), heights.join("\n")).expect("written");
+    let flags =
+        ["solve", "heights.txt", "--touching", "high-points", "--unit", "nm", "--length", "20um", "--modulus", "2GPa"];
+    for (load, keys, more, says) in [
+        (
+            "30 kPa",
+            "[continuum]\nhardness = \"0.02 MPa\"",
+            &["--hardness", "0.02MPa"][..],
+            &["pressure = 30 kPa; accepted: less than 20 kPa, at which every node flows"][..],
+        ),
+        ("1e-20 Pa", "", &[], &["pressure = 1e-20 Pa; accepted: at least ", " Pa: rounding of the heights"]),
+        ("1e200 MPa", "", &[], &["pressure = 1e200 MPa; accepted: at most 1e140 times"]),
+        (
+            "1.9 GPa",
+            "[continuum]\nmethod = \"srgw\"",
+            &["--method", "srgw"],
+            &["pressure = 1.9 GPa; accepted: a lower pressure"],
+        ),
+    ] {
+        let text = format!(
+            "name = \"n\"\n[laboratory]\nlength = \"20 um\"\nmodulus = \"2 GPa\"\n[surface]\nheights = \"heights.txt\"\nunit = \"nm\"\n\
+             touching = \"high-points\"\n[load]\npressure = [\"{load}\"]\n{keys}\n"
+        );
+        fs::write(files.path("scene.toml"), text).expect("written");
+        // An estimate that is not delivered is no error of a run, but a warning.
+        let code = if keys.contains("srgw") { 0 } else { 2 };
+        let of_run = ends(&files, &["run", "scene.toml", "--out", "out", "--overwrite"], code);
+        let pressure = format!("--pressure={}", load.replace(' ', ""));
+        let of_solve = ends(&files, &[&flags, more, &[&pressure]].concat(), 2);
+        for said in [of_run, of_solve] {
+            assert!(says.iter().all(|part| said.contains(part)), "{load}: {said}");
+            assert!(!said.contains(" E*"), "{load}: {said}");
+        }
+    }
+    // Neither do warnings.
+    let far = ends(&files, &[&flags[..], &["--pressure=1e9GPa"]].concat(), 0);
+    assert!(far.contains("the highest load, a mean pressure of 1e9 GPa, is ") && !far.contains(" E*"), "{far}");
+}
+
+/// A tension that separates the surfaces ends a run with an error, after the results and the report of the loads before it. So does the
+/// same run from its finished stages.
+#[test]
+fn a_tension_beyond_the_pull_off_keeps_the_loads_before_it() {
+    let files = Scratch::new();
+    let adhesion = "[adhesion]\nwork_of_adhesion = \"5 mJ/m2\"\nrange = \"500 nm\"\n";
+    let (held, lost) = ("\"2 MPa\", \"10 MPa\", \"-1 kPa\"", "\"-500 MPa\", \"1 MPa\"");
+    scene(&files, "lost", &format!("pressure = [{held}, {lost}]"), adhesion);
+    scene(&files, "held", &format!("pressure = [{held}]"), adhesion);
+    run(&files, "held");
+    let states = |name: &str| -> Vec<Value> {
+        let text = fs::read_to_string(files.path(name).join("results.json")).expect("results");
+        let results: Value = serde_json::from_str(&text).expect("JSON");
+        results["continuum"]["states"].as_array().expect("states").clone()
+    };
+    for attempt in ["solved", "taken from the run before"] {
+        let said = ends(&files, &["run", "lost.toml", "--out", "lost"], 3);
+        let last = said.trim_end().lines().last().expect("an error");
+        let why = "contact is lost at load 4 of 5, a pressure of -500 MPa; accepted: a smaller tension; the loads before it are in lost/report.html";
+        assert!(last.ends_with(why), "{attempt}: {said}");
+        let numbers = |name: &str| -> Vec<Value> {
+            states(name).iter().map(|s| serde_json::json!([s["pressure"], s["contact_area"], s["mean_gap"]])).collect()
+        };
+        assert_eq!(numbers("lost"), numbers("held"), "{attempt}");
+    }
+    let page = fs::read_to_string(files.path("lost/report.html")).expect("a report");
+    assert!(page.contains("The load path ended: ") && page.contains("contact is lost at load 4 of 5"));
+    assert_eq!(fs::read_to_string(files.path("lost/curve.csv")).expect("a table").lines().count(), 1 + 3);
+    let left = fs::read_dir(files.path("lost/continuum")).expect("a folder").map(|e| e.expect("an entry").file_name());
+    assert!(left.into_iter().all(|name| !name.to_string_lossy().contains("partial")));
+    // Without a load before it there is nothing to report.
+    scene(&files, "none", "pressure = [\"-500 MPa\"]", adhesion);
+    assert!(ends(&files, &["run", "none.toml", "--out", "none"], 3).contains("load 1: detached"));
+    assert!(!files.path("none/report.html").exists());
+}

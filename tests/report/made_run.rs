@@ -195,6 +195,7 @@ pub(crate) fn continuum(
             }
             .in_units(length, modulus),
         ),
+        contact_lost: None,
         pull_off_failure: None,
         dissipation: None,
         percolation: Some([0.2, 0.3]),

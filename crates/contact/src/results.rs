@@ -50,6 +50,9 @@ pub struct ContinuumResults {
     /// Where requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<PullOff>,
+    /// Reason why the states end before the last load: a tension that separates the surfaces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_lost: Option<String>,
     /// Reason why a requested pull-off was not found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off_failure: Option<String>,

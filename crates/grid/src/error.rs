@@ -93,6 +93,9 @@ pub enum Error {
     /// The loads of a run were solved and its report is complete, but the pull-off was not found.
     #[error("the pull-off was not found: {why}; the loads before it are in {}", .kept.display())]
     PullOff { why: String, kept: PathBuf },
+    /// A tension separated the surfaces; the loads of the run before it were solved, and its report has them.
+    #[error("{why}; accepted: a smaller tension; the loads before it are in {}", .kept.display())]
+    ContactLost { why: String, kept: PathBuf },
     /// The requested loads were solved and the report is complete, but an auxiliary solve (a comparison, a reference) failed.
     #[error("{why}; the rest is in {}", .kept.display())]
     AuxiliarySolve { why: String, kept: PathBuf },
@@ -216,6 +219,7 @@ impl Error {
             Error::NotConverged { .. }
             | Error::Inaccurate(_)
             | Error::PullOff { .. }
+            | Error::ContactLost { .. }
             | Error::AuxiliarySolve { .. } => 3,
             Error::Lammps { .. } => 4,
             Error::Memory { .. } | Error::MissingProgram { .. } | Error::Program { .. } | Error::Output { .. } => 5,
