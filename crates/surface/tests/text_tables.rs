@@ -152,7 +152,8 @@ impl Table {
     fn points(&mut self) -> Vec<String> {
         let (nx, ny, [dx, dy]) = (self.nx, self.ny, self.pixel);
         let (columns, down) = (self.rng.random_bool(0.3), self.rng.random_bool(0.2));
-        let names = pick::<&[&str]>(&mut self.rng, &[&[], &["x", "y", "z"], &["x[um]", "y[um]", "z[nm]"], &["um", "um", "nm"]]);
+        let names =
+            pick::<&[&str]>(&mut self.rng, &[&[], &["x", "y", "z"], &["x[um]", "y[um]", "z[nm]"], &["um", "um", "nm"]]);
         let mut lines: Vec<String> = Vec::new();
         if !names.is_empty() {
             let names: Vec<String> = names.iter().map(|n| n.to_string()).collect();

@@ -163,7 +163,8 @@ impl TextChannel {
     /// Takes the first line as the size of the table that begins on line `next`, if it can be one.
     pub(super) fn take_counts(&mut self, next: usize) -> bool {
         let first = &self.values[..self.nx];
-        if self.ny != 1 || self.nx > 2 || self.counts.is_some() || !first.iter().all(|n| *n >= 1.0 && n.fract() == 0.0) {
+        if self.ny != 1 || self.nx > 2 || self.counts.is_some() || !first.iter().all(|n| *n >= 1.0 && n.fract() == 0.0)
+        {
             return false;
         }
         self.counts = Some((self.values.drain(..self.nx).collect(), self.first_line));
@@ -178,7 +179,8 @@ impl TextChannel {
         match &self.counts {
             Some((counts, line)) if ![vec![ny], vec![nx * ny], vec![nx, ny], vec![ny, nx]].contains(counts) => {
                 let found = format!("{} heights on line {line}, and {nx} on each of {ny} lines below", counts.len());
-                let accepted = "the same number on all lines, or the size of the table above it (or the file is cut off)";
+                let accepted =
+                    "the same number on all lines, or the size of the table above it (or the file is cut off)";
                 Err(Error::format(path, found, accepted))
             }
             _ => Ok(()),
