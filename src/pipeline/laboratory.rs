@@ -225,6 +225,12 @@ impl Stage for SolveStage<'_> {
     }
 }
 
+/// Whether a method for comparison, which models no plastic flow, solves the elastic body in place of one with a hardness.
+pub(super) fn is_elastic_in(case: &Case, method: &str) -> bool {
+    case.planned_problem().hardness.is_some()
+        && asperity_methods::find(method).is_some_and(|m| !m.card().capabilities.hardness)
+}
+
 /// Solves a case, or a variant of it, at its loads.
 pub(super) fn laboratory(
     case: &Case,
@@ -242,7 +248,7 @@ pub(super) fn laboratory(
     let reference = [LoadStep::single(REFERENCE_LOAD, case.gradient)];
     let mut steps = if primary { case.load_steps() } else { case.loading_steps() };
     let mut method = scene.continuum.method.as_str();
-    let mut range = case.model.resolution;
+    let (mut range, mut is_elastic) = (case.model.resolution, false);
     match variant {
         Variant::Primary => {}
         Variant::NonAdhesive => problem.adhesion = AttractionLaw::None,
@@ -256,17 +262,21 @@ pub(super) fn laboratory(
             if !adhesive {
                 problem.adhesion = AttractionLaw::None;
             }
+            is_elastic = is_elastic_in(case, id);
             // The solution by the scene's own method already estimates the error of the range.
             range = if range == RangeChoice::Extrapolate { RangeChoice::Mesh } else { range };
             method = id;
         }
+    }
+    if is_elastic {
+        problem.hardness = None;
     }
     let criterion =
         asperity_methods::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
     let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
     let request = PathRequest {
         problem,
-        hardness_map: case.hardness_map.clone(),
+        hardness_map: case.hardness_map.clone().filter(|_| !is_elastic),
         method,
         range,
         steps,

@@ -2,7 +2,9 @@
 
 use super::continuum::range_results;
 use super::folder::StageKey;
-use super::laboratory::{SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, laboratory, path_bytes, variant_key};
+use super::laboratory::{
+    SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, is_elastic_in, laboratory, path_bytes, variant_key,
+};
 use super::stage::{EstimatedCost, MachineSpeed, Stage, StageContext, StageKeys};
 use super::{Listener, ProgressReporter};
 use crate::record::methods::MethodResults;
@@ -31,6 +33,18 @@ pub(super) struct MethodRun {
 }
 
 impl MethodRun {
+    /// The problem that the method solves: without adhesion, and without a hardness, where it models none.
+    fn problem<'a>(&self, case: &'a Case, heights: Heights<'a>) -> ReducedProblem<'a> {
+        let mut problem = case.problem(heights);
+        if !self.adhesive {
+            problem.adhesion = AttractionLaw::None;
+        }
+        if is_elastic_in(case, self.method.card().id) {
+            problem.hardness = None;
+        }
+        problem
+    }
+
     /// Description for progress messages and warnings.
     pub(super) fn label(&self) -> String {
         format!("{}{}", self.method.card().id, if self.adhesive { "" } else { ", without adhesion" })
@@ -77,8 +91,7 @@ impl Stage for MethodStage<'_> {
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let (case, loads) = (self.case, self.case.loading_steps().len() as f64);
-        let adhesion = if self.method_run.adhesive { case.model.adhesion } else { AttractionLaw::None };
-        let problem = ReducedProblem { adhesion, ..case.planned_problem() };
+        let problem = self.method_run.problem(case, Heights::Planned(case.surface().series_bytes()));
         let plan = EstimatorInput::plan(&problem, self.method_run.method);
         let points = case.model.grid.points();
         let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads;
@@ -195,9 +208,13 @@ pub(super) fn run(
             ..results
         });
     }
-    let adhesion = if adhesive { case.model.adhesion } else { AttractionLaw::None };
+    if is_elastic_in(case, card.id) {
+        let own = results.warning.iter().map(|w| format!("; it {w}")).collect::<String>();
+        results.warning = Some(format!("models no plastic flow: its body is elastic{own}"));
+    }
     let cpu = asperity_grid::sys::cpu_seconds();
-    let problem = ReducedProblem { adhesion, ..case.problem(heights) };
+    let problem = method_run.problem(case, heights);
+    let adhesion = problem.adhesion;
     let ended = match card.kind {
         MethodKind::Solver => {
             results.planned_bytes = path_bytes(case, problem, method, false);

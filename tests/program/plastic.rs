@@ -32,6 +32,31 @@ fn write_map(path: &Path, value: impl Fn(usize, usize) -> f64) {
     npy::write(path, N, N, (0..N * N).map(|i| value(i % N, i / N))).expect("written");
 }
 
+/// Methods without plastic flow are compared with the one that has it: they solve the elastic body, and say so.
+#[test]
+fn elastic_methods_are_compared_with_plastic_flow() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let results = |name: &str, hardness: &str| -> Value {
+        let scene = format!(
+            "name = \"{name}\"\n[laboratory]\nmodulus = \"2 GPa\"\n[surface]\ngrid = 64\nroll_off_mode = 2\ncut_off_mode = 12\nrms_gradient = 0.1\n\
+             [continuum]\ncompare_with = [\"bicgstab\", \"persson\", \"bvm\"]\n{hardness}\n[load]\npressure = \"20 MPa\"\n"
+        );
+        let (file, out) = (scratch.path().join(format!("{name}.toml")), scratch.path().join(name));
+        fs::write(&file, scene).expect("written");
+        let ran = asperity().arg("run").arg(&file).arg("--out").arg(&out).output().expect("started");
+        assert!(ran.status.success(), "{}", stderr(&ran));
+        assert_eq!(stderr(&ran).contains("persson: models no plastic flow"), !hardness.is_empty(), "{}", stderr(&ran));
+        serde_json::from_str(&fs::read_to_string(out.join("results.json")).expect("written")).expect("JSON")
+    };
+    let (plastic, elastic) = (results("plastic", "hardness = \"120 MPa\""), results("elastic", ""));
+    let area = |found: &Value, k: usize| number(&found["methods"][k]["states"][0], "contact_area");
+    for k in [0, 1] {
+        assert_eq!(area(&plastic, k), area(&elastic, k), "{}", plastic["methods"][k]["method"]);
+        assert!(plastic["methods"][k]["warning"].as_str().expect("said").starts_with("models no plastic flow"));
+    }
+    assert!(area(&plastic, 2) > 1.05 * area(&elastic, 2) && plastic["methods"][2]["warning"].is_null());
+}
+
 /// A map as `.npy` or text, in the unit of the modulus or another: no stress above the hardness of its point. One of equal values
 /// is the number, to the last bit. The results name file and hash.
 #[test]

@@ -74,13 +74,6 @@ fn hardness(c: &mut Complaints, scene: &Scene) {
     }
     let key = if is_map { "continuum.hardness_map" } else { "continuum.hardness" };
     c.unless(!is_map || scene.hardness().is_none(), key, "given together with a hardness", "one of the two");
-    let capable: Vec<&str> =
-        asperity_methods::REGISTRY.iter().map(|m| m.card()).filter(|m| m.capabilities.hardness).map(|m| m.id).collect();
-    let accepted = format!("none, or a method that models plastic flow: {}", capable.join(", "));
-    for id in m.compare_with.iter().filter(|id| *id != ALL_METHODS) {
-        let models = asperity_methods::find(id).is_none_or(|m| m.card().capabilities.hardness);
-        c.unless(models, key, format!("given with the method {id}"), &accepted);
-    }
     c.unless(m.initial_gap.is_none(), key, "given with continuum.initial_gap", "none: a gap has no history of flow");
 }
 
