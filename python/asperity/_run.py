@@ -52,7 +52,7 @@ class RunState:
     hydraulic_gap_x, hydraulic_gap_y : float or None
         Uniform gaps with the same leakage along x and along y, m; None unless the scene requests the leakage, as the next three.
     hydraulic_gap_x_error, hydraulic_gap_y_error : float or None
-        Their errors, m. None also where a direction is sealed.
+        Their errors, m. None also where they are not known, as in a sealed direction.
     hydraulic_gap_effective_medium : float or None
         The same gap in Bruggeman's approximation, m.
     von_mises, shear : float or None
