@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     fn units(scene: &str) -> GivenUnits {
-        let scene: Scene = toml::from_str(scene).expect("a scene");
+        let scene: Scene = toml::from_str(&format!("surface = {{}}\n{scene}")).expect("a scene");
         GivenUnits::of(&scene, scene.laboratory.scales())
     }
 
