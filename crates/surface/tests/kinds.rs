@@ -197,7 +197,19 @@ fn sizes_and_units_stand_above_tables() {
         assert_eq!((rows(&found), extent), ("1 2; 3 4".into(), Some((1.0, Some("um".into())))));
         assert_eq!(found.declared.unit.as_deref(), Some("nm"));
     }
+    for text in [format!("um um nm\nx y z\n{points}"), format!("# [um] [um] [nm]\n# x y z\n{points}")] {
+        let found = reads(text.as_bytes(), ImportOptions::default()).expect("points");
+        assert_eq!((rows(&found), found.declared.unit.as_deref()), ("1 2; 3 4".into(), Some("nm")));
+    }
+    // As wide as the table: one of its lines, or its size?
+    for text in ["2 3\n1 2\n5 3\n2 7\n", "3 2\n1 2\n5 3\n2 7\n", "2 2\n1.5 2\n3 4\n"] {
+        assert!(refusal(text.as_bytes()).contains("on line 1, the size of the lines below it"), "{text}");
+    }
+    assert_eq!(map(b"3 3\n1 2\n5 3\n2 7\n"), "3 3; 1 2; 5 3; 2 7");
+    assert!(refusal(b"1\n2 3\n").contains("on line 1"));
     let profile = ImportOptions { profile: true, ..ImportOptions::default() };
+    let counted = reads("3\n0.5\n1.5\n1\n".as_bytes(), profile).expect_err("a size or a height");
+    assert!(counted.contains("the size of the lines below it"), "{counted}");
     let found = reads("µm nm\n3\n0.5 7\n1.0 8\n1.5 6\n".as_bytes(), profile).expect("a profile");
     assert_eq!((rows(&found), found.declared.unit.as_deref()), ("7 8 6".into(), Some("nm")));
     let cut = reads("µm nm\n4\n0.5 7\n1.0 8\n1.5 6\n".as_bytes(), profile).expect_err("three of four lines");

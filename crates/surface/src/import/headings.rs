@@ -90,6 +90,14 @@ impl Headings {
         Some(Self { units: units?, ..Self::of(names) })
     }
 
+    /// Takes the units of a line above the names, if it has one for each.
+    pub(super) fn below_units(mut self, above: &Self) -> Self {
+        if above.len() == self.len() && self.units.iter().all(Option::is_none) {
+            self.units = above.units.clone();
+        }
+        self
+    }
+
     /// Takes units from a line below the names (`[mm];[mm];[1/0]`), if all of its fields are in brackets or units of length.
     pub(super) fn take_units(&mut self, fields: &[&str]) -> bool {
         let is_unit = |f: &&str| length_unit(f).is_some() || (f.starts_with('[') && f.ends_with(']'));

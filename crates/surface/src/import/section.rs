@@ -176,15 +176,28 @@ impl TextChannel {
     /// Whole numbers above the table that are not its size: its lines, their product with its columns, or both in either order.
     fn check_counts(&self, path: &Path) -> Result<()> {
         let (nx, ny) = (self.nx as f64, self.ny as f64);
+        let is_size = |counts: &[f64], ny: f64| [&[ny][..], &[nx * ny], &[nx, ny], &[ny, nx]].contains(&counts);
         match &self.counts {
-            Some((counts, line)) if ![vec![ny], vec![nx * ny], vec![nx, ny], vec![ny, nx]].contains(counts) => {
+            // One line below a 1 is no table of a size.
+            Some((counts, line)) if self.ny == 1 || !is_size(counts, ny) => {
                 let found = format!("{} heights on line {line}, and {nx} on each of {ny} lines below", counts.len());
                 let accepted =
                     "the same number on all lines, or the size of the table above it (or the file is cut off)";
-                Err(Error::format(path, found, accepted))
+                return Err(Error::format(path, found, accepted));
             }
-            _ => Ok(()),
+            Some(_) => {}
+            // A size as wide as its table.
+            None if (1..=2).contains(&self.nx) && self.ny > 2 && is_size(&self.values[..self.nx], ny - 1.0) => {
+                let numbers = self.values[..self.nx].iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+                let found = format!(
+                    "{numbers} on line {}, the size of the lines below it, which may be a height",
+                    self.first_line
+                );
+                return Err(Error::format(path, found, "that line with # in front, or without it"));
+            }
+            None => {}
         }
+        Ok(())
     }
 
     /// Refuses lines of x y h in other columns than the first three, or with further ones, whose columns have no names.

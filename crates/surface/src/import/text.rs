@@ -124,6 +124,10 @@ impl TextReader<'_> {
             let headings = Headings::of_units(&fields).unwrap_or_else(|| Headings::of(&fields));
             let are_names = headings.columns().is_some() || headings.columns_of_profile().is_some();
             if are_names && !text.contains('=') {
+                let headings = match &section.headings {
+                    Some((above, _)) => headings.below_units(above),
+                    None => headings,
+                };
                 section.headings = Some((headings, None));
             }
         }
@@ -210,7 +214,12 @@ impl TextReader<'_> {
             if fields.len() > 1 && fields.iter().all(|f| *f == word || f.is_empty()) {
                 return Err(wrong());
             }
-            section.headings = Some((Headings::of(fields), Some(number)));
+            let names = Headings::of(fields);
+            let names = match &section.headings {
+                Some((above, _)) => names.below_units(above),
+                None => names,
+            };
+            section.headings = Some((names, Some(number)));
             return Ok(());
         }
         if column == 0 && are_others_numbers {
