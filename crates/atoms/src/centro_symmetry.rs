@@ -157,12 +157,14 @@ mod tests {
             periodic: [true, true, false],
             ids: sites.iter().map(|s| s.id).collect(),
             species: Vec::new(),
+            has_types: true,
             elements: Vec::new(),
             positions: sites
                 .iter()
                 .map(|s| moved(block.layer_of(s.id).expect("of the block") - block.base_layers, s.position))
                 .collect(),
             forces_z: Vec::new(),
+            has_units: false,
         }
     }
 

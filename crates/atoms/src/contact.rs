@@ -143,10 +143,12 @@ mod tests {
             periodic: [true, true, false],
             ids: sites.iter().map(|s| s.id).collect(),
             species: Vec::new(),
+            has_types: true,
             elements: Vec::new(),
             // Some atoms leave the cell, as between two neighbour lists.
             positions: sites.iter().map(|s| s.position.map(|c| c + 4.0 * noise())).collect(),
             forces_z: Vec::new(),
+            has_units: false,
         }
     }
 

@@ -20,6 +20,9 @@ const MAX_LINE_BYTES: u64 = 64 * 1024;
 /// number.
 const MAX_PROMISE: usize = 1 << 20;
 
+/// Types of a dump whose elements are remembered.
+const MAX_NAMED_TYPES: usize = 1 << 12;
+
 /// First bytes of compressed files.
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -42,12 +45,16 @@ pub struct DumpFrame {
     pub ids: Vec<u32>,
     /// Type number, or index into `elements`; empty if the dump has neither column.
     pub species: Vec<u32>,
-    /// Element names in order of appearance, if the dump has element names and no types.
+    /// Whether the dump has types.
+    pub has_types: bool,
+    /// Element names, if the dump has them: of the types, empty for those that do not appear, or without types in order of appearance.
     pub elements: Vec<String>,
     /// Unwrapped positions as in the file, Å.
     pub positions: Vec<[f64; 3]>,
-    /// Forces along z, eV/Å; empty if the dump has no column `fz`.
+    /// Forces along z, eV/Å; empty if the dump has no column `fz`, NaN where that is no number.
     pub forces_z: Vec<f64>,
+    /// Whether the dump names its units.
+    pub has_units: bool,
 }
 
 impl DumpFrame {
@@ -59,6 +66,11 @@ impl DumpFrame {
         self.ids.is_empty()
     }
 
+    /// Element of atoms of this species, if the dump has element names.
+    pub fn element(&self, species: u32) -> Option<&str> {
+        self.elements.get(species as usize).map(String::as_str).filter(|name| !name.is_empty())
+    }
+
     /// Position of an atom, Å; `None` if it is not in the frame.
     pub fn position(&self, id: u32) -> Option<[f64; 3]> {
         self.ids.binary_search(&id).ok().map(|k| self.positions[k])
@@ -66,6 +78,20 @@ impl DumpFrame {
 
     pub fn length(&self, axis: usize) -> f64 {
         self.bounds[axis][1] - self.bounds[axis][0]
+    }
+
+    /// The element of a type. Types beyond those of any run keep their numbers.
+    fn name_type(&mut self, species: u32, name: &str) {
+        let index = species as usize;
+        if index >= MAX_NAMED_TYPES {
+            return;
+        }
+        if self.elements.len() <= index {
+            self.elements.resize(index + 1, String::new());
+        }
+        if self.elements[index].is_empty() {
+            self.elements[index] = name.to_owned();
+        }
     }
 
     /// Keeps the atoms of these indices, in their order.
@@ -147,7 +173,7 @@ impl DumpReader {
 
     fn read_frame(&mut self) -> Result<Option<DumpFrame>> {
         let (mut timestep, mut time, mut count, mut bounds) = (None, None, None, None);
-        let mut force_unit = UNITS_IN_ANGSTROM[0].1;
+        let (mut force_unit, mut has_units) = (UNITS_IN_ANGSTROM[0].1, false);
         let mut start = false;
         loop {
             if !self.read_line()? {
@@ -166,6 +192,7 @@ impl DumpReader {
                 let known = UNITS_IN_ANGSTROM.iter().find(|(name, _)| *name == units.trim());
                 let accepted = "units metal or real, whose lengths are in angstrom";
                 force_unit = known.ok_or_else(|| self.bad(&format!("units {units}"), accepted))?.1;
+                has_units = true;
             } else if item.starts_with("TIMESTEP") {
                 timestep = Some(self.header_value::<u64>("a timestep")?);
             } else if item.starts_with("TIME") {
@@ -187,9 +214,11 @@ impl DumpReader {
                     periodic,
                     ids: Vec::with_capacity(count.min(MAX_PROMISE)),
                     species: Vec::new(),
+                    has_types: columns.types.is_some(),
                     elements: Vec::new(),
                     positions: Vec::with_capacity(count.min(MAX_PROMISE)),
                     forces_z: Vec::new(),
+                    has_units,
                 };
                 self.read_atoms(&columns, count, &mut frame)?;
                 frame.forces_z.iter_mut().for_each(|f| *f *= force_unit);
@@ -234,12 +263,8 @@ impl DumpReader {
             *axis = positions
                 .ok_or_else(|| self.bad(tokens, &format!("a column {letter}, {letter}u, {letter}s or {letter}su")))?;
         }
-        let species = match (find("type"), find("element")) {
-            (Some(column), _) => Some((column, false)),
-            (None, Some(column)) => Some((column, true)),
-            (None, None) => None,
-        };
-        Ok(DumpColumns { count: names.len(), id, axes, species, force_z: find("fz") })
+        let (types, elements) = (find("type"), find("element"));
+        Ok(DumpColumns { count: names.len(), id, axes, types, elements, force_z: find("fz") })
     }
 
     fn read_atoms(&mut self, columns: &DumpColumns, count: usize, frame: &mut DumpFrame) -> Result<()> {
@@ -265,10 +290,16 @@ impl DumpReader {
                 position[axis] = if place.scaled { low + value * (high - low) } else { value };
                 good &= position[axis].is_finite();
             }
-            let species = match columns.species {
-                None => Some(None),
-                Some((column, false)) => tokens[column].parse::<u32>().ok().map(Some),
-                Some((column, true)) => {
+            let species = match (columns.types, columns.elements) {
+                (None, None) => Some(None),
+                (Some(types), elements) => {
+                    let species = tokens[types].parse::<u32>().ok();
+                    if let Some((species, column)) = species.zip(elements) {
+                        frame.name_type(species, tokens[column]);
+                    }
+                    species.map(Some)
+                }
+                (None, Some(column)) => {
                     let next = names.len() as u32;
                     let name = tokens[column];
                     let index = *names.entry(name.to_owned()).or_insert_with(|| {
@@ -279,7 +310,6 @@ impl DumpReader {
                 }
             };
             let force_z = columns.force_z.map(|column| tokens[column].parse().unwrap_or(f64::NAN));
-            good &= force_z.is_none_or(f64::is_finite);
             match (id, species) {
                 (Some(id), Some(species)) if good => {
                     frame.ids.push(id);
@@ -289,7 +319,7 @@ impl DumpReader {
                 }
                 _ => {
                     let line = line.to_owned();
-                    return Err(self.bad(&line, "a positive id, a type, finite coordinates and forces"));
+                    return Err(self.bad(&line, "a positive id, a type, finite coordinates"));
                 }
             }
         }
@@ -384,8 +414,8 @@ struct DumpColumns {
     count: usize,
     id: usize,
     axes: [PositionColumn; 3],
-    /// Column, and whether it has element names.
-    species: Option<(usize, bool)>,
+    types: Option<usize>,
+    elements: Option<usize>,
     force_z: Option<usize>,
 }
 

@@ -127,9 +127,11 @@ mod tests {
             periodic: [true, true, false],
             ids: sites.iter().map(|s| s.id).collect(),
             species: Vec::new(),
+            has_types: true,
             elements: Vec::new(),
             positions: sites.iter().map(|s| s.position).collect(),
             forces_z: Vec::new(),
+            has_units: false,
         };
         (frame, indenter)
     }

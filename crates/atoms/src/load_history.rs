@@ -450,9 +450,11 @@ mod tests {
             periodic: [true, true, false],
             ids: atoms.iter().map(|a| a.0).collect(),
             species: vec![1; atoms.len()],
+            has_types: true,
             elements: Vec::new(),
             positions: atoms.iter().map(|a| a.1).collect(),
             forces_z: Vec::new(),
+            has_units: false,
         }
     }
 

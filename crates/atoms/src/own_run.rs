@@ -6,10 +6,18 @@ use super::planar_cells::PlanarCells;
 use asperity_grid::{Error, Result};
 
 /// An atom is below another one that is nearer than this along the surface and higher than [`COVER_HEIGHT`], both over the distance of
-/// nearest neighbours. In the low-index faces of fcc, bcc, hcp and diamond crystals atoms of the second layer are at most 0.87 away from
-/// one above, and at least 0.5 below it; neighbours in a layer pass for one below the other beyond slopes of 0.4.
-const COVER_REACH: f64 = 0.95;
+/// nearest neighbours: the layers of crystals are at least 0.5 apart, and atoms of the second one are at most one distance away from one
+/// above. Neighbours in a layer pass for one below the other beyond slopes of 0.4.
+const COVER_REACH: f64 = 1.05;
 const COVER_HEIGHT: f64 = 0.4;
+
+/// The lower atoms of the double layers of bcc (111) and diamond (111) are 0.33 below the three around them, with which slopes of single
+/// layers compare: those around it are at least [`SURROUNDING`], on average this much higher, and on no side of it.
+const DOUBLE_LAYER: f64 = 0.2;
+const SURROUNDING: usize = 3;
+/// Largest distance of the centre of those around an atom from it, over the distance of nearest neighbours. On the slope of a single layer it
+/// is 0.33 or more.
+const CENTRED: f64 = 0.25;
 
 /// Atoms from whose nearest neighbours the distance of neighbours is found: the highest, as a dump may have these only.
 const MEASURED_ATOMS: usize = 32;
@@ -36,7 +44,7 @@ impl BodyTypes {
     /// # Errors
     /// `Input` for a type that the frame does not have, or no atom of the substrate.
     pub fn of(&self, frame: &DumpFrame) -> Result<Bodies> {
-        let name = |species: u32| frame.elements.get(species as usize).cloned().unwrap_or_else(|| species.to_string());
+        let name = |species: u32| frame.element(species).map_or_else(|| species.to_string(), str::to_string);
         let mut present = frame.species.clone();
         present.sort_unstable();
         present.dedup();
@@ -48,10 +56,15 @@ impl BodyTypes {
                     true => "dumps with a column type or element".into(),
                     false => format!("types or elements of timestep {}: {}", frame.timestep, names()),
                 };
-                let known = present.iter().find(|(_, name)| name == word).map(|(species, _)| *species);
-                known.ok_or_else(|| Error::input(frame.source.display(), key, word, accepted))
+                let is_type = |species: u32| frame.has_types && species.to_string() == *word;
+                let known = present.iter().filter(|(species, name)| name == word || is_type(*species));
+                let known: Vec<u32> = known.map(|(species, _)| *species).collect();
+                match known.is_empty() {
+                    true => Err(Error::input(frame.source.display(), key, word, accepted)),
+                    false => Ok(known),
+                }
             };
-            types.iter().map(one).collect()
+            Ok(types.iter().map(one).collect::<Result<Vec<_>>>()?.concat())
         };
         let (above, below) = (find("--indenter-types", &self.indenter)?, find("--substrate-types", &self.substrate)?);
         let of = |k: usize, list: &[u32]| frame.species.get(k).is_some_and(|s| list.contains(s));
@@ -59,8 +72,11 @@ impl BodyTypes {
         let is_substrate = |&k: &usize| !of(k, &above) && (below.is_empty() || of(k, &below));
         let substrate: Vec<usize> = (0..frame.len()).filter(is_substrate).collect();
         if substrate.is_empty() {
-            let accepted = "types that leave atoms to the substrate";
-            return Err(Error::input(frame.source.display(), "--indenter-types", names(), accepted));
+            let (key, accepted) = match below.is_empty() {
+                true => ("--indenter-types", "types that leave atoms to the substrate"),
+                false => ("--substrate-types", "types that are not those of the indenter"),
+            };
+            return Err(Error::input(frame.source.display(), key, names(), accepted));
         }
         Ok(Bodies { substrate, indenter })
     }
@@ -122,10 +138,19 @@ pub fn uncovered(points: &[[f64; 3]], edges: [f64; 2]) -> Vec<usize> {
         return (0..points.len()).collect();
     }
     let cells = PlanarCells::new(&planar(points), edges, spacing);
-    let covers = |k: usize, other: usize| points[other][2] - points[k][2] > COVER_HEIGHT * spacing;
     let is_free = |&k: &usize| {
-        let [x, y, _] = points[k];
-        !cells.within([x, y], COVER_REACH * spacing).iter().any(|(other, _)| covers(k, *other))
+        let [x, y, z] = points[k];
+        let near = cells.within([x, y], COVER_REACH * spacing);
+        let height = |other: usize| (points[other][2] - z) / spacing;
+        if near.iter().any(|(other, _)| height(*other) > COVER_HEIGHT) {
+            return false;
+        }
+        // Those of its own double layer, or of its own layer.
+        let around: Vec<_> = near.iter().filter(|(other, _)| *other != k && height(*other) > -DOUBLE_LAYER).collect();
+        let mean =
+            |of: &dyn Fn(&(usize, [f64; 2])) -> f64| around.iter().map(|a| of(a)).sum::<f64>() / around.len() as f64;
+        let off = mean(&|(_, d)| d[0]).hypot(mean(&|(_, d)| d[1])) / spacing;
+        !(around.len() >= SURROUNDING && off < CENTRED && mean(&|(other, _)| height(*other)) > DOUBLE_LAYER)
     };
     (0..points.len()).filter(is_free).collect()
 }
@@ -174,12 +199,26 @@ mod tests {
         let diamond = [[0.0, 0.0], [h, h]]
             .map(|[x, y]| [[x, y, 0.0], [x + 0.25, y + 0.25, 0.25], [x + h, y, h], [x + 0.75, y + 0.25, 0.75]]);
         let diamond = cell(&diamond.concat(), [5.43; 3]);
+        // Cells along [1-10], [11-2] and [111], two atoms in each plane; heights and places along [11-2] over the cell's edges.
+        let stacked = |planes: &[(f64, f64)]| -> Vec<[f64; 3]> {
+            planes.iter().flat_map(|&(y, z)| [[0.0, y, z], [h, y + h, z]]).collect()
+        };
+        let t = 1.0 / 3.0;
+        let bcc111 = stacked(&[(0.0, 0.0), (t, t), (2.0 * t, 2.0 * t)]);
+        let bcc111 = cell(&bcc111, [2.0 * r2, 2.0 * r2 * r3, r3]);
+        let diamond111 =
+            [(0.0, 0.25), (t, t), (t, t + 0.25), (2.0 * t, 2.0 * t), (2.0 * t, 2.0 * t + 0.25), (0.0, 1.0)];
+        let diamond111 = cell(&stacked(&diamond111), [4.0 / r2, 4.0 * r3 / r2, 4.0 * r3]);
+        let graphite = cell(&stacked(&[(t, 0.0), (2.0 * t, 0.0), (0.0, h), (t, h)]), [1.42 * r3, 1.42 * 3.0, 6.7]);
         for (name, (edges, points), per_cell) in [
             ("fcc (100)", fcc100, 2),
             ("fcc (110)", fcc110, 1),
             ("hcp (0001)", hcp, 2),
             ("bcc (100)", bcc100, 1),
             ("diamond (100)", diamond, 2),
+            ("bcc (111)", bcc111, 2),
+            ("diamond (111)", diamond111, 2),
+            ("graphite", graphite, 4),
         ] {
             let top = points.iter().map(|p| p[2]).fold(0.0, f64::max);
             let bent: Vec<[f64; 3]> = points
