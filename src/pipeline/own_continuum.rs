@@ -4,7 +4,7 @@ use super::own_frame::Profile;
 use super::{Listener, ProgressReporter};
 use crate::scene::Case;
 use crate::{Error, Result};
-use asperity_contact::interface::{AttractionLaw, RangeChoice};
+use asperity_contact::interface::{AttractionLaw, RangeChoice, Wall};
 use asperity_contact::load::Load;
 use asperity_contact::method::{ReducedProblem, Stop};
 use asperity_contact::path::{LoadPathSolver, pressures_of_contact};
@@ -50,6 +50,7 @@ pub(super) fn solve(
     if let Some(atoms) = &case.atoms {
         problem = ReducedProblem { kernel: atoms.kernel(), adhesion: atoms.matched_adhesion(false), ..problem };
     }
+    problem.wall = Wall::Hard;
     let method = asperity_methods::find(&case.scene.continuum.method).expect("checked with the scene");
     let watch = ProgressReporter::new(listener, None, "continuum: ", (0, common.len()));
     let areas: Vec<f64> =

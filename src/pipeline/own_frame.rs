@@ -36,7 +36,7 @@ pub struct OwnRun {
 pub enum OwnLoad {
     /// Frame K has load K of the scene.
     Scene,
-    /// Sum of fz over the indenter's atoms (fix setforce zeroes them), over the box and the E* of the scene.
+    /// Sum of fz over the indenter's atoms, before fix setforce, over the box and the E* of the scene.
     Fz,
 }
 
@@ -247,16 +247,17 @@ impl<'a> OwnFrames<'a> {
 /// Force on the indenter, upwards, eV/Å.
 fn force(frame: &DumpFrame, bodies: &Bodies) -> Result<f64> {
     let list = bodies.indenter.iter().map(|&k| frame.forces_z.get(k).copied());
-    match list.sum::<Option<f64>>() {
-        Some(sum) if sum != 0.0 => Ok(sum),
-        sum => {
-            let found =
-                sum.map_or("no column fz".into(), |_| "forces fz of the indenter's atoms that are zero".to_string());
-            let accepted = "--load fz: forces of the pair interaction, before fix setforce; or --load scene";
-            Err(Error::format(&frame.source, format!("timestep {}: {found}", frame.timestep), accepted))
-        }
-    }
+    let found = match list.sum::<Option<f64>>() {
+        Some(sum) if sum.is_finite() => return Ok(sum),
+        Some(_) => "forces fz of the indenter's atoms that are no numbers",
+        None => "no column fz",
+    };
+    Err(Error::format(&frame.source, format!("timestep {}: {found}", frame.timestep), FORCES))
 }
+
+/// What `--load fz` needs.
+pub(super) const FORCES: &str =
+    "--load fz: forces of the pair interaction, before fix setforce, which zeroes them; or --load scene";
 
 /// The refusal of a list of heights that is no list of one for each frame. `frames`: "more", or their number.
 pub(super) fn wrong_count(heights: usize, frames: impl std::fmt::Display) -> Error {

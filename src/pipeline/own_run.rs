@@ -2,10 +2,11 @@
 
 use super::Listener;
 use super::own_continuum::{Common, OwnContinuum, solve};
-use super::own_frame::{AnalysedFrame, OwnFrames, OwnLoad, OwnRun, wrong_count};
+use super::own_frame::{AnalysedFrame, FORCES, OwnFrames, OwnLoad, OwnRun, wrong_count};
 use crate::compare::{SiteCriterion, SitesOnGrid};
 use crate::record::results::CriterionMatch;
 use crate::record::xyz;
+use crate::report::number::significant;
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::contact::{mean, onto_grid};
@@ -14,9 +15,18 @@ use asperity_atoms::external_dump::for_each_frame;
 use asperity_contact::load::Load;
 use asperity_grid::units::GPA_PER_EV_A3;
 use asperity_grid::{Field, Grid};
+use asperity_surface::files::atomic_file::{list, remove};
 use asperity_surface::files::npy;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// Maps of a frame.
+const MAPS: [&str; 6] = ["contact", "gap", "site-contact", "site-gap", "continuum-contact", "continuum-gap"];
+
+/// Relative difference between the edges of the box and of the scene's surface beyond that of a thermal expansion.
+const OTHER_LENGTH: f64 = 0.02;
+
+const ANGSTROM_PER_M: f64 = 1e10;
 
 /// Contact and gap in one frame of an own run. File names are relative to the folder of the maps.
 #[derive(Debug, Clone, Serialize)]
@@ -42,7 +52,7 @@ pub struct OwnState {
     pub frame: String,
     /// Contact distance d_c (Å) and the contact fraction with it.
     pub sensitivity: Vec<[f64; 2]>,
-    /// None without contact, where the load is not known.
+    /// None without contact, where the load is not known, and where the continuum has no state of the frame's load or contact area.
     pub continuum: Option<OwnMatch>,
 }
 
@@ -54,8 +64,8 @@ pub struct OwnMatch {
     /// Of the nodes, over the area of the box; `contact` has that of the surface atoms on it.
     pub contact_area: f64,
     pub mean_gap_angstrom: f64,
-    /// rms difference of the gaps outside both contacts, Å.
-    pub gap_rms_difference_angstrom: f64,
+    /// rms difference of the gaps outside both contacts, Å. None where no atom is.
+    pub gap_rms_difference_angstrom: Option<f64>,
     pub gap_map: String,
     pub contact: CriterionMatch,
 }
@@ -76,12 +86,14 @@ pub fn read_own_run(
         return Err(Error::input(case.file.display(), "continuum.periodic", false, accepted));
     }
     let (mut frames, mut analysed): (Option<OwnFrames>, Vec<AnalysedFrame>) = (None, Vec::new());
+    let mut has_units = true;
     for_each_frame(files, &mut |text| listener.warn(text), &mut |_, frame| {
         let of_run = match &mut frames {
             Some(known) => known,
             none => none.insert(OwnFrames::begin(case, run, &frame)?),
         };
         analysed.push(of_run.analyse(analysed.len(), &frame)?);
+        has_units &= frame.has_units;
         Ok(())
     })?;
     let frames = frames.expect("at least one frame");
@@ -91,11 +103,79 @@ pub fn read_own_run(
     if analysed.iter().all(|a| a.contact.ids.is_empty()) {
         listener.warn(&format!("no atom of the substrate is within d_c = {} Å of the indenter", run.contact_distance));
     }
-    let common = commons(case, run.load, &analysed, frames.edges)?;
-    let wanted: Vec<Common> = common.iter().flatten().copied().collect();
-    let solved = solve(case, (&frames.profile, run.contact_distance / frames.edges[0]), &wanted, listener)?;
+    let mut common = commons(case, run.load, &analysed, frames.edges)?;
+    warn_of_units(case, (run, has_units), &frames, listener);
+    let solved = solve_all(case, &frames, &mut common, listener)?;
     std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
+    remove_earlier(out)?;
     write(case, (&frames, &analysed), (&common, &solved), (files, out))
+}
+
+/// Units that are taken for granted: those of forces, and those of an adhesion whose lengths are scaled with the surface.
+fn warn_of_units(case: &Case, (run, has_units): (&OwnRun, bool), frames: &OwnFrames, listener: &dyn Listener) {
+    if run.load == Some(OwnLoad::Fz) && !has_units {
+        listener.warn(
+            "the dumps name no units: forces are taken to be eV/Å (metal); `dump_modify ID units yes` writes them",
+        );
+    }
+    let own = case.atoms.as_ref().map_or(case.scales.length_m * ANGSTROM_PER_M, |atoms| atoms.block.length());
+    let ratio = frames.edges[0] / own;
+    let is_known = case.atoms.is_some() || !case.scene.laboratory.is_plain();
+    if is_known && case.scene.adhesion.is_some() && (ratio - 1.0).abs() > OTHER_LENGTH {
+        listener.warn(&format!(
+            "the box is {} times as long as the scene's surface: heights, work and range of adhesion are scaled with it",
+            significant(ratio, 4)
+        ));
+    }
+}
+
+/// Solves the continuum of the frames that have something in common with it. If a frame has none, each is solved alone, and those without a
+/// solution are left out of `common` with a warning.
+fn solve_all(
+    case: &Case,
+    frames: &OwnFrames,
+    common: &mut [Option<Common>],
+    listener: &dyn Listener,
+) -> Result<Vec<OwnContinuum>> {
+    let surface = (&frames.profile, frames.run.contact_distance / frames.edges[0]);
+    let wanted: Vec<Common> = common.iter().flatten().copied().collect();
+    let one =
+        |wanted: &[Common]| solve(case, surface, wanted, listener).map_err(|error| case.given_units().rewrite(error));
+    let joint = one(&wanted);
+    // Plastic flow and adhesion depend on the loads before.
+    let depends_on_history = case.planned_problem().hardness.is_some() || case.scene.adhesion.is_some();
+    if depends_on_history || wanted.len() < 2 || !matches!(joint, Err(Error::NotConverged { .. } | Error::Input { .. }))
+    {
+        return joint;
+    }
+    let mut solved = Vec::new();
+    for (number, place) in (1..).zip(common) {
+        let Some(wanted) = *place else { continue };
+        match one(&[wanted]) {
+            Ok(found) => solved.extend(found),
+            Err(why @ (Error::NotConverged { .. } | Error::Input { .. })) => {
+                listener.warn(&format!("frame {number}: no continuum: {why}"));
+                *place = None;
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    if solved.is_empty() { joint } else { Ok(solved) }
+}
+
+/// Removes maps and frames of an earlier analysis, which may be of more frames.
+fn remove_earlier(out: &Path) -> Result<()> {
+    let is_ours = |name: &str| {
+        let Some(rest) = name.strip_prefix("frame-") else { return false };
+        let rest = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        rest == ".xyz" || MAPS.iter().any(|map| rest.strip_prefix('-').is_some_and(|r| r == format!("{map}.npy")))
+    };
+    for (name, path) in list(out)? {
+        if is_ours(&name) {
+            remove(&path)?;
+        }
+    }
+    Ok(())
 }
 
 /// What the continuum is to have in common with each frame.
@@ -113,14 +193,20 @@ fn commons(
             .collect()),
         Some(OwnLoad::Scene) => {
             let steps = case.loading_steps();
-            if !case.scene.load.contact.is_empty() || steps.len() != analysed.len() {
-                let found = format!("{} loads for {} frames", steps.len(), analysed.len());
-                let accepted = "with --load scene a pressure or p_star for each frame";
+            let are_pressures = steps.iter().all(|step| matches!(step.target, Load::Pressure(_)));
+            if !case.scene.load.contact.is_empty() || !are_pressures || steps.len() != analysed.len() {
+                let kind = if are_pressures { "loads" } else { "gaps" };
+                let found = format!("{} {kind} for {} frames", steps.len(), analysed.len());
+                let accepted = "with --load scene a pressure, force or p_star for each frame";
                 return Err(Error::input(place, "load", found, accepted));
             }
             Ok(steps.iter().map(|step| Some(Common::Load(step.target))).collect())
         }
         Some(OwnLoad::Fz) => {
+            if analysed.iter().all(|a| a.force == Some(0.0)) {
+                let found = "forces fz of the indenter's atoms that are zero in all frames";
+                return Err(Error::format(&analysed[0].file, found, FORCES));
+            }
             let lab = &case.scene.laboratory;
             let given = lab.modulus.is_some() || !lab.bodies.is_empty();
             let modulus = case.atoms.as_ref().map(|a| a.modulus_gpa);
@@ -128,7 +214,10 @@ fn commons(
             let missing =
                 || Error::input(place, "laboratory.modulus", "not given", "with --load fz the E* of the substrate");
             let unit = modulus.ok_or_else(missing)? / GPA_PER_EV_A3 * edges[0] * edges[1];
-            let load = |a: &AnalysedFrame| a.force.map(|force| Common::Load(Load::Pressure(force / unit)));
+            // Before contact there is no load.
+            let load = |a: &AnalysedFrame| {
+                a.force.filter(|force| *force != 0.0).map(|force| Common::Load(Load::Pressure(force / unit)))
+            };
             Ok(analysed.iter().map(load).collect())
         }
     }
@@ -198,7 +287,7 @@ impl OwnMaps<'_> {
                     p_star: c.p_star,
                     contact_area: c.contact_area,
                     mean_gap_angstrom: c.mean_gap() * edge,
-                    gap_rms_difference_angstrom: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
+                    gap_rms_difference_angstrom: (!squares.is_empty()).then(|| mean(&squares).sqrt()),
                     gap_map: name("continuum-gap"),
                     contact: self.sites.compare(&here, &a.contact.sites, SiteCriterion::HardWall, map),
                 })

@@ -276,6 +276,38 @@ fn an_indenter_of_another_type_on_another_crystal() {
     assert_eq!(map(scratch.path().join("read/frame-1-gap.npy")).len(), 32 * 32);
 }
 
+/// Frames before contact and in tension have no continuum, and the others keep theirs. Atoms are named by type or by element where a dump
+/// has both, and results of more frames than now do not stay.
+#[test]
+fn frames_without_a_continuum_leave_that_of_the_others() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = put(scratch.path(), "own.toml", &format!("{SURFACE}[laboratory]\nmodulus = \"100 GPa\"\n"));
+    let frame = |(k, (z, force)): (usize, (f64, f64))| {
+        let (atoms, bounds) = other_crystal(z, force);
+        put(scratch.path(), &format!("{k}.dump"), &dump(&atoms, bounds, "id type element xs ys zs fz"))
+    };
+    let files: Vec<PathBuf> =
+        [(20.0, 0.0), (4.5, 3.0), (4.6, -3.0), (3.5, 6.0)].into_iter().enumerate().map(frame).collect();
+    let flags = "--contact-distance 2.8 --load fz --indenter-types";
+    let output = read(&scene, &files, &format!("{flags} C"));
+    let (said, found) = (stderr(&output), states(&output));
+    assert!(said.contains("the dumps name no units: forces are taken to be eV/Å (metal)"), "{said}");
+    assert!(said.contains("frame 3: no continuum: ") && said.matches("no continuum").count() == 1, "{said}");
+    assert!([0, 2].iter().all(|k| found[*k]["continuum"].is_null() && found[*k]["p_star"].is_null()));
+    let alone = states(&read(&scene, &[files[1].clone(), files[3].clone()], &format!("{flags} 2")));
+    for (of_all, alone) in [(&found[1], &alone[0]), (&found[3], &alone[1])] {
+        assert_eq!(of_all["contacts"], alone["contacts"]);
+        let areas = [of_all, alone].map(|s| number(&s["continuum"]["contact_area"]));
+        assert!((areas[0] / areas[1] - 1.0).abs() < 1e-6, "{areas:?}");
+    }
+    let left = std::fs::read_dir(scratch.path().join("read")).expect("a folder");
+    let names: Vec<String> = left.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    assert!(
+        names.iter().all(|n| n.starts_with("frame-1") || n.starts_with("frame-2")) && names.len() == 14,
+        "{names:?}"
+    );
+}
+
 /// A wall at a height over a box of 60 Å x 30 Å whose corner is not the origin: gaps by the formula of the surface.
 #[test]
 fn a_wall_at_a_height_over_a_rectangular_box() {
@@ -350,12 +382,22 @@ fn what_does_not_fit_is_refused() {
         (good.replace("pp pp ff", "pp ff ff"), with(""), "a box that is not periodic along y"),
         (good.replacen("0 60", "0 61", 1), with(""), "a box of 61.0000 x 60.0000 Å"),
         (good.replace("BOUNDS pp", "BOUNDS xy xz yz pp"), with(""), "a triclinic box"),
-        (good.clone(), with("--load fz"), "timestep 500: forces fz of the indenter's atoms that are zero"),
+        (good.clone(), with("--load fz"), "forces fz of the indenter's atoms that are zero in all frames"),
+        (
+            dump(&other_crystal(5.0, f64::NAN).0, bounds, "id type xs ys zs fz"),
+            with("--load fz"),
+            "timestep 500: forces fz of the indenter's atoms that are no numbers",
+        ),
+        (
+            good.clone(),
+            "--indenter-types 2 --substrate-types 2 --contact-distance 2.8".into(),
+            "--substrate-types = 1, 2; accepted: types that are not those of the indenter",
+        ),
         (dump(&atoms, bounds, "id type xs ys zs"), with("--load fz"), "timestep 500: no column fz"),
         (
             good.clone(),
             with("--load scene"),
-            "load = 2 loads for 1 frames; accepted: with --load scene a pressure or p_star for each frame",
+            "load = 2 loads for 1 frames; accepted: with --load scene a pressure, force or p_star for each frame",
         ),
         (good.clone(), format!("{height} 5 --load fz"), "--load = fz; accepted: scene, or --indenter-types"),
         (
