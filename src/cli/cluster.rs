@@ -380,7 +380,10 @@ fn run_points(submission: &Submission, points: &[usize], out: &Path) -> Result<(
                 false => run_point(submission, point, &command, out),
             };
             let end = match end {
-                (sweep::PointOutcome::Done, _) => ended(point, TurnOutcome::Done, 0, None),
+                (sweep::PointOutcome::Done, code) => {
+                    worst.fetch_max(code, Ordering::Relaxed);
+                    ended(point, TurnOutcome::Done, code, None)
+                }
                 (sweep::PointOutcome::Interrupted, _) => {
                     interrupted.fetch_add(1, Ordering::Relaxed);
                     ended(point, TurnOutcome::Interrupted, 130, None)
@@ -428,7 +431,10 @@ impl CollectArgs {
             let end = submission.end_of(out, p);
             let in_queue = queue.as_ref().is_none_or(|q| q.iter().any(|q| Some(q.task) == task));
             let (status, reason) = match end.map(|e| (e.outcome, e)) {
-                Some((TurnOutcome::Done, _)) => (PointStatus::Done, None),
+                Some((TurnOutcome::Done, end)) => {
+                    worst = end.code.max(worst);
+                    (PointStatus::Done, None)
+                }
                 Some((TurnOutcome::Failed, end)) => {
                     worst = end.code.max(worst);
                     (PointStatus::Failed, end.reason)

@@ -2,8 +2,11 @@
 
 use super::{bug, progress};
 use crate::pipeline::sweep::{PointFolder, PointOutcome};
+use crate::record::results::Results;
+use crate::record::written::WrittenFolder;
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Device;
+use asperity_contact::results::ContinuumResults;
 use asperity_grid::error::Error;
 use asperity_surface::files::atomic_file;
 use asperity_surface::files::atomic_file::read_bytes;
@@ -16,6 +19,9 @@ use std::time::Duration;
 
 /// Interval between looks at a running point.
 const POLL: Duration = Duration::from_millis(20);
+
+/// Exit code of a run that has not found all that its scene asks for.
+const NOT_CONVERGED: u8 = 3;
 
 /// SIGKILL, which the kernel sends when memory runs out.
 const KILL: i32 = 9;
@@ -54,10 +60,16 @@ impl PointCommand {
         values.into_iter().filter_map(|(flag, value)| Some(format!("{flag}={}", value?))).collect()
     }
 
-    /// Runs the point; stops it when `stopping` says so. A failure comes with the exit code.
+    /// Runs the point; stops it when `stopping` says so. A failure comes with the exit code, and so do results that are not all that the scene
+    /// asks for.
     pub(super) fn run(&self, point: &PointFolder, stopping: &dyn Fn() -> bool) -> (PointOutcome, u8) {
         let arguments = ["run".as_ref(), point.scene.as_os_str(), "--out".as_ref(), point.out.as_os_str()];
-        self.execute(&arguments, Path::new("."), &point.log, stopping)
+        match self.execute(&arguments, Path::new("."), &point.log, stopping) {
+            (PointOutcome::Failed(_), code) if code == NOT_CONVERGED && has_results(&point.out) => {
+                (PointOutcome::Done, code)
+            }
+            end => end,
+        }
     }
 
     /// The same with these arguments, in the working folder `from`.
@@ -112,6 +124,17 @@ impl PointCommand {
             }
         }
     }
+}
+
+/// Whether a run without convergence has results: of the loads before the surfaces separated, or all but the pull-off or an auxiliary solve.
+/// Their warnings say so.
+fn has_results(folder: &Path) -> bool {
+    let is_partial = |results: &Results| {
+        let solved = results.continuum.as_ref();
+        let failed = |c: &ContinuumResults| c.contact_lost.is_some() || c.pull_off_failure.is_some();
+        !results.failures.is_empty() || solved.is_some_and(failed)
+    };
+    WrittenFolder::run(folder).is_ok_and(|(_, results)| is_partial(&results))
 }
 
 /// The last error of a log.

@@ -108,7 +108,8 @@ impl RunArgs {
         // A job finds the pressures itself; until then they do not tell whether the scene is another one.
         let is_job = submits(&machine);
         if !is_job {
-            pipeline::impose_contact(&mut case, &asperity_contact::method::NoObserver)?;
+            let units = case.given_units();
+            pipeline::impose_contact(&mut case, units, &asperity_contact::method::NoObserver)?;
         }
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
         let comparable = case.scene.load.contact.is_empty() && !self.overwrite;

@@ -118,7 +118,8 @@ impl TradeoffArgs {
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
         if !self.dry_run {
-            pipeline::impose_contact(&mut case, &asperity_contact::method::NoObserver)?;
+            let units = case.given_units();
+            pipeline::impose_contact(&mut case, units, &asperity_contact::method::NoObserver)?;
         }
         let request = TradeoffRequest {
             methods,

@@ -48,7 +48,8 @@ impl VerifyArgs {
         let (scene, lammps) = (ro_crate::scene_of(&finished, &self.folder)?, self.lammps.command());
         let mut case = run::resolved(scene, &finished.scene, &lammps, self.allow_program)?;
         programs::check(&case, self.allow_program)?;
-        pipeline::impose_contact(&mut case, &asperity_contact::method::NoObserver)?;
+        let units = case.given_units();
+        pipeline::impose_contact(&mut case, units, &asperity_contact::method::NoObserver)?;
         let scratch = tempfile::tempdir().map_err(Error::io("create", "a scratch folder"))?;
         let out = self.out.clone().unwrap_or_else(|| scratch.path().join("repetition"));
         let progress = TerminalProgress::new();

@@ -208,7 +208,7 @@ mod tests {
             point(1, 0.3, 0.5, 0.4, PointStatus::Done),
             point(2, 0.3, 9.0, 1.0, PointStatus::Failed),
         ];
-        let mut ensemble = Ensemble::new("test".into(), vec![SEED.into(), "surface.hurst".into()], points);
+        let mut ensemble = Ensemble::new("test".into(), vec![SEED.into(), "surface.hurst".into()], None, points);
         evaluate(&mut ensemble);
         let wide: Vec<_> = ensemble.differences.iter().filter(|d| d.difference.realisations == 3).collect();
         assert_eq!(wide.len(), 1);

@@ -1,6 +1,6 @@
 //! Loads that a scene gives as contact areas.
 
-use crate::scene::Case;
+use crate::scene::{Case, GivenUnits};
 use crate::{Error, Result};
 use asperity_contact::method::Observer;
 use asperity_contact::path::pressures_of_contact;
@@ -8,8 +8,8 @@ use asperity_contact::path::pressures_of_contact;
 /// Finds the pressures of the contact areas that a scene imposes, and puts them in their place. Other scenes stay as they are.
 ///
 /// # Errors
-/// Those of [`pressures_of_contact`].
-pub fn impose_contact(case: &mut Case, observer: &dyn Observer) -> Result<()> {
+/// Those of [`pressures_of_contact`], in these units.
+pub fn impose_contact(case: &mut Case, units: GivenUnits, observer: &dyn Observer) -> Result<()> {
     let areas = &case.scene.load.contact;
     if areas.is_empty() {
         return Ok(());
@@ -22,7 +22,7 @@ pub fn impose_contact(case: &mut Case, observer: &dyn Observer) -> Result<()> {
         Error::Input { list, .. } => Error::Input { place: case.file.display().to_string(), list },
         other => other,
     });
-    let pressures = pressures.map_err(|error| case.given_units().rewrite(error))?;
+    let pressures = pressures.map_err(|error| units.rewrite(error))?;
     case.impose_pressures(&pressures);
     Ok(())
 }

@@ -49,7 +49,8 @@ pub(super) struct PathRequest<'a> {
     pub scales: Scales,
     /// Those in which errors are written.
     pub units: GivenUnits,
-    /// Whether the states before a tension that separates the surfaces are results, or that tension is an error.
+    /// Whether the states before a tension that separates the surfaces are results, or that tension is an error. Of the grids that are solved for
+    /// an accuracy a finer one may keep the contact.
     pub outlasts_contact: bool,
     /// Whether the unloading branch is compared with the loading branch.
     pub hysteresis: bool,
@@ -94,7 +95,6 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
         if reached.state.stop == Stop::Detached && request.outlasts_contact && !states.is_empty() {
             let load = request.units.load(&request.steps[i]);
             let why = format!("contact is lost at load {} of {}, {load}", i + 1, loads.len());
-            listener.warn(&why);
             contact_lost = Some(why.clone());
             return Err(reached.state.not_converged(method.card().id, why, path.problem().tolerance, None));
         }
@@ -110,7 +110,6 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
             if request.pull_off && states.len() == loads.len() =>
         {
-            listener.warn(&format!("the pull-off was not found: {why}"));
             (None, Some(why.to_string()))
         }
         Err(e) => return Err(e),

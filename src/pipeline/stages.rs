@@ -98,7 +98,11 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         let loads = states.map(|s| (named.value(s.p_star), s.contact_area, s.discretisation.as_ref()));
         let unresolved = unresolved_contact(named.quantity.symbol(), loads);
         let trivial = TrivialLoads::of(outputs.primary.iter().flat_map(|solved| &solved.states)).warnings();
-        unresolved.into_iter().chain(trivial).for_each(|text| visitor.warn(text));
+        let solved = outputs.primary.as_ref();
+        let lost = solved.and_then(|solved| solved.contact_lost.clone());
+        let no_pull_off = solved.and_then(|solved| solved.pull_off_failure.as_ref());
+        let ended = lost.into_iter().chain(no_pull_off.map(|why| format!("the pull-off was not found: {why}")));
+        unresolved.into_iter().chain(trivial).chain(ended).for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);
     left_out.into_iter().for_each(|text| visitor.warn(text));

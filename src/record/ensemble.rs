@@ -2,6 +2,7 @@
 
 use super::given_loads::{GivenLoads, LoadQuantity};
 use asperity_contact::load::Branch;
+use asperity_contact::problem::LoadKind;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::{read_text, write_atomic};
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ pub const STATISTICS_FILE: &str = "statistics.csv";
 pub const DIFFERENCES_FILE: &str = "differences.csv";
 
 /// Increased when a key changes its meaning.
-const SCHEMA: u32 = 3;
+const SCHEMA: u32 = 4;
 
 /// Results of a sweep over keys of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +28,9 @@ pub struct Ensemble {
     pub name: String,
     /// The varied keys, the slowest first.
     pub keys: Vec<String>,
+    /// What the scenes impose, if it is no pressure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imposed: Option<Imposed>,
     pub points: Vec<EnsemblePoint>,
     pub statistics: Vec<EnsembleStatistic>,
     pub differences: Vec<Difference>,
@@ -161,7 +165,34 @@ impl Sample {
 }
 
 /// What a scene can impose in place of a pressure: each realisation then has another pressure.
-const IMPOSED: [&str; 3] = ["contact_area", "mean_gap", "displacement"];
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Imposed {
+    ContactArea,
+    MeanGap,
+    Displacement,
+}
+
+impl Imposed {
+    /// `None` for pressures.
+    pub fn of(kind: LoadKind) -> Option<Self> {
+        match kind {
+            LoadKind::Contact => Some(Imposed::ContactArea),
+            LoadKind::MeanGap => Some(Imposed::MeanGap),
+            LoadKind::Displacement => Some(Imposed::Displacement),
+            LoadKind::PStar | LoadKind::Pressure | LoadKind::Force => None,
+        }
+    }
+
+    /// Its quantity in the tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Imposed::ContactArea => "contact_area",
+            Imposed::MeanGap => "mean_gap",
+            Imposed::Displacement => "displacement",
+        }
+    }
+}
 
 /// Differences between two sources on the same realisations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -189,23 +220,17 @@ impl Ensemble {
         self.statistics.iter().any(|s| s.sample.realisations > 1)
     }
 
-    /// What was imposed at a load instead of a pressure. The table has no kind of load: it is the quantity that scatters least where
-    /// pressures do. `None` where they do not, and for a single realisation.
+    /// What was imposed at a load instead of a pressure.
     pub fn imposed(&self, group: &[(String, Value)], of: &Observable) -> Option<&EnsembleStatistic> {
+        let quantity = self.imposed?.name();
         let at_load = |s: &&EnsembleStatistic| (s.of.load, s.of.branch) == (of.load, of.branch) && s.group == group;
         let here = || self.statistics.iter().filter(at_load);
         let pressure = here().find(|s| s.of.quantity == "pressure")?;
-        if !pressure.sample.scatters() || pressure.load.given().0 != LoadQuantity::Pressure {
-            return None;
-        }
-        let own = here().filter(|s| s.of.source == pressure.of.source && IMPOSED.contains(&s.of.quantity.as_str()));
-        let relative = |s: &EnsembleStatistic| s.sample.standard_deviation.map(|d| d / s.sample.mean.abs());
-        let scatter = own.filter_map(|s| Some((s, relative(s)?)));
-        scatter.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(s, _)| s)
+        here().find(|s| s.of.source == pressure.of.source && s.of.quantity == quantity)
     }
 
-    pub fn new(name: String, keys: Vec<String>, points: Vec<EnsemblePoint>) -> Self {
-        Ensemble { schema: SCHEMA, name, keys, points, statistics: Vec::new(), differences: Vec::new() }
+    pub fn new(name: String, keys: Vec<String>, imposed: Option<Imposed>, points: Vec<EnsemblePoint>) -> Self {
+        Ensemble { schema: SCHEMA, name, keys, imposed, points, statistics: Vec::new(), differences: Vec::new() }
     }
 
     /// What the standard errors do not contain, a sentence each: the uncertainty that the points share, and their warnings.

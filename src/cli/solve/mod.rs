@@ -231,8 +231,7 @@ impl SolveArgs {
         let method = asperity_methods::find(&self.method).expect("checked with the scene");
         self.check_ranks(&case, method, ranks)?;
         let units = self.given_units(&case);
-        let in_units = |error: Error| units.rewrite(error);
-        Device::check(&case.planned_problem(), method.card()).map_err(in_units)?;
+        Device::check(&case.planned_problem(), method.card()).map_err(|e| units.rewrite(e))?;
         let accuracy = case.scene.accuracy();
         // Of several grids the last one warns.
         let warnings = case.warnings.iter().filter(|_| accuracy.is_none());
@@ -244,13 +243,13 @@ impl SolveArgs {
             progress.note(&self.of_bodies(&case));
         }
         if let Some(accuracy) = accuracy {
-            return self.solve_within(&case, &accuracy, &progress).map_err(in_units);
+            return self.solve_within(&case, &accuracy, &progress);
         }
         if !self.dry_run {
-            impose_contact(&mut case, &asperity_contact::method::NoObserver)
-                .map_err(|e| rename_keys(in_units(e), &names))?;
+            impose_contact(&mut case, units, &asperity_contact::method::NoObserver)
+                .map_err(|e| rename_keys(e, &names))?;
         }
-        self.solve(&case, (ranks, true), &progress).map(drop).map_err(in_units)
+        self.solve(&case, (ranks, true), &progress).map(drop)
     }
 
     /// Solves on one grid. `shows`: the states are printed as they are solved.
@@ -258,7 +257,8 @@ impl SolveArgs {
         let method = asperity_methods::find(&self.method).expect("checked with the scene");
         let heights = LentHeights::of(case.surface(), case.model.grid, ranks);
         if method.card().kind == MethodKind::Estimate {
-            return estimated::run(self, case, heights.get(), progress).map(|()| Solved::default());
+            let shown = estimated::run(self, case, heights.get(), progress).map(|()| Solved::default());
+            return shown.map_err(|e| self.given_units(case).rewrite(e));
         }
         let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
         let problem = ReducedProblem { ranks, ..case.problem(heights.get()) };
@@ -276,7 +276,7 @@ impl SolveArgs {
         let mut reporter = SolveReporter::new((self, shows), case, &problem, &path, loads.len(), previous);
         let Some(out) = &self.out else {
             let begin = self.initial_gap(case)?;
-            let pull_off = self.walk(&path, begin, None, &mut reporter, progress)?;
+            let pull_off = self.walk((case, &path), begin, None, &mut reporter, progress)?;
             return Ok(reporter.solved(pull_off));
         };
         let grid = case.model.grid;
@@ -312,7 +312,7 @@ impl SolveArgs {
                 begin
             }
         };
-        let pull_off = self.walk(&path, begin, Some(&writer), &mut reporter, progress)?;
+        let pull_off = self.walk((case, &path), begin, Some(&writer), &mut reporter, progress)?;
         let solved = reporter.solved(pull_off);
         self.finish(out, solved_by, &solved, None)?;
         writer.remove_files();
@@ -355,7 +355,7 @@ impl SolveArgs {
     /// Solves load by load, then the pull-off if requested, whose line of JSON is returned.
     fn walk(
         &self,
-        path: &LoadPathSolver,
+        (case, path): (&Case, &LoadPathSolver),
         begin: Option<InitialState>,
         writer: Option<&CheckpointWriter>,
         reporter: &mut SolveReporter,
@@ -378,7 +378,8 @@ impl SolveArgs {
                     Err(state.not_converged(id, format!("load {} of {loads}: {stop}", i + 1), tolerance, file))
                 }
             }
-        })?;
+        });
+        let pulled = pulled.map_err(|e| self.given_units(case).rewrite(e))?;
         reporter.doubtful().iter().for_each(|w| progress.warn(w));
         pulled.map(|p| reporter.pull_off(&p)).transpose()
     }

@@ -6,9 +6,10 @@ use super::points::{Sweep, SweepPoint};
 use crate::compare::ensemble::evaluate;
 use crate::pipeline::RunFolder;
 use crate::pipeline::run::list_files;
-use crate::record::ensemble::{Ensemble, EnsemblePoint, FILE, PointStatus};
+use crate::record::ensemble::{Ensemble, EnsemblePoint, FILE, Imposed, PointStatus};
 use crate::record::written::{self, WrittenFolder};
 use crate::report;
+use crate::scene::Scene;
 use asperity_contact::quantity::Quantity;
 use asperity_contact::uncertainty::total;
 use asperity_grid::error::{Error, Result};
@@ -154,7 +155,10 @@ pub fn write_tables(
     (name, keys): (&str, &[String]),
     points: Vec<EnsemblePoint>,
 ) -> Result<(Ensemble, PathBuf)> {
-    let mut ensemble = Ensemble::new(name.to_string(), keys.to_vec(), points);
+    // Points differ in values, and not in kinds of loads.
+    let scene = points.first().and_then(|p| Scene::read(&PointFolder::of(out, &p.label).scene).ok());
+    let imposed = scene.and_then(|scene| Imposed::of(scene.load.loads().kind));
+    let mut ensemble = Ensemble::new(name.to_string(), keys.to_vec(), imposed, points);
     evaluate(&mut ensemble);
     ensemble.write(out)?;
     files::write(out, &ensemble)?;

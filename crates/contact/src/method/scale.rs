@@ -120,7 +120,7 @@ impl ProblemScale {
         let rms = problem.heights.rms();
         let refuse = |key: &str, found: f64, unit: &str| {
             let accepted =
-                format!("at most {LARGEST:e} times the scale of the heights, {:e}, and no subnormal", self.0);
+                format!("at most {LARGEST:e} times the scale of the heights, {:e} {unit}, and no subnormal", self.0);
             Err(Error::input("problem", key, format!("{found:e} {unit}"), accepted))
         };
         if !rms.is_finite() && problem.power.is_none() {

@@ -288,7 +288,7 @@ impl<T: Real, L: Law> SolverRun for FastRun<'_, T, L> {
             && !(g.is_finite() && (g > 0.0 || g == 0.0 && !L::HARD))
         {
             let accepted = "a positive length; a hard wall allows a zero mean gap only under an imposed pressure";
-            return Err(refused(ID, "mean gap", g, accepted));
+            return Err(refused(ID, "mean gap", format!("{g:e} L"), accepted));
         }
         if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
             return Err(Error::input("method fast", "load", "a mean gap with a non-periodic body", "a pressure"));
