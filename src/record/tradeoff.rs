@@ -1,5 +1,6 @@
 //! `tradeoff.json` and `tradeoff.csv`: cost of method settings and their errors against a reference.
 
+use super::given_loads::GivenLoads;
 use super::results::ScalesSi;
 use asperity_atoms::job_spec::Minimizer;
 use asperity_contact::quantity::Quantity;
@@ -13,7 +14,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
-pub const SCHEMA: u32 = 4;
+pub const SCHEMA: u32 = 5;
 pub const FILE: &str = super::results::TRADEOFF_FILE;
 pub const CSV_FILE: &str = "tradeoff.csv";
 
@@ -39,6 +40,8 @@ pub struct TradeoffResults {
     pub ny: usize,
     /// Loads p* of the scene; empty if the mean gap is prescribed.
     pub p_star: Vec<f64>,
+    /// How loads are named.
+    pub loads: GivenLoads,
     pub kernel: String,
     pub adhesion: String,
     pub program: String,

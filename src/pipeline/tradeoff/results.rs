@@ -5,6 +5,7 @@ use super::benchmark_point::BenchmarkPoint;
 use super::errors;
 use super::measured::{MeasuredPoint, ReferenceSolution};
 use super::request::TradeoffRequest;
+use crate::pipeline::given_loads::given_loads;
 use crate::pipeline::methods::MethodRun;
 use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
@@ -45,6 +46,7 @@ pub(super) fn table(
         nx: case.model.grid.nx,
         ny: case.model.grid.ny,
         p_star: case.loading_p_star(),
+        loads: given_loads(case),
         kernel: case.model.kernel.described(&SiNotation(case.scales)),
         adhesion: adhesion_label(case),
         program: format!("asperity {}", env!("CARGO_PKG_VERSION")),

@@ -74,7 +74,7 @@ pub fn write_with(folder: &Path, options: &ReportOptions) -> Result<PathBuf> {
     }
     if !folder.join(FILE).exists() && folder.join(crate::record::tradeoff::FILE).exists() {
         let tradeoff = TradeoffResults::read(&folder.join(crate::record::tradeoff::FILE))?;
-        let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales, GivenLoads::P_STAR);
+        let writer = writer(tradeoff.ny as f64 / tradeoff.nx as f64, tradeoff.scales, tradeoff.loads);
         return place(folder, || tradeoff::page(&writer, &tradeoff));
     }
     let results = Results::read(folder)?;

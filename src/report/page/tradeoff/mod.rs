@@ -43,7 +43,7 @@ fn lead(tradeoff: &TradeoffResults) -> String {
 
 /// The conclusion, the charts of area and mean gap, and the setting of the comparison.
 fn top(tradeoff: &TradeoffResults, charts: &Markup) -> Markup {
-    let loads: Vec<String> = tradeoff.p_star.iter().map(|p| trimmed(*p, 4)).collect();
+    let loads: Vec<String> = tradeoff.p_star.iter().map(|p| tradeoff.loads.value(*p)).collect();
     html! {
         @if let Some(conclusion) = tables::conclusion(tradeoff) { p.found { (conclusion) } }
         @if !tradeoff.warnings.is_empty() {
@@ -51,7 +51,7 @@ fn top(tradeoff: &TradeoffResults, charts: &Markup) -> Markup {
         }
         div.pair { (charts) }
         p { "Surface " (tradeoff.surface) "; " (tradeoff.kernel) "; adhesion " (tradeoff.adhesion)
-            @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (tradeoff.threads)
+            @if !loads.is_empty() { "; loads " (tradeoff.loads.quantity.symbol()) (loads.join(", ")) } ". On " (tradeoff.threads)
             @if tradeoff.threads == 1 { " thread" } @else { " threads" } ", " (runs(tradeoff)) "; " (duration(tradeoff.spent_seconds)) " in all"
             @if let Some(b) = tradeoff.budget_seconds { " of a budget of " (duration(b)) } "." }
         p { "Costs are seconds of processor time of all threads, for all loads, including the observables of every run "

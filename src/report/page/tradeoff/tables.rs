@@ -96,7 +96,7 @@ pub(super) fn references(tradeoff: &TradeoffResults) -> Markup {
                      distributions is the remaining error if errors continue to decrease as on these grids, at most with the second order; \
                      with one coarser grid, with the first." } }
             (columns!("numbers", &r.loads, |l| {
-                "p*" => trimmed(l.p_star, 4),
+                tradeoff.loads.head() => tradeoff.loads.value(l.p_star),
                 "contact" => or_dash(l.numbers.get(&Quantity::ContactArea).map(|n| number(n, 100.0, "\u{a0}%"))),
                 "mean gap" => or_dash(l.numbers.get(&Quantity::MeanGap).map(|n| number(n, 1e6, "\u{a0}µm"))),
                 "stiffness" => or_dash(l.numbers.get(&Quantity::Stiffness).map(|n| number(n, 1.0 / unit, "\u{a0}E*/L"))),
