@@ -156,15 +156,19 @@ fn run(engine: &LammpsEngine, job: &Job, ranks: usize, json: bool) -> Result<()>
 
 fn read_own(case: &Case, run: &OwnRun, frames: &[PathBuf], out: &Path, json: bool) -> Result<()> {
     let progress = TerminalProgress::new();
-    let states = pipeline::read_own_run(case, run, frames, out, &progress)?;
+    let (states, failure) = pipeline::read_own_run(case, run, frames, out, &progress)?;
     drop(progress);
     if json {
-        return output::json_line(&json!({ "out": output::path(out), "states": states }));
+        output::json_line(&json!({ "out": output::path(out), "states": states }))?;
+    } else {
+        output::print("atoms against the continuum on the same surface (in brackets: misaligned map)");
+        output::print(&own_run::table(&states));
+        output::print(&format!("maps and frames: {}", out.display()));
     }
-    output::print("atoms against the continuum on the same surface (in brackets: misaligned map)");
-    output::print(&own_run::table(&states));
-    output::print(&format!("maps and frames: {}", out.display()));
-    Ok(())
+    match failure {
+        Some(why) => Err(Error::AuxiliarySolve { why: why.to_string(), kept: out.to_path_buf() }),
+        None => Ok(()),
+    }
 }
 
 fn read(case: &Case, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: bool) -> Result<()> {

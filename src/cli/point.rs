@@ -4,6 +4,7 @@ use super::{bug, progress};
 use crate::pipeline::sweep::{PointFolder, PointOutcome};
 use crate::record::results::Results;
 use crate::record::written::WrittenFolder;
+use crate::report::accuracy::missed;
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Device;
 use asperity_contact::results::ContinuumResults;
@@ -126,13 +127,15 @@ impl PointCommand {
     }
 }
 
-/// Whether a run without convergence has results: of the loads before the surfaces separated, or all but the pull-off or an auxiliary solve.
+/// Whether a run that ends with this code has results: of the loads before the surfaces separated, all but the pull-off or an auxiliary solve, or
+/// those of a coarser accuracy.
 /// Their warnings say so.
 fn has_results(folder: &Path) -> bool {
     let is_partial = |results: &Results| {
         let solved = results.continuum.as_ref();
         let failed = |c: &ContinuumResults| c.contact_lost.is_some() || c.pull_off_failure.is_some();
-        !results.failures.is_empty() || solved.is_some_and(failed)
+        let is_inaccurate = results.accuracy.as_ref().is_some_and(|accuracy| missed(accuracy).is_some());
+        !results.failures.is_empty() || is_inaccurate || solved.is_some_and(failed)
     };
     WrittenFolder::run(folder).is_ok_and(|(_, results)| is_partial(&results))
 }

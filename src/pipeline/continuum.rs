@@ -49,8 +49,7 @@ pub(super) struct PathRequest<'a> {
     pub scales: Scales,
     /// Those in which errors are written.
     pub units: GivenUnits,
-    /// Whether the states before a tension that separates the surfaces are results, or that tension is an error. Of the grids that are solved for
-    /// an accuracy a finer one may keep the contact.
+    /// Whether the states before a tension that separates the surfaces are results, or that tension is an error.
     pub outlasts_contact: bool,
     /// Whether the unloading branch is compared with the loading branch.
     pub hysteresis: bool,

@@ -286,7 +286,7 @@ pub(super) fn laboratory(
         scales: case.scales,
         units: case.given_units(),
         // Atoms are compared with the continuum at every load.
-        outlasts_contact: primary && case.atoms.is_none() && case.scene.accuracy().is_none(),
+        outlasts_contact: primary && case.atoms.is_none(),
         hysteresis: primary && scene.load.loads().is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,

@@ -35,16 +35,17 @@ impl OwnContinuum {
     }
 }
 
-/// Solves the continuum on the surface that a ball of the `radius` d_c (over the box's edge) meets.
+/// Solves the continuum on the surface that a ball of the `radius` d_c (over the box's edge) meets, as a hard wall. Returns the states up to the
+/// first load without one, and why it has none.
 ///
 /// # Errors
-/// `Input` for areas with adhesion; what the solver refuses; `NotConverged`; `Interrupted`.
+/// `Interrupted`, and others that are not of a load.
 pub(super) fn solve(
     case: &Case,
     (profile, radius): (&Profile, f64),
     common: &[Common],
     listener: &dyn Listener,
-) -> Result<Vec<OwnContinuum>> {
+) -> Result<(Vec<OwnContinuum>, Option<Error>)> {
     let [heights, dilated] = profile.heights(radius);
     let mut problem = ReducedProblem { grid: profile.grid, ..case.problem((&dilated).into()) };
     if let Some(atoms) = &case.atoms {
@@ -53,35 +54,40 @@ pub(super) fn solve(
     problem.wall = Wall::Hard;
     let method = asperity_methods::find(&case.scene.continuum.method).expect("checked with the scene");
     let watch = ProgressReporter::new(listener, None, "continuum: ", (0, common.len()));
-    let areas: Vec<f64> =
-        common.iter().filter_map(|c| if let Common::ContactArea(a) = c { Some(*a) } else { None }).collect();
-    if !areas.is_empty() && problem.adhesion != AttractionLaw::None {
-        let accepted = "scene or fz: with adhesion several loads have the same contact area";
-        return Err(Error::input("command line", "--load", "not given", accepted));
-    }
-    let mut pressures = pressures_of_contact(&areas, &problem, method, case.gradient, &watch)?.into_iter();
-    let load = |c: &Common| match c {
-        Common::Load(load) => *load,
-        Common::ContactArea(_) => Load::Pressure(pressures.next().expect("one for each area")),
-    };
-    let loads: Vec<Load> = common.iter().map(load).collect();
-    let solver = LoadPathSolver::new(problem, method, RangeChoice::True, 0.0, &loads).without_error();
     let mut states = Vec::new();
-    solver.walk(None, false, &watch, |_, reached| {
-        let state = &reached.state;
-        if state.stop != Stop::Converged {
-            return Err(state.not_converged(method.card().id, state.stop, solver.problem().tolerance, None));
+    let mut walk = || {
+        let areas: Vec<f64> =
+            common.iter().filter_map(|c| if let Common::ContactArea(a) = c { Some(*a) } else { None }).collect();
+        let mut pressures =
+            pressures_of_contact(&areas, &problem, method, case.gradient, &watch)?.into_iter();
+        let load = |c: &Common| match c {
+            Common::Load(load) => *load,
+            Common::ContactArea(_) => Load::Pressure(pressures.next().expect("one for each area")),
+        };
+        let loads: Vec<Load> = common.iter().map(load).collect();
+        let solver = LoadPathSolver::new(problem.clone(), method, RangeChoice::True, 0.0, &loads).without_error();
+        solver.walk(None, false, &watch, |_, reached| {
+            let state = &reached.state;
+            if state.stop != Stop::Converged {
+                return Err(state.not_converged(method.card().id, state.stop, solver.problem().tolerance, None));
+            }
+            let touching_gap: Vec<f64> = (0..profile.grid.points()).map(|k| state.gap.at(k)).collect();
+            let rise = heights.iter().zip(&dilated).map(|(height, dilated)| height - dilated);
+            states.push(OwnContinuum {
+                p_star: state.pressure / case.gradient,
+                contact_area: reached.area.contact_area,
+                gap: touching_gap.iter().zip(rise).map(|(gap, rise)| gap + rise).collect(),
+                touching_gap,
+            });
+            watch.next();
+            Ok(())
+        })
+    };
+    match walk() {
+        Ok(_) => Ok((states, None)),
+        Err(why @ (Error::NotConverged { .. } | Error::Input { .. })) => {
+            Ok((states, Some(case.given_units().rewrite(why))))
         }
-        let touching_gap: Vec<f64> = (0..profile.grid.points()).map(|k| state.gap.at(k)).collect();
-        let rise = heights.iter().zip(&dilated).map(|(height, dilated)| height - dilated);
-        states.push(OwnContinuum {
-            p_star: state.pressure / case.gradient,
-            contact_area: reached.area.contact_area,
-            gap: touching_gap.iter().zip(rise).map(|(gap, rise)| gap + rise).collect(),
-            touching_gap,
-        });
-        watch.next();
-        Ok(())
-    })?;
-    Ok(states)
+        Err(other) => Err(other),
+    }
 }

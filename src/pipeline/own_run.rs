@@ -12,7 +12,9 @@ use crate::{Error, Result};
 use asperity_atoms::contact::{mean, onto_grid};
 use asperity_atoms::dump::DumpFrame;
 use asperity_atoms::external_dump::for_each_frame;
+use asperity_contact::interface::{AttractionLaw, Wall};
 use asperity_contact::load::Load;
+use asperity_contact::problem::LoadKind;
 use asperity_grid::units::GPA_PER_EV_A3;
 use asperity_grid::{Field, Grid};
 use asperity_surface::files::atomic_file::{list, remove};
@@ -70,17 +72,18 @@ pub struct OwnMatch {
     pub contact: CriterionMatch,
 }
 
-/// Analyses the frames of an own run, and writes maps and frames into `out` when all are analysed.
+/// Analyses the frames of an own run, and writes maps and frames into `out` when all are analysed. Returns the states, and why the continuum has
+/// none of some of them.
 ///
 /// # Errors
-/// Those of the dumps; `Input` for values that do not fit to them; those of the continuum.
+/// Those of the dumps; `Input` for values that do not fit to them.
 pub fn read_own_run(
     case: &Case,
     run: &OwnRun,
     files: &[PathBuf],
     out: &Path,
     listener: &dyn Listener,
-) -> Result<Vec<OwnState>> {
+) -> Result<(Vec<OwnState>, Option<Error>)> {
     if case.is_non_periodic() {
         let accepted = "true with frames of an own run, whose box is periodic";
         return Err(Error::input(case.file.display(), "continuum.periodic", false, accepted));
@@ -103,20 +106,19 @@ pub fn read_own_run(
     if analysed.iter().all(|a| a.contact.ids.is_empty()) {
         listener.warn(&format!("no atom of the substrate is within d_c = {} Å of the indenter", run.contact_distance));
     }
-    let mut common = commons(case, run.load, &analysed, frames.edges)?;
-    warn_of_units(case, (run, has_units), &frames, listener);
-    let solved = solve_all(case, &frames, &mut common, listener)?;
+    let wanted = wanted(case, run.load, &analysed, frames.edges)?;
+    warn_of_assumptions(case, (run, has_units), &frames, listener);
+    let (solved, failure) = solve_all(case, &frames, &wanted, listener)?;
     std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
     remove_earlier(out)?;
-    write(case, (&frames, &analysed), (&common, &solved), (files, out))
+    let states = write(case, (&frames, &analysed), (&wanted, &solved), (files, out))?;
+    Ok((states, failure))
 }
 
-/// Units that are taken for granted: those of forces, and those of an adhesion whose lengths are scaled with the surface.
-fn warn_of_units(case: &Case, (run, has_units): (&OwnRun, bool), frames: &OwnFrames, listener: &dyn Listener) {
+/// What is taken for granted of an own run: the unit of its forces, adhesion that is scaled with the surface, and its hard wall.
+fn warn_of_assumptions(case: &Case, (run, has_units): (&OwnRun, bool), frames: &OwnFrames, listener: &dyn Listener) {
     if run.load == Some(OwnLoad::Fz) && !has_units {
-        listener.warn(
-            "the dumps name no units: forces are taken to be eV/Å (metal); `dump_modify ID units yes` writes them",
-        );
+        listener.warn("the dumps name no units: forces are taken to be eV/Å (metal); `dump_modify ID units yes` writes them");
     }
     let own = case.atoms.as_ref().map_or(case.scales.length_m * ANGSTROM_PER_M, |atoms| atoms.block.length());
     let ratio = frames.edges[0] / own;
@@ -127,40 +129,46 @@ fn warn_of_units(case: &Case, (run, has_units): (&OwnRun, bool), frames: &OwnFra
             significant(ratio, 4)
         ));
     }
+    if case.planned_problem().wall != Wall::Hard {
+        listener.warn("the continuum of own frames has a hard wall at d_c, and not the wall of the scene");
+    }
 }
 
-/// Solves the continuum of the frames that have something in common with it. If a frame has none, each is solved alone, and those without a
-/// solution are left out of `common` with a warning.
+/// Solves the continuum of the frames that have something in common with it. Frames without a solution, and with adhesion or plastic flow, which
+/// have a history, those after them, have none; the listener is told why. Returns the last reason, too.
 fn solve_all(
     case: &Case,
     frames: &OwnFrames,
-    common: &mut [Option<Common>],
+    wanted: &[WantedFrame],
     listener: &dyn Listener,
-) -> Result<Vec<OwnContinuum>> {
+) -> Result<(Vec<Option<OwnContinuum>>, Option<Error>)> {
     let surface = (&frames.profile, frames.run.contact_distance / frames.edges[0]);
-    let wanted: Vec<Common> = common.iter().flatten().copied().collect();
-    let one =
-        |wanted: &[Common]| solve(case, surface, wanted, listener).map_err(|error| case.given_units().rewrite(error));
-    let joint = one(&wanted);
-    // Plastic flow and adhesion depend on the loads before.
-    let depends_on_history = case.planned_problem().hardness.is_some() || case.scene.adhesion.is_some();
-    if depends_on_history || wanted.len() < 2 || !matches!(joint, Err(Error::NotConverged { .. } | Error::Input { .. }))
-    {
-        return joint;
-    }
-    let mut solved = Vec::new();
-    for (number, place) in (1..).zip(common) {
-        let Some(wanted) = *place else { continue };
-        match one(&[wanted]) {
-            Ok(found) => solved.extend(found),
-            Err(why @ (Error::NotConverged { .. } | Error::Input { .. })) => {
-                listener.warn(&format!("frame {number}: no continuum: {why}"));
-                *place = None;
-            }
-            Err(other) => return Err(other),
+    let problem = case.planned_problem();
+    let has_history = problem.hardness.is_some() || problem.adhesion != AttractionLaw::None;
+    let mut solved: Vec<Option<OwnContinuum>> = wanted.iter().map(|_| None).collect();
+    let mut failure = None;
+    let mut waiting: Vec<usize> = (0..wanted.len()).filter(|k| wanted[*k].common.is_some()).collect();
+    // Each failure ends a path; what is left begins another one, first alone, as the loads of a path are checked together.
+    let mut together = true;
+    while !waiting.is_empty() {
+        let count = if together { waiting.len() } else { 1 };
+        let common: Vec<Common> = waiting[..count].iter().filter_map(|k| wanted[*k].common).collect();
+        let (states, why) = solve(case, surface, &common, listener)?;
+        let reached = states.len();
+        for (k, state) in waiting.drain(..reached).zip(states) {
+            solved[k] = Some(state);
         }
+        let Some(why) = why else { continue };
+        if count > 1 && reached == 0 && !has_history {
+            together = false;
+            continue;
+        }
+        let rest = if has_history { " and of those after it" } else { "" };
+        listener.warn(&format!("no continuum of frame {}{rest}: {why}", waiting[0] + 1));
+        failure = Some(why);
+        waiting.drain(..if has_history { waiting.len() } else { 1 });
     }
-    if solved.is_empty() { joint } else { Ok(solved) }
+    Ok((solved, failure))
 }
 
 /// Removes maps and frames of an earlier analysis, which may be of more frames.
@@ -178,56 +186,89 @@ fn remove_earlier(out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What the continuum is to have in common with each frame.
-fn commons(
+/// The load of a frame, and what the continuum is to have in common with it.
+#[derive(Debug, Clone, Copy, Default)]
+struct WantedFrame {
+    /// Where it is known.
+    p_star: Option<f64>,
+    common: Option<Common>,
+}
+
+/// What is wanted of each frame.
+fn wanted(
     case: &Case,
     load: Option<OwnLoad>,
     analysed: &[AnalysedFrame],
     edges: [f64; 2],
-) -> Result<Vec<Option<Common>>> {
-    let place = case.file.display();
+) -> Result<Vec<WantedFrame>> {
+    let of_load = |load: Load| {
+        let Load::Pressure(pressure) = load else { return WantedFrame::default() };
+        WantedFrame { p_star: Some(pressure / case.gradient), common: Some(Common::Load(load)) }
+    };
     match load {
-        None => Ok(analysed
-            .iter()
-            .map(|a| Some(a.contact.fraction()).filter(|f| *f > 0.0 && *f < 1.0).map(Common::ContactArea))
-            .collect()),
-        Some(OwnLoad::Scene) => {
-            let steps = case.loading_steps();
-            let are_pressures = steps.iter().all(|step| matches!(step.target, Load::Pressure(_)));
-            if !case.scene.load.contact.is_empty() || !are_pressures || steps.len() != analysed.len() {
-                let kind = if are_pressures { "loads" } else { "gaps" };
-                let found = format!("{} {kind} for {} frames", steps.len(), analysed.len());
-                let accepted = "with --load scene a pressure, force or p_star for each frame";
-                return Err(Error::input(place, "load", found, accepted));
+        None => {
+            if case.scene.adhesion.is_some() {
+                let accepted = "scene or fz: with adhesion several loads have the same contact area";
+                return Err(Error::input("command line", "--load", "not given", accepted));
             }
-            Ok(steps.iter().map(|step| Some(Common::Load(step.target))).collect())
+            let of_area = |a: &AnalysedFrame| Some(a.contact.fraction()).filter(|f| *f > 0.0 && *f < 1.0);
+            let frame = |a| WantedFrame { p_star: None, common: of_area(a).map(Common::ContactArea) };
+            Ok(analysed.iter().map(frame).collect())
+        }
+        Some(OwnLoad::Scene) => {
+            let (steps, loads) = (case.loading_steps(), case.scene.load.loads());
+            let key = match loads.kind {
+                LoadKind::PStar | LoadKind::Pressure | LoadKind::Force => None,
+                LoadKind::MeanGap => Some("load.mean_gap"),
+                LoadKind::Displacement => Some("load.displacement"),
+                LoadKind::Contact => Some("load.contact"),
+            };
+            let place = case.file.display();
+            if let Some(key) = key {
+                return Err(Error::input(place, key, "given", "with --load scene a pressure, force or p_star for each frame"));
+            }
+            if steps.len() != analysed.len() {
+                let found = format!("{} loads for {} frames", steps.len(), analysed.len());
+                return Err(Error::input(place, "load", found, "with --load scene a load for each frame"));
+            }
+            Ok(steps.iter().map(|step| of_load(step.target)).collect())
         }
         Some(OwnLoad::Fz) => {
             if analysed.iter().all(|a| a.force == Some(0.0)) {
                 let found = "forces fz of the indenter's atoms that are zero in all frames";
                 return Err(Error::format(&analysed[0].file, found, FORCES));
             }
-            let lab = &case.scene.laboratory;
-            let given = lab.modulus.is_some() || !lab.bodies.is_empty();
-            let modulus = case.atoms.as_ref().map(|a| a.modulus_gpa);
-            let modulus = modulus.or_else(|| given.then(|| lab.modulus().to("GPa")));
-            let missing =
-                || Error::input(place, "laboratory.modulus", "not given", "with --load fz the E* of the substrate");
-            let unit = modulus.ok_or_else(missing)? / GPA_PER_EV_A3 * edges[0] * edges[1];
+            let zeroed = analysed.iter().find(|a| a.force == Some(0.0) && !a.contact.ids.is_empty());
+            if let Some(frame) = zeroed {
+                let found = format!("timestep {}: contact, and forces fz of the indenter's atoms that are zero", frame.timestep);
+                return Err(Error::format(&frame.file, found, FORCES));
+            }
+            let unit = load_unit(case)? * edges[0] * edges[1];
             // Before contact there is no load.
-            let load = |a: &AnalysedFrame| {
-                a.force.filter(|force| *force != 0.0).map(|force| Common::Load(Load::Pressure(force / unit)))
+            let frame = |a: &AnalysedFrame| match a.force {
+                Some(0.0) => WantedFrame { p_star: Some(0.0), common: None },
+                force => force.map_or(WantedFrame::default(), |force| of_load(Load::Pressure(force / unit))),
             };
-            Ok(analysed.iter().map(load).collect())
+            Ok(analysed.iter().map(frame).collect())
         }
     }
+}
+
+/// E* of the substrate, eV/Å³.
+fn load_unit(case: &Case) -> Result<f64> {
+    let lab = &case.scene.laboratory;
+    let given = lab.modulus.is_some() || !lab.bodies.is_empty();
+    let modulus = case.atoms.as_ref().map(|a| a.modulus_gpa).or_else(|| given.then(|| lab.modulus().to("GPa")));
+    let accepted = "with --load fz the E* of the substrate";
+    let missing = || Error::input(case.file.display(), "laboratory.modulus", "not given", accepted);
+    Ok(modulus.ok_or_else(missing)? / GPA_PER_EV_A3)
 }
 
 /// Writes maps and frames; the frames are read again.
 fn write(
     case: &Case,
     (frames, analysed): (&OwnFrames, &[AnalysedFrame]),
-    (common, solved): (&[Option<Common>], &[OwnContinuum]),
+    (wanted, solved): (&[WantedFrame], &[Option<OwnContinuum>]),
     (files, out): (&[PathBuf], &Path),
 ) -> Result<Vec<OwnState>> {
     let (grid, layer) = (frames.profile.grid, &frames.layer);
@@ -236,14 +277,14 @@ fn write(
     let owners: Vec<usize> = owners.collect();
     let maps =
         OwnMaps { frames, grid, sites: SitesOnGrid::new(grid, layer.positions.iter().copied(), site), owners, out };
-    let (mut states, mut solved) = (Vec::new(), solved.iter());
+    let mut states = Vec::new();
     for_each_frame(files, &mut |_| (), &mut |_, frame| {
         let number = states.len() + 1;
-        let (Some(a), Some(&common)) = (analysed.get(number - 1), common.get(number - 1)) else {
+        let (Some(a), Some(wanted)) = (analysed.get(number - 1), wanted.get(number - 1)) else {
             return Err(Error::format(&frame.source, "more frames than before", "a file that stays as it is"));
         };
-        states.push(maps.state(number, a, common.and_then(|common| Some((common, solved.next()?))))?);
-        write_frame(case, &maps, number, (&frame, a), states[number - 1].p_star)
+        states.push(maps.state(number, a, (wanted, solved[number - 1].as_ref()))?);
+        write_frame(case, &maps, number, (&frame, a), wanted.p_star)
     })?;
     Ok(states)
 }
@@ -260,7 +301,12 @@ struct OwnMaps<'a> {
 
 impl OwnMaps<'_> {
     /// Writes the maps of a frame.
-    fn state(&self, number: usize, a: &AnalysedFrame, solved: Option<(Common, &OwnContinuum)>) -> Result<OwnState> {
+    fn state(
+        &self,
+        number: usize,
+        a: &AnalysedFrame,
+        (wanted, solved): (&WantedFrame, Option<&OwnContinuum>),
+    ) -> Result<OwnState> {
         let Grid { nx, ny, .. } = self.grid;
         let name = |what: &str| format!("frame-{number}-{what}.npy");
         let path = |what: &str| self.out.join(name(what));
@@ -270,10 +316,9 @@ impl OwnMaps<'_> {
         npy::write(&path("gap"), nx, ny, onto_grid(&a.gaps, &self.owners))?;
         npy::write(&path("site-contact"), touching.len(), 1, touching.iter().copied())?;
         npy::write(&path("site-gap"), a.gaps.len(), 1, a.gaps.iter().copied())?;
-        let of_load = |(common, c): (Common, &OwnContinuum)| matches!(common, Common::Load(_)).then_some(c.p_star);
         let continuum = match solved {
             None => None,
-            Some((common, c)) => {
+            Some(c) => {
                 let edge = self.frames.edges[0];
                 let here = self.sites.touching(Field::F64(&c.touching_gap), 0.0);
                 npy::write(&path("continuum-contact"), nx, ny, onto_grid(&flags(&here), &self.owners))?;
@@ -283,7 +328,7 @@ impl OwnMaps<'_> {
                 let open = (0..here.len()).filter(|&s| !here[s] && !a.contact.sites[s]);
                 let squares: Vec<f64> = open.map(|s| (a.gaps[s] - gaps[s] * edge).powi(2)).collect();
                 Some(OwnMatch {
-                    at: if matches!(common, Common::Load(_)) { "load" } else { "contact area" },
+                    at: if matches!(wanted.common, Some(Common::Load(_))) { "load" } else { "contact area" },
                     p_star: c.p_star,
                     contact_area: c.contact_area,
                     mean_gap_angstrom: c.mean_gap() * edge,
@@ -297,7 +342,7 @@ impl OwnMaps<'_> {
             file: a.file.clone(),
             timestep: a.timestep,
             indenter_z_angstrom: a.indenter_z,
-            p_star: solved.and_then(of_load),
+            p_star: wanted.p_star,
             load_ev_per_angstrom: a.force,
             contact_area: a.contact.fraction(),
             contacts: a.contact.ids.len(),
@@ -324,11 +369,11 @@ fn write_frame(
     let [[x0, _], [y0, _], _] = frame.bounds;
     let element = case.atoms.as_ref().map_or(xyz::DUMMY, |atoms| atoms.element.as_str());
     let atom = |k: usize, indenter: bool| {
-        let named = frame.species.get(k).and_then(|s| frame.elements.get(*s as usize));
+        let named = frame.species.get(k).and_then(|s| frame.element(*s));
         let [x, y, z] = frame.positions[k];
         xyz::Atom {
             id: u64::from(frame.ids[k]),
-            species: if indenter { xyz::DUMMY } else { named.map_or(element, String::as_str) },
+            species: if indenter { xyz::DUMMY } else { named.unwrap_or(element) },
             position_angstrom: [x - x0, y - y0, z],
             contact: !indenter && a.contact.ids.binary_search(&frame.ids[k]).is_ok(),
             indenter,

@@ -193,7 +193,12 @@ fn solve_grid(
     let (solved, _) = folder.execute(&stage, &[&surface], &heights, listener)?;
     let pull_off = solved.pull_off.as_ref().map(PullOff::relative_error);
     let seconds = folder.costs.iter().map(|cost| cost.seconds).sum();
-    Ok((accuracy.errors_of(case.imposes_gaps(), &solved.states, pull_off), seconds))
+    let mut errors = accuracy.errors_of(case.imposes_gaps(), &solved.states, pull_off);
+    if solved.contact_lost.is_some() {
+        // A finer grid may keep the contact.
+        errors.values_mut().for_each(|error| *error = None);
+    }
+    Ok((errors, seconds))
 }
 
 /// Writes the hashes of the files outside the stages. Metadata of earlier ones are removed.

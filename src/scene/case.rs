@@ -322,13 +322,14 @@ impl Case {
     /// Methods that are compared with the scene's own at the same loads, in the order of the registry.
     pub fn comparison_methods(&self) -> Vec<&'static dyn ContactMethod> {
         let (own, also) = (self.method().id, &self.scene.continuum.compare_with);
-        let requested = |id: &str| {
-            also.iter().any(|a| a == ALL_METHODS || asperity_methods::find(a).is_some_and(|m| m.card().id == id))
-        };
-        let runs = |id: &str| if id == own { !self.solves() } else { requested(id) };
+        let is_named = |id: &str| also.iter().any(|a| asperity_methods::find(a).is_some_and(|m| m.card().id == id));
         // "all" are those that model what the scene contains.
         let models = |card: &MethodCard| self.problem.hardness.is_none() || card.capabilities.hardness;
-        REGISTRY.iter().copied().filter(|m| runs(m.card().id) && models(m.card())).collect()
+        let is_of_all = |card: &MethodCard| also.iter().any(|a| a == ALL_METHODS) && models(card);
+        let runs = |card: &MethodCard| {
+            if card.id == own { !self.solves() && models(card) } else { is_named(card.id) || is_of_all(card) }
+        };
+        REGISTRY.iter().copied().filter(|m| runs(m.card())).collect()
     }
 
     /// The scene's adhesion with another range.

@@ -55,6 +55,7 @@ fn elastic_methods_are_compared_with_plastic_flow() {
         assert!(plastic["methods"][k]["warning"].as_str().expect("said").starts_with("models no plastic flow"));
     }
     assert!(area(&plastic, 2) > 1.05 * area(&elastic, 2) && plastic["methods"][2]["warning"].is_null());
+    assert_eq!(plastic["methods"].as_array().map(Vec::len), Some(3));
 }
 
 /// A map as `.npy` or text, in the unit of the modulus or another: no stress above the hardness of its point. One of equal values

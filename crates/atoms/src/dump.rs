@@ -53,7 +53,7 @@ pub struct DumpFrame {
     pub positions: Vec<[f64; 3]>,
     /// Forces along z, eV/Å; empty if the dump has no column `fz`, NaN where that is no number.
     pub forces_z: Vec<f64>,
-    /// Whether the dump names its units.
+    /// Whether the file names its units.
     pub has_units: bool,
 }
 
@@ -122,6 +122,8 @@ pub struct DumpReader {
     line_number: u64,
     truncated: bool,
     finished: bool,
+    /// Of the units that the file names, which LAMMPS does before its first frame only.
+    force_unit: Option<f64>,
 }
 
 impl DumpReader {
@@ -150,7 +152,7 @@ impl DumpReader {
 
     pub fn new(input: Box<dyn BufRead>, source: impl AsRef<Path>) -> Self {
         let source = source.as_ref().to_path_buf();
-        DumpReader { source, input, line: Vec::new(), line_number: 0, truncated: false, finished: false }
+        DumpReader { source, input, line: Vec::new(), line_number: 0, truncated: false, finished: false, force_unit: None }
     }
 
     /// Whether the file ended inside a frame; the frames before it are complete.
@@ -173,7 +175,6 @@ impl DumpReader {
 
     fn read_frame(&mut self) -> Result<Option<DumpFrame>> {
         let (mut timestep, mut time, mut count, mut bounds) = (None, None, None, None);
-        let (mut force_unit, mut has_units) = (UNITS_IN_ANGSTROM[0].1, false);
         let mut start = false;
         loop {
             if !self.read_line()? {
@@ -191,8 +192,8 @@ impl DumpReader {
                 let units = self.header_line()?;
                 let known = UNITS_IN_ANGSTROM.iter().find(|(name, _)| *name == units.trim());
                 let accepted = "units metal or real, whose lengths are in angstrom";
-                force_unit = known.ok_or_else(|| self.bad(&format!("units {units}"), accepted))?.1;
-                has_units = true;
+                let (_, force) = known.ok_or_else(|| self.bad(&format!("units {units}"), accepted))?;
+                self.force_unit = Some(*force);
             } else if item.starts_with("TIMESTEP") {
                 timestep = Some(self.header_value::<u64>("a timestep")?);
             } else if item.starts_with("TIME") {
@@ -218,10 +219,11 @@ impl DumpReader {
                     elements: Vec::new(),
                     positions: Vec::with_capacity(count.min(MAX_PROMISE)),
                     forces_z: Vec::new(),
-                    has_units,
+                    has_units: self.force_unit.is_some(),
                 };
                 self.read_atoms(&columns, count, &mut frame)?;
-                frame.forces_z.iter_mut().for_each(|f| *f *= force_unit);
+                let unit = self.force_unit.unwrap_or(UNITS_IN_ANGSTROM[0].1);
+                frame.forces_z.iter_mut().for_each(|f| *f *= unit);
                 return self.sorted(frame).map(Some);
             } else {
                 return Err(self.bad(&line, "UNITS, TIME, TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS or ATOMS"));

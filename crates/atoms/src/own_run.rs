@@ -3,24 +3,28 @@
 
 use super::dump::DumpFrame;
 use super::planar_cells::PlanarCells;
-use asperity_grid::{Error, Result};
+use asperity_grid::{Error, Result, mean};
 
 /// An atom is below another one that is nearer than this along the surface and higher than [`COVER_HEIGHT`], both over the distance of
-/// nearest neighbours: the layers of crystals are at least 0.5 apart, and atoms of the second one are at most one distance away from one
-/// above. Neighbours in a layer pass for one below the other beyond slopes of 0.4.
+/// neighbours. The layers of crystals are at least 0.5 apart, and atoms of the second one are at most one distance away from one above.
+/// Neighbours in a layer pass for one below the other beyond slopes of 0.4.
 const COVER_REACH: f64 = 1.05;
 const COVER_HEIGHT: f64 = 0.4;
 
-/// The lower atoms of the double layers of bcc (111) and diamond (111) are 0.33 below the three around them, with which slopes of single
-/// layers compare: those around it are at least [`SURROUNDING`], on average this much higher, and on no side of it.
-const DOUBLE_LAYER: f64 = 0.2;
+/// The lower atoms of the double layers of bcc (111) and diamond (111) are 0.33 below three that are 0.94 away along the surface, with which
+/// slopes of single layers compare. They are below [`SURROUNDING`] atoms within this distance, which are on average this much higher and on all
+/// sides: the centre of those that are not below is within [`CENTRED`]; on the slope of a single layer it is 0.33 away or more.
+const AROUND: f64 = 1.25;
+const DOUBLE_LAYER: f64 = 0.18;
+const NOT_BELOW: f64 = -0.1;
 const SURROUNDING: usize = 3;
-/// Largest distance of the centre of those around an atom from it, over the distance of nearest neighbours. On the slope of a single layer it
-/// is 0.33 or more.
-const CENTRED: f64 = 0.25;
+const CENTRED: f64 = 0.28;
 
-/// Atoms from whose nearest neighbours the distance of neighbours is found: the highest, as a dump may have these only.
+/// Atoms from whose neighbours the distance of neighbours is found: the highest, as a dump may have these only.
 const MEASURED_ATOMS: usize = 32;
+
+/// Neighbours whose mean distance counts. Of one alone noise makes it too small, and so does hydrogen on a crystal.
+const MEASURED_NEIGHBOURS: usize = 3;
 
 /// Types, or elements of dumps that name them, of substrate and indenter.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -44,7 +48,11 @@ impl BodyTypes {
     /// # Errors
     /// `Input` for a type that the frame does not have, or no atom of the substrate.
     pub fn of(&self, frame: &DumpFrame) -> Result<Bodies> {
-        let name = |species: u32| frame.element(species).map_or_else(|| species.to_string(), str::to_string);
+        let name = |species: u32| match (frame.element(species), frame.has_types) {
+            (Some(element), true) => format!("{species} ({element})"),
+            (Some(element), false) => element.to_string(),
+            (None, _) => species.to_string(),
+        };
         let mut present = frame.species.clone();
         present.sort_unstable();
         present.dedup();
@@ -57,8 +65,8 @@ impl BodyTypes {
                     false => format!("types or elements of timestep {}: {}", frame.timestep, names()),
                 };
                 let is_type = |species: u32| frame.has_types && species.to_string() == *word;
-                let known = present.iter().filter(|(species, name)| name == word || is_type(*species));
-                let known: Vec<u32> = known.map(|(species, _)| *species).collect();
+                let is_meant = |species: u32| frame.element(species) == Some(word) || is_type(species);
+                let known: Vec<u32> = present.iter().map(|(species, _)| *species).filter(|s| is_meant(*s)).collect();
                 match known.is_empty() {
                     true => Err(Error::input(frame.source.display(), key, word, accepted)),
                     false => Ok(known),
@@ -107,7 +115,7 @@ pub fn box_edges(frame: &DumpFrame, aspect: f64) -> Result<[f64; 2]> {
     Ok(edges)
 }
 
-/// Distance of nearest neighbours, Å: the median of the highest atoms. Infinite for fewer than two points.
+/// Mean distance of the nearest neighbours, Å: the median of the highest atoms. Infinite for fewer than two points.
 fn neighbour_distance(points: &[[f64; 3]], edges: [f64; 2]) -> f64 {
     let mut order: Vec<usize> = (0..points.len()).collect();
     let count = MEASURED_ATOMS.min(order.len());
@@ -115,16 +123,24 @@ fn neighbour_distance(points: &[[f64; 3]], edges: [f64; 2]) -> f64 {
         order.select_nth_unstable_by(count, |&a, &b| points[b][2].total_cmp(&points[a][2]));
     }
     let image = |d: f64, edge: f64| d - (d / edge).round() * edge;
-    let nearest = |&k: &usize| {
+    let mean_distance = |&k: &usize| {
         let [x, y, z] = points[k];
-        let square =
-            |p: &[f64; 3]| image(p[0] - x, edges[0]).powi(2) + image(p[1] - y, edges[1]).powi(2) + (p[2] - z).powi(2);
-        let others = points.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, p)| square(p));
-        others.fold(f64::INFINITY, f64::min)
+        let distance = |p: &[f64; 3]| image(p[0] - x, edges[0]).hypot(image(p[1] - y, edges[1])).hypot(p[2] - z);
+        let mut nearest = [f64::INFINITY; MEASURED_NEIGHBOURS];
+        for (_, p) in points.iter().enumerate().filter(|(other, _)| *other != k) {
+            let d = distance(p);
+            let place = nearest.partition_point(|n| *n <= d);
+            if place < nearest.len() {
+                nearest[place..].rotate_right(1);
+                nearest[place] = d;
+            }
+        }
+        let known: Vec<f64> = nearest.into_iter().filter(|d| d.is_finite()).collect();
+        if known.is_empty() { f64::INFINITY } else { mean(&known) }
     };
-    let mut squares: Vec<f64> = order[..count].iter().map(nearest).collect();
-    squares.sort_unstable_by(f64::total_cmp);
-    squares.get(squares.len() / 2).map_or(f64::INFINITY, |s| s.sqrt())
+    let mut distances: Vec<f64> = order[..count].iter().map(mean_distance).collect();
+    distances.sort_unstable_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
 fn planar(points: &[[f64; 3]]) -> Vec<[f64; 2]> {
@@ -140,17 +156,24 @@ pub fn uncovered(points: &[[f64; 3]], edges: [f64; 2]) -> Vec<usize> {
     let cells = PlanarCells::new(&planar(points), edges, spacing);
     let is_free = |&k: &usize| {
         let [x, y, z] = points[k];
-        let near = cells.within([x, y], COVER_REACH * spacing);
         let height = |other: usize| (points[other][2] - z) / spacing;
-        if near.iter().any(|(other, _)| height(*other) > COVER_HEIGHT) {
+        let near = cells.within([x, y], AROUND * spacing);
+        let is_cover = |(other, [dx, dy]): &(usize, [f64; 2])| {
+            height(*other) > COVER_HEIGHT && dx.hypot(*dy) < COVER_REACH * spacing
+        };
+        if near.iter().any(is_cover) {
             return false;
         }
-        // Those of its own double layer, or of its own layer.
-        let around: Vec<_> = near.iter().filter(|(other, _)| *other != k && height(*other) > -DOUBLE_LAYER).collect();
-        let mean =
-            |of: &dyn Fn(&(usize, [f64; 2])) -> f64| around.iter().map(|a| of(a)).sum::<f64>() / around.len() as f64;
-        let off = mean(&|(_, d)| d[0]).hypot(mean(&|(_, d)| d[1])) / spacing;
-        !(around.len() >= SURROUNDING && off < CENTRED && mean(&|(other, _)| height(*other)) > DOUBLE_LAYER)
+        let around = near.iter().filter(|(other, _)| *other != k && height(*other) > NOT_BELOW);
+        let (mut centre, mut higher, mut count) = ([0.0; 2], 0.0, 0);
+        for (other, [dx, dy]) in around {
+            centre = [centre[0] + dx, centre[1] + dy];
+            higher += height(*other);
+            count += 1;
+        }
+        let n = count as f64;
+        let is_centred = (centre[0] / n).hypot(centre[1] / n) < CENTRED * spacing;
+        !(count >= SURROUNDING && is_centred && higher / n > DOUBLE_LAYER)
     };
     (0..points.len()).filter(is_free).collect()
 }
@@ -174,7 +197,19 @@ pub fn nearest_distances(points: &[[f64; 3]], indenter: &[[f64; 3]], edges: [f64
 mod tests {
     use super::*;
 
-    /// Faces of crystals, flat and with a slope of 0.3.
+    /// A number of a fixed sequence with mean 0 and standard deviation 1: the sum of twelve of a bit mixer.
+    fn gaussian(k: usize) -> f64 {
+        let uniform = |i: usize| {
+            let mut x = (12 * k + i) as u64 + 1;
+            for _ in 0..3 {
+                x = (x ^ (x >> 31)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            }
+            (x >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..12).map(uniform).sum::<f64>() - 6.0
+    }
+
+    /// Faces of crystals: flat, with a slope of 0.3, and shaken.
     #[test]
     fn the_surface_layer_is_that_of_the_crystal() {
         let cell = |basis: &[[f64; 3]], [a, b, c]: [f64; 3]| -> ([f64; 2], Vec<[f64; 3]>) {
@@ -209,6 +244,11 @@ mod tests {
         let diamond111 =
             [(0.0, 0.25), (t, t), (t, t + 0.25), (2.0 * t, 2.0 * t), (2.0 * t, 2.0 * t + 0.25), (0.0, 1.0)];
         let diamond111 = cell(&stacked(&diamond111), [4.0 / r2, 4.0 * r3 / r2, 4.0 * r3]);
+        // Above each atom of the top plane, 0.7 times the distance of neighbours √3 away.
+        let mut hydrogenated = diamond111.clone();
+        let top = hydrogenated.1.iter().map(|p| p[2]).fold(0.0, f64::max);
+        let on_top: Vec<[f64; 3]> = hydrogenated.1.iter().filter(|p| p[2] > top - 1e-9).copied().collect();
+        hydrogenated.1.extend(on_top.iter().map(|[x, y, z]| [*x, *y, z + 0.7 * r3]));
         let graphite = cell(&stacked(&[(t, 0.0), (2.0 * t, 0.0), (0.0, h), (t, h)]), [1.42 * r3, 1.42 * 3.0, 6.7]);
         for (name, (edges, points), per_cell) in [
             ("fcc (100)", fcc100, 2),
@@ -219,6 +259,7 @@ mod tests {
             ("bcc (111)", bcc111, 2),
             ("diamond (111)", diamond111, 2),
             ("graphite", graphite, 4),
+            ("diamond (111) with hydrogen", hydrogenated, 2),
         ] {
             let top = points.iter().map(|p| p[2]).fold(0.0, f64::max);
             let bent: Vec<[f64; 3]> = points
@@ -231,7 +272,11 @@ mod tests {
                     ]
                 })
                 .collect();
-            for list in [&points, &bent] {
+            // Of neighbours, as at a surface near room temperature.
+            let noise = 0.05 * neighbour_distance(&points, edges);
+            let shaken: Vec<[f64; 3]> =
+                points.iter().enumerate().map(|(k, p)| std::array::from_fn(|i| p[i] + noise * gaussian(3 * k + i))).collect();
+            for list in [&points, &bent, &shaken] {
                 let found = uncovered(list, edges);
                 assert_eq!(found.len(), 36 * per_cell, "{name}");
                 assert!(found.iter().all(|&k| points[k][2] > top - 1e-9), "{name}");

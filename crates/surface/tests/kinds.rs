@@ -207,7 +207,19 @@ fn sizes_and_units_stand_above_tables() {
     }
     assert_eq!(map(b"3 3\n1 2\n5 3\n2 7\n"), "3 3; 1 2; 5 3; 2 7");
     assert!(refusal(b"1\n2 3\n").contains("on line 1"));
+    // Heights by their header or by a word of the user, and even positions.
+    assert_eq!(map(b"# nx: 2\n# ny: 4\n2 3\n1 2\n5 3\n2 7\n"), "2 3; 1 2; 5 3; 2 7");
+    let heights = ImportOptions { fourier: Some(Fourier::None), ..ImportOptions::default() };
+    assert_eq!(rows(&reads(b"2 3\n1 2\n5 3\n2 7\n", heights).expect("heights")), "2 3; 1 2; 5 3; 2 7");
+    // Words above the names are no units of theirs.
+    for text in ["Height_nm scan data\nx y z\n", "z [nm] x [um] y [um]\nx y z\n"] {
+        let found = reads(format!("{text}{points}").as_bytes(), ImportOptions::default()).expect("points");
+        assert_eq!((found.declared.unit, found.declared.extent.and_then(|e| e.unit)), (None, None), "{text}");
+    }
     let profile = ImportOptions { profile: true, ..ImportOptions::default() };
+    let named = reads("x [um];z [nm]\n2;4\n3;1\n4;2\n5;9\n6;1\n".as_bytes(), profile).expect("even positions");
+    assert_eq!(rows(&named), "4 1 2 9 1");
+    assert_eq!(rows(&reads("5\n1 2 3 4 7\n".as_bytes(), profile).expect("a line of five")), "1 2 3 4 7");
     let counted = reads("3\n0.5\n1.5\n1\n".as_bytes(), profile).expect_err("a size or a height");
     assert!(counted.contains("the size of the lines below it"), "{counted}");
     let found = reads("µm nm\n3\n0.5 7\n1.0 8\n1.5 6\n".as_bytes(), profile).expect("a profile");

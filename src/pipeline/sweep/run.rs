@@ -156,7 +156,7 @@ pub fn write_tables(
     points: Vec<EnsemblePoint>,
 ) -> Result<(Ensemble, PathBuf)> {
     // Points differ in values, and not in kinds of loads.
-    let scene = points.first().and_then(|p| Scene::read(&PointFolder::of(out, &p.label).scene).ok());
+    let scene = points.iter().find_map(|p| Scene::read(&PointFolder::of(out, &p.label).scene).ok());
     let imposed = scene.and_then(|scene| Imposed::of(scene.load.loads().kind));
     let mut ensemble = Ensemble::new(name.to_string(), keys.to_vec(), imposed, points);
     evaluate(&mut ensemble);

@@ -19,9 +19,6 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Mar
         }
         @if c.states.iter().any(|s| s.discretisation.is_some()) { h3 { "Error by the grid" } (errors(c, writer.loads)) }
         (budgets(c, writer.loads))
-        @if let Some(reason) = &c.pull_off_failure {
-            p { (bad("The pull-off was not found: ")) (reason) ". The loads above are not affected." }
-        }
         (pull_off(writer, c)?)
     })
 }

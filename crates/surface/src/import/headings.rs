@@ -7,6 +7,8 @@ use super::unit::length_unit;
 pub(super) struct Headings {
     names: Vec<String>,
     units: Vec<Option<String>>,
+    /// Whether the line has units alone, in the order of the columns.
+    are_units: bool,
 }
 
 /// Names of a column of heights.
@@ -23,7 +25,7 @@ pub(super) struct PointColumns {
 
 impl Headings {
     pub(super) fn of(fields: &[&str]) -> Self {
-        let mut headings = Headings { names: Vec::new(), units: Vec::new() };
+        let mut headings = Headings { names: Vec::new(), units: Vec::new(), are_units: false };
         for field in fields {
             // Of a name before it, where blanks separate the fields: `x (um) z (um)`.
             let alone = [('(', ')'), ('[', ']')]
@@ -87,12 +89,12 @@ impl Headings {
             _ => return None,
         };
         let units: Option<Vec<_>> = fields.iter().map(|f| length_unit(f).map(Some)).collect();
-        Some(Self { units: units?, ..Self::of(names) })
+        Some(Self { units: units?, are_units: true, ..Self::of(names) })
     }
 
-    /// Takes the units of a line above the names, if it has one for each.
+    /// Takes the units of a line of units above the names, if it has one for each.
     pub(super) fn below_units(mut self, above: &Self) -> Self {
-        if above.len() == self.len() && self.units.iter().all(Option::is_none) {
+        if above.are_units && above.len() == self.len() && self.units.iter().all(Option::is_none) {
             self.units = above.units.clone();
         }
         self

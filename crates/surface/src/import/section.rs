@@ -122,7 +122,7 @@ pub(super) fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOpt
 impl TextChannel {
     pub(super) fn finish(mut self, path: &Path, options: ImportOptions) -> Result<TextMap> {
         self.unindent();
-        self.check_counts(path)?;
+        self.check_counts(path, options)?;
         if options.profile {
             return self.profile(path);
         }
@@ -174,12 +174,12 @@ impl TextChannel {
 
     /// # Errors
     /// Whole numbers above the table that are not its size: its lines, their product with its columns, or both in either order.
-    fn check_counts(&self, path: &Path) -> Result<()> {
+    fn check_counts(&self, path: &Path, options: ImportOptions) -> Result<()> {
         let (nx, ny) = (self.nx as f64, self.ny as f64);
         let is_size = |counts: &[f64], ny: f64| [&[ny][..], &[nx * ny], &[nx, ny], &[ny, nx]].contains(&counts);
         match &self.counts {
-            // One line below a 1 is no table of a size.
-            Some((counts, line)) if self.ny == 1 || !is_size(counts, ny) => {
+            // A line below a 1 is rather of another length.
+            Some((counts, line)) if !is_size(counts, ny) || counts[..] == [1.0] => {
                 let found = format!("{} heights on line {line}, and {nx} on each of {ny} lines below", counts.len());
                 let accepted =
                     "the same number on all lines, or the size of the table above it (or the file is cut off)";
@@ -187,13 +187,20 @@ impl TextChannel {
             }
             Some(_) => {}
             // A size as wide as its table.
-            None if (1..=2).contains(&self.nx) && self.ny > 2 && is_size(&self.values[..self.nx], ny - 1.0) => {
+            None if self.ny > 2 && self.nx <= 2 && is_size(&self.values[..self.nx], ny - 1.0) => {
+                let positions: Vec<f64> = self.values.iter().step_by(self.nx).copied().collect();
+                let is_whole = self.header.points == [Some(self.nx), Some(self.ny)];
+                // Heights, or the first of even positions.
+                if is_whole || options.fourier == Some(Fourier::None) || self.nx == 2 && even(&positions).is_some() {
+                    return Ok(());
+                }
                 let numbers = self.values[..self.nx].iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
                 let found = format!(
                     "{numbers} on line {}, the size of the lines below it, which may be a height",
                     self.first_line
                 );
-                return Err(Error::format(path, found, "that line with # in front, or without it"));
+                let accepted = "that line with # in front, or --fourier none (surface.fourier) where it has heights";
+                return Err(Error::format(path, found, accepted));
             }
             None => {}
         }
