@@ -94,10 +94,12 @@ pub fn seam_warning(grid: Grid, heights: &[f64]) -> Option<String> {
         let total = x.inside + x.across + y.inside + y.across;
         let fraction = 100.0 * (x.across + y.across) / total;
         let digits = if fraction < 1.0 { 2 } else { 0 };
+        // A profile has no edges along y, and no patch.
+        let patch = if grid.ny > 1 { " and `--non-periodic` solves it as a patch" } else { "" };
         format!(
             "the map does not repeat along {axes}: heights differ across its edges by {times} times as much as neighbours inside (rms), which is \
-             {fraction:.digits$} % of the squared gradient; `--edges taper|mirror` makes it repeat and `--non-periodic` solves it as a patch, with \
-             `--detrend plane` first if it is tilted"
+             {fraction:.digits$} % of the squared gradient; `--edges taper|mirror` makes it repeat{patch}, with `--detrend plane` first if it is \
+             tilted"
         )
     })
 }

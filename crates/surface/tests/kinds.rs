@@ -201,6 +201,18 @@ fn sizes_and_units_stand_above_tables() {
         let found = reads(text.as_bytes(), ImportOptions::default()).expect("points");
         assert_eq!((rows(&found), found.declared.unit.as_deref()), ("1 2; 3 4".into(), Some("nm")));
     }
+    // Above the names, and both sides of the grid.
+    for head in
+        ["4\num um nm\n", "2 2\num um nm\n", "4\nx (um),y (um),z (nm)\n", "4\n# x[um] y[um] z[nm]\n", "um um nm\n2 2\n"]
+    {
+        let found = reads(format!("{head}{points}").as_bytes(), ImportOptions::default()).expect(head);
+        let extent = found.declared.extent.as_ref().map(|e| (e.x, e.unit.clone()));
+        assert_eq!((rows(&found), extent), ("1 2; 3 4".into(), Some((1.0, Some("um".into())))), "{head}");
+        assert_eq!(found.declared.unit.as_deref(), Some("nm"), "{head}");
+    }
+    for head in ["5\num um nm\n", "3 2\nx y z\n", "# nx: 3\n# ny: 2\n", "# nx: 5\n"] {
+        refusal(format!("{head}{points}").as_bytes());
+    }
     // As wide as the table: one of its lines, or its size?
     for text in ["2 3\n1 2\n5 3\n2 7\n", "3 2\n1 2\n5 3\n2 7\n", "2 2\n1.5 2\n3 4\n"] {
         assert!(refusal(text.as_bytes()).contains("on line 1, the size of the lines below it"), "{text}");
@@ -217,6 +229,12 @@ fn sizes_and_units_stand_above_tables() {
         assert_eq!((found.declared.unit, found.declared.extent.and_then(|e| e.unit)), (None, None), "{text}");
     }
     let profile = ImportOptions { profile: true, ..ImportOptions::default() };
+    let counted = reads("3\nx (um)\tz (nm)\n0.5\t7\n1.0\t8\n1.5\t6\n".as_bytes(), profile).expect("a profile");
+    assert_eq!((rows(&counted), counted.declared.unit.as_deref()), ("7 8 6".into(), Some("nm")));
+    for head in ["# nx: 4\n", "4\nx (um)\tz (nm)\n"] {
+        let said = reads(format!("{head}0.5\t7\n1.0\t8\n1.5\t6\n").as_bytes(), profile).expect_err("three points");
+        assert!(said.contains("cut off"), "{said}");
+    }
     let named = reads("x [um];z [nm]\n2;4\n3;1\n4;2\n5;9\n6;1\n".as_bytes(), profile).expect("even positions");
     assert_eq!(rows(&named), "4 1 2 9 1");
     assert_eq!(rows(&reads("5\n1 2 3 4 7\n".as_bytes(), profile).expect("a line of five")), "1 2 3 4 7");
@@ -226,6 +244,35 @@ fn sizes_and_units_stand_above_tables() {
     assert_eq!((rows(&found), found.declared.unit.as_deref()), ("7 8 6".into(), Some("nm")));
     let cut = reads("µm nm\n4\n0.5 7\n1.0 8\n1.5 6\n".as_bytes(), profile).expect_err("three of four lines");
     assert!(cut.contains("cut off"), "{cut}");
+}
+
+/// Two statements of one extent or unit agree, whatever their units are, or are refused.
+#[test]
+fn statements_that_contradict_each_other_are_refused() {
+    let table = "1.5 2 3 1\n2 1 2 3\n3 3 1 2\n1 2 2 3\n";
+    let read = |head: &str| reads(format!("{head}{table}").as_bytes(), ImportOptions::default());
+    for head in [
+        "# Width: 4 um\n# pixel size: 1 um\n",
+        "# Width: 4 um\n# pixel size: 1000 nm\n",
+        "# pixel size: 1000 nm\n# Width: 4 um\n",
+        "# Width: 4 um\n# x-unit: nm\n",
+        "# Width: 3 um\n# dx: 1 um\n",
+        "# Value units: nm\n# z-unit: nm\n",
+    ] {
+        let found = read(head).expect(head);
+        let metres = found.declared.extent.map(|e| e.x * if e.unit.as_deref() == Some("nm") { 1e-3 } else { 1.0 });
+        assert!(metres.is_none_or(|x| (x - 4.0).abs() < 1.01), "{head}: {metres:?}");
+    }
+    for head in [
+        "# Width: 4 um\n# pixel size: 0.5 um\n",
+        "# Width: 4 um\n# spacing: 2 um\n",
+        "# Width: 4 um\n# Height: 4 um\n# dx: 0.5 um\n",
+        "# Width: 4 um\n# dy: 500 nm\n# Height: 4 um\n",
+        "# dx: 1 nm\n# Width: 4 um\n",
+        "# Value units: nm\n# z-unit: um\n",
+    ] {
+        assert!(read(head).is_err_and(|said| said.contains("header") || said.contains("one unit")), "{head}");
+    }
 }
 
 #[test]

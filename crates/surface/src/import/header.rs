@@ -153,6 +153,8 @@ pub(super) struct ChannelHeader {
     spacing: [Option<f64>; 2],
     lateral: [Option<String>; 2],
     unit: Option<String>,
+    /// Unit after the last statement that is of the heights alone.
+    stated_unit: Option<Option<String>>,
     factor: Option<f64>,
     /// Whether the factor makes heights of numbers that are none.
     is_converted: bool,
@@ -221,9 +223,9 @@ impl ChannelHeader {
             HeaderKey::Unit => self.any_unit(value, line),
             HeaderKey::LateralUnit(axis) => {
                 let unit = length_unit(value).ok_or_else(|| wrong(unit::ACCEPTED))?;
-                axis.places().iter().for_each(|k| self.lateral[*k] = Some(unit.clone()));
+                axis.places().iter().for_each(|k| self.lateral_unit(*k, unit.clone()));
             }
-            HeaderKey::HeightUnit => self.height_unit(value, &numbers, &unit, line),
+            HeaderKey::HeightUnit => self.height_unit(value, &numbers, &unit, line).map_err(|why| wrong(&why))?,
             HeaderKey::Missing if numbers.len() == 1 => self.missing = Some(numbers[0]),
             HeaderKey::Factor | HeaderKey::ToNanometres
                 if numbers.len() == 1 && numbers[0].is_finite() && numbers[0] != 0.0 =>
@@ -318,15 +320,39 @@ impl ChannelHeader {
             if changed && (unit.is_none() || unit == self.lateral[k]) {
                 return Err("one statement of each extent: an earlier line has another value");
             }
-            self.lateral[k] = unit.clone().or(self.lateral[k].take());
+            if let Some(unit) = unit.clone() {
+                // The number just read has this unit already.
+                let number = if spaced { self.spacing[k].take() } else { self.length[k].take() };
+                self.lateral_unit(k, unit);
+                *(if spaced { &mut self.spacing[k] } else { &mut self.length[k] }) = number;
+            }
         }
         Ok(())
     }
 
+    /// Sets the unit of an axis, in which extents that were given in another one are then.
+    fn lateral_unit(&mut self, k: usize, unit: String) {
+        let factor = |old: &String| metres_per(old).zip(metres_per(&unit)).map(|(old, new)| old / new);
+        if let Some(factor) = self.lateral[k].as_ref().filter(|old| **old != unit).and_then(factor) {
+            let extents = [&mut self.length[k], &mut self.spacing[k]];
+            extents.into_iter().flatten().for_each(|extent| *extent *= factor);
+        }
+        self.lateral[k] = Some(unit);
+    }
+
     /// `nm`, or a factor with its unit (`0.1 nm`).
-    fn height_unit(&mut self, value: &str, numbers: &[f64], unit: &str, line: usize) {
+    ///
+    /// # Errors
+    /// What is accepted, for another unit than on an earlier line.
+    fn height_unit(
+        &mut self,
+        value: &str,
+        numbers: &[f64],
+        unit: &str,
+        line: usize,
+    ) -> std::result::Result<(), String> {
         if self.is_converted {
-            return;
+            return Ok(());
         }
         if numbers.len() == 1 && numbers[0].is_finite() && numbers[0] > 0.0 && !unit.is_empty() {
             self.factor = Some(numbers[0]);
@@ -335,6 +361,13 @@ impl ChannelHeader {
             Some(unit) => (self.unit, self.no_length) = (Some(unit), None),
             None if unit::is_none(value) => {}
             None => self.no_length = Some((value.to_string(), line)),
+        }
+        match self.stated_unit.replace(self.unit.clone()).filter(|earlier| *earlier != self.unit) {
+            Some(earlier) => {
+                let earlier = earlier.unwrap_or_else(|| "none".into());
+                Err(format!("one unit of the heights: that of an earlier line is {earlier}"))
+            }
+            None => Ok(()),
         }
     }
 
@@ -348,6 +381,32 @@ impl ChannelHeader {
         let [x, y] = lateral;
         self.lateral = [self.lateral[0].take().or(x), self.lateral[1].take().or(y)];
         self.unit = self.unit.take().or(height);
+    }
+
+    /// # Errors
+    /// Numbers of points that are not those of the map; lengths that are not those of the spacings.
+    fn check_size(&self, path: &Path, counts: [usize; 2], lengths: [Option<f64>; 2]) -> Result<()> {
+        let [nx, ny] = counts;
+        let refuse = |found: String, accepted: String| Err(Error::format(path, found, accepted));
+        for (k, axis) in ["x", "y"].into_iter().enumerate() {
+            // Of a list its lines may be counted, of a profile its points along x.
+            let n = self.points[k].filter(|n| *n != nx * ny && !(k == 1 && ny == 1));
+            if let Some(n) = n.filter(|n| *n != counts[k]) {
+                let found = format!("{} points along {axis}", counts[k]);
+                return refuse(found, format!("{n}, as the header declares (or the file is cut off)"));
+            }
+            // A program may count the spacing once less.
+            let n = counts[k] as f64;
+            let of_spacing = self.spacing[k].map(|s| s * n);
+            if let Some((length, sum)) = lengths[k].zip(of_spacing)
+                && (length / sum - 1.0).abs() > 1.01 / n
+            {
+                let unit = self.lateral[k].as_deref().unwrap_or("(no unit)");
+                let found = format!("a length of {length} {unit} along {axis} in the header");
+                return refuse(found, format!("that of {n} points with the spacing in the header, {sum} {unit}"));
+            }
+        }
+        Ok(())
     }
 
     /// What the file states of a map of `nx` by `ny` points. `coordinates`: extents that coordinates of the points give.
@@ -377,6 +436,7 @@ impl ChannelHeader {
         let counts = count(0, nx) && (count(1, ny) || self.length[1].is_none());
         let length = |k: usize| self.length[k].filter(|_| !counts);
         let stated = |k: usize, n: usize| length(k).or(self.spacing[k].map(|s| s * n as f64));
+        self.check_size(path, [nx, ny], [length(0), length(1)])?;
         let square = |x: f64| x / nx as f64 * ny as f64;
         let stated = match (stated(0, nx), stated(1, ny)) {
             (Some(x), Some(y)) => Some([x, y * to_x]),

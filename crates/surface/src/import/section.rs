@@ -99,7 +99,11 @@ pub(super) fn choose(path: &Path, sections: Vec<TextChannel>, options: ImportOpt
         }
         None => match (&heights[..], &sections[..]) {
             ([only], _) => *only,
-            ([], []) => return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y")),
+            ([], []) => {
+                let is_scene = path.extension().is_some_and(|end| end == "toml");
+                let accepted = if is_scene { " (a scene? `asperity run` takes scenes)" } else { "" };
+                return Err(Error::format(path, "no heights", format!("an ASCII matrix, one line per y{accepted}")));
+            }
             // Refused below.
             ([], _) => 0,
             (several, _) => {
@@ -160,6 +164,15 @@ impl TextChannel {
         self.matrix(path, labels)
     }
 
+    /// As [`TextChannel::take_counts`], of a table that is yet to begin.
+    pub(super) fn take_counts_above_names(&mut self) -> bool {
+        let takes = self.ny == 1 && self.take_counts(0);
+        if takes {
+            (self.blocks, self.in_block) = (Vec::new(), false);
+        }
+        takes
+    }
+
     /// Takes the first line as the size of the table that begins on line `next`, if it can be one.
     pub(super) fn take_counts(&mut self, next: usize) -> bool {
         let first = &self.values[..self.nx];
@@ -176,13 +189,19 @@ impl TextChannel {
     /// Whole numbers above the table that are not its size: its lines, their product with its columns, or both in either order.
     fn check_counts(&self, path: &Path, options: ImportOptions) -> Result<()> {
         let (nx, ny) = (self.nx as f64, self.ny as f64);
-        let is_size = |counts: &[f64], ny: f64| [&[ny][..], &[nx * ny], &[nx, ny], &[ny, nx]].contains(&counts);
+        let is_size = |counts: &[f64], ny: f64| match *counts {
+            // A list of points has both sides of its grid above it, too.
+            [a, b] => [a, b] == [nx, ny] || [a, b] == [ny, nx] || nx == 3.0 && a * b == ny,
+            _ => [&[ny][..], &[nx * ny]].contains(&counts),
+        };
         match &self.counts {
             // A line below a 1 is rather of another length.
             Some((counts, line)) if !is_size(counts, ny) || counts[..] == [1.0] => {
-                let found = format!("{} heights on line {line}, and {nx} on each of {ny} lines below", counts.len());
-                let accepted =
-                    "the same number on all lines, or the size of the table above it (or the file is cut off)";
+                let found = format!("{nx} heights on line {}", self.first_line);
+                let accepted = format!(
+                    "{}, as on line {line} (or the file is cut off); or the size of the table on line {line}",
+                    counts.len()
+                );
                 return Err(Error::format(path, found, accepted));
             }
             Some(_) => {}

@@ -119,11 +119,11 @@ impl TextReader<'_> {
         }
         let path = self.path;
         let section = self.section();
-        if !section.header.read_key(path, number, text, false)? && section.ny == 0 {
+        if !section.header.read_key(path, number, text, false)? && section.ny <= 1 {
             let fields = split(text).0;
             let headings = Headings::of_units(&fields).unwrap_or_else(|| Headings::of(&fields));
             let are_names = headings.columns().is_some() || headings.columns_of_profile().is_some();
-            if are_names && !text.contains('=') {
+            if are_names && !text.contains('=') && (section.ny == 0 || section.take_counts_above_names()) {
                 let headings = match &section.headings {
                     Some((above, _)) => headings.below_units(above),
                     None => headings,
@@ -177,7 +177,11 @@ impl TextReader<'_> {
             Error::format(path, found, "a number (lines of text may be comments: # in front)")
         };
         if section.ny > 0 {
-            return Err(wrong());
+            let names = Headings::of(fields);
+            let are_names = names.columns().is_some() || names.columns_of_profile().is_some();
+            if !(are_names || Headings::of_units(fields).is_some()) || !section.take_counts_above_names() {
+                return Err(wrong());
+            }
         }
         if section.header.read_key(path, number, text, true)? {
             return Ok(());
