@@ -152,7 +152,15 @@ impl DumpReader {
 
     pub fn new(input: Box<dyn BufRead>, source: impl AsRef<Path>) -> Self {
         let source = source.as_ref().to_path_buf();
-        DumpReader { source, input, line: Vec::new(), line_number: 0, truncated: false, finished: false, force_unit: None }
+        DumpReader {
+            source,
+            input,
+            line: Vec::new(),
+            line_number: 0,
+            truncated: false,
+            finished: false,
+            force_unit: None,
+        }
     }
 
     /// Whether the file ended inside a frame; the frames before it are complete.

@@ -15,7 +15,7 @@ const COVER_HEIGHT: f64 = 0.4;
 /// slopes of single layers compare. They are below [`SURROUNDING`] atoms within this distance, which are on average this much higher and on all
 /// sides: the centre of those that are not below is within [`CENTRED`]; on the slope of a single layer it is 0.33 away or more.
 const AROUND: f64 = 1.25;
-const DOUBLE_LAYER: f64 = 0.18;
+const DOUBLE_LAYER: f64 = 1.0 / 6.0;
 const NOT_BELOW: f64 = -0.1;
 const SURROUNDING: usize = 3;
 const CENTRED: f64 = 0.28;
@@ -24,7 +24,7 @@ const CENTRED: f64 = 0.28;
 const MEASURED_ATOMS: usize = 32;
 
 /// Neighbours whose mean distance counts. Of one alone noise makes it too small, and so does hydrogen on a crystal.
-const MEASURED_NEIGHBOURS: usize = 3;
+const MEASURED_NEIGHBOURS: usize = 2;
 
 /// Types, or elements of dumps that name them, of substrate and indenter.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -273,9 +273,12 @@ mod tests {
                 })
                 .collect();
             // Of neighbours, as at a surface near room temperature.
-            let noise = 0.05 * neighbour_distance(&points, edges);
-            let shaken: Vec<[f64; 3]> =
-                points.iter().enumerate().map(|(k, p)| std::array::from_fn(|i| p[i] + noise * gaussian(3 * k + i))).collect();
+            let noise = 0.04 * neighbour_distance(&points, edges);
+            let shaken: Vec<[f64; 3]> = points
+                .iter()
+                .enumerate()
+                .map(|(k, p)| std::array::from_fn(|i| p[i] + noise * gaussian(3 * k + i)))
+                .collect();
             for list in [&points, &bent, &shaken] {
                 let found = uncovered(list, edges);
                 assert_eq!(found.len(), 36 * per_cell, "{name}");
