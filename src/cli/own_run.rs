@@ -32,8 +32,8 @@ pub(super) struct OwnRunArgs {
     /// scene's [atoms].
     #[arg(long, value_name = "D", requires = "frames", help_heading = HEADING)]
     contact_distance: Option<Measure>,
-    /// Load of the frames. Without it the continuum is solved at the contact area of the atoms. It is a hard wall at d_c: d_c is best where
-    /// the repulsion begins.
+    /// Load of the frames. Without it the continuum is solved at the contact area of the atoms. The continuum has a hard wall: the surface that a
+    /// ball of radius d_c meets. d_c is best where the repulsion begins.
     #[arg(long, value_enum, requires = "frames", help_heading = HEADING)]
     load: Option<OwnLoad>,
 }
@@ -109,7 +109,7 @@ pub(super) fn table(states: &[OwnState]) -> String {
                 String::new(),
                 format!("hard wall at d_c, same {}", c.at),
                 significant(c.p_star, 4),
-                percent(c.contact_area),
+                format!("{} (sites {})", percent(c.contact_area), percent(c.contact.contact_area)),
                 format!("{:.2} ({:.2})", here.jaccard, shifted.jaccard),
                 format!("{:.2} ({:.2})", here.kappa, shifted.kappa),
                 significant(c.mean_gap_angstrom, 4),

@@ -4,7 +4,7 @@ use super::own_frame::Profile;
 use super::{Listener, ProgressReporter};
 use crate::scene::Case;
 use crate::{Error, Result};
-use asperity_contact::interface::{AttractionLaw, RangeChoice, Wall};
+use asperity_contact::interface::{RangeChoice, Wall};
 use asperity_contact::load::Load;
 use asperity_contact::method::{ReducedProblem, Stop};
 use asperity_contact::path::{LoadPathSolver, pressures_of_contact};
@@ -58,8 +58,7 @@ pub(super) fn solve(
     let mut walk = || {
         let areas: Vec<f64> =
             common.iter().filter_map(|c| if let Common::ContactArea(a) = c { Some(*a) } else { None }).collect();
-        let mut pressures =
-            pressures_of_contact(&areas, &problem, method, case.gradient, &watch)?.into_iter();
+        let mut pressures = pressures_of_contact(&areas, &problem, method, case.gradient, &watch)?.into_iter();
         let load = |c: &Common| match c {
             Common::Load(load) => *load,
             Common::ContactArea(_) => Load::Pressure(pressures.next().expect("one for each area")),

@@ -17,6 +17,9 @@ const NODES_PER_DISTANCE: f64 = 12.0;
 /// upside down 2, of a flat 1.
 const FIT: f64 = 0.7;
 
+/// Depth below the contact distance, over it, at which no wall and no atom carries most of a surface layer.
+const TOO_DEEP: f64 = 0.5;
+
 /// Contact distances of the sensitivity curve over d_c: first and last, and number.
 const DISTANCES: (f64, f64, usize) = (0.95, 1.1, 15);
 
@@ -208,7 +211,19 @@ impl<'a> OwnFrames<'a> {
             }
             Ok(gap)
         };
-        self.layer.ids.iter().map(gap).collect()
+        let gaps: Vec<f64> = self.layer.ids.iter().map(gap).collect::<Result<_>>()?;
+        let deep = gaps.iter().filter(|gap| **gap < -TOO_DEEP * d_c).count();
+        if 2 * deep > gaps.len() {
+            let found = format!(
+                "timestep {}: most atoms of the surface layer are less than {} d_c from the indenter's surface",
+                frame.timestep,
+                1.0 - TOO_DEEP
+            );
+            let accepted = "a surface layer of the substrate's atoms: --substrate-types leaves out others, such as the indenter's; or a smaller \
+                            --contact-distance";
+            return Err(Error::format(&frame.source, found, accepted));
+        }
+        Ok(gaps)
     }
 
     /// Height of the mean plane of the surface that the indenter's lowest atoms follow, Å.

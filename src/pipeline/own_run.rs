@@ -118,7 +118,9 @@ pub fn read_own_run(
 /// What is taken for granted of an own run: the unit of its forces, adhesion that is scaled with the surface, and its hard wall.
 fn warn_of_assumptions(case: &Case, (run, has_units): (&OwnRun, bool), frames: &OwnFrames, listener: &dyn Listener) {
     if run.load == Some(OwnLoad::Fz) && !has_units {
-        listener.warn("the dumps name no units: forces are taken to be eV/Å (metal); `dump_modify ID units yes` writes them");
+        listener.warn(
+            "the dumps name no units: forces are taken to be eV/Å (metal); `dump_modify ID units yes` writes them",
+        );
     }
     let own = case.atoms.as_ref().map_or(case.scales.length_m * ANGSTROM_PER_M, |atoms| atoms.block.length());
     let ratio = frames.edges[0] / own;
@@ -195,12 +197,7 @@ struct WantedFrame {
 }
 
 /// What is wanted of each frame.
-fn wanted(
-    case: &Case,
-    load: Option<OwnLoad>,
-    analysed: &[AnalysedFrame],
-    edges: [f64; 2],
-) -> Result<Vec<WantedFrame>> {
+fn wanted(case: &Case, load: Option<OwnLoad>, analysed: &[AnalysedFrame], edges: [f64; 2]) -> Result<Vec<WantedFrame>> {
     let of_load = |load: Load| {
         let Load::Pressure(pressure) = load else { return WantedFrame::default() };
         WantedFrame { p_star: Some(pressure / case.gradient), common: Some(Common::Load(load)) }
@@ -225,7 +222,12 @@ fn wanted(
             };
             let place = case.file.display();
             if let Some(key) = key {
-                return Err(Error::input(place, key, "given", "with --load scene a pressure, force or p_star for each frame"));
+                return Err(Error::input(
+                    place,
+                    key,
+                    "given",
+                    "with --load scene a pressure, force or p_star for each frame",
+                ));
             }
             if steps.len() != analysed.len() {
                 let found = format!("{} loads for {} frames", steps.len(), analysed.len());
@@ -240,7 +242,10 @@ fn wanted(
             }
             let zeroed = analysed.iter().find(|a| a.force == Some(0.0) && !a.contact.ids.is_empty());
             if let Some(frame) = zeroed {
-                let found = format!("timestep {}: contact, and forces fz of the indenter's atoms that are zero", frame.timestep);
+                let found = format!(
+                    "timestep {}: contact, and forces fz of the indenter's atoms that are zero",
+                    frame.timestep
+                );
                 return Err(Error::format(&frame.file, found, FORCES));
             }
             let unit = load_unit(case)? * edges[0] * edges[1];
