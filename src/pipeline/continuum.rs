@@ -57,6 +57,8 @@ pub(super) struct PathRequest<'a> {
     pub threshold: f64,
     /// Whether the flow through the gap is solved.
     pub leakage: bool,
+    /// Whether the errors of the maps are asked for.
+    pub map_errors: bool,
     pub subsurface: Option<SubsurfaceRequest>,
     pub criterion: String,
     /// Which fields of a load's state are stored.
@@ -71,7 +73,7 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     let method = asperity_methods::find(request.method).expect("checked with the scene");
     let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
     let path = LoadPathSolver::new(request.problem.clone(), method, request.range, request.threshold, &loads);
-    let path = path.with_stiffness().with_leakage(request.leakage);
+    let path = path.with_stiffness().with_leakage(request.leakage).with_map_errors(request.map_errors);
     let problem = path.problem();
     let grid = problem.grid;
     check_memory(&path, &request)?;

@@ -88,7 +88,12 @@ pub(super) fn path_bytes(
     }
     let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
     let path = LoadPathSolver::new(problem, method, case.model.resolution, 0.0, &targets);
-    path.with_stiffness().plan(pulls_off).bytes
+    path.with_stiffness().with_map_errors(asks_for_maps(case)).plan(pulls_off).bytes
+}
+
+/// Whether the scene asks for errors of maps.
+fn asks_for_maps(case: &Case) -> bool {
+    case.scene.accuracy().is_some_and(|accuracy| accuracy.errors.has_maps())
 }
 
 /// Key of a stage that solves or estimates a variant.
@@ -110,7 +115,8 @@ pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, dependencie
         Variant::Primary => {
             let initial_gap = scene.continuum.initial_gap.as_ref();
             let initial_gap = initial_gap.map(|p| StageKey::of_file(&case.resolve_path(p))).transpose()?;
-            StageKey::new(name, &(&scene.load, &alone, &own, methods, &initial_gap, unit), dependencies)
+            let of_maps = asks_for_maps(case);
+            StageKey::new(name, &(&scene.load, &alone, &own, methods, &initial_gap, (unit, of_maps)), dependencies)
         }
         Variant::NonAdhesive => StageKey::new(name, &(&loading, &own, methods, unit), dependencies),
         Variant::Range(range) => {
@@ -290,6 +296,7 @@ pub(super) fn laboratory(
         hysteresis: primary && scene.load.loads().is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,
+        map_errors: primary && asks_for_maps(case),
         subsurface: case.subsurface().filter(|_| primary),
         criterion,
         keep: &|step| {

@@ -245,6 +245,7 @@ fn solve(
         hysteresis: false,
         threshold: 0.0,
         leakage: false,
+        map_errors: false,
         subsurface: None,
         criterion: matching.criterion.into(),
         keep: &|_| Keep { gap: true, stress: true },

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields, default)]
 pub struct AccuracyScene {
     /// Largest accepted relative error: of all quantities, as "5 %", or of each that is named, as "area = 2%, mean_gap = 1%":
-    /// contact_area, mean_gap, stiffness, leakage, pull_off.
+    /// contact_area, mean_gap, stiffness, leakage, pull_off, and by name alone gap_map, contact_map.
     #[serde(deserialize_with = "errors", serialize_with = "written", skip_serializing_if = "ErrorTargets::is_empty")]
     #[schemars(with = "ErrorsSchema")]
     pub error: ErrorTargets,

@@ -14,6 +14,7 @@ mod found;
 mod hardness;
 mod hardness_map;
 mod laws;
+mod map_errors;
 mod non_periodic;
 mod paths;
 mod preparation;

@@ -36,6 +36,7 @@ impl Reached<'_> {
             energy_bound: self.energy_bound,
             error_estimates: Some(state.error_estimates),
             discretisation: self.discretisation,
+            map_errors: self.map_errors,
             extrapolated: self.extrapolated,
             uncertainty: self.uncertainty.clone(),
             stop: state.stop,

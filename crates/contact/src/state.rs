@@ -95,6 +95,9 @@ pub struct State {
     /// Errors by the grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub discretisation: Option<Discretisation>,
+    /// Errors of the maps of gap and contact, if they are asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map_errors: Option<MapErrors>,
     /// Values at the requested range of adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<Extrapolated>,
@@ -292,6 +295,16 @@ pub struct Discretisation {
     pub stiffness: Option<f64>,
     /// Points of the coarser grid along x and y.
     pub coarser: [usize; 2],
+}
+
+/// Errors of maps by the grid, from the change to the grid with half the points along each side, at the nodes of both.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub struct MapErrors {
+    /// Root mean square error of the gap over the mean gap, or over a hundredth of the rms height if that is larger.
+    pub gap: f64,
+    /// One minus the Jaccard index of the contact map and the true one.
+    pub contact: f64,
 }
 
 /// Extrapolation to the requested range of adhesion from several grids, each with the shortest range that it

@@ -114,9 +114,9 @@ pub(crate) struct SolveArgs {
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; 1e-3 in f32, more beyond 1024 x 1024 points.
     #[arg(long, alias = "tol", value_name = "RESIDUAL", help_heading = SOLVER)]
     pub(super) tolerance: Option<f64>,
-    /// Largest accepted errors: 5%, or area=2%,mean_gap=1%,stiffness=5%,leakage=10%,pull_off=5%. Grids are solved from coarse to fine until
-    /// the stated errors are within them; a spectrum goes on beyond its grid, a map ends with its own. --strict: exit code 3 if they are
-    /// not reached.
+    /// Largest accepted errors: 5%, or area=2%,mean_gap=1%,stiffness=5%,leakage=10%,pull_off=5%,gap_map=3%,contact_map=10%. Grids are
+    /// solved from coarse to fine until the stated errors are within them; a spectrum goes on beyond its grid, a map ends with its own.
+    /// --strict: exit code 3 if they are not reached.
     #[arg(long, value_name = "ERRORS", help_heading = SOLVER)]
     pub(super) error: Option<ErrorTargets>,
     /// Time after which no finer grid is begun (30s, 5min): the least errors within it.

@@ -158,6 +158,8 @@ impl SolveArgs {
                 if self.body.len() == 2 && self.out.is_some() { size_of::<f64>() * problem.grid.points() } else { 0 };
             let after = if problem.ranks.is_first() { flow(&problem) + below(&problem) + moved as u64 } else { 0 };
             let path = LoadPathSolver::new(problem, method, case.model.resolution, 0.0, loads).with_stiffness();
+            let maps = case.scene.accuracy().is_some_and(|accuracy| accuracy.errors.has_maps());
+            let path = path.with_map_errors(maps);
             path.plan(self.pull_off).bytes + after
         };
         // Ranks on one machine share its memory.
@@ -267,7 +269,8 @@ impl SolveArgs {
             return Ok(Solved::default());
         }
         let path = LoadPathSolver::new(problem.clone(), method, case.model.resolution, 0.0, &loads);
-        let path = path.with_stiffness().with_leakage(self.leakage);
+        let maps = case.scene.accuracy().is_some_and(|accuracy| accuracy.errors.has_maps());
+        let path = path.with_stiffness().with_leakage(self.leakage).with_map_errors(maps);
         if !ranks.is_first() {
             // As the first one, which opens it.
             self.out.iter().for_each(|out| guard(out));
@@ -375,7 +378,15 @@ impl SolveArgs {
                 }
                 stop => {
                     let file = self.out.as_ref().map(|o| o.join(file_name(i, loads, stop, "gap.npy")));
-                    Err(state.not_converged(id, format!("load {} of {loads}: {stop}", i + 1), tolerance, file))
+                    let number = i + 1;
+                    let why = match stop {
+                        Stop::Detached => {
+                            let load = self.given_units(case).load(&case.load_steps()[i]);
+                            format!("contact is lost at load {number} of {loads}, {load}; accepted: a smaller tension")
+                        }
+                        stop => format!("load {number} of {loads}: {stop}"),
+                    };
+                    Err(state.not_converged(id, why, tolerance, file))
                 }
             }
         });

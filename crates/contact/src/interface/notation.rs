@@ -10,20 +10,25 @@ pub trait Notation {
     fn work(&self, reduced: f64) -> String;
 }
 
-/// As multiples of L, E* and E* L.
+/// As multiples of L, E* and E* L, with the digits that a number in other units needs.
 pub struct Reduced;
+
+/// With nine digits and no zeros behind them.
+fn reduced(value: f64) -> String {
+    format!("{:e}", format!("{value:.8e}").parse().unwrap_or(value))
+}
 
 impl Notation for Reduced {
     fn length(&self, over_length: f64) -> String {
-        format!("{over_length:.4e} L")
+        reduced(over_length) + " L"
     }
 
     fn stress(&self, over_modulus: f64) -> String {
-        format!("{over_modulus:.4e} E*")
+        reduced(over_modulus) + " E*"
     }
 
-    fn work(&self, reduced: f64) -> String {
-        format!("{reduced:.4e} E*L")
+    fn work(&self, work: f64) -> String {
+        reduced(work) + " E*L"
     }
 }
 

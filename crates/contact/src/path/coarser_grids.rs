@@ -1,14 +1,12 @@
 //! Discretisation errors from grids coarser than the problem's.
 
 use super::leakage::leakage;
-use super::pull_off::{self, SeparationStart};
 use crate::interface::{AttractionLaw, Elastic, RangeChoice};
 use crate::method::{
-    CoarseState, ContactMethod, Equilibrium, ErrorEstimates, Fast, Heights, Iteration, Load, Observer, ProblemScale,
-    ReducedProblem, SnapshotRef, SolverRun, SolverSnapshot, Stop,
+    CoarseState, ContactMethod, Equilibrium, ErrorEstimates, Fast, Heights, Iteration, Observer, ReducedProblem,
+    SnapshotRef, SolverSnapshot,
 };
 use crate::observe::{ContactArea, ELASTIC_EDGE};
-use crate::results::PullOff;
 use crate::state::{Discretisation, Extrapolated};
 use crate::uncertainty::ValueWithError;
 use asperity_grid::sys::ranks::Ranks;
@@ -74,7 +72,7 @@ impl GridResult {
 }
 
 /// Hydraulic gaps of a coarse grid; of several ranks on the first.
-fn flow_gaps(problem: &ReducedProblem, (ranks, gap): (&Ranks, Field), threshold: f64) -> Option<[f64; 2]> {
+pub(super) fn flow_gaps(problem: &ReducedProblem, (ranks, gap): (&Ranks, Field), threshold: f64) -> Option<[f64; 2]> {
     let hydraulic_gaps_of = |gap: Field| leakage(problem, gap, threshold, None).map(|flow| flow.hydraulic_gaps());
     if !ranks.are_several() {
         return hydraulic_gaps_of(gap);
@@ -412,66 +410,6 @@ pub(super) fn coarsened<'s>(
         stiffness: problem.stiffness,
         ranks: problem.ranks,
         ..ReducedProblem::new(grid, Heights::Series(heights))
-    }
-}
-
-/// A solver that follows the load path on a coarser grid.
-pub(super) struct CoarseSolver<'s> {
-    problem: &'s ReducedProblem<'s>,
-    run: Box<dyn SolverRun + 's>,
-    threshold: f64,
-    leakage: bool,
-    /// State from which the separation starts, if `pulls_off`.
-    start: Option<SeparationStart>,
-    pulls_off: bool,
-}
-
-impl<'s> CoarseSolver<'s> {
-    pub(super) fn start(
-        problem: &'s ReducedProblem<'s>,
-        (threshold, leakage): (f64, bool),
-        pulls_off: bool,
-        observer: &'s dyn Observer,
-    ) -> Result<Self> {
-        Ok(CoarseSolver {
-            problem,
-            run: method().start(problem, observer)?.solver()?,
-            threshold,
-            leakage,
-            start: None,
-            pulls_off,
-        })
-    }
-
-    /// `None` if this grid does not converge or the run is interrupted; the solve on the problem's own grid then stops
-    /// by itself and writes its checkpoint.
-    pub(super) fn follow(&mut self, load: Load) -> Result<Option<GridResult>> {
-        let grid = self.problem.grid;
-        let state = self.run.equilibrate(load)?;
-        self.start =
-            (self.pulls_off && state.stop == Stop::Converged).then(|| SeparationStart::of(&state, self.problem));
-        match state.stop {
-            Stop::Converged => {
-                let area = self.problem.contact_area(&state, self.threshold);
-                let gaps = match self.leakage {
-                    true => flow_gaps(self.problem, (state.ranks, state.gap), self.threshold),
-                    false => None,
-                };
-                Ok(Some(GridResult { gaps, ..GridResult::new(&state, grid, self.problem.adhesion.range(), &area) }))
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// Pull-off on this grid; `None` if it has none.
-    pub(super) fn pull_off(&mut self, scale: ProblemScale, observer: &dyn Observer) -> Result<Option<(Grid, PullOff)>> {
-        let Some(start) = self.start.take() else { return Ok(None) };
-        match pull_off::search(&mut *self.run, self.problem, (scale, observer), start) {
-            Ok(pull_off) => Ok(Some((self.problem.grid, pull_off))),
-            // The result on the problem's own grid remains valid.
-            Err(Error::NotConverged { .. } | Error::Input { .. }) => Ok(None),
-            Err(e) => Err(e),
-        }
     }
 }
 

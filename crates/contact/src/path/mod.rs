@@ -1,11 +1,13 @@
 //! Load paths: sequences of equilibria, each with its discretisation error. The branch depends on the order of the
 //! loads.
 
+mod coarse_solver;
 mod coarser_grids;
 mod contact_target;
 mod energy_bound;
 mod estimator_input;
 mod leakage;
+mod map_errors;
 mod pull_off;
 mod subsurface;
 mod uncertainty;
@@ -25,11 +27,12 @@ use crate::method::{
 use crate::observe::ContactArea;
 use crate::quantity::Quantity;
 use crate::results::PullOff;
-use crate::state::{Discretisation, Extrapolated};
+use crate::state::{Discretisation, Extrapolated, MapErrors};
 use crate::uncertainty::{UncertaintyComponent, total};
 use asperity_grid::{Error, Result};
 use asperity_grid::{Grid, Series, Transform, lowest, mean, sharing};
-use coarser_grids::{CoarseGridResults, CoarseSolver, ErrorFactors, GridResult, StopOnly, coarsened};
+use coarse_solver::CoarseSolver;
+use coarser_grids::{CoarseGridResults, ErrorFactors, GridResult, StopOnly, coarsened};
 use energy_bound::EnergyBound;
 use pull_off::{FINE_SHARE, PartOfSearch, SeparationStart};
 use uncertainty::LeftOutWaves;
@@ -56,6 +59,8 @@ pub struct LoadPathSolver<'p> {
     with_error: bool,
     /// Whether the flow through the gap of the next coarser grid is solved.
     leakage: bool,
+    /// Whether the maps of the next coarser grid are compared.
+    maps: bool,
 }
 
 /// A state of the load path; the last one may not have converged.
@@ -71,6 +76,8 @@ pub struct Reached<'a> {
     /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it, if the flow was
     /// requested; `None` if the grid leaves out waves: how much they change the flow was not measured.
     pub coarser_gaps: Option<([f64; 2], f64)>,
+    /// Errors of the maps of gap and contact, if requested.
+    pub map_errors: Option<MapErrors>,
     /// See [`State::energy_bound`](crate::state::State::energy_bound).
     pub energy_bound: Option<f64>,
     /// What the numbers are uncertain by.
@@ -123,6 +130,7 @@ impl<'p> LoadPathSolver<'p> {
             loads,
             with_error: true,
             leakage: false,
+            maps: false,
         }
     }
 
@@ -134,6 +142,11 @@ impl<'p> LoadPathSolver<'p> {
     /// With the flow through the gaps of the next coarser grid, for the errors of the leakage.
     pub fn with_leakage(self, requested: bool) -> Self {
         LoadPathSolver { leakage: requested, ..self }
+    }
+
+    /// With the errors of the maps of gap and contact, for which the path is also followed on a coarser grid.
+    pub fn with_map_errors(self, requested: bool) -> Self {
+        LoadPathSolver { maps: requested && !self.problem.ranks.are_several(), ..self }
     }
 
     /// With the contact stiffness of each state.
@@ -177,6 +190,7 @@ impl<'p> LoadPathSolver<'p> {
             () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
             () if self.extrapolates() => coarser_grids::EXTRAPOLATION - 1,
             () if !self.with_error => 0,
+            () if self.maps => 1,
             // Pull-off is also computed on a coarser grid, which is the only measure of its discretisation error.
             // A path with plastic flow is followed on a coarser grid: the flow is the error of that grid, too.
             () if self.is_nested() && !pulls_off && (!self.has_history() || self.loads.len() == 1) => 0,
@@ -220,8 +234,9 @@ impl<'p> LoadPathSolver<'p> {
         let converted = if ProblemScale::of(&self.problem.heights).is_one() { 0 } else { 3 * field / shared };
         let coarser = grids.iter().map(coarse).sum::<u64>();
         // The method of coarser grids solves its tangent in its own fields.
+        let kept = if self.maps { grids.iter().map(|g| (size_of::<f64>() * g.points()) as u64).sum() } else { 0 };
         let tangent = if self.problem.stiffness && !self.is_nested() { coarse(&self.problem.grid) } else { 0 };
-        SolvePlan { bytes: own.bytes + series + separation + converted + coarser + tangent, ..own }
+        SolvePlan { bytes: own.bytes + series + separation + converted + coarser + kept + tangent, ..own }
     }
 
     /// This load on the next coarser grid, if no other solve has provided it: for a solve from a given gap or a
@@ -271,13 +286,7 @@ impl<'p> LoadPathSolver<'p> {
             .iter()
             .filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.requested)))
             .collect();
-        let mut coarse_solvers = Vec::new();
-        for problem in &problems {
-            // Pull-off is computed only on the finest of the coarser grids.
-            let pulls_off = pulls_off && coarse_solvers.is_empty();
-            let flow = (self.threshold, self.leakage && coarse_solvers.is_empty());
-            coarse_solvers.push(CoarseSolver::start(problem, flow, pulls_off, &silent)?);
-        }
+        let mut coarse_solvers = self.coarse_solvers(&problems, pulls_off, &silent)?;
         let resolved =
             grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
         let (touch, rms_height) = (self.separation_at_first_contact(), self.problem.heights.rms());
@@ -301,6 +310,7 @@ impl<'p> LoadPathSolver<'p> {
                 known => known.filter(|_| converged),
             };
             let converged = self.is_complete(&state, observer)?;
+            let map_errors = self.map_errors(converged, (&state, &area), coarse_solvers.first(), (rms_height, waves));
             let coarser_gaps = next.and_then(|next| waves.coarser_gaps(&next, state.mean_gap));
             let fine = GridResult::new(&state, self.problem.grid, self.problem.adhesion.range(), &area);
             let errors = converged.then(|| self.errors(load, next, &coarse, fine, (rms_height, resolved)));
@@ -317,6 +327,7 @@ impl<'p> LoadPathSolver<'p> {
                 discretisation,
                 extrapolated,
                 coarser_gaps,
+                map_errors,
             };
             visit(i, reached)?;
             if !converged {
@@ -326,6 +337,38 @@ impl<'p> LoadPathSolver<'p> {
         let Some(last) = last.filter(|_| pulls_off) else { return Ok(None) };
         coarse_results.finish(last.snapshot(self.problem.grid));
         self.separate((&mut *run, last), coarse_solvers.first_mut(), (scale, observer)).map(Some)
+    }
+
+    /// Solvers that follow the path on these grids. Pull-off, flow and maps are those of the finest of them only.
+    fn coarse_solvers<'s>(
+        &self,
+        problems: &'s [ReducedProblem<'s>],
+        pulls_off: bool,
+        observer: &'s dyn Observer,
+    ) -> Result<Vec<CoarseSolver<'s>>> {
+        let start = |(i, problem)| {
+            let is_finest = i == 0;
+            let flow = (self.threshold, self.leakage && is_finest);
+            let solver = CoarseSolver::start(problem, flow, pulls_off && is_finest, observer)?;
+            Ok(solver.keeping_gap(self.maps && is_finest))
+        };
+        problems.iter().enumerate().map(start).collect()
+    }
+
+    /// Errors of the maps of a state; `None` where they were not requested, and where the grid leaves out waves or the range of adhesion is
+    /// another one than requested: how much these change the maps was not measured.
+    fn map_errors(
+        &self,
+        converged: bool,
+        (state, area): (&Equilibrium, &ContactArea),
+        coarser: Option<&CoarseSolver>,
+        (rms_height, waves): (f64, LeftOutWaves),
+    ) -> Option<MapErrors> {
+        if !converged || waves.any() || self.adhesion() != self.requested {
+            return None;
+        }
+        let fine = (self.problem.grid, state.gap, state.mean_gap);
+        map_errors::map_errors(fine, coarser?.gap()?, (self.threshold, rms_height, area))
     }
 
     /// Whether a state has converged.

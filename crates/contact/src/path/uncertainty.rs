@@ -50,7 +50,7 @@ impl LeftOutWaves {
         Some((gaps, (coarser.mean_gap / mean_gap - 1.0).abs()))
     }
 
-    fn any(&self) -> bool {
+    pub(super) fn any(&self) -> bool {
         self.rms_height > 0.0
     }
 }

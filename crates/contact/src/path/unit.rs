@@ -51,6 +51,7 @@ impl LoadPathSolver<'_> {
             loads: &loads,
             with_error: self.with_error,
             leakage: self.leakage,
+            maps: self.maps,
         };
         let begin = begin.map(|begin| match begin {
             InitialState::Gap(gap) => InitialState::Gap(scale.gap(&gap).into_owned()),

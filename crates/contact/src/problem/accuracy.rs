@@ -173,7 +173,7 @@ impl Accuracy {
     pub fn errors_of(&self, gaps_imposed: bool, states: &[State], pull_off: Option<Option<f64>>) -> GridErrors {
         let mut errors = GridErrors::new();
         for quantity in StatedQuantity::ALL {
-            if self.errors.of(quantity).is_none() && !self.errors.is_empty() {
+            if self.errors.of(quantity).is_none() && (quantity.is_map() || !self.errors.is_empty()) {
                 continue;
             }
             let named = self.errors.names(quantity);
@@ -313,6 +313,8 @@ fn error_of(state: &State, gap_imposed: bool, stated: StatedQuantity) -> Option<
                 flow.gap_errors.map(|[of_x, of_y]| (1.0 + (of_x / x).max(of_y / y)).powi(3) - 1.0)
             })
         }
+        StatedQuantity::GapMap => (!is_full).then(|| state.map_errors.map(|e| e.gap)),
+        StatedQuantity::ContactMap => (!is_full).then(|| state.map_errors.map(|e| e.contact)),
         StatedQuantity::PullOff => None,
     }
 }
@@ -372,7 +374,7 @@ impl Problem {
             let problem = self.on_nodes(nodes, &coarsest);
             let tolerance = accuracy.tolerance(&problem);
             let problem = Problem { tolerance: self.tolerance.or(Some(tolerance)), ..problem };
-            let path = problem.watched_load_path(loads, &quiet)?;
+            let path = problem.watched_load_path(loads, accuracy.errors.has_maps(), &quiet)?;
             let gaps_imposed = loads.kind == LoadKind::MeanGap;
             let errors =
                 accuracy.errors_of(gaps_imposed, &path.states, path.pull_off.as_ref().map(PullOff::relative_error));

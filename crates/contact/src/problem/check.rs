@@ -86,7 +86,7 @@ impl Problem {
         };
         for (i, value) in loads.values.iter().enumerate() {
             // Above 1 and below 100 it looks like a percentage.
-            let percent = format!("{CONTACT}: did you mean {value}%?");
+            let percent = format!("{CONTACT}: {value} means {} %; did you mean {value}%?", 100.0 * value);
             let accepted = if accepted == CONTACT && (*value > 1.0 && *value < 100.0) { &percent } else { accepted };
             c.value(good(*value), (field, Some(i)), *value, accepted);
         }

@@ -17,18 +17,29 @@ pub enum StatedQuantity {
     Stiffness,
     /// Flow through the gap, the larger relative error of both directions; where the leakage is solved.
     Leakage,
+    /// Gap, as a map.
+    GapMap,
+    /// Contact, as a map.
+    ContactMap,
     /// Largest tensile pressure, where it is searched for: its error is an estimate.
     PullOff,
 }
 
 impl StatedQuantity {
-    pub const ALL: [StatedQuantity; 5] = [
+    pub const ALL: [StatedQuantity; 7] = [
         StatedQuantity::ContactArea,
         StatedQuantity::MeanGap,
         StatedQuantity::Stiffness,
         StatedQuantity::Leakage,
         StatedQuantity::PullOff,
+        StatedQuantity::GapMap,
+        StatedQuantity::ContactMap,
     ];
+
+    /// Whether it is a map, whose errors are asked for by its name alone: they cost another solve.
+    pub fn is_map(self) -> bool {
+        matches!(self, StatedQuantity::GapMap | StatedQuantity::ContactMap)
+    }
 
     /// Of the states themselves.
     pub(super) fn quantity(self) -> Option<Quantity> {
@@ -36,6 +47,8 @@ impl StatedQuantity {
             StatedQuantity::ContactArea => Some(Quantity::ContactArea),
             StatedQuantity::MeanGap => Some(Quantity::MeanGap),
             StatedQuantity::Stiffness => Some(Quantity::Stiffness),
+            StatedQuantity::GapMap => Some(Quantity::GapMap),
+            StatedQuantity::ContactMap => Some(Quantity::ContactMap),
             StatedQuantity::Leakage | StatedQuantity::PullOff => None,
         }
     }
@@ -51,7 +64,7 @@ impl StatedQuantity {
     }
 }
 
-/// Largest relative errors that are accepted: one of all quantities, or one of each that is named.
+/// Largest relative errors that are accepted: one of all quantities but maps, or one of each that is named.
 ///
 /// ```
 /// use asperity_contact::problem::{ErrorTargets, StatedQuantity};
@@ -75,7 +88,12 @@ const ALL: &str = "all";
 impl ErrorTargets {
     /// The accepted error of a quantity, if there is one.
     pub fn of(&self, quantity: StatedQuantity) -> Option<f64> {
-        self.named.get(&quantity).copied().or(self.all)
+        self.named.get(&quantity).copied().or(self.all.filter(|_| !quantity.is_map()))
+    }
+
+    /// Whether the error of a map is asked for.
+    pub fn has_maps(&self) -> bool {
+        self.named.keys().any(|quantity| quantity.is_map())
     }
 
     /// Whether an error of this very quantity is asked for.
@@ -131,8 +149,9 @@ fn quantity(name: &str) -> std::result::Result<StatedQuantity, String> {
         "area" => Some(StatedQuantity::ContactArea),
         _ => StatedQuantity::ALL.into_iter().find(|q| q.id() == name),
     };
-    let of_maps = ["gap_map", "contact_map", "stress_map"].contains(&name);
-    let reason = if of_maps { ": no error of a map is stated (`asperity tradeoff` measures it)" } else { "" };
+    let is_stress = name == "stress_map";
+    let reason =
+        if is_stress { ": no error of the stress map is stated (`asperity tradeoff` measures it)" } else { "" };
     let names = StatedQuantity::ALL.map(StatedQuantity::id).join(", ");
     found.ok_or_else(|| format!("errors of {names}, as area=2%,mean_gap=1%{reason}"))
 }
@@ -197,6 +216,9 @@ mod tests {
             [Some(0.02), Some(0.05), None]
         );
         assert_eq!(targets.of(StatedQuantity::Leakage), Some(0.1));
+        let maps: ErrorTargets = "5%,gap_map=3%".parse().expect("errors");
+        let of_maps = [StatedQuantity::GapMap, StatedQuantity::ContactMap].map(|q| maps.of(q));
+        assert!(of_maps == [Some(0.03), None] && maps.has_maps() && !targets.has_maps());
         let json = serde_json::to_value(&targets).expect("numbers");
         assert_eq!(serde_json::from_value::<ErrorTargets>(json).expect("the same"), targets);
         for (text, says) in [
@@ -207,7 +229,7 @@ mod tests {
             ("nan", "between 0 and 100%"),
             ("", "an error such as 5%"),
             ("volume=3%", "contact_area, mean_gap"),
-            ("gap_map=3%", "no error of a map"),
+            ("stress_map=3%", "no error of the stress map"),
             ("area=2%,area=3%", "one error of area"),
             ("5%,4%", "one error of all"),
         ] {

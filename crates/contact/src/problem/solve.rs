@@ -121,14 +121,14 @@ impl Problem {
     /// As [`Problem::solve`]; `Input` for a pull-off without adhesion.
     pub fn load_path(&self, loads: &Loads) -> Result<LoadPath> {
         let mut states = Vec::new();
-        let pull_off = walk(self, reduced(self, loads)?, loads, &NoObserver, |state| states.push(state))?;
+        let pull_off = walk((self, false), reduced(self, loads)?, loads, &NoObserver, |state| states.push(state))?;
         Ok(LoadPath { states, pull_off, is_adhesive: self.adhesion.is_some() })
     }
 
-    /// As [`Problem::load_path`], with a monitor.
-    pub(super) fn watched_load_path(&self, loads: &Loads, monitor: &dyn Monitor) -> Result<LoadPath> {
+    /// As [`Problem::load_path`], with a monitor, and with the errors of maps if they are asked for.
+    pub(super) fn watched_load_path(&self, loads: &Loads, map_errors: bool, monitor: &dyn Monitor) -> Result<LoadPath> {
         let mut states = Vec::new();
-        let pull_off = self.visit_load_path(loads, monitor, |state| states.push(state))?;
+        let pull_off = self.visit_states(loads, map_errors, monitor, |state| states.push(state))?;
         Ok(LoadPath { states, pull_off, is_adhesive: self.adhesion.is_some() })
     }
 
@@ -158,10 +158,21 @@ impl Problem {
         monitor: &dyn Monitor,
         visit: impl FnMut(State),
     ) -> Result<Option<PullOff>> {
+        self.visit_states(loads, false, monitor, visit)
+    }
+
+    fn visit_states(
+        &self,
+        loads: &Loads,
+        map_errors: bool,
+        monitor: &dyn Monitor,
+        visit: impl FnMut(State),
+    ) -> Result<Option<PullOff>> {
         let reduction = reduced(self, loads)?;
         monitor.warnings(&warnings(self, &reduction));
         let (mut visit, mut trivial) = (visit, TrivialLoads::default());
-        let pull_off = walk(self, reduction, loads, &Monitored { monitor, separated: Mutex::default() }, |state| {
+        let monitored = Monitored { monitor, separated: Mutex::default() };
+        let pull_off = walk((self, map_errors), reduction, loads, &monitored, |state| {
             trivial.add(&state);
             visit(state);
         })?;
@@ -257,7 +268,7 @@ fn targets(steps: &[LoadStep]) -> Vec<Load> {
 }
 
 fn walk(
-    problem: &Problem,
+    (problem, map_errors): (&Problem, bool),
     Reduction { model, mut steps, gradient }: Reduction,
     loads: &Loads,
     observer: &dyn Observer,
@@ -281,7 +292,8 @@ fn walk(
         .initial_gap
         .as_ref()
         .map(|gap| InitialState::Gap(gap.iter().map(|g| g / problem.surface.length()).collect()));
-    let path = LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets).with_stiffness();
+    let path = LoadPathSolver::new(reduced, method, model.resolution, 0.0, &targets);
+    let path = path.with_stiffness().with_map_errors(map_errors);
     let advice = "a surface with fewer nodes or Precision::F32 needs less";
     // Besides the solve: the heights, and the maps of a state.
     let maps = 4 * size_of::<f64>() as u64 * path.problem().grid.points() as u64;

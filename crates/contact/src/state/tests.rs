@@ -40,7 +40,7 @@ const DIMENSIONS: [(&str, [i32; 2]); 32] = [
 ];
 
 /// Of everything that has no dimension.
-const PLAIN: [&str; 36] = [
+const PLAIN: [&str; 38] = [
     "index",
     "p_star",
     "contact_area",
@@ -54,6 +54,8 @@ const PLAIN: [&str; 36] = [
     "residual",
     "complementarity",
     "energy_bound",
+    "map_errors.gap",
+    "map_errors.contact",
     "error_estimates.area",
     "error_estimates.mean_gap",
     "discretisation.area",
@@ -140,6 +142,7 @@ fn whole() -> State {
             stiffness: one,
             coarser: [1, 1],
         }),
+        map_errors: Some(MapErrors { gap: 1.0, contact: 1.0 }),
         extrapolated: Some(Extrapolated { range: 1.0, area: error, mean_gap: Some(error) }),
         uncertainty: vec![UncertaintyComponent {
             quantity: Quantity::MeanGap,

@@ -454,10 +454,10 @@ mod tests {
             assert_eq!(make(0.0, RHO), AttractionLaw::None);
             let adhesion = make(GAMMA, RHO);
             assert_eq!((adhesion.work_of_adhesion(), adhesion.range()), (GAMMA, RHO));
-            assert!(adhesion.to_string().ends_with("γ = 2.0000e-5 E*L, ρ = 2.0000e-2 L"), "{adhesion}");
+            assert!(adhesion.to_string().ends_with("γ = 2e-5 E*L, ρ = 2e-2 L"), "{adhesion}");
         }
         assert!(AttractionLaw::dugdale(GAMMA, RHO).to_string().starts_with("Dugdale tapered over ±0.25 ρ"));
-        assert_eq!(Wall::Penalty(PenaltyWall { length: 0.5 }).to_string(), "penalty wall, ℓ = 5.0000e-1 L");
+        assert_eq!(Wall::Penalty(PenaltyWall { length: 0.5 }).to_string(), "penalty wall, ℓ = 5e-1 L");
     }
 
     /// For any rounding of σ, the law is finite and continuous at the end of its distance table.
