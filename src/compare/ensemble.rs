@@ -172,7 +172,7 @@ mod tests {
 
     /// A pressure of 100 MPa is p* = 1.
     fn at(p_star: f64) -> EnsembleLoad {
-        EnsembleLoad::of(GivenLoads { quantity: LoadQuantity::Pressure, of_p_star: 1e8 }, p_star)
+        EnsembleLoad::of(GivenLoads { quantity: LoadQuantity::Pressure, of_p_star: 1e8, imposed: None }, p_star)
     }
 
     fn number(source: &str, value: f64) -> Observation {

@@ -46,8 +46,9 @@ impl MethodRun {
     }
 
     /// Description for progress messages and warnings.
-    pub(super) fn label(&self) -> String {
-        format!("{}{}", self.method.card().id, if self.adhesive { "" } else { ", without adhesion" })
+    pub(super) fn label(&self, case: &Case) -> String {
+        let leaves_out = !self.adhesive && case.model.adhesion != AttractionLaw::None;
+        format!("{}{}", self.method.card().id, if leaves_out { ", without adhesion" } else { "" })
     }
 }
 
@@ -86,7 +87,7 @@ impl Stage for MethodStage<'_> {
     fn what(&self) -> String {
         let (n, grid) = (self.case.loading_steps().len(), self.case.model.grid);
         let loads = if n == 1 { "load" } else { "loads" };
-        format!("{} at {n} {loads} on {} x {} points", self.method_run.label(), grid.nx, grid.ny)
+        format!("{} at {n} {loads} on {} x {} points", self.method_run.label(self.case), grid.nx, grid.ny)
     }
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
@@ -232,12 +233,12 @@ pub(super) fn run(
     match ended.map_err(|e| case.given_units().rewrite(e)) {
         Ok(()) => {
             if let Some(reason) = &results.warning {
-                listener.warn(&format!("{}: {reason}", method_run.label()));
+                listener.warn(&format!("{}: {reason}", method_run.label(case)));
             }
         }
         Err(e @ (Error::Input { .. } | Error::NotConverged { .. } | Error::Memory { .. })) => {
             let reason = e.to_string().replace('\n', " ");
-            listener.warn(&format!("{}: {reason}", method_run.label()));
+            listener.warn(&format!("{}: {reason}", method_run.label(case)));
             results.unavailable_reason = Some(reason);
         }
         Err(e) => return Err(e),

@@ -1,8 +1,7 @@
 //! `ensemble.json`: the points of a sweep with their results, and statistics over the realisations.
 
-use super::given_loads::{GivenLoads, LoadQuantity};
+use super::given_loads::{GivenLoads, Imposed, LoadQuantity};
 use asperity_contact::load::Branch;
-use asperity_contact::problem::LoadKind;
 use asperity_grid::error::{Error, Result};
 use asperity_surface::files::atomic_file::{read_text, write_atomic};
 use serde::{Deserialize, Serialize};
@@ -154,6 +153,9 @@ pub struct Sample {
     pub max: f64,
 }
 
+/// Points that are named in a warning.
+const FEW: usize = 3;
+
 /// Standard deviation over mean of equal values that rounding makes differ.
 const SCATTER: f64 = 1e-9;
 
@@ -161,36 +163,6 @@ impl Sample {
     /// Whether the values differ by more than rounding.
     pub fn scatters(&self) -> bool {
         self.standard_deviation.is_some_and(|d| d > SCATTER * self.mean.abs())
-    }
-}
-
-/// What a scene can impose in place of a pressure: each realisation then has another pressure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Imposed {
-    ContactArea,
-    MeanGap,
-    Displacement,
-}
-
-impl Imposed {
-    /// `None` for pressures.
-    pub fn of(kind: LoadKind) -> Option<Self> {
-        match kind {
-            LoadKind::Contact => Some(Imposed::ContactArea),
-            LoadKind::MeanGap => Some(Imposed::MeanGap),
-            LoadKind::Displacement => Some(Imposed::Displacement),
-            LoadKind::PStar | LoadKind::Pressure | LoadKind::Force => None,
-        }
-    }
-
-    /// Its quantity in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Imposed::ContactArea => "contact_area",
-            Imposed::MeanGap => "mean_gap",
-            Imposed::Displacement => "displacement",
-        }
     }
 }
 
@@ -244,15 +216,19 @@ impl Ensemble {
                 format!("the numbers do not state the uncertainty of {size}")
             }
         });
-        let mut counted: Vec<(usize, &str)> = Vec::new();
-        for warning in self.points.iter().flat_map(|p| &p.warnings) {
+        let mut counted: Vec<(Vec<&str>, &str)> = Vec::new();
+        for (label, warning) in self.points.iter().flat_map(|p| p.warnings.iter().map(|w| (p.label.as_str(), w))) {
             match counted.iter_mut().find(|(_, known)| known == warning) {
-                Some((count, _)) => *count += 1,
-                None => counted.push((1, warning)),
+                Some((labels, _)) => labels.push(label),
+                None => counted.push((vec![label], warning)),
             }
         }
         let all = self.points.len();
-        shared.into_iter().chain(counted.iter().map(|(n, w)| format!("{n} of {all} points: {w}"))).collect()
+        let of_points = |(labels, warning): &(Vec<&str>, &str)| {
+            let named = if labels.len() <= FEW { format!(" ({})", labels.join(", ")) } else { String::new() };
+            format!("{} of {all} points{named}: {warning}", labels.len())
+        };
+        shared.into_iter().chain(counted.iter().map(of_points)).collect()
     }
 
     /// # Errors

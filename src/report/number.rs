@@ -206,7 +206,7 @@ pub fn stiffness_with_error(value: f64, error: f64, length_m: f64) -> (String, S
 }
 
 /// The unit of stiffnesses for a cell of `length_m`, over Pa/m, and its name.
-fn unit_of_stiffness(length_m: f64) -> (f64, &'static str) {
+pub(super) fn unit_of_stiffness(length_m: f64) -> (f64, &'static str) {
     match length_m {
         l if l >= 0.1 => (1e-3, "Pa/mm"),
         l if l >= 1e-6 => (1e-6, "Pa/µm"),

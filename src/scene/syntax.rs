@@ -24,6 +24,9 @@ impl Scene {
             return Err(Error::format(path, "a surface file", accepted));
         }
         let text = read_text(path)?;
+        if text.trim().is_empty() {
+            return Err(Error::format(path, "an empty file", "a scene (TOML), or a surface"));
+        }
         Self::parse(&text, path)
     }
 

@@ -197,7 +197,7 @@ fn wrong_values_are_named_by_their_flag() {
         ),
         (
             solve(&["--modulus", "2GPa", "--contact", "5"]),
-            "--contact = 5; accepted: a fraction of the cell between 0 and 1: did you mean 5%?",
+            "--contact = 5; accepted: a fraction of the cell between 0 and 1: 5 means 500 %; did you mean 5%?",
         ),
         (of_bodies("-2MPa,0.3"), "--body = -2MPa,0.3; accepted: a positive number"),
         (of_bodies("2MPa,0.9"), "--body = 2MPa,0.9; accepted: a Poisson's ratio from 0 to 0.5"),

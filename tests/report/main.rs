@@ -458,7 +458,7 @@ fn meaningless_values_are_omitted() {
 fn loads_of_atoms_are_named_as_they_were_given() {
     let folder = kept("pressures");
     let mut results = run_folder(&folder);
-    results.loads = GivenLoads { quantity: LoadQuantity::Pressure, of_p_star: 2e8 };
+    results.loads = GivenLoads { quantity: LoadQuantity::Pressure, of_p_star: 2e8, imposed: None };
     results.write(&folder).unwrap();
     let page = page(&folder);
     let atoms = page.split("<section id=\"atoms\">").nth(1).unwrap().split("<section id=\"costs\">").next().unwrap();

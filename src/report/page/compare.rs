@@ -43,8 +43,14 @@ pub(super) fn matched_uncertainty(c: &ComparisonResults, load: &LoadComparison) 
     uncertainty_at(&c.compliant_wall, load)
 }
 
-/// `53.3 % more` or `3.2 % less`.
+/// Relative difference below which areas are called equal.
+const LEAST_DIFFERENCE: f64 = 5e-5;
+
+/// `53.3 % more`, `3.2 % less` or `as much`.
 pub(super) fn more_or_less(relative: f64) -> String {
+    if relative.abs() < LEAST_DIFFERENCE {
+        return "as much".into();
+    }
     format!("{} {}", percent(relative.abs()), if relative < 0.0 { "less" } else { "more" })
 }
 

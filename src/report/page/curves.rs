@@ -2,6 +2,8 @@
 
 use super::method_style::{method_style, model_style};
 use super::prelude::*;
+use crate::record::methods::MethodResults;
+use crate::report::number::unit_of_stiffness;
 
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
 const LONG_PATH: f64 = 30.0;
@@ -14,7 +16,7 @@ pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option
     ". erf: Persson’s theory without adhesion, at the rms gradient that the grid" @if compared { " or the block of atoms" } " resolves." };
     let area = Figure::new("area", caption, area_plot(results).against(results.loads));
     let gap = results.continuum.as_ref().map(|c| mean_gap(c, results.non_adhesive.as_ref(), results.loads));
-    let stiffness = results.continuum.as_ref().and_then(|c| contact_stiffness(c, results.loads));
+    let stiffness = results.continuum.as_ref().and_then(|c| contact_stiffness(c, results));
     let figures = writer.figures([Some(area), gap, stiffness].into_iter().flatten())?;
     Ok(Some(figures).filter(|f| !f.0.is_empty()))
 }
@@ -48,6 +50,12 @@ pub(super) fn branches(
     curves
 }
 
+/// Whether a method was run without the adhesion of the others.
+pub(super) fn leaves_out_adhesion(results: &Results, m: &MethodResults) -> bool {
+    let attracts = || results.continuum.as_ref().is_some_and(|c| c.range.is_some());
+    !m.adhesive && (attracts() || results.methods.iter().any(|other| other.adhesive))
+}
+
 /// Contact fraction (%) against p*, for all solutions, methods and criteria, with the theory of the challenge's paper.
 fn area_plot(results: &Results) -> Plot {
     let value = |s: &State| (s.p_star, 100.0 * s.contact_area);
@@ -58,7 +66,7 @@ fn area_plot(results: &Results) -> Plot {
     }
     curves.extend(results.non_adhesive.iter().map(|c| without(c, value)));
     for m in results.methods.iter().filter(|m| !m.states.is_empty()) {
-        let label = format!("{}{}", m.method, if m.adhesive { "" } else { ", without adhesion" });
+        let label = format!("{}{}", m.method, if leaves_out_adhesion(results, m) { ", without adhesion" } else { "" });
         let points = m.states.iter().map(|s| (s.p_star, 100.0 * s.contact_area));
         curves.push(Curve::new(label, method_style(&m.method), points));
     }
@@ -99,25 +107,26 @@ pub(super) fn load_axis(c: &ContinuumResults) -> AxisScale {
 }
 
 /// Contact stiffness of the solved states against p*, with bars of its error.
-fn contact_stiffness(c: &ContinuumResults, loads: GivenLoads) -> Option<Figure> {
+fn contact_stiffness(c: &ContinuumResults, results: &Results) -> Option<Figure> {
     let available: Vec<State> = c.states.iter().filter(|s| s.stiffness.is_some()).cloned().collect();
     if available.len() < 2 {
         return None;
     }
-    let value = |s: &State| s.stiffness.unwrap_or(f64::NAN);
+    let (of_si, unit) = unit_of_stiffness(results.scales.length_m);
+    let value = |s: &State| s.stiffness.map_or(f64::NAN, |k| of_si * k);
     let (scale, prefix) = si_scale(available.iter().map(value).fold(0.0, f64::max));
     let point_at = |s: &State, k: f64| (s.p_star, k / scale);
     let solved = ContinuumResults { states: available, ..c.clone() };
     let mut curves = branches(&solved, (&c.method, LABORATORY), &|s| point_at(s, value(s)));
     for s in &solved.states {
-        let error = s.stiffness_error.filter(|e| *e < value(s));
+        let error = s.stiffness_error.map(|e| of_si * e).filter(|e| *e < value(s));
         curves
             .extend(error.map(|e| Curve::new("", EXPECTED, [-1.0, 1.0].map(|side| point_at(s, value(s) + side * e)))));
     }
     let caption = "Contact stiffness: derivative of the mean pressure by the approach, without change of the contact. Bars: its error.";
-    let label = format!("contact stiffness ({prefix}Pa/m)");
+    let label = format!("contact stiffness ({prefix}{unit})");
     let y = if load_axis(c).log { log(label) } else { linear(label) };
-    Some(Figure::new("stiffness", caption, Plot::new(load_axis(c), y, curves).against(loads)))
+    Some(Figure::new("stiffness", caption, Plot::new(load_axis(c), y, curves).against(results.loads)))
 }
 
 /// The theory at the rms gradient that the atoms' scale resolves.

@@ -163,13 +163,14 @@ fn name(group: &VariedValues) -> String {
     group.iter().map(|(k, v)| format!("{k} = {v}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Curves of means on the loading branch with their standard errors, and dotted extremes.
+/// Curves of means with their standard errors, and dotted extremes; of both branches.
 fn curves<'a>(
     samples: impl Iterator<Item = (&'a Observable, String, EnsembleLoad, &'a Sample)>,
     factor: f64,
 ) -> Vec<Curve> {
     let mut lists: Vec<(String, Vec<(f64, Sample)>)> = Vec::new();
-    for (_, label, load, sample) in samples.filter(|(observable, ..)| observable.branch == Branch::Loading) {
+    for (observable, label, load, sample) in samples {
+        let label = if observable.branch == Branch::Unloading { format!("{label}, unloading") } else { label };
         match lists.iter_mut().find(|(l, _)| *l == label) {
             Some((_, list)) => list.push((load.given().1, *sample)),
             None => lists.push((label, vec![(load.given().1, *sample)])),
@@ -290,7 +291,8 @@ fn mean_table(e: &Ensemble) -> Markup {
         let quantity = s.of.quantity.replace('_', " ");
         let mut row = row![name(&s.group), s.of.source, load(&s.of, &s.load), quantity, significant(s.sample.mean, 4)];
         if several {
-            row.extend([number(s.sample.standard_error), number(s.sample.standard_deviation)]);
+            let scattered = |v: Option<f64>| number(v.filter(|_| s.sample.scatters()));
+            row.extend([scattered(s.sample.standard_error), scattered(s.sample.standard_deviation)]);
             row.extend(row![s.sample.realisations]);
         }
         row.extend(row![shown(&s.of.unit)]);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::curves::leaves_out_adhesion;
 use super::paper::{FIGURES, PaperFigure};
 use super::prelude::*;
 use crate::record::methods::MethodResults;
@@ -243,7 +244,7 @@ fn notes(results: &Results) -> Markup {
     html! {
         @for m in &results.methods {
             @if let Some(reason) = &m.warning { p.quiet { (m.method) " " (reason) "." } }
-            @if let Some(reason) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } ": not available: " (reason) "." } }
+            @if let Some(reason) = &m.unavailable_reason { p.quiet { (m.method) @if leaves_out_adhesion(results, m) { " without adhesion" } ": not available: " (reason) "." } }
         }
         @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.requested) {
             p.quiet { (m.method) " uses a range of adhesion of " (length(range.used, 3))

@@ -185,6 +185,9 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
         });
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
         let gaps = span(values_of(|s| -s.mean_gap.unwrap_or(f64::NAN)), |g| length(-g, 3));
+        if let Some(ends) = unstable(c, named) {
+            return Some(capitalised(&format!("{scale}{ends} ({}, {}; {stops}).", c.method, first.criterion)));
+        }
         format!(
             "at {}{loads} the mean gap is {gaps}{of_gap} and the contact {contact}{of_area}{both}",
             named.quantity.symbol()
@@ -192,6 +195,26 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
     };
     let sentence = format!("{scale}{path} ({}, {}; {stops}).", c.method, first.criterion);
     Some(capitalised(&sentence))
+}
+
+/// States between the largest and the smallest mean gap, if the pressure does not rise as the gap falls: those of imposed gaps, of which some
+/// are unstable under a pressure.
+fn unstable(c: &ContinuumResults, named: GivenLoads) -> Option<String> {
+    let mut states: Vec<(&State, f64)> =
+        c.states.iter().filter(|s| s.branch == Branch::Loading).filter_map(|s| Some((s, s.mean_gap?))).collect();
+    states.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let falls = states.windows(2).any(|pair| pair[1].0.p_star < pair[0].0.p_star);
+    let [(open, widest), .., (closed, least)] = states[..] else { return None };
+    let lowest = states.iter().map(|s| s.0.p_star).fold(f64::INFINITY, f64::min);
+    let [at_widest, at_least, at_lowest] = [open.p_star, closed.p_star, lowest].map(|p| named.label(p));
+    let [from, to] = [open, closed].map(|s| percent(s.contact_area));
+    falls.then(|| {
+        format!(
+            "from a mean gap of {} at {at_widest} to {} at {at_least} the contact changes from {from} to {to}; the lowest load is {at_lowest}",
+            length(widest, 3),
+            length(least, 3)
+        )
+    })
 }
 
 /// ` (± 3.2 % of it or less)`: the largest relative uncertainty over the loads, and whether it is known at all of them.

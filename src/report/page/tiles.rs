@@ -4,6 +4,7 @@ use super::compare::{deviation, matched, matched_uncertainty, more_or_less, unce
 use super::definitions::{Term, term};
 use super::prelude::*;
 use super::uncertainty::total;
+use crate::record::given_loads::Imposed;
 use crate::report::number::{stiffness, stiffness_with_error};
 
 const UNKNOWN: &str = " ± not known";
@@ -77,7 +78,11 @@ fn continuum_tiles(results: &Results, c: &ContinuumResults, s: &State) -> Vec<Ma
     let resolved = resolved.map_or(String::new(), |(here, atoms)| {
         format!("; rms gradient {}, in the comparison {}", significant(here, 2), significant(atoms, 2))
     });
-    let gap = shown(s.mean_gap.unwrap_or(f64::NAN), total(s, Quantity::MeanGap), "m", |v| si(v, "m", 3));
+    let gap = match s.mean_gap {
+        // It was given.
+        Some(gap) if results.loads.imposed.is_some_and(Imposed::is_gap) => bare(si(gap, "m", 3)),
+        gap => shown(gap.unwrap_or(f64::NAN), total(s, Quantity::MeanGap), "m", |v| si(v, "m", 3)),
+    };
     let mut tiles = vec![
         tile(
             html! { (term(Term::Contact)) " at " (load_label) (scale) },
