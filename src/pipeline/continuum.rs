@@ -111,7 +111,7 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
             if request.pull_off && states.len() == loads.len() =>
         {
-            (None, Some(why.to_string()))
+            (None, Some(why.to_string().trim_start_matches("pull-off: ").to_string()))
         }
         Err(e) => return Err(e),
     };

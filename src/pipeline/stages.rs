@@ -101,9 +101,7 @@ fn laboratory(case: &Case, surface: Option<&StageKey>, visitor: &mut impl Visito
         let solved = outputs.primary.as_ref();
         let lost = solved.and_then(|solved| solved.contact_lost.clone());
         let no_pull_off = solved.and_then(|solved| solved.pull_off_failure.as_ref());
-        let ended = lost.into_iter().chain(
-            no_pull_off.map(|why| format!("the pull-off was not found: {}", why.trim_start_matches("pull-off: "))),
-        );
+        let ended = lost.into_iter().chain(no_pull_off.map(|why| format!("the pull-off was not found: {why}")));
         unresolved.into_iter().chain(trivial).chain(ended).for_each(|text| visitor.warn(text));
     }
     let (variants, left_out) = variants(case);

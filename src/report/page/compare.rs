@@ -46,9 +46,14 @@ pub(super) fn matched_uncertainty(c: &ComparisonResults, load: &LoadComparison) 
 /// Relative difference below which areas are called equal.
 const LEAST_DIFFERENCE: f64 = 5e-5;
 
+/// Whether a relative difference is more than the last digit that is shown.
+pub(super) fn differs(relative: f64) -> bool {
+    relative.abs() >= LEAST_DIFFERENCE
+}
+
 /// `53.3 % more`, `3.2 % less` or `as much`.
 pub(super) fn more_or_less(relative: f64) -> String {
-    if relative.abs() < LEAST_DIFFERENCE {
+    if !differs(relative) {
         return "as much".into();
     }
     format!("{} {}", percent(relative.abs()), if relative < 0.0 { "less" } else { "more" })

@@ -1,10 +1,13 @@
 //! First screen: the answer in one sentence, the maps, the area–load curve, warnings.
 
-use super::compare::{SAME_LOAD, at_load, deviation, matched, matched_uncertainty, more_or_less, state_at, yielding};
+use super::compare::{
+    SAME_LOAD, at_load, deviation, differs, matched, matched_uncertainty, more_or_less, state_at, yielding,
+};
 use super::definitions::{Term, term};
 use super::prelude::*;
 use super::uncertainty::total;
 use super::{challenge, curves, explorer, profile, tiles};
+use crate::record::given_loads::Imposed;
 use asperity_grid::units::ANGSTROM_M;
 
 pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
@@ -100,7 +103,8 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults, named: GivenLoads
     let verb = if stress > hardness { "exceeds" } else { "is below" };
     let explains = if left.abs() < 0.5 * mismatch.abs() { "explains it" } else { "does not explain it" };
     Some(html! {
-        strong { "The atoms have up to " (more_or_less(mismatch)) " " (term(Term::Contact)) " than the elastic continuum, and the crystal’s hardness " (explains) }
+        strong { "The atoms have " (if differs(mismatch) { "up to " } else { "" }) (more_or_less(mismatch)) " " (term(Term::Contact))
+            (if differs(mismatch) { " than" } else { " as" }) " the elastic continuum, and the crystal’s hardness " (explains) }
         ". The elastic contact stress of " (si(stress, "Pa", 3)) " at " (of_load(named)) (named.value(load.p_star)) " " (verb) " the hardness of "
         (si(hardness, "Pa", 3)) "; with it the areas differ by at most " (percent(left.abs())) ", and the maps agree with "
         (term(Term::Kappa)) " ≥ " (kappa(true)) " (elastic: " (kappa(false)) "; misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). At " (named.quantity.symbol())
@@ -185,7 +189,7 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
         });
         let [of_area, of_gap] = [Quantity::ContactArea, Quantity::MeanGap].map(|q| largest(c, q));
         let gaps = span(values_of(|s| -s.mean_gap.unwrap_or(f64::NAN)), |g| length(-g, 3));
-        if let Some(ends) = unstable(c, named) {
+        if let Some(ends) = unstable(c, named).filter(|_| named.imposed.is_some_and(Imposed::is_gap)) {
             return Some(capitalised(&format!("{scale}{ends} ({}, {}; {stops}).", c.method, first.criterion)));
         }
         format!(
@@ -200,8 +204,11 @@ pub(super) fn continuum_found(results: &Results, c: &ContinuumResults) -> Option
 /// States between the largest and the smallest mean gap, if the pressure does not rise as the gap falls: those of imposed gaps, of which some
 /// are unstable under a pressure.
 fn unstable(c: &ContinuumResults, named: GivenLoads) -> Option<String> {
-    let mut states: Vec<(&State, f64)> =
-        c.states.iter().filter(|s| s.branch == Branch::Loading).filter_map(|s| Some((s, s.mean_gap?))).collect();
+    // Gaps that rise are those of an unloading branch, which then is all of the path.
+    let loading = c.states.iter().filter(|s| s.branch == Branch::Loading).count();
+    let is_shown = |s: &&State| s.stop != Stop::Detached && (loading < 2 || s.branch == Branch::Loading);
+    let shown = c.states.iter().filter(is_shown);
+    let mut states: Vec<(&State, f64)> = shown.filter_map(|s| Some((s, s.mean_gap?))).collect();
     states.sort_by(|a, b| b.1.total_cmp(&a.1));
     let falls = states.windows(2).any(|pair| pair[1].0.p_star < pair[0].0.p_star);
     let [(open, widest), .., (closed, least)] = states[..] else { return None };

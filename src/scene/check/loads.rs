@@ -34,7 +34,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         !scene.load.unload || attracts || atoms || flows,
         "load.unload",
         "true",
-        "an adhesion.work_of_adhesion, [atoms], a continuum.hardness or hardness_map: without them, unloading repeats the loading branch",
+        "only with adhesion.work_of_adhesion, [atoms], continuum.hardness or hardness_map: without them unloading repeats the loading branch",
     );
 }
 

@@ -402,6 +402,7 @@ impl ChannelHeader {
                 && (length / sum - 1.0).abs() > 1.01 / n
             {
                 let unit = self.lateral[k].as_deref().unwrap_or("(no unit)");
+                let [length, sum] = [length, sum].map(shown);
                 let found = format!("a length of {length} {unit} along {axis} in the header");
                 return refuse(found, format!("that of {n} points with the spacing in the header, {sum} {unit}"));
             }
@@ -449,8 +450,13 @@ impl ChannelHeader {
             // A program may count the spacing once less.
             let deviation = |k: usize, n: usize| (stated[k] / spans[k] - 1.0).abs() > 1.01 / n as f64;
             if deviation(0, nx) || deviation(1, ny) {
-                let found = format!("extents of {:e} x {:e} in the header", stated[0], stated[1]);
-                let accepted = format!("those of the coordinates, {:e} x {:e}", spans[0], spans[1]);
+                let unit = x_unit.as_deref().unwrap_or("(no unit)");
+                let words = |[x, y]: [f64; 2]| match ny {
+                    1 => format!("{} {unit}", shown(x)),
+                    _ => format!("{} x {} {unit}", shown(x), shown(y)),
+                };
+                let found = format!("extents of {} in the header", words(stated));
+                let accepted = format!("those of the coordinates, {}", words(spans));
                 return Err(Error::format(path, found, accepted));
             }
         }
@@ -465,6 +471,11 @@ impl ChannelHeader {
             history: self.history.clone(),
         })
     }
+}
+
+/// With six digits.
+fn shown(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// Values for the axes: two for both, one for one axis or for both.
