@@ -127,7 +127,7 @@ fn pulled_off_and_dry_run() {
     let beyond = (1.1 * pull).to_string();
     let output = solve(&[&STICKY[..], &["--pressure", &format!("0.01,{beyond}")]].concat());
     assert_eq!(output.status.code(), Some(3));
-    assert!(stderr(&output).contains("detached"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("contact is lost at load 2 of 2, a pressure of -"), "{}", stderr(&output));
     // The pull-off pressure has an error, and detached states have no results in text form.
     assert!(number(&states[1], "pull_off_pressure_error") > 0.0 && states[1]["coarser"][0] == 32, "{}", states[1]);
     let plain: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").collect();

@@ -382,7 +382,7 @@ impl SolveArgs {
                     let why = match stop {
                         Stop::Detached => {
                             let load = self.given_units(case).load(&case.load_steps()[i]);
-                            format!("contact is lost at load {number} of {loads}, {load}; accepted: a smaller tension")
+                            format!("contact is lost at load {number} of {loads}, {load}")
                         }
                         stop => format!("load {number} of {loads}: {stop}"),
                     };
