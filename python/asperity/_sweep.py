@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas
 
 #: Schema of ``ensemble.json``, as in src/record/ensemble.rs.
-SCHEMA = 3
+SCHEMA = 4
 
 ACCEPTED = "the folder of a sweep that has run; the command that made it writes it again"
 
