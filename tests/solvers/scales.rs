@@ -247,7 +247,7 @@ fn values_out_of_range_are_refused() {
     let map = scratch.path().join("map.txt");
     std::fs::write(&map, "0 1 0\n1 2 1\n0 1 3\n").expect("written");
     let cases: [(&[&str], &str); 9] = [
-        (&["--pressure", "1e-18", "--modulus", "1"], "pressure = 1e-18 E*"),
+        (&["--pressure", "1e-18", "--modulus", "1"], "pressure = 1e-18;"),
         (&["--pressure", "1e308", "--modulus", "1e-10"], "--pressure = 1e308"),
         (&["--pressure", "1e-308", "--modulus", "1e10"], "--pressure = 1e-308"),
         (&["--pressure", "1", "--modulus", "5e-324"], "--modulus = 5e-324"),
