@@ -244,7 +244,7 @@ def test_damaged_points_are_refused_when_they_are_opened(two_points: Path, tmp_p
     assert [point.run.states[0].p_star for point in sweep.points] == [0.02, 0.02]
 
 
-@pytest.mark.parametrize("damage", [lambda text: text[:-9], lambda text: text.replace('"schema": 3', '"schema": 2'), lambda text: "[]"])
+@pytest.mark.parametrize("damage", [lambda text: text[:-9], lambda text: text.replace('"schema": 4', '"schema": 3'), lambda text: "[]"])
 def test_tables_of_another_version_are_refused(two_points: Path, tmp_path: Path, damage: Callable[[str], str]) -> None:
     sweep = asperity.sweep(two_points, tmp_path / "out")
     path = sweep.folder / "ensemble.json"
