@@ -47,7 +47,7 @@ up)
     (umask 077 && head -c 128 /dev/urandom >"$state/munge/key")
     munged --key-file="$state/munge/key" --socket="$state/munge/socket" --pid-file="$state/munge/pid" \
         --log-file="$state/munge/log" --seed-file="$state/munge/seed" --num-threads=2
-    wait_until 50 test -S "$state/munge/socket"
+    wait_until 300 test -S "$state/munge/socket"
     user=$(id -un)
     host=$(hostname -s)
     # 121 s pass before a requeued job starts again with the default cred_expire; 5 s is the shortest that is accepted.
@@ -95,7 +95,7 @@ NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=$((base + 3))
 PartitionName=test Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 CONF
     slurmctld -f "$SLURM_CONF"
-    wait_until 100 scontrol ping
+    wait_until 900 scontrol ping # took more than 10 s on a busy machine
     start_node n1
     start_node n2
     wait_until 900 both_idle # took more than 20 s on a busy machine
