@@ -11,6 +11,7 @@ SECONDS ?= 60
 INPUTS ?= 100000
 DAMAGES ?= 1000
 FEATURES ?= cuda
+comma := ,
 
 .PHONY: help install wheel manylinux release docs docs-check demo test test-rust test-python test-mpi bench fuzz damage kills bench-peers judge claims errors gallery paper lint msrv deny
 
@@ -140,7 +141,7 @@ lint:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo check --locked -p asperity-contact
-	cargo clippy --lib --bins --tests --features $(FEATURES) --locked -- -D warnings
+	cargo clippy --workspace --lib --bins --tests --features asperity/$(subst $(comma),$(comma)asperity/,$(FEATURES)) --locked -- -D warnings
 
 msrv:
 	version=$$(sed -n 's/^rust-version = "\([0-9.]*\)".*/\1/p' Cargo.toml) && \

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Tests of `solve` on several ranks, in a build with the feature `mpi`: minutes more, for this one crate, its program and the bindings of MPI.
-# The other dependencies are those of the other tests. Afterwards target/debug/asperity is the program with MPI.
+# Tests of `solve` on several ranks, in a build with the feature `mpi`. The packages are those of `make test`, so that their dependencies
+# have the same features and only the crates of the workspace and the bindings of MPI are compiled. Afterwards target/debug/asperity is the program with MPI.
 set -eu
 
 missing=""
@@ -19,4 +19,4 @@ if [ -n "$missing" ]; then
     echo "scripts/test-mpi.sh: $missing is missing" >>target/tmp/skipped
     exit 0
 fi
-cargo test --locked -p asperity --features mpi --test mpi
+cargo test --locked --workspace --exclude asperity-benches --features asperity/mpi --test mpi

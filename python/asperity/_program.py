@@ -255,13 +255,13 @@ def tradeoff(
     reference : int, optional
         Points per side of the reference. Default: the scene's.
     budget : str, optional
-        Limit on the time of all settings, as ``90s``, ``10min`` or ``2h``; what is skipped is listed.
+        Time after which no further setting begins, as ``90s``, ``10min`` or ``2h``; what is skipped is listed.
     repeats : int, optional
         Runs of each setting, of which the fastest counts.
     threads, echo
         As in :func:`run`.
     arguments : sequence of str
-        Further arguments of ``asperity tradeoff``, such as ``["--layer-thickness", "0.1"]``.
+        Further arguments of ``asperity tradeoff``, such as ``["--atoms", "15x6"]``.
 
     Returns
     -------

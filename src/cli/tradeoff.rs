@@ -39,13 +39,10 @@ pub(super) struct TradeoffArgs {
     /// Seed of the surface. Default: surface.seed of the scene.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Limit on the time of all settings, as 90s, 10min or 2h, including earlier runs in this folder. Each method runs once before
-    /// its other settings; skipped settings are listed. The reference is always solved. Default: no limit.
+    /// Time after which no further setting begins, as 90s, 10min or 2h, including earlier runs in this folder. Each method runs once
+    /// before its other settings; skipped settings are listed. The reference is always solved. Default: no limit.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
-    /// Thicknesses of bonded layers that replace the half-space, in units of the cell length L, comma-separated.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
-    layer_thickness: Vec<f64>,
     /// Blocks of atoms that LAMMPS runs, comma-separated, as CELLSxDEPTH, CELLSxDEPTH+FOUNDATION (with a prescribed base) or
     /// CELLSxDEPTH+FOUNDATION-elastic, in lattice constants, each with -harmonic or -fire for a minimiser other than the scene's. Default for a scene with [atoms]: its own block; a block with half the
     /// cells (a multiple of five); a block with half the depth; if the atoms start from the continuum, also the latter on a foundation
@@ -78,9 +75,6 @@ impl TradeoffArgs {
         let budget_seconds = self.budget.as_deref().map(|text| seconds("--budget", text)).transpose()?;
         if let Some(n) = self.repeats.filter(|n| !(1..=MOST_REPEATS).contains(n)) {
             return Err(Error::input(PLACE, "--repeats", n, format!("1 to {MOST_REPEATS} runs")));
-        }
-        if let Some(t) = self.layer_thickness.iter().find(|t| !(t.is_finite() && **t > 0.0)) {
-            return Err(Error::input(PLACE, "--layer-thickness", t, "thicknesses above zero, over the cell's length"));
         }
         let methods = methods(&self.methods)?;
         let blocks = (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?;
@@ -127,8 +121,6 @@ impl TradeoffArgs {
             reference: self.reference,
             budget_seconds,
             repeats: self.repeats,
-            exact: None,
-            layer_thicknesses: self.layer_thickness,
             blocks,
         };
         if self.dry_run {
@@ -228,9 +220,8 @@ fn print_tradeoff(tradeoff: &Table) {
     let row = |p: &TradeoffPoint| {
         let s = &p.setting;
         let mut cells = vec![
-            match s.layer_thickness {
-                Some(t) => format!("{} (layer of {} L)", s.method, trimmed(t, 3)),
-                None if s.block.is_some() => s.block.map_or(String::new(), |b| format!("{} ({b})", s.method)),
+            match s.block {
+                Some(block) => format!("{} ({block})", s.method),
                 None if p.is_reference => format!("{} (reference)", s.method),
                 None => s.method.clone(),
             },

@@ -54,4 +54,4 @@ pub use repetition::{FinishedRun, Repetition};
 pub use run::{other_scene, rebuild_comparison, redraw, run};
 pub use stage::PlannedStage;
 pub use surface::{correlation_statistics, statistics};
-pub use tradeoff::{ExactSetting, TradeoffRequest, tradeoff, tradeoff_plan};
+pub use tradeoff::{TradeoffRequest, tradeoff, tradeoff_plan};

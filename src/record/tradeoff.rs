@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
-pub const SCHEMA: u32 = 5;
+pub const SCHEMA: u32 = 6;
 pub const FILE: &str = super::results::TRADEOFF_FILE;
 pub const CSV_FILE: &str = "tradeoff.csv";
 
@@ -66,25 +66,10 @@ impl TradeoffResults {
         self.references.iter().find(|r| r.setting.adhesive == adhesive)
     }
 
-    /// Error of a point, at least the uncertainty of the reference. `None` for a layer, whose problem differs from
-    /// that of the scene.
+    /// Error of a point, at least the uncertainty of the reference.
     pub fn error(&self, point: &TradeoffPoint, quantity: Quantity) -> Option<f64> {
-        if point.setting.layer_thickness.is_some() {
-            return None;
-        }
         let smallest = self.reference(point.setting.adhesive)?.uncertainty.get(&quantity);
         Some(point.errors.get(&quantity)?.max(smallest.copied().unwrap_or(0.0)))
-    }
-
-    /// The longest grid series of a method with one precision and one tolerance; the first of several equally long
-    /// ones.
-    pub fn grids(&self, method: &str) -> Vec<&TradeoffPoint> {
-        let is_grid =
-            |p: &&TradeoffPoint| p.setting.method == method && p.setting.is_grid() && p.unavailable_reason.is_none();
-        let all = self.points.iter().filter(is_grid);
-        let how = |p: &TradeoffPoint| (p.setting.precision.clone(), p.setting.tolerance);
-        let alike = |a: &TradeoffPoint| all.clone().filter(|b| how(b) == how(a)).collect::<Vec<_>>();
-        all.clone().map(alike).reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
     }
 
     /// Writes `tradeoff.json` and `tradeoff.csv` into a run folder.
@@ -96,7 +81,6 @@ impl TradeoffResults {
             for p in &self.points {
                 let (s, c) = (&p.setting, &p.cost);
                 write!(w, "{},{},{},{},{},{:?},", s.method, s.adhesive, s.nx, s.ny, s.precision, s.tolerance)?;
-                write!(w, "{},", s.layer_thickness.map_or(String::new(), |t| format!("{t:?}")))?;
                 write!(w, "{},", s.block.map_or(String::new(), |b| b.to_string()))?;
                 write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.cpu_over_reference)?;
                 write!(w, "{:?},{},{},{}", c.fft_pairs, c.iterations, c.planned_bytes, c.measured_bytes)?;
@@ -119,7 +103,7 @@ impl TradeoffResults {
 }
 
 /// Columns before those of the errors.
-const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,layer_thickness,block,wall_seconds,cpu_seconds,cpu_over_reference,fft_pairs,\
+const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,block,wall_seconds,cpu_seconds,cpu_over_reference,fft_pairs,\
                        iterations,planned_bytes,measured_bytes,runs,atoms,\
                        force_evaluations";
 
@@ -133,19 +117,9 @@ pub struct Setting {
     pub ny: usize,
     pub precision: String,
     pub tolerance: f64,
-    /// Thickness over L of a bonded layer instead of the scene's half-space.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub layer_thickness: Option<f64>,
     /// Block of `all-atom`: points are then those of the indenter, and the tolerance is that of the force, eV/Å.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<BlockSize>,
-}
-
-impl Setting {
-    /// Whether it belongs to the grid series of the scene's problem.
-    pub fn is_grid(&self) -> bool {
-        self.layer_thickness.is_none() && self.block.is_none()
-    }
 }
 
 /// A block of atoms and the elastic foundation below it, lattice constants, and its relaxation. The foundation moves a prescribed base unless the

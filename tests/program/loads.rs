@@ -389,3 +389,26 @@ fn a_tension_beyond_the_pull_off_keeps_the_loads_before_it() {
     assert!(ends(&files, &["run", "none.toml", "--out", "none"], 3).contains("load 1: detached"));
     assert!(!files.path("none/report.html").exists());
 }
+
+/// A flat surface has no p*, and no contact fraction or displacement in between; pressures, forces and mean gaps it has.
+#[test]
+fn loads_of_a_flat_surface() {
+    let files = Scratch::new();
+    fs::write(files.path("flat.txt"), "1 1 1 1\n".repeat(4)).expect("written");
+    for (flags, refused) in [
+        (["--p-star", "0.01"], true),
+        (["--contact", "5%"], true),
+        (["--displacement", "0.01"], true),
+        (["--pressure", "0.01"], false),
+        (["--force", "0.01"], false),
+        (["--mean-gap", "0.01"], false),
+    ] {
+        let mut command = asperity();
+        command.arg("solve").arg(files.path("flat.txt")).args(["--touching", "high-points"]);
+        let ran = command.args(["--length", "1", "--modulus", "1"]).args(flags).output().expect("started");
+        let said = String::from_utf8_lossy(&ran.stderr);
+        assert_eq!(ran.status.code(), Some(if refused { 2 } else { 0 }), "{flags:?}: {said}");
+        let reason = format!("{} = ", flags[0]);
+        assert_eq!(said.contains(&reason) && said.contains("mean gaps: the surface is flat"), refused, "{said}");
+    }
+}

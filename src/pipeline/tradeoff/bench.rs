@@ -3,49 +3,18 @@
 use super::atoms::{self, Blocks};
 use super::benchmark_point::{self, BenchmarkPoint};
 use super::errors::{self, MapErrors, Roughness};
-use super::measured::{MeasuredPoint, ReferenceSolution, measure_repeatedly, total_seconds};
-use super::request::{ExactSetting, TradeoffRequest};
+use super::measured::{MeasuredPoint, ReferenceSolution, measure_repeatedly};
+use super::request::TradeoffRequest;
 use crate::pipeline::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
-use crate::pipeline::methods::MethodRun;
 use crate::pipeline::stage::StageContext;
 use crate::pipeline::{Listener, run};
-use crate::record::results::StageCost;
 use crate::report::number::{duration, memory};
 use crate::scene::Case;
 use crate::{Error, Result};
-use asperity_contact::method::Precision;
 use asperity_grid::Series;
 use asperity_grid::sys;
 use asperity_surface::files::atomic_file::{remove, remove_folder};
 use std::cell::OnceCell;
-use std::time::{Duration, Instant};
-
-/// Time limit of a setting over its fraction of the budget. Expected times are only orders of magnitude.
-const PATIENCE: f64 = 2.0;
-
-/// Forwards to a listener, and requests a stop at the deadline.
-struct Until<'a> {
-    listener: &'a dyn Listener,
-    deadline: Option<Instant>,
-}
-
-impl Listener for Until<'_> {
-    fn begin(&self, stage: &str, description: &str) {
-        self.listener.begin(stage, description);
-    }
-    fn progress(&self, fraction: Option<f64>, message: &str) {
-        self.listener.progress(fraction, message);
-    }
-    fn end(&self, cost: &StageCost) {
-        self.listener.end(cost);
-    }
-    fn warn(&self, text: &str) {
-        self.listener.warn(text);
-    }
-    fn stopping(&self) -> bool {
-        self.listener.stopping() || self.deadline.is_some_and(|d| Instant::now() >= d)
-    }
-}
 
 /// Measured and skipped settings of a benchmark.
 #[derive(Default)]
@@ -69,9 +38,6 @@ pub(super) struct BenchmarkRunner<'a> {
     /// Fourier series of a synthesised surface, the same on every grid.
     series: OnceCell<Series<f64>>,
     measured: Vec<(BenchmarkPoint, MeasuredPoint)>,
-    /// Wall time of one run of each measured setting, and (`stopped_seconds`) total time of stopped settings, s.
-    seconds: Vec<(BenchmarkPoint, f64)>,
-    stopped_seconds: f64,
 }
 
 impl<'a> BenchmarkRunner<'a> {
@@ -93,23 +59,21 @@ impl<'a> BenchmarkRunner<'a> {
             rough: Roughness::of(case),
             series: OnceCell::new(),
             measured: Vec::new(),
-            seconds: Vec::new(),
-            stopped_seconds: 0.0,
         })
     }
 
     /// Wall time of all stages, s. Reused stages count with their recorded time.
     pub(super) fn spent_seconds(&self) -> f64 {
-        self.folder.costs.iter().map(|c| c.seconds).sum::<f64>() + self.stopped_seconds
+        self.folder.costs.iter().map(|c| c.seconds).sum()
     }
 
     /// Key of the stage of a reference solution.
     pub(super) fn reference_key(&self, point: &BenchmarkPoint) -> Result<StageKey> {
-        self.key(point, &self.at(point)?, &[])
+        self.key(point, &self.case_at(point)?, &[])
     }
 
     /// The case of a setting.
-    fn at(&self, point: &BenchmarkPoint) -> Result<Case> {
+    fn case_at(&self, point: &BenchmarkPoint) -> Result<Case> {
         match point.block {
             Some(_) => Ok(self.block(point).1.clone()),
             None => benchmark_point::at(self.case, point),
@@ -142,14 +106,8 @@ impl<'a> BenchmarkRunner<'a> {
         let s = &case.scene;
         let problem = (&s.laboratory, &s.surface, &s.load, &s.adhesion, &s.continuum, &s.methods, case.gradient);
         // The cost depends on the number of threads.
-        let how = (
-            point.method_run.adhesive,
-            point.id(),
-            case.model.grid.nx,
-            point.layer_thickness,
-            self.repeats,
-            rayon::current_num_threads(),
-        );
+        let how =
+            (point.method_run.adhesive, point.id(), case.model.grid.nx, self.repeats, rayon::current_num_threads());
         match point.block {
             None => StageKey::new(&point.stage(), &(problem, how, point.filter, &self.common), dependencies),
             Some(_) => {
@@ -165,7 +123,6 @@ impl<'a> BenchmarkRunner<'a> {
         &mut self,
         point: &BenchmarkPoint,
         reference: Option<(&BenchmarkPoint, (&MeasuredPoint, &StageKey))>,
-        deadline: Option<Instant>,
     ) -> Result<MeasuredPoint> {
         let stage = point.stage();
         if let Some(known) = self.known(point) {
@@ -176,20 +133,20 @@ impl<'a> BenchmarkRunner<'a> {
             (Some(_), Some((reference, _))) => {
                 let other = self.on_resolved_heights(point, reference);
                 let key = self.reference_key(&other)?;
-                Some((self.measure(&other, None, deadline)?, key))
+                Some((self.measure(&other, None)?, key))
             }
             _ => None,
         };
-        let case = self.at(point)?;
+        let case = self.case_at(point)?;
         let dependencies: Vec<&StageKey> =
             reference.iter().map(|r| r.1.1).chain(resolved.iter().map(|r| &r.1)).collect();
         let key = self.key(point, &case, &dependencies)?;
-        let listener = Until { listener: self.listener, deadline };
+        let listener = self.listener;
         let (series, repeats, blocks, rough) = (&self.series, self.repeats, &self.blocks, self.rough);
         // An interrupted measurement restarts, because a cost summed over attempts is not comparable.
-        let measured = self.folder.stage(&listener, (&stage, &point.label()), &key, ResumePolicy::Restart, |dir| {
+        let measured = self.folder.stage(listener, (&stage, &point.label()), &key, ResumePolicy::Restart, |dir| {
             let root = dir.parent().unwrap_or(dir);
-            let context = StageContext { folder: dir, stage: &stage, key: &key, listener: &listener };
+            let context = StageContext { folder: dir, stage: &stage, key: &key, listener };
             let measured = match blocks.as_ref().filter(|_| point.block.is_some()) {
                 Some(blocks) => {
                     let engine = blocks.engine.as_ref().expect("request for before");
@@ -214,190 +171,64 @@ impl<'a> BenchmarkRunner<'a> {
             }
             Ok(MeasuredPoint { maps, resolved, ..measured })
         })?;
-        self.seconds.push((*point, measured.cost.wall_seconds));
         self.measured.push((*point, measured.clone()));
         Ok(measured)
     }
 
-    /// Runs a setting if it is expected to end within the fraction `share` of the remaining budget. Otherwise returns
-    /// the reason.
+    /// Measures settings in their order. Those that cannot run here, or are beyond the budget, are skipped with the reason.
+    pub(super) fn measure_all(
+        &mut self,
+        points: &[BenchmarkPoint],
+        references: &[ReferenceSolution],
+    ) -> Result<BenchmarkResults> {
+        let mut outcome = BenchmarkResults::default();
+        for &point in points {
+            let Some(reference) = ReferenceSolution::of(references, &point) else { continue };
+            match self.attempt(&point, reference)? {
+                Ok(measured) => outcome.done.push((point, measured)),
+                Err(reason) => outcome.skipped.push((point, reason)),
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// Runs a setting, or returns why it is left out.
     fn attempt(
         &mut self,
-        point: BenchmarkPoint,
+        point: &BenchmarkPoint,
         reference: &ReferenceSolution,
-        share: f64,
-        outcome: &mut BenchmarkResults,
-    ) -> Result<Option<String>> {
-        let case = self.at(&point)?;
+    ) -> Result<std::result::Result<MeasuredPoint, String>> {
+        let case = self.case_at(point)?;
         let key = self.reference_key(&reference.point)?;
         let mut dependencies = vec![key.clone()];
-        let mut planned = None;
+        let mut bytes = None;
         if point.block.is_some() {
-            let blocks = self.block(&point).0;
-            if let Some(reason) = blocks.refusal(&point) {
-                return Ok(Some(reason));
+            let blocks = self.block(point).0;
+            if let Some(reason) = blocks.refusal(point) {
+                return Ok(Err(reason));
             }
-            planned = blocks.engine.as_ref().ok().map(|e| atoms::planned(&case, e)).transpose()?;
-            dependencies.push(self.reference_key(&self.on_resolved_heights(&point, &reference.point))?);
+            bytes = blocks.engine.as_ref().ok().map(|e| atoms::planned(&case, e)).transpose()?.map(|p| p.0);
+            dependencies.push(self.reference_key(&self.on_resolved_heights(point, &reference.point))?);
         }
-        let is_known = self.known(&point).is_some()
-            || self
-                .folder
-                .is_complete(&point.stage(), &self.key(&point, &case, &dependencies.iter().collect::<Vec<_>>())?);
-        let mut deadline = None;
-        if !is_known {
-            let required = planned.map_or_else(|| point.planned_bytes(&case), |p| p.0);
+        let key_of_point = self.key(point, &case, &dependencies.iter().collect::<Vec<_>>())?;
+        if self.known(point).is_none() && !self.folder.is_complete(&point.stage(), &key_of_point) {
+            let required = bytes.unwrap_or_else(|| point.planned_bytes(&case));
             let available = sys::available_memory_bytes();
             if required > available {
                 let (required, available) = (memory(required), memory(available));
-                return Ok(Some(format!("needs {required} of memory, of which {available} are available")));
+                return Ok(Err(format!("needs {required} of memory, of which {available} are available")));
             }
-            if let Some(budget) = self.budget {
-                let left = budget - self.spent_seconds();
-                if left <= 0.0 {
-                    return Ok(Some(format!("the budget of {} was spent before", duration(budget))));
-                }
-                let expected = match planned {
-                    Some((_, seconds)) => seconds,
-                    None => total_seconds(self.repeats, point.expected_seconds(&self.seconds, &case)),
-                };
-                if expected > left * share.min(1.0) {
-                    let (expected, left) = (duration(expected), duration(left * share.min(1.0)));
-                    return Ok(Some(format!("expected to take {expected}, {left} of the budget are left for it")));
-                }
-                deadline = Some(Instant::now() + Duration::from_secs_f64(left * (PATIENCE * share).min(1.0)));
+            if let Some(budget) = self.budget.filter(|b| self.spent_seconds() >= *b) {
+                return Ok(Err(format!("the budget of {} was spent before", duration(budget))));
             }
         }
-        let clock = Instant::now();
-        match self.measure(&point, Some((&reference.point, (&reference.measured, &key))), deadline) {
-            Ok(measured) => {
-                outcome.done.push((point, measured));
-                Ok(None)
-            }
-            Err(Error::Interrupted) if !self.listener.stopping() => {
-                let seconds = clock.elapsed().as_secs_f64();
-                self.stopped_seconds += seconds;
-                Ok(Some(format!("stopped after {}, its part of the budget", duration(seconds))))
-            }
+        match self.measure(point, Some((&reference.point, (&reference.measured, &key)))) {
             Err(e @ (Error::Lammps { .. } | Error::NotConverged { .. } | Error::Format { .. }))
                 if point.block.is_some() =>
             {
-                Ok(Some(e.to_string().replace('\n', " ")))
+                Ok(Err(e.to_string().replace('\n', " ")))
             }
-            Err(e) => Err(e),
+            other => other.map(Ok),
         }
     }
-
-    /// Measures the settings of a list, in its order.
-    pub(super) fn measure_all(
-        &mut self,
-        method_runs: &[MethodRun],
-        list: &[ExactSetting],
-        references: &[ReferenceSolution],
-    ) -> Result<BenchmarkResults> {
-        let mut outcome = BenchmarkResults::default();
-        for e in list {
-            for &method_run in method_runs.iter().filter(|b| b.method.card().id == e.method) {
-                let point = BenchmarkPoint::on_grid(method_run, e.n, e.precision, e.tolerance);
-                let Some(reference) = ReferenceSolution::of(references, &point) else { continue };
-                let reason = self.attempt(point, reference, 1.0, &mut outcome)?;
-                outcome.skipped.extend(reason.map(|w| (point, w)));
-            }
-        }
-        Ok(outcome)
-    }
-
-    /// Measures every method once, on the first of `grids` or the next coarser one that memory and budget permit; then
-    /// blocks of atoms; then the other grids; then other precisions, tolerances and layers. With a budget, the settings
-    /// of a group run in the order of expected cost; blocks run in the order of size.
-    pub(super) fn measure_grids(
-        &mut self,
-        method_runs: &[MethodRun],
-        grids: &[usize],
-        layer_thicknesses: &[f64],
-        references: &[ReferenceSolution],
-    ) -> Result<BenchmarkResults> {
-        let tolerance = benchmark_point::base_tolerance(self.case);
-        let point =
-            |&method_run: &MethodRun, n: usize| BenchmarkPoint::on_grid(method_run, n, Precision::F64, tolerance);
-        let mut outcome = BenchmarkResults::default();
-        // Settings that failed. Those that were stopped are not run again.
-        let mut refused: Vec<(BenchmarkPoint, String)> = Vec::new();
-        let mut first: Vec<BenchmarkPoint> = Vec::new();
-        let (&main, remainder) = grids.split_first().expect("at least one grid");
-        // Blocks of atoms run separately, not on grids.
-        let on_grids = |b: &&MethodRun| self.blocks.is_none() || !b.method.card().capabilities.atoms;
-        let method_runs: Vec<MethodRun> = method_runs.iter().filter(on_grids).copied().collect();
-        let mut pending: Vec<BenchmarkPoint> = method_runs.iter().map(|b| point(b, main)).collect();
-        self.cheap_first(&mut pending)?;
-        for (i, start) in pending.iter().enumerate() {
-            let fraction = 1.0 / (pending.len() - i) as f64;
-            let coarser = remainder.iter().filter(|n| **n < main);
-            for r in std::iter::once(*start).chain(coarser.map(|&n| BenchmarkPoint { n, ..*start })) {
-                let Some(reference) = ReferenceSolution::of(references, &r) else { continue };
-                match self.attempt(r, reference, fraction, &mut outcome)? {
-                    None => {
-                        first.push(r);
-                        break;
-                    }
-                    Some(reason) => refused.push((r, reason)),
-                }
-            }
-        }
-        for r in self.blocks.as_ref().map_or(Vec::new(), Blocks::points) {
-            let Some(reference) = ReferenceSolution::of(references, &r) else { continue };
-            let reason = self.attempt(r, reference, 1.0, &mut outcome)?;
-            outcome.skipped.extend(reason.map(|w| (r, w)));
-        }
-        let mut others: Vec<BenchmarkPoint> = method_runs
-            .iter()
-            .flat_map(|b| grids.iter().map(move |&n| point(b, n)))
-            .filter(|r| is_new(r, &first))
-            .collect();
-        self.cheap_first(&mut others)?;
-        let mut refined = Vec::new();
-        for start in &pending {
-            match first.iter().find(|r| r.is_of(start)) {
-                Some(r) => refined.extend(benchmark_point::refinements(r, &benchmark_point::at(self.case, r)?)),
-                None => {
-                    let none = "its method was left out on the grids before";
-                    let skipped = benchmark_point::refinements(start, &benchmark_point::at(self.case, start)?);
-                    outcome.skipped.extend(skipped.into_iter().map(|r| (r, none.to_string())));
-                }
-            }
-        }
-        for t in references {
-            let layer = |&thickness: &f64| BenchmarkPoint { n: main, layer_thickness: Some(thickness), ..t.point };
-            refined.extend(layer_thicknesses.iter().map(layer));
-        }
-        self.cheap_first(&mut refined)?;
-        for r in others.into_iter().chain(refined) {
-            let Some(reference) = ReferenceSolution::of(references, &r) else { continue };
-            let stopped =
-                |(k, reason): &&(BenchmarkPoint, String)| k.stage() == r.stage() && reason.starts_with("stopped");
-            let reason = match refused.iter().find(stopped) {
-                Some((_, reason)) => Some(reason.clone()),
-                None => self.attempt(r, reference, 1.0, &mut outcome)?,
-            };
-            outcome.skipped.extend(reason.map(|w| (r, w)));
-        }
-        Ok(outcome)
-    }
-
-    /// Sorts settings by expected cost if there is a budget: cheap settings leave most of it to the others.
-    fn cheap_first(&self, points: &mut [BenchmarkPoint]) -> Result<()> {
-        if self.budget.is_some() {
-            let mut expected = Vec::new();
-            for r in points.iter() {
-                expected.push((r.expected_seconds(&self.seconds, &benchmark_point::at(self.case, r)?), *r));
-            }
-            expected.sort_by(|a, b| a.0.total_cmp(&b.0));
-            points.iter_mut().zip(expected).for_each(|(r, (_, e))| *r = e);
-        }
-        Ok(())
-    }
-}
-
-fn is_new(point: &BenchmarkPoint, done: &[BenchmarkPoint]) -> bool {
-    !done.iter().any(|d| d.stage() == point.stage())
 }

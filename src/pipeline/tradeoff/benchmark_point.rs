@@ -5,15 +5,10 @@ use crate::pipeline::methods::MethodRun;
 use crate::record::tradeoff::{BlockSize, Setting};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
-use asperity_contact::interface::{Base, Elastic, Layer};
 use asperity_contact::method::{ContactMethod, Heights, MethodKind, Precision, ReducedProblem};
 use asperity_contact::problem::default_tolerance;
 use asperity_surface::HeightSource;
 use serde::Serialize;
-
-/// Exponent of the cost in the number of points for methods measured on one grid only. It follows from the challenge
-/// paper (1 min at 1024² points, 1 h at 4096², three weeks at 32768²).
-const GROWTH: f64 = 1.5;
 
 /// Tolerances in addition to the scene's, over the pressure: from a coarse one, with inaccurate areas, to that of the
 /// reference.
@@ -21,9 +16,6 @@ const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
 /// Largest tolerance of the reference: the default of f64.
 pub(super) const REFERENCE_TOLERANCE: f64 = 1e-8;
-
-/// Poisson's ratio of the layers that replace the half-space; that of the atoms' block.
-const LAYER_POISSON: f64 = 0.3;
 
 /// Points per side of the coarsest grid that is compared.
 pub(super) const COARSEST: usize = 16;
@@ -39,8 +31,6 @@ pub(super) struct BenchmarkPoint {
     pub n: usize,
     pub precision: Precision,
     pub tolerance: f64,
-    /// Thickness of a bonded layer that replaces the half-space, units of L.
-    pub layer_thickness: Option<f64>,
     /// Block of an atomistic setting. `n` is then the number of indenter points per side, and `tolerance` the force
     /// tolerance in eV/Å.
     pub block: Option<BlockSize>,
@@ -58,9 +48,9 @@ pub(super) struct LowPass {
 }
 
 impl BenchmarkPoint {
-    /// A setting with the scene's own heights and elastic body.
+    /// A setting with the scene's own heights.
     pub(super) fn on_grid(method_run: MethodRun, n: usize, precision: Precision, tolerance: f64) -> Self {
-        BenchmarkPoint { method_run, n, precision, tolerance, layer_thickness: None, block: None, filter: None }
+        BenchmarkPoint { method_run, n, precision, tolerance, block: None, filter: None }
     }
 
     pub(super) fn id(&self) -> &'static str {
@@ -70,25 +60,23 @@ impl BenchmarkPoint {
     /// Name of the stage and of its folder.
     pub(super) fn stage(&self) -> String {
         let adhesive = if self.method_run.adhesive { "-adhesive" } else { "" };
-        let layer = self.layer_thickness.map_or(String::new(), |t| format!("-layer-{t}"));
         let filter = self.filter.map_or(String::new(), |f| format!("-low-pass-{:.5}", f.low_pass));
         if let Some(block) = self.block {
             return format!("point-{}{adhesive}-{block}", self.id());
         }
         let (id, precision) = (self.id(), precision_name(self.precision));
-        format!("point-{id}{adhesive}-{}-{precision}-{:e}{layer}{filter}", self.n, self.tolerance)
+        format!("point-{id}{adhesive}-{}-{precision}-{:e}{filter}", self.n, self.tolerance)
     }
 
     /// Description for progress messages and warnings.
     pub(super) fn label(&self) -> String {
         let with = if self.method_run.adhesive { " with adhesion" } else { "" };
-        let layer = self.layer_thickness.map_or(String::new(), |t| format!(", a layer of {t} L"));
-        let layer = layer + &self.filter.map_or(String::new(), |f| format!(", waves down to {:.3} L", f.low_pass));
+        let waves = self.filter.map_or(String::new(), |f| format!(", waves down to {:.3} L", f.low_pass));
         if let Some(block) = self.block {
             return format!("{}{with}, a block of {block} cells", self.id());
         }
         let (id, precision) = (self.id(), precision_name(self.precision));
-        format!("{id}{with}, {} points per side, {precision} to {:e}{layer}", self.n, self.tolerance)
+        format!("{id}{with}, {} points per side, {precision} to {:e}{waves}", self.n, self.tolerance)
     }
 
     pub(super) fn setting(&self, ny: usize) -> Setting {
@@ -99,39 +87,21 @@ impl BenchmarkPoint {
             ny,
             precision: precision_name(self.precision).into(),
             tolerance: self.tolerance,
-            layer_thickness: self.layer_thickness,
             block: self.block,
         }
-    }
-
-    pub(super) fn is_of(&self, other: &BenchmarkPoint) -> bool {
-        self.id() == other.id() && self.method_run.adhesive == other.method_run.adhesive
     }
 
     pub(super) fn planned_bytes(&self, case: &Case) -> u64 {
         path_bytes(case, problem(case, &self.method_run), self.method_run.method, false)
     }
 
-    /// Expected time of one run, s: scaled from the nearest measured grid of the same method, or, without one, from the
-    /// plan of the method. An order of magnitude.
-    pub(super) fn expected_seconds(&self, measured: &[(BenchmarkPoint, f64)], case: &Case) -> f64 {
-        let step = |r: &BenchmarkPoint| (self.n as f64 / r.n as f64).ln();
-        let same = measured.iter().filter(|(r, _)| self.is_of(r));
-        let nearest = same.min_by(|(a, _), (b, _)| step(a).abs().total_cmp(&step(b).abs()));
-        match nearest {
-            Some((r, seconds)) => {
-                // The cost may decrease more slowly towards coarser grids.
-                let exponent = if self.n > r.n { GROWTH } else { 1.0 };
-                seconds * (2.0 * exponent * step(r)).exp()
-            }
-            None => {
-                let plan = self.method_run.method.plan(&problem(case, &self.method_run));
-                let pairs = plan.iterations as f64 * plan.pairs_per_iteration;
-                let threads = rayon::current_num_threads() as f64;
-                let of_pairs = pairs * case.model.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
-                case.loading_steps().len() as f64 * (of_pairs + plan.seconds)
-            }
-        }
+    /// Expected time of one run, s, from the plan of the method. An order of magnitude.
+    pub(super) fn expected_seconds(&self, case: &Case) -> f64 {
+        let plan = self.method_run.method.plan(&problem(case, &self.method_run));
+        let pairs = plan.iterations as f64 * plan.pairs_per_iteration;
+        let threads = rayon::current_num_threads() as f64;
+        let of_pairs = pairs * case.model.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
+        case.loading_steps().len() as f64 * (of_pairs + plan.seconds)
     }
 }
 
@@ -176,9 +146,6 @@ pub(super) fn at(case: &Case, point: &BenchmarkPoint) -> Result<Case> {
     case_at_point.scene.continuum.precision = point.precision;
     case_at_point.scene.continuum.tolerance = Some(point.tolerance);
     (case_at_point.model.precision, case_at_point.model.tolerance) = (point.precision, point.tolerance);
-    if let Some(thickness) = point.layer_thickness {
-        case_at_point.model.kernel = Elastic::Layer(Layer { thickness, poisson: LAYER_POISSON, base: Base::Bonded });
-    }
     Ok(case_at_point)
 }
 
@@ -253,18 +220,13 @@ mod tests {
         assert_eq!(halves(81, 2), [81]);
     }
 
-    /// Costs are scaled from the nearest measured grid, towards finer grids with the exponent `GROWTH`.
     #[test]
-    fn costs_are_expected_from_the_nearest() {
+    fn solvers_have_other_precisions_and_tolerances() {
         let scene = "name = \"t\"\n[surface]\ngrid = 64\n[load]\np_star = [0.01]\n";
         let file = std::path::Path::new("t.toml");
         let case = Case::resolve(Scene::parse(scene, file).expect("a scene"), file).expect("a case");
         let method = asperity_methods::find("gfmd").expect("registered");
         let point = |n: usize| BenchmarkPoint::on_grid(MethodRun { method, adhesive: false }, n, Precision::F64, 1e-8);
-        let measured = [(point(32), 1.0), (point(64), 6.0)];
-        assert!((point(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
-        assert!((point(16).expected_seconds(&measured, &case) / 0.25 - 1.0).abs() < 1e-12);
-        assert!(point(64).expected_seconds(&[], &case) > 0.0);
         assert_eq!(refinements(&point(64), &case).len(), 5);
     }
 }

@@ -12,16 +12,18 @@ mod request;
 mod results;
 
 pub use plan::tradeoff_plan;
-pub use request::{ExactSetting, TradeoffRequest};
+pub use request::TradeoffRequest;
 
 use super::methods::MethodRun;
 use super::{Listener, OutFolder, run};
 use crate::record::tradeoff::TradeoffResults;
 use crate::scene::Case;
-use crate::{Error, Result, report};
-use asperity_contact::interface::{AttractionLaw, Elastic};
+use crate::{Result, report};
+use asperity_contact::interface::AttractionLaw;
+use asperity_contact::method::Precision;
 use atoms::Blocks;
 use bench::{BenchmarkResults, BenchmarkRunner};
+use benchmark_point::BenchmarkPoint;
 use std::path::PathBuf;
 
 /// What a request makes of a case.
@@ -29,31 +31,29 @@ struct Settings {
     /// Without atoms.
     case: Case,
     blocks: Option<Blocks>,
-    /// Points per side of the reference.
-    finest: usize,
-    grids: Vec<usize>,
     method_runs: Vec<MethodRun>,
+    /// The reference with and without adhesion, as needed by the methods: each on its grids, fine to coarse.
+    references: Vec<Vec<BenchmarkPoint>>,
+    /// Every setting in the order in which it is measured.
+    points: Vec<BenchmarkPoint>,
     warnings: Vec<String>,
 }
 
 impl Settings {
     /// # Errors
-    /// `Input` for grids that do not fit the surface or each other, and for layers in place of another body.
+    /// `Input` for grids that do not fit the surface or each other.
     fn of(case: &Case, request: &TradeoffRequest) -> Result<Self> {
         let has_atoms = request.methods.iter().any(|m| m.card().capabilities.atoms) || request.blocks.is_some();
-        let blocks =
-            if has_atoms && request.exact.is_none() { Blocks::of(case, request.blocks.as_deref())? } else { None };
+        let blocks = if has_atoms { Blocks::of(case, request.blocks.as_deref())? } else { None };
         let case = Case::resolve(benchmark_point::bare(case), &case.file)?;
-        if !request.layer_thicknesses.is_empty() && case.model.kernel != Elastic::HalfSpace {
-            let accepted =
-                format!("a scene with a half-space, which the layers replace; this scene has a {}", case.model.kernel);
-            return Err(Error::input("command line", "--layer-thickness", "given", accepted));
-        }
         let mut warnings = case.warnings.clone();
         let (finest, grids) = request.grids(&case, &mut warnings)?;
         let method_runs = method_runs(&case, request, blocks.as_ref());
         warnings.extend(without_adhesion(&case, &method_runs));
-        Ok(Settings { case, blocks, finest, grids, method_runs, warnings })
+        let adhesive = [true, false].into_iter().filter(|a| method_runs.iter().any(|r| r.adhesive == *a));
+        let references = adhesive.map(|a| reference::levels(&case, a, finest)).collect();
+        let points = points(&case, &method_runs, &grids, blocks.as_ref())?;
+        Ok(Settings { case, blocks, method_runs, references, points, warnings })
     }
 }
 
@@ -70,20 +70,13 @@ pub fn tradeoff<'a>(
 ) -> Result<(TradeoffResults, PathBuf)> {
     let folder = out.into();
     let out = folder.path;
-    let Settings { case, blocks, finest, grids, method_runs, mut warnings } = Settings::of(case, request)?;
+    let Settings { case, blocks, method_runs, references, points, mut warnings } = Settings::of(case, request)?;
     let mut bench = BenchmarkRunner::open(&case, request, blocks, folder, listener)?;
     warnings.iter().for_each(|w| listener.warn(w));
     run::keep_scene(&case, out, listener)?;
-    let mut references = Vec::new();
-    for adhesive in [true, false] {
-        if method_runs.iter().any(|r| r.adhesive == adhesive) {
-            references.push(reference::solve_reference(&mut bench, &case, adhesive, finest, out)?);
-        }
-    }
-    let outcome = match &request.exact {
-        Some(list) => bench.measure_all(&method_runs, list, &references)?,
-        None => bench.measure_grids(&method_runs, &grids, &request.layer_thicknesses, &references)?,
-    };
+    let solved = references.iter().map(|levels| reference::solve_reference(&mut bench, levels, out));
+    let references = solved.collect::<Result<Vec<_>>>()?;
+    let outcome = bench.measure_all(&points, &references)?;
     warnings.extend(notes(&case, &outcome));
     let table = results::table((&case, request), &bench, &method_runs, &references, outcome, warnings);
     table.write(out)?;
@@ -102,6 +95,29 @@ fn method_runs(case: &Case, request: &TradeoffRequest, blocks: Option<&Blocks>) 
         method_runs.extend(blocks.points().first().map(|p| p.method_run));
     }
     method_runs
+}
+
+/// Every method on the first grid; then blocks of atoms, in the order of size; then the other grids; then other
+/// precisions and tolerances on the first grid.
+fn points(
+    case: &Case,
+    method_runs: &[MethodRun],
+    grids: &[usize],
+    blocks: Option<&Blocks>,
+) -> Result<Vec<BenchmarkPoint>> {
+    let tolerance = benchmark_point::base_tolerance(case);
+    let on_grid = |n: usize| {
+        let runs = method_runs.iter().filter(|r| blocks.is_none() || !r.method.card().capabilities.atoms);
+        runs.map(move |&run| BenchmarkPoint::on_grid(run, n, Precision::F64, tolerance))
+    };
+    let (&first, others) = grids.split_first().expect("at least one grid");
+    let mut points: Vec<BenchmarkPoint> = on_grid(first).collect();
+    points.extend(blocks.map_or(Vec::new(), Blocks::points));
+    points.extend(others.iter().flat_map(|&n| on_grid(n)));
+    for point in on_grid(first) {
+        points.extend(benchmark_point::refinements(&point, &benchmark_point::at(case, &point)?));
+    }
+    Ok(points)
 }
 
 /// Warning for methods without adhesion in a scene with adhesion.

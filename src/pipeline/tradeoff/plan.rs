@@ -1,57 +1,35 @@
 //! The settings of a trade-off with estimated memory and time.
 
-use super::benchmark_point::{self, BenchmarkPoint, REFERENCE_TOLERANCE};
+use super::benchmark_point::{self, BenchmarkPoint};
 use super::measured::total_seconds;
-use super::reference::LEVELS_BELOW;
 use super::{Settings, TradeoffRequest};
 use crate::Result;
-use crate::pipeline::methods::MethodRun;
 use crate::pipeline::plan::RunPlan;
 use crate::pipeline::stage::PlannedStage;
 use crate::scene::Case;
-use asperity_contact::method::{Precision, require};
-use asperity_methods::find;
+use asperity_contact::method::require;
 
-/// The reference solutions and all settings, in the order of the groups in which they run. Settings that the machine's memory or the budget
-/// does not permit are left out when they are measured.
+/// The reference solutions and all settings, in the order in which they run. Settings that the machine's memory or the
+/// budget does not permit are left out when they are measured.
 ///
 /// # Errors
 /// Those of [`super::tradeoff`] for the scene and the request.
 pub fn tradeoff_plan(case: &Case, request: &TradeoffRequest) -> Result<RunPlan> {
-    let Settings { case, blocks, finest, grids, method_runs, mut warnings } = Settings::of(case, request)?;
-    let tolerance = benchmark_point::base_tolerance(&case);
-    let fast = find("fast").expect("it is registered");
-    let (mut stages, mut references, mut layers) = (Vec::new(), Vec::new(), Vec::new());
-    for adhesive in [true, false].into_iter().filter(|a| method_runs.iter().any(|r| r.adhesive == *a)) {
-        let run = MethodRun { method: fast, adhesive };
-        let point = BenchmarkPoint::on_grid(run, finest, Precision::F64, tolerance.min(REFERENCE_TOLERANCE));
-        for n in benchmark_point::halves(finest, LEVELS_BELOW) {
-            if benchmark_point::on_grid(&case, n).is_ok() {
-                stages.push(planned("reference", &BenchmarkPoint { n, ..point }, &case, request.repeats)?);
-                references.push(BenchmarkPoint { n, ..point }.stage());
-            }
-        }
-        let n = *grids.first().unwrap_or(&finest);
-        let layer = |&thickness: &f64| BenchmarkPoint { n, layer_thickness: Some(thickness), ..point };
-        layers.extend(request.layer_thicknesses.iter().map(layer));
-    }
-    let flows = |r: &MethodRun| require::hardness(&benchmark_point::problem(&case, r), r.method.card()).is_ok();
-    let on_grids = |r: &&MethodRun| !r.method.card().capabilities.atoms && flows(r);
-    let point = |&run: &MethodRun, n: usize| BenchmarkPoint::on_grid(run, n, Precision::F64, tolerance);
-    let own = || method_runs.iter().filter(on_grids);
-    let mut points: Vec<BenchmarkPoint> = grids.iter().flat_map(|&n| own().map(move |r| point(r, n))).collect();
-    for first in own().filter_map(|r| Some(point(r, *grids.first()?))) {
-        points.extend(benchmark_point::refinements(&first, &benchmark_point::at(&case, &first)?));
-    }
-    points.extend(layers);
+    let Settings { case, blocks, references, points, mut warnings, .. } = Settings::of(case, request)?;
+    let references: Vec<BenchmarkPoint> = references.concat();
+    let is_solved = |point: &BenchmarkPoint| {
+        let card = point.method_run.method.card();
+        let problem = benchmark_point::problem(&case, &point.method_run);
+        !card.capabilities.atoms && require::hardness(&problem, card).is_ok()
+    };
     // What a reference has solved is not solved again.
-    for p in points.iter().filter(|p| !references.contains(&p.stage())) {
-        stages.push(planned("setting", p, &case, request.repeats)?);
-    }
+    let is_new = |point: &&BenchmarkPoint| references.iter().all(|r| r.stage() != point.stage());
+    let settings = points.iter().filter(|p| is_solved(p)).filter(is_new);
+    let named = references.iter().map(|p| ("reference", p)).chain(settings.map(|p| ("setting", p)));
+    let mut stages =
+        named.map(|(name, p)| planned(name, p, &case, request.repeats)).collect::<Result<Vec<PlannedStage>>>()?;
     if request.budget_seconds.is_some() {
-        warnings.push(
-            "settings that the budget does not permit are left out, which ones is known when they are measured".into(),
-        );
+        warnings.push("settings that begin after the budget is spent are left out".into());
     }
     for (point, planned) in blocks.iter().flat_map(|blocks| blocks.planned()) {
         match planned {
@@ -73,6 +51,6 @@ pub fn tradeoff_plan(case: &Case, request: &TradeoffRequest) -> Result<RunPlan> 
 
 fn planned(name: &str, point: &BenchmarkPoint, case: &Case, repeats: Option<usize>) -> Result<PlannedStage> {
     let case = benchmark_point::at(case, point)?;
-    let seconds = total_seconds(repeats, point.expected_seconds(&[], &case));
+    let seconds = total_seconds(repeats, point.expected_seconds(&case));
     Ok(PlannedStage { name: name.into(), what: point.label(), bytes: point.planned_bytes(&case), seconds })
 }

@@ -12,38 +12,38 @@ use asperity_methods::find;
 use std::path::Path;
 
 /// Coarser grids of the reference. Three grids in all are the minimum for a test of the order of convergence.
-pub(super) const LEVELS_BELOW: usize = 2;
+const LEVELS_BELOW: usize = 2;
 
-/// Solves the reference and its coarser grids.
+/// The reference on `n` points and on coarser grids, as far as these resolve the surface.
+pub(super) fn levels(case: &Case, adhesive: bool, n: usize) -> Vec<BenchmarkPoint> {
+    let method = find("fast").expect("it is registered");
+    let tolerance = benchmark_point::base_tolerance(case).min(REFERENCE_TOLERANCE);
+    let point = |n| BenchmarkPoint::on_grid(MethodRun { method, adhesive }, n, Precision::F64, tolerance);
+    let coarser = benchmark_point::halves(n, LEVELS_BELOW).into_iter().skip(1);
+    let resolved = coarser.take_while(|&n| benchmark_point::on_grid(case, n).is_ok());
+    std::iter::once(n).chain(resolved).map(point).collect()
+}
+
+/// Solves the reference and its coarser grids. One that fails gives no estimate, nor do those below it.
 pub(super) fn solve_reference(
     bench: &mut BenchmarkRunner,
-    case: &Case,
-    adhesive: bool,
-    n: usize,
+    points: &[BenchmarkPoint],
     out: &Path,
 ) -> Result<ReferenceSolution> {
-    let fast = find("fast").expect("it is registered");
-    let tolerance = benchmark_point::base_tolerance(case).min(REFERENCE_TOLERANCE);
-    let point_on =
-        |n: usize| BenchmarkPoint::on_grid(MethodRun { method: fast, adhesive }, n, Precision::F64, tolerance);
-    let point = point_on(n);
-    let measured = bench.measure(&point, None, None)?;
+    let (&point, coarser) = points.split_first().expect("the finest");
+    let measured = bench.measure(&point, None)?;
     if let Some(reason) = &measured.results.unavailable_reason {
         let reason = format!("the reference ({}) is not available: {reason}", point.label());
         return Err(Error::AuxiliarySolve { why: reason, kept: out.to_path_buf() });
     }
     let key = bench.reference_key(&point)?;
     let mut levels = Vec::new();
-    for n in benchmark_point::halves(n, LEVELS_BELOW).into_iter().skip(1) {
-        // A grid that does not resolve the surface, or whose solution fails, gives no estimate; nor do coarser grids.
-        if benchmark_point::on_grid(case, n).is_err() {
-            break;
-        }
-        let solution = bench.measure(&point_on(n), Some((&point, (&measured, &key))), None)?;
+    for level in coarser {
+        let solution = bench.measure(level, Some((&point, (&measured, &key))))?;
         if solution.results.unavailable_reason.is_some() {
             break;
         }
-        levels.push((n, solution));
+        levels.push((level.n, solution));
     }
     levels.reverse();
     let states: Vec<_> =

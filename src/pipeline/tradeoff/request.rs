@@ -1,10 +1,10 @@
 //! What a benchmark is to measure, and the check of its grids.
 
 use super::benchmark_point::{self, COARSEST, GRIDS_BELOW};
-use crate::record::tradeoff::{BlockSize, TradeoffPoint};
+use crate::record::tradeoff::BlockSize;
 use crate::scene::Case;
 use crate::{Error, Result};
-use asperity_contact::method::{ContactMethod, Precision};
+use asperity_contact::method::ContactMethod;
 use asperity_surface::HeightSource;
 
 const PLACE: &str = "command line";
@@ -19,43 +19,17 @@ pub struct TradeoffRequest {
     pub grids: Option<Vec<usize>>,
     /// Points per side of the reference. Default: the scene's.
     pub reference: Option<usize>,
-    /// Limit on the wall time of all settings, including earlier runs in the same folder, s.
+    /// Wall time of all stages, with earlier runs in the same folder, after which no setting begins, s.
     pub budget_seconds: Option<f64>,
     /// Runs of each setting. Default: one, and more for short settings.
     pub repeats: Option<usize>,
-    /// Only these settings, on grids that need not divide the reference's.
-    pub exact: Option<Vec<ExactSetting>>,
-    /// Thicknesses of bonded layers that replace the half-space, units of L; solved by the reference's method on the
-    /// scene's grid.
-    pub layer_thicknesses: Vec<f64>,
     /// Blocks of atoms. Default: those of a scene with atoms, if `all-atom` is among the methods.
     pub blocks: Option<Vec<BlockSize>>,
-}
-
-/// A setting that is requested explicitly.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ExactSetting {
-    pub method: String,
-    pub n: usize,
-    pub precision: Precision,
-    pub tolerance: f64,
-}
-
-impl ExactSetting {
-    /// Whether `point` was measured with this setting.
-    pub fn is_of(&self, point: &TradeoffPoint) -> bool {
-        let s = &point.setting;
-        (&s.method, s.nx, s.precision.as_str(), s.tolerance)
-            == (&self.method, self.n, benchmark_point::precision_name(self.precision), self.tolerance)
-    }
 }
 
 impl TradeoffRequest {
     /// Points per side of the reference, and of the grids in the order in which they run.
     pub(super) fn grids(&self, case: &Case, warnings: &mut Vec<String>) -> Result<(usize, Vec<usize>)> {
-        if let Some(list) = &self.exact {
-            return Ok((self.reference.unwrap_or(case.model.grid.nx), list.iter().map(|e| e.n).collect()));
-        }
         let full_grid = case.model.grid.nx;
         let reference = self.reference.unwrap_or(full_grid);
         let range = |key: &str, n: usize| match (COARSEST..=FINEST).contains(&n) {

@@ -29,7 +29,7 @@ pub(super) fn table(
         outcome.done.iter().filter_map(|(point, measured)| row(bench, references, point, measured)).collect();
     // Order of the tables: methods as in the registry, fine grids first.
     let place = |p: &TradeoffPoint| method_runs.iter().position(|r| r.method.card().id == p.setting.method);
-    points.sort_by_key(|p| (place(p), p.setting.layer_thickness.is_some(), std::cmp::Reverse(p.setting.nx)));
+    points.sort_by_key(|p| (place(p), std::cmp::Reverse(p.setting.nx)));
     let skipped = outcome.skipped.into_iter().map(|(point, reason)| {
         let ny = point.n * case.model.grid.ny / case.model.grid.nx;
         SkippedSetting { setting: point.setting(ny), reason }

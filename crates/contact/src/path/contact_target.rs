@@ -10,6 +10,10 @@ const CONTACT_TOLERANCE: f64 = 1e-3;
 /// Relative distance of two pressures between which the contact jumps past a target.
 const JUMP: f64 = 1e-7;
 
+/// Logarithm of the pressure's decrease below the first guess, thirteen decades, at which a contact that is still too large is that of the
+/// lightest loads: points at one height touch all at once.
+const LIGHTEST: f64 = 30.0;
+
 /// Solves per area. Regula falsi with the Illinois rule takes 4 to 10.
 const MOST_SOLVES: usize = 60;
 
@@ -51,10 +55,8 @@ pub fn pressures_of_contact(
     };
     let mut pressure_of = |target: f64| {
         let guess = scale.divide(gradient) * estimated_p_star(target);
-        root(target, guess, (CONTACT_TOLERANCE * target).max(node_fraction), &mut contact)?.ok_or_else(|| {
-            let accepted = "an area that some pressure gives: the contact of this surface jumps past it";
-            Error::input("problem", "load.contact", target, accepted)
-        })
+        root(target, guess, (CONTACT_TOLERANCE * target).max(node_fraction), &mut contact)?
+            .map_err(|jump| Error::input("problem", "load.contact", target, jump.accepted()))
     };
     let mut pressures: Vec<f64> = Vec::new();
     for (i, area) in areas.iter().enumerate() {
@@ -68,15 +70,46 @@ pub fn pressures_of_contact(
     Ok(pressures)
 }
 
-/// The pressure at which `contact`, which rises with it, is `target` within `tolerance`. `None`: it jumps over the target.
-fn root(target: f64, guess: f64, tolerance: f64, contact: &mut impl FnMut(f64) -> Result<f64>) -> Result<Option<f64>> {
+/// The contact nearest to a target that no pressure gives, below and above it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Jump {
+    below: Option<f64>,
+    above: Option<f64>,
+}
+
+impl Jump {
+    fn accepted(self) -> String {
+        let percent = |area: f64| format!("{:.3}%", 100.0 * area);
+        match (self.below.map(percent), self.above.map(percent)) {
+            (Some(below), Some(above)) => {
+                format!("up to {below}, or from {above} on: the contact of this surface jumps in between")
+            }
+            (None, Some(above)) => format!("{above} and more, which is in contact under the lightest loads"),
+            (below, None) => format!("up to {}, beyond which it hardly grows", below.unwrap_or_default()),
+        }
+    }
+}
+
+/// The pressure at which `contact`, which rises with it, is `target` within `tolerance`, or the jump over the target.
+fn root(
+    target: f64,
+    guess: f64,
+    tolerance: f64,
+    contact: &mut impl FnMut(f64) -> Result<f64>,
+) -> Result<std::result::Result<f64, Jump>> {
+    let mut jump = Jump::default();
     // In the logarithm of the pressure, which is positive.
     let (mut low, mut high): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
     let (mut x, mut side) = (guess.ln(), 0);
     for _ in 0..MOST_SOLVES {
-        let deviation = contact(x.exp())? - target;
+        let area = contact(x.exp())?;
+        let deviation = area - target;
         if deviation.abs() <= tolerance {
-            return Ok(Some(x.exp()));
+            return Ok(Ok(x.exp()));
+        }
+        match deviation < 0.0 {
+            true => jump.below = Some(jump.below.unwrap_or(0.0).max(area)),
+            false => jump.above = Some(jump.above.unwrap_or(1.0).min(area)),
         }
         let here = if deviation < 0.0 { -1 } else { 1 };
         // Illinois: an end that stays twice counts half.
@@ -88,14 +121,15 @@ fn root(target: f64, guess: f64, tolerance: f64, contact: &mut impl FnMut(f64) -
         *(if deviation < 0.0 { &mut low } else { &mut high }) = Some([x, deviation]);
         x = match (low, high) {
             (Some([a, fa]), Some([b, fb])) if (b - a).abs() > JUMP => (a * fb - b * fa) / (fb - fa),
-            (Some(_), Some(_)) => return Ok(None),
+            (Some(_), Some(_)) => return Ok(Err(jump)),
+            (None, Some(_)) if x < guess.ln() - LIGHTEST => return Ok(Err(jump)),
             // Contact is about proportional to the pressure.
             (Some([a, fa]), None) => a + (target / (target + fa).max(target / 10.0)).ln().max(0.1),
             (None, Some([b, fb])) => b - ((target + fb) / target).ln().max(0.1),
             (None, None) => unreachable!("one of them was set"),
         };
     }
-    Ok(None)
+    Ok(Err(jump))
 }
 
 #[cfg(test)]
@@ -114,7 +148,17 @@ mod tests {
             assert!((actual - 0.25).abs() < 1e-5 && solves < 40, "{actual} after {solves}");
         }
         let mut step = |p: f64| Ok(if p < 0.5 { 0.1 } else { 0.9 });
-        assert_eq!(root(0.5, 0.4, 1e-3, &mut step).expect("no error"), None);
+        let jump = root(0.5, 0.4, 1e-3, &mut step).expect("no error").expect_err("no root");
+        assert_eq!(jump, Jump { below: Some(0.1), above: Some(0.9) });
+        assert!(jump.accepted().starts_with("up to 10.000%, or from 90.000% on"));
+        // A terrace touches as a whole.
+        let mut solves = 0;
+        let mut terrace = |p: f64| {
+            solves += 1;
+            Ok(0.25 + p / (1.0 + p))
+        };
+        let jump = root(0.004, 0.01, 1e-4, &mut terrace).expect("no error").expect_err("no root");
+        assert!(jump.below.is_none() && jump.accepted().starts_with("25.000% and more") && solves < 12, "{solves}");
     }
 
     #[test]

@@ -76,6 +76,18 @@ pub(super) fn fits(grid: Grid) -> bool {
     3 * 8 * grid.points() as u64 <= sys::available_memory_bytes()
 }
 
+/// A flat surface touches everywhere or nowhere: it has no p*, and no contact fraction or displacement in between.
+fn refuse_flat(loads: &Loads, gradient: f64, names: &dyn Names) -> std::result::Result<(), Complaint> {
+    let needs_roughness = matches!(loads.kind, LoadKind::PStar | LoadKind::Contact | LoadKind::Displacement);
+    match loads.values.first() {
+        Some(value) if gradient == 0.0 && needs_roughness => {
+            let accepted = "pressures, forces or mean gaps: the surface is flat".into();
+            Err(names.complaint(loads.kind.field(), Some(0), *value, accepted))
+        }
+        _ => Ok(()),
+    }
+}
+
 impl Problem {
     /// rms gradient of the whole spectrum, of which p* is a multiple; NaN for a map whose transform does not fit into memory.
     pub fn gradient(&self) -> f64 {
@@ -117,6 +129,7 @@ impl Problem {
             max_iterations: self.max_iterations,
             settings: self.settings,
         };
+        refuse_flat(loads, gradient, names).map_err(refuse)?;
         let touch = self.first_touch(loads, names).map_err(refuse)?;
         let steps = self.steps(loads, gradient, touch);
         self.refuse_closed(&model, loads, gradient, names).map_err(refuse)?;

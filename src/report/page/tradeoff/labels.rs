@@ -1,7 +1,6 @@
 //! Names of settings and methods, shared by the tables and charts.
 
-use crate::compare::pareto::{CostExponent, growth};
-use crate::record::tradeoff::{Setting, TradeoffPoint, TradeoffResults};
+use crate::record::tradeoff::{Setting, TradeoffResults};
 use crate::report::number::trimmed;
 use crate::report::page::figures::distinct;
 
@@ -13,10 +12,9 @@ pub(super) fn short(s: &Setting) -> String {
     }
 }
 
-/// Precision, tolerance and layer of a setting.
+/// Precision and tolerance of a setting.
 pub(super) fn accuracy(s: &Setting) -> String {
-    let slab = s.layer_thickness.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
-    format!("{} to\u{a0}{}{slab}", s.precision, trimmed(s.tolerance, 2))
+    format!("{} to\u{a0}{}", s.precision, trimmed(s.tolerance, 2))
 }
 
 /// Name of a setting.
@@ -28,10 +26,4 @@ pub(super) fn words(s: &Setting) -> String {
 pub(super) fn methods(tradeoff: &TradeoffResults) -> Vec<(&str, bool)> {
     let known = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none());
     distinct(known.map(|p| (p.setting.method.as_str(), p.setting.adhesive)))
-}
-
-/// Power-law growth of a method's processor time with the number of grid points.
-pub(super) fn grows(tradeoff: &TradeoffResults, method: &str) -> Option<CostExponent> {
-    let point = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
-    growth(&tradeoff.grids(method).iter().map(point).collect::<Vec<_>>())
 }

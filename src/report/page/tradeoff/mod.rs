@@ -1,11 +1,10 @@
-//! Trade-off page: error against cost, cheapest settings, growth of the cost.
+//! Trade-off page: error against cost, cheapest settings.
 
 mod charts;
-mod costs;
 mod labels;
 mod tables;
 
-use super::document::{PageSection, document, linked};
+use super::document::{PageSection, document};
 use super::prelude::*;
 use crate::record::tradeoff::{FILE, TradeoffResults};
 use labels::methods;
@@ -16,7 +15,6 @@ pub(super) fn page(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Result<
     let (first, others) = charts::section(writer, tradeoff)?;
     add("front", "Error against cost", others);
     add("cheapest", "Cheapest setting per error class", tables::cheapest(tradeoff));
-    add("growth", "Growth of the cost with the grid", costs::section(writer, tradeoff)?);
     if tradeoff.points.iter().any(|p| p.resolved.is_some()) {
         add("atoms", "Blocks of atoms", tables::atoms(tradeoff));
     }
@@ -25,7 +23,6 @@ pub(super) fn page(writer: &FigureWriter, tradeoff: &TradeoffResults) -> Result<
     if !tradeoff.skipped.is_empty() {
         add("skipped", "Settings not run", tables::skipped(tradeoff));
     }
-    add("sources", "Sources", html! { ol { li { (linked(costs::SOURCE)) } } });
     let name = format!("{}: accuracy and its cost", tradeoff.name);
     document((&name, &lead(tradeoff)), top(tradeoff, &first), &sections, &writer.folder.join(FILE))
 }
