@@ -52,6 +52,26 @@ fn loads_from_one_pixel_to_full_contact() {
     }
 }
 
+/// The upper terraces touch as a whole under the lightest loads. Iterations do not grow as the load falls, down to where rounding of the
+/// heights exceeds the tolerance: measured are 22 to 40.
+#[test]
+fn light_loads_on_terraces() {
+    let (grid, heights) = rough(96, 96, 1.0 / 4.0, 7);
+    let m = moments(grid, &heights);
+    let terraces: Vec<f64> = heights.iter().map(|h| m.rms_height * (2.0 * h / m.rms_height).round()).collect();
+    let top = lowest(&terraces);
+    let touching = terraces.iter().filter(|h| **h == top).count();
+    assert!(touching > 10, "{touching}");
+    let p = problem(grid, &terraces);
+    let gradient = moments(grid, &terraces).rms_gradient;
+    for p_star in [1e-4, 1e-5, 1e-6, 1e-7] {
+        let found = path(&p, "fast", &[p_star * gradient]).remove(0);
+        assert_eq!(found.stop, Stop::Converged, "p* = {p_star}");
+        assert!(found.iterations < 100, "p* = {p_star}: {}", found.iterations);
+        assert!(found.area * grid.points() as f64 >= touching as f64 - 0.5, "p* = {p_star}: {}", found.area);
+    }
+}
+
 /// Westergaard's wave on odd, prime and rectangular grids and on lines, against the closed form; on two points the mean
 /// gap is A(1 - r).
 #[test]

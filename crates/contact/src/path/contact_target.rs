@@ -10,10 +10,6 @@ const CONTACT_TOLERANCE: f64 = 1e-3;
 /// Relative distance of two pressures between which the contact jumps past a target.
 const JUMP: f64 = 1e-7;
 
-/// Logarithm of the pressure's decrease below the first guess, thirteen decades, at which a contact that is still too large is that of the
-/// lightest loads: points at one height touch all at once.
-const LIGHTEST: f64 = 30.0;
-
 /// Solves per area. Regula falsi with the Illinois rule takes 4 to 10.
 const MOST_SOLVES: usize = 60;
 
@@ -55,7 +51,9 @@ pub fn pressures_of_contact(
     };
     let mut pressure_of = |target: f64| {
         let guess = scale.divide(gradient) * estimated_p_star(target);
-        root(target, guess, (CONTACT_TOLERANCE * target).max(node_fraction), &mut contact)?
+        // Below, rounding of the heights exceeds the tolerance.
+        let lightest = guess * problem.rounding_floor(problem.heights.rms(), guess) / problem.tolerance;
+        root(target, (guess, lightest), (CONTACT_TOLERANCE * target).max(node_fraction), &mut contact)?
             .map_err(|jump| Error::input("problem", "load.contact", target, jump.accepted()))
     };
     let mut pressures: Vec<f64> = Vec::new();
@@ -90,10 +88,11 @@ impl Jump {
     }
 }
 
-/// The pressure at which `contact`, which rises with it, is `target` within `tolerance`, or the jump over the target.
+/// The pressure at which `contact`, which rises with it, is `target` within `tolerance`, or the jump over the target: points at one height
+/// touch all at once under the `lightest` pressure.
 fn root(
     target: f64,
-    guess: f64,
+    (guess, lightest): (f64, f64),
     tolerance: f64,
     contact: &mut impl FnMut(f64) -> Result<f64>,
 ) -> Result<std::result::Result<f64, Jump>> {
@@ -122,10 +121,10 @@ fn root(
         x = match (low, high) {
             (Some([a, fa]), Some([b, fb])) if (b - a).abs() > JUMP => (a * fb - b * fa) / (fb - fa),
             (Some(_), Some(_)) => return Ok(Err(jump)),
-            (None, Some(_)) if x < guess.ln() - LIGHTEST => return Ok(Err(jump)),
+            (None, Some(_)) if x <= lightest.ln() => return Ok(Err(jump)),
             // Contact is about proportional to the pressure.
             (Some([a, fa]), None) => a + (target / (target + fa).max(target / 10.0)).ln().max(0.1),
-            (None, Some([b, fb])) => b - ((target + fb) / target).ln().max(0.1),
+            (None, Some([b, fb])) => (b - ((target + fb) / target).ln().max(0.1)).max(lightest.ln()),
             (None, None) => unreachable!("one of them was set"),
         };
     }
@@ -144,11 +143,11 @@ mod tests {
                 solves += 1;
                 Ok(p / (1.0 + p))
             };
-            let actual = root(0.2, guess, 1e-6, &mut smooth).expect("no error").expect("a root");
+            let actual = root(0.2, (guess, 1e-9), 1e-6, &mut smooth).expect("no error").expect("a root");
             assert!((actual - 0.25).abs() < 1e-5 && solves < 40, "{actual} after {solves}");
         }
         let mut step = |p: f64| Ok(if p < 0.5 { 0.1 } else { 0.9 });
-        let jump = root(0.5, 0.4, 1e-3, &mut step).expect("no error").expect_err("no root");
+        let jump = root(0.5, (0.4, 1e-9), 1e-3, &mut step).expect("no error").expect_err("no root");
         assert_eq!(jump, Jump { below: Some(0.1), above: Some(0.9) });
         assert!(jump.accepted().starts_with("up to 10.000%, or from 90.000% on"));
         // A terrace touches as a whole.
@@ -157,7 +156,7 @@ mod tests {
             solves += 1;
             Ok(0.25 + p / (1.0 + p))
         };
-        let jump = root(0.004, 0.01, 1e-4, &mut terrace).expect("no error").expect_err("no root");
+        let jump = root(0.004, (0.01, 1e-9), 1e-4, &mut terrace).expect("no error").expect_err("no root");
         assert!(jump.below.is_none() && jump.accepted().starts_with("25.000% and more") && solves < 12, "{solves}");
     }
 

@@ -4,12 +4,13 @@ use super::FastRun;
 use super::descent::{DescentSnapshot, Ended};
 use super::dual::{Contact, ContactStress, LIMIT, Solved, transferred};
 use super::level::Level;
-use crate::interface::{AttractionLaw, Elastic, Law, PenaltyWall, Wall};
+use super::window::{ComputationCell, Window};
+use crate::interface::{AttractionLaw, Law, PenaltyWall, Wall};
 use crate::method::equilibrium_check::Ending;
+use crate::method::sweep::each_row;
 use crate::method::{ErrorEstimates, Iteration, Load, Observer, ReducedProblem, SnapshotRef};
 use asperity_grid::sys::ranks::ALONE;
 use asperity_grid::{Grid, Real, mean};
-use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// Largest share of nodes in contact, above which a product with the sparse model costs more than a transform pair.
@@ -33,18 +34,18 @@ const PLANNED: f64 = 0.05;
 const UNPLANNED: f64 = 6.7e7;
 
 /// Compliance (L/E*) of a stiff linear wall without attraction and hardness, behind which the grids of a problem are solved for the contact
-/// stress under a pressure. `None` for other walls, and with several ranks, a patch that is not periodic, and oblong pixels.
+/// stress under a pressure. `None` for other walls, and with several ranks and oblong pixels.
 fn stiff_wall(problem: &ReducedProblem) -> Option<f64> {
     let Wall::Penalty(PenaltyWall { length }) = problem.wall else { return None };
     let ratio = problem.grid.dx() / problem.grid.dy();
     let alone = problem.adhesion == AttractionLaw::None && problem.hardness.is_none();
-    let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
-    let fits = problem.grid.points() < u32::MAX as usize && ratio.max(1.0 / ratio) <= OBLONG;
-    let takes = alone && periodic && fits && !problem.ranks.are_several() && length * problem.stiffest_mode() <= STIFF;
+    let points = ComputationCell::of(problem).grid.points();
+    let fits = points < u32::MAX as usize && ratio.max(1.0 / ratio) <= OBLONG;
+    let takes = alone && fits && !problem.ranks.are_several() && length * problem.stiffest_mode() <= STIFF;
     takes.then_some(length)
 }
 
-/// Bytes of a solve for the contact stress on a problem's grid, without the series of the heights; 0 where there is none.
+/// Bytes of a solve for the contact stress on the grid of a problem's cell, without the series of the heights; 0 where there is none.
 pub(super) fn bytes(problem: &ReducedProblem, real: usize) -> u64 {
     if stiff_wall(problem).is_none() {
         return 0;
@@ -52,7 +53,14 @@ pub(super) fn bytes(problem: &ReducedProblem, real: usize) -> u64 {
     // Gap, spectrum, and the gap of the coarser grid.
     let state = 2.25 * real as f64;
     let bytes = state + Contact::<f64>::BYTES + PLANNED * Contact::<f64>::BYTES_OF_CONTACT;
-    (bytes * problem.grid.points() as f64) as u64
+    (bytes * ComputationCell::of(problem).grid.points() as f64) as u64
+}
+
+/// The facing nodes `y nx + x` whose gap is so low.
+fn nodes_below<T: Real>(gap: &[T], (window, nx): (Window, usize), is_low: impl Fn(T) -> bool) -> Vec<u32> {
+    let rows = gap.chunks(nx).enumerate();
+    let facing = rows.flat_map(|(y, row)| row[..window.inside(y, nx)].iter().zip((y * nx) as u32..));
+    facing.filter(|(g, _)| is_low(**g)).map(|(_, i)| i).collect()
 }
 
 /// State of a coarser grid.
@@ -87,7 +95,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
 
     /// Whether so many nodes in contact are few enough on the problem's grid, for time and for memory.
     fn is_small(&self, contact: f64) -> bool {
-        let nodes = contact * self.cell.grid.points() as f64;
+        let nodes = contact * self.cell.window(self.cell.grid).points() as f64;
         let fits = contact <= PLANNED || nodes * Contact::<f64>::BYTES_OF_CONTACT <= UNPLANNED;
         contact > 0.0 && contact <= CONTACT && fits && nodes < Contact::<f64>::MOST_NODES
     }
@@ -102,11 +110,11 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         if !self.takes_stress(load) {
             return StressSolved::untouched(level);
         }
-        let mut sorted = level.gap().to_vec();
+        let (window, nx) = (level.window(), level.grid().nx);
+        let mut sorted = window.cut(level.gap(), nx);
         let count = ((LOWEST * sorted.len() as f64) as usize).min(sorted.len() - 1);
         let (_, &mut limit, _) = sorted.select_nth_unstable_by(count, |a, b| a.wide().total_cmp(&b.wide()));
-        let lowest = level.gap().iter().zip(0..).filter(|(g, _)| **g <= limit);
-        let nodes: Vec<u32> = lowest.map(|(_, i)| i).collect();
+        let nodes = nodes_below(level.gap(), (window, nx), |g| g <= limit);
         let start = ContactStress { values: vec![level.pressure; nodes.len()], nodes };
         self.solved_from(level, &start, None, iterations)
     }
@@ -137,7 +145,8 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         mut coarse: CoarseContact<T>,
         iterations: &mut usize,
     ) -> StressSolved<'s, T, L> {
-        let nodes: Vec<u32> = level.gap().iter().zip(0..).filter(|(g, _)| **g < T::zero()).map(|(_, i)| i).collect();
+        let (window, nx) = (level.window(), level.grid().nx);
+        let nodes = nodes_below(level.gap(), (window, nx), |g| g < T::zero());
         if nodes.is_empty() {
             return StressSolved::untouched(level);
         }
@@ -156,7 +165,10 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
     ) -> StressSolved<'s, T, L> {
         let (grid, pressure, wall) = (level.grid(), level.pressure, stiff_wall(self.problem).unwrap_or(0.0));
         drop(level);
-        let contact = Contact { grid, kernel: &self.problem.kernel, heights: &self.heights, wall, pressure };
+        let facing = self.cell.window(grid);
+        let spread = pressure * facing.points() as f64 / grid.points() as f64;
+        let (kernel, heights) = (&self.problem.kernel, &self.heights);
+        let contact = Contact { grid, facing, kernel, heights, wall, pressure: spread };
         let tolerance = self.goal(grid, Load::Pressure(pressure));
         let grid_fraction = grid.points() as f64 / self.cell.grid.points() as f64;
         let before = *iterations;
@@ -216,7 +228,10 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
 
     /// A level with the gap of a contact stress: compressed where the stress acts, open elsewhere.
     fn at_gap(&self, grid: Grid, (mut gap, stress): (Vec<T>, &ContactStress), wall: f64) -> Level<'_, T, L> {
-        gap.par_iter_mut().for_each(|g| *g = g.max(T::zero()));
+        let window = self.cell.window(grid);
+        each_row(&mut gap, grid.nx, |y, gap| {
+            gap[..window.inside(y, grid.nx)].iter_mut().for_each(|g| *g = g.max(T::zero()));
+        });
         stress.nodes.iter().zip(&stress.values).for_each(|(i, s)| gap[*i as usize] = T::of(-wall * s));
         Level::with_gap(grid, self.body(grid), self.cell, None, gap)
     }

@@ -12,6 +12,7 @@ mod transfer;
 use super::column::{Factor, multiply};
 use super::descent::remaining;
 use super::host::first_bytes;
+use super::window::Window;
 use crate::interface::Elastic;
 use crate::method::ErrorEstimates;
 use crate::method::iteration::relative_change;
@@ -51,11 +52,13 @@ const WITHOUT_STRESS: f64 = 0.25;
 /// A rigid rough surface on an elastic body under a mean pressure.
 pub(in crate::method::fast) struct Contact<'h, T> {
     pub grid: Grid,
+    /// Nodes that may be in contact.
+    pub facing: Window,
     pub kernel: &'h Elastic,
     pub heights: &'h Series<T>,
     /// Compliance of the wall, L/E*.
     pub wall: f64,
-    /// Mean pressure, E*.
+    /// Mean pressure over the cell, E*.
     pub pressure: f64,
 }
 
@@ -141,8 +144,8 @@ impl<T: Real> Contact<'_, T> {
     /// Most nodes in contact, whose entries have 32-bit numbers.
     pub(in crate::method::fast) const MOST_NODES: f64 = (u32::MAX as usize / MOST_ENTRIES) as f64;
 
-    /// Solves from an initial stress until the rms error of the stress is estimated at `tolerance` of the pressure, in `limit` iterations at
-    /// most. `watch` receives the number of iterations and this estimate, and may stop the solve.
+    /// Solves from an initial stress until the rms error of the stress of the facing nodes is estimated at `tolerance` of their pressure, in
+    /// `limit` iterations at most. `watch` receives the number of iterations and this estimate, and may stop the solve.
     pub(in crate::method::fast) fn solve(
         &self,
         start: &ContactStress,
@@ -152,6 +155,7 @@ impl<T: Real> Contact<'_, T> {
         let table = ComplianceTable::new(self.grid, self.kernel, self.wall);
         let mut solve = Solve::new(self, &table, start);
         let points = self.grid.points() as f64;
+        let share = self.facing.points() as f64 / points;
         let (mut iterations, mut level, mut stopped) = (0, 0.0, ControlFlow::Continue(()));
         // Residual, nodes with stress and common displacement of the last two states.
         let mut history = [[f64::NAN; 3]; 2];
@@ -162,7 +166,7 @@ impl<T: Real> Contact<'_, T> {
             let step = model_step(&solve.factor, (&r, level), &solve.stress, solve.omega, deficit);
             level = step.level;
             // The scale is that of long waves; the model is exact in short ones.
-            let residual = (step.square / points).sqrt() / (solve.omega.min(1.0) * self.pressure);
+            let residual = (step.square * share / points).sqrt() / (solve.omega.min(1.0) * self.pressure);
             if residual <= tolerance {
                 let overlapping = solve.overlapping(-level);
                 let complete = overlapping.is_empty();
@@ -201,7 +205,7 @@ impl<T: Real> Contact<'_, T> {
         let stress = solve.contact_stress();
         let Solve { mut gap, fft_pairs, .. } = solve;
         gap.par_iter_mut().for_each(|g| *g += T::of(level));
-        let error_estimates = error_estimates(history, mean(&gap));
+        let error_estimates = error_estimates(history, mean(&self.facing.cut(&gap, self.grid.nx)));
         Solved { gap, stress, error_estimates, fft_pairs, iterations, stopped }
     }
 }
@@ -246,9 +250,13 @@ impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
 
     /// The nodes outside of the factor with a gap below `limit`.
     fn overlapping(&self, limit: f64) -> Vec<u32> {
-        let (nx, limit) = (self.contact.grid.nx, T::of(limit));
+        let (nx, facing, limit) = (self.contact.grid.nx, self.contact.facing, T::of(limit));
         let of_row = |(y, row): (usize, &[T])| {
-            let below = row.iter().zip((y * nx) as u32..).filter(|(g, _)| **g < limit).map(|(_, index)| index);
+            let below = row[..facing.inside(y, nx)]
+                .iter()
+                .zip((y * nx) as u32..)
+                .filter(|(g, _)| **g < limit)
+                .map(|(_, index)| index);
             below.filter(|index| !self.factor.nodes.contains(*index)).collect::<Vec<u32>>()
         };
         let rows: Vec<Vec<u32>> = self.gap.par_chunks(nx).enumerate().map(of_row).collect();
@@ -337,7 +345,7 @@ impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
 
     /// Adds the displacement of the new step to the gap. Returns the nodes outside of the factor with a gap below `limit`.
     fn displace(&mut self, (new, old): (f32, f32), limit: f64) -> Vec<u32> {
-        let nx = self.contact.grid.nx;
+        let (nx, facing) = (self.contact.grid.nx, self.contact.facing);
         let (limit, nodes) = (T::of(limit), &self.factor.nodes);
         let Some(LastStep { displacement, .. }) = &mut self.last else { return Vec::new() };
         let fields = self.gap.par_chunks_mut(nx).zip(displacement.par_chunks_mut(nx));
@@ -346,7 +354,7 @@ impl<'s, 'h, T: Real> Solve<'s, 'h, T> {
                 worker.inverse(spectrum);
                 moved.iter_mut().zip(&worker.row).for_each(|(d, q)| *d = new * q + old * *d);
                 gap.iter_mut().zip(&*moved).for_each(|(g, d)| *g += T::of(f64::from(*d)));
-                let below = gap.iter().zip((y * nx) as u32..).filter(|(g, _)| **g < limit);
+                let below = gap[..facing.inside(y, nx)].iter().zip((y * nx) as u32..).filter(|(g, _)| **g < limit);
                 below.map(|(_, index)| index).filter(|index| !nodes.contains(*index)).collect::<Vec<u32>>()
             });
         self.fft_pairs += 1.0;
