@@ -47,7 +47,7 @@ ESTIMATES = ["pull-off pressure", "time", "memory"]
 # Of a Gaussian: the largest share of the stated error that the truth may be uncertain by.
 THIRD = 1.0 / 3.0
 
-FIELDS = ["contact area", "mean gap", "peak contact stress", "subsurface von Mises", "leakage"]
+FIELDS = ["contact area", "mean gap", "leakage"]
 QUANTITIES = [*FIELDS, "stiffness", "extrapolated area", "extrapolated mean gap", "pull-off pressure", "time", "memory", "accuracy"]
 
 
@@ -94,15 +94,15 @@ def fields(program, case):
     try:
         load = load_of(program, case, case.flags)
         n, middle, fine = case.sizes
-        coarse = program.solve(case.heights(n), [*case.flags, *load], stress=True)[0]
-        half = program.solve(case.heights(middle), [*case.flags, *load], stress=True)[0]
-        truth = program.solve(case.heights(fine), [*case.flags, *load], stress=True)[0]
+        coarse = program.solve(case.heights(n), [*case.flags, *load])[0]
+        half = program.solve(case.heights(middle), [*case.flags, *load])[0]
+        truth = program.solve(case.heights(fine), [*case.flags, *load])[0]
     except Failed as e:
         for quantity in FIELDS:
             records.failed(quantity, e)
         return records
     try:
-        below = program.solve(case.heights(n // 2), [*case.flags, *load], stress=True)[0]
+        below = program.solve(case.heights(n // 2), [*case.flags, *load])[0]
     except Failed:
         below = None
     gaps = lambda get: [None if s is None else get(s)[0] for s in (below, coarse, half, truth)]  # noqa: E731
@@ -112,9 +112,7 @@ def fields(program, case):
 
     area, uncertain = area_of_finest((half, middle), (truth, fine))
     records.take("contact area", coarse.contact_area(), area, None, change(gaps(type(coarse).contact_area)), uncertain)
-    for quantity, get in (("mean gap", lambda s: s.mean_gap()), ("peak contact stress", lambda s: s.peak()),
-                          ("subsurface von Mises", lambda s: s.von_mises()), ("leakage", lambda s: s.hydraulic_gap("x")),
-                          ("leakage", lambda s: s.hydraulic_gap("y"))):
+    for quantity, get in (("mean gap", lambda s: s.mean_gap()), ("leakage", lambda s: s.hydraulic_gap("x")), ("leakage", lambda s: s.hydraulic_gap("y"))):
         values = gaps(get)
         records.take(quantity, get(coarse), values[3], values[2], change(values))
     records[0].update(nodes=coarse.nodes, edges=coarse.perimeter / n, contact=area)
@@ -289,7 +287,9 @@ the case is *undecided*.
 - *no error*: results without a stated error. *failed*: refused or not converged on one of the grids.
 - *pull-off pressure*: its error is an estimate, as the grids may lose different asperities last.
 - *time*, *memory*: forecasts of `--dry-run`, which are estimates: the ratio is that of measured to forecast, over a factor of 10 for
-  times and 1.25 for memory.
+  times and 1.25 for memory. The problems are small, and the program itself takes a part of their memory.
+
+Peak contact stress and the stress below the surface have no stated error.
 
 {table}
 
@@ -304,7 +304,8 @@ contact area, the mean gap and the stiffness together. The truth is the map's Fo
 - *reached*: the stated errors are within the target on one of the map's grids; *not reached* ends with a warning.
 - *within the target*: how many of these are within the target of the truth, in all three quantities.
 - *time over the cheapest*: time of all grids that `--error` solves, over that of the cheapest plain solve (any grid, tolerances of 1e-3,
-  1e-5 and 1e-8) that is within the target of the truth, which only the truth tells.
+  1e-5 and 1e-8) that is within the target of the truth, which only the truth tells. A grid is accepted when its stated error is within the
+  target, and that error is several times the median deviation, since it covers 19 of 20.
 
 {accuracy}
 """

@@ -125,14 +125,7 @@ def field_case(kind, seed, index):
         flags = ["--non-periodic"]
     if kind == "non-periodic" and s.kind != "patch":
         p_star = log_uniform(rng, 1e-3, 0.3)
-    if "--poisson" not in flags:
-        flags += ["--poisson", 0.3]
-    depths = ",".join(f"{d / n:.6g}" for d in (1, 2, 4, 8))
-    # A thin layer has no stress at depths below it.
-    if kind == "layer":
-        thickness = flags[flags.index("--thickness") + 1]
-        depths = ",".join(f"{thickness * d:.6g}" for d in (0.1, 0.3, 0.6, 0.9))
-    flags += ["--subsurface", depths, "--leakage"]
+    flags += ["--leakage"]
     # Thin layers need other pressures than p* for the same contact; these cases are found by their contact.
     by_contact = kind in ("layer", "penalty")
     case = Case(f"{kind} {seed}.{index}", kind, s, measured, flags, p_star * measured, (n, FINER // 2 * n, FINER * n))

@@ -32,32 +32,25 @@ class Program:
             raise Failed(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit code {done.returncode}")
         return done
 
-    def solve(self, heights, flags, stress=False, timeout=TIMEOUT):
+    def solve(self, heights, flags, timeout=TIMEOUT):
         """One `State` per load."""
         for tolerance in TOLERANCES:
             try:
                 own = [] if "--tolerance" in flags else ["--tolerance", tolerance]
-                return self.solved(heights, [*flags, *own], stress, timeout)
+                return self.solved(heights, [*flags, *own], timeout)
             except Failed as e:
                 if "rounding floor" not in str(e) or not own or tolerance == TOLERANCES[-1]:
                     raise
         raise AssertionError
 
-    def solved(self, heights, flags, stress, timeout):
+    def solved(self, heights, flags, timeout):
         with scratch() as folder:
             np.save(folder / "h.npy", heights)
             arguments = ["solve", "h.npy", "--touching", "low-points", "--length", 1, "--modulus", 1, "--threads", 1, "--json", *flags]
-            if stress:
-                arguments += ["--out", "out"]
             done = self.run(arguments, folder, timeout)
             lines = [json.loads(line) for line in done.stdout.splitlines()]
             pull_off = next((line for line in lines if "pull_off_pressure" in line), None)
-            states = [State(line, pull_off) for line in lines if line is not pull_off]
-            if stress:
-                for i, state in enumerate(states):
-                    name = "stress.npy" if len(states) == 1 else f"load-{i + 1}-stress.npy"
-                    state.stress = float(np.load(folder / "out" / name).max())
-            return states
+            return [State(line, pull_off) for line in lines if line is not pull_off]
 
     def scene(self, text, heights, dry_run=False, timeout=TIMEOUT):
         """Results of `run` with this scene on a map, or its forecast, and the seconds that it took."""
@@ -96,7 +89,7 @@ class State:
     """A line of `solve --json`. Each quantity is (value, stated error or None)."""
 
     def __init__(self, line, pull_off=None):
-        self.line, self.pull_off_line, self.stress = line, pull_off, None
+        self.line, self.pull_off_line = line, pull_off
 
     @property
     def nodes(self):
@@ -132,13 +125,6 @@ class State:
 
     def hydraulic_gap(self, axis):
         return self.number(f"hydraulic_gap_{axis}")
-
-    def peak(self):
-        return self.stress, None
-
-    def von_mises(self):
-        entry = (self.line.get("subsurface") or {}).get("von_mises")
-        return (None, None) if entry is None else (entry.get("value"), entry.get("error"))
 
     def pull_off(self):
         line = self.pull_off_line or {}

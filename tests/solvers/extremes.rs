@@ -52,19 +52,19 @@ fn loads_from_one_pixel_to_full_contact() {
     }
 }
 
-/// The upper terraces touch as a whole under the lightest loads. Iterations do not grow as the load falls, down to where rounding of the
-/// heights exceeds the tolerance: measured are 22 to 40.
+/// Plateaus at one height touch as a whole under the lightest loads. Iterations hardly grow as the load falls, down to where rounding of the
+/// heights exceeds the tolerance: 25 to 42, and 2766 without the approach to first contact on the finer grid.
 #[test]
-fn light_loads_on_terraces() {
-    let (grid, heights) = rough(96, 96, 1.0 / 4.0, 7);
-    let m = moments(grid, &heights);
-    let terraces: Vec<f64> = heights.iter().map(|h| m.rms_height * (2.0 * h / m.rms_height).round()).collect();
-    let top = lowest(&terraces);
-    let touching = terraces.iter().filter(|h| **h == top).count();
-    assert!(touching > 10, "{touching}");
-    let p = problem(grid, &terraces);
-    let gradient = moments(grid, &terraces).rms_gradient;
-    for p_star in [1e-4, 1e-5, 1e-6, 1e-7] {
+fn light_loads_on_plateaus() {
+    let (grid, heights) = rough(192, 192, 1.0 / 8.0, 7);
+    let mut sorted = heights.clone();
+    sorted.sort_by(f64::total_cmp);
+    let top = sorted[sorted.len() / 10];
+    let plateaus: Vec<f64> = heights.iter().map(|h| h.max(top)).collect();
+    let touching = plateaus.iter().filter(|h| **h == top).count();
+    let p = problem(grid, &plateaus);
+    let gradient = moments(grid, &plateaus).rms_gradient;
+    for p_star in [1e-4, 1e-5, 1e-6] {
         let found = path(&p, "fast", &[p_star * gradient]).remove(0);
         assert_eq!(found.stop, Stop::Converged, "p* = {p_star}");
         assert!(found.iterations < 100, "p* = {p_star}: {}", found.iterations);

@@ -49,8 +49,11 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
             if ended.ending != Ending::Met || miss.abs() <= within {
                 return ended;
             }
-            if search.imposed > IMPOSED || coarse && search.corrections == COARSE_CORRECTIONS {
+            if coarse && search.corrections == COARSE_CORRECTIONS {
                 return Ended { ending: Ending::Stopped(Stop::IterationLimit), ..ended };
+            }
+            if search.imposed > IMPOSED {
+                return Ended { ending: Ending::Stopped(Stop::RoundingFloor), ..ended };
             }
             let moved = *iterations > start;
             if moved {
