@@ -160,8 +160,8 @@ impl Case {
         // What is doubtful about a map is so on all its grids.
         let is_map = matches!(self.surface(), HeightSource::Imported { .. });
         let warnings = |problem: &Problem, reduction: &Reduction| {
-            let of_surface = problem.surface_warnings(reduction).into_iter().filter(|_| !is_map);
-            let of_surface = of_surface.map(|text| preparation_keys(&text));
+            let of_surface = if is_map { Vec::new() } else { problem.surface_warnings(reduction) };
+            let of_surface = of_surface.iter().map(|text| preparation_keys(text));
             of_surface.chain(problem.load_warnings(reduction, &self.given_units())).collect::<Vec<_>>()
         };
         let mut problem = self.problem.on_nodes(nodes, coarsest);
