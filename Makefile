@@ -141,7 +141,7 @@ lint:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	cargo check --locked -p asperity-contact
-	cargo clippy --workspace --lib --bins --tests --features asperity/$(subst $(comma),$(comma)asperity/,$(FEATURES)) --locked -- -D warnings
+	cargo clippy --workspace --lib --bins --tests $(if $(FEATURES),--features asperity/$(subst $(comma),$(comma)asperity/,$(FEATURES))) --locked -- -D warnings
 
 msrv:
 	version=$$(sed -n 's/^rust-version = "\([0-9.]*\)".*/\1/p' Cargo.toml) && \

@@ -39,8 +39,8 @@ pub(super) struct TradeoffArgs {
     /// Seed of the surface. Default: surface.seed of the scene.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Time after which no further setting begins, as 90s, 10min or 2h, including earlier runs in this folder. Each method runs once
-    /// before its other settings; skipped settings are listed. The reference is always solved. Default: no limit.
+    /// Time after which no further setting begins, as 90s, 10min or 2h, including earlier runs in this folder. Each method comes
+    /// once before the other settings; skipped settings are listed. The reference is always solved. Default: no limit.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
     /// Blocks of atoms that LAMMPS runs, comma-separated, as CELLSxDEPTH, CELLSxDEPTH+FOUNDATION (with a prescribed base) or

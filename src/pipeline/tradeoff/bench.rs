@@ -15,6 +15,7 @@ use asperity_grid::Series;
 use asperity_grid::sys;
 use asperity_surface::files::atomic_file::{remove, remove_folder};
 use std::cell::OnceCell;
+use std::time::Instant;
 
 /// Measured and skipped settings of a benchmark.
 #[derive(Default)]
@@ -38,6 +39,8 @@ pub(super) struct BenchmarkRunner<'a> {
     /// Fourier series of a synthesised surface, the same on every grid.
     series: OnceCell<Series<f64>>,
     measured: Vec<(BenchmarkPoint, MeasuredPoint)>,
+    /// Wall time of settings that failed, s.
+    failed_seconds: f64,
 }
 
 impl<'a> BenchmarkRunner<'a> {
@@ -59,12 +62,13 @@ impl<'a> BenchmarkRunner<'a> {
             rough: Roughness::of(case),
             series: OnceCell::new(),
             measured: Vec::new(),
+            failed_seconds: 0.0,
         })
     }
 
     /// Wall time of all stages, s. Reused stages count with their recorded time.
     pub(super) fn spent_seconds(&self) -> f64 {
-        self.folder.costs.iter().map(|c| c.seconds).sum()
+        self.folder.costs.iter().map(|c| c.seconds).sum::<f64>() + self.failed_seconds
     }
 
     /// Key of the stage of a reference solution.
@@ -222,10 +226,12 @@ impl<'a> BenchmarkRunner<'a> {
                 return Ok(Err(format!("the budget of {} was spent before", duration(budget))));
             }
         }
+        let clock = Instant::now();
         match self.measure(point, Some((&reference.point, (&reference.measured, &key)))) {
             Err(e @ (Error::Lammps { .. } | Error::NotConverged { .. } | Error::Format { .. }))
                 if point.block.is_some() =>
             {
+                self.failed_seconds += clock.elapsed().as_secs_f64();
                 Ok(Err(e.to_string().replace('\n', " ")))
             }
             other => other.map(Ok),

@@ -9,7 +9,7 @@ use crate::pipeline::stage::PlannedStage;
 use crate::scene::Case;
 use asperity_contact::method::require;
 
-/// The reference solutions and all settings, in the order in which they run. Settings that the machine's memory or the
+/// The reference solutions and all settings, blocks of atoms last. Settings that the machine's memory or the
 /// budget does not permit are left out when they are measured.
 ///
 /// # Errors
@@ -29,7 +29,7 @@ pub fn tradeoff_plan(case: &Case, request: &TradeoffRequest) -> Result<RunPlan> 
     let mut stages =
         named.map(|(name, p)| planned(name, p, &case, request.repeats)).collect::<Result<Vec<PlannedStage>>>()?;
     if request.budget_seconds.is_some() {
-        warnings.push("settings that begin after the budget is spent are left out".into());
+        warnings.push("no setting begins after the budget is spent".into());
     }
     for (point, planned) in blocks.iter().flat_map(|blocks| blocks.planned()) {
         match planned {

@@ -1,5 +1,6 @@
 //! Loads that are given as contact areas: the pressures that produce them.
 
+use crate::interface::rounded;
 use crate::method::{ContactMethod, Load, Observer, ProblemScale, ReducedProblem, Stop};
 use asperity_grid::sys::expect_memory;
 use asperity_grid::{Error, Result};
@@ -9,6 +10,9 @@ const CONTACT_TOLERANCE: f64 = 1e-3;
 
 /// Relative distance of two pressures between which the contact jumps past a target.
 const JUMP: f64 = 1e-7;
+
+/// Share of the first guess below which a pressure may be called the lightest.
+const LIGHTEST: f64 = 1e-2;
 
 /// Solves per area. Regula falsi with the Illinois rule takes 4 to 10.
 const MOST_SOLVES: usize = 60;
@@ -52,7 +56,8 @@ pub fn pressures_of_contact(
     let mut pressure_of = |target: f64| {
         let guess = scale.divide(gradient) * estimated_p_star(target);
         // Below, rounding of the heights exceeds the tolerance.
-        let lightest = guess * problem.rounding_floor(problem.heights.rms(), guess) / problem.tolerance;
+        let hidden = guess * problem.rounding_floor(problem.heights.rms(), guess) / problem.tolerance;
+        let lightest = hidden.min(LIGHTEST * guess);
         root(target, (guess, lightest), (CONTACT_TOLERANCE * target).max(node_fraction), &mut contact)?
             .map_err(|jump| Error::input("problem", "load.contact", target, jump.accepted()))
     };
@@ -77,7 +82,7 @@ struct Jump {
 
 impl Jump {
     fn accepted(self) -> String {
-        let percent = |area: f64| format!("{:.3}%", 100.0 * area);
+        let percent = |area: f64| format!("{}%", rounded(100.0 * area));
         match (self.below.map(percent), self.above.map(percent)) {
             (Some(below), Some(above)) => {
                 format!("up to {below}, or from {above} on: the contact of this surface jumps in between")
@@ -149,7 +154,7 @@ mod tests {
         let mut step = |p: f64| Ok(if p < 0.5 { 0.1 } else { 0.9 });
         let jump = root(0.5, (0.4, 1e-9), 1e-3, &mut step).expect("no error").expect_err("no root");
         assert_eq!(jump, Jump { below: Some(0.1), above: Some(0.9) });
-        assert!(jump.accepted().starts_with("up to 10.000%, or from 90.000% on"));
+        assert!(jump.accepted().starts_with("up to 10%, or from 90% on"));
         // A terrace touches as a whole.
         let mut solves = 0;
         let mut terrace = |p: f64| {
@@ -157,7 +162,7 @@ mod tests {
             Ok(0.25 + p / (1.0 + p))
         };
         let jump = root(0.004, (0.01, 1e-9), 1e-4, &mut terrace).expect("no error").expect_err("no root");
-        assert!(jump.below.is_none() && jump.accepted().starts_with("25.000% and more") && solves < 12, "{solves}");
+        assert!(jump.below.is_none() && jump.accepted().starts_with("25% and more") && solves < 12, "{solves}");
     }
 
     #[test]

@@ -76,18 +76,6 @@ pub(super) fn fits(grid: Grid) -> bool {
     3 * 8 * grid.points() as u64 <= sys::available_memory_bytes()
 }
 
-/// A flat surface touches everywhere or nowhere: it has no p*, and no contact fraction or displacement in between.
-fn refuse_flat(loads: &Loads, gradient: f64, names: &dyn Names) -> std::result::Result<(), Complaint> {
-    let needs_roughness = matches!(loads.kind, LoadKind::PStar | LoadKind::Contact | LoadKind::Displacement);
-    match loads.values.first() {
-        Some(value) if gradient == 0.0 && needs_roughness => {
-            let accepted = "pressures, forces or mean gaps: the surface is flat".into();
-            Err(names.complaint(loads.kind.field(), Some(0), *value, accepted))
-        }
-        _ => Ok(()),
-    }
-}
-
 impl Problem {
     /// rms gradient of the whole spectrum, of which p* is a multiple; NaN for a map whose transform does not fit into memory.
     pub fn gradient(&self) -> f64 {
@@ -129,12 +117,29 @@ impl Problem {
             max_iterations: self.max_iterations,
             settings: self.settings,
         };
-        refuse_flat(loads, gradient, names).map_err(refuse)?;
+        self.refuse_flat(loads, gradient, names).map_err(refuse)?;
         let touch = self.first_touch(loads, names).map_err(refuse)?;
         let steps = self.steps(loads, gradient, touch);
         self.refuse_closed(&model, loads, gradient, names).map_err(refuse)?;
         self.refuse_unrepresentable(&model, loads, &steps, names).map_err(refuse)?;
         Ok(Reduction { model, steps, gradient })
+    }
+
+    /// A flat surface touches everywhere or nowhere: it has no p*, and no contact fraction or displacement in between.
+    fn refuse_flat(&self, loads: &Loads, gradient: f64, names: &dyn Names) -> std::result::Result<(), Complaint> {
+        // The gradient of equal heights may be rounding.
+        let is_flat = match self.surface.source() {
+            HeightSource::Imported { heights, .. } => heights.iter().all(|h| *h == heights[0]),
+            _ => gradient == 0.0,
+        };
+        let needs_roughness = matches!(loads.kind, LoadKind::PStar | LoadKind::Contact | LoadKind::Displacement);
+        match loads.values.first() {
+            Some(value) if is_flat && needs_roughness => {
+                let accepted = "pressures, forces or mean gaps: the surface is flat".into();
+                Err(names.complaint(loads.kind.field(), Some(0), *value, accepted))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn reduced_map(&self, map: &HardnessMap) -> std::result::Result<HardnessMap, Complaint> {

@@ -60,8 +60,9 @@ pub(super) fn bytes(problem: &ReducedProblem, real: usize) -> u64 {
     }
     // Gap, spectrum, and the gap of the coarser grid.
     let state = 2.25 * real as f64;
-    let bytes = state + Contact::<f64>::BYTES + PLANNED * Contact::<f64>::BYTES_OF_CONTACT;
-    (bytes * ComputationCell::of(problem).grid.points() as f64) as u64
+    let of_cell = (state + Contact::<f64>::BYTES) * ComputationCell::of(problem).grid.points() as f64;
+    let of_contact = PLANNED * Contact::<f64>::BYTES_OF_CONTACT * problem.grid.points() as f64;
+    (of_cell + of_contact) as u64
 }
 
 /// The facing nodes `y nx + x` whose gap is so low.
@@ -99,7 +100,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
     pub(super) fn takes_stress(&self, load: Load) -> bool {
         let pressed = matches!(load, Load::Pressure(p) if p > 0.0);
         // The solver for the gap meets a load that rounding hides more accurately.
-        let hidden = self.problem.wall == Wall::Hard && self.tolerance(load) > self.problem.tolerance;
+        let hidden = self.problem.wall == Wall::Hard && self.rounding(load) > self.problem.tolerance;
         pressed && !hidden && self.gpu.is_none() && stiff_wall(self.problem).is_some()
     }
 
@@ -209,7 +210,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         };
         let (mut state, stress, (mut error_estimates, mut fft_pairs, mut stopped)) =
             solve(start, ACCURATE * tolerance, iterations);
-        // The solver for the gap is slow behind a stiff wall.
+        // The solver for the gap takes more transforms for what is missing.
         if let Some(level) = state.as_mut().filter(|_| stopped.is_continue()) {
             level.pressure = pressure;
             level.evaluate(self.problem.precision);

@@ -178,11 +178,18 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
 
     /// Shifts the gap rigidly so that (at least) `nodes` facing nodes close, without overlap.
     pub(super) fn approach(&mut self, nodes: usize) {
-        let (nx, window) = (self.grid().nx, self.window());
+        let (grid, nx, window, body) = (self.grid(), self.grid().nx, self.window(), self.body);
         let gap = self.gap_mut();
-        let mut facing = window.cut(gap, nx);
-        let last = nodes.clamp(1, facing.len()) - 1;
-        let (_, &mut by, _) = facing.select_nth_unstable_by(last, |a, b| a.wide().total_cmp(&b.wide()));
+        let by = if nodes <= 1 {
+            // Of all ranks.
+            let rows = gap.chunks(nx).enumerate();
+            let own = rows.map(|(y, gap)| lowest(&gap[..window.inside(y, nx)])).fold(T::infinity(), T::min);
+            T::of(body.sharing(grid).lowest(own.wide()))
+        } else {
+            let mut facing = window.cut(gap, nx);
+            let last = nodes.min(facing.len()) - 1;
+            *facing.select_nth_unstable_by(last, |a, b| a.wide().total_cmp(&b.wide())).1
+        };
         each_row(gap, nx, |y, gap| {
             let (facing, padding) = gap.split_at_mut(window.inside(y, nx));
             facing.iter_mut().for_each(|g| *g = (*g - by).max(T::zero()));

@@ -53,7 +53,8 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
                 return Ended { ending: Ending::Stopped(Stop::IterationLimit), ..ended };
             }
             if search.imposed > IMPOSED {
-                return Ended { ending: Ending::Stopped(Stop::RoundingFloor), ..ended };
+                let stop = if miss.abs() <= rounded { Stop::RoundingFloor } else { Stop::IterationLimit };
+                return Ended { ending: Ending::Stopped(stop), ..ended };
             }
             let moved = *iterations > start;
             if moved {

@@ -139,15 +139,19 @@ impl<'p, T: Real, L: Law> FastRun<'p, T, L> {
     /// Tolerance of the residual. On a padded cell at least the rounding error of its free surface, which under light
     /// loads exceeds the problem's tolerance, up to [`ROUNDED`].
     fn tolerance(&self, load: Load) -> f64 {
-        let Load::Pressure(p) = load else { return self.problem.tolerance };
+        self.problem.tolerance.max(self.rounding(load).min(ROUNDED))
+    }
+
+    /// Rounding error of the residual by the free surface of a padded cell, else 0.
+    fn rounding(&self, load: Load) -> f64 {
+        let Load::Pressure(p) = load else { return 0.0 };
         let facing = self.cell.window(self.cell.grid).points() as f64;
         // The residual counts the nodes of the cell per facing node.
         let nodes = (self.cell.grid.points() as f64 / facing).sqrt();
-        let floor = match self.cell.is_padded() {
+        match self.cell.is_padded() {
             true => ROUNDING_MARGIN * nodes * self.problem.rounding_floor(self.rms_height, p),
             false => 0.0,
-        };
-        self.problem.tolerance.max(floor.min(ROUNDED))
+        }
     }
 
     fn task(&self, load: Load) -> Task<'_> {

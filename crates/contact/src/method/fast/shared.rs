@@ -214,6 +214,31 @@ mod tests {
         check_bits(144, 150, Precision::F64, adhesive);
     }
 
+    /// Plateaus under a light load are approached rigidly on the finer grid, by the lowest node of all ranks.
+    #[test]
+    fn light_loads_on_plateaus_have_the_same_bits_on_any_number_of_ranks() {
+        let grid = Grid::unit(192, 192);
+        let transform = asperity_grid::Transform::<f64>::new(grid);
+        let mut nodes: Vec<f64> = heights().on_nodes(&transform, &mut transform.spectrum());
+        let mut sorted = nodes.clone();
+        sorted.sort_by(f64::total_cmp);
+        let top = sorted[sorted.len() / 10];
+        nodes.iter_mut().for_each(|h| *h = h.max(top));
+        let problem =
+            ReducedProblem { tolerance: 1e-6, ..ReducedProblem::new(grid, crate::method::Heights::Nodes(&nodes)) };
+        let on = |count: usize| {
+            on_threads(count, |ranks| {
+                let problem = ReducedProblem { ranks: &ranks, ..problem.clone() };
+                path(&problem, &[1e-5, 1e-7], &crate::method::NoObserver, None)
+            })
+        };
+        let expected = &on(1)[0];
+        assert!(expected.0.iter().all(|s| s.contains("Converged")), "{:?}", expected.0);
+        for count in [2, 3] {
+            assert!(on(count).iter().all(|found| found == expected), "{count} ranks");
+        }
+    }
+
     #[test]
     fn problems_that_ranks_cannot_share_are_refused_in_one_line() {
         let series = heights();

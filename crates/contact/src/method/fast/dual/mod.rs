@@ -1,4 +1,4 @@
-//! Solution for the contact stress of a linear wall without attraction.
+//! Solution for the contact stress of a linear or hard wall without attraction.
 //!
 //! The unknown is the stress `σ ≥ 0` of the nodes in contact. Its product with the compliance `C = K⁻¹`, one transform
 //! pair, gives the gap `h + Cσ + δ` everywhere: `-ℓσ` in contact with a wall of compliance ℓ, positive elsewhere. The step of an iteration comes from a sparse model of `C⁻¹` on the nodes in contact ([`InverseFactor`]), whose
@@ -205,7 +205,11 @@ impl<T: Real> Contact<'_, T> {
         let stress = solve.contact_stress();
         let Solve { mut gap, fft_pairs, .. } = solve;
         gap.par_iter_mut().for_each(|g| *g += T::of(level));
-        let error_estimates = error_estimates(history, mean(&self.facing.cut(&gap, self.grid.nx)));
+        let mean_gap = match share < 1.0 {
+            true => mean(&self.facing.cut(&gap, self.grid.nx)),
+            false => mean(&gap),
+        };
+        let error_estimates = error_estimates(history, mean_gap);
         Solved { gap, stress, error_estimates, fft_pairs, iterations, stopped }
     }
 }
