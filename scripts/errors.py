@@ -17,24 +17,15 @@ Needs numpy: that of `make test`, in target/python, is used where the interprete
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 import time
 from multiprocessing import Pool
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
-try:
-    import numpy as np
-except ImportError:
-    other = ROOT / "target/python/bin/python"
-    if not other.exists() or os.environ.get("ERRORS_REEXECUTED"):
-        sys.exit("errors.py: numpy is missing (scripts/setup.sh --tests installs it in target/python)")
-    os.environ["ERRORS_REEXECUTED"] = "1"
-    os.execv(other, [str(other), *sys.argv])
-
+import numpy_found  # noqa: E402, F401
+import numpy as np  # noqa: E402
 from errors_accuracy import accuracy_records, accuracy_table  # noqa: E402
 from errors_cases import KINDS, extrapolation_case, field_case, pull_off_case, stiffness_case  # noqa: E402
 from errors_forecasts import forecast_records  # noqa: E402

@@ -3,16 +3,17 @@
 
 A problem is a random surface (self-affine of H from 0.1 to 1, white noise, anisotropic, honed, stepped, bumps, spikes, nearly flat; square,
 oblong, small and odd sizes; heights over five decades), a body (half-space, layer, cubic crystal, not periodic), a wall, a law of adhesion,
-a hardness, a precision, a method, and a path of one to three loads of any kind, some with unloading or pull-off. Good ends are: converged
-(exit code 0), refused with what is accepted (2), a reason (3: the surfaces separate, the rounding floor of the precision). Bad ends are: the
-limit of iterations and all other reasons, a panic, a signal, more seconds than --limit, an exit code 3 without a reason. At loads on single points `gfmd` may reach the
-limit (evidence/extremes.md).
+a hardness, a precision, a method, and a path of one to three loads of any kind, some with unloading or pull-off.
 
-    scripts/random-problems.py --asperity target/release/asperity                       # 500 problems, ten minutes on two cores
+Answers are: converged (exit code 0), refused with what is accepted (2), a reason (3: the surfaces separate, the rounding floor of the
+precision). Failures are: the limit of iterations and all other reasons, a panic, a signal, more seconds than --limit. At loads on single
+points `gfmd` may reach the limit (evidence/extremes.md).
+
+    scripts/random-problems.py --asperity target/release/asperity                       # 500 problems, some minutes on two cores
     scripts/random-problems.py --asperity target/release/asperity --seed 7 --only 312   # one of them, with its command
     scripts/random-problems.py --asperity target/release/asperity --compare OLD         # processor time and iterations of another program
 
-Exit code 1 after a bad end. Needs numpy: that of `make test`, in target/python, is used where the interpreter has none.
+Exit code 1 after a failure. Needs numpy: that of `make test`, in target/python, is used where the interpreter has none.
 """
 
 import argparse
@@ -28,24 +29,13 @@ import time
 from multiprocessing import Pool
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
-try:
-    import numpy as np
-except ImportError:
-    other = ROOT / "target/python/bin/python"
-    if not other.exists() or os.environ.get("RANDOM_PROBLEMS_REEXECUTED"):
-        sys.exit("random-problems.py: numpy is missing (scripts/setup.sh --tests installs it in target/python)")
-    os.environ["RANDOM_PROBLEMS_REEXECUTED"] = "1"
-    os.execv(other, [str(other), *sys.argv])
-
+import numpy_found  # noqa: E402, F401
+import numpy as np  # noqa: E402
+from errors_cases import log_uniform  # noqa: E402
 from errors_surfaces import band_limited, bump, interpolated, plateau_honed, self_affine, stepped  # noqa: E402
 
 REASON = re.compile(r"rounding floor|detached|separat")
-
-
-def log_uniform(rng, low, high):
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def heights_of(rng):
@@ -158,7 +148,7 @@ def measured(task):
     return index, name, flags, [solved(p, h, flags, limit) for p in programs]
 
 
-def is_bad(code, message, flags):
+def fails(code, message, flags):
     if code == 3 and "gfmd" in flags and "iteration limit" in message:
         return False
     return code not in (0, 2, 3) or code == 3 and not REASON.search(message)
@@ -183,9 +173,9 @@ def main():
         print("asperity solve h.npy --touching low-points --length 1 --modulus 1", *flags)
         code, message, *cost = solved(programs[0], h, flags, arguments.limit)
         print(code, message, *cost)
-        return int(is_bad(code, message, flags))
+        return int(fails(code, message, flags))
     tasks = [(programs, arguments.seed, i, arguments.limit) for i in range(arguments.problems)]
-    ends, reasons, bad, slow = collections.Counter(), collections.Counter(), [], []
+    ends, reasons, failed, slow = collections.Counter(), collections.Counter(), [], []
     with Pool(arguments.jobs) as pool:
         for index, name, flags, results in pool.imap_unordered(measured, tasks):
             code, message, iterations, seconds = results[0]
@@ -194,17 +184,17 @@ def main():
                 reasons[code, re.sub(r"[-+]?\d[\d.e+-]*", "#", message)[:110]] += 1
             if code and arguments.verbose:
                 print(f"{index}: {name}: {' '.join(flags)}: exit code {code}: {message}", flush=True)
-            if is_bad(code, message, flags):
-                bad.append((index, name, code, message))
-                print(f"BAD {index}: {name}: {' '.join(flags)}: exit code {code}: {message}", flush=True)
+            if fails(code, message, flags):
+                failed.append((index, name, code, message))
+                print(f"FAILED {index}: {name}: {' '.join(flags)}: exit code {code}: {message}", flush=True)
             if len(results) > 1 and seconds > 1.0 and seconds > 2 * results[1][3]:
                 slow.append(index)
                 print(f"SLOWER {index}: {name}: {seconds:.1f} s, {results[1][3]:.1f} s before; {iterations} iterations, {results[1][2]} before", flush=True)
     print(f"{arguments.problems} problems of seed {arguments.seed}: " + ", ".join(f"{n} with exit code {c}" for c, n in sorted(ends.items(), key=str)))
     for (code, reason), count in reasons.most_common():
         print(f"  {count} × {code}: {reason}")
-    print(f"{len(bad)} bad ends" + (f", {len(slow)} more than twice as slow" if arguments.compare else ""))
-    return 1 if bad or slow else 0
+    print(f"{len(failed)} failures" + (f", {len(slow)} more than twice as slow" if arguments.compare else ""))
+    return 1 if failed or slow else 0
 
 
 if __name__ == "__main__":

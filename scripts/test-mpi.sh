@@ -1,6 +1,7 @@
 #!/bin/sh
 # Tests of `solve` on several ranks, in a build with the feature `mpi`. The packages are those of `make test`, so that their dependencies
-# have the same features and only the crates of the workspace and the bindings of MPI are compiled. Afterwards target/debug/asperity is the program with MPI.
+# have the same features and only the crates of the workspace and the bindings of MPI are compiled. Afterwards target/debug/asperity is the
+# program with MPI.
 set -eu
 
 missing=""

@@ -261,6 +261,12 @@ fn settings_beyond_the_budget_are_listed() {
     assert!(words.contains("left out: gfmd") && words.contains("budget"), "{words}");
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
     assert!(page.contains("Settings not run"));
+    // What is finished is shown whatever the budget, and nothing more begins.
+    let whole = bench.table("begun", &["--methods", "fast"]);
+    let more = bench.table("begun", &flags);
+    let of_fast: Vec<&TradeoffPoint> = more.points.iter().filter(|p| p.setting.method == "fast").collect();
+    assert_eq!(of_fast, whole.points.iter().collect::<Vec<_>>());
+    assert!(more.points.len() == of_fast.len() && more.skipped.iter().all(|l| l.setting.method != "fast"));
 }
 
 /// In a scene with adhesion, methods without adhesion are compared with the solution without it, and the table states

@@ -221,12 +221,17 @@ mod tests {
     }
 
     #[test]
-    fn solvers_have_other_precisions_and_tolerances() {
+    fn solvers_have_an_expected_time_and_other_precisions_and_tolerances() {
         let scene = "name = \"t\"\n[surface]\ngrid = 64\n[load]\np_star = [0.01]\n";
         let file = std::path::Path::new("t.toml");
         let case = Case::resolve(Scene::parse(scene, file).expect("a scene"), file).expect("a case");
         let method = asperity_methods::find("gfmd").expect("registered");
-        let point = |n: usize| BenchmarkPoint::on_grid(MethodRun { method, adhesive: false }, n, Precision::F64, 1e-8);
-        assert_eq!(refinements(&point(64), &case).len(), 5);
+        let point = BenchmarkPoint::on_grid(MethodRun { method, adhesive: false }, 64, Precision::F64, 1e-8);
+        assert!(point.expected_seconds(&case) > 0.0);
+        let refined = refinements(&point, &case);
+        assert_eq!(refined.len(), 5);
+        let of =
+            |precision| refined.iter().filter(|p| p.precision == precision).map(|p| p.tolerance).collect::<Vec<_>>();
+        assert_eq!((of(Precision::F32), of(Precision::F64)), (vec![1e-3, 1e-2], vec![1e-2, 1e-4, 1e-6]));
     }
 }

@@ -169,7 +169,7 @@ impl<'o, 'p> IterationControl<'o, 'p> {
         }
         let LoadCase { pressure, rms_height, .. } = self.case;
         let floor = if self.stalls { self.problem.stall_floor(rms_height, residuals.mean_gap, pressure) } else { 0.0 };
-        let stalled = self.monitor.stalled(self.relative(residuals), floor);
+        let stalled = self.monitor.stalled(self.relative(residuals), floor, self.problem.tolerance);
         stalled.or_else(|| self.separated(residuals).then_some(Stop::Detached)).map(Ending::Stopped)
     }
 
@@ -259,6 +259,9 @@ pub struct MonitorMark {
 impl ConvergenceMonitor {
     /// Iterations without an improvement by a tenth after which a residual at the rounding floor is final.
     const PATIENCE: usize = 100;
+    /// The same far above that floor, where the tolerance is hardly above it: an estimate of rounding may be too small. Half a minute and
+    /// 50 000 iterations of a patch that is not periodic, with a terrace under p* = 1e-9, stayed at 400 times the floor.
+    const LONG_PATIENCE: usize = 2000;
     /// Iterations needed for an estimate.
     const FEWEST: usize = 10;
 
@@ -281,8 +284,9 @@ impl ConvergenceMonitor {
         ErrorEstimates { area: drift(residuals.contact, previous.0), mean_gap: drift(residuals.mean_gap, previous.1) }
     }
 
-    /// Stop reason if `residual` (over the pressure) is not finite or has stalled below ten times `floor`.
-    pub fn stalled(&mut self, residual: f64, floor: f64) -> Option<Stop> {
+    /// Stop reason if `residual` (over the pressure) is not finite, or has stalled below ten times `floor`, or for long with a `tolerance`
+    /// below that.
+    pub fn stalled(&mut self, residual: f64, floor: f64, tolerance: f64) -> Option<Stop> {
         if !residual.is_finite() {
             return Some(Stop::Diverged);
         }
@@ -292,7 +296,8 @@ impl ConvergenceMonitor {
         } else {
             self.since += 1;
         }
-        (self.since > Self::PATIENCE && best < 10.0 * floor).then_some(Stop::RoundingFloor)
+        let patience = if best < 10.0 * floor { Self::PATIENCE } else { Self::LONG_PATIENCE };
+        (self.since > patience && best.min(tolerance) < 10.0 * floor).then_some(Stop::RoundingFloor)
     }
 }
 

@@ -11,8 +11,7 @@ const CONTACT_TOLERANCE: f64 = 1e-3;
 /// Relative distance of two pressures between which the contact jumps past a target.
 const JUMP: f64 = 1e-7;
 
-/// Margin of the rounding: that of the free surface around a body that is not periodic is eight times that of the heights. A patch of 5 × 16
-/// points with one terrace did not end in half a minute at twice the pressure without it.
+/// Margin of the estimate of rounding.
 const ROUNDING: f64 = 10.0;
 
 /// Share of the first guess below which a pressure may be called the lightest.
@@ -92,7 +91,8 @@ impl Jump {
                 format!("up to {below}, or from {above} on: the contact of this surface jumps in between")
             }
             (None, Some(above)) => format!("{above} and more, which is in contact under the lightest loads"),
-            (below, None) => format!("up to {}, beyond which it hardly grows", below.unwrap_or_default()),
+            (Some(below), None) => format!("up to {below}, beyond which it hardly grows"),
+            (None, None) => unreachable!("one of them was set"),
         }
     }
 }
@@ -159,6 +159,9 @@ mod tests {
         let jump = root(0.5, (0.4, 1e-9), 1e-3, &mut step).expect("no error").expect_err("no root");
         assert_eq!(jump, Jump { below: Some(0.1), above: Some(0.9) });
         assert!(jump.accepted().starts_with("up to 10%, or from 90% on"));
+        let mut saturated = |p: f64| Ok(0.5 * p / (1.0 + p));
+        let jump = root(0.8, (0.4, 1e-9), 1e-3, &mut saturated).expect("no error").expect_err("no root");
+        assert!(jump.above.is_none() && jump.accepted().starts_with("up to 50%"), "{jump:?}");
         // A terrace touches as a whole.
         let mut solves = 0;
         let mut terrace = |p: f64| {

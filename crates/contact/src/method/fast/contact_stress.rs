@@ -39,7 +39,7 @@ const UNPLANNED: f64 = 6.7e7;
 
 /// Compliance (L/E*) of a stiff linear wall without attraction and hardness, behind which the grids of a problem are solved for the contact
 /// stress under a pressure; of a hard wall 0, on a patch that is not periodic. `None` for other walls, and with several ranks and oblong pixels.
-fn stiff_wall(problem: &ReducedProblem) -> Option<f64> {
+fn wall_compliance(problem: &ReducedProblem) -> Option<f64> {
     let length = match (problem.wall, problem.kernel) {
         (Wall::Penalty(PenaltyWall { length }), _) => length,
         (Wall::Hard, Elastic::NonPeriodic(_)) => 0.0,
@@ -55,7 +55,7 @@ fn stiff_wall(problem: &ReducedProblem) -> Option<f64> {
 
 /// Bytes of a solve for the contact stress on the grid of a problem's cell, without the series of the heights; 0 where there is none.
 pub(super) fn bytes(problem: &ReducedProblem, real: usize) -> u64 {
-    if stiff_wall(problem).is_none() {
+    if wall_compliance(problem).is_none() {
         return 0;
     }
     // Gap, spectrum, and the gap of the coarser grid.
@@ -101,7 +101,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         let pressed = matches!(load, Load::Pressure(p) if p > 0.0);
         // The solver for the gap meets a load that rounding hides more accurately.
         let hidden = self.problem.wall == Wall::Hard && self.rounding(load) > self.problem.tolerance;
-        pressed && !hidden && self.gpu.is_none() && stiff_wall(self.problem).is_some()
+        pressed && !hidden && self.gpu.is_none() && wall_compliance(self.problem).is_some()
     }
 
     /// Whether so many nodes in contact are few enough on the problem's grid, for time and for memory.
@@ -175,7 +175,7 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
         coarse: Option<CoarseContact<T>>,
         iterations: &mut usize,
     ) -> StressSolved<'s, T, L> {
-        let (grid, pressure, wall) = (level.grid(), level.pressure, stiff_wall(self.problem).unwrap_or(0.0));
+        let (grid, pressure, wall) = (level.grid(), level.pressure, wall_compliance(self.problem).unwrap_or(0.0));
         drop(level);
         let facing = self.cell.window(grid);
         let spread = pressure * facing.points() as f64 / grid.points() as f64;

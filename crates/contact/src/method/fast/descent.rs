@@ -430,7 +430,7 @@ impl<'a, 'p, 'h, T: Real, L: Law> Descent<'a, 'p, 'h, T, L> {
         }
         self.known = self.progress.mark();
         let floor = self.floor();
-        if let Some(stop) = self.progress.stalled(residual, floor) {
+        if let Some(stop) = self.progress.stalled(residual, floor, self.tolerance) {
             return Some(Ending::Stopped(stop));
         }
         let separated =
