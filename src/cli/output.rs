@@ -5,7 +5,7 @@ use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::given_loads::GivenLoads;
 use crate::record::methods::MethodResults;
 use crate::record::results::{Overlap, Results, SurfaceStatistic};
-use crate::report::accuracy::{missed, summary};
+use crate::report::accuracy::{depth_sentence, missed_by, summary};
 use crate::report::hysteresis::hysteresis_sentence;
 use crate::report::number::{
     change, duration, length, memory, percent, si_with_error, significant, trimmed, with_error,
@@ -192,6 +192,7 @@ pub fn results(results: &Results) {
         print(&crate::challenge::summary(&results.acceptance));
     }
     comparison(results);
+    depth_sentence(results).iter().for_each(|sentence| print(&format!("atoms: {sentence}")));
     let pulled = results.atoms.iter().filter_map(|atoms| atoms.unloading.as_ref()?.pull_off);
     pulled.for_each(|p| print(&format!("atoms: {}", atoms_pull_off(&p))));
     let steps = results.atoms.iter().map(|atoms| &atoms.load_steps).filter(|steps| !steps.is_empty());
@@ -423,7 +424,7 @@ pub fn ended(results: &Results, page: PathBuf, strict: bool) -> Result<ExitCode>
     if !results.failures.is_empty() {
         return Err(Error::AuxiliarySolve { why: results.failures.join("; "), kept: page });
     }
-    if let Some(missed) = results.accuracy.as_ref().and_then(missed).filter(|_| strict) {
+    if let Some(missed) = missed_by(results).filter(|_| strict) {
         return Err(Error::Inaccurate(missed));
     }
     Ok(if crate::challenge::has_failed(&results.acceptance) { ExitCode::FAILURE } else { ExitCode::SUCCESS })

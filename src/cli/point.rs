@@ -4,7 +4,7 @@ use super::{bug, progress};
 use crate::pipeline::sweep::{PointFolder, PointOutcome};
 use crate::record::results::Results;
 use crate::record::written::WrittenFolder;
-use crate::report::accuracy::missed;
+use crate::report::accuracy::missed_by;
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Device;
 use asperity_contact::results::ContinuumResults;
@@ -134,7 +134,7 @@ fn has_results(folder: &Path) -> bool {
     let is_partial = |results: &Results| {
         let solved = results.continuum.as_ref();
         let failed = |c: &ContinuumResults| c.contact_lost.is_some() || c.pull_off_failure.is_some();
-        let is_inaccurate = results.accuracy.as_ref().is_some_and(|accuracy| missed(accuracy).is_some());
+        let is_inaccurate = missed_by(results).is_some();
         !results.failures.is_empty() || is_inaccurate || solved.is_some_and(failed)
     };
     WrittenFolder::run(folder).is_ok_and(|(_, results)| is_partial(&results))

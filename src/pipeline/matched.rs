@@ -56,7 +56,7 @@ impl Stage for MatchedStage<'_> {
 
     fn cost(&self, machine: MachineSpeed) -> EstimatedCost {
         let loads = self.case.load_steps().len();
-        let solves = if self.scene.depth_error { 3 } else { 2 };
+        let solves = if self.case.judges_depth() { 3 } else { 2 };
         let own = solve_cost(self.case, self.atoms.matched, solves * loads, machine);
         let full = solve_cost(self.case, self.case.model.grid, loads, machine);
         EstimatedCost { bytes: own.bytes.max(full.bytes), seconds: own.seconds + full.seconds }
@@ -68,7 +68,7 @@ impl Stage for MatchedStage<'_> {
         let layer = (profile_key(scene), scene.depth_cells + scene.foundation_depth());
         let method = (&continuum.method, &self.case.scene.methods, continuum.max_iterations);
         let (pair, crystal) = (pair_key(self.case), crystal_key(scene, self.atoms));
-        let depends = (&self.case.scene.load, pair, method, layer, crystal, scene.depth_error);
+        let depends = (&self.case.scene.load, pair, method, layer, crystal, self.case.judges_depth());
         StageKey::new("matched", &depends, dependencies).map(StageKeys::continued)
     }
 
@@ -90,7 +90,7 @@ impl Stage for MatchedStage<'_> {
         };
         let heights = reduced(atoms, atoms.heights_angstrom(case.surface(), atoms.matched));
         let mut matched = solve(case, atoms, (atoms.matched, &heights), hard, context)?;
-        if self.scene.depth_error {
+        if case.judges_depth() {
             let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
             let deep = solve(case, atoms, (atoms.matched, &heights), deep, context)?;
             let pairs = matched.states.iter_mut().zip(&deep.states);

@@ -253,9 +253,10 @@ pub fn other_scene(case: &Case, out: &Path) -> Option<String> {
     Some(json::differences(&values[0], &values[1])).filter(|text| !text.is_empty())
 }
 
-/// The keys of a scene on which its results depend: all but those of the machine.
+/// The keys of a scene on which its results depend: not those of the machine, nor what is done about warnings.
 fn of_results(scene: &Scene) -> serde_json::Value {
     let mut scene = scene.clone();
+    scene.surface.strict = false;
     let usual = AtomsScene::default();
     if let Some(atoms) = &mut scene.atoms {
         (atoms.program, atoms.ranks, atoms.time_limit) = (usual.program, usual.ranks, usual.time_limit);

@@ -10,6 +10,7 @@ use super::stage::Stage;
 use super::surface::SurfaceStage;
 use crate::record::methods::MethodResults;
 use crate::record::results::{ComparisonResults, SurfaceResults};
+use crate::report::accuracy::missed_by_depth;
 use crate::scene::Case;
 use crate::{Error, Result};
 use asperity_atoms::results::AtomsResults;
@@ -139,6 +140,9 @@ fn visit_atoms(
     outputs: &mut Outputs,
 ) -> Result<()> {
     let mut matched = visitor.visit(&stages.matched(), &keys(&[surface]), Some(()))?;
+    let errors = stages.case.scene.accuracy().map(|accuracy| accuracy.errors);
+    let judged = matched.iter().filter_map(|(matched, _)| missed_by_depth(errors.as_ref()?, &matched.hard));
+    judged.for_each(|text| visitor.warn(text));
     let input = matched.as_ref().map(|(matched, _)| (matched, root));
     let lammps = visitor.visit(&LammpsStage(stages), &keys(&[geometry, key_of(&matched)]), input)?;
     for step in lammps.iter().flat_map(|(outcome, _)| &outcome.unconverged) {

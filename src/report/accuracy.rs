@@ -1,7 +1,10 @@
 //! What was reached of an accuracy, in words.
 
+use crate::record::results::Results;
 use crate::report::number::{duration, significant};
-use asperity_contact::problem::{AccuracyResults, ErrorCost, LastGrid, SolvedGrid};
+use asperity_contact::problem::{AccuracyResults, ErrorCost, ErrorTargets, LastGrid, SolvedGrid, StatedQuantity};
+use asperity_contact::results::ContinuumResults;
+use asperity_contact::uncertainty::UncertaintySource;
 use asperity_surface::Surface;
 
 /// The errors of the results as words.
@@ -54,4 +57,45 @@ pub fn summary(reached: &AccuracyResults) -> String {
         text += "; a finer grid would exceed the budget";
     }
     text
+}
+
+/// What was not reached of the accuracy of a run, its atoms included.
+pub fn missed_by(results: &Results) -> Option<String> {
+    let reached = results.accuracy.as_ref()?;
+    let hard = results.comparison.as_ref().map(|c| &c.hard_wall);
+    let depth = hard.and_then(|hard| missed_by_depth(&reached.requested, hard));
+    missed(reached).into_iter().chain(depth).reduce(|all, next| format!("{all}; {next}"))
+}
+
+/// Largest relative changes, over the loads, of a continuum under the atoms' profile by the finite depth of their block.
+fn changes_by_depth(hard: &ContinuumResults) -> impl Iterator<Item = (StatedQuantity, f64)> {
+    StatedQuantity::ALL.into_iter().filter_map(|stated| {
+        let parts = hard.states.iter().flat_map(|state| &state.uncertainty);
+        let of_depth = parts.filter(|p| p.source == UncertaintySource::Depth && Some(p.quantity) == stated.quantity());
+        Some((stated, of_depth.filter_map(|p| p.relative).reduce(f64::max)?))
+    })
+}
+
+fn listed(changes: impl Iterator<Item = (StatedQuantity, f64)>) -> Option<String> {
+    changes
+        .map(|(q, change)| format!("{} by up to {}", q.name(), percent(Some(change))))
+        .reduce(|a, b| format!("{a}, {b}"))
+}
+
+/// What the finite depth of the atoms' block changes, where it was judged.
+pub fn depth_sentence(results: &Results) -> Option<String> {
+    let changes = listed(changes_by_depth(&results.comparison.as_ref()?.hard_wall))?;
+    Some(format!(
+        "by elasticity the depth of the block changes {changes} from a half-space; plastic flow is not judged"
+    ))
+}
+
+/// The changes by the depth of the atoms' block that exceed the errors asked for. `hard`: the continuum of the block's depth.
+pub fn missed_by_depth(requested: &ErrorTargets, hard: &ContinuumResults) -> Option<String> {
+    let exceeds = |(q, change): &(StatedQuantity, f64)| requested.of(*q).is_some_and(|accepted| *change > accepted);
+    let changes = listed(changes_by_depth(hard).filter(exceeds))?;
+    Some(format!(
+        "an error of {requested} is not reached by the atoms: by elasticity the depth of their block changes {changes} from a \
+         half-space, which atoms.base = \"elastic\" and atoms.foundation_cells = \"half-space\" put below them"
+    ))
 }

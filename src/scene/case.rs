@@ -13,7 +13,9 @@ use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::{AttractionLaw, HardnessMap, SubsurfaceRequest};
 use asperity_contact::load::{Load, LoadStep};
 use asperity_contact::method::{ContactMethod, Heights, MethodCard, MethodKind, ReducedProblem};
-use asperity_contact::problem::{Accuracy, Field, Hardness, Loads, Names, Problem, ReducedModel, Reduction};
+use asperity_contact::problem::{
+    Accuracy, Body, Field, Hardness, Loads, Names, Problem, ReducedModel, Reduction, StatedQuantity,
+};
 use asperity_contact::results::HardnessMapResults;
 use asperity_grid::error::Complaint;
 use asperity_grid::units::Scales;
@@ -312,6 +314,15 @@ impl Case {
     /// Whether the scene's own method is a solver. An estimate runs as the compared methods do.
     pub fn solves(&self) -> bool {
         self.method().kind == MethodKind::Solver
+    }
+
+    /// Whether the matched continuum is solved on a half-space, too: on request, or to judge the depth of the block where errors of area or
+    /// mean gap are asked for. A layer is as thick as its scene says.
+    pub fn judges_depth(&self) -> bool {
+        let judged = [StatedQuantity::ContactArea, StatedQuantity::MeanGap];
+        let asked = self.scene.accuracy().is_some_and(|a| judged.iter().any(|q| a.errors.of(*q).is_some()));
+        let on_request = self.scene.atoms.as_ref().is_some_and(|a| a.depth_error);
+        on_request || asked && self.problem.body == Body::HalfSpace
     }
 
     /// Card of the scene's own method.

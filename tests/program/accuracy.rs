@@ -2,6 +2,9 @@
 
 use crate::program::{asperity, json_line, stderr};
 use asperity::record::results::Results;
+use asperity_contact::problem::AccuracyResults;
+use asperity_contact::quantity::Quantity;
+use asperity_contact::uncertainty::UncertaintySource;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
@@ -181,4 +184,43 @@ fn a_scene_asks_for_an_accuracy() {
         let output = run(&scene(wrong), &[]);
         assert!(output.status.code() == Some(2) && stderr(&output).contains(says), "{wrong}: {}", stderr(&output));
     }
+}
+
+/// A shallow block misses an error that the same atoms on a half-space reach.
+#[test]
+fn the_depth_of_the_atoms_is_judged() {
+    let Some(_lammps) = crate::lammps::lammps(1) else { return };
+    let scratch = tempfile::tempdir().expect("scratch");
+    let run = |base: &str, flags: &[&str]| {
+        let file = scratch.path().join("scene.toml");
+        let text = format!(
+            "name = \"depth\"\n[surface]\ngrid = 64\nroll_off_mode = 1\ncut_off_mode = 8\nrms_gradient = 0.3\n[load]\np_star = [0.02, 0.05]\n\
+             [accuracy]\nerror = {{ mean_gap = \"5 %\" }}\n[atoms]\ncells = 10\ndepth_cells = 2\n{base}"
+        );
+        std::fs::write(&file, text).expect("written");
+        let out = scratch.path().join(if base.is_empty() { "rigid" } else { "elastic" });
+        let output = asperity().arg("run").arg(&file).arg("--out").arg(&out).args(flags).output().expect("started");
+        (
+            output,
+            Results::read(&out).expect("results"),
+            std::fs::read_to_string(out.join("report.html")).expect("a page"),
+        )
+    };
+    let depth = |results: &Results| -> f64 {
+        let hard = &results.comparison.as_ref().expect("compared").hard_wall;
+        let parts = hard.states.iter().flat_map(|s| &s.uncertainty);
+        let of_depth = parts.filter(|p| p.source == UncertaintySource::Depth && p.quantity == Quantity::MeanGap);
+        of_depth.map(|p| p.relative.expect("known")).fold(0.0, f64::max)
+    };
+    let (output, results, page) = run("", &[]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(results.accuracy.as_ref().is_some_and(AccuracyResults::is_met) && depth(&results) > 0.05);
+    let said = stderr(&output);
+    assert!(said.contains("is not reached by the atoms") && said.contains("atoms.foundation_cells"), "{said}");
+    assert!(results.warnings.iter().any(|w| w.contains("is not reached by the atoms")), "{:?}", results.warnings);
+    assert!(page.contains("By elasticity the depth of the block changes"));
+    assert_eq!(run("", &["--strict"]).0.status.code(), Some(3));
+    let (output, results, _) = run("foundation_cells = \"half-space\"\nbase = \"elastic\"\n", &["--strict"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(depth(&results) < 1e-3 && !stderr(&output).contains("by the atoms"), "{}", depth(&results));
 }

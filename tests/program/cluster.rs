@@ -19,7 +19,7 @@ const ATOMS: &str = "name = \"atoms\"\n[surface]\ngrid = 32\n[load]\np_star = [0
 const SEEDS: &str = "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..2\"\n";
 
 /// Limit of waiting. A lost node is noticed after half a minute, and a requeued job starts after six seconds.
-const PATIENCE: Duration = Duration::from_secs(300);
+const PATIENCE: Duration = Duration::from_secs(900);
 
 /// The daemons, which end when this is dropped, and a folder with the files of a sweep.
 struct Cluster {

@@ -42,6 +42,7 @@ use std::path::{Path, PathBuf};
 
 use crate::record::ensemble::Ensemble;
 use crate::record::tradeoff::TradeoffResults;
+use crate::report::accuracy::depth_sentence;
 use asperity_contact::uncertainty::UncertaintySource;
 use asperity_grid::error::Error;
 use asperity_surface::files::atomic_file::{create_folder, write_atomic};
@@ -128,6 +129,7 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         let has_depth = |s: &State| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(writer, atoms, comparison)?)
+            @if let Some(sentence) = depth_sentence(results) { p.found { (capitalised(&sentence)) "." } }
             @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall, results.loads)) }
         };
         add("comparison", "Continuum against atoms", body);

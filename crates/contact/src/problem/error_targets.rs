@@ -42,7 +42,7 @@ impl StatedQuantity {
     }
 
     /// Of the states themselves.
-    pub(super) fn quantity(self) -> Option<Quantity> {
+    pub fn quantity(self) -> Option<Quantity> {
         match self {
             StatedQuantity::ContactArea => Some(Quantity::ContactArea),
             StatedQuantity::MeanGap => Some(Quantity::MeanGap),

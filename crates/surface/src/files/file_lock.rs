@@ -3,6 +3,7 @@
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use super::atomic_file::create_file;
 
@@ -14,13 +15,22 @@ pub fn open(path: &Path) -> io::Result<File> {
     create_file(path, false)
 }
 
-/// Locks a file; `false` if another program has locked it. A file system without locks, as some mounts of Lustre, cannot keep two programs
+/// How long a lock is waited for: a submission, a report or a program that is being killed holds it briefly.
+const BRIEFLY: Duration = Duration::from_secs(2);
+
+/// Locks a file; `false` if another program keeps it locked for two seconds. A file system without locks, as some mounts of Lustre, cannot keep two programs
 /// apart; there the file counts as locked.
 ///
 /// # Errors
 /// Those of the file system.
 pub fn try_lock(file: &File) -> io::Result<bool> {
-    is_locked(file.try_lock())
+    let begun = Instant::now();
+    loop {
+        match is_locked(file.try_lock()) {
+            Ok(false) if begun.elapsed() < BRIEFLY => std::thread::sleep(Duration::from_millis(20)),
+            answer => return answer,
+        }
+    }
 }
 
 fn is_locked(answer: Result<(), TryLockError>) -> io::Result<bool> {
@@ -47,6 +57,14 @@ mod tests {
         assert!(!try_lock(&second).expect("answered"));
         drop(first);
         assert!(try_lock(&second).expect("answered"));
+        // A lock that is held briefly is waited for.
+        let holder = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(100));
+            drop(second);
+        });
+        let third = File::create(&path).expect("created");
+        assert!(try_lock(&third).expect("answered"));
+        holder.join().expect("no panic");
     }
 
     #[test]
