@@ -73,9 +73,8 @@ impl Request<'_> {
             let scripts = [("points.sh", &scripts.points), ("collect.sh", &scripts.collect)];
             return plan(&submission, &missing, &scripts, bytes, self.json);
         }
-        // Before the lock: tasks and the collecting job may hold it.
-        refuse_queued(out, &sweep.name)?;
         let _locked = sweep::open(sweep, out, self.overwrite, &output::warn)?;
+        refuse_queued(out, &sweep.name)?;
         create_folders(out)?;
         for &(i, _) in &missing {
             let point = &sweep.points[i];
@@ -187,10 +186,11 @@ impl CommandRequest<'_> {
         if self.dry_run {
             return plan(&submission, &[(0, seconds)], &[(COMMAND_SCRIPT, &script)], bytes, self.json);
         }
-        // Before the lock, which the job holds while it runs.
+        // Before the lock, which the job holds while it runs, and with it, for two submissions at the same time.
         refuse_queued(out, name)?;
         // Marks the folder as that of a run, which the job continues.
-        drop(RunFolder::open(out)?);
+        let _locked = RunFolder::open(out)?;
+        refuse_queued(out, name)?;
         create_folders(out)?;
         forget_end(out, &label)?;
         let script = write_script(out, COMMAND_SCRIPT, &script)?;

@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Version of the stage folders. An increase invalidates all older folders; it is required when the meaning of stored
 /// results changes.
@@ -109,6 +109,9 @@ impl<'a> From<&'a PathBuf> for OutFolder<'a> {
     }
 }
 
+/// How long the lock of a folder is waited for: a submission or a report that is drawn again holds it for less.
+const BRIEFLY: Duration = Duration::from_secs(2);
+
 /// The folder of one run, locked during the lifetime of this value.
 pub struct RunFolder {
     root: PathBuf,
@@ -142,7 +145,7 @@ impl RunFolder {
         expect_plain(root)?;
         let path = root.join(MARKER);
         let lock = file_lock::open(&path).map_err(Error::io("write in the run folder", &path))?;
-        if !file_lock::try_lock(&lock).map_err(Error::io("lock", &path))? {
+        if !file_lock::lock_within(&lock, BRIEFLY).map_err(Error::io("lock", &path))? {
             let holder = processes::with_file(&path).unwrap_or_else(|| "another run".into());
             let accepted = "a folder that no other run is using: wait for its end, or end it";
             return Err(Error::format(root, format!("in use by {holder}"), accepted));

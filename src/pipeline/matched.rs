@@ -48,8 +48,9 @@ impl Stage for MatchedStage<'_> {
 
     fn what(&self) -> String {
         let (id, grid) = (self.case.method().id, self.atoms.matched);
+        let depth = if self.case.judges_depth() { ", on a half-space" } else { "" };
         format!(
-            "{id} on the atoms' heights, {} x {} points, hard and compliant wall, and on the full heights",
+            "{id} on the atoms' heights, {} x {} points, hard and compliant wall{depth}, and on the full heights",
             grid.nx, grid.ny
         )
     }
@@ -92,9 +93,17 @@ impl Stage for MatchedStage<'_> {
         let mut matched = solve(case, atoms, (atoms.matched, &heights), hard, context)?;
         if case.judges_depth() {
             let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
-            let deep = solve(case, atoms, (atoms.matched, &heights), deep, context)?;
-            let pairs = matched.states.iter_mut().zip(&deep.states);
-            pairs.for_each(|(state, deep)| state.add_uncertainty(of_depth(state, deep)));
+            let deep = match solve(case, atoms, (atoms.matched, &heights), deep, context) {
+                // Auxiliary, too.
+                Err(e @ Error::NotConverged { .. }) => {
+                    context.listener.warn(&format!("what the depth of the block changes is not known: {e}"));
+                    None
+                }
+                other => Some(other?),
+            };
+            let deep = |i: usize| deep.as_ref().and_then(|deep| deep.states.get(i));
+            let states = matched.states.iter_mut().enumerate();
+            states.for_each(|(i, state)| state.add_uncertainty(of_depth(state, deep(i))));
         }
         let compliant = compliant_wall(case, atoms, context)?;
         Ok(Matched { full, hard: matched, compliant, yielding: None })
@@ -160,14 +169,16 @@ pub(super) fn pair_key(case: &Case) -> impl Serialize + use<> {
     case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion, a.range, a.law))
 }
 
-/// Effect of the block's finite depth on contact area and mean gap: relative difference from the half-space.
-fn of_depth(state: &State, deep: &State) -> [UncertaintyComponent; 2] {
-    let part = |quantity, value: f64, deep: f64| {
-        let relative = Some((value / deep - 1.0).abs()).filter(|r| r.is_finite());
+/// Effect of the block's finite depth on contact area and mean gap: relative difference from the half-space, if that is known.
+fn of_depth(state: &State, deep: Option<&State>) -> [UncertaintyComponent; 2] {
+    let part = |quantity, value: f64, deep: Option<f64>| {
+        let relative = deep.map(|deep| (value / deep - 1.0).abs()).filter(|r| r.is_finite());
         UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
     };
-    let gap = |s: &State| s.mean_gap.unwrap_or(f64::NAN);
-    [part(Quantity::ContactArea, state.contact_area, deep.contact_area), part(Quantity::MeanGap, gap(state), gap(deep))]
+    [
+        part(Quantity::ContactArea, state.contact_area, deep.map(|s| s.contact_area)),
+        part(Quantity::MeanGap, state.mean_gap.unwrap_or(f64::NAN), deep.and_then(|s| s.mean_gap)),
+    ]
 }
 
 /// Solves the compliant-wall continuum at every load, and stores its gaps in the stage folder.

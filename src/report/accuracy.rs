@@ -2,9 +2,12 @@
 
 use crate::record::results::Results;
 use crate::report::number::{duration, significant};
-use asperity_contact::problem::{AccuracyResults, ErrorCost, ErrorTargets, LastGrid, SolvedGrid, StatedQuantity};
+use asperity_contact::problem::{
+    ALMOST_FULL, AccuracyResults, ErrorCost, ErrorTargets, LastGrid, SolvedGrid, StatedQuantity,
+};
 use asperity_contact::results::ContinuumResults;
-use asperity_contact::uncertainty::UncertaintySource;
+use asperity_contact::state::State;
+use asperity_contact::uncertainty::{UncertaintyComponent, UncertaintySource};
 use asperity_surface::Surface;
 
 /// The errors of the results as words.
@@ -67,35 +70,51 @@ pub fn missed_by(results: &Results) -> Option<String> {
     missed(reached).into_iter().chain(depth).reduce(|all, next| format!("{all}; {next}"))
 }
 
-/// Largest relative changes, over the loads, of a continuum under the atoms' profile by the finite depth of their block.
-fn changes_by_depth(hard: &ContinuumResults) -> impl Iterator<Item = (StatedQuantity, f64)> {
-    StatedQuantity::ALL.into_iter().filter_map(|stated| {
-        let parts = hard.states.iter().flat_map(|state| &state.uncertainty);
-        let of_depth = parts.filter(|p| p.source == UncertaintySource::Depth && Some(p.quantity) == stated.quantity());
-        Some((stated, of_depth.filter_map(|p| p.relative).reduce(f64::max)?))
-    })
+/// Largest relative changes of a continuum under the atoms' profile by the finite depth of their block, over the loads of which errors are
+/// judged; `None` where one is not known.
+fn changes_by_depth(hard: &ContinuumResults) -> Vec<(StatedQuantity, Option<f64>)> {
+    let of_quantity = |stated: StatedQuantity| {
+        let in_part = |s: &&State| s.contact_area > 0.0 && s.contact_area < ALMOST_FULL;
+        let parts = hard.states.iter().filter(in_part).flat_map(|state| &state.uncertainty);
+        let of_depth =
+            |p: &&UncertaintyComponent| p.source == UncertaintySource::Depth && Some(p.quantity) == stated.quantity();
+        let changes: Vec<Option<f64>> = parts.filter(of_depth).map(|p| p.relative).collect();
+        let largest = changes.iter().copied().try_fold(0.0f64, |most, change| Some(most.max(change?)));
+        (!changes.is_empty()).then_some((stated, largest))
+    };
+    StatedQuantity::ALL.into_iter().filter_map(of_quantity).collect()
 }
 
-fn listed(changes: impl Iterator<Item = (StatedQuantity, f64)>) -> Option<String> {
-    changes
-        .map(|(q, change)| format!("{} by up to {}", q.name(), percent(Some(change))))
-        .reduce(|a, b| format!("{a}, {b}"))
+fn listed(changes: &[(StatedQuantity, Option<f64>)]) -> String {
+    changes.iter().map(|(q, change)| format!("{} {}", q.name(), percent(*change))).collect::<Vec<_>>().join(", ")
 }
 
-/// What the finite depth of the atoms' block changes, where it was judged.
+/// What the finite depth of the atoms' block changes, where it was judged, and whether that is too much.
 pub fn depth_sentence(results: &Results) -> Option<String> {
-    let changes = listed(changes_by_depth(&results.comparison.as_ref()?.hard_wall))?;
-    Some(format!(
-        "by elasticity the depth of the block changes {changes} from a half-space; plastic flow is not judged"
-    ))
+    let hard = &results.comparison.as_ref()?.hard_wall;
+    let missed = results.accuracy.as_ref().and_then(|reached| missed_by_depth(&reached.requested, hard));
+    let changes = changes_by_depth(hard);
+    let all = || {
+        format!(
+            "change by the depth of the block, relative to a half-space (elastic, largest over the loads): {}",
+            listed(&changes)
+        )
+    };
+    missed.or_else(|| (!changes.is_empty()).then(all))
 }
 
 /// The changes by the depth of the atoms' block that exceed the errors asked for. `hard`: the continuum of the block's depth.
 pub fn missed_by_depth(requested: &ErrorTargets, hard: &ContinuumResults) -> Option<String> {
-    let exceeds = |(q, change): &(StatedQuantity, f64)| requested.of(*q).is_some_and(|accepted| *change > accepted);
-    let changes = listed(changes_by_depth(hard).filter(exceeds))?;
-    Some(format!(
-        "an error of {requested} is not reached by the atoms: by elasticity the depth of their block changes {changes} from a \
-         half-space, which atoms.base = \"elastic\" and atoms.foundation_cells = \"half-space\" put below them"
-    ))
+    let exceeds = |(q, change): &(StatedQuantity, Option<f64>)| {
+        requested.of(*q).is_some_and(|accepted| change.is_none_or(|change| change > accepted))
+    };
+    let exceeded: Vec<_> = changes_by_depth(hard).into_iter().filter(exceeds).collect();
+    (!exceeded.is_empty()).then(|| {
+        format!(
+            "an error of {requested} is not reached by the atoms: change by the depth of the block, relative to a half-space (elastic, largest over \
+             the loads): {}; accepted: more atoms.depth_cells, or atoms.foundation_cells = \"half-space\" (from first contact with atoms.base \
+             = \"elastic\")",
+            listed(&exceeded)
+        )
+    })
 }

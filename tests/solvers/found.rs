@@ -16,6 +16,7 @@ pub(crate) fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
 pub(crate) struct Found {
     pub stop: Stop,
     pub iterations: usize,
+    pub fft_pairs: f64,
     pub residual: f64,
     pub load_error: f64,
     pub area: f64,
@@ -31,6 +32,7 @@ impl Found {
         Found {
             stop: s.stop,
             iterations: s.iterations,
+            fft_pairs: s.fft_pairs,
             residual: s.residual,
             load_error: s.load_error,
             area: contact_area(grid, s.gap, ContactEdges::COUNTED).contact_nodes,

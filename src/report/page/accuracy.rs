@@ -1,7 +1,7 @@
 //! The grids that were solved to reach an accuracy.
 
 use super::prelude::*;
-use crate::report::accuracy::{missed, reached_errors};
+use crate::report::accuracy::{missed_by, reached_errors};
 use crate::report::number::duration;
 use asperity_contact::problem::StatedQuantity;
 use std::collections::BTreeSet;
@@ -13,6 +13,7 @@ pub(super) fn section(results: &Results) -> Markup {
         (false, _) => format!("An error of {} was asked for", reached.requested),
         (true, seconds) => format!("The least errors within {} were asked for", duration(seconds.unwrap_or_default())),
     };
+    let missed = missed_by(results);
     let judged: Vec<StatedQuantity> = reached
         .grids
         .iter()
@@ -30,8 +31,8 @@ pub(super) fn section(results: &Results) -> Markup {
             .collect()
     });
     html! {
-        p { (asked) ", and " @if reached.is_met() || reached.requested.is_empty() { "reached" } @else { strong { "not reached" } }
-            ": " (reached_errors(reached)) "." @if let Some(missed) = missed(reached) { " " (missed) "." } }
+        p { (asked) ", and " @if missed.is_none() { "reached" } @else { strong { "not reached" } }
+            ": " (reached_errors(reached)) "." @if let Some(missed) = &missed { " " (capitalised(missed)) "." } }
         details { summary { "Grids, from coarse to fine" } (table("numbers", &head, rows)) }
     }
 }

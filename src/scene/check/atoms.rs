@@ -56,6 +56,12 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         a.step.map_or(String::new(), |step| step.to_string()),
         "only together with atoms.start = \"touch\": from the continuum there are no steps",
     );
+    c.unless(
+        !(a.depth_error && scene.continuum.layer.is_some()),
+        "atoms.depth_error",
+        "true",
+        "false with continuum.layer: the block is judged by a half-space",
+    );
     a.nvt.iter().for_each(|n| nvt::check(c, n, a, scene));
     c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");
     constants(c, a);

@@ -260,7 +260,7 @@ impl Accuracy {
 }
 
 /// Contact area from which on the gap is closed: what is left of it has no relative error.
-const ALMOST_FULL: f64 = 0.999;
+pub const ALMOST_FULL: f64 = 0.999;
 
 impl Accuracy {
     /// Why a problem cannot be solved to an accuracy. `leakage`: whether the flow through the gap is solved.

@@ -8,7 +8,7 @@ mod loads;
 mod reduced;
 mod solve;
 
-pub use accuracy::{Accuracy, AccuracyResults, ErrorCost, GridErrors, LastGrid, SolvedGrid};
+pub use accuracy::{ALMOST_FULL, Accuracy, AccuracyResults, ErrorCost, GridErrors, LastGrid, SolvedGrid};
 pub use error_targets::{ErrorTargets, StatedQuantity};
 pub use field::{Arguments, Field, Names};
 pub use loads::{LoadKind, Loads};

@@ -15,19 +15,24 @@ pub fn open(path: &Path) -> io::Result<File> {
     create_file(path, false)
 }
 
-/// How long a lock is waited for: a submission, a report or a program that is being killed holds it briefly.
-const BRIEFLY: Duration = Duration::from_secs(2);
-
-/// Locks a file; `false` if another program keeps it locked for two seconds. A file system without locks, as some mounts of Lustre, cannot keep two programs
+/// Locks a file; `false` if another program has locked it. A file system without locks, as some mounts of Lustre, cannot keep two programs
 /// apart; there the file counts as locked.
 ///
 /// # Errors
 /// Those of the file system.
 pub fn try_lock(file: &File) -> io::Result<bool> {
+    is_locked(file.try_lock())
+}
+
+/// As [`try_lock`]; `false` if another program keeps the file locked for this time.
+///
+/// # Errors
+/// Those of the file system.
+pub fn lock_within(file: &File, patience: Duration) -> io::Result<bool> {
     let begun = Instant::now();
     loop {
-        match is_locked(file.try_lock()) {
-            Ok(false) if begun.elapsed() < BRIEFLY => std::thread::sleep(Duration::from_millis(20)),
+        match try_lock(file) {
+            Ok(false) if begun.elapsed() < patience => std::thread::sleep(Duration::from_millis(20)),
             answer => return answer,
         }
     }
@@ -63,7 +68,8 @@ mod tests {
             drop(second);
         });
         let third = File::create(&path).expect("created");
-        assert!(try_lock(&third).expect("answered"));
+        assert!(!try_lock(&third).expect("answered"));
+        assert!(lock_within(&third, Duration::from_secs(60)).expect("answered"));
         holder.join().expect("no panic");
     }
 

@@ -64,8 +64,9 @@ pub(super) trait LevelFields<T: Real> {
     /// metric). Returns `Σ t d`, `Σ v'' d²` and `⟨d K d⟩`. Half a transform pair.
     fn plain(&mut self, pending: f64, beta: f64, spring: f64) -> ([f64; 2], f64);
 
-    /// Sets the residual of the linear problem to `-t` on the free nodes; step and direction become zero. Returns `Σ r²`.
-    fn begin(&mut self, pending: f64) -> f64;
+    /// Sets the residual of the linear problem to `-t` on the free nodes; step and direction become zero. Returns `Σ r²`, and `Σ r c r` with
+    /// the nodes' own compliance in the preconditioner of a soft wall.
+    fn begin(&mut self, pending: f64) -> [f64; 2];
 
     /// Sets the gradient `t` to this value on all nodes.
     fn set_gradient(&mut self, value: f32);
@@ -77,8 +78,8 @@ pub(super) trait LevelFields<T: Real> {
     /// Sets `d = z + β d` on the free nodes, with the preconditioned residual `z`. Returns `Σ v'' d²`.
     fn conjugate(&mut self, beta: f64) -> f64;
 
-    /// Sets `x += α d` and `r -= α H d` on the free nodes, with `K d`. Returns `Σ r²`.
-    fn descend(&mut self, alpha: f64) -> f64;
+    /// Sets `x += α d` and `r -= α H d` on the free nodes, with `K d`. Returns the sums of [`LevelFields::begin`].
+    fn descend(&mut self, alpha: f64) -> [f64; 2];
 
     /// Sets the step to the direction.
     fn step_along_direction(&mut self);

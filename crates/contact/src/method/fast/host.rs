@@ -9,7 +9,7 @@ use super::column::{Factor, multiply};
 use super::fields::{LevelFields, Metric, Spring, StateSums};
 use super::rows;
 use super::window::Window;
-use crate::interface::{Elastic, Law};
+use crate::interface::{Elastic, Kernel, Law};
 use crate::method::Precision;
 use crate::method::residuals::RowLaw;
 use crate::method::sweep::{each_row, sweep, sweep_sums};
@@ -20,6 +20,7 @@ use asperity_grid::{
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
+use std::f64::consts::PI;
 
 /// A metric on the spectrum of a grid.
 struct Multiplied<'k> {
@@ -151,6 +152,12 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
         (nodes * grid.points()) as u64 + Transform::<T>::spectrum_bytes(grid)
     }
 
+    /// Stiffness of a node whose neighbours rest, E*/L: about half of that of the stiffest wave.
+    fn node_stiffness(&self) -> f64 {
+        let grid = self.grid();
+        0.5 * self.body.kernel.stiffness(PI / grid.dx(), PI / grid.dy())
+    }
+
     fn displaced(&self, spring: Spring) -> Displaced<'h, T> {
         let LevelProblem { kernel, heights, .. } = self.body;
         Displaced { grid: self.grid(), kernel, heights, spring }
@@ -231,22 +238,21 @@ impl<T: Real, L: Law> LevelFields<T> for Host<'_, T, L> {
         (sums, elastic)
     }
 
-    fn begin(&mut self, pending: f64) -> f64 {
-        let nx = self.grid().nx;
+    fn begin(&mut self, pending: f64) -> [f64; 2] {
+        let (nx, node_stiffness) = (self.grid().nx, self.node_stiffness());
         let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } =
             self;
         let pending = T::of(pending);
         let fields = (residual.par_chunks_mut(nx).zip(step.par_chunks_mut(nx)))
             .zip(direction.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
-        let [squared_residual] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
+        sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
             let ((residual, step), (direction, gap)) = fields;
-            let law = RowLaw::of(law, y, window.nx);
-            let squared_residual = rows::begin(law, window.inside(y, nx), (gap, pending, step), residual, direction);
-            worker.row.copy_from_slice(residual);
+            let law = (RowLaw::of(law, y, window.nx), node_stiffness);
+            let moving = (gap, pending, step);
+            let sums = rows::begin(law, window.inside(y, nx), moving, (residual, direction), &mut worker.row);
             worker.forward(spectrum);
-            [squared_residual]
-        });
-        squared_residual
+            sums
+        })
     }
 
     fn set_gradient(&mut self, value: f32) {
@@ -259,35 +265,34 @@ impl<T: Real, L: Law> LevelFields<T> for Host<'_, T, L> {
     }
 
     fn conjugate(&mut self, beta: f64) -> f64 {
-        let (nx, beta) = (self.grid().nx, beta as f32);
-        let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, direction, .. } = self;
-        let fields = direction.par_chunks_mut(nx).zip(gap.par_chunks(nx));
+        let (nx, beta, node_stiffness) = (self.grid().nx, beta as f32, self.node_stiffness());
+        let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, residual, direction, .. } = self;
+        let fields = direction.par_chunks_mut(nx).zip(gap.par_chunks(nx).zip(residual.par_chunks(nx)));
         let [law_curvature] =
-            sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, (direction, gap)| {
+            sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, (direction, nodes)| {
                 worker.inverse(spectrum);
-                let law_curvature = rows::conjugate(law, window.inside(y, nx), gap, (direction, beta), &mut worker.row);
+                let (inside, to) = (window.inside(y, nx), (direction, beta));
+                let law_curvature = rows::conjugate((law, node_stiffness), inside, nodes, to, &mut worker.row);
                 worker.forward(spectrum);
                 [law_curvature]
             });
         law_curvature
     }
 
-    fn descend(&mut self, alpha: f64) -> f64 {
-        let (nx, alpha) = (self.grid().nx, alpha as f32);
+    fn descend(&mut self, alpha: f64) -> [f64; 2] {
+        let (nx, alpha, node_stiffness) = (self.grid().nx, alpha as f32, self.node_stiffness());
         let Host { body: LevelProblem { law, window, .. }, narrow, spectrum, gap, step, residual, direction, .. } =
             self;
         let fields = (step.par_chunks_mut(nx).zip(residual.par_chunks_mut(nx)))
             .zip(direction.par_chunks(nx).zip(gap.par_chunks(nx)));
-        let [squared_residual] = sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
+        sweep_sums(narrow, first_bytes(spectrum), fields, |worker, y, spectrum, fields| {
             let ((step, residual), (direction, gap)) = fields;
             worker.inverse(spectrum);
-            let to = (step, &mut *residual);
-            let squared_residual = rows::descend(law, window.inside(y, nx), gap, (direction, alpha), to, &worker.row);
-            worker.row.copy_from_slice(residual);
+            let (inside, along, to) = (window.inside(y, nx), (direction, alpha), (step, residual));
+            let sums = rows::descend((law, node_stiffness), inside, gap, along, to, &mut worker.row);
             worker.forward(spectrum);
-            [squared_residual]
-        });
-        squared_residual
+            sums
+        })
     }
 
     fn step_along_direction(&mut self) {

@@ -250,8 +250,8 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
         let n = self.grid().points() as f64;
         let stiffness = Metric::Stiffness { mean_stiffness: self.spring.stiffness };
         let inverse = Metric::Compliance { mean_stiffness };
-        let first = self.fields.begin(std::mem::take(&mut self.pending));
-        let mut rz = self.fields.multiply(inverse);
+        let [first, own] = self.fields.begin(std::mem::take(&mut self.pending));
+        let mut rz = self.fields.multiply(inverse) + own / n;
         let mut beta = 0.0;
         for iteration in 1..=limit {
             if stopping() {
@@ -270,12 +270,12 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
                 break;
             }
             let alpha = rz / curvature;
-            let rr = self.fields.descend(alpha);
+            let [rr, own] = self.fields.descend(alpha);
             if rr.sqrt() <= forcing * first.sqrt() || iteration == limit {
                 break;
             }
             let old = rz;
-            rz = self.fields.multiply(inverse);
+            rz = self.fields.multiply(inverse) + own / n;
             beta = rz / old;
         }
         true
@@ -296,11 +296,12 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
         self.fields.set_gradient(gradient as f32);
         let gradient = f64::from(gradient as f32);
         let n = self.grid().points() as f64;
-        if self.fields.begin(0.0) == 0.0 {
+        let [first, own] = self.fields.begin(0.0);
+        if first == 0.0 {
             return None;
         }
         let inverse = Metric::Compliance { mean_stiffness };
-        let mut rz = self.fields.multiply(inverse);
+        let mut rz = self.fields.multiply(inverse) + own / n;
         let (mut beta, mut compliance, mut small) = (0.0, 0.0, 0);
         for _ in 0..TANGENT_LIMIT {
             if stopping() {
@@ -320,9 +321,9 @@ impl<'h, T: Real, L: Law> Level<'h, T, L> {
                 let stiffness = per_facing / (compliance / (gradient * gradient) + self.cell.mean_compliance());
                 return stiffness.is_finite().then_some(stiffness);
             }
-            self.fields.descend(rz / curvature);
+            let [_, own] = self.fields.descend(rz / curvature);
             let old = rz;
-            rz = self.fields.multiply(inverse);
+            rz = self.fields.multiply(inverse) + own / n;
             beta = rz / old;
         }
         None

@@ -96,6 +96,51 @@ fn law_curvature<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 
     sum
 }
 
+/// Weights of a chunk of nodes in the preconditioner of a soft wall: `w = √(k/(k + v''))`, with which the compliance of the waves is
+/// multiplied on both sides, and a node's own compliance `v''/(k + v'')²`. `k` is the stiffness of a node whose neighbours rest.
+#[inline(always)]
+fn weights<T: Real, L: Law>(law: &L, k: f64, gap: &[T]) -> ([f32; CHUNK], [f32; CHUNK]) {
+    let mut gaps = [f64::INFINITY; CHUNK];
+    gaps.iter_mut().zip(gap).for_each(|(wide, g)| *wide = g.wide());
+    let slopes = each(
+        law,
+        &gaps,
+        #[inline(always)]
+        |law, g| law.slope(g),
+    );
+    let (mut shared, mut own) = ([0.0; CHUNK], [0.0; CHUNK]);
+    for ((w, c), slope) in shared.iter_mut().zip(&mut own).zip(slopes) {
+        let (slope, all) = (slope.max(0.0), k + slope.max(0.0));
+        (*w, *c) = ((k / all).sqrt() as f32, (slope / (all * all)) as f32);
+    }
+    (shared, own)
+}
+
+/// Whether nodes have weights in the preconditioner. A hard wall has none: its closed nodes are not free.
+#[inline(always)]
+fn is_weighted<L: Law>() -> bool {
+    L::ACTIVE && !L::HARD
+}
+
+/// The residual, weighted for the compliance of the waves, into `row`. Returns `Σ r c r` with the nodes' own compliance.
+#[inline(always)]
+fn weighted<T: Real, L: Law>(law: &L, k: f64, gap: &[T], residual: &[f32], row: &mut [f32]) -> f64 {
+    if !is_weighted::<L>() {
+        row.copy_from_slice(residual);
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for ((gap, residual), row) in gap.chunks(CHUNK).zip(residual.chunks(CHUNK)).zip(row.chunks_mut(CHUNK)) {
+        let (shared, own) = weights(law, k, gap);
+        let (mut r, mut scaled) = ([0.0; CHUNK], [0.0; CHUNK]);
+        r[..residual.len()].copy_from_slice(residual);
+        scaled.iter_mut().zip(&own).zip(&r).for_each(|((s, c), r)| *s = f64::from(c * r));
+        sum += dot(&scaled, &r);
+        row.iter_mut().zip(&r).zip(&shared).for_each(|((to, r), w)| *to = w * r);
+    }
+    sum
+}
+
 /// Adds `scale` times a step to the gap, of which the first `inside` nodes face the rigid surface.
 pub(super) fn apply_step<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T, step: &[f32]) {
     #[inline(always)]
@@ -237,14 +282,14 @@ pub(super) fn plain<L: Law, T: Real>(
 }
 
 /// Applies the `pending` step, sets the residual of the linear problem to `-t` on the free nodes, and step and
-/// direction to zero. Returns `Σ r²`.
+/// direction to zero. Returns `Σ r²` and [`weighted`] sum; `row` becomes the weighted residual.
 pub(super) fn begin<L: Law, T: Real>(
-    law: RowLaw<L>,
+    (law, node_stiffness): (RowLaw<L>, f64),
     inside: usize,
     (gap, pending, step): (&mut [T], T, &mut [f32]),
-    residual: &mut [f32],
-    direction: &mut [bf16],
-) -> f64 {
+    (residual, direction): (&mut [f32], &mut [bf16]),
+    row: &mut [f32],
+) -> [f64; 2] {
     #[inline(always)]
     fn part<L: Law, T: Real>(gap: &[T], residual: &mut [f32], direction: &mut [bf16]) {
         for ((r, d), &g) in residual.iter_mut().zip(direction).zip(gap) {
@@ -262,22 +307,33 @@ pub(super) fn begin<L: Law, T: Real>(
             let ((r, r_free), (d, d_free)) = (residual.split_at_mut(inside), direction.split_at_mut(inside));
             part::<L, T>(&gap[..inside], r, d);
             part::<FreeSurface, T>(&gap[inside..], r_free, d_free);
-            dot(residual, residual)
+            row[inside..].copy_from_slice(r_free);
+            let own = weighted(law.law, node_stiffness, &gap[..inside], r, &mut row[..inside]);
+            [dot(residual, residual), own]
         },
     )
 }
 
-/// `d = z + β d` on the free nodes, with the preconditioned residual z in `row`, which becomes d. Returns `Σ v'' d²`.
+/// `d = z + β d` on the free nodes, with the preconditioned residual z: the compliance of the waves times the weighted residual, in `row`,
+/// which becomes d. Returns `Σ v'' d²`.
 pub(super) fn conjugate<L: Law, T: Real>(
-    law: &L,
+    (law, node_stiffness): (&L, f64),
     inside: usize,
-    gap: &[T],
+    (gap, residual): (&[T], &[f32]),
     (direction, beta): (&mut [bf16], f32),
     row: &mut [f32],
 ) -> f64 {
     vectorised(
         #[inline(always)]
         || {
+            if is_weighted::<L>() {
+                let nodes = gap[..inside].chunks(CHUNK).zip(residual[..inside].chunks(CHUNK));
+                for ((gap, residual), row) in nodes.zip(row[..inside].chunks_mut(CHUNK)) {
+                    let (shared, own) = weights(law, node_stiffness, gap);
+                    let weights = shared.iter().zip(&own);
+                    row.iter_mut().zip(residual).zip(weights).for_each(|((z, r), (w, c))| *z = w * *z + c * r);
+                }
+            }
             for (d, r) in direction.iter_mut().zip(&mut *row) {
                 let closed = is_closed(*d);
                 let to = rounded_direction(*r + beta * wide(*d));
@@ -288,15 +344,16 @@ pub(super) fn conjugate<L: Law, T: Real>(
     )
 }
 
-/// `x += α d` and `r -= α H d` on the free nodes, with `K d` in `direction_stress`. Returns `Σ r²`.
+/// `x += α d` and `r -= α H d` on the free nodes, with `K d` in `row`, which becomes the weighted residual. Returns `Σ r²` and
+/// [`weighted`] sum.
 pub(super) fn descend<L: Law, T: Real>(
-    law: &L,
+    (law, node_stiffness): (&L, f64),
     inside: usize,
     gap: &[T],
     (direction, alpha): (&[bf16], f32),
     (step, residual): (&mut [f32], &mut [f32]),
-    direction_stress: &[f32],
-) -> f64 {
+    row: &mut [f32],
+) -> [f64; 2] {
     #[inline(always)]
     fn part<L: Law, T: Real>(
         law: &L,
@@ -325,15 +382,12 @@ pub(super) fn descend<L: Law, T: Real>(
         #[inline(always)]
         || {
             let ((s, s_free), (r, r_free)) = (step.split_at_mut(inside), residual.split_at_mut(inside));
-            part(law, &gap[..inside], (&direction[..inside], alpha), (s, r), &direction_stress[..inside]);
-            part(
-                &FreeSurface,
-                &gap[inside..],
-                (&direction[inside..], alpha),
-                (s_free, r_free),
-                &direction_stress[inside..],
-            );
-            dot(residual, residual)
+            part(law, &gap[..inside], (&direction[..inside], alpha), (s, r), &row[..inside]);
+            let free = (&direction[inside..], alpha);
+            part(&FreeSurface, &gap[inside..], free, (s_free, r_free), &row[inside..]);
+            row[inside..].copy_from_slice(r_free);
+            let own = weighted(law, node_stiffness, &gap[..inside], r, &mut row[..inside]);
+            [dot(residual, residual), own]
         },
     )
 }

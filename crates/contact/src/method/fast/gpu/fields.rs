@@ -427,7 +427,7 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
         });
     }
 
-    fn begin(&mut self, pending: f64) -> f64 {
+    fn begin(&mut self, pending: f64) -> [f64; 2] {
         let squared_residual = self.attempt(f64::NAN, |own, arrays, working| {
             let fields = [
                 Argument::Buffer(&arrays.gap),
@@ -442,7 +442,8 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
             Ok(squared_residual)
         });
         self.newer = Newer::Gpu;
-        squared_residual
+        // Soft walls are refused.
+        [squared_residual, 0.0]
     }
 
     fn multiply(&mut self, metric: Metric) -> f64 {
@@ -468,8 +469,8 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
         })
     }
 
-    fn descend(&mut self, alpha: f64) -> f64 {
-        self.attempt(f64::NAN, |own, arrays, working| {
+    fn descend(&mut self, alpha: f64) -> [f64; 2] {
+        let squared_residual = self.attempt(f64::NAN, |own, arrays, working| {
             let fields = [
                 Argument::Buffer(&arrays.gap),
                 Argument::Buffer(&working.direction),
@@ -481,7 +482,8 @@ impl<T: Real> LevelFields<T> for OnGpu<'_, T> {
             let arguments = [&own.size()[..], &fields, &own.attraction()].concat();
             let [squared_residual] = own.kernels.gpu.sums("descend", own.nodes(), &arguments)?;
             Ok(squared_residual)
-        })
+        });
+        [squared_residual, 0.0]
     }
 
     fn step_along_direction(&mut self) {

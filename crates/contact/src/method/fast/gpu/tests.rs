@@ -71,11 +71,11 @@ fn compared<T: Real, L: Law>(grid: Grid, kernel: Elastic, law: L, heights: &Seri
         f.trial(scale, 0.01, spring, precision);
     }
     let sums = [&mut host, &mut gpu].map(|f| {
-        let first = f.begin(scale);
+        let [first, _] = f.begin(scale);
         let z = f.multiply(Metric::Compliance { mean_stiffness: 2.0 });
         let law_curvature = f.conjugate(0.0);
         let elastic_curvature = f.multiply(Metric::Stiffness { mean_stiffness: spring.stiffness });
-        let residual = f.descend(z / elastic_curvature);
+        let [residual, _] = f.descend(z / elastic_curvature);
         let next = f.multiply(Metric::Compliance { mean_stiffness: 2.0 });
         let again = f.conjugate(next / z);
         [first, z, law_curvature, elastic_curvature, residual, next, again]
