@@ -186,11 +186,10 @@ impl CommandRequest<'_> {
         if self.dry_run {
             return plan(&submission, &[(0, seconds)], &[(COMMAND_SCRIPT, &script)], bytes, self.json);
         }
-        // Before the lock, which the job holds while it runs, and with it, for two submissions at the same time.
+        // Before the lock, which the job holds while it runs.
         refuse_queued(out, name)?;
         // Marks the folder as that of a run, which the job continues.
-        let _locked = RunFolder::open(out)?;
-        refuse_queued(out, name)?;
+        drop(RunFolder::open(out)?);
         create_folders(out)?;
         forget_end(out, &label)?;
         let script = write_script(out, COMMAND_SCRIPT, &script)?;

@@ -109,7 +109,7 @@ impl<'a> From<&'a PathBuf> for OutFolder<'a> {
     }
 }
 
-/// How long the lock of a folder is waited for: a submission or a report that is drawn again holds it for less.
+/// How long the lock of a folder is waited for: a submission marks the folder in less.
 const BRIEFLY: Duration = Duration::from_secs(2);
 
 /// The folder of one run, locked during the lifetime of this value.

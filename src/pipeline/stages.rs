@@ -140,6 +140,9 @@ fn visit_atoms(
     outputs: &mut Outputs,
 ) -> Result<()> {
     let mut matched = visitor.visit(&stages.matched(), &keys(&[surface]), Some(()))?;
+    if stages.case.asks_for_depth() && !stages.case.judges_depth() {
+        visitor.warn("the depth of the atoms' block is not judged: continuum.layer is no half-space".into());
+    }
     let errors = stages.case.scene.accuracy().map(|accuracy| accuracy.errors);
     let judged = matched.iter().filter_map(|(matched, _)| missed_by_depth(errors.as_ref()?, &matched.hard));
     judged.for_each(|text| visitor.warn(text));

@@ -109,11 +109,16 @@ pub fn missed_by_depth(requested: &ErrorTargets, hard: &ContinuumResults) -> Opt
         requested.of(*q).is_some_and(|accepted| change.is_none_or(|change| change > accepted))
     };
     let exceeded: Vec<_> = changes_by_depth(hard).into_iter().filter(exceeds).collect();
+    let remedy = match exceeded.iter().all(|(_, change)| change.is_some()) {
+        true => {
+            "more atoms.depth_cells, or atoms.foundation_cells = \"half-space\" (from first contact with atoms.base = \"elastic\")"
+        }
+        false => "more continuum.max_iterations, with which the half-space converges",
+    };
     (!exceeded.is_empty()).then(|| {
         format!(
             "an error of {requested} is not reached by the atoms: change by the depth of the block, relative to a half-space (elastic, largest over \
-             the loads): {}; accepted: more atoms.depth_cells, or atoms.foundation_cells = \"half-space\" (from first contact with atoms.base \
-             = \"elastic\")",
+             the loads): {}; accepted: {remedy}",
             listed(&exceeded)
         )
     })

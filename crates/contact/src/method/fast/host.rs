@@ -20,7 +20,7 @@ use asperity_grid::{
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// A metric on the spectrum of a grid.
 struct Multiplied<'k> {
@@ -152,10 +152,13 @@ impl<'h, T: Real, L: Law> Host<'h, T, L> {
         (nodes * grid.points()) as u64 + Transform::<T>::spectrum_bytes(grid)
     }
 
-    /// Stiffness of a node whose neighbours rest, E*/L: about half of that of the stiffest wave.
+    /// Stiffness of a node whose neighbours rest, E*/L: about half of that of the stiffest wave, which on a thin incompressible layer is the
+    /// longest.
     fn node_stiffness(&self) -> f64 {
-        let grid = self.grid();
-        0.5 * self.body.kernel.stiffness(PI / grid.dx(), PI / grid.dy())
+        let (grid, kernel) = (self.grid(), &self.body.kernel);
+        let corner = kernel.stiffness(PI / grid.dx(), PI / grid.dy());
+        let longest = kernel.stiffness(TAU / grid.lx, 0.0).max(kernel.stiffness(0.0, TAU / grid.ly));
+        0.5 * corner.max(longest)
     }
 
     fn displaced(&self, spring: Spring) -> Displaced<'h, T> {

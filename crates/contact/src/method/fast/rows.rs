@@ -108,7 +108,11 @@ fn weights<T: Real, L: Law>(law: &L, k: f64, gap: &[T]) -> ([f32; CHUNK], [f32; 
         #[inline(always)]
         |law, g| law.slope(g),
     );
-    let (mut shared, mut own) = ([0.0; CHUNK], [0.0; CHUNK]);
+    let (mut shared, mut own) = ([1.0; CHUNK], [0.0; CHUNK]);
+    // Most chunks are open.
+    if slopes.iter().all(|slope| *slope <= 0.0) {
+        return (shared, own);
+    }
     for ((w, c), slope) in shared.iter_mut().zip(&mut own).zip(slopes) {
         let (slope, all) = (slope.max(0.0), k + slope.max(0.0));
         (*w, *c) = ((k / all).sqrt() as f32, (slope / (all * all)) as f32);
