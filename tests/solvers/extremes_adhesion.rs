@@ -55,19 +55,19 @@ fn ranges_from_far_below_a_pixel_to_far_above_the_roughness() {
 fn adhesion_behind_stiff_walls() {
     /// Relative difference of the energies, and difference of the mean gaps over L, at residuals of 1e-8 of the pressure.
     const SAME_ENERGY: f64 = 1e-8;
-    const SAME_GAP: f64 = 1e-6;
+    const SAME_GAP: f64 = 1e-8;
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let adhesion = AttractionLaw::exponential(2e-5, 1e-3);
     let thin = Elastic::Layer(Layer { thickness: 0.005, poisson: 0.5, base: Base::Bonded });
-    // Transform pairs at most. On the half-space a preconditioner of the waves alone took 100, 302 and 804; measured: 80, 145 and 507.
+    // Transform pairs at most. On the half-space a preconditioner of the waves alone took 100, 302 and 804; measured: 80, 145 and 507, on
+    // the layer 55 and 89.
     let half_space =
         [(1e-2, 90.0), (1e-3, 200.0), (1e-4, 650.0)].map(|(length, most)| (Elastic::HalfSpace, length, most));
-    let layer = [(1e-2, 1e9), (1e-3, 1e9)].map(|(length, most)| (thin, length, most));
+    let layer = [(1e-2, 70.0), (1e-3, 110.0)].map(|(length, most)| (thin, length, most));
     for (kernel, length, most) in half_space.into_iter().chain(layer) {
         let wall = Wall::Penalty(PenaltyWall { length });
         let p = ReducedProblem { adhesion, wall, kernel, ..problem(grid, &heights) };
         let [fast, bvm] = ["fast", "bvm"].map(|id| solved(&p, id, 0.02));
-        println!("{kernel} {length} {} {:e} {:e}", fast.fft_pairs, fast.mean_gap, bvm.mean_gap);
         assert!(near(fast.energy, bvm.energy, SAME_ENERGY) && fast.area == bvm.area, "{kernel}, ℓ = {length}");
         assert!((fast.mean_gap - bvm.mean_gap).abs() < SAME_GAP * grid.lx, "{kernel}, ℓ = {length}");
         assert!(fast.fft_pairs <= most, "{kernel}, ℓ = {length}: {}", fast.fft_pairs);

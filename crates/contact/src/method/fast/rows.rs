@@ -63,20 +63,26 @@ fn is_free<L: Law, T: Real>(g: T, t: f32) -> bool {
     !L::HARD || g > T::zero() || t < 0.0
 }
 
-/// `v'' d` at the nodes of a chunk.
+/// `v''` at the nodes of a chunk; 0 without a law.
 #[inline(always)]
-fn forces<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32; CHUNK]) -> [f64; CHUNK] {
+fn slopes<T: Real, L: Law>(law: &L, gap: &[T]) -> [f64; CHUNK] {
     if !L::ACTIVE {
         return [0.0; CHUNK];
     }
     let mut gaps = [f64::INFINITY; CHUNK];
     gaps.iter_mut().zip(gap).for_each(|(wide, g)| *wide = g.wide());
-    let mut forces = each(
+    each(
         law,
         &gaps,
         #[inline(always)]
         |law, g| law.slope(g),
-    );
+    )
+}
+
+/// `v'' d` at the nodes of a chunk.
+#[inline(always)]
+fn forces(slopes: &[f64; CHUNK], direction: &[f32; CHUNK]) -> [f64; CHUNK] {
+    let mut forces = *slopes;
     forces.iter_mut().zip(direction).for_each(|(f, &d)| *f *= f64::from(d));
     forces
 }
@@ -91,7 +97,7 @@ fn law_curvature<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 
     for (gap, direction) in gap.chunks(CHUNK).zip(direction.chunks(CHUNK)) {
         let mut d = [0.0; CHUNK];
         d[..direction.len()].copy_from_slice(direction);
-        sum += dot(&forces(law, gap, &d), &d);
+        sum += dot(&forces(&slopes(law, gap), &d), &d);
     }
     sum
 }
@@ -99,15 +105,7 @@ fn law_curvature<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 
 /// Weights of a chunk of nodes in the preconditioner of a soft wall: `w = √(k/(k + v''))`, with which the compliance of the waves is
 /// multiplied on both sides, and a node's own compliance `v''/(k + v'')²`. `k` is the stiffness of a node whose neighbours rest.
 #[inline(always)]
-fn weights<T: Real, L: Law>(law: &L, k: f64, gap: &[T]) -> ([f32; CHUNK], [f32; CHUNK]) {
-    let mut gaps = [f64::INFINITY; CHUNK];
-    gaps.iter_mut().zip(gap).for_each(|(wide, g)| *wide = g.wide());
-    let slopes = each(
-        law,
-        &gaps,
-        #[inline(always)]
-        |law, g| law.slope(g),
-    );
+fn weights(slopes: &[f64; CHUNK], k: f64) -> ([f32; CHUNK], [f32; CHUNK]) {
     let (mut shared, mut own) = ([1.0; CHUNK], [0.0; CHUNK]);
     // Most chunks are open.
     if slopes.iter().all(|slope| *slope <= 0.0) {
@@ -126,23 +124,19 @@ fn is_weighted<L: Law>() -> bool {
     L::ACTIVE && !L::HARD
 }
 
-/// The residual, weighted for the compliance of the waves, into `row`. Returns `Σ r c r` with the nodes' own compliance.
+/// The residual of a chunk, weighted for the compliance of the waves, into `row`. Returns `Σ r c r` with the nodes' own compliance.
 #[inline(always)]
-fn weighted<T: Real, L: Law>(law: &L, k: f64, gap: &[T], residual: &[f32], row: &mut [f32]) -> f64 {
+fn weighted<L: Law>(slopes: &[f64; CHUNK], k: f64, residual: &[f32], row: &mut [f32]) -> f64 {
     if !is_weighted::<L>() {
         row.copy_from_slice(residual);
         return 0.0;
     }
-    let mut sum = 0.0;
-    for ((gap, residual), row) in gap.chunks(CHUNK).zip(residual.chunks(CHUNK)).zip(row.chunks_mut(CHUNK)) {
-        let (shared, own) = weights(law, k, gap);
-        let (mut r, mut scaled) = ([0.0; CHUNK], [0.0; CHUNK]);
-        r[..residual.len()].copy_from_slice(residual);
-        scaled.iter_mut().zip(&own).zip(&r).for_each(|((s, c), r)| *s = f64::from(c * r));
-        sum += dot(&scaled, &r);
-        row.iter_mut().zip(&r).zip(&shared).for_each(|((to, r), w)| *to = w * r);
-    }
-    sum
+    let (shared, own) = weights(slopes, k);
+    let (mut r, mut scaled) = ([0.0; CHUNK], [0.0; CHUNK]);
+    r[..residual.len()].copy_from_slice(residual);
+    scaled.iter_mut().zip(&own).zip(&r).for_each(|((s, c), r)| *s = f64::from(c * r));
+    row.iter_mut().zip(&r).zip(&shared).for_each(|((to, r), w)| *to = w * r);
+    dot(&scaled, &r)
 }
 
 /// Adds `scale` times a step to the gap, of which the first `inside` nodes face the rigid surface.
@@ -312,7 +306,12 @@ pub(super) fn begin<L: Law, T: Real>(
             part::<L, T>(&gap[..inside], r, d);
             part::<FreeSurface, T>(&gap[inside..], r_free, d_free);
             row[inside..].copy_from_slice(r_free);
-            let own = weighted(law.law, node_stiffness, &gap[..inside], r, &mut row[..inside]);
+            let mut own = 0.0;
+            let chunks = gap[..inside].chunks(CHUNK).zip(r.chunks(CHUNK)).zip(row[..inside].chunks_mut(CHUNK));
+            for ((gap, r), row) in chunks {
+                let slopes = if is_weighted::<L>() { slopes(law.law, gap) } else { [0.0; CHUNK] };
+                own += weighted::<L>(&slopes, node_stiffness, r, row);
+            }
             [dot(residual, residual), own]
         },
     )
@@ -327,23 +326,36 @@ pub(super) fn conjugate<L: Law, T: Real>(
     (direction, beta): (&mut [bf16], f32),
     row: &mut [f32],
 ) -> f64 {
+    #[inline(always)]
+    fn part((direction, beta): (&mut [bf16], f32), row: &mut [f32]) {
+        for (d, r) in direction.iter_mut().zip(row) {
+            let closed = is_closed(*d);
+            let to = rounded_direction(*r + beta * wide(*d));
+            (*d, *r) = if closed { (CLOSED, 0.0) } else { (to, wide(to)) };
+        }
+    }
     vectorised(
         #[inline(always)]
         || {
-            if is_weighted::<L>() {
-                let nodes = gap[..inside].chunks(CHUNK).zip(residual[..inside].chunks(CHUNK));
-                for ((gap, residual), row) in nodes.zip(row[..inside].chunks_mut(CHUNK)) {
-                    let (shared, own) = weights(law, node_stiffness, gap);
-                    let weights = shared.iter().zip(&own);
-                    row.iter_mut().zip(residual).zip(weights).for_each(|((z, r), (w, c))| *z = w * *z + c * r);
-                }
+            let ((d, d_free), (z, z_free)) = (direction.split_at_mut(inside), row.split_at_mut(inside));
+            part((d_free, beta), z_free);
+            if !is_weighted::<L>() {
+                part((d, beta), z);
+                return law_curvature(law, &gap[..inside], z);
             }
-            for (d, r) in direction.iter_mut().zip(&mut *row) {
-                let closed = is_closed(*d);
-                let to = rounded_direction(*r + beta * wide(*d));
-                (*d, *r) = if closed { (CLOSED, 0.0) } else { (to, wide(to)) };
+            let mut sum = 0.0;
+            let nodes = gap[..inside].chunks(CHUNK).zip(residual[..inside].chunks(CHUNK));
+            for ((gap, residual), (direction, row)) in nodes.zip(d.chunks_mut(CHUNK).zip(z.chunks_mut(CHUNK))) {
+                let slopes = slopes(law, gap);
+                let (shared, own) = weights(&slopes, node_stiffness);
+                let weights = shared.iter().zip(&own);
+                row.iter_mut().zip(residual).zip(weights).for_each(|((z, r), (w, c))| *z = w * *z + c * r);
+                part((direction, beta), row);
+                let mut d = [0.0; CHUNK];
+                d[..row.len()].copy_from_slice(row);
+                sum += dot(&forces(&slopes, &d), &d);
             }
-            law_curvature(law, &gap[..inside], &row[..inside])
+            sum
         },
     )
 }
@@ -360,37 +372,35 @@ pub(super) fn descend<L: Law, T: Real>(
 ) -> [f64; 2] {
     #[inline(always)]
     fn part<L: Law, T: Real>(
-        law: &L,
+        (law, k): (&L, f64),
         gap: &[T],
         (direction, alpha): (&[bf16], f32),
         (step, residual): (&mut [f32], &mut [f32]),
-        direction_stress: &[f32],
-    ) {
+        row: &mut [f32],
+    ) -> f64 {
+        let mut own = 0.0;
         let chunks = step.chunks_mut(CHUNK).zip(residual.chunks_mut(CHUNK)).zip(direction.chunks(CHUNK));
-        for ((((step, residual), direction), gap), direction_stress) in
-            chunks.zip(gap.chunks(CHUNK)).zip(direction_stress.chunks(CHUNK))
-        {
+        for ((((step, residual), direction), gap), row) in chunks.zip(gap.chunks(CHUNK)).zip(row.chunks_mut(CHUNK)) {
             let mut d = [0.0; CHUNK];
             d.iter_mut().zip(direction).for_each(|(d, stored)| *d = wide(*stored));
             step.iter_mut().zip(&d).for_each(|(s, d)| *s += alpha * d);
-            let softened = forces(law, gap, &d);
-            for (((r, &stored), &stress), &soft) in
-                residual.iter_mut().zip(direction).zip(direction_stress).zip(&softened)
-            {
+            let slopes = slopes(law, gap);
+            let softened = if L::ACTIVE { forces(&slopes, &d) } else { [0.0; CHUNK] };
+            for (((r, &stored), &stress), &soft) in residual.iter_mut().zip(direction).zip(&*row).zip(&softened) {
                 let left = *r - alpha * (stress + soft as f32);
                 *r = if is_closed(stored) { 0.0 } else { left };
             }
+            own += weighted::<L>(&slopes, k, residual, row);
         }
+        own
     }
     vectorised(
         #[inline(always)]
         || {
             let ((s, s_free), (r, r_free)) = (step.split_at_mut(inside), residual.split_at_mut(inside));
-            part(law, &gap[..inside], (&direction[..inside], alpha), (s, r), &row[..inside]);
-            let free = (&direction[inside..], alpha);
-            part(&FreeSurface, &gap[inside..], free, (s_free, r_free), &row[inside..]);
-            row[inside..].copy_from_slice(r_free);
-            let own = weighted(law, node_stiffness, &gap[..inside], r, &mut row[..inside]);
+            let ((d, d_free), (row, row_free)) = (direction.split_at(inside), row.split_at_mut(inside));
+            let own = part((law, node_stiffness), &gap[..inside], (d, alpha), (s, r), row);
+            part((&FreeSurface, node_stiffness), &gap[inside..], (d_free, alpha), (s_free, r_free), row_free);
             [dot(residual, residual), own]
         },
     )
