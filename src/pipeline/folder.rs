@@ -110,7 +110,7 @@ impl<'a> From<&'a PathBuf> for OutFolder<'a> {
 }
 
 /// How long the lock of a folder is waited for: a submission marks the folder in less.
-const BRIEFLY: Duration = Duration::from_secs(2);
+const BRIEFLY: Duration = Duration::from_millis(200);
 
 /// The folder of one run, locked during the lifetime of this value.
 pub struct RunFolder {
