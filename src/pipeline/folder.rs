@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Version of the stage folders. An increase invalidates all older folders; it is required when the meaning of stored
 /// results changes.
@@ -109,9 +109,6 @@ impl<'a> From<&'a PathBuf> for OutFolder<'a> {
     }
 }
 
-/// How long the lock of a folder is waited for: a submission marks the folder in less.
-const BRIEFLY: Duration = Duration::from_millis(200);
-
 /// The folder of one run, locked during the lifetime of this value.
 pub struct RunFolder {
     root: PathBuf,
@@ -145,7 +142,7 @@ impl RunFolder {
         expect_plain(root)?;
         let path = root.join(MARKER);
         let lock = file_lock::open(&path).map_err(Error::io("write in the run folder", &path))?;
-        if !file_lock::lock_within(&lock, BRIEFLY).map_err(Error::io("lock", &path))? {
+        if !file_lock::try_lock(&lock).map_err(Error::io("lock", &path))? {
             let holder = processes::with_file(&path).unwrap_or_else(|| "another run".into());
             let accepted = "a folder that no other run is using: wait for its end, or end it";
             return Err(Error::format(root, format!("in use by {holder}"), accepted));

@@ -140,7 +140,7 @@ fn visit_atoms(
     outputs: &mut Outputs,
 ) -> Result<()> {
     let mut matched = visitor.visit(&stages.matched(), &keys(&[surface]), Some(()))?;
-    if stages.case.asks_for_depth() && !stages.case.judges_depth() {
+    if stages.case.has_target_of_depth() && !stages.case.judges_depth() {
         visitor.warn("the depth of the atoms' block is not judged: continuum.layer is no half-space".into());
     }
     let errors = stages.case.scene.accuracy().map(|accuracy| accuracy.errors);

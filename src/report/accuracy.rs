@@ -103,7 +103,7 @@ pub fn depth_sentence(results: &Results) -> Option<String> {
     missed.or_else(|| (!changes.is_empty()).then(all))
 }
 
-/// The changes by the depth of the atoms' block that exceed the errors asked for. `hard`: the continuum of the block's depth.
+/// The changes by the depth of the atoms' block that exceed the requested errors. `hard`: the continuum of the block's depth.
 pub fn missed_by_depth(requested: &ErrorTargets, hard: &ContinuumResults) -> Option<String> {
     let exceeds = |(q, change): &(StatedQuantity, Option<f64>)| {
         requested.of(*q).is_some_and(|accepted| change.is_none_or(|change| change > accepted))

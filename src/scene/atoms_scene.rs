@@ -78,8 +78,8 @@ pub struct AtomsScene {
     /// Count defect atoms (centro-symmetry) at every step. Frames then contain the whole deformable block.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plasticity: bool,
-    /// Solve the matched continuum on a half-space, too, for the effect of the block's finite depth on contact and mean gap. Done as well
-    /// where accuracy.error asks for errors of them, but not with continuum.layer.
+    /// Solve the matched continuum on a half-space, too, for the effect of the block's finite depth on contact and mean gap. With a target
+    /// of either in accuracy.error it is solved anyway. Not with continuum.layer.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub depth_error: bool,
     /// Default: the atoms stay at 0 K.

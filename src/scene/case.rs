@@ -316,15 +316,15 @@ impl Case {
         self.method().kind == MethodKind::Solver
     }
 
-    /// Whether the matched continuum is solved on a half-space, too: on request, or to judge the depth of the block where errors of area or
-    /// mean gap are asked for. A layer is no half-space.
+    /// Whether the matched continuum is solved on a half-space, too: on request, or to judge the depth of the block against targets of area or
+    /// mean gap. A layer is no half-space.
     pub fn judges_depth(&self) -> bool {
         let on_request = self.scene.atoms.as_ref().is_some_and(|a| a.depth_error);
-        (on_request || self.asks_for_depth()) && !matches!(self.problem.body, Body::Layer { .. })
+        (on_request || self.has_target_of_depth()) && !matches!(self.problem.body, Body::Layer { .. })
     }
 
-    /// Whether errors are asked for that the depth of the atoms' block contributes to.
-    pub fn asks_for_depth(&self) -> bool {
+    /// Whether the accuracy has targets of quantities that the depth of the atoms' block changes: contact area and mean gap.
+    pub fn has_target_of_depth(&self) -> bool {
         let judged = [StatedQuantity::ContactArea, StatedQuantity::MeanGap];
         self.scene.accuracy().is_some_and(|a| judged.iter().any(|q| a.errors.of(*q).is_some()))
     }

@@ -18,8 +18,8 @@ const ATOMS: &str = "name = \"atoms\"\n[surface]\ngrid = 32\n[load]\np_star = [0
                      [atoms]\ncells = 10\ndepth_cells = 6\nstep = \"0.1 Å\"\n";
 const SEEDS: &str = "scene = \"scene.toml\"\n[over]\nsurface.seed = \"1..2\"\n";
 
-/// Limit of waiting. A lost node is noticed after half a minute, and a requeued job starts after six seconds; beside six busy processes on two
-/// cores a test took 140 s.
+/// Limit of waiting. A lost node is noticed after half a minute, and a requeued job starts after six seconds; with six busy processes on the
+/// two cores a test took 140 s.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The daemons, which end when this is dropped, and a folder with the files of a sweep.

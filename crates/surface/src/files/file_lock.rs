@@ -3,7 +3,6 @@
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use super::atomic_file::create_file;
 
@@ -22,20 +21,6 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// Those of the file system.
 pub fn try_lock(file: &File) -> io::Result<bool> {
     is_locked(file.try_lock())
-}
-
-/// As [`try_lock`]; `false` if another program keeps the file locked for this time.
-///
-/// # Errors
-/// Those of the file system.
-pub fn lock_within(file: &File, patience: Duration) -> io::Result<bool> {
-    let begun = Instant::now();
-    loop {
-        match try_lock(file) {
-            Ok(false) if begun.elapsed() < patience => std::thread::sleep(Duration::from_millis(20)),
-            answer => return answer,
-        }
-    }
 }
 
 fn is_locked(answer: Result<(), TryLockError>) -> io::Result<bool> {
@@ -62,15 +47,6 @@ mod tests {
         assert!(!try_lock(&second).expect("answered"));
         drop(first);
         assert!(try_lock(&second).expect("answered"));
-        // A lock that is held briefly is waited for.
-        let holder = std::thread::spawn(move || {
-            std::thread::sleep(Duration::from_millis(100));
-            drop(second);
-        });
-        let third = File::create(&path).expect("created");
-        assert!(!try_lock(&third).expect("answered"));
-        assert!(lock_within(&third, Duration::from_secs(60)).expect("answered"));
-        holder.join().expect("no panic");
     }
 
     #[test]
