@@ -61,7 +61,7 @@ docs:
 	scripts/site.sh target/site
 
 docs-check:
-	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --locked --workspace --exclude asperity-benches --exclude asperity-python --lib
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --locked --workspace --exclude asperity-python --lib
 
 demo:
 	@scripts/setup.sh
@@ -79,7 +79,7 @@ define tests
 	if [ -s target/tmp/skipped ]; then echo "$$(wc -l < target/tmp/skipped) tests were SKIPPED:"; cat target/tmp/skipped; fi; \
 	exit $$status
 endef
-rust := cargo test --locked --no-fail-fast --workspace --exclude asperity-benches
+rust := cargo test --locked --no-fail-fast --workspace
 python := scripts/test-python.sh
 mpi := scripts/test-mpi.sh
 
@@ -96,7 +96,6 @@ test-mpi:
 	$(call tests,mpi)
 
 bench:
-	cargo bench --locked -p asperity-benches
 	cargo bench --locked --bench measure -- times
 
 bench-peers:
@@ -139,9 +138,8 @@ kills:
 
 lint:
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo clippy --workspace --all-targets $(if $(FEATURES),--features asperity/$(subst $(comma),$(comma)asperity/,$(FEATURES))) --locked -- -D warnings
 	cargo check --locked -p asperity-contact
-	cargo clippy --workspace --lib --bins --tests $(if $(FEATURES),--features asperity/$(subst $(comma),$(comma)asperity/,$(FEATURES))) --locked -- -D warnings
 
 msrv:
 	version=$$(sed -n 's/^rust-version = "\([0-9.]*\)".*/\1/p' Cargo.toml) && \

@@ -40,7 +40,7 @@ is_committed() {
 }
 
 crates() {
-    cargo package --locked --workspace --exclude asperity-python --exclude asperity-benches && cp target/package/asperity*-"$version".crate "$out"
+    cargo package --locked --workspace --exclude asperity-python && cp target/package/asperity*-"$version".crate "$out"
 }
 
 # has_files ARCHIVE NAME...

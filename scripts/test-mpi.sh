@@ -20,4 +20,4 @@ if [ -n "$missing" ]; then
     echo "scripts/test-mpi.sh: $missing is missing" >>target/tmp/skipped
     exit 0
 fi
-cargo test --locked --workspace --exclude asperity-benches --features asperity/mpi --test mpi
+cargo test --locked --workspace --features asperity/mpi --test mpi

@@ -21,7 +21,7 @@ manylinux)
     program=$target/$triple/release/asperity arguments="--release --zig --compatibility manylinux_2_28 --target $triple"
     ;;
 # With the features of `make test`: library and program are compiled once for both.
-dev) program=$target/debug/asperity && cargo build --quiet --locked --workspace --exclude asperity-benches --bins --tests ;;
+dev) program=$target/debug/asperity && cargo build --quiet --locked --workspace --bins --tests ;;
 *)
     echo "wheel: profile $profile; accepted: release, manylinux, dev" >&2
     exit 2

@@ -3,18 +3,45 @@
 use super::file::COMMAND_LINE;
 use super::output;
 use crate::{Error, Result};
-use asperity_grid::sys::ranks::{self, Ranks};
+use asperity_grid::sys::ranks::Ranks;
 use std::time::Duration;
+
+#[cfg(feature = "mpi")]
+mod mpi;
 
 /// Time in which the first rank reports an error that all ranks have.
 const GRACE: Duration = Duration::from_secs(10);
 
+/// Exit code of all ranks after a panic of one (`EX_SOFTWARE` of sysexits.h).
+const PANICKED: u8 = 70;
+
 /// How processes of a launcher work independently.
 const APART: &str = "for work of its own in each process unset OMPI_COMM_WORLD_SIZE, PMI_SIZE and MV2_COMM_WORLD_SIZE";
 
+/// Variables in which launchers of MPI hand their processes the number of their rank, and of all ranks. Where a launcher hands no
+/// count, MPI knows it.
+const LAUNCHERS: [(&str, Option<&str>); 4] = [
+    ("OMPI_COMM_WORLD_RANK", Some("OMPI_COMM_WORLD_SIZE")),
+    ("PMI_RANK", Some("PMI_SIZE")),
+    ("MV2_COMM_WORLD_RANK", Some("MV2_COMM_WORLD_SIZE")),
+    ("PMIX_RANK", None),
+];
+
+/// Number of this process and of all processes that a launcher of MPI has started with it: (0, 1) without a launcher.
+fn launched() -> (usize, usize) {
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    LAUNCHERS.iter().find_map(|(rank, count)| Some((number(rank)?, number((*count)?)?))).unwrap_or((0, 1))
+}
+
+/// Whether a launcher of MPI has started this process.
+#[cfg(feature = "mpi")]
+fn is_launched() -> bool {
+    LAUNCHERS.iter().any(|(rank, _)| std::env::var_os(rank).is_some())
+}
+
 /// Silences this process if it is not the first that a launcher has started.
 fn first_reports() {
-    if ranks::launched().0 > 0 {
+    if launched().0 > 0 {
         output::silence();
     }
 }
@@ -24,7 +51,7 @@ fn first_reports() {
 /// # Errors
 /// `Input` if a launcher has started several processes, in a build with MPI.
 pub(super) fn expect_one() -> Result<()> {
-    match ranks::launched() {
+    match launched() {
         (_, count) if count > 1 && cfg!(feature = "mpi") => {
             first_reports();
             let accepted = format!("`solve` with the method `fast`, or one rank; {APART}");
@@ -34,17 +61,38 @@ pub(super) fn expect_one() -> Result<()> {
     }
 }
 
+/// The ranks that a launcher of MPI has started, or one. `None` if this build has no MPI and there are several.
+fn start() -> Option<Ranks> {
+    #[cfg(feature = "mpi")]
+    if is_launched() {
+        return Some(Ranks::of(std::sync::Arc::new(mpi::start()?)));
+    }
+    (launched().1 == 1).then(Ranks::default)
+}
+
+/// Ends all ranks after a panic of this one, for which the others would wait.
+struct EndsAll<'r>(&'r Ranks);
+
+impl Drop for EndsAll<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.abort(PANICKED);
+        }
+    }
+}
+
 /// Runs `work` on all ranks. The first prints. An error of any rank ends all of them with one message.
 ///
 /// # Errors
 /// Those of `work` on one rank; several ranks that this build cannot start.
 pub(super) fn share(work: impl FnOnce(&Ranks) -> Result<()>) -> Result<()> {
-    let Some(started) = ranks::start() else {
+    let Some(ranks) = start() else {
         first_reports();
         let accepted = format!("one: this program was built without MPI (cargo build --features mpi); {APART}");
-        return Err(Error::input(COMMAND_LINE, "ranks", ranks::launched().1, accepted));
+        return Err(Error::input(COMMAND_LINE, "ranks", launched().1, accepted));
     };
-    let ranks = started.ranks();
+    let ranks = &ranks;
+    let _guard = EndsAll(ranks);
     if !ranks.is_first() {
         output::silence();
     }

@@ -110,7 +110,7 @@ impl LayerDisplacementField {
             let first = y * grid.nx;
             row.iter_mut().enumerate().for_each(|(x, u)| *u = gap[first + x] - heights[first + x] - lowered);
         };
-        transform.forward_of(fill, &mut spectrum);
+        transform.forward_of(&fill, &mut spectrum);
         let largest_mode = block.cells as f64 / SHORTEST_WAVE_CELLS;
         let mut modes = Vec::new();
         for j in 0..grid.ny {

@@ -1,6 +1,9 @@
 use rayon::prelude::*;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_traits::{Float, NumAssign};
+use rustfft::{Fft, FftDirection, FftPlanner};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Precision of the fields. Sums are always taken in `f64`.
 pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum + bytemuck::Pod {
@@ -14,6 +17,17 @@ pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum +
 
     /// The values as a borrowed [`Field`].
     fn lend(values: &[Self]) -> Field<'_>;
+
+    /// Complex transforms of `len` numbers. Compiled in this crate: most of a transform would otherwise be in every crate that has one.
+    fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<Self>>;
+
+    /// Transforms of `len` real numbers.
+    fn plan_real(len: usize) -> (Arc<dyn RealToComplex<Self>>, Arc<dyn ComplexToReal<Self>>);
+}
+
+fn plan_real<T: rustfft::FftNum>(len: usize) -> (Arc<dyn RealToComplex<T>>, Arc<dyn ComplexToReal<T>>) {
+    let mut planner = RealFftPlanner::new();
+    (planner.plan_fft_forward(len), planner.plan_fft_inverse(len))
 }
 
 impl Real for f32 {
@@ -34,6 +48,14 @@ impl Real for f32 {
     fn lend(values: &[f32]) -> Field<'_> {
         Field::F32(values)
     }
+
+    fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<f32>> {
+        FftPlanner::new().plan_fft(len, direction)
+    }
+
+    fn plan_real(len: usize) -> (Arc<dyn RealToComplex<f32>>, Arc<dyn ComplexToReal<f32>>) {
+        plan_real(len)
+    }
 }
 
 impl Real for f64 {
@@ -53,6 +75,14 @@ impl Real for f64 {
 
     fn lend(values: &[f64]) -> Field<'_> {
         Field::F64(values)
+    }
+
+    fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<f64>> {
+        FftPlanner::new().plan_fft(len, direction)
+    }
+
+    fn plan_real(len: usize) -> (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>) {
+        plan_real(len)
     }
 }
 

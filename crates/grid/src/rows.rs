@@ -5,9 +5,9 @@
 //! solve on 2048² took 10 % longer. Odd rows use `realfft`.
 
 use super::{Real, vectorised};
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use realfft::{ComplexToReal, RealToComplex};
 use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use rustfft::{Fft, FftDirection};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -29,10 +29,9 @@ pub(super) struct Folded<T: Real> {
 impl<T: Real> Rows<T> {
     pub(super) fn new(nx: usize) -> Self {
         if !nx.is_multiple_of(2) {
-            let mut planner = RealFftPlanner::new();
-            return Rows::Odd { forward: planner.plan_fft_forward(nx), inverse: planner.plan_fft_inverse(nx) };
+            let (forward, inverse) = T::plan_real(nx);
+            return Rows::Odd { forward, inverse };
         }
-        let mut planner = FftPlanner::new();
         // -i/2 e^{-2πik/nx} forward, i e^{2πik/nx} inverse: a round trip is un-normalised.
         let folded = |transform, fraction: f64, sign: f64| {
             let angles = (1..nx.div_ceil(4)).map(|k| TAU * k as f64 / nx as f64);
@@ -40,8 +39,8 @@ impl<T: Real> Rows<T> {
             Folded { transform, share: T::of(fraction), turns: [re, im] }
         };
         Rows::Even {
-            forward: folded(planner.plan_fft_forward(nx / 2), 0.5, -1.0),
-            inverse: folded(planner.plan_fft_inverse(nx / 2), 1.0, 1.0),
+            forward: folded(T::plan(nx / 2, FftDirection::Forward), 0.5, -1.0),
+            inverse: folded(T::plan(nx / 2, FftDirection::Inverse), 1.0, 1.0),
         }
     }
 

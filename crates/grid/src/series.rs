@@ -59,16 +59,16 @@ impl<T: Real> Series<T> {
 
     /// The series that interpolates a field `[ny, nx]` on a grid.
     pub fn from_nodes(grid: Grid, field: &[f64]) -> Self {
-        Self::through(grid, |i| field[i])
+        Self::through(grid, &|i| field[i])
     }
 
     /// The series that interpolates the heights of the nodes `i = y nx + x` of a grid.
-    pub fn through(grid: Grid, height: impl Fn(usize) -> f64 + Sync) -> Self {
+    pub fn through(grid: Grid, height: &(dyn Fn(usize) -> f64 + Sync)) -> Self {
         let transform = Transform::<f64>::new(grid);
         let mut spectrum = transform.spectrum();
-        let mean = super::mean_of(grid.points(), &height);
+        let mean = super::mean_of(grid.points(), height);
         transform.forward_of(
-            |y, row| row.iter_mut().enumerate().for_each(|(x, w)| *w = height(y * grid.nx + x) - mean),
+            &|y, row| row.iter_mut().enumerate().for_each(|(x, w)| *w = height(y * grid.nx + x) - mean),
             &mut spectrum,
         );
         let (width, height, per_point) = (grid.half(), grid.ny, 1.0 / grid.points() as f64);

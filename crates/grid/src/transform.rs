@@ -16,7 +16,7 @@ use crate::sys::ColumnBlocks;
 use crate::sys::ranks::Ranks;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use rustfft::{Fft, FftDirection};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -60,13 +60,12 @@ impl<T: Real> Transform<T> {
 
     /// The same, of a grid whose rows these ranks share.
     pub fn shared(grid: Grid, ranks: &Ranks) -> Self {
-        let mut columns = FftPlanner::new();
         Transform {
             grid,
             slab: Slab::new(grid, ranks),
             rows: Rows::new(grid.nx),
-            forward_column: columns.plan_fft_forward(grid.ny),
-            inverse_column: columns.plan_fft_inverse(grid.ny),
+            forward_column: T::plan(grid.ny, FftDirection::Forward),
+            inverse_column: T::plan(grid.ny, FftDirection::Inverse),
         }
     }
 
@@ -114,13 +113,13 @@ impl<T: Real> Transform<T> {
     }
 
     /// The column pass: forward, `filter`, inverse. Returns the ordered sum of the filter's results.
-    pub fn filter_columns(&self, spectrum: &mut [Complex<T>], filter: &impl SpectralFilter<T>) -> f64 {
+    pub fn filter_columns(&self, spectrum: &mut [Complex<T>], filter: &dyn SpectralFilter<T>) -> f64 {
         self.columns(spectrum, filter, Direction::Both)
     }
 
     /// The ordered sum of the filter's results over the columns of a spectrum whose rows are transformed already. The
     /// spectrum is unchanged.
-    pub fn sum_columns(&self, spectrum: &mut [Complex<T>], filter: &impl SpectralFilter<T>) -> f64 {
+    pub fn sum_columns(&self, spectrum: &mut [Complex<T>], filter: &dyn SpectralFilter<T>) -> f64 {
         self.columns(spectrum, filter, Direction::Sum)
     }
 
@@ -130,8 +129,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// As [`Transform::forward`], for a field whose rows `fill` writes.
-    pub fn forward_of(&self, fill: impl Fn(usize, &mut [T]) + Sync, spectrum: &mut [Complex<T>]) {
-        let fill: &(dyn Fn(usize, &mut [T]) + Sync) = &fill;
+    pub fn forward_of(&self, fill: &(dyn Fn(usize, &mut [T]) + Sync), spectrum: &mut [Complex<T>]) {
         let top = self.own_rows().start;
         spectrum.par_chunks_mut(self.grid.pitch()).enumerate().for_each_init(
             || self.worker(),
@@ -144,7 +142,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// As [`Transform::forward`], then applies `filter` to every column. Returns the ordered sum of its results.
-    pub fn forward_filtered(&self, field: &[T], spectrum: &mut [Complex<T>], filter: &impl SpectralFilter<T>) -> f64 {
+    pub fn forward_filtered(&self, field: &[T], spectrum: &mut [Complex<T>], filter: &dyn SpectralFilter<T>) -> f64 {
         let (nx, pitch) = (self.grid.nx, self.grid.pitch());
         spectrum.par_chunks_mut(pitch).zip(field.par_chunks(nx)).for_each_init(
             || self.worker(),
@@ -162,7 +160,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// As [`Transform::inverse`], with `filter` applied to every column first.
-    pub fn inverse_after(&self, spectrum: &mut [Complex<T>], field: &mut [T], filter: &impl SpectralFilter<T>) {
+    pub fn inverse_after(&self, spectrum: &mut [Complex<T>], field: &mut [T], filter: &dyn SpectralFilter<T>) {
         self.columns(spectrum, filter, Direction::Inverse);
         self.inverse_rows(spectrum, field);
     }

@@ -137,7 +137,7 @@ fn autocorrelation(grid: Grid, heights: &[f64], periodic: bool) -> Option<(Vec<f
             row.iter_mut().zip(&heights[y * grid.nx..][..grid.nx]).for_each(|(to, h)| *to = h - middle);
         }
     };
-    transform.forward_of(fill, &mut spectrum);
+    transform.forward_of(&fill, &mut spectrum);
     spectrum.par_iter_mut().for_each(|c| *c = c.norm_sqr().into());
     let mut map = vec![0.0; wide.points()];
     transform.inverse(&mut spectrum, &mut map);

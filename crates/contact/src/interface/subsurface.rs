@@ -85,7 +85,7 @@ impl Subsurface {
                     .for_each(|(x, to)| *to = pressure.at(y * grid.nx + x) * per_point);
             }
         };
-        transform.forward_of(fill, &mut spectrum);
+        transform.forward_of(&fill, &mut spectrum);
         Some(Subsurface { body, poisson, facing: grid, transform, pressure: spectrum })
     }
 
@@ -171,7 +171,7 @@ impl Subsurface {
                 *to = rectangle::stresses(self.poisson, point, spacing)[component];
             }
         };
-        self.transform.forward_of(fill, &mut kernel);
+        self.transform.forward_of(&fill, &mut kernel);
         kernel.par_iter_mut().zip(self.pressure.par_iter()).for_each(|(k, p)| *k *= p);
         let mut field = vec![0.0; cell.points()];
         self.transform.inverse(&mut kernel, &mut field);

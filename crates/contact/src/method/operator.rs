@@ -142,7 +142,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
 
     /// Gap at first contact, without displacement.
     pub(super) fn first_touch(&self) -> Vec<T> {
-        self.heights.par_iter().map(|&h| h - self.lowest).collect()
+        self.heights.iter().map(|&h| h - self.lowest).collect()
     }
 
     /// Gradient `t` at `gap`, one transform pair. For each row `update` may first change the gap; then `visit`
@@ -215,6 +215,16 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             },
         );
         residuals
+    }
+
+    /// Pressure over the approach (E*/L) of a contact of one node.
+    pub(super) fn stiffness_of_one_node(&self) -> f64 {
+        let Stiffness { grid, kernel } = &self.stiffness;
+        let compliance = |i: usize, j: usize| match kernel.stiffness(grid.qx(i), grid.qy(j)) {
+            0.0 => 0.0,
+            stiffness => grid.column_weight(i) / stiffness,
+        };
+        1.0 / (0..grid.half()).map(|i| (0..grid.ny).map(|j| compliance(i, j)).sum::<f64>()).sum::<f64>()
     }
 
     /// Upper bound of the curvature of the energy around `gap`, the inverse of a safe gradient step. The stiffness of

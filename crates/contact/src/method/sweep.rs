@@ -17,8 +17,17 @@ pub(super) fn sweep<T: Real, F: Send, S: Send>(
     fields: impl IndexedParallelIterator<Item = F>,
     row: impl Fn(&mut Worker<'_, T>, usize, &mut [Complex<T>], F) -> S + Sync,
 ) -> Vec<S> {
-    // Called through a pointer: rayon's part is then compiled once for all laws, not once for each.
-    let row: &Row<'_, T, F, S> = &row;
+    each(transform, spectrum, fields, &row)
+}
+
+/// A function of its own: closures have the type parameters of the function that they are in, and rayon's part would be compiled
+/// once for each law (332 times in place of 64).
+fn each<T: Real, F: Send, S: Send>(
+    transform: &Transform<T>,
+    spectrum: &mut [Complex<T>],
+    fields: impl IndexedParallelIterator<Item = F>,
+    row: &Row<'_, T, F, S>,
+) -> Vec<S> {
     let top = transform.own_rows().start;
     spectrum
         .par_chunks_mut(transform.grid().pitch())
@@ -40,8 +49,11 @@ pub(super) fn sweep_sums<T: Real, F: Send, const K: usize>(
 
 /// Calls `row(y, values)` for every row of `nx` values of a field, in parallel.
 pub(super) fn each_row<T: Send>(field: &mut [T], nx: usize, row: impl Fn(usize, &mut [T]) + Sync) {
-    let row: &(dyn Fn(usize, &mut [T]) + Sync) = &row;
-    field.par_chunks_mut(nx).enumerate().for_each(|(y, values)| row(y, values));
+    // See `each`.
+    fn through<T: Send>(field: &mut [T], nx: usize, row: &(dyn Fn(usize, &mut [T]) + Sync)) {
+        field.par_chunks_mut(nx).enumerate().for_each(|(y, values)| row(y, values));
+    }
+    through(field, nx, &row);
 }
 
 /// Adds `by` to every value of a field.

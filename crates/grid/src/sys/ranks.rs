@@ -1,104 +1,30 @@
 //! The processes that share a solve (ranks), and what they exchange.
 //!
-//! Without the feature `mpi` there is one rank, and every operation returns at once. Each operation is collective: all ranks call it
-//! in the same order, from the thread that started them.
+//! Ranks of MPI are those of the program (feature `mpi` of the crate `asperity`). Each operation is collective: all ranks call it in the
+//! same order, from the thread that started them. Alone, every operation returns at once.
 
+mod communicator;
 mod threads;
-#[cfg(feature = "mpi")]
-mod world;
 
-use bytemuck::Pod;
+pub use communicator::Communicator;
+
+use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use std::ops::Range;
-
-/// Variables in which launchers of MPI hand their processes the number of their rank, and of all ranks. Where a launcher hands no
-/// count, MPI knows it.
-const LAUNCHERS: [(&str, Option<&str>); 4] = [
-    ("OMPI_COMM_WORLD_RANK", Some("OMPI_COMM_WORLD_SIZE")),
-    ("PMI_RANK", Some("PMI_SIZE")),
-    ("MV2_COMM_WORLD_RANK", Some("MV2_COMM_WORLD_SIZE")),
-    ("PMIX_RANK", None),
-];
-
-/// Number of this process and of all processes that a launcher of MPI has started with it: (0, 1) without a launcher.
-pub fn launched() -> (usize, usize) {
-    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
-    LAUNCHERS.iter().find_map(|(rank, count)| Some((number(rank)?, number((*count)?)?))).unwrap_or((0, 1))
-}
-
-/// Whether a launcher of MPI has started this process.
-#[cfg(feature = "mpi")]
-fn is_launched() -> bool {
-    LAUNCHERS.iter().any(|(rank, _)| std::env::var_os(rank).is_some())
-}
-
-/// Exit code of all ranks after a panic of one (`EX_SOFTWARE` of sysexits.h).
-const PANICKED: u8 = 70;
+use std::sync::Arc;
 
 /// One rank.
-pub static ALONE: Ranks = Ranks(RankGroup::Alone);
+pub static ALONE: Ranks = Ranks(None);
 
 /// The ranks that share a solve, and the one of this process. The default is one alone.
 #[derive(Debug, Clone, Default)]
-pub struct Ranks(RankGroup);
-
-#[derive(Debug, Clone, Default)]
-enum RankGroup {
-    #[default]
-    Alone,
-    #[cfg(feature = "mpi")]
-    World(world::World),
-    /// Threads of one process, for tests.
-    Threads(threads::Rank),
-}
-
-/// Ends MPI when it is dropped.
-pub struct MpiSession {
-    ranks: Ranks,
-    #[cfg(feature = "mpi")]
-    _universe: Option<::mpi::environment::Universe>,
-}
-
-impl MpiSession {
-    pub fn ranks(&self) -> &Ranks {
-        &self.ranks
-    }
-}
-
-impl Drop for MpiSession {
-    fn drop(&mut self) {
-        // The others would wait for this rank.
-        if std::thread::panicking() {
-            self.ranks.abort(PANICKED);
-        }
-    }
-}
-
-/// Starts MPI in a process that a launcher of MPI has started. `None` if this build has no MPI and there are several ranks.
-pub fn start() -> Option<MpiSession> {
-    #[cfg(feature = "mpi")]
-    if is_launched() {
-        let (world, universe) = world::start()?;
-        let ranks = if world.count > 1 { Ranks(RankGroup::World(world)) } else { Ranks::default() };
-        return Some(MpiSession { ranks, _universe: Some(universe) });
-    }
-    let alone = MpiSession {
-        ranks: Ranks::default(),
-        #[cfg(feature = "mpi")]
-        _universe: None,
-    };
-    (launched().1 == 1).then_some(alone)
-}
-
-/// Points of the smallest grid that ranks of MPI share, and of that which threads share: tests are of small grids.
-const SHARED: usize = 1 << 18;
-const SHARED_BY_THREADS: usize = 80 * 80;
+pub struct Ranks(Option<Arc<dyn Communicator>>);
 
 /// Runs `work` on ranks that are threads of this process, for tests. The results are in the order of the ranks.
 #[doc(hidden)]
 pub fn on_threads<R: Send>(count: usize, work: impl Fn(Ranks) -> R + Sync) -> Vec<R> {
     let work = &work;
     std::thread::scope(|scope| {
-        let spawn = |rank| scope.spawn(move || work(Ranks(RankGroup::Threads(rank))));
+        let spawn = |rank| scope.spawn(move || work(Ranks::of(Arc::new(rank))));
         let started: Vec<_> = threads::ranks(count).into_iter().map(spawn).collect();
         started.into_iter().map(|thread| thread.join().expect("a rank that ended")).collect()
     })
@@ -110,32 +36,27 @@ pub fn share(n: usize, parts: usize, part: usize) -> Range<usize> {
 }
 
 impl Ranks {
+    /// Those of a communicator.
+    pub fn of(communicator: Arc<dyn Communicator>) -> Self {
+        Ranks((communicator.count() > 1).then_some(communicator))
+    }
+
     pub fn count(&self) -> usize {
-        match &self.0 {
-            RankGroup::Alone => 1,
-            #[cfg(feature = "mpi")]
-            RankGroup::World(world) => world.count,
-            RankGroup::Threads(rank) => rank.count,
-        }
+        self.0.as_ref().map_or(1, |c| c.count())
     }
 
     /// Points of the smallest grid that is shared. Coarser ones are held whole by every rank, which costs no communication.
     pub fn smallest_shared(&self) -> usize {
-        if matches!(self.0, RankGroup::Threads(_)) { SHARED_BY_THREADS } else { SHARED }
+        self.0.as_ref().map_or(0, |c| c.smallest_shared())
     }
 
     /// Number of this rank.
     pub fn own(&self) -> usize {
-        match &self.0 {
-            RankGroup::Alone => 0,
-            #[cfg(feature = "mpi")]
-            RankGroup::World(world) => world.own,
-            RankGroup::Threads(rank) => rank.own,
-        }
+        self.0.as_ref().map_or(0, |c| c.own())
     }
 
     pub fn are_several(&self) -> bool {
-        self.count() > 1
+        self.0.is_some()
     }
 
     /// Whether this rank prints, and writes the files of which each rank has no part.
@@ -145,22 +66,14 @@ impl Ranks {
 
     /// Largest number of threads of a rank.
     pub fn threads(&self) -> usize {
-        match &self.0 {
-            RankGroup::Alone => rayon::current_num_threads(),
-            #[cfg(feature = "mpi")]
-            RankGroup::World(world) => world.threads,
-            RankGroup::Threads(_) => 1,
-        }
+        self.0.as_ref().map_or_else(rayon::current_num_threads, |c| c.threads())
     }
 
     /// The sum of a number of every rank on the machine of this one.
     pub fn sum_on_this_machine(&self, local: u64) -> u64 {
-        match &self.0 {
-            RankGroup::Alone => local,
-            #[cfg(feature = "mpi")]
-            RankGroup::World(world) => world.sum_on_this_machine(local),
-            RankGroup::Threads(rank) => rank.gather(&[local]).iter().sum(),
-        }
+        let Some(communicator) = &self.0 else { return local };
+        let all = self.gather(&[local], &vec![1; self.count()]);
+        all.iter().zip(communicator.on_this_machine()).filter(|(_, here)| **here).map(|(n, _)| n).sum()
     }
 
     /// The rows of this rank, of `n`.
@@ -176,49 +89,33 @@ impl Ranks {
     /// Sends `counts[q]` elements of `send` to every other rank `q`, in order, and receives `expected[q]` elements from it. Elements of
     /// this rank for itself have their place in both, and stay where they are.
     pub fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {
-        match &self.0 {
-            RankGroup::Alone => {
-                let _ = (send, counts, receive, expected);
-            }
-            #[cfg(feature = "mpi")]
-            RankGroup::World(world) => world.exchange((send, counts), (receive, expected)),
-            RankGroup::Threads(rank) => rank.exchange((send, counts), (receive, expected)),
+        if let Some(communicator) = &self.0 {
+            let (counts, expected) = (bytes::<E>(counts), bytes::<E>(expected));
+            communicator.exchange((cast_slice(send), &counts), (cast_slice_mut(receive), &expected));
         }
     }
 
     /// The elements of all ranks in order, on all ranks; rank `q` gives `counts[q]` of them.
     pub fn gather<E: Pod>(&self, local: &[E], counts: &[usize]) -> Vec<E> {
         debug_assert_eq!(local.len(), counts[self.own()]);
-        match &self.0 {
-            RankGroup::Alone => local.to_vec(),
-            #[cfg(feature = "mpi")]
-            RankGroup::World(_) => world::gather(local, counts),
-            RankGroup::Threads(rank) => rank.gather(local),
-        }
+        let Some(communicator) = &self.0 else { return local.to_vec() };
+        let mut all = vec![E::zeroed(); counts.iter().sum()];
+        communicator.gather(cast_slice(local), (cast_slice_mut(&mut all), &bytes::<E>(counts)));
+        all
     }
 
     /// As [`Ranks::gather`], on the first rank only, and of any size. The others receive nothing.
     pub fn gather_on_first<E: Pod>(&self, local: &[E], counts: &[usize]) -> Vec<E> {
         debug_assert_eq!(local.len(), counts[self.own()]);
-        match &self.0 {
-            RankGroup::Alone => local.to_vec(),
-            #[cfg(feature = "mpi")]
-            RankGroup::World(world) => world.gather_on_first(local, counts),
-            RankGroup::Threads(rank) => {
-                let all = rank.gather(local);
-                if self.is_first() { all } else { Vec::new() }
-            }
-        }
+        let Some(communicator) = &self.0 else { return local.to_vec() };
+        let mut all = vec![E::zeroed(); if self.is_first() { counts.iter().sum() } else { 0 }];
+        communicator.gather_on_first(cast_slice(local), (cast_slice_mut(&mut all), &bytes::<E>(counts)));
+        all
     }
 
     /// What the first rank says.
     pub fn first_says(&self, say: u8) -> u8 {
-        match &self.0 {
-            RankGroup::Alone => say,
-            #[cfg(feature = "mpi")]
-            RankGroup::World(_) => world::first_says(say),
-            RankGroup::Threads(rank) => rank.gather(&[say])[0],
-        }
+        self.0.as_ref().map_or(say, |c| c.first_says(say))
     }
 
     /// The smallest of one number of each rank.
@@ -228,14 +125,15 @@ impl Ranks {
 
     /// Ends all ranks with this exit code. Returns where there is one.
     pub fn abort(&self, code: u8) {
-        match &self.0 {
-            #[cfg(feature = "mpi")]
-            RankGroup::World(_) => world::abort(code),
-            _ => {
-                let _ = code;
-            }
+        if let Some(communicator) = &self.0 {
+            communicator.abort(code);
         }
     }
+}
+
+/// Bytes of numbers of elements.
+fn bytes<E>(counts: &[usize]) -> Vec<usize> {
+    counts.iter().map(|n| n * size_of::<E>()).collect()
 }
 
 #[cfg(test)]

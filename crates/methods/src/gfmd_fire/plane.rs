@@ -1,8 +1,8 @@
 use asperity_contact::interface::{Elastic, Kernel};
-use asperity_grid::{Grid, signed_mode};
+use asperity_grid::{Grid, Real, signed_mode};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use rustfft::{Fft, FftDirection};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -24,7 +24,6 @@ pub(super) struct Plane {
 impl Plane {
     pub(super) fn new(grid: Grid, kernel: Elastic) -> Self {
         let (nx, ny) = (grid.nx, grid.ny);
-        let mut planner = FftPlanner::new();
         let per_point = 1.0 / grid.points() as f64;
         let stiffness = (0..nx * ny)
             .map(|i| {
@@ -35,8 +34,8 @@ impl Plane {
         Plane {
             nx,
             ny,
-            rows: [planner.plan_fft_forward(nx), planner.plan_fft_inverse(nx)],
-            columns: [planner.plan_fft_forward(ny), planner.plan_fft_inverse(ny)],
+            rows: [FftDirection::Forward, FftDirection::Inverse].map(|d| f64::plan(nx, d)),
+            columns: [FftDirection::Forward, FftDirection::Inverse].map(|d| f64::plan(ny, d)),
             by_rows: vec![Complex::default(); nx * ny],
             by_columns: vec![Complex::default(); nx * ny],
             stiffness,

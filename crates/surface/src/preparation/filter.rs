@@ -3,8 +3,7 @@
 use super::digits::{exact, in_unit};
 use super::rows::along_both;
 use asperity_grid::error::{Error, Result};
-use asperity_grid::{Grid, Transform, mean, next_fast_len};
-use realfft::RealFftPlanner;
+use asperity_grid::{Grid, Real, Transform, mean, next_fast_len};
 use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LN_2, PI, TAU};
@@ -150,7 +149,7 @@ where
         0.0
     };
     transform.forward_of(
-        |y, row| row.iter_mut().zip(&heights[y * grid.nx..]).for_each(|(r, h)| *r = h - mean),
+        &|y, row| row.iter_mut().zip(&heights[y * grid.nx..]).for_each(|(r, h)| *r = h - mean),
         &mut spectrum,
     );
     let mut smooth = vec![0.0; heights.len()];
@@ -188,8 +187,7 @@ impl Smoothing {
         let long = next_fast_len(n + reach);
         let alpha = (LN_2 / PI).sqrt();
         let weight = |k: usize| (-PI * (k as f64 / (alpha * cut_off)).powi(2)).exp();
-        let mut planner = RealFftPlanner::new();
-        let (forward, inverse) = (planner.plan_fft_forward(long), planner.plan_fft_inverse(long));
+        let (forward, inverse) = f64::plan_real(long);
         let mut line = forward.make_input_vec();
         line[0] = weight(0);
         for k in 1..=reach {

@@ -26,10 +26,10 @@ impl<T: Real, L: Law> FastRun<'_, T, L> {
             return (Series::from_nodes(cell.grid, &field), rms(&nodes));
         }
         let series: Series<T> = match problem.heights {
-            Heights::Nodes(nodes) if flow.has_begun() => Series::through(problem.grid, |i| flow.height(nodes, i)),
+            Heights::Nodes(nodes) if flow.has_begun() => Series::through(problem.grid, &|i| flow.height(nodes, i)),
             Heights::Series(waves) if flow.has_begun() => {
                 let displacement = flow.displacement();
-                Series::through(problem.grid, |i| displacement[i].wide()).plus(waves)
+                Series::through(problem.grid, &|i| displacement[i].wide()).plus(waves)
             }
             Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
             Heights::Series(series) => return (series.converted(), series.whole_rms()),

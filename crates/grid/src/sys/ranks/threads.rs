@@ -1,31 +1,29 @@
 //! Ranks that are threads of one process, for tests of what ranks compute.
 
-use bytemuck::Pod;
+use super::communicator::Communicator;
 use std::sync::{Arc, Barrier, Mutex};
+
+/// Points of the smallest grid that is shared: tests are of small grids.
+const SHARED: usize = 80 * 80;
 
 #[derive(Debug)]
 struct Shared {
     posted: Mutex<Vec<Vec<u8>>>,
     barrier: Barrier,
+    here: Vec<bool>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Rank {
-    pub own: usize,
-    pub count: usize,
+    own: usize,
     shared: Arc<Shared>,
 }
 
 /// All ranks, in order.
 pub(super) fn ranks(count: usize) -> Vec<Rank> {
-    let shared = Arc::new(Shared { posted: Mutex::new(vec![Vec::new(); count]), barrier: Barrier::new(count) });
-    (0..count).map(|local| Rank { own: local, count, shared: shared.clone() }).collect()
-}
-
-fn elements<E: Pod>(bytes: &[u8]) -> Vec<E> {
-    let mut elements = vec![E::zeroed(); bytes.len() / size_of::<E>()];
-    bytemuck::cast_slice_mut(&mut elements).copy_from_slice(bytes);
-    elements
+    let posted = Mutex::new(vec![Vec::new(); count]);
+    let shared = Arc::new(Shared { posted, barrier: Barrier::new(count), here: vec![true; count] });
+    (0..count).map(|own| Rank { own, shared: shared.clone() }).collect()
 }
 
 impl Rank {
@@ -37,27 +35,58 @@ impl Rank {
         self.shared.barrier.wait();
         all
     }
+}
 
-    pub(super) fn gather<E: Pod>(&self, local: &[E]) -> Vec<E> {
-        self.all(bytemuck::cast_slice(local)).iter().flat_map(|part| elements(part)).collect()
+impl Communicator for Rank {
+    fn count(&self) -> usize {
+        self.shared.here.len()
     }
 
-    pub(super) fn exchange<E: Pod>(&self, (send, counts): (&[E], &[usize]), (receive, expected): (&mut [E], &[usize])) {
-        let offset = |counts: &[usize]| counts[..self.own].iter().sum::<usize>();
-        let offsets: Vec<u64> = counts.iter().map(|n| *n as u64).collect();
-        let counts_of_all: Vec<usize> = self.gather(&offsets).into_iter().map(|n| n as usize).collect();
-        let all = self.all(bytemuck::cast_slice(send));
+    fn own(&self) -> usize {
+        self.own
+    }
+
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn smallest_shared(&self) -> usize {
+        SHARED
+    }
+
+    fn on_this_machine(&self) -> &[bool] {
+        &self.shared.here
+    }
+
+    fn exchange(&self, (send, counts): (&[u8], &[usize]), (receive, expected): (&mut [u8], &[usize])) {
+        let layouts = self.all(&counts.iter().flat_map(|n| n.to_ne_bytes()).collect::<Vec<u8>>());
         let mut to = 0;
-        for (rank, part) in all.iter().enumerate() {
-            let counts = &counts_of_all[rank * self.count..][..self.count];
-            let part: Vec<E> = elements(part);
-            let (from, n) = (offset(counts), counts[self.own]);
-            let n = if rank == self.own { expected[rank] } else { n };
-            assert_eq!(n, expected[rank], "rank {rank} sends as many elements as rank {} expects", self.own);
+        for (rank, (part, layout)) in self.all(send).iter().zip(layouts).enumerate() {
+            let n = expected[rank];
             if rank != self.own {
+                let sent: Vec<usize> = layout.as_chunks().0.iter().map(|n| usize::from_ne_bytes(*n)).collect();
+                assert_eq!(sent[self.own], n, "rank {rank} sends as many bytes as rank {} expects", self.own);
+                let from = sent[..self.own].iter().sum::<usize>();
                 receive[to..to + n].copy_from_slice(&part[from..from + n]);
             }
             to += n;
         }
     }
+
+    fn gather(&self, local: &[u8], (all, _): (&mut [u8], &[usize])) {
+        all.copy_from_slice(&self.all(local).concat());
+    }
+
+    fn gather_on_first(&self, local: &[u8], (all, _): (&mut [u8], &[usize])) {
+        let parts = self.all(local).concat();
+        if self.own == 0 {
+            all.copy_from_slice(&parts);
+        }
+    }
+
+    fn first_says(&self, say: u8) -> u8 {
+        self.all(&[say])[0][0]
+    }
+
+    fn abort(&self, _code: u8) {}
 }

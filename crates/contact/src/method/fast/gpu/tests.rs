@@ -110,7 +110,7 @@ fn compared<T: Real, L: Law>(grid: Grid, kernel: Elastic, law: L, heights: &Seri
 fn compared_in<T: Real>(grid: Grid) {
     let few: Series<f64> =
         Series::from_modes(3, 2, |kx, ky| Complex::new(1e-3 / (1 + kx * kx + ky * ky) as f64, 2e-4 * (kx - ky) as f64));
-    let all = Series::through(grid, |i| 1e-3 * ((i * 31 % 97) as f64 / 97.0));
+    let all = Series::through(grid, &|i| 1e-3 * ((i * 31 % 97) as f64 / 97.0));
     let crystal = CubicHalfSpace::new(168.4, 121.4, 75.4).expect("stable");
     let layer = Layer { thickness: 0.1, poisson: 0.3, base: Base::Bonded };
     let attraction = Exponential { gamma: 2e-5, rho: 1e-3 };
