@@ -30,8 +30,8 @@ fi
 # Readers of results.nc and of frames (tests/readers/python.rs), and what the Python package is built and tested with
 # (scripts/test-python.sh); under target/, so that `cargo clean` removes it.
 python=target/python
-python_packages="ase ContactMechanics furo h5py h5netcdf hypothesis jsonschema matplotlib maturin mypy myst-nb netCDF4 pandas pandas-stubs pytest Sphinx SurfaceTopography tamaas tqdm xarray"
-python_modules="ase, ContactMechanics, furo, h5py, h5netcdf, hypothesis, jsonschema, matplotlib, maturin, mypy, myst_nb, netCDF4, pandas, pytest, sphinx, SurfaceTopography, tamaas, tqdm, xarray"
+python_packages="ase ContactMechanics furo h5py h5netcdf hypothesis jsonschema matplotlib maturin mypy myst-nb netCDF4 pandas pandas-stubs pytest pytest-xdist Sphinx SurfaceTopography tamaas tqdm xarray"
+python_modules="ase, ContactMechanics, furo, h5py, h5netcdf, hypothesis, jsonschema, matplotlib, maturin, mypy, myst_nb, netCDF4, pandas, pytest, sphinx, xdist, SurfaceTopography, tamaas, tqdm, xarray"
 has_python() { "$python/bin/python" -c "from importlib.util import find_spec; assert all(map(find_spec, '$python_modules'.split(', ')))" >/dev/null 2>&1; }
 has_venv() { has python3 && python3 -c "import venv, ensurepip" >/dev/null 2>&1; }
 wants_python() { [ "$need_lammps" = no ] && ! has_python; }

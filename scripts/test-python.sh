@@ -17,6 +17,6 @@ fi
 scripts/install-wheel.sh
 # -P: the current folder is not searched for modules, so that the installed package is tested.
 pytest() { "$fresh/bin/python" -P -m pytest --quiet -p no:cacheprovider -c python/pyproject.toml "$@"; }
-pytest python/tests
+pytest -n "$(nproc)" --dist loadfile python/tests
 pytest --doctest-modules "$("$fresh/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/asperity"
 cd python && "../$made/bin/python" -m mypy --no-error-summary asperity tests

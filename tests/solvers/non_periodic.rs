@@ -1,12 +1,13 @@
 //! A non-periodic patch on a half-space: Hertzian contact at any position, and adhesion.
 
-use asperity::contact::interface::{AttractionLaw, Elastic, NonPeriodic, RangeChoice};
+use crate::found::{rough, solved};
+use asperity::contact::interface::{AttractionLaw, Elastic, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use asperity::contact::method::{Equilibrium, Load, NoObserver, ReducedProblem, Stop};
 use asperity::contact::observe::{ContactEdges, contact_area};
 use asperity::contact::path::LoadPathSolver;
-use asperity::grid::Grid;
+use asperity::grid::{Grid, extent};
 use asperity::methods;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 fn problem(grid: Grid, heights: &[f64]) -> ReducedProblem<'_> {
     let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
@@ -229,5 +230,76 @@ fn stiffness_of_a_sphere() {
     for ((k, error), a) in found.into_iter().zip(radii) {
         let miss = k / (2.0 * a) - 1.0;
         assert!(miss.abs() < NODES && miss.abs() * k <= error, "{a}: {miss} {error}");
+    }
+}
+
+/// Displacement (L/E*) at a distance of (x, y) from a node under the stress E* that the waves of the grid make of this node alone: Boussinesq's
+/// 2/q over the wave vectors that the grid has, ∫∫ (2/q) cos(q·r) dq / (2π)², in closed form along q.
+fn displacement_by_one_node(grid: Grid, (x, y): (f64, f64)) -> f64 {
+    const ANGLES: usize = 4000;
+    let (dx, dy) = (grid.dx(), grid.dy());
+    let along = |k: usize| {
+        let (sine, cosine) = (TAU * (k as f64 + 0.5) / ANGLES as f64).sin_cos();
+        let end = (PI / (dx * cosine.abs())).min(PI / (dy * sine.abs()));
+        let phase = end * (x * cosine + y * sine);
+        if phase.abs() < 1e-9 { end } else { end * phase.sin() / phase }
+    };
+    2.0 * dx * dy / (TAU * TAU) * TAU / ANGLES as f64 * (0..ANGLES).map(along).sum::<f64>()
+}
+
+/// Stress and gap against a direct sum over all nodes, which has no transform, no padding and no table: the gap without heights and elastic
+/// displacement is the same at every node. With the sign conditions, and the law of the wall, this is equilibrium.
+#[test]
+fn fields_satisfy_the_direct_sum() {
+    /// Over the largest displacement: waves at the edge of the spectrum are integrated here, and summed over the padded cell there.
+    const DIRECT: f64 = 1e-3;
+    /// Stress where the gap is open, over the pressure; gap behind the wall, over the compression of the wall.
+    const SIGNS: f64 = 1e-6;
+    let gamma: f64 = 1e-4;
+    let adhesive = AttractionLaw::exponential(gamma, 1.4 * (gamma / 24.0).sqrt());
+    let walls = [1e-3, 1e-5].map(|length| Wall::Penalty(PenaltyWall { length }));
+    for (nx, ny) in [(24, 24), (32, 20)] {
+        let grid = Grid { nx, ny, lx: 1.0, ly: 0.8 * ny as f64 / nx as f64 };
+        let (_, heights) = rough(nx, ny, 1.0 / 8.0, 3);
+        let table: Vec<f64> = (0..nx * ny)
+            .map(|i| displacement_by_one_node(grid, ((i % nx) as f64 * grid.dx(), (i / nx) as f64 * grid.dy())))
+            .collect();
+        let between = |i: usize, j: usize| table[(i / nx).abs_diff(j / nx) * nx + (i % nx).abs_diff(j % nx)];
+        for (wall, adhesion) in [
+            (Wall::Hard, AttractionLaw::None),
+            (walls[0], AttractionLaw::None),
+            (walls[1], AttractionLaw::None),
+            (Wall::Hard, adhesive),
+        ] {
+            for pressure in [1e-3, 1e-2] {
+                let p = ReducedProblem { wall, adhesion, ..problem(grid, &heights) };
+                let found = solved(&p, "fast", pressure);
+                let what = format!("{nx} x {ny}, {wall}, {adhesion}, {pressure}");
+                let lifted: Vec<f64> =
+                    (0..nx * ny).map(|i| (0..nx * ny).map(|j| between(i, j) * found.stress[j]).sum()).collect();
+                let approach: Vec<f64> = (0..nx * ny).map(|i| found.gap[i] - heights[i] - lifted[i]).collect();
+                let (low, high) = extent(&approach);
+                let largest = lifted.iter().copied().fold(0.0, f64::max);
+                assert!(high - low < DIRECT * largest, "{what}: {:e}", (high - low) / largest);
+                for (gap, stress) in found.gap.iter().zip(&found.stress) {
+                    match wall {
+                        Wall::Penalty(PenaltyWall { length }) => {
+                            let of_the_wall = (-gap / length).max(0.0);
+                            assert!(
+                                (stress - of_the_wall).abs() < SIGNS.sqrt() * pressure,
+                                "{what}: {stress} {of_the_wall}"
+                            );
+                        }
+                        _ if adhesion == AttractionLaw::None => {
+                            assert!(*gap >= 0.0 && *stress >= -SIGNS * pressure, "{what}: {gap} {stress}");
+                            assert!(*gap == 0.0 || stress.abs() < SIGNS * pressure, "{what}: {gap} {stress}");
+                        }
+                        _ => assert!(*gap >= 0.0, "{what}"),
+                    }
+                }
+                let mean = found.stress.iter().sum::<f64>() / (nx * ny) as f64;
+                assert!((mean / pressure - 1.0).abs() < SIGNS, "{what}: {mean}");
+            }
+        }
     }
 }

@@ -418,6 +418,9 @@ impl Equilibrium<'_> {
         partial: Option<PathBuf>,
     ) -> Error {
         let (mut reason, Equilibrium { iterations, residual, .. }) = (reason.to_string(), *self);
+        if residual <= tolerance {
+            reason.push_str(&format!(", load error {:.1e}", self.load_error));
+        }
         if self.stop == Stop::RoundingFloor {
             reason.push_str("; accepted: a larger tolerance or load");
             reason.push_str(if let Field::F32(_) = self.gap { ", or double precision" } else { "" });
