@@ -228,18 +228,18 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
 fn run_command(command: Command) -> Result<ExitCode> {
     match command {
         Command::Init(c) => c.execute()?,
-        Command::Run(c) => return c.execute(),
+        Command::Run(c) => return in_pool(|| c.execute()),
         Command::Sweep(c) => return c.execute(),
         Command::Ensemble(c) => return c.execute(),
         Command::Status(c) => c.execute()?,
         Command::Collect(c) => return c.execute(),
         Command::Cancel(c) => c.execute()?,
         Command::SlurmTask(c) => return c.execute(),
-        Command::LammpsHost(c) => return c.execute(),
+        Command::LammpsHost(c) => return in_pool(|| c.execute()),
         Command::Surface(c) => c.execute()?,
-        Command::Solve(c) => ranks::share(|ranks| c.execute(ranks))?,
+        Command::Solve(c) => in_pool(|| ranks::share(|ranks| c.execute(ranks)))?,
         Command::Challenge(c) => return c.execute(),
-        Command::Tradeoff(c) => return c.execute(),
+        Command::Tradeoff(c) => return in_pool(|| c.execute()),
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {
@@ -272,6 +272,12 @@ fn run_command(command: Command) -> Result<ExitCode> {
         Command::Man(c) => c.execute(command_line())?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Runs `work` on a thread of the pool. On another one each parallel loop wakes the pool and waits for it, half of the time of a
+/// solve of 64² points (evidence/performance.md). `work` must not wait for threads with such loops of their own.
+fn in_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    rayon::scope(|_| work())
 }
 
 /// The message of clap without its usage, in one line.

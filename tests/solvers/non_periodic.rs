@@ -251,9 +251,10 @@ fn displacement_by_one_node(grid: Grid, (x, y): (f64, f64)) -> f64 {
 /// displacement is the same at every node. With the sign conditions, and the law of the wall, this is equilibrium.
 #[test]
 fn fields_satisfy_the_direct_sum() {
-    /// Over the largest displacement: waves at the edge of the spectrum are integrated here, and summed over the padded cell there.
-    const DIRECT: f64 = 1e-3;
-    /// Stress where the gap is open, over the pressure; gap behind the wall, over the compression of the wall.
+    /// Over the largest displacement: waves at the edge of the spectrum are integrated here, and summed over the
+    /// padded cell there. Measured: at most 1e-4.
+    const DIRECT: f64 = 2e-4;
+    /// Stresses over the pressure: where the gap is open, negative ones, and differences from the law of the wall.
     const SIGNS: f64 = 1e-6;
     let gamma: f64 = 1e-4;
     let adhesive = AttractionLaw::exponential(gamma, 1.4 * (gamma / 24.0).sqrt());
@@ -285,10 +286,7 @@ fn fields_satisfy_the_direct_sum() {
                     match wall {
                         Wall::Penalty(PenaltyWall { length }) => {
                             let of_the_wall = (-gap / length).max(0.0);
-                            assert!(
-                                (stress - of_the_wall).abs() < SIGNS.sqrt() * pressure,
-                                "{what}: {stress} {of_the_wall}"
-                            );
+                            assert!((stress - of_the_wall).abs() < SIGNS * pressure, "{what}: {stress} {of_the_wall}");
                         }
                         _ if adhesion == AttractionLaw::None => {
                             assert!(*gap >= 0.0 && *stress >= -SIGNS * pressure, "{what}: {gap} {stress}");

@@ -14,7 +14,10 @@ const VARIABLE: &str = "RAYON_NUM_THREADS";
 /// # Errors
 /// `Input` for more than [`MOST_THREADS`], and a variable that is no number.
 pub fn pool(place: &str, key: &str, given: usize) -> Result<rayon::ThreadPoolBuilder> {
-    count(place, key, given, std::env::var_os(VARIABLE)).map(|n| rayon::ThreadPoolBuilder::new().num_threads(n))
+    /// That of the first thread of a process: commands run on a thread of the pool.
+    const STACK: usize = 8 << 20;
+    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK);
+    count(place, key, given, std::env::var_os(VARIABLE)).map(|n| pool.num_threads(n))
 }
 
 fn count(place: &str, key: &str, given: usize, variable: Option<std::ffi::OsString>) -> Result<usize> {
