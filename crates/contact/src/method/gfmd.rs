@@ -216,8 +216,8 @@ impl<T: Real, K: Kernel, L: Law> SolverRun for GfmdRun<'_, T, K, L> {
         // height (Persson's exponential law).
         let (wave, _) = self.operator.problem.stiffness_range();
         let approach = control.scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
-        // A hard wall is touched by one node at least.
-        let one_node = if L::HARD && !L::ACTIVE { self.operator.stiffness_of_one_node() } else { 0.0 };
+        // A hard wall is touched by one node at least; one that yields carries no more.
+        let one_node = if L::HARD && !L::ACTIVE && !L::YIELDS { self.operator.stiffness_of_one_node() } else { 0.0 };
         let slowest = wave.min(approach.max(one_node));
         match self.paused.take() {
             None => self.rest(),
