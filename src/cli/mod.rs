@@ -222,24 +222,29 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     if !matches!(arguments.command, Command::Solve(_) | Command::SlurmTask(_) | Command::LammpsHost(_)) {
         ranks::expect_one()?;
     }
-    run_command(arguments.command).map_err(|error| as_given(error, &given))
+    let command = arguments.command;
+    // On a thread of the pool: on another one each parallel loop wakes the pool and waits for it, half of the time of a solve of 64²
+    // points (evidence/performance.md). Sweeps wait for threads of their own, which might need that thread.
+    let waits = matches!(command, Command::Sweep(_) | Command::Ensemble(_) | Command::SlurmTask(_));
+    let done = if waits { run_command(command) } else { rayon::scope(|_| run_command(command)) };
+    done.map_err(|error| as_given(error, &given))
 }
 
 fn run_command(command: Command) -> Result<ExitCode> {
     match command {
         Command::Init(c) => c.execute()?,
-        Command::Run(c) => return in_pool(|| c.execute()),
+        Command::Run(c) => return c.execute(),
         Command::Sweep(c) => return c.execute(),
         Command::Ensemble(c) => return c.execute(),
         Command::Status(c) => c.execute()?,
         Command::Collect(c) => return c.execute(),
         Command::Cancel(c) => c.execute()?,
         Command::SlurmTask(c) => return c.execute(),
-        Command::LammpsHost(c) => return in_pool(|| c.execute()),
+        Command::LammpsHost(c) => return c.execute(),
         Command::Surface(c) => c.execute()?,
-        Command::Solve(c) => in_pool(|| ranks::share(|ranks| c.execute(ranks)))?,
+        Command::Solve(c) => ranks::share(|ranks| c.execute(ranks))?,
         Command::Challenge(c) => return c.execute(),
-        Command::Tradeoff(c) => return in_pool(|| c.execute()),
+        Command::Tradeoff(c) => return c.execute(),
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {
@@ -272,12 +277,6 @@ fn run_command(command: Command) -> Result<ExitCode> {
         Command::Man(c) => c.execute(command_line())?,
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Runs `work` on a thread of the pool. On another one each parallel loop wakes the pool and waits for it, half of the time of a
-/// solve of 64² points (evidence/performance.md). `work` must not wait for threads with such loops of their own.
-fn in_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    rayon::scope(|_| work())
 }
 
 /// The message of clap without its usage, in one line.

@@ -183,3 +183,13 @@ fn ranges_that_no_grid_resolves_are_warned_of() {
     let output = solve(&file, &["--pressure", "0.02", "--gamma", "1e-3", "--rho", "0.01"]);
     assert!(output.status.success() && !stderr(&output).contains("warning"), "{}", stderr(&output));
 }
+
+/// The residual of a light load is met before the load is: the message names what is not.
+#[test]
+fn a_load_that_rounding_hides_is_named() {
+    let flags = ["solve", "--json", "--challenge", "128", "--p-star", "1e-6", "--method", "gfmd"];
+    let done = asperity().args(flags).output().expect("started");
+    let said = stderr(&done);
+    assert_eq!(done.status.code(), Some(3), "{said}");
+    assert!(said.contains("rounding floor of the precision, load error "), "{said}");
+}
