@@ -197,6 +197,9 @@ fn as_given(mut error: Error, given: &ArgMatches) -> Error {
     error
 }
 
+/// Stack of the threads, bytes: that of the first thread of a process, since commands run on one of the pool.
+const STACK: usize = 8 << 20;
+
 fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     let read = command_line().try_get_matches_from(arguments);
     let (arguments, given) = match read.and_then(|given| Cli::from_arg_matches(&given).map(|read| (read, given))) {
@@ -216,8 +219,8 @@ fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
             return Ok(ExitCode::from(2));
         }
     };
-    let refused = |e| Error::input("command line", "--threads", arguments.threads, format!("fewer ({e})"));
-    threads::pool("command line", "--threads", arguments.threads)?.build_global().map_err(refused)?;
+    let pool = threads::pool("command line", "--threads", arguments.threads)?.stack_size(STACK);
+    pool.build_global().map_err(|error| threads::not_started(&error))?;
     arguments.device.choose();
     if !matches!(arguments.command, Command::Solve(_) | Command::SlurmTask(_) | Command::LammpsHost(_)) {
         ranks::expect_one()?;

@@ -138,6 +138,34 @@ impl Cluster {
         self.wait("load steps", || fs::read_to_string(&table).is_ok_and(|t| t.lines().count() > 3));
     }
 
+    /// Stops the processes of the jobs during what Slurm is called for: on a busy machine it takes longer than the few seconds of LAMMPS.
+    fn hold(&self, call: impl FnOnce(&[String])) {
+        let stopped = self.processes();
+        let send = |signal: &str| {
+            let mut command = Command::new("kill");
+            command.arg(signal).args(&stopped).stderr(Stdio::null()).status().expect("started");
+        };
+        send("-STOP");
+        call(&stopped);
+        send("-CONT");
+    }
+
+    /// Signals a job as Slurm does before the time limit.
+    fn warn(&self, job: &str) {
+        self.hold(|stopped| {
+            self.slurm("scancel", &["--batch", "--signal=USR1", &format!("{job}_0")]);
+            self.wait("a pending signal", || stopped.iter().any(|process| waits_for_user_signal(process)));
+        });
+    }
+
+    /// Processes that work in the folder of the results.
+    fn processes(&self) -> Vec<String> {
+        let out = self.path("out").canonicalize().expect("a folder");
+        let all = fs::read_dir("/proc").expect("Linux").map(|entry| entry.expect("an entry"));
+        let inside = all.filter(|p| fs::read_link(p.path().join("cwd")).is_ok_and(|folder| folder.starts_with(&out)));
+        inside.map(|process| process.file_name().into_string().expect("a number")).collect()
+    }
+
     /// How the turns of a task ended, with their nodes.
     fn turns(&self, task: usize) -> Vec<String> {
         let table = fs::read_to_string(self.path(&format!("out/slurm/turns/{task}.csv"))).unwrap_or_default();
@@ -149,6 +177,14 @@ impl Drop for Cluster {
     fn drop(&mut self) {
         self.daemons(&["down"]);
     }
+}
+
+/// Whether SIGUSR1 was sent to a process that has not taken it.
+fn waits_for_user_signal(process: &str) -> bool {
+    const USR1: u64 = 1 << 9;
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let pending = status.lines().find_map(|line| line.strip_prefix("ShdPnd:"));
+    pending.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & USR1 != 0))
 }
 
 /// Points without the words of a failure, which hold paths.
@@ -189,8 +225,7 @@ fn a_turn_that_ends_early_is_continued() {
     let Some(_lammps) = crate::lammps::lammps(1) else { return };
     let job = cluster.submit()["job"].as_str().expect("a job").to_string();
     cluster.wait_for_steps("out/points/seed-1");
-    // As Slurm does before the time limit.
-    cluster.slurm("scancel", &["--batch", "--signal=USR1", &format!("{job}_0")]);
+    cluster.warn(&job);
     let found = cluster.collected();
     assert_eq!(cluster.turns(0), ["interrupted", "done"]);
     assert_eq!(cluster.turns(1), ["done"]);
@@ -205,7 +240,7 @@ fn points_of_a_killed_node_run_again() {
     let Some(_lammps) = crate::lammps::lammps(1) else { return };
     cluster.submit();
     cluster.wait_for_steps("out/points/seed-1");
-    cluster.daemons(&["kill", "n1"]);
+    cluster.hold(|_| cluster.daemons(&["kill", "n1"]));
     let found = cluster.collected();
     assert_eq!(cluster.status()["done"], 2);
     assert_eq!(points(&found), points(&cluster.local()));
@@ -221,7 +256,7 @@ fn a_run_on_slurm_gives_the_results_of_a_local_one() {
     assert_eq!(refused.status.code(), Some(2));
     assert!(stderr(&refused).contains("tasks in the queue"), "{}", stderr(&refused));
     cluster.wait_for_steps("out");
-    cluster.slurm("scancel", &["--batch", "--signal=USR1", &format!("{job}_0")]);
+    cluster.warn(&job);
     cluster.wait("the end of the job", || cluster.status()["done"] == 1);
     assert_eq!(cluster.turns(0), ["interrupted", "done"]);
     let log = fs::read_to_string(cluster.path("out/slurm/run.log")).expect("a log");
@@ -244,7 +279,7 @@ fn a_cancelled_sweep_is_submitted_again() {
     let Some(_lammps) = crate::lammps::lammps(1) else { return };
     cluster.submit();
     cluster.wait_for_steps("out/points/seed-1");
-    assert!(cluster.call(&["cancel", "out"]).status.success());
+    cluster.hold(|_| assert!(cluster.call(&["cancel", "out"]).status.success()));
     cluster.wait("an empty queue", || cluster.status()["queued"] == 0);
     let status = cluster.status();
     let why = status["failures"][0]["reason"].as_str().expect("a reason").to_string();

@@ -324,6 +324,17 @@ fn excessive_requests_are_refused_quickly() {
     refused_quickly(&["schema", "--threads", "100000"], "--threads = 100000");
 }
 
+/// 64 stacks of 8 MiB are more than the address space that the shell leaves.
+#[test]
+fn threads_that_cannot_be_started_are_an_error_of_the_machine() {
+    let limited = "ulimit -v 400000; exec \"$0\" schema --threads 64";
+    let program = asperity().get_program().to_owned();
+    let output = Command::new("sh").args(["-c", limited]).arg(program).output().expect("started");
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(5), "{said}");
+    assert!(said.contains("threads: ") && said.contains("fewer threads"), "{said}");
+}
+
 /// Only a reader that has gone away is no error.
 #[test]
 fn output_that_cannot_be_written_is_an_error() {

@@ -14,10 +14,13 @@ const VARIABLE: &str = "RAYON_NUM_THREADS";
 /// # Errors
 /// `Input` for more than [`MOST_THREADS`], and a variable that is no number.
 pub fn pool(place: &str, key: &str, given: usize) -> Result<rayon::ThreadPoolBuilder> {
-    /// That of the first thread of a process: commands run on a thread of the pool.
-    const STACK: usize = 8 << 20;
-    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK);
-    count(place, key, given, std::env::var_os(VARIABLE)).map(|n| pool.num_threads(n))
+    count(place, key, given, std::env::var_os(VARIABLE)).map(|n| rayon::ThreadPoolBuilder::new().num_threads(n))
+}
+
+/// The error of a pool whose threads cannot be started: each needs memory for its stack.
+pub fn not_started(error: &rayon::ThreadPoolBuildError) -> Error {
+    let how = "fewer threads, or more memory and threads for this process, are needed".to_string();
+    Error::Program { program: "threads".to_string(), said: error.to_string(), how }
 }
 
 fn count(place: &str, key: &str, given: usize, variable: Option<std::ffi::OsString>) -> Result<usize> {
