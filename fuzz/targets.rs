@@ -17,8 +17,8 @@ use asperity::methods;
 use asperity::pipeline::RunFolder;
 use asperity::pipeline::checkpoint::Checkpoint;
 use asperity::pipeline::sweep::Sweep;
+use asperity::record::results as record;
 use asperity::record::written::WrittenFolder;
-use asperity::record::{results as record, xyz};
 use asperity::scene::{Case, Scene};
 use asperity::surface::files::hashed::{self, FileHash};
 use asperity::surface::files::{atomic_file, npy};
@@ -113,7 +113,6 @@ pub(crate) const TARGETS: &[Target] = &[
     Target { prepare: averages, ..stored("nvt", "sites.0.dump", nvt, &["fuzz/corpus/nvt"]) },
     stored("load_steps", "load_steps.csv", load_steps, &["fuzz/corpus/load_steps"]),
     stored("log", "log.0", log, &["fuzz/corpus/log"]),
-    stored("frame", "frame.xyz", frame, &["fuzz/corpus/frame"]),
     stored("potential", "potential.eam.alloy", potential, &["fuzz/corpus/potential"]),
     Target { prepare: maps, ..stored("results", "results.json", results, &["fuzz/corpus/results"]) },
     stored("tradeoff", "tradeoff.json", tradeoff, &["fuzz/corpus/tradeoff"]),
@@ -379,10 +378,6 @@ fn load_steps(path: &Path) -> Result<usize> {
 
 fn log(path: &Path) -> Result<usize> {
     Ok(32 * evaluations(&atomic_file::read_text(path)?).len())
-}
-
-fn frame(path: &Path) -> Result<usize> {
-    xyz::read(path).map(|atoms| 64 * atoms.len())
 }
 
 fn potential(path: &Path) -> Result<usize> {

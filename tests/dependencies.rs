@@ -15,7 +15,7 @@ static LICENCES: LazyLock<Vec<String>> = LazyLock::new(|| {
 
 /// Crates without a maintainer, those that need them, and why they stay.
 const UNMAINTAINED: [(&str, &[&str], &str); 3] = [
-    ("paste", &["mcap", "pulp"], "a macro at build time; both need it in their newest versions"),
+    ("paste", &["pulp"], "a macro at build time; pulp needs it in its newest version"),
     ("conv", &["mpi"], "conversions between integers, with the feature mpi only; rsmpi needs it in its newest version"),
     ("custom_derive", &["conv"], "a macro at build time, with the feature mpi only"),
 ];

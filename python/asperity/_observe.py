@@ -112,8 +112,10 @@ def _edges(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return edges
 
 
-def contact_area(gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: float = 0.0) -> ContactArea:
-    """Contact area of a gap map: nodes with a gap of at most `threshold`.
+def contact_area(
+    gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: float = 0.0, periodic: bool = True
+) -> ContactArea:
+    """Contact area of a gap map: nodes with a gap of at most `threshold`. The border of a map that is not periodic is no edge.
 
     Examples
     --------
@@ -122,11 +124,13 @@ def contact_area(gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: fl
     >>> asperity.contact_area(gap, (8.0, 8.0)).count
     1
     """
-    return ContactArea(*_asperity.contact_area(finite_map("gap", gap), real("threshold", threshold), extents("cell", cell)))
+    area = _asperity.contact_area(finite_map("gap", gap), real("threshold", threshold), extents("cell", cell), periodic)
+    return ContactArea(*area)
 
 
-def clusters(contact: npt.ArrayLike, *, corners: bool = True) -> Clusters:
-    """Connected clusters of a contact map. `corners`: whether nodes that share a corner only are neighbours.
+def clusters(contact: npt.ArrayLike, *, corners: bool = True, periodic: bool = True) -> Clusters:
+    """Connected clusters of a contact map. `corners`: whether nodes that share a corner only are neighbours; `periodic`: whether those on
+    opposite sides of the map are.
 
     Examples
     --------
@@ -134,11 +138,12 @@ def clusters(contact: npt.ArrayLike, *, corners: bool = True) -> Clusters:
     >>> asperity.clusters(np.eye(4, dtype=bool), corners=False).sizes
     [1, 1, 1, 1]
     """
-    return Clusters(*_asperity.clusters(flag_map("contact", contact), corners))
+    return Clusters(*_asperity.clusters(flag_map("contact", contact), corners, periodic))
 
 
-def percolation(contact: npt.ArrayLike) -> tuple[bool, bool]:
-    """Whether the contact connects a periodic cell with its image along x and along y; corners connect.
+def percolation(contact: npt.ArrayLike, *, periodic: bool = True) -> tuple[bool, bool]:
+    """Whether the contact connects a periodic cell with its image along x and along y, or opposite sides of a map that is not periodic;
+    corners connect.
 
     Examples
     --------
@@ -146,7 +151,7 @@ def percolation(contact: npt.ArrayLike) -> tuple[bool, bool]:
     >>> asperity.percolation(np.eye(4, dtype=bool))
     (True, True)
     """
-    return _asperity.percolation(flag_map("contact", contact))
+    return _asperity.percolation(flag_map("contact", contact), periodic)
 
 
 def _distribution(edges: npt.NDArray[np.float64], histogram: tuple[list[float], float, float, float]) -> Distribution:

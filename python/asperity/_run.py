@@ -40,6 +40,8 @@ class RunState:
         Contact area over the area of the cell, and contact nodes over all nodes.
     mean_gap : float
         Mean gap, m.
+    displacement : float
+        Displacement of the far field from first contact, m.
     stiffness : float or None
         Contact stiffness, Pa/m.
     contact_area_error, mean_gap_error, stiffness_error : float or None
@@ -67,6 +69,7 @@ class RunState:
     contact_nodes: float
     mean_gap: float
     mean_gap_error: float | None
+    displacement: float
     stiffness: float | None
     stiffness_error: float | None
     flowing_fraction: float = 0.0
@@ -98,7 +101,7 @@ class RunState:
 #: Units of the numbers of a state that have one.
 UNITS = (
     dict.fromkeys(("pressure", "von_mises", "shear"), "Pa")
-    | dict.fromkeys(("mean_gap", "mean_gap_error", "mean_plastic_displacement"), "m")
+    | dict.fromkeys(("mean_gap", "mean_gap_error", "displacement", "mean_plastic_displacement"), "m")
     | dict.fromkeys((f.name for f in fields(RunState) if f.name.startswith("hydraulic_gap")), "m")
     | {"stiffness": "Pa/m", "stiffness_error": "Pa/m", "plastic_work": "J/m²"}
 )

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _asperity
 from ._arguments import Flags, Map
-from ._body import Body
+from ._body import Body, NonPeriodic
 from ._errors import InputError, needed
 from ._html import label, table
 from ._observe import Clusters, Distribution, clusters, gap_distribution, hydraulic_gap, percolation, stress_distribution
@@ -39,6 +39,9 @@ class State:
         Gap, interfacial stress (compression positive, with the adhesive stress), and whether a node is in contact.
     pressure, mean_gap : float
         Mean pressure, the mean of the stress, and mean gap.
+    displacement : float
+        Displacement of the far field from first contact: of a periodic body the mean gap at first contact minus the mean gap, plus the
+        mean plastic displacement, else the rigid approach.
     contact_area : float
         Contact area over the area of the cell: the best value. Under a hard wall nodes on the edge of the contact represent less than
         a pixel of contact; their excess is subtracted.
@@ -83,6 +86,7 @@ class State:
     contact: Flags
     pressure: float
     mean_gap: float
+    displacement: float
     contact_area: float
     contact_nodes: float
     contact_area_error: float | None
@@ -110,11 +114,15 @@ class State:
 
     def clusters(self) -> Clusters:
         """Contact clusters; nodes that share an edge or a corner are neighbours."""
-        return clusters(self.contact)
+        return clusters(self.contact, periodic=self._periodic)
 
     def percolation(self) -> tuple[bool, bool]:
-        """Whether the contact connects the cell with its image along x and along y."""
-        return percolation(self.contact)
+        """Whether the contact connects the cell with its image along x and along y, or opposite sides of a body that is not periodic."""
+        return percolation(self.contact, periodic=self._periodic)
+
+    @property
+    def _periodic(self) -> bool:
+        return not isinstance(self.body, NonPeriodic)
 
     def hydraulic_gap(self) -> float:
         """Height of the uniform gap with the same pressure-driven flow, in Bruggeman's approximation."""
@@ -261,8 +269,7 @@ class LoadPath(Sequence[State]):
         first contact.
         """
         path = [
-            (s.pressure, s.mean_gap - s.mean_plastic_displacement, s.elastic_energy + s.interaction_energy, s.plastic_work)
-            for s in self.states
+            (s.pressure, s.displacement, s.elastic_energy + s.interaction_energy, s.plastic_work) for s in self.states
         ]
         return _asperity.dissipation(path, self.adhesive)
 
@@ -286,7 +293,7 @@ class LoadPath(Sequence[State]):
         control, length, pressure = self.states[0].control, self.states[0].length_unit, self.states[0].pressure_unit
         both = bool(length and pressure)
         return (
-            dict.fromkeys(("gap", "mean_gap", "mean_gap_error", "mean_plastic_displacement"), length)
+            dict.fromkeys(("gap", "mean_gap", "mean_gap_error", "displacement", "mean_plastic_displacement"), length)
             | dict.fromkeys(("stress", "pressure"), pressure)
             | dict.fromkeys(("stiffness", "stiffness_error"), f"{pressure}/{length}" if both else "")
             | dict.fromkeys(("energy", "elastic_energy", "interaction_energy", "plastic_work"), f"{pressure} {length}" if both else "")

@@ -9,8 +9,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 #[pyfunction]
-pub(crate) fn contact_area(gap: EnteredMap<'_, f64>, threshold: f64, cell: (f64, f64)) -> (f64, f64, f64, usize) {
-    let area = asperity::contact_area(gap.view(), threshold, Cell { x: cell.0, y: cell.1 });
+pub(crate) fn contact_area(
+    gap: EnteredMap<'_, f64>,
+    threshold: f64,
+    cell: (f64, f64),
+    periodic: bool,
+) -> (f64, f64, f64, usize) {
+    let area = asperity::contact_area(gap.view(), threshold, Cell { x: cell.0, y: cell.1 }, periodic);
     (area.contact_area, area.contact_nodes, area.perimeter, area.count)
 }
 
@@ -19,16 +24,17 @@ pub(crate) fn clusters<'py>(
     py: Python<'py>,
     contact: EnteredMap<'py, bool>,
     corners: bool,
+    periodic: bool,
 ) -> (Bound<'py, PyArray2<i64>>, Vec<usize>, Option<usize>) {
     let connectivity = if corners { Connectivity::Eight } else { Connectivity::Four };
-    let found = asperity::clusters(contact.view(), connectivity);
+    let found = asperity::clusters(contact.view(), connectivity, periodic);
     let median = found.median_size();
     (PyArray2::from_owned_array(py, found.labels.mapv(|l| l as i64)), found.sizes, median)
 }
 
 #[pyfunction]
-pub(crate) fn percolation(contact: EnteredMap<'_, bool>) -> (bool, bool) {
-    let found = asperity::percolation(contact.view());
+pub(crate) fn percolation(contact: EnteredMap<'_, bool>, periodic: bool) -> (bool, bool) {
+    let found = asperity::percolation(contact.view(), periodic);
     (found.x, found.y)
 }
 

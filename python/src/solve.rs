@@ -266,6 +266,7 @@ fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
         ("pressure", Some(state.pressure)),
         ("mean_gap", state.mean_gap),
         ("mean_gap_error", state.mean_gap_error),
+        ("displacement", state.displacement),
         ("contact_area", Some(state.contact_area)),
         ("contact_area_error", state.contact_area_error),
         ("contact_nodes", state.contact_nodes),
@@ -342,12 +343,12 @@ pub(crate) fn estimate<'py>(
     Ok(dict)
 }
 
-/// Energy per area that a path dissipates: pressure, separation, stored energy and plastic work of each state.
+/// Energy per area that a path dissipates: pressure, displacement, stored energy and plastic work of each state.
 #[pyfunction]
 pub(crate) fn dissipation(path: Vec<[f64; 4]>, adhesive: bool) -> f64 {
-    let point = |[pressure, separation, stored, plastic_work]: [f64; 4]| WorkPoint {
+    let point = |[pressure, displacement, stored, plastic_work]: [f64; 4]| WorkPoint {
         pressure,
-        separation,
+        displacement,
         stored,
         plastic_work,
     };

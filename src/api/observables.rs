@@ -1,4 +1,4 @@
-//! Observables of gap, stress and contact maps `[ny, nx]` on a periodic cell.
+//! Observables of gap, stress and contact maps `[ny, nx]`. `periodic`: nodes on opposite sides of a map are neighbours.
 
 use super::arrays::{flags, grid_of, map, row_major};
 use asperity_contact::observe::{
@@ -25,7 +25,7 @@ impl Clusters {
     }
 }
 
-/// Whether a phase percolates, that is, connects a periodic cell with its next image.
+/// Whether a phase percolates, that is, connects a periodic cell with its next image, or opposite sides of a map that does not repeat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Percolation {
     /// Along x.
@@ -35,7 +35,7 @@ pub struct Percolation {
 }
 
 /// Contact area of a gap map of an elastic body under a hard wall: nodes with a gap of at most `threshold`, at 0
-/// without the excess that they count along their edges. The perimeter is in units of one over the unit of the cell.
+/// without the excess that they count along their edges. The border of a map that is not `periodic` is no edge. The perimeter is in units of one over the unit of the cell.
 ///
 /// ```
 /// use asperity::{Cell, contact_area};
@@ -43,14 +43,14 @@ pub struct Percolation {
 ///
 /// let mut gap = Array2::from_elem((8, 8), 1.0);
 /// gap[(3, 3)] = 0.0;
-/// let area = contact_area(gap.view(), 0.0, Cell { x: 8.0, y: 8.0 });
+/// let area = contact_area(gap.view(), 0.0, Cell { x: 8.0, y: 8.0 }, true);
 /// assert_eq!((area.count, area.contact_nodes), (1, 1.0 / 64.0));
 /// // Four edges of length 1 in a cell of area 64.
 /// assert_eq!(area.perimeter, 4.0 / 64.0);
 /// ```
-pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell) -> ContactArea {
-    let edges =
-        if threshold > 0.0 { ContactEdges { threshold, ..ContactEdges::COUNTED } } else { ContactEdges::ELASTIC };
+pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell, periodic: bool) -> ContactArea {
+    let excess = if threshold > 0.0 { ContactEdges::COUNTED } else { ContactEdges::ELASTIC };
+    let edges = ContactEdges { threshold, periodic, ..excess };
     let area = observe::contact_area(grid_of(cell, &gap), Field::F64(&row_major(gap)), edges);
     ContactArea { perimeter: area.perimeter / cell.x, ..area }
 }
@@ -62,22 +62,22 @@ pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell) -> Contact
 /// use ndarray::array;
 ///
 /// let contact = array![[true, false, true], [false, false, false], [false, true, false]];
-/// let found = clusters(contact.view(), Connectivity::Four);
+/// let found = clusters(contact.view(), Connectivity::Four, true);
 /// // The first and the third node of the first row are neighbours across the periodic boundary.
 /// assert_eq!(found.sizes, [2, 1]);
 /// assert_eq!(found.labels, array![[1, 0, 1], [0, 0, 0], [0, 2, 0]]);
 /// ```
-pub fn clusters(contact: ArrayView2<bool>, connectivity: Connectivity) -> Clusters {
+pub fn clusters(contact: ArrayView2<bool>, connectivity: Connectivity, periodic: bool) -> Clusters {
     let (ny, nx) = contact.dim();
-    let labelled = observe::clusters(&flags(contact), nx, connectivity);
+    let labelled = observe::clusters(&flags(contact), nx, connectivity, periodic);
     let label = |l: u32| if l == NO_CLUSTER { 0 } else { l as usize + 1 };
     Clusters { labels: map(Grid::unit(nx, ny), labelled.label.into_iter().map(label).collect()), sizes: labelled.sizes }
 }
 
 /// Whether the contact percolates. Nodes that share an edge or a corner are neighbours.
-pub fn percolation(contact: ArrayView2<bool>) -> Percolation {
+pub fn percolation(contact: ArrayView2<bool>, periodic: bool) -> Percolation {
     let nx = contact.ncols();
-    let [x, y] = percolates(&flags(contact), nx, 1, true);
+    let [x, y] = percolates(&flags(contact), nx, (1, true), periodic);
     Percolation { x, y }
 }
 

@@ -23,14 +23,10 @@ pub trait StateMaps {
     fn plastic_displacement(&self) -> Option<ArrayView2<'_, f64>>;
 
     /// Contact clusters; nodes that share an edge or a corner are neighbours.
-    fn clusters(&self) -> Option<Clusters> {
-        self.contact().map(|map| clusters(map, Connectivity::Eight))
-    }
+    fn clusters(&self) -> Option<Clusters>;
 
     /// Whether the contact percolates.
-    fn percolation(&self) -> Option<Percolation> {
-        self.contact().map(percolation)
-    }
+    fn percolation(&self) -> Option<Percolation>;
 
     /// Height of the uniform gap with the same pressure-driven flow: [`hydraulic_gap`].
     fn hydraulic_gap(&self) -> Option<f64> {
@@ -53,6 +49,14 @@ impl StateMaps for State {
 
     fn plastic_displacement(&self) -> Option<ArrayView2<'_, f64>> {
         self.plastic_map.as_ref().map(view)
+    }
+
+    fn clusters(&self) -> Option<Clusters> {
+        self.contact().map(|map| clusters(map, Connectivity::Eight, !self.non_periodic))
+    }
+
+    fn percolation(&self) -> Option<Percolation> {
+        self.contact().map(|map| percolation(map, !self.non_periodic))
     }
 }
 

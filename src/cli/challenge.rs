@@ -123,9 +123,7 @@ impl ChallengeArgs {
             return Err(Error::input("command line", "--grid", s.grid, format!("at least {COARSEST} points per side")));
         }
         s.seed = self.seed.unwrap_or(s.seed);
-        (s.dataset, s.fourier) = (self.file.dataset.clone(), self.file.fourier);
-        s.via_python = self.file.via_python;
-        s.fourier_points = self.file.fourier_points;
+        self.file.set(s);
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         if let Some(path) = &self.heights {
             if !path.exists() {

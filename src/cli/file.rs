@@ -52,6 +52,19 @@ impl FileFlags {
         self.fourier.is_some_and(Fourier::are_waves)
     }
 
+    /// Puts what was given into the surface of a scene.
+    pub(super) fn set(&self, surface: &mut SurfaceScene) {
+        if self.fourier.is_some() {
+            // Those of other coefficients.
+            surface.fourier_points = None;
+        }
+        surface.dataset = self.dataset.clone().or(surface.dataset.take());
+        surface.via_python |= self.via_python;
+        surface.profile |= self.profile;
+        surface.fourier = self.fourier.or(surface.fourier);
+        surface.fourier_points = self.fourier_points.or(surface.fourier_points);
+    }
+
     /// The file as these flags have it.
     ///
     /// # Errors

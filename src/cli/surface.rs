@@ -248,14 +248,7 @@ impl SurfaceArgs {
             *s = SurfaceScene { heights: s.heights.take(), grid: s.grid, seed: s.seed, ..own };
             (scene.laboratory.length, scene.laboratory.length_y) = (None, None);
         }
-        if self.file.fourier.is_some() {
-            s.fourier_points = None;
-        }
-        s.dataset = self.file.dataset.clone().or(s.dataset.take());
-        s.via_python |= self.file.via_python;
-        s.profile |= self.file.profile;
-        s.fourier = self.file.fourier.or(s.fourier);
-        s.fourier_points = self.file.fourier_points.or(s.fourier_points);
+        self.file.set(s);
         // Plain lengths are in the unit of the heights.
         let further = self.map.further_lengths().into_iter().map(|(_, m)| m);
         let plain = self.map.lengths().into_iter().flat_map(|(_, m)| m).chain(further).any(|m| m.unit.is_none());

@@ -123,7 +123,8 @@ pub(super) fn load_path(request: PathRequest, context: &StageContext, tag: &str)
     }
     let adhesive = request.problem.adhesion != AttractionLaw::None;
     let has_history = adhesive || problem.hardness.is_some();
-    let dissipation = has_history.then(|| dissipation(&work_points(&states, steps), adhesive));
+    let work_points: Vec<WorkPoint> = states.iter().filter_map(State::work_point).collect();
+    let dissipation = has_history.then(|| dissipation(&work_points, adhesive));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
     let Scales { length_m: length, modulus_pa: modulus } = request.scales;
     Ok(ContinuumResults {
@@ -250,7 +251,8 @@ fn stored_state(
         None => None,
     };
     let adhesive = problem.adhesion != AttractionLaw::None;
-    let (observed, compressive) = observed(grid, state, request.threshold, reached.area.contact_area, adhesive);
+    let kind = (adhesive, reached.periodic);
+    let (observed, compressive) = observed(grid, state, request.threshold, reached.area.contact_area, kind);
     let numbers = State {
         contact_nodes_compressive: compressive,
         patches: Some(observed.patches()),
@@ -320,18 +322,6 @@ fn compare_branches(states: &mut [State], steps: &[LoadStep]) {
             mean_gap: change(gap, loading),
         });
     }
-}
-
-/// The path as its work needs it. Where the branches do not differ significantly, the difference between them is solver error and not
-/// work: both have the state of the first.
-fn work_points(states: &[State], steps: &[LoadStep]) -> Vec<WorkPoint> {
-    let point = |step: &LoadStep| {
-        let state = &states[step.index];
-        let same = step.counterpart.filter(|_| state.hysteresis.is_some_and(|h| !h.is_significant()));
-        let plastic_work = state.plasticity.map_or(0.0, |p| p.work);
-        Some(WorkPoint { plastic_work, ..same.map_or(state, |same| &states[same]).work_point()? })
-    };
-    steps.iter().filter_map(point).collect()
 }
 
 /// Reads an initial gap, units of L.

@@ -7,7 +7,7 @@ use super::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
 use super::given_loads::given_loads;
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variant_key};
 use super::matched::Matched;
-use super::run_files::{Manifest, RECORDING_FILE, record};
+use super::run_files::{Manifest, write_ovito_script};
 use super::sources::{Ran, sources};
 use super::stage::Stage;
 use super::stages::{self, Made, Visitor};
@@ -36,7 +36,7 @@ pub(super) const CRATE_FILE: &str = "ro-crate-metadata.json";
 pub(super) const INPUTS: &str = "inputs";
 
 /// Files of a run, a trade-off or a sweep outside its stages.
-pub(super) const OUTSIDE_STAGES: [&str; 15] = [
+pub(super) const OUTSIDE_STAGES: [&str; 14] = [
     SCENE_FILE,
     results::FILE,
     load_table::FILE,
@@ -44,7 +44,6 @@ pub(super) const OUTSIDE_STAGES: [&str; 15] = [
     MANIFEST_FILE,
     netcdf::run::FILE,
     xdmf::FILE,
-    RECORDING_FILE,
     tradeoff::FILE,
     tradeoff::CSV_FILE,
     ensemble::FILE,
@@ -122,7 +121,7 @@ pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listen
     json::write(&out.join(MANIFEST_FILE), &manifest)?;
     netcdf::run::write_run(out, &results)?;
     xdmf::write(out, &results)?;
-    record(case, &results, out)?;
+    write_ovito_script(&results, out)?;
     let page = report::write(out)?;
     list_files(out)?;
     Ok((results, page))
@@ -278,7 +277,7 @@ pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Re
     if read_text(&file).is_ok_and(|earlier| earlier == text) {
         return Ok(());
     }
-    let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, xdmf::FILE, RECORDING_FILE, report::PAGE];
+    let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, xdmf::FILE, report::PAGE];
     for name in [hashed::CHECKSUMS, CRATE_FILE].into_iter().chain(results) {
         remove(&out.join(name))?;
     }

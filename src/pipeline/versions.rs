@@ -96,7 +96,7 @@ pub(super) fn versions(
     let node_nm2 = grid.dx() * grid.dy() * (length_angstrom * ANGSTROM_M * 1e9).powi(2);
     let step = |side: Side| {
         let flags: Vec<u8> = side.touching.iter().map(|t| u8::from(*t)).collect();
-        let sizes = cluster_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight);
+        let sizes = cluster_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight, true);
         let fraction = side.touching.iter().filter(|t| **t).count() as f64 / side.touching.len() as f64;
         ModelChainStep {
             id: side.id.into(),

@@ -49,16 +49,15 @@ impl Downsampler {
     }
 }
 
-/// Downsamples a map in memory, row-major `[ny, nx]`.
-pub fn downsample(nx: usize, values: &[f64], longest: usize) -> DownsampledMap {
-    let mut downsampler = Downsampler::new(nx, values.len() / nx.max(1), longest);
-    values.chunks_exact(nx.max(1)).enumerate().for_each(|(y, row)| downsampler.add_row(y, row));
-    downsampler.finish()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn downsample(nx: usize, values: &[f64], longest: usize) -> DownsampledMap {
+        let mut downsampler = Downsampler::new(nx, values.len() / nx.max(1), longest);
+        values.chunks_exact(nx.max(1)).enumerate().for_each(|(y, row)| downsampler.add_row(y, row));
+        downsampler.finish()
+    }
 
     #[test]
     fn means_over_whole_and_partial_blocks() {

@@ -2,11 +2,10 @@
 
 use super::given_loads::{GivenLoads, Imposed, LoadQuantity};
 use asperity_contact::load::Branch;
-use asperity_grid::error::{Error, Result};
-use asperity_surface::files::atomic_file::{read_text, write_atomic};
+use asperity_grid::error::Result;
+use asperity_surface::files::json;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::io::Write;
 use std::path::Path;
 
 /// Name of the file in the folder of a sweep.
@@ -234,24 +233,12 @@ impl Ensemble {
     /// # Errors
     /// I/O errors.
     pub fn write(&self, folder: &Path) -> Result<()> {
-        write_atomic(&folder.join(FILE), |w| {
-            serde_json::to_writer_pretty(&mut *w, self)?;
-            writeln!(w)
-        })
+        json::write(&folder.join(FILE), self)
     }
 
     /// # Errors
     /// I/O errors, another schema, a damaged file.
     pub fn read(folder: &Path) -> Result<Self> {
-        let path = folder.join(FILE);
-        let text = read_text(&path)?;
-        let read: Ensemble = serde_json::from_str(&text)
-            .map_err(|e| Error::format(&path, e.to_string(), "the ensemble.json of `asperity sweep`"))?;
-        match read.schema {
-            SCHEMA => Ok(read),
-            other => {
-                Err(Error::format(&path, format!("schema {other}"), format!("schema {SCHEMA}; run the sweep again")))
-            }
-        }
+        json::read_schema(&folder.join(FILE), SCHEMA)
     }
 }

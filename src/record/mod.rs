@@ -1,4 +1,4 @@
-//! Results of runs and their files: `results.json`, tables, NetCDF, recordings.
+//! Results of runs and their files: `results.json`, tables, NetCDF, XDMF, frames.
 //!
 //! All files are written atomically ([`asperity_surface::files::atomic_file`]): a reader finds the old file or the complete new one.
 
@@ -9,7 +9,6 @@ pub mod downsample;
 pub mod ensemble;
 pub mod given_loads;
 pub mod load_table;
-pub mod mcap;
 pub mod methods;
 pub mod netcdf;
 pub mod results;

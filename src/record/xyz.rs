@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use asperity_grid::error::{Error, Result};
+use asperity_grid::error::Result;
 use asperity_surface::files::atomic_file::{miscount, write_atomic};
 
 /// Species of an atom that is of no element: ASE refuses any name that is neither an element nor this.
@@ -71,50 +71,6 @@ fn colour(atom: &Atom) -> &'static str {
     }
 }
 
-/// An atom read from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadAtom {
-    pub species: String,
-    pub position_angstrom: [f64; 3],
-    pub contact: bool,
-    pub indenter: bool,
-}
-
-/// Reads a frame written by [`write`].
-///
-/// # Errors
-/// `Io`; `Format`, with the line number, for any other line than [`write`] produces.
-pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
-    let text = asperity_surface::files::atomic_file::read_text(path)?;
-    let wrong = |line: usize, found: &str| {
-        Error::format(
-            path,
-            format!("line {}: {found}", line + 1),
-            "species x y z contact id indenter, and a colour, as asperity writes frames",
-        )
-    };
-    let parse = |line: &str| -> Option<ReadAtom> {
-        let mut tokens = line.split_whitespace();
-        let species = tokens.next()?.to_string();
-        let mut number = || tokens.next()?.parse::<f64>().ok();
-        let position_angstrom = [number()?, number()?, number()?];
-        let contact = tokens.next()? == "1";
-        Some(ReadAtom { species, position_angstrom, contact, indenter: tokens.nth(1)? == "1" })
-    };
-    let atoms: Vec<ReadAtom> = text
-        .lines()
-        .enumerate()
-        .skip(2)
-        .map(|(k, line)| parse(line).ok_or_else(|| wrong(k, line)))
-        .collect::<Result<_>>()?;
-    let count = text.lines().next().and_then(|l| l.trim().parse().ok());
-    if count == Some(atoms.len()) {
-        Ok(atoms)
-    } else {
-        Err(wrong(0, &format!("{count:?} atoms, {} follow", atoms.len())))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,8 +89,6 @@ mod tests {
                       Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1:color:R:3 p_star=0.01 pbc=\"T T F\"\n\
                       Ca 0.000000 1.250000 -2.000000 1 7 0 0.9 0.62 0\nX 9.000000 0.000000 3.000000 0 9 1 0 0.45 0.7\n";
         assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
-        let flags: Vec<[bool; 2]> = read(&path).unwrap().iter().map(|a| [a.contact, a.indenter]).collect();
-        assert_eq!(flags, [[true, false], [false, true]]);
         assert!(write(&path, frame, atoms.into_iter().take(1)).unwrap_err().to_string().contains("1 atoms were given"));
         let blank = Atom { species: "C a", ..atoms[0] };
         assert!(write(&path, frame, [blank, blank]).is_err());

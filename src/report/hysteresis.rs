@@ -6,7 +6,12 @@ use asperity_contact::state::Hysteresis;
 /// One sentence on the hysteresis of a load path; `None` for a body without history and without an unloading branch.
 pub fn hysteresis_sentence(c: &ContinuumResults, loads: GivenLoads) -> Option<String> {
     c.states.iter().find_map(|s| s.hysteresis)?;
-    let dissipated = c.dissipation.map_or(String::new(), |w| format!(" The path dissipates {}.", work(w)));
+    let dissipated = match c.dissipation {
+        None => String::new(),
+        // Trapezoids between loads that are far apart.
+        Some(w) if w <= 0.0 => " The loads are too far apart to tell what the path dissipates.".into(),
+        Some(w) => format!(" The path dissipates {}.", work(w)),
+    };
     let changes: Vec<String> = c
         .states
         .iter()

@@ -436,7 +436,7 @@ fn a_run_without_atoms_leaves_a_report() {
     let (scene, out) = (tiny(&scratch, false), scratch.path("run"));
     let found = answer(&["run", word(&scene), "--out", word(&out), "--json"]);
     assert_eq!(found["results"]["continuum"]["states"].as_array().map(Vec::len), Some(2));
-    for file in ["report.html", "results.json", "results.nc", "manifest.json", "run.mcap", "scene.toml"] {
+    for file in ["report.html", "results.json", "results.nc", "manifest.json", "scene.toml"] {
         assert!(out.join(file).metadata().expect(file).len() > 0);
     }
     let page = out.join("report.html");

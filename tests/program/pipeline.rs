@@ -171,7 +171,7 @@ fn a_finished_run_is_not_run_again() {
     let compared = asperity().arg("compare").arg(&out).arg("--json").output().expect("started");
     assert!(compared.status.success(), "{}", stderr(&compared));
     assert_eq!(json_line(&compared)["comparison"], first["comparison"]);
-    for file in ["report.html", "run.mcap", "manifest.json"] {
+    for file in ["report.html", "manifest.json"] {
         assert!(out.join(file).metadata().expect(file).len() > 0);
     }
 }
@@ -399,7 +399,7 @@ fn a_failed_run_leaves_no_results_of_another_scene() {
     let output = allowed.output().expect("started");
     assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
     assert!(stderr(&output).contains("it stopped with: Out of luck"), "{}", stderr(&output));
-    for file in ["results.json", "report.html", "manifest.json", "run.mcap", "results.nc"] {
+    for file in ["results.json", "report.html", "manifest.json", "results.nc"] {
         assert!(!bench.path("run").join(file).exists(), "{file} of the scene before is still there");
     }
 }

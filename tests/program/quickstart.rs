@@ -96,7 +96,4 @@ fn the_quickstart_gives_the_documented_results() {
     for piece in ["<svg", "data:image/png;base64,", "κ", "Jaccard"] {
         assert!(page.contains(piece), "the report lacks {piece}");
     }
-    // A complete MCAP recording.
-    let recording = std::fs::read(out.join("run.mcap")).expect("a recording");
-    assert!(recording.starts_with(b"\x89MCAP") && recording.ends_with(b"\x89MCAP0\r\n"), "run.mcap is not whole");
 }

@@ -121,7 +121,7 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
 pub(crate) fn observed(gap: &[f64]) -> Observed {
     let stress: Vec<f64> = gap.iter().map(|g| 0.05 - 3.0 * g).collect();
     let (field, stress) = (Field::F64(gap), Field::F64(&stress));
-    let sizes = observe::cluster_sizes(&observe::contact_map(field, 0.0), N, observe::Connectivity::Eight);
+    let sizes = observe::cluster_sizes(&observe::contact_map(field, 0.0), N, observe::Connectivity::Eight, true);
     let stresses = observe::stress_distribution(field, stress, (0.0, true), observe::linear_edges(-0.1, 0.1, 40));
     let node = 1.0 / (N * N) as f64;
     Observed {

@@ -255,7 +255,10 @@ fn cards_agree_with_results() {
             assert_eq!(delivers(Quantity::ContactMap) && delivers(Quantity::ContactArea), fraction(s, grid).0 > 0.0);
             assert_eq!(delivers(Quantity::MeanGap), s.mean_gap > 0.0);
             let map = contact_map(s.gap, 0.0);
-            assert_eq!(delivers(Quantity::PatchPdf), !cluster_sizes(&map, grid.nx, Connectivity::Eight).is_empty());
+            assert_eq!(
+                delivers(Quantity::PatchPdf),
+                !cluster_sizes(&map, grid.nx, Connectivity::Eight, true).is_empty()
+            );
             let gaps = gap_distribution(s.gap, 0.0, linear_edges(0.0, 1.0, 50));
             assert_eq!(delivers(Quantity::GapPdf), (gaps.total() - 1.0).abs() < 1e-12);
             let stresses = stress_distribution(s.gap, s.stress, (0.0, false), linear_edges(0.0, 5.0, 50));

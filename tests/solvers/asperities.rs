@@ -74,7 +74,7 @@ fn gradient(grid: Grid, heights: &[f64]) -> f64 {
 }
 
 fn typical(map: &[u8], nx: usize) -> f64 {
-    median_cluster_size(&cluster_sizes(map, nx, Connectivity::Eight)).unwrap_or(0) as f64
+    median_cluster_size(&cluster_sizes(map, nx, Connectivity::Eight, true)).unwrap_or(0) as f64
 }
 
 // Winkler
@@ -94,7 +94,7 @@ fn winkler_paraboloid_agrees_with_the_closed_form() {
     let found = one(&p, "winkler", load);
     assert!(near(found.area, 2.0 * PI * b * b, AREA), "{} {}", found.area, 2.0 * PI * b * b);
     assert!(found.load_error < 1e-12, "{}", found.load_error);
-    assert_eq!(cluster_sizes(&found.contact, 256, Connectivity::Eight).len(), 1);
+    assert_eq!(cluster_sizes(&found.contact, 256, Connectivity::Eight, true).len(), 1);
     let highest = found.stress.iter().copied().fold(0.0, f64::max);
     assert!(near(highest, b * b / (2.0 * radius) / length, AREA), "{highest}");
     // The overlap area is half of the contact area.
@@ -433,7 +433,7 @@ fn experiment_resolution_changes_the_contact_area() {
     let base = ExperimentSettings::default();
     let area = |settings: ExperimentSettings| {
         let found = one(&laboratory(problem(grid, &heights), settings), "experiment", 0.01);
-        (found.area, cluster_sizes(&found.contact, 256, Connectivity::Eight).len())
+        (found.area, cluster_sizes(&found.contact, 256, Connectivity::Eight, true).len())
     };
     let (sharp, patches) = area(base);
     assert!(area(ExperimentSettings { print_resolution: 1.0 / 40.0, ..base }).0 > 1.1 * sharp);

@@ -108,7 +108,7 @@ fn touching(found: &Found, nx: usize, pressure: f64) -> Touching {
     let pressing = map(&|i| found.stress[i] > 1e-6 * pressure);
     let closed = map(&|i| found.gap[i] <= 0.0);
     let share = |m: &[u8]| m.iter().map(|v| f64::from(*v)).sum::<f64>() / m.len() as f64;
-    let size = |m: &[u8]| median_cluster_size(&cluster_sizes(m, nx, Connectivity::Eight)).unwrap_or(0);
+    let size = |m: &[u8]| median_cluster_size(&cluster_sizes(m, nx, Connectivity::Eight, true)).unwrap_or(0);
     Touching {
         pressing: share(&pressing),
         closed: share(&closed),

@@ -4,6 +4,7 @@ mod adhesive_analytic;
 mod analytic;
 mod asperities;
 mod contact_stress;
+mod dissipation;
 mod edges;
 mod estimates;
 mod extrapolation;

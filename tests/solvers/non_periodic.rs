@@ -3,7 +3,8 @@
 use crate::found::{rough, solved};
 use asperity::contact::interface::{AttractionLaw, Elastic, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use asperity::contact::method::{Equilibrium, Load, NoObserver, ReducedProblem, Stop};
-use asperity::contact::observe::{ContactEdges, contact_area};
+use asperity::contact::observe::{Connectivity, ContactEdges, cluster_sizes, contact_area, contact_map, leakage};
+use asperity::contact::observed::observed;
 use asperity::contact::path::LoadPathSolver;
 use asperity::grid::{Grid, extent};
 use asperity::methods;
@@ -306,4 +307,41 @@ fn fields_satisfy_the_direct_sum() {
             }
         }
     }
+}
+
+/// Contact clusters, paths and edges of a patch end at its sides: they are those of the same map with an open border, and the gap percolates
+/// where fluid flows.
+#[test]
+fn what_touches_opposite_sides_is_not_connected() {
+    let mut seams = 0;
+    for (seed, load) in (1..7).flat_map(|seed| [(seed, 0.02), (seed, 0.1)]) {
+        let (grid, heights) = rough(40, 32, 0.2, seed);
+        solve(&problem(grid, &heights), load, |state| {
+            let map = contact_map(state.gap, 0.0);
+            let bordered: Vec<u8> = (0..grid.ny + 1)
+                .flat_map(|y| (0..grid.nx + 1).map(move |x| (x, y)))
+                .map(|(x, y)| if x < grid.nx && y < grid.ny { map[y * grid.nx + x] } else { 0 })
+                .collect();
+            let mut sizes = [
+                cluster_sizes(&bordered, grid.nx + 1, Connectivity::Eight, true),
+                cluster_sizes(&map, grid.nx, Connectivity::Eight, false),
+            ];
+            sizes.iter_mut().for_each(|list| list.sort_unstable());
+            assert_eq!(sizes[0], sizes[1], "seed {seed}");
+            seams += usize::from(sizes[1].len() != cluster_sizes(&map, grid.nx, Connectivity::Eight, true).len());
+            let (observed, _) = observed(grid, state, 0.0, 0.1, (false, false));
+            assert_eq!(observed.patches(), sizes[1].len());
+            let flow = leakage(grid, state.gap, 0.0, false).expect("converges");
+            assert_eq!(observed.gap_percolates, Some(flow.conductivity.map(|c| c > 0.0)), "seed {seed} at {load}");
+            // Edges between neighbours inside of the patch, and none on its border.
+            let edges = |step: usize, ends: &dyn Fn(usize) -> bool| {
+                (0..map.len()).filter(|&i| !ends(i) && map[i] != map[i + step]).count() as f64
+            };
+            let along = edges(1, &|i| i % grid.nx == grid.nx - 1) * grid.dy();
+            let across = edges(grid.nx, &|i| i / grid.nx == grid.ny - 1) * grid.dx();
+            let perimeter = problem(grid, &heights).contact_area(state, 0.0).perimeter;
+            assert!((perimeter / ((along + across) / (grid.lx * grid.ly)) - 1.0).abs() < 1e-12, "{perimeter}");
+        });
+    }
+    assert!(seams > 3, "{seams} states with clusters on both sides of a seam");
 }

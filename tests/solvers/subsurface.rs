@@ -219,3 +219,24 @@ fn equivalents_are_those_of_the_principal_stresses() {
         assert!((found_shear - shear).abs() < TOLERANCE, "{stress:?}: {found_shear}");
     }
 }
+
+/// Stresses under a pressure and under its transpose are transposes, those of waves of two nodes included.
+#[test]
+fn a_transposed_pressure_has_transposed_stresses() {
+    /// Rounding of the transforms, over the largest pressure.
+    const TOLERANCE: f64 = 1e-14;
+    let (grid, turned) = (Grid { nx: 8, ny: 6, lx: 1.0, ly: 0.9 }, Grid { nx: 6, ny: 8, lx: 0.9, ly: 1.0 });
+    let at = |x: usize, y: usize| ((7 * x + 13 * y * y + x * y * 5) % 11) as f64 / 11.0;
+    let pressure: Vec<f64> = (0..48).map(|i| at(i % 8, i / 8)).collect();
+    let transposed: Vec<f64> = (0..48).map(|i| at(i / 6, i % 6)).collect();
+    for depth in [0.0, 0.05] {
+        let StressField(stresses) = below(grid, Elastic::HalfSpace, &pressure).at(depth);
+        let StressField(other) = below(turned, Elastic::HalfSpace, &transposed).at(depth);
+        for (component, same) in [(0, 1), (1, 0), (2, 2), (3, 3), (4, 5), (5, 4)] {
+            for i in 0..48 {
+                let (value, expected) = (stresses[component][i], other[same][i % 8 * 6 + i / 8]);
+                assert!((value - expected).abs() < TOLERANCE, "{component} at {i}: {value} {expected}");
+            }
+        }
+    }
+}

@@ -37,7 +37,7 @@ pub fn state_of(
     };
     let touching = open.as_ref().map(|open| Field::F64(open));
     let clusters = e.patches.as_ref().map(|areas| ClusterAreas::new(areas.iter().copied())).or_else(|| {
-        let sizes = cluster_sizes(e.contact?, grid.nx, Connectivity::Eight);
+        let sizes = cluster_sizes(e.contact?, grid.nx, Connectivity::Eight, problem.kernel.is_periodic());
         Some(ClusterAreas::new(sizes.into_iter().map(|nodes| nodes as f64 * node_area)))
     });
     let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
@@ -54,6 +54,7 @@ pub fn state_of(
     // Contact defined by a solved gap includes a rim of nodes too many and needs the perimeter correction. Contact
     // defined by overlap has no such bias.
     let edges = if card.criterion == Criterion::ZeroGap { ContactEdges::ELASTIC } else { ContactEdges::COUNTED };
+    let edges = ContactEdges { periodic: problem.kernel.is_periodic(), ..edges };
     let counted = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, edges));
     let area = counted.filter(|_| edges.excess > 0.0).map_or(e.contact_area, |corrected| corrected.contact_area);
     let mut missing: Missing = e.undelivered.iter().map(|(q, reason)| (*q, reason.to_string())).collect();
@@ -76,6 +77,7 @@ pub fn state_of(
         branch: step.branch,
         p_star: step.p_star_at(e.pressure, gradient),
         pressure: e.pressure,
+        non_periodic: !problem.kernel.is_periodic(),
         criterion: criterion.into(),
         contact_area: area,
         contact_nodes: counted.map(|area| area.contact_nodes),

@@ -42,16 +42,16 @@ fn median_error(sizes: &[usize]) -> Option<f64> {
 
 /// Distributions, contact clusters, conductances and percolation of a state. A node is in contact if its gap is at most
 /// `threshold` (units of L). `contact_area`: the best value, over the area of the cell. With adhesion also the contact nodes under
-/// compression over all nodes.
+/// compression over all nodes. `periodic`: nodes on opposite sides of the map are neighbours.
 pub fn observed(
     grid: Grid,
     state: &Equilibrium,
     threshold: f64,
     contact_area: f64,
-    adhesive: bool,
+    (adhesive, periodic): (bool, bool),
 ) -> (Observed, Option<f64>) {
     let map = contact_map(state.gap, threshold);
-    let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight);
+    let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight, periodic);
     let node_area = grid.dx() * grid.dy();
     let nodes = 0..state.gap.len();
     let largest = nodes.clone().map(|i| state.gap.at(i)).fold(0.0, f64::max);
@@ -62,7 +62,7 @@ pub fn observed(
     let compressive = adhesive.then(|| {
         let under: Vec<u8> =
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
-        let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight);
+        let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight, periodic);
         let compressive = Compressive {
             patches: sizes.len(),
             median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node_area),
@@ -84,8 +84,8 @@ pub fn observed(
         compressive,
         constriction_conductance: Some(constriction_conductance(sizes.iter().map(|&a| a as f64 * node_area))),
         hydraulic_gap: Some(hydraulic_gap(state.gap, threshold)),
-        contact_percolates: Some(percolates(&map, grid.nx, 1, true)),
-        gap_percolates: Some(percolates(&map, grid.nx, 0, false)),
+        contact_percolates: Some(percolates(&map, grid.nx, (1, true), periodic)),
+        gap_percolates: Some(percolates(&map, grid.nx, (0, false), periodic)),
         ..Observed::default()
     };
     (observed.with_stress(Some(stress)), nodes)

@@ -16,6 +16,7 @@ impl Reached<'_> {
             branch: step.branch,
             p_star: step.p_star_at(state.pressure, gradient),
             pressure: state.pressure,
+            non_periodic: !self.periodic,
             criterion: criterion.into(),
             contact_area: area.contact_area,
             contact_area_error: self.contact_area_error(),

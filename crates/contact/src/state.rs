@@ -29,6 +29,9 @@ pub struct State {
     pub p_star: f64,
     /// Mean pressure, compression positive.
     pub pressure: f64,
+    /// Whether the body ends with its map: clusters and paths do not continue on the opposite side.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub non_periodic: bool,
     /// What counts as contact.
     pub criterion: String,
     /// Contact area over the area of the cell, by this criterion: the best value.
@@ -54,8 +57,8 @@ pub struct State {
     /// Its error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap_error: Option<f64>,
-    /// Displacement of the far field from first contact: of a periodic body the mean gap at first contact minus the mean gap, else
-    /// the rigid approach.
+    /// Displacement of the far field from first contact on this grid, conjugate of the pressure: of a periodic body the mean gap at first
+    /// contact minus the mean gap, plus the mean plastic displacement, else the rigid approach.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<f64>,
     /// Contact stiffness, the derivative of the pressure by the displacement without change of the contact; absent without contact, at
@@ -65,8 +68,8 @@ pub struct State {
     /// Its error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness_error: Option<f64>,
-    /// Free energy per area: elastic, of the interaction, and of the load (pressure times mean gap; of a non-periodic body less pressure
-    /// times displacement).
+    /// Free energy per area: elastic, of the interaction, and of the load (pressure times the mean gap less the mean plastic
+    /// displacement; of a non-periodic body less pressure times displacement).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
     /// Elastic energy per area.
@@ -267,10 +270,9 @@ impl State {
 
     /// The state as the work of its path needs it; `None` for an estimate without energies.
     pub fn work_point(&self) -> Option<WorkPoint> {
-        // Of a periodic body the work conjugate of the pressure is the mean gap less the mean plastic displacement.
         Some(WorkPoint {
             pressure: self.pressure,
-            separation: self.mean_gap? - self.plasticity.map_or(0.0, |p| p.displacement),
+            displacement: self.displacement?,
             stored: self.elastic_energy? + self.interaction_energy?,
             plastic_work: self.plasticity.map_or(0.0, |p| p.work),
         })

@@ -281,29 +281,13 @@ impl SolveArgs {
 
     fn surface(&self) -> SurfaceScene {
         let standard = SurfaceScene::default();
-        match self.challenge {
-            Some(n) => SurfaceScene {
-                grid: n,
-                seed: self.seed.unwrap_or(standard.seed),
-                dataset: self.file_flags.dataset.clone(),
-                via_python: self.file_flags.via_python,
-                profile: self.file_flags.profile,
-                fourier: self.file_flags.fourier,
-                fourier_points: self.file_flags.fourier_points,
-                ..standard
-            },
-            None => SurfaceScene {
-                grid: self.grid.unwrap_or(0),
-                seed: self.seed.unwrap_or(standard.seed),
-                heights: self.surface_file().map(PathBuf::from),
-                dataset: self.file_flags.dataset.clone(),
-                via_python: self.file_flags.via_python,
-                profile: self.file_flags.profile,
-                fourier: self.file_flags.fourier,
-                fourier_points: self.file_flags.fourier_points,
-                ..standard
-            },
-        }
+        let (grid, heights) = match self.challenge {
+            Some(n) => (n, None),
+            None => (self.grid.unwrap_or(0), self.surface_file().map(PathBuf::from)),
+        };
+        let mut scene = SurfaceScene { grid, seed: self.seed.unwrap_or(standard.seed), heights, ..standard };
+        self.file_flags.set(&mut scene);
+        scene
     }
 
     /// Without a range there is no adhesion to check, but for the complaint that the range is missing.

@@ -125,13 +125,12 @@ fn numbers(writer: &FigureWriter, all: &[(&State, &Observed)]) -> Markup {
                 or_dash(o.hydraulic_gap.map(|g| if g > 0.0 { length(g, 3) } else { "sealed".into() })),
             "contact percolates" => or_dash(o.contact_percolates.map(axes)),
             "gap percolates" => or_dash(o.gap_percolates.map(axes)),
-            "contact" => or_dash(o.gap.as_ref().map(|d| percent(d.delta))),
         }))
         p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area. Contact stiffness: derivative of "
             "the mean pressure by the approach, without change of the contact. Constriction conductance: clusters as independent circular "
             "spots; conductance from stiffness: with their interaction; both relative to a cube of the cell's extent. Equivalent "
             "hydraulic gap: uniform gap with the same flow, by the effective medium, which seals at half contact. Percolates: connects "
-            "around the periodic cell, contact by edges and corners, gap by edges." }
+            "around the periodic cell, or opposite sides of a body that is not periodic; contact by edges and corners, gap by edges." }
     }
 }
 

@@ -36,6 +36,11 @@ impl Kernel for Elastic {
 }
 
 impl Elastic {
+    /// Whether the body repeats with its cell.
+    pub fn is_periodic(&self) -> bool {
+        !matches!(self, Elastic::NonPeriodic(_))
+    }
+
     /// The body in words, its lengths as `notation` writes them.
     pub fn described(&self, notation: &dyn Notation) -> String {
         match self {

@@ -148,10 +148,13 @@ impl Subsurface {
         let mut spectrum = self.transform.spectrum();
         spectrum.copy_from_slice(&self.pressure);
         let mut field = vec![0.0; grid.points()];
+        // A wave of two nodes has no direction: shear that is odd along it vanishes.
+        let (odd_along_x, odd_along_y) = (matches!(component, 3 | 4), matches!(component, 3 | 5));
         let filter = |i: usize, column: &mut [Complex<f64>]| {
             let qx = grid.qx(i);
             for (j, c) in column.iter_mut().enumerate() {
-                *c *= self.amplitude(component, (qx, grid.qy(j)), depth);
+                let vanishes = (odd_along_x && 2 * i == grid.nx) || (odd_along_y && 2 * j == grid.ny);
+                *c *= if vanishes { Complex::default() } else { self.amplitude(component, (qx, grid.qy(j)), depth) };
             }
             0.0
         };

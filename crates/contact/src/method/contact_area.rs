@@ -50,7 +50,9 @@ impl ReducedProblem<'_> {
         pressure: f64,
         (threshold, flows): (f64, Option<Flows>),
     ) -> ContactArea {
-        let counted = contact_area_on_ranks(ranks, self.grid, gap, ContactEdges { threshold, ..ContactEdges::COUNTED });
+        let periodic = self.kernel.is_periodic();
+        let counted =
+            contact_area_on_ranks(ranks, self.grid, gap, ContactEdges { threshold, periodic, ..ContactEdges::COUNTED });
         let edges = ContactEdges { flows, ..self.edges(threshold, pressure / counted.contact_nodes) };
         let area = contact_area_on_ranks(ranks, self.grid, gap, edges);
         // Nothing carries more than the hardness.
@@ -60,8 +62,9 @@ impl ReducedProblem<'_> {
 
     /// The edges of a contact under a mean stress (E*) in it. A threshold above zero is a contour of the open gap, and unbiased.
     fn edges(&self, threshold: f64, contact_stress: f64) -> ContactEdges<'static> {
+        let periodic = self.kernel.is_periodic();
         if threshold > 0.0 {
-            return ContactEdges { threshold, ..ContactEdges::COUNTED };
+            return ContactEdges { threshold, periodic, ..ContactEdges::COUNTED };
         }
         let spacing = self.grid.dx().max(self.grid.dy());
         // Flow bounds the stress, so that smooth slopes would count as steps.
@@ -70,7 +73,7 @@ impl ReducedProblem<'_> {
         // Attraction closes nodes along the edge where the grid hardly resolves its range. Solved contacts: 1.9, 1.3, 1.15, 1.07 and
         // 1.02 at 1, 1.4, 2, 2.8 and 4 to 14. Below 1 the grid pins the edge, and no factor is known.
         let cohesive = self.adhesion.resolution_on(spacing).map_or(1.0, |r| 1.0 + COHESIVE_EXCESS / r.max(1.0).powi(2));
-        ContactEdges { threshold, excess: ELASTIC_EDGE * self.edge_factor() * cohesive, step, flows: None }
+        ContactEdges { threshold, excess: ELASTIC_EDGE * self.edge_factor() * cohesive, step, periodic, flows: None }
     }
 
     /// Excess of an edge over that of a half-space under a hard wall: the mean over waves shorter than the grid's of the slope

@@ -214,7 +214,7 @@ impl<'a> ReducedProblem<'a> {
     /// neighbouring nodes.
     pub fn resolved_gradient(&self) -> f64 {
         let grid = self.grid;
-        if let Elastic::NonPeriodic(_) = self.kernel {
+        if !self.kernel.is_periodic() {
             return non_periodic_gradient(grid, &self.heights.on_nodes(grid));
         }
         match self.heights {

@@ -31,6 +31,8 @@ pub struct ContactEdges<'a> {
     pub excess: f64,
     /// Gap of the open node from which on an edge has no excess: the surface has a step there, which ends the contact on every grid.
     pub step: f64,
+    /// Whether nodes on opposite sides of the map are neighbours; else its border is no edge of the contact.
+    pub periodic: bool,
     /// Which contact nodes flow at the hardness, by their index; for whole fields alone.
     pub flows: Option<&'a (dyn Fn(usize) -> bool + Sync)>,
 }
@@ -41,7 +43,7 @@ impl ContactEdges<'_> {
 
     /// Nodes at their count.
     pub const COUNTED: ContactEdges<'static> =
-        ContactEdges { threshold: 0.0, excess: 0.0, step: f64::INFINITY, flows: None };
+        ContactEdges { threshold: 0.0, excess: 0.0, step: f64::INFINITY, periodic: true, flows: None };
 
     /// Excess of an edge over that of an elastic one, in halves: of a contact node, the node behind it, and the gap of the open node.
     ///
@@ -58,7 +60,7 @@ impl ContactEdges<'_> {
     }
 }
 
-/// Contact area of a periodic cell.
+/// Contact area of a map.
 pub fn contact_area(grid: Grid, gap: Field, edges: ContactEdges) -> ContactArea {
     contact_area_on_ranks(&ALONE, grid, gap, edges)
 }
@@ -100,11 +102,18 @@ fn counted<T: Real>(ranks: &Ranks, grid: Grid, gap: &[T], edges: ContactEdges) -
         let row = &gap[y * nx..][..nx];
         let below = if y + 1 < rows { &gap[(y + 1) * nx..][..nx] } else { next };
         let nodes = row.iter().filter(|g| touches(**g)).count();
-        let along = (0..nx)
-            .map(|x| edge([row[x], row[(x + 1) % nx]], [nx - 1, 0, 1, 2].map(|step| node_index(y, x + step))))
+        // The node behind the border of a map that does not repeat is the border's own.
+        let behind = |k: usize, count: usize| match edges.periodic {
+            true => [k + count - 1, k, k + 1, k + 2],
+            false => [k.saturating_sub(1), k, k + 1, (k + 2).min(count - 1)],
+        };
+        let columns = if edges.periodic { nx } else { nx - 1 };
+        let along = (0..columns)
+            .map(|x| edge([row[x], row[(x + 1) % nx]], behind(x, nx).map(|x| node_index(y, x))))
             .fold([0; 3], add);
-        let across = (0..nx)
-            .map(|x| edge([row[x], below[x]], [rows - 1, 0, 1, 2].map(|step| node_index(y + step, x))))
+        let ends = !edges.periodic && y + 1 == rows && ranks.own() + 1 == ranks.count();
+        let across = (0..if ends { 0 } else { nx })
+            .map(|x| edge([row[x], below[x]], behind(y, rows).map(|y| node_index(y, x))))
             .fold([0; 3], add);
         [nodes, along[0], across[0], along[1] + across[1], along[2] + across[2]].map(|n| n as f64)
     });

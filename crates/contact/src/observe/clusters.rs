@@ -23,9 +23,9 @@ pub struct ClusterLabels {
     pub sizes: Vec<usize>,
 }
 
-/// Connected contact clusters of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
-pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> ClusterLabels {
-    let (runs, mut sets) = connected(map, nx, connectivity);
+/// Connected contact clusters of a map `[ny, nx]` (nonzero = contact). `periodic`: nodes on opposite sides of the map are neighbours.
+pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity, periodic: bool) -> ClusterLabels {
+    let (runs, mut sets) = connected(map, nx, connectivity, periodic);
     let mut label = vec![NO_CLUSTER; map.len()];
     // The root is the first run of the set.
     let mut number = vec![NO_CLUSTER; runs.len()];
@@ -42,10 +42,9 @@ pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> ClusterLab
     ClusterLabels { label, sizes }
 }
 
-/// Number of nodes of each connected contact cluster of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the
-/// order of the first nodes.
-pub fn cluster_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usize> {
-    let (runs, mut sets) = connected(map, nx, connectivity);
+/// Number of nodes of each cluster of [`clusters`], in the order of the first nodes.
+pub fn cluster_sizes(map: &[u8], nx: usize, connectivity: Connectivity, periodic: bool) -> Vec<usize> {
+    let (runs, mut sets) = connected(map, nx, connectivity, periodic);
     let mut size = vec![0; runs.len()];
     for run in 0..runs.len() {
         size[sets.root(run as u32) as usize] += runs.nodes(run);
@@ -55,9 +54,9 @@ pub fn cluster_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<u
 }
 
 /// Runs of contact nodes, and their connected sets.
-fn connected(map: &[u8], nx: usize, connectivity: Connectivity) -> (Runs, UnionFind) {
+fn connected(map: &[u8], nx: usize, connectivity: Connectivity, periodic: bool) -> (Runs, UnionFind) {
     let runs = Runs::of(map, nx, |m| m != 0);
-    let sets = runs.connected(connectivity == Connectivity::Eight, |_, _| (), |()| ());
+    let sets = runs.connected((connectivity == Connectivity::Eight, periodic), |_, _| (), |()| ());
     (runs, sets)
 }
 
@@ -117,7 +116,7 @@ pub fn median_counting_error(curve: &[[f64; 2]], contact: f64, median: f64) -> O
 }
 
 /// Pr(a): number density of clusters over their area in nodes, in bins of equal ratio from one node on. Entries:
-/// geometric mean of the bin edges, density, number of clusters. Empty bins are omitted.
+/// geometric mean of the smallest and largest number of nodes in the bin, density, number of clusters. Empty bins are omitted.
 pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, usize)> {
     let largest = sizes.iter().copied().max().unwrap_or(0);
     // The first edge is at 1/2; a bin of small sizes contains one whole number or none.
@@ -127,9 +126,10 @@ pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, u
         .take_while(|(from, _)| *from < largest as f64)
         .filter_map(|(from, to)| {
             // Whole numbers in [from, to).
-            let values = (to.ceil() - from.ceil()).max(0.0);
+            let (smallest, values) = (from.ceil(), to.ceil() - from.ceil());
             let n = sizes.iter().filter(|s| (**s as f64) >= from && (**s as f64) < to).count();
-            (n > 0).then(|| ((from.max(0.5) * to).sqrt(), n as f64 / (values * sizes.len() as f64), n))
+            (n > 0)
+                .then(|| ((smallest * (smallest + values - 1.0)).sqrt(), n as f64 / (values * sizes.len() as f64), n))
         })
         .collect()
 }
@@ -168,39 +168,39 @@ mod tests {
     #[test]
     fn patches_join_across_the_seam_and_at_corners() {
         let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
-        let mut four = cluster_sizes(&m, nx, Connectivity::Four);
+        let mut four = cluster_sizes(&m, nx, Connectivity::Four, true);
         four.sort();
         // The two corner nodes are connected across x, and the node below them across y; the diagonal pair is not
         // connected.
         assert_eq!(four, [1, 2, 3]);
-        let mut eight = cluster_sizes(&m, nx, Connectivity::Eight);
+        let mut eight = cluster_sizes(&m, nx, Connectivity::Eight, true);
         eight.sort();
         assert_eq!(eight, [3, 3]);
         // Corners across x alone, along either diagonal.
         for corners in ["#.... ....# .....", "....# #.... ....."] {
             let (m, nx) = drawn(corners);
-            assert_eq!(cluster_sizes(&m, nx, Connectivity::Four), [1, 1]);
-            assert_eq!(cluster_sizes(&m, nx, Connectivity::Eight), [2]);
+            assert_eq!(cluster_sizes(&m, nx, Connectivity::Four, true), [1, 1]);
+            assert_eq!(cluster_sizes(&m, nx, Connectivity::Eight, true), [2]);
         }
     }
 
     #[test]
     fn checkerboard_stripe_and_full() {
         let (m, nx) = drawn("#.#. .#.# #.#. .#.#");
-        assert_eq!(cluster_sizes(&m, nx, Connectivity::Four), [1; 8]);
-        assert_eq!(cluster_sizes(&m, nx, Connectivity::Eight), [8]);
+        assert_eq!(cluster_sizes(&m, nx, Connectivity::Four, true), [1; 8]);
+        assert_eq!(cluster_sizes(&m, nx, Connectivity::Eight, true), [8]);
         let (m, nx) = drawn(".... #### .... ....");
-        assert_eq!(cluster_sizes(&m, nx, Connectivity::Four), [4]);
-        assert_eq!(cluster_sizes(&[1; 12], 3, Connectivity::Four), [12]);
-        assert!(cluster_sizes(&[0; 12], 3, Connectivity::Four).is_empty());
+        assert_eq!(cluster_sizes(&m, nx, Connectivity::Four, true), [4]);
+        assert_eq!(cluster_sizes(&[1; 12], 3, Connectivity::Four, true), [12]);
+        assert!(cluster_sizes(&[0; 12], 3, Connectivity::Four, true).is_empty());
     }
 
     /// Labels are consistent with sizes; nodes without contact have no label.
     #[test]
     fn labels_number_the_patches() {
         let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
-        let actual = clusters(&m, nx, Connectivity::Eight);
-        assert_eq!(actual.sizes, cluster_sizes(&m, nx, Connectivity::Eight));
+        let actual = clusters(&m, nx, Connectivity::Eight, true);
+        assert_eq!(actual.sizes, cluster_sizes(&m, nx, Connectivity::Eight, true));
         for (cluster, size) in actual.sizes.iter().enumerate() {
             assert_eq!(actual.label.iter().filter(|l| **l == cluster as u32).count(), *size);
         }
@@ -233,9 +233,10 @@ mod tests {
         assert!((slope + 1.5).abs() < SLOPE, "{slope} {actual:?}");
         let single = size_distribution(&[1, 1, 1, 2], 5);
         assert_eq!((single[0].1, single[0].2, single.last().unwrap().2), (0.75, 3, 1));
-        // Geometric means of the edges 1/2, 10^(1/5) - 1/2 and of 10^(1/5) - 1/2, 10^(2/5) - 1/2.
-        let edge = |k: f64| 10f64.powf(k / 5.0) - 0.5;
-        assert_eq!([single[0].0, single[1].0], [(0.5 * edge(1.0)).sqrt(), (edge(1.0) * edge(2.0)).sqrt()]);
+        // Bins of one number are at this number; that of 4, 5 and 6 nodes is at its geometric mean.
+        assert_eq!([single[0].0, single[1].0], [1.0, 2.0]);
+        let wide: Vec<f64> = size_distribution(&[3, 4, 6], 5).into_iter().map(|b| b.0).collect();
+        assert_eq!(wide, [3.0, 24f64.sqrt()]);
         assert!(size_distribution(&[], 5).is_empty());
     }
 

@@ -3,15 +3,15 @@
 pub struct WorkPoint {
     /// Mean pressure.
     pub pressure: f64,
-    /// Work conjugate of the pressure: the mean gap less the mean plastic displacement.
-    pub separation: f64,
+    /// Displacement of the far field, the work conjugate of the pressure, from any origin.
+    pub displacement: f64,
     /// Free energy of the bodies: elastic and of the interaction, without that of the load.
     pub stored: f64,
     /// Plastic work since first contact.
     pub plastic_work: f64,
 }
 
-/// Energy per area that a load path dissipates, open or closed: the work of the load, -∫ p dū, less the change of the stored energy.
+/// Energy per area that a load path dissipates, open or closed: the work of the load, ∫ p dδ, less the change of the stored energy.
 ///
 /// Without adhesion nothing but plastic flow dissipates, and the plastic work since first contact is exact for any loads. With
 /// adhesion jumps dissipate, too: the work is that of trapezoids from the first load on, an estimate that finer loads improve, added to
@@ -23,7 +23,7 @@ pub fn dissipation(path: &[WorkPoint], adhesive: bool) -> f64 {
 
 /// Work of the load along a path per area, by trapezoids.
 fn external_work(path: &[WorkPoint]) -> f64 {
-    path.windows(2).map(|w| 0.5 * (w[0].pressure + w[1].pressure) * (w[0].separation - w[1].separation)).sum()
+    path.windows(2).map(|w| 0.5 * (w[0].pressure + w[1].pressure) * (w[1].displacement - w[0].displacement)).sum()
 }
 
 #[cfg(test)]
@@ -34,7 +34,13 @@ mod tests {
     const TOLERANCE: f64 = 1e-15;
 
     fn path(points: &[(f64, f64, f64)]) -> Vec<WorkPoint> {
-        let point = |&(pressure, separation, stored)| WorkPoint { pressure, separation, stored, plastic_work: 0.0 };
+        // Of the distance of the surfaces.
+        let point = |&(pressure, separation, stored): &(f64, f64, f64)| WorkPoint {
+            pressure,
+            displacement: -separation,
+            stored,
+            plastic_work: 0.0,
+        };
         points.iter().map(point).collect()
     }
 

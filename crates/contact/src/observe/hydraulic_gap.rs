@@ -69,18 +69,29 @@ impl Classes {
     }
 }
 
-/// Whether the nodes of a map `[ny, nx]` with the value `what` (0: open, 1: contact) percolate around the periodic cell
-/// along x and along y. `corners`: whether corner neighbours are connected.
-pub fn percolates(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
+/// Whether the nodes of a map `[ny, nx]` with the value `what` (0: open, 1: contact) percolate along x and along y: around a periodic
+/// cell, otherwise from one side of the map to the opposite one. `corners`: whether corner neighbours are connected.
+pub fn percolates(map: &[u8], nx: usize, (what, corners): (u8, bool), periodic: bool) -> [bool; 2] {
     let mut around = [false; 2];
     let runs = Runs::of(map, nx, |m| (m != 0) == (what != 0));
     // Offsets in columns and rows; that of a closed loop is zero unless it winds around the cell.
-    runs.connected(
-        corners,
+    let mut sets = runs.connected(
+        (corners, periodic),
         |along, down| [along as i32, down],
         |winding: [i32; 2]| around = [around[0] || winding[0] != 0, around[1] || winding[1] != 0],
     );
-    around
+    if periodic {
+        return around;
+    }
+    // The sides that each connected set touches: left, right, first row, last row.
+    let mut sides = vec![[false; 4]; runs.len()];
+    let ny = map.len() / nx.max(1);
+    for (run, (columns, y)) in runs.iter().enumerate() {
+        let here = [columns.start == 0, columns.end == nx, y == 0, y + 1 == ny];
+        let all = &mut sides[sets.find(run as u32).0 as usize];
+        *all = std::array::from_fn(|k| all[k] || here[k]);
+    }
+    [0, 2].map(|first| sides.iter().any(|touched| touched[first] && touched[first + 1]))
 }
 
 #[cfg(test)]
@@ -101,15 +112,36 @@ mod tests {
             ("##.. .##. ..## #..#", [true, true]),
         ] {
             let (m, nx) = drawn(text);
-            assert_eq!(percolates(&m, nx, 1, false), contact, "{text}");
+            assert_eq!(percolates(&m, nx, (1, false), true), contact, "{text}");
         }
         for diagonal in ["#... .#.. ..#. ...#", "...# ..#. .#.. #..."] {
             let (m, nx) = drawn(diagonal);
-            assert_eq!(percolates(&m, nx, 1, false), [false, false]);
-            assert_eq!(percolates(&m, nx, 1, true), [true, true]);
+            assert_eq!(percolates(&m, nx, (1, false), true), [false, false]);
+            assert_eq!(percolates(&m, nx, (1, true), true), [true, true]);
         }
         let (m, nx) = drawn("#### .... #### ....");
-        assert_eq!(percolates(&m, nx, 0, false), [true, false]);
+        assert_eq!(percolates(&m, nx, (0, false), true), [true, false]);
+    }
+
+    #[test]
+    fn paths_from_side_to_side() {
+        for (text, contact) in [
+            // Around the cell, and not from side to side: a gap in the first or last column, or a step at the seam.
+            ("##.. .##. ..## #..#", [false, false]),
+            (".### .... .... ....", [false, false]),
+            ("#### .... .... ....", [true, false]),
+            // From side to side, and not around the cell.
+            ("##.. .#.. .### ....", [true, false]),
+            (".#.. ##.. #... #...", [false, true]),
+            ("#..# #..# #..# #..#", [false, true]),
+        ] {
+            let (m, nx) = drawn(text);
+            assert_eq!(percolates(&m, nx, (1, false), false), contact, "{text}");
+        }
+        let (m, nx) = drawn("#... .#.. ..#. ...#");
+        assert_eq!(percolates(&m, nx, (1, false), false), [false, false]);
+        assert_eq!(percolates(&m, nx, (1, true), false), [true, true]);
+        assert_eq!(percolates(&[], 0, (1, true), false), [false, false]);
     }
 
     /// Gaps over a factor of two, one of a kind: ⟨(u³ - c)/(u³ + c)⟩ = 0 of the nodes themselves.

@@ -44,15 +44,6 @@ impl Leakage {
 /// Changes of a hydraulic gap from the coarser grid that are its error: with the share of the mean gap they cover 96 % of 343 cases.
 const CHANGES: f64 = 2.0;
 
-/// Edges of the flow domain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FlowEdges {
-    /// A periodic cell under a mean pressure gradient.
-    Periodic,
-    /// Constant pressures on two opposite sides half a node outside the map, no flow through the other two.
-    TwoSides,
-}
-
 /// Largest remaining energy error over the energy, as the preconditioner measures it. The conductivity is the energy
 /// under a unit pressure difference, and its relative error is of this size.
 const TOLERANCE: f64 = 1e-9;
@@ -70,18 +61,15 @@ const COARSE: f64 = 0.5;
 /// Leakage of a gap field `[ny, nx]`. A node whose gap is at most `threshold` is closed. Finite volumes with the harmonic
 /// mean of u³ between neighbours: exact for stripes, second order in the spacing for smooth gaps. Conjugate gradients,
 /// preconditioned by multigrid with aggregates of 2 × 2 nodes (Notay, Electron. Trans. Numer. Anal. 37 (2010) 123).
-/// `None` if an iteration does not converge.
-pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Option<Leakage> {
+/// `None` if an iteration does not converge. `periodic`: under a mean pressure gradient; otherwise between constant pressures on two
+/// opposite sides half a node outside the map, without flow through the other two.
+pub fn leakage(grid: Grid, gap: Field, threshold: f64, periodic: bool) -> Option<Leakage> {
     let closed: Vec<u8> = (0..gap.len()).map(|i| u8::from(gap.at(i) <= threshold)).collect();
     let flow_along = |axis: usize| {
-        let leads = match edges {
-            FlowEdges::Periodic => percolates(&closed, grid.nx, 0, false)[axis],
-            FlowEdges::TwoSides => crosses(&closed, grid.nx, axis),
-        };
-        if !leads {
+        if !percolates(&closed, grid.nx, (0, false), periodic)[axis] {
             return Some((0.0, 0));
         }
-        let flow = Flow::new(grid, gap, threshold, edges, axis);
+        let flow = Flow::new(grid, gap, threshold, periodic, axis);
         flow.conductance().map(|(conductance, iterations)| {
             let shape = if axis == 0 { grid.lx / grid.ly } else { grid.ly / grid.lx };
             (conductance * shape, iterations)
@@ -99,28 +87,6 @@ pub fn leakage(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges) -> Opti
 pub fn leakage_bytes(grid: Grid) -> u64 {
     const VECTORS: usize = 2 * 11 * size_of::<f64>();
     (VECTORS * grid.points() * 4 / 3) as u64
-}
-
-/// Whether open nodes (zero) connect, by edges, the first to the last column (`axis` 0) or row.
-fn crosses(map: &[u8], nx: usize, axis: usize) -> bool {
-    let ny = map.len() / nx.max(1);
-    let start = |i: usize| if axis == 0 { i.is_multiple_of(nx) } else { i < nx };
-    let end = |i: usize| if axis == 0 { i % nx == nx - 1 } else { i / nx == ny - 1 };
-    let mut seen: Vec<bool> = (0..map.len()).map(|i| map[i] == 0 && start(i)).collect();
-    let mut front: Vec<usize> = (0..map.len()).filter(|i| seen[*i]).collect();
-    while let Some(i) = front.pop() {
-        if end(i) {
-            return true;
-        }
-        let (x, y) = (i % nx, i / nx);
-        let next = [(x > 0, i.wrapping_sub(1)), (x + 1 < nx, i + 1), (y > 0, i.wrapping_sub(nx)), (y + 1 < ny, i + nx)];
-        for (_, j) in next.into_iter().filter(|(inside, _)| *inside) {
-            if map[j] == 0 && !std::mem::replace(&mut seen[j], true) {
-                front.push(j);
-            }
-        }
-    }
-    false
 }
 
 /// Conductances of a grid: from each node to the next along x and along y (periodic), and the sum at each node.
@@ -218,7 +184,7 @@ struct Flow {
 }
 
 impl Flow {
-    fn new(grid: Grid, gap: Field, threshold: f64, edges: FlowEdges, axis: usize) -> Self {
+    fn new(grid: Grid, gap: Field, threshold: f64, periodic: bool, axis: usize) -> Self {
         let Grid { nx, ny, .. } = grid;
         let (aspect, n) = (grid.dy() / grid.dx(), grid.points());
         let conductivity = |i: usize| if gap.at(i) <= threshold { 0.0 } else { gap.at(i).powi(3) };
@@ -226,7 +192,6 @@ impl Flow {
             let (a, b) = (conductivity(i), conductivity(j));
             if a == 0.0 || b == 0.0 { 0.0 } else { 2.0 / (1.0 / a + 1.0 / b) }
         };
-        let periodic = edges == FlowEdges::Periodic;
         let face_x = |i: usize| match i % nx + 1 == nx {
             true if periodic => aspect * between(i, i + 1 - nx),
             true => 0.0,
@@ -239,28 +204,25 @@ impl Flow {
         };
         let (along_x, along_y): (Vec<f64>, Vec<f64>) = ((0..n).map(face_x).collect(), (0..n).map(face_y).collect());
         let (mut outside, mut b, mut base) = (vec![0.0; n], vec![0.0; n], 0.0);
-        match edges {
-            FlowEdges::Periodic => {
-                let (faces, e) = if axis == 0 { (&along_x, 1.0 / nx as f64) } else { (&along_y, 1.0 / ny as f64) };
-                for i in 0..n {
-                    let (x, y) = (i % nx, i / nx);
-                    let next = if axis == 0 { y * nx + (x + 1) % nx } else { (y + 1) % ny * nx + x };
-                    b[i] -= faces[i] * e;
-                    b[next] += faces[i] * e;
-                    base += faces[i] * e * e;
-                }
+        if periodic {
+            let (faces, e) = if axis == 0 { (&along_x, 1.0 / nx as f64) } else { (&along_y, 1.0 / ny as f64) };
+            for i in 0..n {
+                let (x, y) = (i % nx, i / nx);
+                let next = if axis == 0 { y * nx + (x + 1) % nx } else { (y + 1) % ny * nx + x };
+                b[i] -= faces[i] * e;
+                b[next] += faces[i] * e;
+                base += faces[i] * e * e;
             }
-            FlowEdges::TwoSides => {
-                let shape = if axis == 0 { aspect } else { 1.0 / aspect };
-                for i in 0..n {
-                    let (position, count) = if axis == 0 { (i % nx, nx) } else { (i / nx, ny) };
-                    let side = 2.0 * shape * conductivity(i);
-                    if position == 0 {
-                        (b[i], base) = (side, base + side);
-                    }
-                    outside[i] +=
-                        f64::from(u8::from(position == 0)) * side + f64::from(u8::from(position + 1 == count)) * side;
+        } else {
+            let shape = if axis == 0 { aspect } else { 1.0 / aspect };
+            for i in 0..n {
+                let (position, count) = if axis == 0 { (i % nx, nx) } else { (i / nx, ny) };
+                let side = 2.0 * shape * conductivity(i);
+                if position == 0 {
+                    (b[i], base) = (side, base + side);
                 }
+                outside[i] +=
+                    f64::from(u8::from(position == 0)) * side + f64::from(u8::from(position + 1 == count)) * side;
             }
         }
         let mut levels = vec![Network::new(nx, along_x, along_y, &outside)];
@@ -340,8 +302,8 @@ mod tests {
     /// Relative error of conductivities: [`TOLERANCE`] and its amplification by the preconditioner.
     const SOLVED: f64 = 1e-6;
 
-    fn conductivity(grid: Grid, gap: &[f64], edges: FlowEdges) -> [f64; 2] {
-        let actual = leakage(grid, Field::F64(gap), 0.0, edges).expect("converges");
+    fn conductivity(grid: Grid, gap: &[f64], periodic: bool) -> [f64; 2] {
+        let actual = leakage(grid, Field::F64(gap), 0.0, periodic).expect("converges");
         assert!(actual.iterations.iter().all(|n| *n < 100), "{actual:?}");
         actual.conductivity
     }
@@ -359,8 +321,8 @@ mod tests {
             let n = grid.nx as f64;
             let (along, across) = (cubes.iter().sum::<f64>() / n, n / cubes.iter().map(|c| 1.0 / c).sum::<f64>());
             let gap: Vec<f64> = (0..grid.points()).map(|i| value_of(i % grid.nx)).collect();
-            for edges in [FlowEdges::Periodic, FlowEdges::TwoSides] {
-                let actual = conductivity(grid, &gap, edges);
+            for periodic in [true, false] {
+                let actual = conductivity(grid, &gap, periodic);
                 assert_near(actual[0], across, SOLVED);
                 assert_near(actual[1], along, SOLVED);
             }
@@ -368,12 +330,12 @@ mod tests {
         // A closed stripe stops the flow across it alone.
         let grid = Grid::unit(16, 16);
         let gap: Vec<f64> = (0..256).map(|i| if i % 16 == 5 { 0.0 } else { 2.0 }).collect();
-        for edges in [FlowEdges::Periodic, FlowEdges::TwoSides] {
-            let actual = conductivity(grid, &gap, edges);
+        for periodic in [true, false] {
+            let actual = conductivity(grid, &gap, periodic);
             assert_eq!(actual[0], 0.0);
             assert_near(actual[1], 8.0 * 15.0 / 16.0, SOLVED);
         }
-        assert_eq!(conductivity(grid, &[0.0; 256], FlowEdges::Periodic), [0.0; 2]);
+        assert_eq!(conductivity(grid, &[0.0; 256], true), [0.0; 2]);
     }
 
     /// Stripes of gaps 1 and 4 in equal parts: the effective medium has √(1·64), the flow 2/(1 + 1/64) across and (1 + 64)/2
@@ -381,7 +343,7 @@ mod tests {
     #[test]
     fn the_effective_medium_is_compared_with_the_mean_of_both_directions() {
         let gap: Vec<f64> = (0..64).map(|i| if i % 2 == 0 { 1.0 } else { 4.0 }).collect();
-        let actual = leakage(Grid::unit(8, 8), Field::F64(&gap), 0.0, FlowEdges::Periodic).expect("converges");
+        let actual = leakage(Grid::unit(8, 8), Field::F64(&gap), 0.0, true).expect("converges");
         assert_near(actual.effective_medium, 8.0, SOLVED);
         let (across, along): (f64, f64) = (2.0 / (1.0 + 1.0 / 64.0), 32.5);
         assert_near(actual.ratio.expect("a flow"), 8.0 / (0.5 * (across + along)), SOLVED);
@@ -397,7 +359,7 @@ mod tests {
             let gap: Vec<f64> = (0..n * n)
                 .map(|i| if (i % n / per_square + i / n / per_square) % 2 == 0 { 1.0 } else { 2.0 })
                 .collect();
-            let [x, y] = conductivity(Grid::unit(n, n), &gap, FlowEdges::Periodic);
+            let [x, y] = conductivity(Grid::unit(n, n), &gap, true);
             assert_near(x, y, SOLVED);
             (x / 8f64.sqrt() - 1.0).abs()
         });
@@ -410,7 +372,7 @@ mod tests {
         let conductivity_on = |n: usize| {
             let wave = |i: usize| (std::f64::consts::TAU * (i as f64 + 0.5) / n as f64).sin();
             let gap: Vec<f64> = (0..n * n).map(|i| 1.0 + 0.4 * wave(i % n) * wave(i / n) + 0.3 * wave(i / n)).collect();
-            conductivity(Grid::unit(n, n), &gap, FlowEdges::Periodic)
+            conductivity(Grid::unit(n, n), &gap, true)
         };
         let [a, b, c] = [32, 64, 128].map(conductivity_on);
         for axis in 0..2 {
@@ -426,18 +388,18 @@ mod tests {
         let (map, nx) = crate::observe::drawn("##..... ##.#### ##...## ####.## .....##");
         let gap: Vec<f64> = map.iter().map(|closed| 1.0 - f64::from(*closed)).collect();
         let grid = Grid { nx: 7, ny: 5, lx: 7.0, ly: 5.0 };
-        assert_eq!(conductivity(grid, &gap, FlowEdges::Periodic)[0], 0.0);
-        let [along, across] = conductivity(grid, &gap, FlowEdges::TwoSides);
+        assert_eq!(conductivity(grid, &gap, true)[0], 0.0);
+        let [along, across] = conductivity(grid, &gap, false);
         assert_near(along, 7.0 / 5.0 / 15.0, SOLVED);
         assert!(across > 0.0);
         let transposed: Vec<u8> = (0..map.len()).map(|i| map[i % 5 * nx + i / 5]).collect();
         let mirrored: Vec<u8> = map.iter().rev().copied().collect();
         for (map, nx, axis) in [(map, nx, 0), (mirrored, nx, 0), (transposed, 5, 1)] {
-            assert!(crosses(&map, nx, axis));
+            assert!(percolates(&map, nx, (0, false), false)[axis]);
             for i in (0..map.len()).filter(|i| map[*i] == 0) {
                 let mut blocked = map.clone();
                 blocked[i] = 1;
-                assert!(!crosses(&blocked, nx, axis), "{i}");
+                assert!(!percolates(&blocked, nx, (0, false), false)[axis], "{i}");
             }
         }
     }
@@ -446,7 +408,7 @@ mod tests {
     #[test]
     fn planned_memory_counts_all_grids() {
         let grid = Grid::unit(64, 64);
-        let flow = Flow::new(grid, Field::F64(&[1.0; 64 * 64]), 0.0, FlowEdges::Periodic, 0);
+        let flow = Flow::new(grid, Field::F64(&[1.0; 64 * 64]), 0.0, true, 0);
         let nodes: usize = flow.levels.iter().map(|level| level.diagonal.len()).sum();
         let ratio = leakage_bytes(grid) as f64 / (2 * 11 * 8 * nodes) as f64;
         assert!((1.0..1.01).contains(&ratio), "{ratio}");
@@ -463,7 +425,7 @@ mod tests {
                 k => 10f64.powf(-4.0 * k as f64 / 101.0),
             })
             .collect();
-        let actual = conductivity(grid, &gap, FlowEdges::TwoSides);
+        let actual = conductivity(grid, &gap, false);
         let ratio = grid.dy() / grid.dx();
         let k = |i: usize| gap[i].powi(3);
         let mean = |i: usize, j: usize| if k(i) * k(j) == 0.0 { 0.0 } else { 2.0 * k(i) * k(j) / (k(i) + k(j)) };

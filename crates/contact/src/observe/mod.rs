@@ -30,7 +30,7 @@ pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,
 };
 pub use hydraulic_gap::{hydraulic_gap, percolates};
-pub use leakage::{FlowEdges, Leakage, leakage, leakage_bytes};
+pub use leakage::{Leakage, leakage, leakage_bytes};
 pub use plasticity::Plasticity;
 pub use section::{along_y, column_at};
 pub use stiffness::stiffness;

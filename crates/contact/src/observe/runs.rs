@@ -3,7 +3,7 @@
 use asperity_grid::{Offset, UnionFind};
 use std::ops::Range;
 
-/// Runs of marked nodes of a periodic map, row by row.
+/// Runs of marked nodes of a map, row by row.
 pub(super) struct Runs {
     nx: usize,
     /// First column and the one after the last.
@@ -44,11 +44,12 @@ impl Runs {
         rows.flat_map(|(y, ends)| self.columns[ends[0]..ends[1]].iter().map(move |&[a, b]| (a as usize..b as usize, y)))
     }
 
-    /// Sets of connected runs. `corners`: whether corner neighbours are connected. `step` makes the offset between the
+    /// Sets of connected runs. `corners`: whether corner neighbours are connected. `periodic`: nodes on opposite sides of the map are
+    /// neighbours. `step` makes the offset between the
     /// first nodes of two runs from columns and rows; `around` is called with that of each closed loop.
     pub(super) fn connected<D: Offset>(
         &self,
-        corners: bool,
+        (corners, periodic): (bool, bool),
         step: impl Fn(i64, i32) -> D,
         mut around: impl FnMut(D),
     ) -> UnionFind<D> {
@@ -66,10 +67,14 @@ impl Runs {
         let at_start = |r: &Range<usize>| r.clone().next().filter(|&k| self.columns[k][0] == 0);
         let at_end = |r: &Range<usize>| r.clone().next_back().filter(|&k| self.columns[k][1] as usize == self.nx);
         for y in 0..rows {
-            let (here, below) = (row(y), row((y + 1) % rows));
-            if let Some((last, first)) = at_end(&here).zip(at_start(&here)) {
+            let here = row(y);
+            if let Some((last, first)) = at_end(&here).zip(at_start(&here)).filter(|_| periodic) {
                 join(last, first, 1, 0);
             }
+            if !periodic && y + 1 == rows {
+                break;
+            }
+            let below = row((y + 1) % rows);
             let mut next = below.start;
             for a in here.clone() {
                 let [from, to] = self.columns[a];
@@ -80,7 +85,7 @@ impl Runs {
                 let touching = (next..below.end).take_while(|&b| self.columns[b][0] < to + reach);
                 touching.for_each(|b| join(a, b, 0, 1));
             }
-            if corners {
+            if corners && periodic {
                 if let Some((a, b)) = at_end(&here).zip(at_start(&below)) {
                     join(a, b, 1, 1);
                 }
@@ -98,8 +103,9 @@ mod tests {
     use super::super::{Connectivity, cluster_sizes, clusters, percolates};
     use asperity_grid::UnionFind;
 
-    /// Sizes of the connected sets of nodes by their first node, and whether loops wind around the cell, node by node.
-    fn by_nodes(map: &[u8], nx: usize, corners: bool) -> (Vec<usize>, [bool; 2]) {
+    /// Sizes of the connected sets of nodes by their first node, and whether loops wind around the cell or sets lead from side to side,
+    /// node by node.
+    fn by_nodes(map: &[u8], nx: usize, corners: bool, periodic: bool) -> (Vec<usize>, [bool; 2]) {
         let ny = map.len() / nx;
         let mut sets: UnionFind<[i32; 2]> = UnionFind::new(map.len());
         let mut around = [false; 2];
@@ -107,6 +113,9 @@ mod tests {
         for i in (0..map.len()).filter(|&i| map[i] != 0) {
             for &[dx, dy] in neighbours {
                 let x = (i % nx) as i64 + i64::from(dx);
+                if !periodic && (x < 0 || x >= nx as i64 || i / nx + dy as usize >= ny) {
+                    continue;
+                }
                 let other = (i / nx + dy as usize) % ny * nx + x.rem_euclid(nx as i64) as usize;
                 if map[other] != 0
                     && let Err(winding) = sets.join(i as u32, other as u32, [dx, dy])
@@ -114,6 +123,17 @@ mod tests {
                     around = [around[0] || winding[0] != 0, around[1] || winding[1] != 0];
                 }
             }
+        }
+        if !periodic {
+            let mut leads = |from: usize, to: usize| {
+                map[from] != 0 && map[to] != 0 && sets.find(from as u32).0 == sets.find(to as u32).0
+            };
+            let row_ends = |x: usize| (0..ny).map(move |y| y * nx + x);
+            let column_ends = |y: usize| (0..nx).map(move |x| y * nx + x);
+            around = [
+                row_ends(0).any(|a| row_ends(nx - 1).any(|b| leads(a, b))),
+                column_ends(0).any(|a| column_ends(ny - 1).any(|b| leads(a, b))),
+            ];
         }
         let mut sizes = vec![0; map.len()];
         (0..map.len()).filter(|&i| map[i] != 0).for_each(|i| sizes[sets.find(i as u32).0 as usize] += 1);
@@ -133,13 +153,16 @@ mod tests {
             for _ in 0..60 {
                 let fraction = random();
                 let map: Vec<u8> = (0..nx * ny).map(|_| u8::from(random() <= fraction)).collect();
-                for (connectivity, corners) in [(Connectivity::Four, false), (Connectivity::Eight, true)] {
-                    let (sizes, around) = by_nodes(&map, nx, corners);
-                    let actual = clusters(&map, nx, connectivity);
-                    assert_eq!(cluster_sizes(&map, nx, connectivity), sizes, "{nx} x {ny}: {map:?}");
-                    assert_eq!(actual.sizes, sizes, "{nx} x {ny}: {map:?}");
+                let neighbours = [(Connectivity::Four, false), (Connectivity::Eight, true)];
+                for ((connectivity, corners), periodic) in neighbours.into_iter().flat_map(|n| [(n, true), (n, false)])
+                {
+                    let (sizes, around) = by_nodes(&map, nx, corners, periodic);
+                    let actual = clusters(&map, nx, connectivity, periodic);
+                    let case = format!("{nx} x {ny}, periodic {periodic}: {map:?}");
+                    assert_eq!(cluster_sizes(&map, nx, connectivity, periodic), sizes, "{case}");
+                    assert_eq!(actual.sizes, sizes, "{case}");
                     assert!(actual.label.iter().zip(&map).all(|(l, m)| (*m != 0) == (*l < sizes.len() as u32)));
-                    assert_eq!(percolates(&map, nx, 1, corners), around, "{nx} x {ny}: {map:?}");
+                    assert_eq!(percolates(&map, nx, (1, corners), periodic), around, "{case}");
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Discretisation errors from grids coarser than the problem's.
 
 use super::leakage::leakage;
-use crate::interface::{AttractionLaw, Elastic, RangeChoice};
+use crate::interface::{AttractionLaw, RangeChoice};
 use crate::method::{
     CoarseState, ContactMethod, Equilibrium, ErrorEstimates, Fast, Heights, Iteration, Observer, ReducedProblem,
     SnapshotRef, SolverSnapshot,
@@ -122,7 +122,7 @@ impl ErrorFactors {
             // The flow differs from grid to grid, too.
             (factors.mean_gap, factors.gap_by_area) = (2.0, 0.3);
         }
-        if let Elastic::NonPeriodic(_) = problem.kernel {
+        if !problem.kernel.is_periodic() {
             // The nodes of two grids cover other areas.
             factors.mean_gap = 2.0;
         }

@@ -28,9 +28,9 @@ pub(super) struct EnergyBound {
 impl EnergyBound {
     /// `None` where a state has no bound, or the stress of the method's states is another than that of their displacement.
     pub(super) fn of(problem: &ReducedProblem, card: &MethodCard) -> Option<Self> {
-        let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
         let elastic = problem.adhesion == AttractionLaw::None && problem.hardness.is_none();
-        let applies = periodic && elastic && problem.wall == Wall::Hard && card.capabilities.elastic_stress;
+        let applies =
+            problem.kernel.is_periodic() && elastic && problem.wall == Wall::Hard && card.capabilities.elastic_stress;
         applies.then(|| EnergyBound { softest: softest(problem.kernel, problem.grid) })
     }
 

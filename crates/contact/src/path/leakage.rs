@@ -1,6 +1,5 @@
-use crate::interface::Elastic;
 use crate::method::ReducedProblem;
-use crate::observe::{FlowEdges, Leakage};
+use crate::observe::Leakage;
 use asperity_grid::Field;
 
 /// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a non-periodic surface. `coarser`: hydraulic
@@ -11,9 +10,5 @@ pub fn leakage(
     threshold: f64,
     coarser: Option<([f64; 2], f64)>,
 ) -> Option<Leakage> {
-    let edges = match problem.kernel {
-        Elastic::NonPeriodic(_) => FlowEdges::TwoSides,
-        _ => FlowEdges::Periodic,
-    };
-    Some(crate::observe::leakage(problem.grid, gap, threshold, edges)?.with_errors_from(coarser))
+    Some(crate::observe::leakage(problem.grid, gap, threshold, problem.kernel.is_periodic())?.with_errors_from(coarser))
 }

@@ -19,7 +19,7 @@ pub use estimator_input::EstimatorInput;
 pub use leakage::leakage;
 pub use subsurface::{ISOTROPIC, is_subsurface_map, subsurface, subsurface_bytes, subsurface_map};
 
-use crate::interface::{AttractionLaw, Elastic, RangeChoice};
+use crate::interface::{AttractionLaw, RangeChoice};
 use crate::method::{
     ContactMethod, Equilibrium, Heights, Load, Observer, ProblemScale, ReducedProblem, SolvePlan, SolverRun,
     SolverSnapshot, Stop, contact_stiffness,
@@ -67,11 +67,13 @@ pub struct LoadPathSolver<'p> {
 pub struct Reached<'a> {
     pub state: Equilibrium<'a>,
     pub area: ContactArea,
+    /// Whether the body repeats with its cell.
+    pub periodic: bool,
     /// Discretisation error; `None` if this state or the coarser grid's did not converge.
     pub discretisation: Option<Discretisation>,
     pub extrapolated: Option<Extrapolated>,
     /// Displacement of the far field from first contact, L: with a periodic body the mean gap at first contact minus the
-    /// mean gap, else the rigid approach.
+    /// mean gap, plus the mean plastic displacement, else the rigid approach.
     pub displacement: f64,
     /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it, if the flow was
     /// requested; `None` if the grid leaves out waves: how much they change the flow was not measured.
@@ -187,7 +189,7 @@ impl<'p> LoadPathSolver<'p> {
     fn coarser_grids_followed(&self, pulls_off: bool) -> Vec<Grid> {
         let count = match () {
             // The heights of a non-periodic map have no Fourier series to restrict to a coarser grid.
-            () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
+            () if !self.problem.kernel.is_periodic() => 0,
             () if self.extrapolates() => coarser_grids::EXTRAPOLATION - 1,
             () if !self.with_error => 0,
             () if self.maps => 1,
@@ -201,7 +203,7 @@ impl<'p> LoadPathSolver<'p> {
 
     /// [`Equilibrium::separation`] at first contact of the rigid surfaces.
     fn separation_at_first_contact(&self) -> f64 {
-        if let Elastic::NonPeriodic(_) = self.problem.kernel {
+        if !self.problem.kernel.is_periodic() {
             return 0.0;
         }
         match self.problem.heights {
@@ -242,7 +244,7 @@ impl<'p> LoadPathSolver<'p> {
     /// This load on the next coarser grid, if no other solve has provided it: for a solve from a given gap or a
     /// checkpoint.
     fn coarse(&self, load: Load, observer: &dyn Observer) -> Result<Option<GridResult>> {
-        if !self.with_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
+        if !self.with_error || !self.problem.kernel.is_periodic() {
             return Ok(None);
         }
         let Some(&grid) = coarser_grids::grids(self.problem.grid, 1).first() else { return Ok(None) };
@@ -324,6 +326,7 @@ impl<'p> LoadPathSolver<'p> {
                 displacement: displacement(touch, state.separation, rounding),
                 state,
                 area,
+                periodic: self.problem.kernel.is_periodic(),
                 discretisation,
                 extrapolated,
                 coarser_gaps,

@@ -1,4 +1,4 @@
-use crate::interface::{Elastic, Law, Wall};
+use crate::interface::{Law, Wall};
 use crate::method::{
     Equilibrium, Iteration, Machine, Observer, Precision, ProblemScale, ReducedProblem, SeparationStep, SnapshotRef,
     SolverRun, Stop, cannot_pull,
@@ -99,8 +99,7 @@ pub(super) struct SeparationStart {
 impl SeparationStart {
     pub(super) fn of(state: &Equilibrium, problem: &ReducedProblem) -> Self {
         // Around a non-periodic body the free surface moves, too.
-        let periodic = !matches!(problem.kernel, Elastic::NonPeriodic(_));
-        let closed = periodic && problem.wall == Wall::Hard && state.mean_gap == 0.0;
+        let closed = problem.kernel.is_periodic() && problem.wall == Wall::Hard && state.mean_gap == 0.0;
         let lowest = || (0..state.stress.len()).map(|i| state.stress.at(i)).fold(f64::INFINITY, f64::min);
         let opens = closed.then(|| lowest() + problem.adhesion.traction(0.0));
         let &Equilibrium { mean_gap, pressure, separation, stiffness, .. } = state;

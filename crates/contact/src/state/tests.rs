@@ -113,6 +113,7 @@ fn whole() -> State {
         branch: Branch::Unloading,
         p_star: 1.0,
         pressure: 1.0,
+        non_periodic: true,
         criterion: "zero gap".into(),
         contact_area: 1.0,
         contact_area_error: one,

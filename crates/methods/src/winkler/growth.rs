@@ -13,7 +13,7 @@ use std::collections::BinaryHeap;
 ///
 /// `O(N log N)`: one distance transform, one sort per Voronoi cell, and one queue of patches.
 pub(super) fn double(grid: Grid, map: &mut [u8]) {
-    let cores = clusters(map, grid.nx, Connectivity::Eight);
+    let cores = clusters(map, grid.nx, Connectivity::Eight, true);
     if cores.sizes.is_empty() || 2 * cores.sizes.iter().sum::<usize>() >= map.len() {
         let all = u8::from(!cores.sizes.is_empty());
         map.iter_mut().for_each(|m| *m = all);
@@ -212,7 +212,7 @@ mod tests {
         }
         let mut map = with(grid, |x, y| (x < 4 && y < 5) || ((30..36).contains(&x) && (20..29).contains(&y)));
         double(grid, &mut map);
-        assert_eq!(cluster_sizes(&map, 60, Connectivity::Eight), [40, 108]);
+        assert_eq!(cluster_sizes(&map, 60, Connectivity::Eight, true), [40, 108]);
         let mut none = vec![0; grid.points()];
         double(grid, &mut none);
         assert!(none.iter().all(|m| *m == 0));
@@ -224,7 +224,7 @@ mod tests {
         let grid = Grid::unit(64, 64);
         let mut map = with(grid, |x, y| ((10..30).contains(&x) && (10..30).contains(&y)) || (x, y) == (32, 20));
         double(grid, &mut map);
-        assert_eq!(cluster_sizes(&map, 64, Connectivity::Eight), [802]);
+        assert_eq!(cluster_sizes(&map, 64, Connectivity::Eight, true), [802]);
     }
 
     /// A patch enclosed by others continues in their cells.
