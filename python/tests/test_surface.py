@@ -168,7 +168,18 @@ def test_spectra_are_reproducible_and_independent_of_the_grid() -> None:
     assert np.ptp(difference) < 1e-12
 
 
-@pytest.mark.parametrize("values", [{"nodes": 0}, {"nodes": 1.5}, {"seed": -1}, {"seed": "x"}, {"amplitudes": "flat"}])
+@pytest.mark.parametrize(
+    "values",
+    [
+        *({"nodes": n} for n in (0, 1.5)),
+        *({"seed": seed} for seed in (-1, "x")),
+        *({"hurst": hurst} for hurst in (0, -1, 1.5, np.nan)),
+        *({"lambda_s": wave} for wave in (0, -1, 1e-6, 0.5, 10, np.nan)),
+        *({"lambda_r": wave} for wave in (0, -2, 1.5, np.nan)),
+        *({"rms_gradient": gradient} for gradient in (0, -1, np.nan, np.inf)),
+        {"amplitudes": "flat"},
+    ],
+)
 def test_bad_spectra_are_refused(values: dict[str, Any]) -> None:
     given = {"nodes": 32, "seed": 1} | values
     with pytest.raises(InputError, match=next(iter(values))):
@@ -341,3 +352,9 @@ def test_three_points_level_a_map() -> None:
     for points, words in (("three-points=5,5;30,6", "X1,Y1"), ("three-points=5um,5um;30um,6um;1um,1um", "without a unit"), ("tilt", "facets")):
         with pytest.raises(InputError, match=words):
             of(tilted, preparation={"detrend": points})
+
+
+def test_a_single_column_is_no_map() -> None:
+    with pytest.raises(InputError, match="one column of 24 points"):
+        Surface.from_array(HEIGHTS[:, :1], 36.0, touching="low-points")
+    assert Surface.from_array(HEIGHTS[:1], 36.0, touching="low-points").shape == (1, 36)

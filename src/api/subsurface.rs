@@ -6,6 +6,7 @@ use asperity_contact::interface::{Elastic, Layer, NonPeriodic, Subsurface, Subsu
 use asperity_contact::path;
 use asperity_contact::problem::Body;
 use asperity_grid::Field;
+use asperity_grid::sys::expect_memory;
 use asperity_surface::Cell;
 use ndarray::{Array2, ArrayView2};
 
@@ -77,11 +78,7 @@ pub fn subsurface(
         return Err(Error::input(PLACE, "pressure", found, "finite pressures [ny, nx]"));
     }
     let kept = (2 * depths.len() * size_of::<f64>() * grid.points()) as u64;
-    let (required, available) = (Subsurface::bytes(grid, kernel) + kept, asperity_grid::sys::available_memory_bytes());
-    if required > available {
-        let advice = "fewer depths or nodes need less".into();
-        return Err(Error::Memory { what: PLACE.into(), need: required, have: available, advice });
-    }
+    expect_memory(PLACE.into(), Subsurface::bytes(grid, kernel) + kept, "fewer depths or nodes need less")?;
     let request = SubsurfaceRequest { depths: reduced, poisson, shear_strength: None };
     let pressure = row_major(pressure);
     let mut maps = Vec::new();

@@ -83,9 +83,6 @@ pub(super) struct MapFlags {
     /// Points of the file that touch first; required unless the file declares it.
     #[arg(long, value_enum)]
     pub touching: Option<Touching>,
-    /// As --touching high-points.
-    #[arg(long, hide = true, conflicts_with = "touching")]
-    pub flip: bool,
     /// Unit of the heights in the file: m, mm, um, nm, Å. Default: what the file declares.
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<String>,
@@ -146,7 +143,7 @@ impl MapFlags {
     /// The first of these flags that is given and that a synthesised surface does not have.
     pub(super) fn of_maps(&self) -> Option<&'static str> {
         let options = [
-            ("--touching", self.touching.is_some() || self.flip),
+            ("--touching", self.touching.is_some()),
             ("--unit", self.unit.is_some()),
             ("--length-y", self.length_y.is_some()),
             ("--crop", !self.crop.is_empty()),
@@ -175,8 +172,7 @@ impl MapFlags {
         continuum: &mut ContinuumScene,
         in_scene: &dyn Fn(&str, Measure) -> Result<Length>,
     ) -> Result<()> {
-        let flip = self.flip.then_some(Touching::HighPoints);
-        s.touching = self.touching.or(flip).or(s.touching);
+        s.touching = self.touching.or(s.touching);
         s.unit = self.unit.clone().or(s.unit.take());
         let to = [&mut lab.length, &mut lab.length_y, &mut s.low_pass, &mut s.high_pass, &mut s.extend_to];
         for ((flag, value), to) in self.lengths().into_iter().zip(to) {

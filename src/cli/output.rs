@@ -8,7 +8,7 @@ use crate::record::results::{Overlap, Results, SurfaceStatistic};
 use crate::report::accuracy::{depth_sentence, missed_by, summary};
 use crate::report::hysteresis::hysteresis_sentence;
 use crate::report::number::{
-    change, duration, length, memory, percent, si_with_error, significant, trimmed, with_error,
+    duration, length, memory, percent, si_with_error, significant, to_error, trimmed, with_error,
 };
 use crate::report::relaxation::relaxation_sentence;
 use crate::{Error, Result};
@@ -241,29 +241,27 @@ fn methods(list: &[MethodResults], loads: GivenLoads) {
     }
 }
 
-/// States of a load path, with the change from half the points per side.
+/// States of a load path, with the errors of contact area and mean gap where they are known.
 fn states(c: &ContinuumResults, loads: GivenLoads) {
     let dash = || "-".to_string();
     let has = |of: fn(&State) -> bool| c.states.iter().any(of);
     let (flows, leaks) = (has(|s| s.plasticity.is_some()), has(|s| s.leakage.is_some()));
     let has_subsurface = has(|s| s.subsurface.is_some());
-    let has_discretisation = has(|s| s.discretisation.is_some());
     let mut head = vec![loads.head(), "contact", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
     head.extend(flows.then_some("flowing"));
     head.extend(has_subsurface.then_some("von Mises / MPa"));
     if leaks {
         head.extend(["flow gap x / µm", "flow gap y / µm"]);
     }
-    if has_discretisation {
-        head.extend(["grid: contact", "grid: mean gap"]);
-    }
+    let stated =
+        |value: f64, error: Option<f64>| error.map_or_else(|| significant(value, 4), |error| to_error(value, error));
     print(&table(
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
                 loads.value(s.p_star) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
-                percent(s.contact_area),
-                s.mean_gap.map_or_else(dash, |g| significant(g * UM, 4)),
+                stated(100.0 * s.contact_area, s.contact_area_error.map(|e| 100.0 * e)) + "\u{a0}%",
+                s.mean_gap.map_or_else(dash, |g| stated(g * UM, s.mean_gap_error.map(|e| e * UM))),
                 s.patches.map_or("-".into(), |n| n.to_string()),
                 s.residual.map_or_else(dash, |r| format!("{r:.1e}")),
                 format!("{:.1}", s.fft_pairs),
@@ -277,15 +275,9 @@ fn states(c: &ContinuumResults, loads: GivenLoads) {
                 let gaps = s.leakage.map(|flow| flow.hydraulic_gaps().map(shown));
                 row.extend(gaps.unwrap_or_else(|| [dash(), dash()]));
             }
-            if let Some(d) = s.discretisation {
-                row.extend([change(d.area, d.area_is_bound), change(d.mean_gap, d.mean_gap_is_bound)]);
-            }
             row
         }),
     ));
-    if has_discretisation {
-        print("grid: relative errors of contact area and mean gap, from the changes to half the points per side");
-    }
 }
 
 /// Adhesion range on the grid, numbers extrapolated to the true range, and pull-off.

@@ -90,7 +90,7 @@ impl SurfaceArgs {
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
         let names = &|key: &str| self.flag_of(key);
-        let unsigned = self.map.touching.is_none() && !self.map.flip && !self.json && self.out.is_none();
+        let unsigned = self.map.touching.is_none() && !self.json && self.out.is_none();
         let surface = Some(scene.surface.clone()).filter(|_| unsigned);
         let case = Case::resolve(scene, &file).map_err(|e| rename_keys(e, names)).inspect_err(|e| {
             if let Some(surface) = surface.filter(|_| surface_survey::is_incomplete(e)) {

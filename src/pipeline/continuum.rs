@@ -14,6 +14,7 @@ use asperity_contact::observed::observed;
 use asperity_contact::path::{self, InitialState, LoadPathSolver, Reached};
 use asperity_contact::results::{ContinuumResults, HardnessMapResults, Onset, RangeResults};
 use asperity_contact::state::{Hysteresis, Map, State};
+use asperity_grid::sys::expect_memory;
 use asperity_grid::units::Scales;
 use asperity_grid::{Field, Grid};
 use asperity_surface::files::npy;
@@ -170,18 +171,10 @@ pub(super) fn observed_bytes(problem: &ReducedProblem, leakage: bool, subsurface
 /// `Memory` if the path needs more.
 fn check_memory(path: &LoadPathSolver, request: &PathRequest) -> Result<()> {
     let after = observed_bytes(path.problem(), request.leakage, request.subsurface.is_some());
-    let (required, available) =
-        (path.plan(request.pull_off).bytes + after, asperity_grid::sys::available_memory_bytes());
-    if required <= available {
-        return Ok(());
-    }
     let (problem, id) = (path.problem(), path.method().card().id);
-    Err(Error::Memory {
-        what: format!("{id} on {} x {} points in {:?}", problem.grid.nx, problem.grid.ny, problem.precision),
-        need: required,
-        have: available,
-        advice: "a coarser surface.grid or continuum.precision = \"f32\" needs less".into(),
-    })
+    let what = format!("{id} on {} x {} points in {:?}", problem.grid.nx, problem.grid.ny, problem.precision);
+    let advice = "a coarser surface.grid or continuum.precision = \"f32\" needs less";
+    expect_memory(what, path.plan(request.pull_off).bytes + after, advice)
 }
 
 /// Stores the requested fields of a state, and returns its numbers.

@@ -62,14 +62,6 @@ impl StageKey {
 /// Displayed digits of a key.
 const KEY_SHOWN: usize = 12;
 
-/// Whether a stage continues an interrupted attempt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ResumePolicy<'a> {
-    Restart,
-    /// Continue an attempt with this key, which may depend on fewer inputs than the key of the stage.
-    ContinueFrom(&'a StageKey),
-}
-
 #[derive(Serialize, Deserialize)]
 struct StageRecord {
     key: String,
@@ -168,13 +160,14 @@ impl RunFolder {
     }
 
     /// Runs a stage in its subfolder, or reads its output if it is complete with this key and its files are as they
-    /// were written. The files of a damaged stage are removed.
+    /// were written. The files of a damaged stage are removed. `continues`: an interrupted attempt with this key, which may depend on
+    /// fewer inputs than that of the stage, is continued.
     pub fn stage<T: Serialize + DeserializeOwned>(
         &mut self,
         listener: &dyn Listener,
         (name, description): (&str, &str),
         key: &StageKey,
-        policy: ResumePolicy<'_>,
+        continues: Option<&StageKey>,
         work: impl FnOnce(&Path) -> Result<T>,
     ) -> Result<T> {
         let folder = self.root.join(name);
@@ -194,12 +187,9 @@ impl RunFolder {
         if let Some(description) = &damage {
             listener.warn(&format!("{description}; the stage {name} is computed again"));
         }
-        let kept = match policy {
-            ResumePolicy::Restart => key,
-            ResumePolicy::ContinueFrom(part) => part,
-        };
+        let kept = continues.unwrap_or(key);
         let same = damage.is_none() && json::read::<String>(&key_file).is_ok_and(|k| k == kept.0);
-        if folder.exists() && !(same && policy != ResumePolicy::Restart) {
+        if folder.exists() && !(same && continues.is_some()) {
             remove_folder(&folder)?;
         }
         create_folder(&folder)?;
@@ -299,7 +289,7 @@ mod tests {
         let key = |text: &str| StageKey::new("stage", &text, &[]).expect("a key");
         let (part, first, second) = (key("part"), key("first"), key("second"));
         let stage = |run: &mut RunFolder, key: &StageKey, fails: bool| {
-            run.stage(&Silent, ("stage", "steps"), key, ResumePolicy::ContinueFrom(&part), |folder| {
+            run.stage(&Silent, ("stage", "steps"), key, Some(&part), |folder| {
                 let file = File::create(folder.join("steps")).expect("written");
                 let later = std::time::SystemTime::now() + std::time::Duration::from_secs(100);
                 file.set_modified(later).expect("dated");
@@ -317,7 +307,7 @@ mod tests {
         assert!(more.earlier_seconds == cost.seconds && !more.reused, "{more:?}");
         // A restart with another key discards earlier files.
         let other = key("other");
-        run.stage(&Silent, ("stage", "steps"), &other, ResumePolicy::Restart, |_| Ok(0)).expect("done");
+        run.stage(&Silent, ("stage", "steps"), &other, None, |_| Ok(0)).expect("done");
         assert_eq!(run.costs.last().expect("three").earlier_seconds, 0.0);
     }
 
@@ -362,7 +352,7 @@ mod tests {
         let run = |verify: bool| {
             let heard = Warned(Default::default());
             let mut run = RunFolder::open(OutFolder { path: &root, verify }).expect("its folder");
-            let policy = ResumePolicy::ContinueFrom(&key);
+            let policy = Some(&key);
             let work = |folder: &Path| {
                 assert!(!folder.join("field.npy").exists(), "the damaged file was kept");
                 computed.set(computed.get() + 1);

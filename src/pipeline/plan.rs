@@ -5,10 +5,11 @@ use super::atomistic::LammpsSpeed;
 use super::folder::StageKey;
 use super::stage::{MachineSpeed, PlannedStage, Stage};
 use super::stages::{self, Made, Visitor};
+use crate::Result;
 use crate::scene::Case;
-use crate::{Error, Result};
 use asperity_atoms::cost::{self, Relaxer};
 use asperity_atoms::results::AuditLine;
+use asperity_grid::sys::expect_memory;
 use serde::Serialize;
 use std::path::Path;
 
@@ -41,12 +42,7 @@ pub struct PlannedAtoms {
 impl RunPlan {
     /// `Memory` if the plan needs more than the available memory.
     pub fn fits(&self) -> Result<()> {
-        let available = asperity_grid::sys::available_memory_bytes();
-        if self.bytes <= available {
-            return Ok(());
-        }
-        let advice = "a smaller surface.grid or atoms.cells needs less".into();
-        Err(Error::Memory { what: "the scene".into(), need: self.bytes, have: available, advice })
+        expect_memory("the scene".into(), self.bytes, "a smaller surface.grid or atoms.cells needs less")
     }
 }
 

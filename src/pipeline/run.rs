@@ -3,7 +3,7 @@
 use super::atom_stages::AtomStages;
 use super::comparison::compare;
 use super::curve;
-use super::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
+use super::folder::{OutFolder, RunFolder, StageKey};
 use super::given_loads::given_loads;
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variant_key};
 use super::matched::Matched;
@@ -172,7 +172,7 @@ fn settle(
         Ok(reached)
     };
     let what = ("accuracy", "grids from coarse to fine");
-    let reached: AccuracyResults = run.folder.stage(listener, what, &key, ResumePolicy::ContinueFrom(&key), work)?;
+    let reached: AccuracyResults = run.folder.stage(listener, what, &key, Some(&key), work)?;
     let SolvedGrid { nx, ny, .. } = *reached.grids.last().expect("one grid at least is solved");
     Ok((case.on_nodes([nx, ny], &coarsest, accuracy)?, reached))
 }

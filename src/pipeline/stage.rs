@@ -1,7 +1,7 @@
 //! Stages of a run. The plan lists them, and the run executes them.
 
 use super::Listener;
-use super::folder::{ResumePolicy, RunFolder, StageKey};
+use super::folder::{RunFolder, StageKey};
 use crate::Result;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -97,8 +97,7 @@ impl RunFolder {
         listener: &dyn Listener,
     ) -> Result<(S::Output, StageKey)> {
         let (name, StageKeys { key, resumes }) = (stage.name(), stage.keys(after)?);
-        let policy = resumes.as_ref().map_or(ResumePolicy::Restart, ResumePolicy::ContinueFrom);
-        let output = self.stage(listener, (&name, &stage.what()), &key, policy, |folder| {
+        let output = self.stage(listener, (&name, &stage.what()), &key, resumes.as_ref(), |folder| {
             stage.run(input, &StageContext { folder, stage: &name, key: &key, listener })
         })?;
         Ok((output, key))

@@ -193,9 +193,15 @@ impl SurfaceFile {
 
     /// A map that does not repeat is made to by its edges, or it is solved as a non-periodic surface.
     fn periodicity(&mut self, scene: &mut Scene, list: &mut Vec<Complaint>) {
+        let declared = self.declared_periodic(scene);
         let given = &mut scene.continuum.periodic;
-        let made = scene.surface.edges.is_some() || scene.surface.isotropic_map;
-        match (*given, self.declared().periodic) {
+        let edges = scene.surface.edges;
+        let made = edges.is_some() || scene.surface.isotropic_map;
+        match (*given, declared) {
+            (Some(false), _) if edges.is_some() => {
+                let accepted = "true, or no surface.edges, which make a map that repeats";
+                list.push(Complaint::new("continuum.periodic", "false", accepted));
+            }
             (Some(true), Some(false)) if !made => {
                 let accepted = self.declares("false") + ", or surface.edges that make the map repeat";
                 list.push(Complaint::new("continuum.periodic", "true", accepted));
@@ -210,6 +216,11 @@ impl SurfaceFile {
             (None, declared) => *given = Some(made || declared.unwrap_or(true)),
             _ => {}
         }
+    }
+
+    /// Whether the map repeats, as the file declares it: a part of a map that repeats does not.
+    fn declared_periodic(&self, scene: &Scene) -> Option<bool> {
+        self.declared().periodic.filter(|periodic| !periodic || scene.surface.crop.is_none())
     }
 
     pub fn path(&self) -> &Path {
@@ -322,7 +333,7 @@ impl SurfaceFile {
             unit,
             touching: s.touching.map_or(String::new(), |t| word(&t)),
             periodic: scene.continuum.is_periodic(),
-            periodicity_is_known: declared.periodic.is_some()
+            periodicity_is_known: self.declared_periodic(scene).is_some()
                 || s.edges.is_some()
                 || s.isotropic_map
                 || self.periodicity_is_given,

@@ -267,21 +267,22 @@ fn lines_and_rectangles_are_solved() {
 }
 
 #[test]
-fn high_points_touch_first_when_flipped() {
+fn high_points_touch_first() {
     let scratch = Scratch::new();
     let height = |x: f64, y: f64| 0.02 * ((6.3 * x).cos().exp() + 0.4 * (12.6 * y + 6.3 * x).sin());
     let (low, high) = (scratch.map("low.npy", N, N, height), scratch.map("high.npy", N, N, |x, y| -height(x, y)));
     let solve = |file: &Path, more: &[&str]| {
         answer(&[&["solve", "--heights", word(file), "--pressure", "0.01", "--json"], more].concat())
     };
-    let (straight, flipped) = (solve(&low, &[]), solve(&high, &["--flip"]));
-    assert_eq!(straight["contact_area"], flipped["contact_area"]);
-    assert_relative_eq!(number(&straight, "mean_gap"), number(&flipped, "mean_gap"), max_relative = ROUNDING);
-    let other_side = solve(&low, &["--flip"]);
-    assert_ne!(straight["contact_area"], other_side["contact_area"], "the flip does nothing");
-    // A sign declared in a file is used, and `--flip` is refused.
+    let (straight, inverted) = (solve(&low, &[]), solve(&high, &["--touching", "high-points"]));
+    assert_eq!(straight["contact_area"], inverted["contact_area"]);
+    assert_relative_eq!(number(&straight, "mean_gap"), number(&inverted, "mean_gap"), max_relative = ROUNDING);
+    let other_side = solve(&low, &["--touching", "high-points"]);
+    assert_ne!(straight["contact_area"], other_side["contact_area"], "the side does nothing");
+    // A sign declared in a file is used, and another is refused.
     let declared = scratch.surface("declared.npy");
-    let said = error_message(&["solve", "--heights", word(&declared), "--pressure", "0.01", "--flip"], 2);
+    let said =
+        error_message(&["solve", "--heights", word(&declared), "--pressure", "0.01", "--touching", "high-points"], 2);
     assert!(
         said.contains("--touching = high-points; accepted: low-points, as ") && said.contains("declares"),
         "{said}"
@@ -362,7 +363,7 @@ fn bad_arguments_are_refused_together() {
     // Flags that would have no effect.
     let challenge = ["solve", "--challenge", "16", "--cut-off", "0.2", "--pressure", "0.1"];
     for (flags, from) in [
-        (&["--flip"][..], &challenge[..]),
+        (&["--touching", "high-points"][..], &challenge[..]),
         (&["--length-y", "1"], &challenge),
         (&["--rho", "1"], &challenge),
         (&["--law", "dugdale"], &challenge),

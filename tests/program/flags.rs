@@ -6,8 +6,7 @@ pub(crate) fn dimensionless<'a>(flags: &[&'a str]) -> Vec<&'a str> {
     let mut all = flags.to_vec();
     if flags.first() == Some(&"solve") && !flags.contains(&"--challenge") {
         for (flag, value) in [("--length", "1"), ("--modulus", "1"), ("--touching", "low-points")] {
-            let given = flags.contains(&flag) || flag == "--touching" && flags.contains(&"--flip");
-            all.extend([flag, value].into_iter().filter(|_| !given));
+            all.extend([flag, value].into_iter().filter(|_| !flags.contains(&flag)));
         }
     }
     all

@@ -18,6 +18,7 @@ mod instrument_files;
 mod lammps;
 mod library;
 mod loads;
+mod maps;
 #[path = "../../benches/measure/commands/mod.rs"]
 mod measure;
 mod methods;

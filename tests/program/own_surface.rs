@@ -234,7 +234,7 @@ fn a_written_map_replaces_and_declares_nothing_unknown() {
     let archive = scratch.path().join("out.h5");
     refused(
         &[&surface[..], &[text(&archive)]].concat(),
-        &["written as .h5", "accepted: a name that ends in .npy, .nc or .txt"],
+        &["written as .h5", "accepted: a name that ends in .npy, .nc, .txt"],
     );
     let read = answer(&[&surface[..], &[text(&out), "--json"]].concat());
     assert!(read["origin"].as_str().is_some_and(|o| o.contains("taken as periodic")), "{read}");

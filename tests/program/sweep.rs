@@ -215,6 +215,26 @@ fn a_sweep_that_is_stopped_leaves_its_tables() {
     assert_eq!(states(&ensemble(&out), "done"), 40);
 }
 
+/// Points of another scene are refused before anything is written, as a run is.
+#[test]
+fn a_sweep_of_another_scene_leaves_the_folder_as_it_is() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (scene, out) = (written(scratch.path(), "small.toml", SCENE), scratch.path().join("out"));
+    assert_eq!(swept("ensemble", &scene, &out, &["--seeds", "1..2"]).0, Some(0));
+    let kept = |name: &str| fs::read(out.join(name)).expect("a file");
+    let files = ["ensemble.json", "numbers.csv", "statistics.csv", "report.html", "scenes/seed-1.toml"];
+    let before = files.map(kept);
+    let other =
+        written(scratch.path(), "small.toml", &SCENE.replace("cut_off_mode = 8", "cut_off_mode = 8\nhurst = 0.6"));
+    let (code, _, said) = swept("ensemble", &other, &out, &["--seeds", "1..2"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("--out = ") && said.contains("hurst = 0.6") && said.contains("--overwrite"), "{said}");
+    assert_eq!(said.lines().filter(|line| line.contains("error")).count(), 1, "{said}");
+    assert!(files.map(kept) == before, "files were written");
+    let (code, line, said) = swept("ensemble", &other, &out, &["--seeds", "1..2", "--overwrite"]);
+    assert_eq!((code, &line["done"]), (Some(0), &2.into()), "{said}");
+}
+
 #[test]
 fn wrong_sweeps_are_refused_in_one_line() {
     let scratch = tempfile::tempdir().expect("scratch");

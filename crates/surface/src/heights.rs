@@ -53,9 +53,8 @@ pub fn sidecar_path(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Extensions of formats that are not written: a file of such a name would be text.
-const NOT_WRITTEN: [&str; 14] =
-    ["npz", "h5", "hdf5", "gwy", "x3p", "sdf", "sur", "xyz", "csv", "png", "jpg", "tif", "tiff", "mat"];
+/// Extensions of written text, besides none.
+const TEXT: [&str; 4] = ["", "txt", "dat", "asc"];
 
 /// Writes `.npy` (f64, with a JSON sidecar) or `.nc` (NetCDF-4) if the name has this extension, otherwise an ASCII matrix, with everything
 /// that `declared` states except for the list of channels.
@@ -63,16 +62,16 @@ const NOT_WRITTEN: [&str; 14] =
 /// ASCII numbers are read back exactly; missing heights are `NaN`.
 ///
 /// # Errors
-/// Extensions of formats that are not written.
+/// Other extensions than these and those of text.
 pub fn write(path: &Path, map: &HeightMap, declared: &Declared) -> Result<()> {
     let extent = declared.extent.as_ref();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if NOT_WRITTEN.contains(&&*extension) {
-        let found = format!("a map to be written as .{extension}");
-        return Err(Error::format(path, found, "a name that ends in .npy, .nc or .txt"));
-    }
     if extension == "nc" {
         return write_netcdf(path, map, declared);
+    }
+    if extension != "npy" && !TEXT.contains(&&*extension) {
+        let found = format!("a map to be written as .{extension}");
+        return Err(Error::format(path, found, "a name that ends in .npy, .nc, .txt, .dat or .asc, or has no ending"));
     }
     if extension == "npy" {
         npy::write(path, map.nx, map.ny, map.heights.iter().copied())?;

@@ -42,7 +42,7 @@ pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_gradient,
 pub use power_spectrum::{PowerSpectrum, Shell};
 pub use preparation::{Detrend, Edges, Fill, FilterKind, MAX_FILLED_SHARE, Preparation, PreparedMap, subtract_form};
 pub use scale_dependent::{AtDistance, Axis, scale_dependent};
-pub use spectrum::{Amplitudes, Expected, Spectrum};
+pub use spectrum::{Amplitudes, Expected, SHORTEST_CUT_OFF, Spectrum};
 pub use statistics::{HeightRange, Moments, PowerSpectra, PsdBin, SpectralDensity, moments, power_spectra, psd, range};
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use surface::{Cell, MapOptions, Surface, SynthesisOptions};

@@ -1,4 +1,5 @@
 use asperity_grid::Grid;
+use asperity_grid::error::{Complaint, Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -68,7 +69,37 @@ impl ModeRange {
     }
 }
 
+/// Shortest cut-off over the cell's extent. Random numbers of a mode are keyed by 32-bit mode numbers; long before that, 1e4 modes
+/// per side take half a minute.
+pub const SHORTEST_CUT_OFF: f64 = 1e-4;
+
 impl Spectrum {
+    /// Refuses what is no spectrum of a cell.
+    ///
+    /// # Errors
+    /// `Input`, with all values that are out of their range.
+    pub fn check(&self) -> Result<()> {
+        let Spectrum { hurst, lambda_r, lambda_s, rms_gradient, .. } = *self;
+        // Quotients of lengths may differ in the last digits.
+        let (above, below) = (1.0 + 1e-9, 1.0 - 1e-9);
+        let list: Vec<Complaint> = [
+            ("hurst", hurst, hurst > 0.0 && hurst <= 1.0, "a Hurst exponent above 0 and up to 1"),
+            ("rms_gradient", rms_gradient, rms_gradient > 0.0 && rms_gradient.is_finite(), "a positive number"),
+            ("lambda_r", lambda_r, lambda_r > 0.0 && lambda_r <= above, "above 0 and up to 1, the extent of the cell"),
+            (
+                "lambda_s",
+                lambda_s,
+                lambda_s >= SHORTEST_CUT_OFF * below && (lambda_s <= lambda_r * above || !(lambda_r > 0.0)),
+                "1e-4 to lambda_r, over the extent of the cell",
+            ),
+        ]
+        .into_iter()
+        .filter(|(_, _, good, _)| !good)
+        .map(|(key, value, _, accepted)| Complaint::new(key, value, accepted))
+        .collect();
+        if list.is_empty() { Ok(()) } else { Err(Error::Input { place: "surface".into(), list }) }
+    }
+
     /// The challenge's spectrum: H = 0.8, λ_r = L/5, λ_s = L/1000, rms gradient 1.
     pub const CHALLENGE: Spectrum =
         Spectrum { hurst: 0.8, lambda_r: 0.2, lambda_s: 0.001, rms_gradient: 1.0, amplitudes: Amplitudes::Gaussian };

@@ -156,6 +156,7 @@ impl Surface {
         if nodes == 0 {
             return Err(Error::input(PLACE, "nodes", 0, "at least 1"));
         }
+        spectrum.check()?;
         let modes = Modes::new(spectrum, seed, 1.0);
         Ok(Self::from_source(HeightSource::Synthesised { modes, spectrum, seed }, Grid::unit(nodes, nodes), length))
     }

@@ -5,7 +5,7 @@ use super::benchmark_point::{self, BenchmarkPoint};
 use super::errors::{self, MapErrors, Roughness};
 use super::measured::{MeasuredPoint, ReferenceSolution, measure_repeatedly};
 use super::request::TradeoffRequest;
-use crate::pipeline::folder::{OutFolder, ResumePolicy, RunFolder, StageKey};
+use crate::pipeline::folder::{OutFolder, RunFolder, StageKey};
 use crate::pipeline::stage::StageContext;
 use crate::pipeline::{Listener, run};
 use crate::report::number::{duration, memory};
@@ -148,7 +148,7 @@ impl<'a> BenchmarkRunner<'a> {
         let listener = self.listener;
         let (series, repeats, blocks, rough) = (&self.series, self.repeats, &self.blocks, self.rough);
         // An interrupted measurement restarts, because a cost summed over attempts is not comparable.
-        let measured = self.folder.stage(listener, (&stage, &point.label()), &key, ResumePolicy::Restart, |dir| {
+        let measured = self.folder.stage(listener, (&stage, &point.label()), &key, None, |dir| {
             let root = dir.parent().unwrap_or(dir);
             let context = StageContext { folder: dir, stage: &stage, key: &key, listener };
             let measured = match blocks.as_ref().filter(|_| point.block.is_some()) {

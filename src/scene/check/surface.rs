@@ -3,6 +3,7 @@
 use super::complaints::Complaints;
 use crate::scene::{Length, Scene, SurfaceScene};
 use asperity_contact::method::{MethodCard, MethodKind};
+use asperity_surface::SHORTEST_CUT_OFF;
 use asperity_surface::import::Fourier;
 use std::ops::RangeInclusive;
 
@@ -11,10 +12,6 @@ const RUN_GRID: RangeInclusive<usize> = 2..=65_536;
 
 /// Grids of single solves: past any machine's memory, and far below what overflows.
 const SOLVE_GRID: RangeInclusive<usize> = 1..=1 << 20;
-
-/// Shortest cut-off over the cell's extent. Random numbers of a mode are keyed by 32-bit mode numbers; long before that, 1e4 modes
-/// per side take half a minute.
-const SHORTEST_CUT_OFF: f64 = 1e-4;
 
 /// Roll-off and cut-off wavelengths over the cell's extent, whichever way they are given.
 pub(crate) fn cut_offs(surface: &SurfaceScene, length: Length) -> (f64, f64) {

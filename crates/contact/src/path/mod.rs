@@ -399,10 +399,11 @@ impl<'p> LoadPathSolver<'p> {
         let pull_off =
             pull_off::search(run, &self.problem, (scale, &part([0.0, if both { FINE_SHARE } else { 1.0 }])), last)?;
         let coarse = coarser.map(|coarse| coarse.pull_off(scale, &part([FINE_SHARE, 1.0]))).transpose()?.flatten();
+        // What the search leaves says nothing of the grid, and two grids say nothing of the requested range or of waves that both leave out.
+        let whole = self.adhesion() == self.requested && !LeftOutWaves::of(&self.problem).any();
         Ok(match coarse {
-            Some((grid, pull)) => pull_off::compared(pull_off, grid, pull),
-            // What the search leaves says nothing of the grid.
-            None => PullOff { pressure_error: None, mean_gap_error: None, ..pull_off },
+            Some((grid, pull)) if whole => pull_off::compared(pull_off, grid, pull),
+            _ => PullOff { pressure_error: None, mean_gap_error: None, ..pull_off },
         })
     }
 

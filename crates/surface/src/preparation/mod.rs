@@ -90,7 +90,7 @@ impl Preparation {
     /// # Errors
     /// Missing points without a fill, and too many with one; a crop outside of the map; cut-offs that the map does not resolve;
     /// a sharp filter of a map that does not repeat; a resampled map without points or beyond the memory; an isotropic map of more than a line,
-    /// or with edges; three points that give no plane.
+    /// or with edges; three points that give no plane; a single column.
     pub fn apply(&self, map: HeightMap, extent: [f64; 2], periodic: bool) -> Result<PreparedMap> {
         let mut grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
         let mut heights = map.heights;
@@ -161,6 +161,10 @@ impl Preparation {
             (grid, heights, line, doubt) = isotropic::map((grid, &self.unit), &heights, repeats, self.seed)?;
             history.push(line);
             warnings.extend(doubt);
+        }
+        if grid.nx == 1 && grid.ny > 1 {
+            let accepted = "a map of several columns, or a profile (--profile)";
+            return Err(Error::input("map", "heights", format!("one column of {} points", grid.ny), accepted));
         }
         let map = HeightMap::new("prepared map", grid.nx, grid.ny, heights)?;
         Ok(PreparedMap { map, extent: [grid.lx, grid.ly], filled, history, warnings })

@@ -1,0 +1,83 @@
+//! What a map is, and what is no map: parts, columns, edges, and numbers without an error.
+
+use crate::program::{asperity, json_line, stderr};
+use crate::scratch::Scratch;
+use serde_json::Value;
+
+fn call(arguments: &[&str]) -> std::process::Output {
+    asperity().args(arguments).output().expect("started")
+}
+
+/// The message of a refusal.
+fn refused(arguments: &[&str]) -> String {
+    let output = call(arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+    stderr(&output)
+}
+
+const FLAGS: [&str; 6] = ["--length", "10um", "--unit", "um", "--touching", "high-points"];
+
+fn wave(i: usize, n: usize) -> f64 {
+    0.1 * (std::f64::consts::TAU * i as f64 / n as f64).cos()
+}
+
+#[test]
+fn a_single_column_is_no_map() {
+    let scratch = Scratch::new();
+    let column = scratch.map("column.npy", [1, 32], |_, y| wave(y, 32));
+    let map = scratch.map("map.npy", [32, 32], |x, y| wave(x, 32) + wave(y, 32));
+    let solve = [&["solve", "--modulus", "5MPa", "--pressure", "10kPa"][..], &FLAGS].concat();
+    let part = [&[&map[..], "--crop", "3,0,1,32"][..], &solve[1..]].concat();
+    for arguments in [[&solve[..], &[&column]].concat(), [&["solve"], &part[..]].concat()] {
+        let said = refused(&arguments);
+        assert!(said.contains("one column of 32 points") && said.contains("--profile"), "{said}");
+    }
+    let profile = call(&[&solve[..], &[&column, "--profile", "--json"]].concat());
+    assert!(profile.status.success(), "{}", stderr(&profile));
+    assert_eq!((&json_line(&profile)["nx"], &json_line(&profile)["ny"]), (&32.into(), &1.into()));
+}
+
+/// A part of a map that repeats is not declared to repeat.
+#[test]
+fn a_part_of_a_periodic_map_declares_nothing() {
+    let scratch = Scratch::new();
+    let map = scratch.map("map.npy", [32, 32], |x, y| wave(x, 32) + wave(y, 32));
+    let [whole, part] = ["whole.npy", "part.npy"].map(|name| scratch.word(name));
+    let periodic = |file: &str| -> Value {
+        let text = std::fs::read_to_string(format!("{file}.json")).expect("a sidecar");
+        serde_json::from_str::<Value>(&text).expect("JSON")["periodic"].clone()
+    };
+    let mirrored = [&["surface", &map, "--edges", "mirror", "--out", &whole][..], &FLAGS].concat();
+    assert!(call(&mirrored).status.success());
+    assert_eq!(periodic(&whole), true);
+    assert!(call(&["surface", &whole, "--crop", "0,0,20,24", "--out", &part]).status.success());
+    assert_eq!(periodic(&part), Value::Null);
+}
+
+#[test]
+fn edges_that_repeat_contradict_a_body_that_does_not() {
+    let scratch = Scratch::new();
+    let map = scratch.map("map.npy", [32, 32], |x, y| wave(x, 20) + wave(y, 17));
+    for edges in ["mirror", "taper"] {
+        let flags = ["solve", &map, "--modulus", "5MPa", "--pressure", "10kPa", "--non-periodic", "--edges", edges];
+        let said = refused(&[&flags[..], &FLAGS].concat());
+        assert!(said.contains("edges") && said.contains("repeats"), "{said}");
+    }
+}
+
+/// Where the grid enlarges the range, or leaves out waves, two grids do not tell how far the pull-off is from the requested one.
+#[test]
+fn a_pull_off_of_another_problem_has_no_error() {
+    let problem = ["solve", "--challenge", "64", "--modulus", "1", "--pressure", "0.01", "--work-of-adhesion", "4e-3"];
+    let error = |more: &[&str]| {
+        let output = call(&[&problem[..], &["--length", "1", "--pull-off", "--json"], more].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let lines = String::from_utf8(output.stdout).expect("UTF-8");
+        let last: Value = serde_json::from_str(lines.lines().last().expect("lines")).expect("JSON");
+        assert!(last["pull_off_pressure"].as_f64().is_some_and(|p| p < 0.0), "{last}");
+        last["pull_off_pressure_error"].clone()
+    };
+    assert!(error(&["--cut-off", "0.125", "--range", "2e-2"]).is_number());
+    assert_eq!(error(&["--cut-off", "0.125", "--range", "1e-4"]), Value::Null);
+    assert_eq!(error(&["--cut-off", "0.01", "--range", "2e-2"]), Value::Null);
+}
