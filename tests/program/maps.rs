@@ -81,3 +81,35 @@ fn a_pull_off_of_another_problem_has_no_error() {
     assert_eq!(error(&["--cut-off", "0.125", "--range", "1e-4"]), Value::Null);
     assert_eq!(error(&["--cut-off", "0.01", "--range", "2e-2"]), Value::Null);
 }
+
+/// Refusals name the work of adhesion as it was given, also where the lengths are those that a file declares.
+#[test]
+fn refusals_show_the_works_of_adhesion_that_were_given() {
+    let scratch = Scratch::new();
+    let map = scratch.map("map.npy", [32, 32], |x, y| wave(x, 32) + wave(y, 32));
+    let declared = scratch.word("declared.npy");
+    assert!(call(&[&["surface", &map, "--out", &declared][..], &FLAGS].concat()).status.success());
+    let adhesion = ["--method", "winkler", "--work-of-adhesion", "20mJ/m2", "--range", "5nm"];
+    let said = refused(&[&["solve", &declared, "--modulus", "2GPa", "--pressure", "20MPa"][..], &adhesion].concat());
+    assert!(said.contains("γ = 20 mJ/m2") && said.contains("ρ = 0.005 um"), "{said}");
+}
+
+/// A profile has no width on which a force acts, whether a flag calls it a profile or the file has one line. Of an isotropic map that is made of
+/// a mirrored profile the force acts on the whole cell.
+#[test]
+fn forces_act_on_maps() {
+    let scratch = Scratch::new();
+    let profile = scratch.map("profile.npy", [64, 1], |x, _| wave(x, 50) + 0.2 * wave(7 * x, 64));
+    let mirrored = scratch.word("mirrored.npy");
+    let surface = [&["surface", &profile, "--profile", "--edges", "mirror", "--out", &mirrored][..], &FLAGS].concat();
+    assert!(call(&surface).status.success());
+    let force = ["--modulus", "1GPa", "--force", "100uN"];
+    let said = refused(&[&["solve", &mirrored][..], &force].concat());
+    assert!(said.contains("--force") && said.contains("no width"), "{said}");
+    let isotropic = ["--profile", "--isotropic-map", "--seed", "1", "--json"];
+    let output = call(&[&["solve", &mirrored][..], &force, &isotropic].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let pressure = json_line(&output)["pressure"].as_f64().expect("a number");
+    // 100 µN on 20 µm x 20 µm, GPa.
+    assert!((pressure / 2.5e-4 - 1.0).abs() < 1e-6, "{pressure}");
+}

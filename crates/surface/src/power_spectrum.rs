@@ -34,7 +34,7 @@ impl PowerSpectrum {
 
     /// The same of the waves (kx, ky) that `keep` accepts.
     pub fn of_waves(series: &Series<f64>, grid: Grid, keep: impl Fn(i64, i64) -> bool) -> Self {
-        let mut tally = Tally::default();
+        let mut tally = Tally::of_cell(grid.lx.max(grid.ly));
         for i in 0..grid.half() {
             let (up, down) = series.column(i, grid);
             let weight = grid.column_weight(i);
@@ -61,7 +61,7 @@ impl PowerSpectrum {
     pub fn expected(spectrum: &Spectrum, aspect: f64) -> Self {
         let scale = spectrum.expected(aspect, 0.0).power_prefactor;
         let (kx_max, ky_max) = spectrum.largest_modes(aspect);
-        let mut tally = Tally::default();
+        let mut tally = Tally::of_cell(aspect.max(1.0));
         for kx in 0..=kx_max {
             for ky in 0..=ky_max {
                 let (nx, ny) = (kx as f64, ky as f64 / aspect);
@@ -95,20 +95,26 @@ impl PowerSpectrum {
     }
 }
 
-#[derive(Default)]
 struct Tally {
+    /// Distance of the shells: the wave number of the longest wave of the cell.
+    width: f64,
     shells: Vec<Shell>,
     /// Real and imaginary parts of the angular harmonics of q²C.
     harmonics: [f64; 4],
 }
 
 impl Tally {
+    /// Of a cell of this extent along its longer side.
+    fn of_cell(longest: f64) -> Self {
+        Tally { width: TAU / longest, shells: Vec::new(), harmonics: [0.0; 4] }
+    }
+
     fn add(&mut self, qx: f64, qy: f64, power: f64) {
         let q2 = qx * qx + qy * qy;
         if q2 == 0.0 || power == 0.0 {
             return;
         }
-        let shell = (q2.sqrt() / TAU).round() as usize;
+        let shell = (q2.sqrt() / self.width).round() as usize;
         if shell >= self.shells.len() {
             self.shells.resize(shell + 1, Shell::default());
         }
@@ -136,6 +142,23 @@ impl Tally {
 mod tests {
     use super::*;
     use crate::{Modes, moments};
+
+    /// Shells of a cell and of the transposed one, whose unit is its own extent along x, are the same.
+    #[test]
+    fn shells_do_not_depend_on_the_orientation() {
+        let (grid, turned) = (Grid { nx: 40, ny: 8, lx: 1.0, ly: 0.2 }, Grid { nx: 8, ny: 40, lx: 1.0, ly: 5.0 });
+        let spectrum = Spectrum { lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE };
+        let heights = Modes::new(spectrum, 3, 0.2).heights(grid, 0.0);
+        let transposed: Vec<f64> = (0..320).map(|i| heights[i % 8 * 40 + i / 8]).collect();
+        let [plain, other] = [(grid, &heights), (turned, &transposed)]
+            .map(|(grid, heights)| PowerSpectrum::from_nodes(grid, heights).shells);
+        assert_eq!(plain.len(), other.len());
+        // Wave numbers are over the extent along x. Shells of rounding alone differ.
+        let total: f64 = plain.iter().map(|s| s.height).sum();
+        for (a, b) in plain.iter().zip(&other).filter(|(a, _)| a.height > 1e-12 * total) {
+            assert!((a.q / (5.0 * b.q) - 1.0).abs() < 1e-9 && (a.height / b.height - 1.0).abs() < 1e-9, "{a:?} {b:?}");
+        }
+    }
 
     /// Shells from nodes and from a series add up to the moments of the nodes and to the ensemble averages.
     #[test]

@@ -85,13 +85,8 @@ impl Spectrum {
         let list: Vec<Complaint> = [
             ("hurst", hurst, hurst > 0.0 && hurst <= 1.0, "a Hurst exponent above 0 and up to 1"),
             ("rms_gradient", rms_gradient, rms_gradient > 0.0 && rms_gradient.is_finite(), "a positive number"),
-            ("lambda_r", lambda_r, lambda_r > 0.0 && lambda_r <= above, "above 0 and up to 1, the extent of the cell"),
-            (
-                "lambda_s",
-                lambda_s,
-                lambda_s >= SHORTEST_CUT_OFF * below && (lambda_s <= lambda_r * above || !(lambda_r > 0.0)),
-                "1e-4 to lambda_r, over the extent of the cell",
-            ),
+            ("lambda_r", lambda_r, lambda_r > 0.0 && lambda_r <= above, "above 0 and up to 1, the cell"),
+            ("lambda_s", lambda_s, lambda_s >= SHORTEST_CUT_OFF * below && lambda_s <= above, "1e-4 to 1 of the cell"),
         ]
         .into_iter()
         .filter(|(_, _, good, _)| !good)

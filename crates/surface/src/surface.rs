@@ -133,7 +133,7 @@ impl Surface {
         let PreparedMap { map, extent, history, warnings, .. } = preparation.apply(map, extent, periodic)?;
         let grid = Grid { nx: map.nx, ny: map.ny, lx: extent[0], ly: extent[1] };
         let body = RoughBody { grid, heights: map.low_first(touching).heights };
-        let periodic = periodic || preparation.repeats();
+        let periodic = preparation.repeats() || periodic && preparation.crop.is_none();
         Ok(Surface { periodic, steps: history, doubts: warnings, ..Self::of_map(body, "array".into(), extent[0]) })
     }
 
@@ -267,7 +267,8 @@ impl Surface {
         self.provenance.as_ref().map_or(&self.steps, |p| &p.preparation)
     }
 
-    /// Copies of the measured map in the cell: four of one that was mirrored, otherwise one, and of a part of a mirrored one as many as it holds. A force acts on each of them.
+    /// Copies of the measured map in the cell: four of one that was mirrored, two of a profile, otherwise one, and of a part of a mirrored
+    /// one as many as it holds. A force acts on each of them.
     pub fn copies(&self) -> f64 {
         copies(self.preparation_steps())
     }

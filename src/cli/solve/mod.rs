@@ -70,6 +70,9 @@ impl SolveArgs {
         let (units, loads) = (self.units(case), &self.loads);
         let first = |list: &Option<Measures>| list.as_ref()?.0.first().copied();
         let length = first(&loads.mean_gap).or(first(&loads.displacement)).or(self.map.length);
+        // Without a flag in the unit that the file declares.
+        let declared = || units.length.as_ref().and_then(|unit| format!("1{unit}").parse().ok());
+        let length = length.filter(|m| m.unit.is_some()).or_else(declared);
         let young = self.body.first().map(|body| body.young);
         let stress = first(&loads.pressure).or(self.hardness).or(self.modulus).or(young);
         let si = |given: Option<Measure>, dimension| given?.unit.and(units.si(dimension));

@@ -106,9 +106,6 @@ fn subsurface(c: &mut Complaints, scene: &Scene) {
     }
     s.shear_strength.into_iter().for_each(|t| c.positive_quantity("continuum.subsurface.shear_strength", t));
     c.unless(m.crystal.is_none(), "continuum.subsurface", "given with continuum.crystal", "an isotropic body");
-    let solves = asperity_methods::find(&m.method).is_none_or(|m| m.card().kind == MethodKind::Solver);
-    let accepted = "a solver of the fields (see `asperity methods`)";
-    c.unless(solves, "continuum.subsurface", format!("given with the method {}", m.method), accepted);
 }
 
 /// What a method that estimates cannot do.
@@ -124,6 +121,8 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
         (scene.load.unload, "load.unload"),
         (!scene.load.contact.is_empty(), "load.contact"),
         (m.initial_gap.is_some(), "continuum.initial_gap"),
+        (m.leakage, "continuum.leakage"),
+        (m.subsurface.is_some(), "continuum.subsurface"),
         (extrapolates, "adhesion.resolution = \"extrapolate\""),
         (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges.is_empty()), "adhesion.other_ranges"),
         (m.precision == Precision::F32, "continuum.precision = \"f32\""),

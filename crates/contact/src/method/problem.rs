@@ -183,7 +183,8 @@ impl<'a> ReducedProblem<'a> {
     /// Number of shells of the power spectrum; those of the grid before the spectrum is computed.
     pub fn shells(&self) -> usize {
         let Grid { nx, ny, lx, ly } = self.grid;
-        self.power.map_or((0.5 * (nx as f64).hypot(ny as f64 * lx / ly)).ceil() as usize, |p| p.shells.len())
+        let modes = 0.5 * (nx as f64).hypot(ny as f64 * lx / ly) * (ly / lx).max(1.0);
+        self.power.map_or(modes.ceil() as usize, |p| p.shells.len())
     }
 
     /// Bytes that [`ReducedProblem::power_of_heights`] allocates: for nodal heights, a half spectrum and the series made

@@ -233,10 +233,10 @@ mod tests {
         assert!((slope + 1.5).abs() < SLOPE, "{slope} {actual:?}");
         let single = size_distribution(&[1, 1, 1, 2], 5);
         assert_eq!((single[0].1, single[0].2, single.last().unwrap().2), (0.75, 3, 1));
-        // Bins of one number are at this number; that of 4, 5 and 6 nodes is at its geometric mean.
+        // Bins of one number are at this number, those of 4 and 5 and of 6 to 9 nodes at the geometric mean.
         assert_eq!([single[0].0, single[1].0], [1.0, 2.0]);
         let wide: Vec<f64> = size_distribution(&[3, 4, 6], 5).into_iter().map(|b| b.0).collect();
-        assert_eq!(wide, [3.0, 24f64.sqrt()]);
+        assert_eq!(wide, [3.0, 20f64.sqrt(), 54f64.sqrt()]);
         assert!(size_distribution(&[], 5).is_empty());
     }
 

@@ -126,9 +126,9 @@ mod tests {
     #[test]
     fn paths_from_side_to_side() {
         for (text, contact) in [
-            // Around the cell, and not from side to side: a gap in the first or last column, or a step at the seam.
-            ("##.. .##. ..## #..#", [false, false]),
             (".### .... .... ....", [false, false]),
+            // Neighbours across a side lead no further.
+            (".### #... .... ....", [false, false]),
             ("#### .... .... ....", [true, false]),
             // From side to side, and not around the cell.
             ("##.. .#.. .### ....", [true, false]),

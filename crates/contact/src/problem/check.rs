@@ -103,6 +103,13 @@ impl Problem {
             "given with adhesion",
             "pressures or mean gaps: with adhesion several states have the same contact",
         );
+        let grid = self.surface.grid();
+        c.unless(
+            loads.kind != LoadKind::Force || grid.ny > 1 || grid.nx == 1,
+            Field::Force,
+            "given with a profile",
+            "pressures: a profile has no width on which a force acts",
+        );
         let interface = format!("an adhesive interface, {}", c.names.name(Field::WorkOfAdhesion));
         c.unless(!loads.pull_off || attracts, Field::PullOff, "true", &interface);
         let [mean_gap, pull_off] = [Field::MeanGap, Field::PullOff].map(|field| c.names.name(field));

@@ -1,3 +1,4 @@
+use super::isotropic;
 use asperity_grid::{Grid, mean};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -46,14 +47,16 @@ impl Edges {
     }
 }
 
-/// Copies of the measured map in the cell that steps of preparation made: four times as many after each time it was mirrored, and after a
-/// crop as many as its part holds, at least one.
+/// Copies of the measured map in the cell that steps of preparation made: four times as many after each time it was mirrored, twice as many
+/// of a profile, after a crop as many as its part holds, at least one, and one of an isotropic map.
 pub(crate) fn copies(history: &[String]) -> f64 {
     let numbers = |step: &str| -> Vec<f64> {
         step.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse().ok()).collect()
     };
     history.iter().fold(1.0, |copies: f64, step| match step.split(':').next() {
-        Some("edges mirror") => 4.0 * copies,
+        // The line of the mirror: points of the cell, of which a profile has one along y.
+        Some("edges mirror") => copies * if numbers(step).get(1) == Some(&1.0) { 2.0 } else { 4.0 },
+        Some(isotropic::LINE) => 1.0,
         // The line of the crop: points of the part, its place, points of the whole.
         Some("crop") => match numbers(step)[..] {
             [nx, ny, _, _, of_nx, of_ny] => (copies * nx * ny / (of_nx * of_ny)).max(1.0),
@@ -131,6 +134,9 @@ mod tests {
             ["8 x 8", "8 x 4", "4 x 4", "2 x 2"].map(|part| count(&[&mirrored, &crop(part)])),
             [4.0, 2.0, 1.0, 1.0]
         );
+        let line = Edges::Mirror.line(Grid { ny: 1, ..Grid::unit(4, 4) });
+        let isotropic = format!("{}: one realisation", isotropic::LINE);
+        assert_eq!([count(&[&line]), count(&[&line, &isotropic])], [2.0, 1.0]);
         // A quarter of a mirrored first map lies below the other body.
         let body = |n: usize, length: f64| RoughBody {
             grid: Grid { nx: n, ny: n, lx: length, ly: length },

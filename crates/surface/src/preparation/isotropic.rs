@@ -29,6 +29,9 @@ const STEPS: usize = 1000;
 /// Least |a|² over the largest: rounding.
 const LEAST: f64 = 1e-24;
 
+/// First words of the line of the history.
+pub(super) const LINE: &str = "isotropic map";
+
 /// Fewest points of a profile.
 const FEWEST: usize = 16;
 
@@ -204,7 +207,7 @@ pub(super) fn map((grid, unit): (Grid, &str), heights: &[f64], periodic: bool, s
     let made = spectrum.heights(square, seed);
     let m = moments(square, &made);
     let line = format!(
-        "isotropic map: one realisation, of seed {seed}, of the random surface whose profiles have this spectrum{}; {n} x {n} points; rms height {} \
+        "{LINE}: one realisation, of seed {seed}, of the random surface whose profiles have this spectrum{}; {n} x {n} points; rms height {} \
          of the profile, {} of the map; rms gradient {} of the profile, {} of the map (√2 times as much in the mean)",
         if periodic { "" } else { " (about its line, under a Hann window)" },
         in_unit(digits(asperity_grid::rms(&level)), unit),

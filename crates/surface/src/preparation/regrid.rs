@@ -31,6 +31,9 @@ pub(crate) fn regrid(grid: Grid, heights: Vec<f64>, points: [usize; 2], periodic
     let need = COPIES.saturating_mul(size_of::<f64>() as u64).saturating_mul(nx as u64).saturating_mul(ny as u64);
     expect_memory(format!("a map of {nx} x {ny} points"), need, "--resample accepts fewer points")?;
     let new = Grid { nx, ny, ..grid };
+    if [nx, ny] == [grid.nx, grid.ny] {
+        return Ok((new, heights));
+    }
     if periodic {
         let mean = mean(&heights);
         let mut resampled = resample(grid, &heights, new, 0.0);
@@ -126,6 +129,16 @@ mod tests {
     fn on(grid: Grid, value: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         let centre = |i: usize, d: f64| (i as f64 + 0.5) * d;
         (0..grid.points()).map(|i| value(centre(i % grid.nx, grid.dx()), centre(i / grid.nx, grid.dy()))).collect()
+    }
+
+    /// Waves of two points are those of no coarser or finer grid, but of their own.
+    #[test]
+    fn the_own_grid_changes_nothing() {
+        let grid = Grid { nx: 6, ny: 4, lx: 3.0, ly: 2.0 };
+        let board: Vec<f64> = (0..24).map(|i| [1.0, -1.0][(i % 6 + i / 6) % 2]).collect();
+        for periodic in [true, false] {
+            assert_eq!(regrid(grid, board.clone(), [6, 4], periodic).expect("points"), (grid, board.clone()));
+        }
     }
 
     /// Quadratics are refined exactly up to the edges.
