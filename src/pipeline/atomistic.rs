@@ -348,9 +348,9 @@ fn plasticity(
     let first_yield = yielded.map(|k| steps[k][0]);
     // Step 0 is unloaded; its recorded load is a remainder within the force tolerance.
     let last_elastic = yielded.and_then(|k| k.checked_sub(1)).map(|k| if k == 0 { 0.0 } else { steps[k][0] });
-    let beyond: Vec<f64> = first_yield.map_or(Vec::new(), |p| {
-        states.iter().filter(|s| s.p_star >= p && s.contacts > 0).map(|s| s.contact_stress_gpa).collect()
-    });
+    // Not by p*: that of a state is the imposed one, and those of the steps are measured.
+    let yields = |s: &&AtomState| s.defects.is_some_and(|d| d.atoms > centro_symmetry::NOISE) && s.contacts > 0;
+    let beyond: Vec<f64> = states.iter().filter(yields).map(|s| s.contact_stress_gpa).collect();
     Ok(PlasticityResults {
         atoms: centro_symmetry::analysed_atoms(&atoms.block) as usize,
         masked_layers: centro_symmetry::MASKED_LAYERS,

@@ -278,7 +278,6 @@ impl Case {
     pub fn rising_steps(&self) -> Vec<&LoadStep> {
         let p_star = |s: &LoadStep| s.imposed_p_star();
         let mut steps: Vec<&LoadStep> = self.loading_steps().iter().collect();
-        steps.sort_by(|a, b| p_star(a).total_cmp(&p_star(b)));
         steps.dedup_by(|a, b| p_star(a) == p_star(b));
         steps
     }

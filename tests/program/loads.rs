@@ -413,3 +413,19 @@ fn loads_of_a_flat_surface() {
         assert_eq!(said.contains(&reason) && said.contains("mean gaps: the surface is flat"), refused, "{said}");
     }
 }
+
+/// Atoms are pressed to the highest load and unloaded once: other orders are refused, as the states at their loads would be of another path.
+#[test]
+fn loads_of_atoms_rise() {
+    let files = Scratch::new();
+    for (loads, falls) in [("[0.03, 0.01]", Some(1)), ("[0.01, 0.05, 0.02]", Some(2)), ("[0.01, 0.03, 0.01]", None)] {
+        let scene = format!(
+            "name = \"t\"\n[surface]\ngrid = 32\ncut_off_mode = 8\n[load]\np_star = {loads}\n[atoms]\ncells = 10\ndepth_cells = 6\n"
+        );
+        fs::write(files.path("scene.toml"), scene).expect("written");
+        let said = ends(&files, &["run", "scene.toml", "--dry-run"], if falls.is_some() { 2 } else { 0 });
+        if let Some(i) = falls {
+            assert!(said.contains(&format!("load.p_star[{i}]")) && said.contains("load.unload"), "{said}");
+        }
+    }
+}

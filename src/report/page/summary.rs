@@ -83,8 +83,8 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
 /// Why the elastic continuum differs from the atoms, and what a hardness explains; `None` without a solution with hardness.
 fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults, named: GivenLoads) -> Option<Markup> {
     let hardness = c.yielding_wall.as_ref()?.hardness?;
-    let loads = c.loads.iter().filter(|l| !has_few_contacts(Some(atoms), l));
-    let pairs: Vec<_> = loads.filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
+    let (few, enough): (Vec<_>, Vec<_>) = c.loads.iter().partition(|l| has_few_contacts(Some(atoms), l));
+    let pairs: Vec<_> = enough.into_iter().filter_map(|l| Some((l, matched(l)?, yielding(l)?))).collect();
     let worst = |value: &dyn Fn(&LoadComparison, &CriterionMatch, &CriterionMatch) -> Option<f64>| {
         let all = pairs.iter().filter_map(|(l, e, h)| Some((*l, *e, value(l, e, h)?)));
         all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
@@ -98,8 +98,8 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults, named: GivenLoads
     };
     let kappa = |hard| significant(lowest(|m| m.overlap.kappa, hard), 2);
     let shifted = pairs.iter().map(|(_, _, h)| h.shifted.kappa.abs()).fold(0.0, f64::max);
-    let loads = span(c.loads.iter().map(|l| l.p_star), |p| named.value(p));
-    let fraction = span(c.loads.iter().map(|l| l.atoms.contact_area), percent);
+    let loads = span(pairs.iter().map(|(l, ..)| l.p_star), |p| named.value(p));
+    let fraction = span(pairs.iter().map(|(l, ..)| l.atoms.contact_area), percent);
     let verb = if stress > hardness { "exceeds" } else { "is below" };
     let explains = if left.abs() < 0.5 * mismatch.abs() { "explains it" } else { "does not explain it" };
     Some(html! {
@@ -108,13 +108,19 @@ fn hardness_found(atoms: &AtomsResults, c: &ComparisonResults, named: GivenLoads
         ". The elastic contact stress of " (si(stress, "Pa", 3)) " at " (of_load(named)) (named.value(load.p_star)) " " (verb) " the hardness of "
         (si(hardness, "Pa", 3)) "; with it the areas differ by at most " (percent(left.abs())) ", and the maps agree with "
         (term(Term::Kappa)) " ≥ " (kappa(true)) " (elastic: " (kappa(false)) "; misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). At " (named.quantity.symbol())
-        (loads) ", " (fraction) " of the surface atoms are in contact."
+        (loads) ", " (fraction) " of the surface atoms are in contact" (left_out(&few, named)) "."
     })
 }
 
 /// What a load follows: p* with its definition, or nothing.
 fn of_load(named: GivenLoads) -> Markup {
     html! { @if named.quantity == LoadQuantity::PStar { (term(Term::Load)) " = " } }
+}
+
+/// What a sentence says of loads that it leaves out.
+fn left_out(few: &[&LoadComparison], named: GivenLoads) -> String {
+    let loads = few.iter().map(|l| named.value(l.p_star)).collect::<Vec<_>>().join(", ");
+    if few.is_empty() { loads } else { format!("; at {}{loads} too few atoms to compare", named.quantity.symbol()) }
 }
 
 /// Whether a load has too few contact atoms to be compared.
@@ -133,10 +139,6 @@ fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults, named: 
             " with the continuum. Higher loads or a larger block have more."
         });
     }
-    let left_out = (!few.is_empty()).then(|| {
-        let loads = few.iter().map(|l| named.value(l.p_star)).collect::<Vec<_>>().join(", ");
-        format!("; at {}{loads} too few atoms to compare", named.quantity.symbol())
-    });
     let matches: Vec<_> = enough.into_iter().filter_map(|l| Some((l, matched(l)?))).collect();
     let best = matches.first()?.1;
     let loads = span(matches.iter().map(|(l, _)| l.p_star), |p| named.value(p));
@@ -160,7 +162,7 @@ fn comparison_found(atoms: Option<&AtomsResults>, c: &ComparisonResults, named: 
             "; the maps agree with " (term(Term::Kappa)) " ≥ " (significant(m.overlap.kappa, 2)) (elsewhere.unwrap_or_default()) }
         " (misaligned maps: |κ| ≤ " (significant(shifted, 2)) "). The difference is " (within) " of the continuum’s area there (" (doubt)
         "); that of the atoms is not known. At " (of_load(named)) (loads) ", " (atoms) " of the surface atoms and " (continuum)
-        " of the continuum (" (best.label()) ") are in contact" (left_out.unwrap_or_default()) "."
+        " of the continuum (" (best.label()) ") are in contact" (left_out(&few, named)) "."
     })
 }
 

@@ -78,14 +78,13 @@ fn load_range(c: &mut Complaints, r: &LoadRange) {
 fn branches_of_atoms(c: &mut Complaints, scene: &Scene) {
     let (loads, atoms) = (scene.load.loads(), scene.atoms.is_some());
     let (p, key) = (&loads.values, Keys(scene).name(loads.kind.field()));
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion.value() > 0.0);
     let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
-    if let Some(i) = falls.filter(|_| atoms && attracts && !loads.is_closed()) {
+    if let Some(i) = falls.filter(|_| atoms && !loads.is_closed() && loads.kind != LoadKind::MeanGap) {
         c.unless(
             false,
             &format!("{key}[{i}]"),
             scene.load.text(loads.kind, i).unwrap_or_else(|| p[i].to_string()),
-            "no less than the load before, or load.unload: with adhesion atoms unload on another branch",
+            "no less than the load before, or load.unload: atoms are unloaded once, from the highest load",
         );
     }
     let path = loads.path();
