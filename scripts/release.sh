@@ -40,6 +40,8 @@ is_committed() {
 }
 
 crates() {
+    # Cargo keeps the unpacked packages of an earlier run, and takes them for these, which have the same version.
+    rm -rf "${CARGO_HOME:-$HOME/.cargo}"/registry/src/-*/asperity-*-"$version"
     cargo package --locked --workspace --exclude asperity-python && cp target/package/asperity*-"$version".crate "$out"
 }
 
