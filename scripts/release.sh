@@ -40,9 +40,10 @@ is_committed() {
 }
 
 crates() {
-    # Cargo keeps the unpacked packages of an earlier run, and takes them for these, which have the same version.
-    rm -rf "${CARGO_HOME:-$HOME/.cargo}"/registry/src/-*/asperity-*-"$version"
-    cargo package --locked --workspace --exclude asperity-python && cp target/package/asperity*-"$version".crate "$out"
+    # Cargo takes unpacked and compiled packages of an earlier run for these, which have the same version.
+    rm -rf target/release-crates "${CARGO_HOME:-$HOME/.cargo}"/registry/src/-*/asperity-*-"$version"
+    cargo package --locked --workspace --exclude asperity-python --target-dir target/release-crates &&
+        cp target/release-crates/package/asperity*-"$version".crate "$out"
 }
 
 # has_files ARCHIVE NAME...
