@@ -22,7 +22,7 @@ fn print(folder: &Path) -> asperity::Result<()> {
             state.branch, state.p_star, state.pressure, state.contact_area, mean_gap
         );
         let (Some(gap), Some(stress)) = (run.gap(state)?, run.stress(state)?) else { continue };
-        let sizes = clusters(gap.mapv(|g| g <= 0.0).view(), Connectivity::Eight, true).sizes;
+        let sizes = clusters(gap.mapv(|g| g <= 0.0).view(), Connectivity::Eight, !state.non_periodic).sizes;
         println!("    {} contact clusters, the largest of {} nodes", sizes.len(), sizes.iter().max().unwrap_or(&0));
         // The maps agree with the numbers of the state.
         let mean = |map: &ndarray::Array2<f64>| map.mean().expect("a map has nodes");

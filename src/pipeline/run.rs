@@ -247,9 +247,12 @@ pub fn other_scene(case: &Case, out: &Path) -> Option<String> {
     if !out.join(results::FILE).exists() || !hashed::changed(out, &[SCENE_FILE]).is_empty() {
         return None;
     }
-    let earlier = Scene::read(&out.join(SCENE_FILE)).ok()?;
-    let values = [&earlier, &case.portable_scene()].map(of_results);
-    Some(json::differences(&values[0], &values[1])).filter(|text| !text.is_empty())
+    difference(&Scene::read(&out.join(SCENE_FILE)).ok()?, &case.portable_scene())
+}
+
+/// What differs between two scenes in words, as far as results depend on it.
+pub(super) fn difference(earlier: &Scene, scene: &Scene) -> Option<String> {
+    Some(json::differences(&of_results(earlier), &of_results(scene))).filter(|text| !text.is_empty())
 }
 
 /// The keys of a scene on which its results depend: not those of the machine, nor what is done about warnings.

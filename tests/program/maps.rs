@@ -65,21 +65,23 @@ fn edges_that_repeat_contradict_a_body_that_does_not() {
     }
 }
 
-/// Where the grid enlarges the range, or leaves out waves, two grids do not tell how far the pull-off is from the requested one.
+/// Where the grid enlarges the range, or leaves out waves, two grids do not tell how far pull-off and leakage are from the requested ones.
 #[test]
-fn a_pull_off_of_another_problem_has_no_error() {
-    let problem = ["solve", "--challenge", "64", "--modulus", "1", "--pressure", "0.01", "--work-of-adhesion", "4e-3"];
-    let error = |more: &[&str]| {
-        let output = call(&[&problem[..], &["--length", "1", "--pull-off", "--json"], more].concat());
+fn numbers_of_another_problem_have_no_error() {
+    let problem = ["solve", "--challenge", "64", "--modulus", "1", "--pressure", "0.01", "--work-of-adhesion", "1e-3"];
+    let errors_are_stated = |more: &[&str]| {
+        let output = call(&[&problem[..], &["--length", "1", "--pull-off", "--leakage", "--json"], more].concat());
         assert!(output.status.success(), "{}", stderr(&output));
         let lines = String::from_utf8(output.stdout).expect("UTF-8");
-        let last: Value = serde_json::from_str(lines.lines().last().expect("lines")).expect("JSON");
+        let read = |line: &str| -> Value { serde_json::from_str(line).expect("JSON") };
+        let (state, last) = (read(lines.lines().next().expect("lines")), read(lines.lines().last().expect("lines")));
         assert!(last["pull_off_pressure"].as_f64().is_some_and(|p| p < 0.0), "{last}");
-        last["pull_off_pressure_error"].clone()
+        assert!(state["leakage"]["conductivity"][0].as_f64().is_some_and(|flow| flow > 0.0), "{state}");
+        [last["pull_off_pressure_error"].is_number(), state["leakage"]["gap_errors"].is_array()]
     };
-    assert!(error(&["--cut-off", "0.125", "--range", "2e-2"]).is_number());
-    assert_eq!(error(&["--cut-off", "0.125", "--range", "1e-4"]), Value::Null);
-    assert_eq!(error(&["--cut-off", "0.01", "--range", "2e-2"]), Value::Null);
+    assert_eq!(errors_are_stated(&["--cut-off", "0.125", "--range", "2e-2"]), [true; 2]);
+    assert_eq!(errors_are_stated(&["--cut-off", "0.125", "--range", "1e-4"]), [false; 2]);
+    assert_eq!(errors_are_stated(&["--cut-off", "0.0125", "--range", "2e-2"]), [false; 2]);
 }
 
 /// Refusals name the work of adhesion as it was given, also where the lengths are those that a file declares.

@@ -32,6 +32,26 @@ fn write_map(path: &Path, value: impl Fn(usize, usize) -> f64) {
     npy::write(path, N, N, (0..N * N).map(|i| value(i % N, i / N))).expect("written");
 }
 
+/// The crystal yields at its highest load, which counts although the load that is measured there may be above the imposed one by rounding.
+#[test]
+fn the_hardness_of_a_crystal_is_the_stress_of_the_states_that_yield() {
+    let Some(_lammps) = crate::lammps::lammps(1) else { return };
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = "name = \"yields\"\n[surface]\ngrid = 128\nseed = 5\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.7\n\
+                 [load]\np_star = [0.01, 0.05]\n[atoms]\ncells = 11\ndepth_cells = 6\nplasticity = true\n";
+    fs::write(scratch.path().join("scene.toml"), scene).expect("written");
+    let run = asperity().current_dir(scratch.path()).args(["run", "scene.toml", "--out", "r"]).output();
+    let run = run.expect("started");
+    assert!(run.status.success(), "{}", stderr(&run));
+    let text = fs::read_to_string(scratch.path().join("r/results.json")).expect("results");
+    let atoms = &serde_json::from_str::<Value>(&text).expect("JSON")["atoms"];
+    let state = |i: usize| &atoms["states"][i];
+    let (noise, defects) =
+        (number(&atoms["plasticity"], "noise_atoms"), |i: usize| number(&state(i)["defects"], "atoms"));
+    assert!(defects(0) <= noise && defects(1) > noise, "{} {}", defects(0), defects(1));
+    assert_eq!(number(&atoms["plasticity"], "hardness_gpa"), number(state(1), "contact_stress_gpa"));
+}
+
 /// Methods without plastic flow are compared with the one that has it: they solve the elastic body, and say so.
 #[test]
 fn elastic_methods_are_compared_with_plastic_flow() {

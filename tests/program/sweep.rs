@@ -231,6 +231,11 @@ fn a_sweep_of_another_scene_leaves_the_folder_as_it_is() {
     assert!(said.contains("--out = ") && said.contains("hurst = 0.6") && said.contains("--overwrite"), "{said}");
     assert_eq!(said.lines().filter(|line| line.contains("error")).count(), 1, "{said}");
     assert!(files.map(kept) == before, "files were written");
+    // What no result depends on is no other scene.
+    let strict = written(scratch.path(), "small.toml", &SCENE.replace("[surface]", "[surface]\nstrict = true"));
+    assert_eq!(swept("ensemble", &strict, &out, &["--seeds", "1..2"]).0, Some(0));
+    let other =
+        written(scratch.path(), "small.toml", &SCENE.replace("cut_off_mode = 8", "cut_off_mode = 8\nhurst = 0.6"));
     let (code, line, said) = swept("ensemble", &other, &out, &["--seeds", "1..2", "--overwrite"]);
     assert_eq!((code, &line["done"]), (Some(0), &2.into()), "{said}");
 }

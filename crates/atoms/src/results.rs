@@ -163,7 +163,7 @@ pub struct AtomState {
     pub index: usize,
     /// Loading or unloading.
     pub branch: Branch,
-    /// Load as it was measured in the block.
+    /// Load p* as it was imposed.
     pub p_star: f64,
     /// Contact atoms of the surface layer over all atoms of that layer.
     pub contact_area: f64,

@@ -5,7 +5,7 @@ use super::files;
 use super::points::{Sweep, SweepPoint};
 use crate::compare::ensemble::evaluate;
 use crate::pipeline::RunFolder;
-use crate::pipeline::run::list_files;
+use crate::pipeline::run::{difference, list_files};
 use crate::record::ensemble::{Ensemble, EnsemblePoint, FILE, PointStatus};
 use crate::record::given_loads::Imposed;
 use crate::record::results;
@@ -15,8 +15,7 @@ use crate::scene::Scene;
 use asperity_contact::quantity::Quantity;
 use asperity_contact::uncertainty::total;
 use asperity_grid::error::{Error, Result};
-use asperity_surface::files::atomic_file::{create_folder, read_bytes, read_text, write_atomic};
-use asperity_surface::files::json;
+use asperity_surface::files::atomic_file::{create_folder, read_bytes, write_atomic};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -104,13 +103,10 @@ pub fn open(sweep: &Sweep, out: &Path, overwrite: bool, warn: &dyn Fn(&str)) -> 
 /// Refuses to replace a finished point by that of another scene.
 fn expect_scene(swept: &SweepPoint, out: &Path) -> Result<()> {
     let folder = PointFolder::of(out, &swept.label);
-    let values = |text: &str| toml::from_str::<serde_json::Value>(text).ok();
-    let earlier = read_text(&folder.scene).ok().filter(|_| folder.out.join(results::FILE).exists());
-    let Some((old, new)) = earlier.and_then(|text| values(&text)).zip(values(&swept.scene)) else { return Ok(()) };
-    let difference = json::differences(&old, &new);
-    if difference.is_empty() {
-        return Ok(());
-    }
+    let scenes = || Some((Scene::read(&folder.scene).ok()?, Scene::parse(&swept.scene, &folder.scene).ok()?));
+    let finished = folder.out.join(results::FILE).exists();
+    let Some((earlier, new)) = finished.then(scenes).flatten() else { return Ok(()) };
+    let Some(difference) = difference(&earlier, &new) else { return Ok(()) };
     let found = format!("{} ({} has the results of another scene: {difference})", out.display(), swept.label);
     let accepted = "another folder, or --overwrite to replace these results";
     Err(Error::input("command line", "--out", found, accepted))

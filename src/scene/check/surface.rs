@@ -107,12 +107,6 @@ fn profile(c: &mut Complaints, scene: &Scene) {
         "given with [atoms]",
         "a map, as of surface.isotropic_map: the block of atoms is square",
     );
-    c.unless(
-        scene.load.force.is_empty(),
-        "load.force",
-        "given with surface.profile",
-        "load.pressure: a profile has no width on which a force acts, unless surface.isotropic_map gives it one",
-    );
     let estimates = |m: &MethodCard| m.kind == MethodKind::Estimate;
     let own = asperity_methods::find(&scene.continuum.method).map(|m| m.card());
     c.unless(

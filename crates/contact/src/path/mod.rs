@@ -76,7 +76,7 @@ pub struct Reached<'a> {
     /// mean gap, plus the mean plastic displacement, else the rigid approach.
     pub displacement: f64,
     /// Hydraulic gaps along x and y on the next coarser grid, L, and the relative change of the mean gap from it, if the flow was
-    /// requested; `None` if the grid leaves out waves: how much they change the flow was not measured.
+    /// requested; `None` if the grid leaves out waves or enlarges the range: how much that changes the flow was not measured.
     pub coarser_gaps: Option<([f64; 2], f64)>,
     /// Errors of the maps of gap and contact, if requested.
     pub map_errors: Option<MapErrors>,
@@ -313,7 +313,9 @@ impl<'p> LoadPathSolver<'p> {
             };
             let converged = self.is_complete(&state, observer)?;
             let map_errors = self.map_errors(converged, (&state, &area), coarse_solvers.first(), (rms_height, waves));
-            let coarser_gaps = next.and_then(|next| waves.coarser_gaps(&next, state.mean_gap));
+            let coarser_gaps = next
+                .filter(|_| self.is_as_requested(waves))
+                .and_then(|next| Some((next.gaps?, (next.mean_gap / state.mean_gap - 1.0).abs())));
             let fine = GridResult::new(&state, self.problem.grid, self.problem.adhesion.range(), &area);
             let errors = converged.then(|| self.errors(load, next, &coarse, fine, (rms_height, resolved)));
             let (discretisation, extrapolated) = errors.unwrap_or_default();
@@ -367,11 +369,16 @@ impl<'p> LoadPathSolver<'p> {
         coarser: Option<&CoarseSolver>,
         (rms_height, waves): (f64, LeftOutWaves),
     ) -> Option<MapErrors> {
-        if !converged || waves.any() || self.adhesion() != self.requested {
+        if !converged || !self.is_as_requested(waves) {
             return None;
         }
         let fine = (self.problem.grid, state.gap, state.mean_gap);
         map_errors::map_errors(fine, coarser?.gap()?, (self.threshold, rms_height, area))
+    }
+
+    /// Whether the problem is the requested one: two grids say nothing of another range, or of waves that both leave out.
+    fn is_as_requested(&self, waves: LeftOutWaves) -> bool {
+        self.adhesion() == self.requested && !waves.any()
     }
 
     /// Whether a state has converged.
@@ -399,10 +406,11 @@ impl<'p> LoadPathSolver<'p> {
         let pull_off =
             pull_off::search(run, &self.problem, (scale, &part([0.0, if both { FINE_SHARE } else { 1.0 }])), last)?;
         let coarse = coarser.map(|coarse| coarse.pull_off(scale, &part([FINE_SHARE, 1.0]))).transpose()?.flatten();
-        // What the search leaves says nothing of the grid, and two grids say nothing of the requested range or of waves that both leave out.
-        let whole = self.adhesion() == self.requested && !LeftOutWaves::of(&self.problem).any();
+        // What the search leaves says nothing of the grid.
         Ok(match coarse {
-            Some((grid, pull)) if whole => pull_off::compared(pull_off, grid, pull),
+            Some((grid, pull)) if self.is_as_requested(LeftOutWaves::of(&self.problem)) => {
+                pull_off::compared(pull_off, grid, pull)
+            }
             _ => PullOff { pressure_error: None, mean_gap_error: None, ..pull_off },
         })
     }

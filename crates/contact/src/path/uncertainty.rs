@@ -1,6 +1,5 @@
 //! Uncertainty components of the numbers of a state.
 
-use super::coarser_grids::GridResult;
 use crate::method::{Equilibrium, Heights, ReducedProblem};
 use crate::observe::ContactArea;
 use crate::quantity::Quantity;
@@ -42,12 +41,6 @@ impl LeftOutWaves {
         // Below this the difference is rounding.
         let rms_height = if rms_height <= ROUNDING_OF_RMS * rms { 0.0 } else { rms_height };
         LeftOutWaves { gradient: if rms_height > 0.0 { gradient / resolved - 1.0 } else { 0.0 }, rms_height }
-    }
-
-    /// See [`Reached::coarser_gaps`](super::Reached::coarser_gaps).
-    pub(super) fn coarser_gaps(&self, coarser: &GridResult, mean_gap: f64) -> Option<([f64; 2], f64)> {
-        let gaps = coarser.gaps.filter(|_| !self.any())?;
-        Some((gaps, (coarser.mean_gap / mean_gap - 1.0).abs()))
     }
 
     pub(super) fn any(&self) -> bool {

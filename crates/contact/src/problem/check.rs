@@ -108,7 +108,7 @@ impl Problem {
             loads.kind != LoadKind::Force || grid.ny > 1 || grid.nx == 1,
             Field::Force,
             "given with a profile",
-            "pressures: a profile has no width on which a force acts",
+            "pressures, or an isotropic map: a profile has no width on which a force acts",
         );
         let interface = format!("an adhesive interface, {}", c.names.name(Field::WorkOfAdhesion));
         c.unless(!loads.pull_off || attracts, Field::PullOff, "true", &interface);
