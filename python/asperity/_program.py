@@ -196,7 +196,7 @@ def ensemble(
     scene: Where,
     out: Where | None = None,
     *,
-    seeds: str | Sequence[int],
+    seeds: str | int | Sequence[int],
     jobs: int | None = None,
     atoms: bool = True,
     overwrite: bool = False,
@@ -210,7 +210,7 @@ def ensemble(
     ----------
     scene : path_like
         Scene file (TOML).
-    seeds : str or sequence of int
+    seeds : str, int or sequence of int
         Seeds of the surface: ``"1..12"``, ``"1,5,7"`` or ``[1, 5, 7]``.
     out, jobs, atoms, overwrite, lammps, echo, arguments
         As in :func:`sweep`.
@@ -220,7 +220,8 @@ def ensemble(
     InputError, NotConverged, LammpsError, ResourceError
         As in :func:`sweep`.
     """
-    listed = seeds if isinstance(seeds, str) else ",".join(map(str, seeds))
+    numbers = [seeds] if isinstance(seeds, int) else seeds
+    listed = numbers if isinstance(numbers, str) else ",".join(map(str, numbers))
     options = _options(no_atoms=not atoms, overwrite=bool(overwrite), out=out, seeds=listed, jobs=jobs, lammps=lammps)
     return Sweep(_json("ensemble", scene, *options, *_words(arguments), echo=echo)["out"])
 

@@ -78,9 +78,12 @@ def _steps(preparation: Preparation | None) -> dict[str, Any]:
     steps = {key: value for key, value in (preparation or {}).items() if value is not None}
     if unknown := sorted(set(steps) - set(STEPS)):
         raise InputError(f"preparation = {unknown}; accepted: {', '.join(STEPS)}")
-    if ("extend_to" in steps or steps.get("isotropic_map")) and "seed" not in steps:
+    adds_waves = "extend_to" in steps or bool(steps.get("isotropic_map"))
+    if "seed" in steps and not adds_waves:
+        raise InputError(f"seed = {steps['seed']!r}; accepted: none without extend_to or isotropic_map, whose waves it determines")
+    if adds_waves and "seed" not in steps:
         raise InputError("seed = None; accepted: a whole number with extend_to or isotropic_map, the seed of its waves")
-    return dict.fromkeys(STEPS) | {"filter": "gaussian"} | {key: _step(key, value) for key, value in steps.items()}
+    return dict.fromkeys(STEPS) | {key: _step(key, value) for key, value in steps.items()}
 
 
 class Surface:

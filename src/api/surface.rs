@@ -32,7 +32,7 @@ pub struct FileOptions {
 /// them; those of the preparation; Fourier coefficients, for which there is `asperity surface`.
 pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Surface> {
     let path = path.as_ref();
-    let table = SurfaceScene {
+    let mut table = SurfaceScene {
         heights: Some(path.to_path_buf()),
         dataset: options.dataset.clone(),
         profile: options.profile,
@@ -43,14 +43,16 @@ pub fn read_surface(path: impl AsRef<Path>, options: &FileOptions) -> Result<Sur
         detrend: options.preparation.detrend.map(Into::into),
         low_pass: options.preparation.low_pass.map(Length::plain),
         high_pass: options.preparation.high_pass.map(Length::plain),
-        filter: Some(options.preparation.filter),
+        filter: options.preparation.filter,
         resample: options.preparation.resample,
         edges: options.preparation.edges,
         extend_to: options.preparation.extend_to.map(Length::plain),
         isotropic_map: options.preparation.isotropic_map,
-        seed: options.preparation.seed,
         ..SurfaceScene::default()
     };
+    if table.has_seed() {
+        table.seed = options.preparation.seed;
+    }
     let mut scene = Scene::new("surface", table);
     // A plain modulus: lengths are in the unit of the heights.
     let (length, modulus) = (options.length.map(Length::plain), Some(Stress::plain(1.0)));

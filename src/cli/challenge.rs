@@ -1,12 +1,12 @@
 use super::cluster::CommandRequest;
 use super::file::{FileFlags, flag_of, refuse_grid};
 use super::machine::{LammpsFlags, MachineFlags, submits};
-use super::run::plan;
+use super::run::{FolderFlags, plan};
 use super::{output, progress::TerminalProgress};
 use crate::challenge::MESH_LIMIT;
-use crate::pipeline::{self, OutFolder};
+use crate::pipeline;
 use crate::record::results;
-use crate::scene::{Case, Scene, rename_keys};
+use crate::scene::{Case, Scene, SurfaceScene, rename_keys};
 use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::interface::RangeChoice;
@@ -50,9 +50,8 @@ pub(super) struct ChallengeArgs {
     /// Run folder. Default: runs/challenge-N, extended by seed, file name and -regularised.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
-    #[arg(long)]
-    no_verify: bool,
+    #[command(flatten)]
+    folder: FolderFlags,
     /// Further methods for the same loads: comma-separated ids from `asperity methods`, or all.
     #[arg(long, alias = "also", value_name = "IDS", value_delimiter = ',', num_args = 1)]
     compare_with: Vec<String>,
@@ -89,7 +88,7 @@ impl ChallengeArgs {
             return plan(&case, self.json).map(|()| ExitCode::SUCCESS);
         }
         let progress = TerminalProgress::new();
-        let (results, page) = pipeline::run(&case, OutFolder { path: &out, verify: !self.no_verify }, &progress)?;
+        let (results, page) = pipeline::run(&case, self.folder.folder(&out), &progress)?;
         drop(progress);
         if self.json {
             output::json_line(&serde_json::json!({
@@ -132,6 +131,9 @@ impl ChallengeArgs {
             }
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
             (s.unit, s.touching) = (Some(self.unit.clone()), Some(self.touching));
+            if !self.file.are_waves() {
+                s.grid = SurfaceScene::default().grid;
+            }
             let lab = &mut scene.laboratory;
             (lab.length, lab.modulus) = (Some(lab.length()), Some(lab.modulus()));
             refuse_grid(self.grid, Some(path), !self.file.are_waves())?;

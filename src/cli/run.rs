@@ -2,11 +2,11 @@ use super::cluster::CommandRequest;
 use super::file::{accuracy, refuse_grid};
 use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::{crystals, output, programs, progress::TerminalProgress};
+use crate::Result;
 use crate::pipeline::{self, OutFolder};
 use crate::record::results;
 use crate::report::number::{count, si};
 use crate::scene::{Case, Scene};
-use crate::{Error, Result};
 use asperity_atoms::lammps_command::LammpsCommand;
 use asperity_contact::method::Precision;
 use asperity_contact::problem::ErrorTargets;
@@ -15,12 +15,28 @@ use asperity_surface::import::Fourier;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Flags of the stages of a run folder, which `sweep` passes to each of its runs.
+/// What is done with the results that a run folder has.
 #[derive(Debug, clap::Args)]
-pub(super) struct StageFlags {
+pub(super) struct FolderFlags {
+    /// Replace the results of another scene in that folder. Stages that the change does not concern are kept.
+    #[arg(long)]
+    pub(super) overwrite: bool,
     /// Reuse finished parts of the folder without comparing their files with the stored hashes.
     #[arg(long)]
     pub(super) no_verify: bool,
+}
+
+impl FolderFlags {
+    pub(super) fn folder<'a>(&self, path: &'a Path) -> OutFolder<'a> {
+        OutFolder { path, verify: !self.no_verify, overwrite: self.overwrite }
+    }
+}
+
+/// Flags of the stages of a run folder, which `sweep` passes to each of its runs.
+#[derive(Debug, clap::Args)]
+pub(super) struct StageFlags {
+    #[command(flatten)]
+    pub(super) folder: FolderFlags,
     /// Execute the program that the scene names as atoms.program.
     #[arg(long)]
     pub(super) allow_program: bool,
@@ -33,9 +49,6 @@ pub(super) struct RunArgs {
     /// Run folder. Default: runs/NAME with the scene's name.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace the results of another scene in that folder. Stages that the change does not concern are kept.
-    #[arg(long)]
-    overwrite: bool,
     #[command(flatten)]
     stages: StageFlags,
     #[command(flatten)]
@@ -112,21 +125,18 @@ impl RunArgs {
             pipeline::impose_contact(&mut case, units, &asperity_contact::method::NoObserver)?;
         }
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
-        let comparable = case.scene.load.contact.is_empty() && !self.overwrite;
-        if let Some(difference) = pipeline::other_scene(&case, &out).filter(|_| comparable) {
-            let found = format!("{} (contains the results of another scene: {difference})", out.display());
-            let accepted = "another folder, or --overwrite to replace these results (stages that do not depend on the difference are kept)";
-            return Err(Error::input("command line", "--out", found, accepted));
-        }
+        let folder = self.stages.folder.folder(&out);
         if is_job {
+            if case.scene.load.contact.is_empty() {
+                pipeline::expect_scene(&case, folder)?;
+            }
             let (results, machine) = (results::FILE, (machine_name, machine));
             let (dry_run, json) = (self.dry_run, self.json);
             let request = CommandRequest { case: &case, out: &out, machine, results, seconds: None, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
         }
         let progress = TerminalProgress::new();
-        let (results, page) =
-            pipeline::run(&case, OutFolder { path: &out, verify: !self.stages.no_verify }, &progress)?;
+        let (results, page) = pipeline::run(&case, folder, &progress)?;
         drop(progress);
         output::finished(self.json, (&out, &page), ("results", &results), || output::results(&results))?;
         output::ended(&results, page, case.scene.surface.strict)

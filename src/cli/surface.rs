@@ -227,6 +227,13 @@ impl SurfaceArgs {
     /// Sets keys of the scene from flags.
     fn overwrite(&self, scene: &mut Scene) -> Result<()> {
         let s = &mut scene.surface;
+        if let Some(path) = &self.heights {
+            // Properties of the scene's own surface do not hold for another. A file given here is relative to where the command
+            // runs, not to the scene.
+            let heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
+            *s = SurfaceScene { heights, ..SurfaceScene::default() };
+            (scene.laboratory.length, scene.laboratory.length_y) = (None, None);
+        }
         let set = |to: &mut f64, from: Option<f64>| *to = from.unwrap_or(*to);
         set(&mut s.hurst, self.hurst);
         set(&mut s.rms_gradient, self.rms_gradient);
@@ -237,16 +244,6 @@ impl SurfaceArgs {
         }
         if let Some(wave) = self.cut_off {
             (s.cut_off, s.cut_off_mode) = (Some(length("--cut-off", wave)?), None);
-        }
-        if let Some(path) = &self.heights {
-            // A file given here is relative to where the command runs, not to the scene.
-            s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
-        }
-        if self.heights.is_some() {
-            // Properties of the scene's own file do not hold for another.
-            let own = SurfaceScene::default();
-            *s = SurfaceScene { heights: s.heights.take(), grid: s.grid, seed: s.seed, ..own };
-            (scene.laboratory.length, scene.laboratory.length_y) = (None, None);
         }
         self.file.set(s);
         // Plain lengths are in the unit of the heights.

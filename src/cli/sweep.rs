@@ -47,9 +47,6 @@ struct SweepFlags {
     /// Points that run at once. Default: one for each core, as many as memory permits.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Replace the tables of another sweep in that folder, and the results of points whose scene has changed.
-    #[arg(long)]
-    overwrite: bool,
     #[command(flatten)]
     machine: MachineFlags,
     #[command(flatten)]
@@ -120,7 +117,8 @@ impl SweepFlags {
                 let accepted = format!("at_once of the machine {}", machine.0);
                 return Err(Error::input("command line", "--jobs", "given", accepted));
             }
-            let (flags, overwrite, no_verify) = (self.point_flags(), self.overwrite, self.stages.no_verify);
+            let (flags, overwrite, no_verify) =
+                (self.point_flags(), self.stages.folder.overwrite, self.stages.folder.no_verify);
             let (dry_run, json) = (self.dry_run, self.json);
             let request = Request { sweep, out: &out, machine, flags, overwrite, no_verify, dry_run, json };
             return request.submit().map(|()| ExitCode::SUCCESS);
@@ -130,7 +128,7 @@ impl SweepFlags {
 
     /// Writes scenes and the file of a workflow program.
     fn export(&self, sweep: &Points, out: &Path, machine: &Machine, workflow: Workflow) -> Result<()> {
-        let _locked = sweep::open(sweep, out, self.overwrite, &output::warn)?;
+        let _locked = sweep::open(sweep, out, self.stages.folder.overwrite, &output::warn)?;
         for point in &sweep.points {
             let folder = PointFolder::of(out, &point.label);
             folder.write_scene(&point.scene)?;
@@ -183,7 +181,7 @@ impl SweepFlags {
         };
         let printer = PointPrinter(Mutex::new(()));
         progress::compute();
-        let (ensemble, page) = sweep::run(sweep, out, (at_once, self.overwrite), &runner, &printer)?;
+        let (ensemble, page) = sweep::run(sweep, out, (at_once, self.stages.folder.overwrite), &runner, &printer)?;
         print(&ensemble, out, &page, self.json)?;
         Ok(ExitCode::from(worst.load(Ordering::Relaxed)))
     }
@@ -191,8 +189,8 @@ impl SweepFlags {
     /// Flags of `asperity run` for every point.
     fn point_flags(&self) -> Vec<String> {
         let flags = [
-            ("--overwrite", self.overwrite),
-            ("--no-verify", self.stages.no_verify),
+            ("--overwrite", self.stages.folder.overwrite),
+            ("--no-verify", self.stages.folder.no_verify),
             ("--allow-program", self.stages.allow_program),
         ];
         flags.iter().filter(|f| f.1).map(|f| f.0.to_string()).collect()

@@ -2,7 +2,7 @@ use super::cluster::CommandRequest;
 use super::machine::{LammpsFlags, MachineFlags, submits};
 use super::run::StageFlags;
 use super::{crystals, output, programs, progress::TerminalProgress};
-use crate::pipeline::{self, OutFolder, TradeoffRequest};
+use crate::pipeline::{self, TradeoffRequest};
 use crate::record::tradeoff::{AtomsCost, BlockSize, FILE, ResolvedErrors, TradeoffPoint, TradeoffResults as Table};
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
@@ -133,8 +133,7 @@ impl TradeoffArgs {
             return Ok(ExitCode::SUCCESS);
         }
         let progress = TerminalProgress::new();
-        let folder = OutFolder { path: &out, verify: !self.stages.no_verify };
-        let (tradeoff, page) = pipeline::tradeoff(&case, &request, folder, &progress)?;
+        let (tradeoff, page) = pipeline::tradeoff(&case, &request, self.stages.folder.folder(&out), &progress)?;
         drop(progress);
         output::finished(self.json, (&out, &page), ("tradeoff", &tradeoff), || print_tradeoff(&tradeoff))?;
         Ok(ExitCode::SUCCESS)

@@ -4,7 +4,7 @@ use super::file::COMMAND_LINE;
 use super::machine::LammpsFlags;
 use super::progress::TerminalProgress;
 use super::{output, programs, run};
-use crate::pipeline::{self, FinishedRun, OutFolder, Repetition, ro_crate};
+use crate::pipeline::{self, FinishedRun, Repetition, ro_crate};
 use crate::report::number::significant;
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -53,7 +53,7 @@ impl VerifyArgs {
         let scratch = tempfile::tempdir().map_err(Error::io("create", "a scratch folder"))?;
         let out = self.out.clone().unwrap_or_else(|| scratch.path().join("repetition"));
         let progress = TerminalProgress::new();
-        pipeline::run(&case, OutFolder { path: &out, verify: true }, &progress)?;
+        pipeline::run(&case, &out, &progress)?;
         drop(progress);
         let found = finished.compare(&out, self.tolerance == 0.0)?;
         let agrees = found.agrees(self.tolerance);

@@ -9,9 +9,10 @@ use crate::compare::{SiteCriterion, SitesOnGrid, registration};
 use crate::record::results::{ComparisonResults, CriterionArea, CriterionMatch, GapSection, LoadComparison};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
+use asperity_atoms::block::SurfaceSites;
 use asperity_atoms::contact::onto_grid;
 use asperity_atoms::results::{AtomState, AtomsResults};
-use asperity_contact::observe::{Connectivity, along_y, cluster_sizes, column_at};
+use asperity_contact::observe::{along_y, column_at};
 use asperity_contact::results::ContinuumResults;
 use asperity_grid::units::{ANGSTROM_M, GPA_PER_EV_A3};
 use asperity_grid::{Field, Grid, bilinear, mean};
@@ -82,7 +83,7 @@ pub(super) fn compare(
         stage,
         grid: atoms.matched,
         length,
-        surface_sites: surface.len(),
+        surface,
         owners: surface.onto_grid(atoms.matched.nx, atoms.matched.ny),
         probes: ProbeAtoms::new(case, atoms, &sites)?,
         sites: &sites,
@@ -124,7 +125,7 @@ struct Comparison<'a> {
     grid: Grid,
     /// Length of the block, Å.
     length: f64,
-    surface_sites: usize,
+    surface: SurfaceSites,
     /// Surface site of each node of the grid.
     owners: Vec<usize>,
     probes: ProbeAtoms<'a>,
@@ -195,9 +196,9 @@ impl Comparison<'_> {
         let touching = self.atoms_contact(state)?;
         let contacts = self.contacts(i, gaps, self.atoms.wall.repulsion.contact_distance_angstrom);
         let atoms_map = npy::read_flags_on(&self.root.join(&state.contact_map), [grid.nx, grid.ny])?;
-        // At the resolution of the surface sites: a finer map would have more and smaller clusters.
+        // At the resolution of the surface sites, as that of the atoms.
         let compliant_map: Vec<u8> = self.owners.iter().map(|&site| u8::from(contacts.compliant[site])).collect();
-        let model_chain = versions(self.sides(i, state, &contacts)?, (grid, &self.owners), hard.pressure / 1e9, length);
+        let model_chain = versions(self.sides(i, state, &contacts)?, &self.surface, hard.pressure / 1e9);
         let (hard_shares, compliant_shares) = (Shares::of(&gaps.hard), Shares::of(&gaps.compliant_dilated));
         let area_vs_distance = state.sensitivity.iter().map(|&[d, fraction]| {
             let at_distance = self.contacts(i, gaps, d);
@@ -216,8 +217,8 @@ impl Comparison<'_> {
             hard_wall_mean_gap_angstrom: hard.mean_gap.unwrap_or(f64::NAN) / ANGSTROM_M,
             compliant_wall_mean_gap_angstrom: mean(&gaps.compliant.0.values) * length,
             yielding_wall_mean_gap_angstrom: gaps.yielding.as_ref().map(|[gap, _]| mean(&gap.0.values) * length),
-            atoms_patches: cluster_sizes(&atoms_map, grid.nx, Connectivity::Eight, true).len(),
-            compliant_wall_patches: cluster_sizes(&compliant_map, grid.nx, Connectivity::Eight, true).len(),
+            atoms_patches: self.surface.cluster_sizes(&touching).len(),
+            compliant_wall_patches: self.surface.cluster_sizes(&contacts.compliant).len(),
             gap_rms_difference_angstrom: self.gap_difference(state, gaps, &touching, &contacts.compliant)?,
             compliant_wall_gap,
             model_chain,
@@ -345,13 +346,13 @@ impl Comparison<'_> {
 
     /// Contact flag of the atoms per surface site.
     fn atoms_contact(&self, state: &AtomState) -> Result<Vec<bool>> {
-        let flags = npy::read_flags_on(&self.per_site(state, "site-contact.npy"), [self.surface_sites, 1])?;
+        let flags = npy::read_flags_on(&self.per_site(state, "site-contact.npy"), [self.surface.len(), 1])?;
         Ok(flags.iter().map(|v| *v != 0).collect())
     }
 
     /// Gap of the atoms per surface site, Å.
     fn atoms_gap(&self, state: &AtomState) -> Result<Vec<f64>> {
-        Ok(npy::read_on(&self.per_site(state, "site-gap.npy"), [self.surface_sites, 1])?.values)
+        Ok(npy::read_on(&self.per_site(state, "site-gap.npy"), [self.surface.len(), 1])?.values)
     }
 }
 

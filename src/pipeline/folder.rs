@@ -82,16 +82,19 @@ const DONE: &str = hashed::DONE_FILE;
 /// Files of a stage folder that its completion does not list: they describe attempts, or are the list itself.
 const OF_ATTEMPTS: [&str; 3] = [DONE, KEY, SPENT];
 
-/// A folder for results, and whether the files of its finished stages are verified before they are reused.
+/// A folder for results.
 #[derive(Debug, Clone, Copy)]
 pub struct OutFolder<'a> {
     pub path: &'a Path,
+    /// Whether the files of finished stages are verified before they are reused.
     pub verify: bool,
+    /// Whether results of another scene are replaced.
+    pub overwrite: bool,
 }
 
 impl<'a> From<&'a Path> for OutFolder<'a> {
     fn from(path: &'a Path) -> Self {
-        OutFolder { path, verify: true }
+        OutFolder { path, verify: true, overwrite: false }
     }
 }
 
@@ -115,7 +118,7 @@ impl RunFolder {
     /// # Errors
     /// `Input` for a folder with other contents; `Format` if another run uses the folder; `Io`.
     pub fn open<'a>(folder: impl Into<OutFolder<'a>>) -> Result<Self> {
-        let OutFolder { path: root, verify } = folder.into();
+        let OutFolder { path: root, verify, .. } = folder.into();
         create_folders(root).map_err(Error::io("create the run folder", root))?;
         let path = root.join(MARKER);
         // Stages delete the contents of their subfolders, so a folder with other files is refused.
@@ -351,7 +354,7 @@ mod tests {
         let computed = std::cell::Cell::new(0);
         let run = |verify: bool| {
             let heard = Warned(Default::default());
-            let mut run = RunFolder::open(OutFolder { path: &root, verify }).expect("its folder");
+            let mut run = RunFolder::open(OutFolder { verify, ..OutFolder::from(&root) }).expect("its folder");
             let policy = Some(&key);
             let work = |folder: &Path| {
                 assert!(!folder.join("field.npy").exists(), "the damaged file was kept");

@@ -51,7 +51,7 @@ pub use own_run::{OwnMatch, OwnState, read_own_run};
 pub use plan::{RunPlan, plan};
 pub use progress::ProgressReporter;
 pub use repetition::{FinishedRun, Repetition};
-pub use run::{other_scene, rebuild_comparison, redraw, run};
+pub use run::{expect_scene, rebuild_comparison, redraw, run};
 pub use stage::PlannedStage;
 pub use surface::{correlation_statistics, statistics};
 pub use tradeoff::{TradeoffRequest, tradeoff, tradeoff_plan};

@@ -60,9 +60,10 @@ const COMPARE: &str = "compare";
 /// report.
 ///
 /// # Errors
-/// `MissingProgram` and `Memory` before anything is written; errors of the stages.
+/// Those of [`expect_scene`], `MissingProgram` and `Memory` before anything is written; errors of the stages.
 pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listener) -> Result<(Results, PathBuf)> {
     let out = out.into();
+    expect_scene(case, out)?;
     // LAMMPS is looked up first: a missing program then costs no computing time and leaves no folder.
     let engine = case.atoms.as_ref().map(|_| engine(case)).transpose()?;
     if case.solves() {
@@ -155,7 +156,8 @@ fn settle(
             let case = case.on_nodes(nodes, &coarsest, accuracy)?;
             super::plan(&case, rayon::current_num_threads(), None)?.fits()?;
             let own = folder.join(format!("{}x{}", nodes[0], nodes[1]));
-            let (errors, seconds) = solve_grid(&case, accuracy, geometry, listener, OutFolder { path: &own, verify })?;
+            let (errors, seconds) =
+                solve_grid(&case, accuracy, geometry, listener, OutFolder { verify, ..OutFolder::from(&own) })?;
             last = own;
             Ok((errors, Some(seconds)))
         })?;
@@ -240,19 +242,32 @@ impl Visitor for Running<'_> {
     }
 }
 
-/// What differs between the scene whose results are in a folder and this one, in words; `None` if there is no difference or there are no
-/// results.
-pub fn other_scene(case: &Case, out: &Path) -> Option<String> {
+/// Refuses to replace the results of another scene, unless the folder says so.
+///
+/// # Errors
+/// `Input` with the difference.
+pub fn expect_scene(case: &Case, out: OutFolder) -> Result<()> {
     // A damaged scene says nothing about the results; the run writes it again.
-    if !out.join(results::FILE).exists() || !hashed::changed(out, &[SCENE_FILE]).is_empty() {
-        return None;
+    let finished = [results::FILE, tradeoff::FILE].iter().any(|file| out.path.join(file).exists());
+    if out.overwrite || !finished || !hashed::changed(out.path, &[SCENE_FILE]).is_empty() {
+        return Ok(());
     }
-    difference(&Scene::read(&out.join(SCENE_FILE)).ok()?, &case.portable_scene())
+    let Ok(earlier) = Scene::read(&out.path.join(SCENE_FILE)) else { return Ok(()) };
+    expect_same((&earlier, &case.portable_scene()), out.path, "contains")
 }
 
-/// What differs between two scenes in words, as far as results depend on it.
-pub(super) fn difference(earlier: &Scene, scene: &Scene) -> Option<String> {
-    Some(json::differences(&of_results(earlier), &of_results(scene))).filter(|text| !text.is_empty())
+/// Refuses a scene whose results are not those of an earlier one. `has`: in words, what has the earlier ones.
+///
+/// # Errors
+/// `Input` with the difference.
+pub(super) fn expect_same((earlier, scene): (&Scene, &Scene), out: &Path, has: &str) -> Result<()> {
+    let difference = json::differences(&of_results(earlier), &of_results(scene));
+    if difference.is_empty() {
+        return Ok(());
+    }
+    let found = format!("{} ({has} the results of another scene: {difference})", out.display());
+    let accepted = "another folder, or --overwrite to replace these results (stages that do not depend on the difference are kept)";
+    Err(Error::input("command line", "--out", found, accepted))
 }
 
 /// The keys of a scene on which its results depend: not those of the machine, nor what is done about warnings.
@@ -280,7 +295,7 @@ pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Re
     if read_text(&file).is_ok_and(|earlier| earlier == text) {
         return Ok(());
     }
-    let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, xdmf::FILE, report::PAGE];
+    let results = [results::FILE, tradeoff::FILE, MANIFEST_FILE, netcdf::run::FILE, xdmf::FILE, report::PAGE];
     for name in [hashed::CHECKSUMS, CRATE_FILE].into_iter().chain(results) {
         remove(&out.join(name))?;
     }

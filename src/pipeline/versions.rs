@@ -4,11 +4,8 @@
 
 use crate::compare::SitesOnGrid;
 use crate::record::results::ModelChainStep;
-use asperity_atoms::contact::onto_grid;
-use asperity_contact::observe::{
-    Connectivity, Distribution, cluster_sizes, cumulative_area, gap_distribution, linear_edges, median_cluster_size,
-};
-use asperity_grid::units::ANGSTROM_M;
+use asperity_atoms::block::SurfaceSites;
+use asperity_contact::observe::{Distribution, cumulative_area, gap_distribution, linear_edges, median_cluster_size};
 use asperity_grid::{Field, Grid, smoothed};
 
 /// Gap bins; about 70 surface sites per bin for a block of 25 nm.
@@ -76,14 +73,8 @@ impl Solved<'_> {
     }
 }
 
-/// All steps of the model chain at the pressure `pressure_gpa`, with common bins. `owners`: surface site of each node
-/// of `grid`.
-pub(super) fn versions(
-    sides: Vec<Side>,
-    (grid, owners): (Grid, &[usize]),
-    pressure_gpa: f64,
-    length_angstrom: f64,
-) -> Vec<ModelChainStep> {
+/// All steps of the model chain at the pressure `pressure_gpa`, with common bins.
+pub(super) fn versions(sides: Vec<Side>, sites: &SurfaceSites, pressure_gpa: f64) -> Vec<ModelChainStep> {
     let all = |value: fn(&Side) -> &Vec<f64>| {
         let values = sides.iter().flat_map(value);
         values.fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(*v), b.max(*v)))
@@ -93,10 +84,9 @@ pub(super) fn versions(
         linear_edges(smallest, top, bins)
     };
     let (gap_edges, stress_edges) = (edges(all(|s| &s.gap), GAP_BINS), edges(all(|s| &s.stress), STRESS_BINS));
-    let node_nm2 = grid.dx() * grid.dy() * (length_angstrom * ANGSTROM_M * 1e9).powi(2);
+    let site_nm2 = sites.site_area() / 100.0;
     let step = |side: Side| {
-        let flags: Vec<u8> = side.touching.iter().map(|t| u8::from(*t)).collect();
-        let sizes = cluster_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight, true);
+        let sizes = sites.cluster_sizes(&side.touching);
         let fraction = side.touching.iter().filter(|t| **t).count() as f64 / side.touching.len() as f64;
         ModelChainStep {
             id: side.id.into(),
@@ -105,8 +95,8 @@ pub(super) fn versions(
             mean_gap_angstrom: side.mean_gap_angstrom,
             contact_stress_gpa: (fraction > 0.0).then(|| pressure_gpa / fraction),
             patches: sizes.len(),
-            median_cluster_area_nm2: median_cluster_size(&sizes).map(|a| a as f64 * node_nm2),
-            patch_area: cumulative_area(&sizes).into_iter().map(|(a, ratio)| [a as f64 * node_nm2, ratio]).collect(),
+            median_cluster_area_nm2: median_cluster_size(&sizes).map(|a| a as f64 * site_nm2),
+            patch_area: cumulative_area(&sizes).into_iter().map(|(a, ratio)| [a as f64 * site_nm2, ratio]).collect(),
             gap: open_gaps(&side.gap, &side.touching, gap_edges.clone()),
             stress: gap_distribution(Field::F64(&side.stress), f64::NEG_INFINITY, stress_edges.clone()),
         }
@@ -123,27 +113,30 @@ fn open_gaps(gap: &[f64], touching: &[bool], edges: Vec<f64>) -> Distribution {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use asperity_atoms::block::Block;
 
     #[test]
     fn every_version_counts_all_of_its_sites_in_the_same_bins() {
-        let grid = Grid::unit(4, 4);
-        let owners: Vec<usize> = (0..16).collect();
+        const A0: f64 = 5.0;
+        let sites = Block::new(5, 3, A0, 6.0).expect("valid").surface();
+        // Two clusters: three sites of the first row, at distances of a0, and one three rows further on.
+        let touching = |k: usize| k < 3 || k == 23;
         let side = |id, shift: f64, criterion: &str| Side {
             id,
             criterion: criterion.into(),
-            touching: (0..16).map(|k| k < 3 || k == 10).collect(),
-            gap: (0..16).map(|k| f64::from(k) - 2.0 + shift).collect(),
+            touching: (0..50).map(touching).collect(),
+            gap: (0..50).map(|k| f64::from(k) - 2.0 + shift).collect(),
             mean_gap_angstrom: 3.0,
             stress: (0..16).map(|k| f64::from(k % 4) * 0.5).collect(),
         };
-        let actual = versions(vec![side("hard_wall", 0.0, "a"), side("atoms", 0.5, "b")], (grid, &owners), 2.0, 100.0);
+        let actual = versions(vec![side("hard_wall", 0.0, "a"), side("atoms", 0.5, "b")], &sites, 2.0);
         for v in &actual {
-            assert_eq!((v.gap.delta, v.gap.below, v.gap.above), (0.25, 0.0, 0.0));
+            assert_eq!((v.gap.delta, v.gap.below, v.gap.above), (0.08, 0.0, 0.0));
             assert!((v.gap.total() - 1.0).abs() < 1e-12 && (v.stress.total() - 1.0).abs() < 1e-12);
-            assert_eq!((v.contact_area, v.contact_stress_gpa), (0.25, Some(8.0)));
-            // Two clusters: a row of three sites, and a single site. The area of a node is (10 nm / 4)² = 6.25 nm².
-            assert_eq!((v.patches, v.median_cluster_area_nm2), (2, Some(3.0 * 6.25)));
-            assert_eq!(v.patch_area.last(), Some(&[3.0 * 6.25, 1.0]));
+            assert_eq!((v.contact_area, v.contact_stress_gpa), (0.08, Some(25.0)));
+            // The area of a site is a0²/2 = 12.5 Å².
+            assert_eq!((v.patches, v.median_cluster_area_nm2), (2, Some(3.0 * 0.125)));
+            assert_eq!(v.patch_area, [[0.125, 0.25], [3.0 * 0.125, 1.0]]);
         }
         assert_eq!(actual[0].gap.edges, actual[1].gap.edges);
         assert_ne!(actual[0].gap.fractions, actual[1].gap.fractions);

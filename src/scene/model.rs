@@ -246,10 +246,57 @@ fn yes() -> bool {
     true
 }
 
+/// What a surface is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SurfaceKind {
+    Spectrum,
+    /// A file of heights.
+    Map,
+    /// A file of Fourier coefficients.
+    Waves,
+}
+
 impl SurfaceScene {
     /// Whether its seed has a meaning.
     pub fn has_seed(&self) -> bool {
         self.heights.is_none() || self.extend_to.is_some() || self.isotropic_map
+    }
+
+    /// Keys with another value than the default's that surfaces of a kind do not have.
+    pub fn foreign_keys(&self, kind: SurfaceKind) -> Vec<&'static str> {
+        use SurfaceKind::{Map, Spectrum, Waves};
+        let usual = SurfaceScene::default();
+        let keys: [(&str, bool, &[SurfaceKind]); 28] = [
+            ("surface.grid", self.grid != usual.grid, &[Spectrum, Waves]),
+            ("surface.seed", self.seed != usual.seed && !self.has_seed(), &[Spectrum]),
+            ("surface.hurst", self.hurst != usual.hurst, &[Spectrum]),
+            ("surface.roll_off", self.roll_off.is_some(), &[Spectrum]),
+            ("surface.roll_off_mode", self.roll_off_mode.is_some(), &[Spectrum]),
+            ("surface.cut_off", self.cut_off.is_some(), &[Spectrum]),
+            ("surface.cut_off_mode", self.cut_off_mode.is_some(), &[Spectrum]),
+            ("surface.rms_gradient", self.rms_gradient != usual.rms_gradient, &[Spectrum]),
+            ("surface.amplitudes", self.amplitudes != usual.amplitudes, &[Spectrum]),
+            ("surface.unit", self.unit.is_some(), &[Map, Waves]),
+            ("surface.dataset", self.dataset.is_some(), &[Map, Waves]),
+            ("surface.via_python", self.via_python, &[Map, Waves]),
+            ("surface.profile", self.profile, &[Map, Waves]),
+            ("surface.fourier", self.fourier.is_some(), &[Map, Waves]),
+            ("surface.fourier_points", self.fourier_points.is_some(), &[Map, Waves]),
+            ("surface.touching", self.touching.is_some(), &[Map, Waves]),
+            ("surface.crop", self.crop.is_some(), &[Map]),
+            ("surface.remove_outliers", self.remove_outliers.is_some(), &[Map]),
+            ("surface.fill", self.fill.is_some(), &[Map]),
+            ("surface.detrend", self.detrend.is_some(), &[Map]),
+            ("surface.low_pass", self.low_pass.is_some(), &[Map, Waves]),
+            ("surface.high_pass", self.high_pass.is_some(), &[Map]),
+            ("surface.filter", self.filter.is_some(), &[Map]),
+            ("surface.resample", self.resample.is_some(), &[Map]),
+            ("surface.edges", self.edges.is_some(), &[Map]),
+            ("surface.extend_to", self.extend_to.is_some(), &[Map]),
+            ("surface.isotropic_map", self.isotropic_map, &[Map]),
+            ("surface.other", self.other.is_some(), &[Map, Waves]),
+        ];
+        keys.into_iter().filter(|(_, stated, kinds)| *stated && !kinds.contains(&kind)).map(|(key, ..)| key).collect()
     }
 }
 

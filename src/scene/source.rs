@@ -1,11 +1,13 @@
 //! The surface of a scene.
 
 use super::check::cut_offs;
+use super::model::SurfaceKind;
 use super::other_body::OtherFile;
 use super::surface_file::{PreparedFile, SurfaceFile};
 use super::{LaboratoryScene, Scene};
 use crate::{Error, Result};
 use asperity_grid::Grid;
+use asperity_grid::error::Complaint;
 use asperity_surface::height_map::Touching;
 use asperity_surface::import::{Content, Fourier};
 use asperity_surface::provenance::Provenance;
@@ -26,7 +28,7 @@ pub struct ResolvedSurface {
 ///
 /// # Errors
 /// Those of [`Preparation::apply`](asperity_surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
-/// does not hold, keys of maps for Fourier coefficients, a grid that does not hold every wave.
+/// does not hold, keys of other kinds of surfaces, a grid that does not hold every wave.
 pub fn resolve(
     scene: &Scene,
     file: Option<SurfaceFile>,
@@ -43,11 +45,21 @@ pub fn resolve(
         let surface = Surface::from_source(source, square, laboratory.length().si());
         return Ok(ResolvedSurface { surface, laboratory, warnings: Vec::new() });
     };
+    let kind = match file.imported.content {
+        Content::Map(_) => (SurfaceKind::Map, "heights"),
+        Content::Waves(_) => (SurfaceKind::Waves, "Fourier coefficients"),
+    };
+    let accepted = format!("none: {} has {}", file.path().display(), kind.1);
+    let foreign = s.foreign_keys(kind.0).into_iter().map(|key| Complaint::new(key, "given", &accepted));
+    let list: Vec<Complaint> = foreign.collect();
+    if !list.is_empty() {
+        return Err(Error::Input { place: context.to_string(), list });
+    }
     let touching = s.touching.unwrap_or(Touching::LowPoints);
     let of_other = other.iter().flat_map(OtherFile::warnings);
     let mut warnings: Vec<String> = file.imported.warnings.iter().chain(of_other).cloned().collect();
     let (source, grid, provenance) = if let Content::Waves(_) = file.imported.content {
-        let (modes, provenance) = series(scene, file, touching, context)?;
+        let (modes, provenance) = series(scene, file, touching)?;
         if !modes.resolved_on(Grid::unit(s.grid.max(1), s.grid.max(1))) {
             let least = modes.smallest_grid();
             let accepted =
@@ -74,13 +86,8 @@ pub fn resolve(
 }
 
 /// Fourier coefficients of a file over the cell's extent.
-fn series(scene: &Scene, file: SurfaceFile, sign: Touching, context: &str) -> Result<(FourierModes, Provenance)> {
+fn series(scene: &Scene, file: SurfaceFile, sign: Touching) -> Result<(FourierModes, Provenance)> {
     let (s, lab) = (&scene.surface, &scene.laboratory);
-    let of_maps = file.keys_of_maps(s);
-    if let Some(key) = of_maps.first() {
-        let accepted = format!("none: {} has Fourier coefficients", file.path().display());
-        return Err(Error::input(context, *key, "given", accepted));
-    }
     let Content::Waves(waves) = &file.imported.content else { unreachable!("a map is no series") };
     let points = s.fourier_points.filter(|_| s.fourier == Some(Fourier::Fftw));
     let beyond = |w: &&Wave| points.is_some_and(|n| 2 * w.kx.unsigned_abs().max(w.ky.unsigned_abs()) as usize >= n);

@@ -252,23 +252,6 @@ impl SurfaceFile {
         }
     }
 
-    /// Keys of the scene that Fourier coefficients do not have.
-    pub fn keys_of_maps(&self, s: &SurfaceScene) -> Vec<&'static str> {
-        let options = [
-            ("surface.crop", s.crop.is_some()),
-            ("surface.remove_outliers", s.remove_outliers.is_some()),
-            ("surface.fill", s.fill.is_some()),
-            ("surface.detrend", s.detrend.is_some()),
-            ("surface.high_pass", s.high_pass.is_some()),
-            ("surface.filter", s.filter.is_some()),
-            ("surface.resample", s.resample.is_some()),
-            ("surface.edges", s.edges.is_some()),
-            ("surface.extend_to", s.extend_to.is_some()),
-            ("surface.isotropic_map", s.isotropic_map),
-        ];
-        options.into_iter().filter(|(_, options)| *options).map(|(key, _)| key).collect()
-    }
-
     /// Heights in the unit of the scene's lengths, low points first, after the steps of preparation that the scene names; with
     /// another rough body those of a single one. The scene is complete.
     ///
@@ -413,7 +396,7 @@ fn preparation(s: &SurfaceScene, lab: &LaboratoryScene, unit: String) -> Prepara
         detrend: s.detrend.map(|form| form.form(|length| lab.number(length))),
         low_pass: s.low_pass.map(|length| lab.number(length)),
         high_pass: s.high_pass.map(|length| lab.number(length)),
-        filter: s.filter.unwrap_or_default(),
+        filter: s.filter,
         resample: s.resample,
         edges: s.edges,
         extend_to: s.extend_to.map(|length| lab.number(length)),

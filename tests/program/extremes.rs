@@ -180,8 +180,14 @@ fn ranges_that_no_grid_resolves_are_warned_of() {
         assert!(answer["cohesive_resolution"].as_f64().is_some_and(|c| c < 1.4), "{answer}");
         assert!(["energy", "mean_gap", "interaction_energy"].iter().all(|k| answer[*k].is_f64()), "{answer}");
     }
-    let output = solve(&file, &["--pressure", "0.02", "--gamma", "1e-3", "--rho", "0.01"]);
-    assert!(output.status.success() && !stderr(&output).contains("warning"), "{}", stderr(&output));
+    for (rho, warning) in
+        [("0.01", None), ("1", None), ("20", Some("range of the adhesion, 20, is longer than the cell, 1: "))]
+    {
+        let output = solve(&file, &["--pressure", "0.02", "--gamma", "1e-3", "--rho", rho]);
+        let said = stderr(&output);
+        assert!(output.status.success() && said.contains("warning") == warning.is_some(), "{said}");
+        assert!(warning.is_none_or(|text| said.contains(text)), "{said}");
+    }
 }
 
 /// The residual of a light load is met before the load is: the message names what is not.

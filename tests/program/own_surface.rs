@@ -362,7 +362,36 @@ fn the_folder_of_a_solve_has_a_table_and_clean_pressures() {
     assert!(out.join("gap.npy").exists() && !out.join("load-2-gap.npy").exists());
 }
 
-/// A run refuses the folder of another scene, and keeps its results.
+/// Every command for scenes refuses the folder of another one, and keeps its results.
+#[test]
+fn results_of_another_scene_are_kept() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = |name: &str| -> PathBuf { scratch.path().join(name) };
+    let scene = |p: &str| format!("name = \"s\"\n[surface]\ngrid = 64\ncut_off_mode = 8\n[load]\np_star = [{p}]\n");
+    let (first, second) = (path("first.toml"), path("second.toml"));
+    std::fs::write(&first, scene("0.01")).expect("written");
+    std::fs::write(&second, scene("0.02")).expect("written");
+    let tradeoff = ["--methods", "fast", "--grids", "64,32", "--repeats", "1"];
+    let commands: [(&str, &[&str], &str); 2] = [("run", &[], "results.json"), ("tradeoff", &tradeoff, "tradeoff.json")];
+    for (own, flags, file) in commands {
+        let out = path(own);
+        let done = call(&[&[own, text(&first), "--out", text(&out)], flags].concat());
+        assert!(done.status.success(), "{}", stderr(&done));
+        let before = std::fs::read(out.join(file)).expect("written");
+        let challenge = ["challenge", "--grid", "32", "--out", text(&out)];
+        let others = commands.map(|(name, flags, _)| [&[name, text(&second), "--out", text(&out)], flags].concat());
+        for other in others.iter().map(Vec::as_slice).chain([&challenge[..]]) {
+            let said = call(other);
+            assert_eq!(said.status.code(), Some(2), "{other:?}: {}", stderr(&said));
+            assert!(stderr(&said).contains("contains the results of another scene: "), "{}", stderr(&said));
+            assert_eq!(std::fs::read(out.join(file)).expect("kept"), before, "{other:?}");
+        }
+        let replaced = call(&[&others[0][..], &["--overwrite"]].concat());
+        assert!(replaced.status.success(), "{}", stderr(&replaced));
+        assert!(out.join("results.json").exists() && !out.join("tradeoff.json").exists());
+    }
+}
+
 #[test]
 fn a_run_does_not_replace_another_scene() {
     let scratch = tempfile::tempdir().expect("scratch");

@@ -130,6 +130,75 @@ fn bad_scenes_are_refused_and_leave_nothing() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// A key of `[surface]` has a meaning for the surface of the scene, or is refused: those of spectra, maps and Fourier coefficients.
+#[test]
+fn keys_of_other_surfaces_are_refused() {
+    const LOAD: &str = "[load]\np_star = [0.01]\n[laboratory]\nmodulus = \"1 GPa\"\n";
+    let scratch = tempfile::tempdir().expect("scratch");
+    let write = |name: &str, text: &str| std::fs::write(scratch.path().join(name), text).expect("written");
+    let rows = (0..16).map(|y| (0..16).map(|x| format!("{} ", (x * 7 + y * 5) % 11)).collect::<String>() + "\n");
+    write("map.txt", &rows.collect::<String>());
+    write("waves.txt", "1 0 0.5 0\n0 1 0.5 0\n");
+    let of_maps = "length = \"1 um\"\n[surface]\nheights = \"map.txt\"\nunit = \"nm\"\ntouching = \"low-points\"\n";
+    let of_waves = "length = \"1 um\"\n[surface]\nheights = \"waves.txt\"\nunit = \"nm\"\ntouching = \"low-points\"\nfourier = \"series\"\n";
+    // Each key, its value, and whether a spectrum, a map and waves have it.
+    let keys = [
+        ("grid", "64", [true, false, true]),
+        ("seed", "5", [true, false, false]),
+        ("hurst", "0.6", [true, false, false]),
+        ("roll_off", "\"1 um\"", [true, false, false]),
+        ("roll_off_mode", "2", [true, false, false]),
+        ("cut_off", "\"0.1 um\"", [true, false, false]),
+        ("cut_off_mode", "20", [true, false, false]),
+        ("rms_gradient", "0.5", [true, false, false]),
+        ("amplitudes", "\"fixed\"", [true, false, false]),
+        ("unit", "\"nm\"", [false, true, true]),
+        ("dataset", "\"a\"", [false; 3]),
+        ("via_python", "true", [false; 3]),
+        ("profile", "true", [false; 3]),
+        ("fourier", "\"none\"", [false, true, true]),
+        ("fourier_points", "8", [false; 3]),
+        ("touching", "\"low-points\"", [false, true, true]),
+        ("crop", "[0, 0, 8, 8]", [false, true, false]),
+        ("remove_outliers", "5", [false, true, false]),
+        ("fill", "\"harmonic\"", [false, true, false]),
+        ("detrend", "\"plane\"", [false, true, false]),
+        ("low_pass", "\"0.2 um\"", [false, true, true]),
+        ("high_pass", "\"0.5 um\"", [false, true, false]),
+        ("filter", "\"sharp\"", [false; 3]),
+        ("resample", "[32, 32]", [false, true, false]),
+        ("edges", "\"taper\"", [false, true, false]),
+        ("extend_to", "\"0.1 um\"", [false; 3]),
+        ("isotropic_map", "true", [false; 3]),
+        ("other", "{ heights = \"map.txt\" }", [false, true, false]),
+        ("strict", "false", [true, true, true]),
+    ];
+    let schema: serde_json::Value =
+        serde_json::from_slice(&asperity().arg("schema").output().expect("started").stdout).expect("a schema");
+    let all = schema["$defs"]["SurfaceScene"]["properties"].as_object().expect("properties");
+    let known: Vec<&str> = keys.iter().map(|k| k.0).chain(["heights"]).collect();
+    assert!(all.keys().all(|key| known.contains(&key.as_str())) && all.len() == known.len(), "{:?}", all.keys());
+    let mut faults = Vec::new();
+    for (kind, surface) in ["length = \"1 um\"\n[surface]\n", of_maps, of_waves].into_iter().enumerate() {
+        for (key, value, has) in keys {
+            // What the file has not is said in words of the file.
+            let of_file = ["dataset", "via_python", "profile"].contains(&key);
+            let own: String =
+                surface.lines().filter(|l| !l.starts_with(&format!("{key} "))).map(|l| format!("{l}\n")).collect();
+            write("s.toml", &format!("name = \"s\"\n{LOAD}{own}{key} = {value}\n"));
+            let output = run(&scratch.path().join("s.toml"), &scratch.path().join("run"), &["--dry-run"]);
+            let said = stderr(&output);
+            let refused = !output.status.success() && !said.contains("panicked");
+            let named = refused && (kind > 0 && of_file || said.contains(&format!("surface.{key} ")));
+            let accepted = output.status.success();
+            if !(if has[kind] { accepted } else { named }) {
+                faults.push(format!("{kind} {key}: {}", stderr(&output)));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
 #[test]
 fn a_scene_that_is_not_there_is_named() {
     let scratch = tempfile::tempdir().expect("scratch");

@@ -290,6 +290,7 @@ fn bad_flags_are_refused() {
     let bench = Bench::new(SCENE);
     let refused = [
         (["--methods", "oracle"], "fast"),
+        (["--methods", "all-atom"], "a scene with [atoms]"),
         (["--grids", "48"], "128"),
         (["--grids", "8"], "16"),
         (["--grids", "256"], "128"),

@@ -176,7 +176,7 @@ fn filters_and_resampling_of_a_periodic_map_agree() {
     };
     let (case, _) = periodic();
     let none = Preparation::default();
-    let sharp = Preparation { filter: FilterKind::Sharp, ..none.clone() };
+    let sharp = Preparation { filter: Some(FilterKind::Sharp), ..none.clone() };
     same(&with(Preparation { low_pass: Some(1.3), ..none.clone() }), &case["gaussian_low"], "low");
     let band = Preparation { low_pass: Some(1.3), high_pass: Some(3.0), ..none.clone() };
     same(&with(band), &case["gaussian_band"], "band");
@@ -304,7 +304,7 @@ fn no_step_changes_nothing_and_errors_name_the_place() {
     let sharp = Preparation {
         fill: Some(Fill::Nearest),
         low_pass: Some(1.0),
-        filter: FilterKind::Sharp,
+        filter: Some(FilterKind::Sharp),
         edges: Some(Edges::Taper),
         ..Preparation::default()
     };

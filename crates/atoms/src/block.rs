@@ -4,7 +4,7 @@
 //! site follow. Layers are numbered from the lowest of the base upwards, ids start at 1 and increase layer by layer.
 
 use super::force_constants::reach;
-use asperity_grid::{Error, Result};
+use asperity_grid::{Error, Result, UnionFind};
 use serde::{Deserialize, Serialize};
 
 /// Height of the lowest layer above the bottom of the box, Å. Atoms exactly at the fixed boundary are lost in LAMMPS
@@ -288,6 +288,34 @@ impl SurfaceSites {
         row * self.block.cells + column / 2
     }
 
+    /// Number of sites of each contact cluster. Sites at a0/√2 and at a0 are neighbours: across the edges and the corners
+    /// of a site's square cell, as for the nodes of a continuum's contact map. `touching`: contact by site.
+    pub fn cluster_sizes(&self, touching: &[bool]) -> Vec<usize> {
+        let (rows, columns) = (2 * self.block.cells, self.block.cells);
+        let site = |row: usize, column: usize| (row % rows) * columns + column % columns;
+        let mut sets: UnionFind = UnionFind::new(touching.len());
+        for index in (0..touching.len()).filter(|&i| touching[i]) {
+            let (row, column) = (index / columns, index % columns);
+            // Odd rows are shifted by half a cell.
+            let above = column + row % 2;
+            let ahead = [(row, column + 1), (row + 1, above), (row + 1, above + columns - 1), (row + 2, column)];
+            for other in ahead.map(|(row, column)| site(row, column)).into_iter().filter(|&other| touching[other]) {
+                sets.unite(index as u32, other as u32);
+            }
+        }
+        let mut sizes = vec![0; touching.len()];
+        for index in (0..touching.len()).filter(|&i| touching[i]) {
+            sizes[sets.root(index as u32) as usize] += 1;
+        }
+        sizes.retain(|n| *n > 0);
+        sizes
+    }
+
+    /// Area of a site's cell, Å².
+    pub fn site_area(&self) -> f64 {
+        0.5 * self.block.a0.powi(2)
+    }
+
     /// Index of the nearest site for every node (x = i·L/nx, y = j·L/ny) of a periodic `[ny, nx]` grid.
     pub fn onto_grid(&self, nx: usize, ny: usize) -> Vec<usize> {
         let length = self.block.length();
@@ -340,6 +368,36 @@ mod tests {
         assert_eq!(top.index_of(top.first_id() - 1), None);
         assert_eq!(block.site(0), None);
         assert_eq!(block.site(block.atoms() as u32 + 1), None);
+    }
+
+    /// By distances alone: sites are connected up to a0, across the sides of the periodic cell, too.
+    #[test]
+    fn clusters_of_sites_are_those_of_their_distances() {
+        let block = Block::new(9, 3, A0, CUTOFF).expect("valid");
+        let (sites, edge) = (block.surface(), block.length());
+        let near = |a: usize, b: usize| {
+            let d = [0, 1].map(|k| sites.xy(a)[k] - sites.xy(b)[k]).map(|d| d - edge * (d / edge).round());
+            d[0].hypot(d[1]) < 1.1 * A0
+        };
+        for (seed, share) in (0..40).zip([0.1, 0.3, 0.5, 0.7, 1.0].into_iter().cycle()) {
+            let drawn = |k: usize| ((k * k * 7919 + (seed + 1) * 104_729 * (k + 3)) % 1009) as f64 / 1009.0 < share;
+            let touching: Vec<bool> = (0..sites.len()).map(drawn).collect();
+            let mut label: Vec<usize> = (0..sites.len()).collect();
+            let mut changed = true;
+            while changed {
+                changed = false;
+                for (a, b) in (0..sites.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
+                    if touching[a] && touching[b] && label[a] != label[b] && near(a, b) {
+                        let low = label[a].min(label[b]);
+                        (label[a], label[b], changed) = (low, low, true);
+                    }
+                }
+            }
+            let of = |l: usize| (0..sites.len()).filter(|&k| touching[k] && label[k] == l).count();
+            let expected: Vec<usize> = (0..sites.len()).map(of).filter(|n| *n > 0).collect();
+            assert_eq!(sites.cluster_sizes(&touching), expected, "share {share}");
+        }
+        assert!((sites.len() as f64 * sites.site_area() - edge * edge).abs() < 1e-9 * edge * edge);
     }
 
     /// Inside a face-centred cubic crystal every atom has 12 neighbours at a0/√2, and the periodic images fit.

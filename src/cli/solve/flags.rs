@@ -283,7 +283,8 @@ impl SolveArgs {
         let standard = SurfaceScene::default();
         let (grid, heights) = match self.challenge {
             Some(n) => (n, None),
-            None => (self.grid.unwrap_or(0), self.surface_file().map(PathBuf::from)),
+            None if self.file_flags.are_waves() => (self.grid.unwrap_or(0), self.surface_file().map(PathBuf::from)),
+            None => (standard.grid, self.surface_file().map(PathBuf::from)),
         };
         let mut scene = SurfaceScene { grid, seed: self.seed.unwrap_or(standard.seed), heights, ..standard };
         self.file_flags.set(&mut scene);

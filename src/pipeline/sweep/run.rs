@@ -5,7 +5,7 @@ use super::files;
 use super::points::{Sweep, SweepPoint};
 use crate::compare::ensemble::evaluate;
 use crate::pipeline::RunFolder;
-use crate::pipeline::run::{difference, list_files};
+use crate::pipeline::run::{expect_same, list_files};
 use crate::record::ensemble::{Ensemble, EnsemblePoint, FILE, PointStatus};
 use crate::record::given_loads::Imposed;
 use crate::record::results;
@@ -106,10 +106,7 @@ fn expect_scene(swept: &SweepPoint, out: &Path) -> Result<()> {
     let scenes = || Some((Scene::read(&folder.scene).ok()?, Scene::parse(&swept.scene, &folder.scene).ok()?));
     let finished = folder.out.join(results::FILE).exists();
     let Some((earlier, new)) = finished.then(scenes).flatten() else { return Ok(()) };
-    let Some(difference) = difference(&earlier, &new) else { return Ok(()) };
-    let found = format!("{} ({} has the results of another scene: {difference})", out.display(), swept.label);
-    let accepted = "another folder, or --overwrite to replace these results";
-    Err(Error::input("command line", "--out", found, accepted))
+    expect_same((&earlier, &new), out, &format!("{} has", swept.label))
 }
 
 /// Runs all points that are not done, `at_once` at a time, and writes results, tables and report into `out`. Points that fail do not

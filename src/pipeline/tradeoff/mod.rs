@@ -18,7 +18,7 @@ use super::methods::MethodRun;
 use super::{Listener, OutFolder, run};
 use crate::record::tradeoff::TradeoffResults;
 use crate::scene::Case;
-use crate::{Result, report};
+use crate::{Error, Result, report};
 use asperity_contact::interface::AttractionLaw;
 use asperity_contact::method::Precision;
 use atoms::Blocks;
@@ -45,6 +45,11 @@ impl Settings {
     fn of(case: &Case, request: &TradeoffRequest) -> Result<Self> {
         let has_atoms = request.methods.iter().any(|m| m.card().capabilities.atoms) || request.blocks.is_some();
         let blocks = if has_atoms { Blocks::of(case, request.blocks.as_deref())? } else { None };
+        if blocks.is_none() && request.methods.iter().all(|m| m.card().capabilities.atoms) {
+            let ids: Vec<&str> = request.methods.iter().map(|m| m.card().id).collect();
+            let accepted = "a scene with [atoms], whose first load is one of atoms; or other methods";
+            return Err(Error::input(case.file.display(), "--methods", ids.join(","), accepted));
+        }
         let case = Case::resolve(benchmark_point::bare(case), &case.file)?;
         let mut warnings = case.warnings.clone();
         let (finest, grids) = request.grids(&case, &mut warnings)?;
@@ -60,7 +65,7 @@ impl Settings {
 /// Runs the benchmark of a case in a folder, and writes its report page. Returns the results and the path of the page.
 ///
 /// # Errors
-/// `Input` for grids that do not fit the surface or each other; `AuxiliarySolve` if the reference fails; errors of the
+/// `Input` for grids that do not fit the surface or each other, and for the results of another scene in the folder; `AuxiliarySolve` if the reference fails; errors of the
 /// stages.
 pub fn tradeoff<'a>(
     case: &Case,
@@ -71,6 +76,7 @@ pub fn tradeoff<'a>(
     let folder = out.into();
     let out = folder.path;
     let Settings { case, blocks, method_runs, references, points, mut warnings } = Settings::of(case, request)?;
+    run::expect_scene(&case, folder)?;
     let mut bench = BenchmarkRunner::open(&case, request, blocks, folder, listener)?;
     warnings.iter().for_each(|w| listener.warn(w));
     run::keep_scene(&case, out, listener)?;

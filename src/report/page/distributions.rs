@@ -1,6 +1,6 @@
 //! Distributions of gap, stress and cluster area, and derived quantities.
 
-use super::paper::density;
+use super::paper::{cumulative, density};
 use super::prelude::*;
 use crate::challenge::SIZE_EXPONENT;
 use crate::report::number::stiffness;
@@ -65,7 +65,7 @@ pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults, is_challenge:
             Plot::new(
                 log("area of a cluster (µm²)"),
                 linear("cumulative fraction of the contact"),
-                curves(&|o| o.patch_area.iter().map(|[a, fraction]| (a * um2, *fraction)).collect()),
+                curves(&|o| cumulative(&o.patch_area, um2)),
             ),
         ),
     ];

@@ -1,6 +1,7 @@
 //! Stepwise comparison from the full heights to the atoms.
 
 use super::method_style::model_style;
+use super::paper::cumulative;
 use super::prelude::*;
 
 fn name(id: &str) -> &'static str {
@@ -67,7 +68,7 @@ fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Resu
     let gaps = curves(&|v| v.gap.density(), "");
     // The offset wall has the stresses of the hard wall.
     let stresses = curves(&|v| v.stress.density(), "offset_wall");
-    let clusters = curves(&|v| v.patch_area.iter().map(|[a, fraction]| (*a, *fraction)).collect(), "");
+    let clusters = curves(&|v| cumulative(&v.patch_area, 1.0), "");
     let clusters = Plot::new(log("area of a cluster (nm²)"), linear("fraction of the contact"), clusters);
     let name = |start: &str| format!("model-chain-{start}-{number}");
     let figures = writer.small([

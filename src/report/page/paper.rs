@@ -52,7 +52,7 @@ pub(super) const FIGURES: [PaperFigure; 9] = [
         data: Data::State(|_, s| Ok(seen(s, |o| o.patch_density.iter().map(|[a, d, _]| (a * UM2, d / UM2)).collect()))) },
     PaperFigure { number: 7, name: "cluster-area", caption: "CPr(a), fraction of the contact in clusters up to an area",
         needs: Quantity::PatchPdf, x: AREA, y: (linear, "fraction of the contact CPr(a)"),
-        data: Data::State(|_, s| Ok(seen(s, |o| o.patch_area.iter().map(|[a, share]| (a * UM2, *share)).collect()))) },
+        data: Data::State(|_, s| Ok(seen(s, |o| cumulative(&o.patch_area, UM2)))) },
     PaperFigure { number: 8, name: "gaps", caption: "Pr(u), distribution of the gap out of contact",
         needs: Quantity::GapPdf, x: (log, "gap (µm)"), y: (log, "probability density Pr(u) (1/µm)"),
         data: Data::State(|_, s| Ok(seen(s, |o| density(o.gap_logarithmic.as_ref(), UM)))) },
@@ -73,6 +73,12 @@ pub(super) const FIGURES: [PaperFigure; 9] = [
 /// A curve of the observables of a state, if it has them.
 fn seen(s: &State, of: impl Fn(&Observed) -> Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     s.observed.as_ref().map_or(Vec::new(), of)
+}
+
+/// The share of the contact in clusters up to an area, which is counted in `unit`: a step at the area of each cluster.
+pub(super) fn cumulative(patch_area: &[[f64; 2]], unit: f64) -> Vec<(f64, f64)> {
+    let below = std::iter::once(0.0).chain(patch_area.iter().map(|[_, share]| *share));
+    patch_area.iter().zip(below).flat_map(|(&[a, share], below)| [(a * unit, below), (a * unit, share)]).collect()
 }
 
 /// The density of a distribution in multiples of `unit`.

@@ -62,6 +62,12 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         "true",
         "false with continuum.layer: the block is judged by a half-space",
     );
+    c.unless(
+        scene.adhesion.is_some() || a.adhesion_range == AtomsScene::default().adhesion_range,
+        "atoms.adhesion_range",
+        a.adhesion_range,
+        "only together with [adhesion]",
+    );
     a.nvt.iter().for_each(|n| nvt::check(c, n, a, scene));
     c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");
     constants(c, a);

@@ -1,6 +1,7 @@
 //! Checks of `[surface]`.
 
 use super::complaints::Complaints;
+use crate::scene::model::SurfaceKind;
 use crate::scene::{Length, Scene, SurfaceScene};
 use asperity_contact::method::{MethodCard, MethodKind};
 use asperity_surface::SHORTEST_CUT_OFF;
@@ -120,17 +121,8 @@ fn profile(c: &mut Complaints, scene: &Scene) {
 /// A surface from its spectrum.
 fn spectrum(c: &mut Complaints, scene: &Scene) {
     let s = &scene.surface;
-    for (key, value) in [
-        ("surface.dataset", s.dataset.is_some()),
-        ("surface.via_python", s.via_python),
-        ("surface.profile", s.profile),
-        ("surface.fourier", s.fourier.is_some()),
-        ("surface.fourier_points", s.fourier_points.is_some()),
-        ("surface.low_pass", s.low_pass.is_some()),
-        ("surface.extend_to", s.extend_to.is_some()),
-        ("surface.isotropic_map", s.isotropic_map),
-    ] {
-        c.unless(!value, key, "given", "only together with a file, surface.heights");
+    for key in s.foreign_keys(SurfaceKind::Spectrum) {
+        c.unless(false, key, "given", "only together with a file, surface.heights");
     }
     c.unless(s.hurst > 0.0 && s.hurst <= 1.0, "surface.hurst", s.hurst, "a Hurst exponent above 0 and up to 1");
     c.positive("surface.rms_gradient", s.rms_gradient);

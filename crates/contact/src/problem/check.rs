@@ -1,7 +1,7 @@
 //! Checks of a problem and its loads. Every complaint is collected, so that all are reported at once.
 
 use super::reduced::fits;
-use super::{Body, Field, Hardness, LoadKind, Loads, Names, Problem, Reduction};
+use super::{Body, Field, Hardness, LoadKind, Loads, Names, Problem, ReducedModel, Reduction};
 use crate::interface::{CubicHalfSpace, Elastic, Law, Notation, RangeChoice};
 use crate::load::Load;
 use crate::method::{Heights, MethodCard, ReducedProblem};
@@ -247,9 +247,14 @@ impl Problem {
         of_surface.into_iter().chain(slope_warnings(reduction.gradient)).chain(of_range).collect()
     }
 
-    /// A load so far beyond full contact that a unit is probably wrong, and a contact stress that depends on the grid.
+    /// A load so far beyond full contact and a range so long that a unit is probably wrong, and a contact stress that depends on the grid.
     pub fn load_warnings(&self, reduction: &Reduction, notation: &dyn Notation) -> Vec<String> {
-        self.far_load_warning(reduction, notation).into_iter().chain(hardness_warning(reduction, notation)).collect()
+        let warnings = [
+            self.far_load_warning(reduction, notation),
+            range_warning(&reduction.model, notation),
+            hardness_warning(reduction, notation),
+        ];
+        warnings.into_iter().flatten().collect()
     }
 
     fn far_load_warning(
@@ -289,6 +294,15 @@ impl Problem {
             )
         })
     }
+}
+
+/// An attraction that hardly changes over any gap of the cell.
+fn range_warning(model: &ReducedModel, notation: &dyn Notation) -> Option<String> {
+    let range = model.adhesion.range();
+    (range > 1.0).then(|| {
+        let [range, cell] = [range, 1.0].map(|length| notation.length(length));
+        format!("the range of the adhesion, {range}, is longer than the cell, {cell}: check its unit")
+    })
 }
 
 /// Where the body flows it carries the hardness and the attraction, of which the range used on the grid decides.

@@ -72,6 +72,14 @@ impl Headings {
         Some([x, self.one(&HEIGHTS).or_else(y)?])
     }
 
+    /// The names of a table whose columns are different quantities, and none of positions. Those of a map's columns are numbered (`c1`)
+    /// or letters (`AB`).
+    pub(super) fn of_quantities(&self) -> Option<&[String]> {
+        let is_word = |name: &&String| name.len() > 2 && !name.contains(|c: char| c.is_ascii_digit());
+        let different = self.names.iter().enumerate().all(|(k, name)| !self.names[..k].contains(name));
+        (different && 2 * self.names.iter().filter(is_word).count() > self.names.len()).then_some(&self.names)
+    }
+
     /// The column of flags, 0 where nothing was measured.
     pub(super) fn flags(&self) -> Option<usize> {
         self.one(&["valid", "is valid", "validity"])

@@ -161,7 +161,7 @@ impl TextChannel {
         if labels.is_none() && !heights_only && self.header.points == [None; 2] {
             self.refuse_points(path)?;
         }
-        self.matrix(path, labels)
+        self.matrix(path, labels, heights_only)
     }
 
     /// As [`TextChannel::take_counts`], of a table that is yet to begin.
@@ -417,7 +417,7 @@ impl TextChannel {
         self.done(path, map, Some(extent), TextLayout::XyzLines)
     }
 
-    fn matrix(mut self, path: &Path, labels: Option<[Option<f64>; 2]>) -> Result<TextMap> {
+    fn matrix(mut self, path: &Path, labels: Option<[Option<f64>; 2]>, heights_only: bool) -> Result<TextMap> {
         if let Some((headings, Some(line))) = &self.headings
             && labels.is_none()
             && headings.len() != self.nx
@@ -430,6 +430,11 @@ impl TextChannel {
         if names.is_some_and(|names| names.columns_of_profile().is_some()) {
             let accepted = "a map; --profile (surface.profile) for a surface that is uniform along y; or columns without these names where all are heights";
             return Err(Error::format(path, "columns of x and heights: a profile, which is no map", accepted));
+        }
+        if let Some(names) = names.filter(|_| !heights_only).and_then(Headings::of_quantities) {
+            let found = format!("columns named {}, a table of quantities", list(names));
+            let accepted = "a map; --fourier none (surface.fourier) where all columns are heights";
+            return Err(Error::format(path, found, accepted));
         }
         self.shape(path)?;
         let (nx, ny) = (self.nx, self.ny);

@@ -342,6 +342,10 @@ mod tests {
             ("1 2 3 5\n5 6 7 #BUSY\n1 7 2 5\n", "\"#BUSY\" on line 2, column 4"),
             ("x x\n1 2\n3 4\n", "\"x\" on line 1"),
             ("x[mm] z[um]\n1 2\n3 4\n", "columns of x and heights: a profile"),
+            (
+                "load,pressure_mpa,p_star,contact_area\n1,2,3,4\n2,5,6,7\n",
+                "columns named load, pressure mpa, p star, contact area, a table of quantities",
+            ),
             ("0,1,2,3\n0.5,1,1,1\n1,2,3,4\n", "numbers of the columns, not heights"),
             ("1.25 2.50\n3.75 4.00\n5.25 6.5", "line 3 without a line break"),
         ] {
@@ -351,6 +355,14 @@ mod tests {
         let long = format!("1 2\n3 {}\n", "oak".repeat(300));
         assert!(complaint(&long).len() < 300);
         assert_eq!(rows(&reads("1.25 2.50\n3.75 4.00\n5.25 6.50").unwrap().map), "1.25 2.5; 3.75 4; 5.25 6.5");
+    }
+
+    #[test]
+    fn columns_of_maps_are_numbered() {
+        for names in ["c0,c1,c2,c3", "A,B,C,D", "Column 1,Column 2,Column 3,Column 4", "AA,AB,AC,AD"] {
+            let text = format!("{names}\n1,2,3,4\n5,6,7,9\n");
+            assert_eq!(rows(&reads(&text).expect(names).map), "1 2 3 4; 5 6 7 9");
+        }
     }
 
     #[test]

@@ -69,15 +69,20 @@ const FEWEST_POINTS_OF_PATCH: f64 = 4.0;
 /// Weights are included as far as they exceed 1e-16 of the central one: that many cut-off wavelengths.
 const REACH: f64 = 1.62;
 
-/// Refuses cut-offs that the map does not resolve, an empty band, and a sharp filter of a patch.
+/// The filter. Refuses one without a cut-off, cut-offs that the map does not resolve, an empty band, and a sharp filter of a patch.
 pub(super) fn check(
-    kind: FilterKind,
+    given: Option<FilterKind>,
     [low, high]: [Option<f64>; 2],
     (grid, unit): (Grid, &str),
     periodic: bool,
-) -> Result<()> {
+) -> Result<FilterKind> {
     let refuse = |key: &str, found: String, accepted: String| Err(Error::input("preparation", key, found, accepted));
-    if kind == FilterKind::Sharp && !periodic && (low.is_some() || high.is_some()) {
+    let kind = given.unwrap_or_default();
+    if given.is_some() && low.is_none() && high.is_none() {
+        let accepted = "only together with a cut-off wavelength, --low-pass or --high-pass";
+        return refuse("--filter", kind.word().to_string(), accepted.to_string());
+    }
+    if kind == FilterKind::Sharp && !periodic {
         let accepted = "gaussian, which respects edges: the waves of a map that does not repeat are not known";
         return refuse("--filter", "sharp".to_string(), accepted.to_string());
     }
@@ -95,7 +100,7 @@ pub(super) fn check(
             let [low, high] = [low, high].map(|cut_off| in_unit(exact(cut_off), unit));
             refuse("--low-pass", low, format!("less than --high-pass = {high}, so that waves between them pass"))
         }
-        _ => Ok(()),
+        _ => Ok(kind),
     }
 }
 
@@ -305,7 +310,7 @@ mod tests {
     fn cut_offs_that_cannot_be_filtered_are_refused() {
         let grid = Grid { nx: 100, ny: 50, lx: 10.0, ly: 10.0 };
         let says =
-            |kind, low, high, periodic| check(kind, [low, high], (grid, "um"), periodic).unwrap_err().to_string();
+            |kind, low, high, periodic| check(Some(kind), [low, high], (grid, "um"), periodic).unwrap_err().to_string();
         let (gaussian, sharp) = (FilterKind::Gaussian, FilterKind::Sharp);
         assert!(says(sharp, Some(1.0), None, false).contains("--filter = sharp; accepted: gaussian"));
         assert!(
@@ -322,8 +327,9 @@ mod tests {
         );
         assert!(says(gaussian, Some(f64::NAN), None, true).contains("NaN"));
         assert!(
-            check(gaussian, [Some(0.5), Some(2.0)], (grid, ""), true).is_ok()
-                && check(sharp, [None, None], (grid, ""), false).is_ok()
+            check(Some(gaussian), [Some(0.5), Some(2.0)], (grid, ""), true).is_ok_and(|kind| kind == gaussian)
+                && check(None, [None, Some(2.0)], (grid, ""), false).is_ok_and(|kind| kind == gaussian)
+                && check(None, [None, None], (grid, ""), false).is_ok()
         );
     }
 }

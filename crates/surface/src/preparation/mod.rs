@@ -45,7 +45,8 @@ pub struct Preparation {
     pub low_pass: Option<f64>,
     /// Cut-off wavelength above which waves are removed.
     pub high_pass: Option<f64>,
-    pub filter: FilterKind,
+    /// Transfer function of these; Gaussian by default.
+    pub filter: Option<FilterKind>,
     /// Columns and rows of the resampled map.
     pub resample: Option<[usize; 2]>,
     pub edges: Option<Edges>,
@@ -126,16 +127,16 @@ impl Preparation {
             let accepted = "only together with --low-pass, the wavelength down to which the map is trusted";
             return Err(Error::input("preparation", "--extend-to", to, accepted));
         }
-        filter::check(self.filter, [self.low_pass, self.high_pass], (grid, &self.unit), repeats)?;
+        let filter = filter::check(self.filter, [self.low_pass, self.high_pass], (grid, &self.unit), repeats)?;
         let mut fit = None;
         for band in [self.low_pass.map(PassBand::Long), self.high_pass.map(PassBand::Short)].into_iter().flatten() {
             let previous = rms(&heights);
-            filter::apply(self.filter, band, grid, &mut heights, repeats);
+            filter::apply(filter, band, grid, &mut heights, repeats);
             let (previous, now) = (digits(previous), in_unit(digits(rms(&heights)), &self.unit));
-            history.push(format!("{} {}: rms height {previous} to {now}", band.words(&self.unit), self.filter.word()));
+            history.push(format!("{} {}: rms height {previous} to {now}", band.words(&self.unit), filter.word()));
             // Before later steps change the spectrum.
             if let (Some(_), PassBand::Long(cut_off)) = (self.extend_to, band) {
-                fit = Some(extend::fit((self.filter, cut_off), grid, &heights, repeats)?);
+                fit = Some(extend::fit((filter, cut_off), grid, &heights, repeats)?);
             }
         }
         if let Some(points) = self.resample {
@@ -150,7 +151,7 @@ impl Preparation {
             history.push(line);
         }
         if let (Some(to), Some(fit), Some(cut_off)) = (self.extend_to, fit, self.low_pass) {
-            let (repeats, law) = (repeats || self.edges.is_some(), (self.filter, cut_off, self.unit.as_str()));
+            let (repeats, law) = (repeats || self.edges.is_some(), (filter, cut_off, self.unit.as_str()));
             let line;
             (grid, heights, line) = fit.extend(law, (to, self.seed), grid, heights, repeats)?;
             history.push(line);
